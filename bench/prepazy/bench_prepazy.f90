@@ -5,7 +5,7 @@
 !> usage: bench_prepazy WING.h5 MEASUREMENT.h5, as tools/import_prepazy makes them
 program prepazy
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use base_constants, only: EXIT_NUMERICAL, EXIT_USER, PI
+  use base_constants, only: PI
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
@@ -21,6 +21,8 @@ program prepazy
   use solid_statics, only: static_options_t
   use solid_wing, only: wing_t
   use solid_wing_file, only: read_wing
+  use base_outcome, only: exit_code_of, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED
+  use base_process, only: exit_with
   implicit none
   !> [N/m] of a segment: the beam of some 100 of them grows longer by 0.1 mm under 35 N along it: no reading shows it.
   real(rp), parameter :: EXTENSION = 3.0e7_rp
@@ -59,7 +61,7 @@ program prepazy
   if (.not. failure%failed) call fit(problem, unknowns, experiment%start(), fit_options, report)
   if (.not. report%is_converged) then
     write (error_unit, '(a)') 'bench_prepazy: the fit did not converge'
-    stop EXIT_NUMERICAL
+    call exit_with(exit_code_of(OUTCOME_NOT_CONVERGED))
   end if
   posterior = find_posterior(unknowns, report)
   do i = 1, experiment%count()
@@ -95,6 +97,6 @@ contains
   subroutine stop_if_wrong()
     if (messages%count() == 0) return
     call messages%print(error_unit, 'bench_prepazy: ')
-    stop EXIT_USER
+    call exit_with(exit_code_of(OUTCOME_MISTAKE))
   end subroutine stop_if_wrong
 end program prepazy

@@ -62,17 +62,17 @@ contains
     type(dynamic_options_t) :: options
     type(step_report_t) :: report
     type(steady_motion_t) :: spin
-    real(rp), allocatable :: force(:, :), places(:, :)
+    real(rp), allocatable :: force(:, :), sites(:, :)
     real(rp) :: t(0:2), ms(2, STEPS)
     integer :: i, counts(2, 2), inner
     call markers%init(model%points(:, :model%n_points), model%triangles, spacing, .false.)
-    allocate (places(3, markers%n))
-    call markers%positions(model%points, places)
+    allocate (sites(3, markers%n))
+    call markers%positions(model%points, sites)
     if (is_flow) then
-      call reaction%init(model, markers%nodes, markers%weights, flow_kernel(places, spacing), DT)
+      call reaction%init(model, markers%nodes, markers%weights, flow_kernel(sites, spacing), DT)
     else
       call reaction%init(model, markers%nodes, markers%weights, &
-                         exponential_kernel(places, 2*spacing, 0.1_rp, MASS), DT)
+                         exponential_kernel(sites, 2*spacing, 0.1_rp, MASS), DT)
     end if
     spin%frame%omega = [0.0_rp, 300.0_rp, 1000.0_rp]
     allocate (force(3, model%n_all), source=0.0_rp)
@@ -110,16 +110,16 @@ contains
   end subroutine measure
   !> What impulses at markers do to the velocities there in air: 1/rho times the Green tensor of fsi_green for a grid
   !> whose spacing is half that of the markers and which is truncated at two thirds.
-  function flow_kernel(places, spacing) result(m)
-    real(rp), intent(in) :: places(:, :), spacing
-    real(rp) :: m(3*size(places, 2), 3*size(places, 2))
+  function flow_kernel(sites, spacing) result(m)
+    real(rp), intent(in) :: sites(:, :), spacing
+    real(rp) :: m(3*size(sites, 2), 3*size(sites, 2))
     real(rp), parameter :: DENSITY = 1.2_rp ! [kg/m^3]
     type(green_t) :: green
     integer :: i, j
-    call green%init(2*PI/3*2/spacing, 1.1_rp*norm2(maxval(places, 2) - minval(places, 2)), .false.)
-    do j = 1, size(places, 2)
-      do i = 1, size(places, 2)
-        m(3*i - 2:3*i, 3*j - 2:3*j) = green%at(places(:, i) - places(:, j))/DENSITY
+    call green%init(2*PI/3*2/spacing, 1.1_rp*norm2(maxval(sites, 2) - minval(sites, 2)), .false.)
+    do j = 1, size(sites, 2)
+      do i = 1, size(sites, 2)
+        m(3*i - 2:3*i, 3*j - 2:3*j) = green%at(sites(:, i) - sites(:, j))/DENSITY
       end do
     end do
   end function flow_kernel

@@ -6,7 +6,6 @@
 !>
 !> Without options or with --seed one start of the paper's validation; its last line is a JSON record.
 program training
-  use base_constants, only: EXIT_NUMERICAL, EXIT_USER
   use base_kinds, only: rp
   use base_text, only: parse_integer
   use bench_budget, only: measure_budget
@@ -16,6 +15,8 @@ program training
   use bench_validation, only: NOISE, predict_sd, validate, validation_truth
   use measurement_experiment, only: experiment_t
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use base_outcome, only: exit_code_of, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED
+  use base_process, only: exit_with
   implicit none
   type(twin_t) :: twin
   type(experiment_t), target :: experiment
@@ -33,7 +34,7 @@ program training
   case ('--seed', '--starts')
     truth = validation_truth(twin)
     call twin%measure(truth, NOISE, experiment, is_done)
-    if (.not. is_done) stop EXIT_NUMERICAL
+    if (.not. is_done) call exit_with(exit_code_of(OUTCOME_NOT_CONVERGED))
     sd = predict_sd(experiment, truth)
     if (mode == '--seed') then
       call validate(twin, experiment, truth, sd, number, is_met)
@@ -74,6 +75,6 @@ contains
   subroutine refuse(problem)
     character(*), intent(in) :: problem
     write (error_unit, '(a)') 'bench_training: '//problem
-    stop EXIT_USER
+    call exit_with(exit_code_of(OUTCOME_MISTAKE))
   end subroutine refuse
 end program training

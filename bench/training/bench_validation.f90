@@ -191,7 +191,7 @@ contains
     h = sqrt(h)
   end subroutine judge
 
-  !> The polish of msm_train from `start`; h [m] of the point where it ends, huge if the start is not valid.
+  !> The polish of msm_train from `start`; h [m] of the point where it ends, huge if the model cannot be computed at the start.
   subroutine polish(problem, unknowns, start, n_evaluations, report, h)
     type(wing_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns

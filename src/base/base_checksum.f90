@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A 64-bit checksum of words at positions that does not depend on who sums them in which order.
+!> Computes a 64-bit checksum of words at positions. It does not depend on the order in which ranks add their words.
 !>
 !> Every 64-bit word is scrambled together with its position by a four-round Feistel network (a
 !> bijection of the word for a fixed position: a changed word always changes its term), and the terms

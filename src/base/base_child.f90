@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Another program, run to its end.
+!> Runs another program to its end.
 module base_child
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
   implicit none

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What Fortran cannot do with files: rename, remove, force to the disk.
+!> Does with files what Fortran cannot: it renames them, removes them and forces them to the disk.
 !>
 !> A file is replaced safely by writing it under a temporary name and calling `replace_file`: whoever
 !> opens the final name finds either the old content or the new one, complete.

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The dense LAPACK and BLAS routines that are needed: singular values, symmetric eigenproblems, least squares, Cholesky,
-!> orthonormal bases, products of tall matrices.
+!> Wraps the dense LAPACK and BLAS routines that this project needs: singular values, symmetric eigenproblems, least squares,
+!> Cholesky factors, orthonormal bases, products of tall matrices.
 !>
 !> LAPACK tests the arithmetic of infinities by dividing by zero, so traps are off while it runs.
 module base_lapack

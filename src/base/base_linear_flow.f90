@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solutions of x' = A x at equal intervals, exact but for rounding, and their exact derivatives with respect to A and x(0).
+!> Solves x' = A x at equal intervals of time, exactly but for rounding, and differentiates the solution exactly with respect to
+!> A and x(0).
 !>
 !> x(t + h) = E x(t), E = exp(A h). E is the 2^s-th power of exp(A h/2^s), which is a Taylor polynomial of degree DEGREE at a
 !> norm below REACH, where it leaves 1e-17; a change dA of A is carried through polynomial and squarings: with E_h and D_h known,

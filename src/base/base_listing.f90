@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Which files are in a folder.
+!> Lists the files in a folder.
 module base_listing
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr
   use base_errors, only: message_list_t

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The memory of this machine, as Linux tells it: /proc/meminfo, and what the control group of this process allows (cgroup v2
-!> and v1), which batch systems and containers use.
+!> Reads the memory of this machine, as Linux reports it: from /proc/meminfo and from the control group of this process (cgroup
+!> v2 and v1), which batch systems and containers use.
 module base_machine
   use base_kinds, only: i8, rp
   implicit none

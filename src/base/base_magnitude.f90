@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Doubts about numbers that are orders of magnitude off, as they are where units were mixed up.
+!> Warns of numbers that are orders of magnitude off, as happens when a user mixes up units.
 module base_magnitude
   use base_kinds, only: rp
   use base_text, only: number_text

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Arrays that may be too large for the memory: the end of the program, with a message that says what was asked for. The other ranks
-!> wait for this one, and cannot be told; the launcher ends them.
+!> Ends the program with a message when an array is too large for the memory. The other ranks wait for this one and cannot be
+!> told; the launcher ends them.
 !>
 !>     allocate (u(n, m), stat=status)
 !>     call check_allocation(status, [n, m], 8, 'what u is')
 module base_memory
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use base_constants, only: EXIT_MEMORY
   use base_kinds, only: rp
+  use base_outcome, only: exit_code_of, OUTCOME_NO_MEMORY
   use base_process, only: exit_with, launched_rank
   implicit none
   private
@@ -17,7 +17,7 @@ module base_memory
 
 contains
 
-  !> Ends the program with EXIT_MEMORY unless `status` of an allocation is 0. The array has `extents` elements of so many
+  !> Ends the program as OUTCOME_NO_MEMORY unless `status` of an allocation is 0. The array has `extents` elements of so many
   !> `bytes` and holds `what`. Not collective.
   subroutine check_allocation(status, extents, bytes, what)
     integer, intent(in) :: status, extents(:), bytes
@@ -27,6 +27,6 @@ contains
       product(real(extents, rp))*bytes, ' bytes (', what, '): use more machines, fewer ranks on each, or a coarser grid; '// &
       'flusi INI --dry-run tells what a rank needs; ulimit -v and the job may allow less than the machine has'
     flush (error_unit)
-    call exit_with(EXIT_MEMORY)
+    call exit_with(exit_code_of(OUTCOME_NO_MEMORY))
   end subroutine check_allocation
 end module base_memory

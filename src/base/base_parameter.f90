@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a parameter is called, how it is varied and where it may lie: parameters of wings and of instruments, and the
-!> unknowns of fits and diagnoses.
+!> Describes a parameter: its name, its scale and its bounds. Wings, instruments, fits and diagnoses use the same description.
 module base_parameter
   use base_kinds, only: rp
   implicit none

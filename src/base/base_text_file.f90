@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Text files that tell when they could not be written.
+!> Writes text files, and reports when one cannot be written.
 !>
 !> They go through the C library: the run-time library of gfortran 12 reports success for a WRITE, a
 !> FLUSH and a CLOSE on a full disk.

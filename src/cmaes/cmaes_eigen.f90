@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> C = B diag(d)^2 B^T, and what happens when C is nearly singular.
+!> Decomposes C = B diag(d)^2 B^T, and repairs C where it is nearly singular.
 !>
 !> LAPACK finds eigenvalues to about eps times the largest, so nothing below 1e-14 of the largest can be
 !> trusted: such eigenvalues are raised to that floor and C is rebuilt. A decomposition that does not

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Products with small square matrices, four columns or vectors at a time: loops over some ten numbers are too short to
-!> be worth their beginning and end.
+!> Multiplies small square matrices, four columns or vectors at a time. Loops over about ten numbers are too short to pay for
+!> their overhead.
 module cmaes_products
   use base_kinds, only: rp
   implicit none

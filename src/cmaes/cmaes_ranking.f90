@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Who is better: feasible candidates by f, then infeasible ones by violation, then failed ones; equals
-!> by their index. NaN never takes part in a comparison.
+!> Ranks candidates: feasible ones by f, then infeasible ones by their violation, then failed ones; equal ones by their index.
+!> NaN never takes part in a comparison.
 module cmaes_ranking
   use base_kinds, only: i8, rp
   use base_sort, only: key_of_real, sort_order

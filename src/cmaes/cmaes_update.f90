@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One generation's learning: mean, paths, covariance and step size from ranked candidates (tutorial,
-!> figure 6; h_sigma stops p_c while the step size is still growing fast).
+!> Updates mean, paths, covariance and step size from the ranked candidates of one generation (tutorial, figure 6; h_sigma stops
+!> p_c while the step size is still growing fast).
 !>
 !>     m   <- m + c_m sigma y_w,   y_w = sum_{i<=mu} w_i y_i,   y_i = (x_i - m)/sigma
 !>     p_s <- (1 - c_s) p_s + sqrt(c_s (2 - c_s) mu_eff) C^(-1/2) y_w

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One diagnosis as its algorithms see it: the wing, the experiment, what may be wrong with the model, and the choices of
-!> the statistics. SI units.
+!> Holds one diagnosis as its algorithms see it: the wing, the experiment, the catalogue of effects, and the choices of the
+!> statistics. SI units.
 module diagnosis_case
   use base_kinds, only: rp
   use diagnosis_mode_row, only: mode_row_t

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the loads of a measurement, or of a plan without heights, could show, before anything is fitted: the smallest
-!> strength of every effect, and which further load would lower it most. From tangents at the wing as [Wing] has it, with
-!> errors as declared.
+!> Computes what the loads of a measurement, or of a plan without heights, could show: the smallest detectable strength of every
+!> effect, and the further load that would lower it most. It uses tangents at the wing that [Wing] describes and the declared
+!> errors, and needs no fit.
 module diagnosis_detectability
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -19,7 +19,7 @@ module diagnosis_detectability
   !> The load that would lower the smallest strength of an effect most.
   type :: best_load_t
     logical :: is_found = .false.
-    real(rp) :: place(2) = 0, force = 0     !< [m], [N] upwards
+    real(rp) :: site(2) = 0, force = 0     !< [m], [N] upwards
     real(rp) :: strength = 0                !< in the coordinate of the parameter
     integer :: parameter = 0                !< the parameter
   end type best_load_t
@@ -87,7 +87,7 @@ contains
       associate (load => loads(k))
         if (.not. lengths(k) > 0) cycle
         strength = found%snr(effects(i))/lengths(k)
-        found%best_loads(effects(i)) = best_load_t(.true., load%place, load%force*sign(1.0_rp, load%direction(3)), strength, &
+        found%best_loads(effects(i)) = best_load_t(.true., load%site, load%force*sign(1.0_rp, load%direction(3)), strength, &
                                               columns(n + i))
       end associate
     end do

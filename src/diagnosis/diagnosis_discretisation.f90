@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the mesh does to a diagnosis: the baseline is fitted on the wing of the file and on the same wing with a mesh of
-!> half the size, and the difference d between both fits is an error of unknown sign and about this size. Numerical error
-!> is no physics: with these directions in the covariance it is not named. The error is (a + b_l) d in load l, with
-!> a ~ N(0, 1) for all loads, as it is one mesh, and b_l ~ N(0, LOADS_DIFFER^2), as loads may converge at another order.
+!> Estimates the error that the mesh makes in a diagnosis. It fits the baseline on the wing of the file and on the same wing
+!> with a mesh of half the size. The difference d between both fits is an error of about this size and of unknown sign. With its
+!> directions in the covariance a diagnosis does not take numerical error for a cause. The error is (a + b_l) d in load l. a ~
+!> N(0, 1) is common to all loads, as they have the same mesh, and b_l ~ N(0, LOADS_DIFFER^2) allows loads to converge at
+!> different orders.
 !>
 !> Where the diagnosis itself is made on the finer mesh, the error of that mesh is wanted. Richardson's estimate of it from
 !> a difference d between meshes of which one has half the size of the other is d/(2^p - 1), p the order of convergence.
@@ -110,7 +111,7 @@ contains
       return
     end if
     call make_catalogue(self%experiment, self%wing, s%free_parameters%numbers, s%prior_decades, self%catalogue)
-    allocate (patterns%place(2, 0))
+    allocate (patterns%site(2, 0))
     call self%simulator%init(world, self%experiment, self%wing, self%catalogue, bins, patterns, parts)
     self%simulator%noise = s%noise%model
     self%simulator%membrane_sd = s%membrane_sd

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a farm has answered, kept in a journal: a diagnosis that was killed and starts again asks the same questions in the
-!> same order, gets the same answers, and is soon where it was. This is all that it needs, as ranks remember nothing.
+!> Runs tasks on the farm and records their results in a journal. A diagnosis that was killed and starts again asks for the same
+!> tasks in the same order, gets their results from the journal, and so reaches the point where it was. It needs nothing else,
+!> as ranks keep no state between tasks.
 module diagnosis_journalled_tasks
   use base_checksum, only: checksum_add, checksum_reals
   use base_kinds, only: i8, rp

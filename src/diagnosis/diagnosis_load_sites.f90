@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Loads that nobody has applied yet: what each would say about the unknowns of a diagnosis, as the whitened normal
-!> matrix of its tangents, at places all over the wing, up and down.
+!> Computes what loads that nobody has applied yet would tell about the unknowns of a diagnosis: the whitened normal matrix of
+!> their tangents, at sites all over the wing, upward and downward.
 !>
 !> At a place at the distance r from the root the force is that of the nearest load that was applied, at r0, times r0/r:
 !> the moment at the root is one that the wing has borne. The scan is that of this load.
@@ -32,7 +32,7 @@ module diagnosis_load_sites
 
   type :: new_load_t
     integer :: number = 0                    !< of the trial
-    real(rp) :: place(2) = 0                 !< [m]
+    real(rp) :: site(2) = 0                 !< [m]
     real(rp) :: force = 0                    !< [N]
     real(rp) :: direction(3) = 0
     real(rp), allocatable :: normal(:, :)    !< (columns, columns)
@@ -106,7 +106,7 @@ contains
     type(new_load_t), intent(out) :: one
     logical, intent(out) :: ok
     one%number = l
-    one%place = self%m%loads(l)%point
+    one%site = self%m%loads(l)%point
     one%force = self%m%loads(l)%force
     one%direction = self%m%loads(l)%direction
     call find_normal(self, simulator, columns, l, one%normal, ok)
@@ -157,16 +157,16 @@ contains
   end subroutine empty_measurement
 
   !> The strongest of the loads nearest to a place; 0 if none pushes.
-  pure integer function nearest_load(m, place) result(nearest)
+  pure integer function nearest_load(m, site) result(nearest)
     type(measurement_t), intent(in) :: m
-    real(rp), intent(in) :: place(2)
+    real(rp), intent(in) :: site(2)
     real(rp) :: distance, least
     integer :: l
     nearest = 0
     least = huge(least)
     do l = 1, size(m%loads)
       if (.not. m%loads(l)%force > 0) cycle
-      distance = norm2(m%loads(l)%point - place)
+      distance = norm2(m%loads(l)%point - site)
       if (nearest > 0) then
         if (distance > least .or. .not. (distance < least .or. m%loads(l)%force > m%loads(nearest)%force)) cycle
       end if

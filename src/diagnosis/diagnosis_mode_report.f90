@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The natural modes of a measurement beside those of the baseline and of the extended wing, for reports.
+!> Compares the measured natural modes with those of the baseline and of the extended wing, for reports.
 module diagnosis_mode_report
   use base_kinds, only: rp
   use diagnosis_case, only: diagnosis_case_t

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Which measurement tells the possible causes apart best (Atkinson and Fedorov 1975, DOI 10.1093/biomet/62.1.57: the
-!> design that maximises the sum of squares by which rival models must differ).
+!> Finds the measurement that discriminates best between the possible causes: the design that maximises the sum of squares by
+!> which rival models must differ (Atkinson and Fedorov 1975, DOI 10.1093/biomet/62.1.57).
 !>
 !> The rivals of the first cause are all that may be in its stead: each candidate of another effect, at each of its places,
 !> also where the baseline imitates it, as another load may show it. What baseline and rival together cannot imitate of the
@@ -202,14 +202,14 @@ contains
     class(discrimination_t), intent(in) :: self
     integer, intent(in) :: rivals(:)
     real(rp), intent(in) :: normal(:, :)
-    integer :: place(size(self%columns)), i, r
-    place = 0
-    place(self%needed(rivals)) = [(i, i=1, size(normal, 1))]
+    integer :: position(size(self%columns)), i, r
+    position = 0
+    position(self%needed(rivals)) = [(i, i=1, size(normal, 1))]
     least = huge(least)
     do i = 1, size(rivals)
       r = rivals(i)
       associate (block => self%block(r))
-        least = min(least, separation(self%normal(block, block) + normal(place(block), place(block)), self%strength))
+        least = min(least, separation(self%normal(block, block) + normal(position(block), position(block)), self%strength))
       end associate
     end do
   end function discrimination_separation

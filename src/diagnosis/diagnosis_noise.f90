@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The errors of heights before anything is explained with them: what neighbouring pixels say about their scatter.
+!> Estimates the errors of heights from the scatter of neighbouring pixels, before any fit.
 !>
 !> The second difference of neighbours, along x and along y, of a smooth shape is small, that of independent errors of
 !> variance s^2 has the variance 6 s^2, and errors correlated over many pixels hardly count in it. Its median

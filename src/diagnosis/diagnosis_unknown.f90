@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What can be said of a cause that is not in the catalogue: where on the wing it is, and which entries come nearest to it
-!> without being sufficient.
+!> Describes a cause that is not in the catalogue: where on the wing it acts, and which entries of the catalogue are most
+!> similar to it without being sufficient.
 module diagnosis_unknown
   use base_kinds, only: rp
   use diagnosis_case, only: diagnosis_case_t
@@ -15,7 +15,7 @@ module diagnosis_unknown
   !> Empty unless the verdict is an unknown cause.
   type :: unknown_t
     type(region_t) :: region
-    real(rp), allocatable :: place(:, :)            !< (2, size(region%pattern)) [m]
+    real(rp), allocatable :: site(:, :)            !< (2, size(region%pattern)) [m]
     real(rp) :: cell = 0                            !< [m] half the distance of places
     type(related_t), allocatable :: related(:)
     character(:), allocatable :: names(:)           !< (size(related)) title and place
@@ -33,13 +33,13 @@ contains
     type(diagnosis_t), intent(in) :: d
     type(unknown_t) :: unknown
     integer :: i
-    allocate (unknown%related(0), unknown%place(2, 0))
+    allocate (unknown%related(0), unknown%site(2, 0))
     if (d%decision%verdict /= VERDICT_UNKNOWN) return
     unknown%cell = 0.5_rp*s%patterns%radius
-    call find_region(d%design, d%z, simulator%pattern_place, s%patterns%radius, unknown%region)
+    call find_region(d%design, d%z, simulator%pattern_site, s%patterns%radius, unknown%region)
     if (unknown%region%is_found) then
       associate (patterns => d%design%families(unknown%region%family)%patterns)
-        unknown%place = simulator%pattern_place(:, patterns(unknown%region%pattern))
+        unknown%site = simulator%pattern_site(:, patterns(unknown%region%pattern))
       end associate
     end if
     call find_related(d%design, d%calibration, d%statistics, d%z, unknown%related)
@@ -69,7 +69,7 @@ contains
     integer, intent(in) :: i
     real(rp) :: centre(2), weight(size(self%region%fraction))
     weight = merge(self%region%fraction, 0.0_rp, self%region%part == i)
-    centre = matmul(self%place, weight)/sum(weight)
+    centre = matmul(self%site, weight)/sum(weight)
   end function unknown_centre
 
   !> [m] of the circle about the centre that holds the cells of all places of part i.
@@ -81,7 +81,7 @@ contains
     middle = self%centre(i)
     radius = self%cell
     do k = 1, size(self%region%pattern)
-      if (self%region%part(k) == i) radius = max(radius, self%cell + norm2(self%place(:, k) - middle))
+      if (self%region%part(k) == i) radius = max(radius, self%cell + norm2(self%site(:, k) - middle))
     end do
   end function unknown_radius
 end module diagnosis_unknown

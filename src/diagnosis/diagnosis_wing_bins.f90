@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Heights averaged over the squares of a lattice: a few hundred numbers that hold what thousands of pixels say about
-!> smooth shapes; and the covariance of their errors.
+!> Averages heights over the squares of a lattice, so that a few hundred numbers hold what thousands of pixels say about smooth
+!> shapes. It also gives the covariance of the errors of these averages.
 !>
 !> Errors of one height are white with the variance share `white`, and correlated as exp(-(r/length)^2/2) with the rest
 !> of it. Averaging divides the white part by the number of pixels, and takes off of the rest what is not alike all over
@@ -34,7 +34,7 @@ module diagnosis_wing_bins
     integer, allocatable :: load(:)            !< (n)
     integer, allocatable :: cell(:, :)         !< (2, n) of the lattice; (0, k): scalar observation k
     integer, allocatable :: pixels(:)          !< (n) in it
-    real(rp), allocatable :: place(:, :)       !< (2, n) [m] mean of its pixels
+    real(rp), allocatable :: site(:, :)       !< (2, n) [m] mean of its pixels
     real(rp), allocatable :: spread(:, :)      !< (2, n) [m2] mean square distance of its pixels from there, along x and y
     real(rp), allocatable :: loaded(:)         !< (n) mean declared variance of the loaded heights
     real(rp), allocatable :: unloaded(:)       !< (n) the same of the unloaded ones
@@ -72,7 +72,7 @@ contains
       if (size(m%y) > 0) ny = 1 + int((m%y(size(m%y)) - m%y(1))/size_of_bin)
       allocate (at(nx, ny), bins%first(size(comparisons)), bins%count(size(comparisons)), bins%load(most), &
                 bins%cell(2, most), bins%pixels(most))
-      allocate (bins%place(2, most), bins%spread(2, most), bins%loaded(most), bins%unloaded(most), source=0.0_rp)
+      allocate (bins%site(2, most), bins%spread(2, most), bins%loaded(most), bins%unloaded(most), source=0.0_rp)
       allocate (bins%of_pixel(max(1, maxval(comparisons%n)), size(comparisons)), source=0)
       n = 0
       do l = 1, size(comparisons)
@@ -92,7 +92,7 @@ contains
           associate (b => at(cell(1), cell(2)))
             bins%of_pixel(k, l) = b
             bins%pixels(b) = bins%pixels(b) + 1
-            bins%place(:, b) = bins%place(:, b) + [m%x(i), m%y(j)]
+            bins%site(:, b) = bins%site(:, b) + [m%x(i), m%y(j)]
             bins%spread(:, b) = bins%spread(:, b) + [m%x(i), m%y(j)]**2
             bins%unloaded(b) = bins%unloaded(b) + m%unloaded_sigma(i, j)**2
             bins%loaded(b) = bins%loaded(b) + comparisons(l)%sigma(k)**2 - m%unloaded_sigma(i, j)**2
@@ -111,8 +111,8 @@ contains
     end associate
     bins%n = n
     do k = 1, n
-      bins%place(:, k) = bins%place(:, k)/bins%pixels(k)
-      bins%spread(:, k) = max(0.0_rp, bins%spread(:, k)/bins%pixels(k) - bins%place(:, k)**2)
+      bins%site(:, k) = bins%site(:, k)/bins%pixels(k)
+      bins%spread(:, k) = max(0.0_rp, bins%spread(:, k)/bins%pixels(k) - bins%site(:, k)**2)
       bins%loaded(k) = bins%loaded(k)/bins%pixels(k)
       bins%unloaded(k) = bins%unloaded(k)/bins%pixels(k)
     end do
@@ -153,7 +153,7 @@ contains
         if (noise%length > 0) then
           c2 = noise%length**2 + bins%spread(:, a) + bins%spread(:, b)
           near = (1 - noise%white)*noise%length**2/sqrt(product(c2))* &
-                 exp(-0.5_rp*sum((bins%place(:, a) - bins%place(:, b))**2/c2))
+                 exp(-0.5_rp*sum((bins%site(:, a) - bins%site(:, b))**2/c2))
         end if
         white_part = 0
         if (all(bins%cell(:, a) == bins%cell(:, b))) white_part = noise%white/max(bins%pixels(a), bins%pixels(b))
@@ -175,8 +175,8 @@ contains
     real(rp), intent(out) :: patterns(:, :)
     real(rp) :: x(bins%count(l)), y(bins%count(l))
     associate (first => bins%first(l), last => bins%first(l) + bins%count(l) - 1)
-      x = (bins%place(1, first:last) - root(1))/size_of_wing
-      y = (bins%place(2, first:last) - root(2))/size_of_wing
+      x = (bins%site(1, first:last) - root(1))/size_of_wing
+      y = (bins%site(2, first:last) - root(2))/size_of_wing
       x = merge(x, 0.0_rp, bins%cell(1, first:last) > 0) ! else observed otherwise
       y = merge(y, 0.0_rp, bins%cell(1, first:last) > 0)
     end associate

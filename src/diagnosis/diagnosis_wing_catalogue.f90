@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The catalogue: what a simulation of a bending test may lack, one entry for each effect, with a sentence for people,
-!> the parameters that it releases, the positions at which it is tried, and what data it needs to show.
+!> Makes the catalogue of what a simulation of a bending test may lack. It has one entry for each effect: a sentence for people,
+!> the parameters that the effect releases, the sites where the diagnosis tries it, and the data that it needs to be visible.
 module diagnosis_wing_catalogue
   use base_kinds, only: rp
   use base_parameter, only: define_parameter, parameter_t
@@ -148,7 +148,7 @@ contains
     real(rp), allocatable :: way(:)
     integer :: v, k, n
     allocate (variants(0))
-    soft = factor_at_places('soft', -9.0_rp, 4.6_rp, 2.0_rp, KIND_SOFT)
+    soft = factor_at_sites('soft', -9.0_rp, 4.6_rp, 2.0_rp, KIND_SOFT)
     do v = 1, size(wing%veins)
       associate (nodes => wing%veins(v)%nodes)
         way = [0.0_rp]
@@ -203,7 +203,7 @@ contains
     real(rp), allocatable :: sites(:, :)
     type(wing_parameter_t) :: damage
     integer :: k, r, n
-    damage = factor_at_places('damage', -4.6_rp, 4.6_rp, 1.0_rp, KIND_DAMAGE)
+    damage = factor_at_sites('damage', -4.6_rp, 4.6_rp, 1.0_rp, KIND_DAMAGE)
     call lattice(wing, e%model%size, spacing, sites)
     do k = 1, size(sites, 2)
       do r = 1, size(radii)
@@ -217,7 +217,7 @@ contains
   end subroutine scan_damage
 
   !> The coordinate of a factor on stiffness at one of many places, between these bounds.
-  function factor_at_places(name, lower, upper, prior_sd, kind) result(p)
+  function factor_at_sites(name, lower, upper, prior_sd, kind) result(p)
     character(*), intent(in) :: name
     real(rp), intent(in) :: lower, upper, prior_sd
     integer, intent(in) :: kind
@@ -226,7 +226,7 @@ contains
     call define_parameter(factor, name, '1', .true., lower, upper)
     factor%prior_sd = prior_sd
     p = wing_parameter(factor, kind, 0)
-  end function factor_at_places
+  end function factor_at_sites
 
   !> Entries that are errors of the measurement.
   subroutine enter_measurement(c, e)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Entries of the catalogue that records of a wing that rings show: what takes its energy. The baseline has damping in proportion to
-!> the mass, as every wing that rings comes to rest. Without records there is none of them.
+!> Makes the entries of the catalogue that describe energy loss, which only records of a wing that rings can show. The baseline
+!> has mass-proportional damping, as every wing comes to rest. Without records the catalogue has none of these entries.
 module diagnosis_wing_damping
   use base_constants, only: TWO_PI
   use base_kinds, only: rp

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Entries of the catalogue of a wing and a measurement, and how they are made: parameters that are released together or
-!> one after another, of the wing or of the instrument.
+!> Builds the entries of the catalogue from parameters of the wing or of the instrument that are released together or one after
+!> another.
 module diagnosis_wing_entries
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
@@ -75,10 +75,10 @@ contains
     type(parameter_t) :: p
     integer :: i, n
     n = index(name//'*', '*') - 1
-    missing = 'the wing has nothing of the kind'
+    missing = 'the wing has no such part'
     do i = 1, size(numbers)
       p = e%model%params%describe(numbers(i))
-      if (index(p%name//' ', trim(name(:n))) == 1) missing = 'the baseline seeks it'
+      if (index(p%name//' ', trim(name(:n))) == 1) missing = 'it is a free parameter of the baseline'
     end do
   end function lacks_parameters
 
@@ -164,11 +164,11 @@ contains
   end subroutine catalogue_enter
 
   !> Adds a variant with one parameter.
-  subroutine append_variant(variants, label, column, place)
+  subroutine append_variant(variants, label, column, site)
     type(variant_t), allocatable, intent(inout) :: variants(:)
     character(*), intent(in) :: label
     integer, intent(in) :: column
-    real(rp), intent(in) :: place(2)
+    real(rp), intent(in) :: site(2)
     type(variant_t), allocatable :: longer(:)
     integer :: i
     allocate (longer(size(variants) + 1))
@@ -177,7 +177,7 @@ contains
     end do
     longer(i)%label = label
     longer(i)%columns = [column]
-    longer(i)%place = place
+    longer(i)%site = site
     call move_alloc(longer, variants)
   end subroutine append_variant
 

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Entries of the catalogue that only motion shows: what the wing weighs, and where. Natural modes and records of motion
-!> are what shows them; without these there is none of them.
+!> Makes the entries of the catalogue that describe the mass of the wing and its distribution, which only natural modes and
+!> records of motion can show. Without these the catalogue has none of them.
 module diagnosis_wing_inertia
   use base_kinds, only: rp
   use base_parameter, only: parameter_t

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> To which load, location and repeat of a measurement of a wing every observation belongs.
+!> Labels every observation of a wing with its load, location and repeat.
 module diagnosis_wing_labels
   use base_kinds, only: rp
   use diagnosis_wing_bins, only: bin_rows, bins_t
@@ -20,7 +20,7 @@ contains
     n = size(experiment%loads)
     associate (loads => experiment%measurement%loads)
       labels%surface = bins%load(:bins%n)
-      labels%place = bins%place(:, :bins%n)
+      labels%site = bins%site(:, :bins%n)
       allocate (labels%observed(bins%n))
       do l = 1, n
         call bin_rows(bins, l, experiment%comparisons(l)%measured, &
@@ -56,10 +56,10 @@ contains
 
   !> Adds n observations at a place [m]: a surface with a fold and a block of its own. They are no answer to a load, and what was
   !> observed has no size.
-  pure subroutine append_surface(labels, n, place)
+  pure subroutine append_surface(labels, n, site)
     type(labels_t), intent(inout) :: labels
     integer, intent(in) :: n
-    real(rp), intent(in) :: place(2)
+    real(rp), intent(in) :: site(2)
     integer :: surface, block, k
     surface = size(labels%fold) + 1
     block = max(0, maxval(labels%block)) + 1
@@ -67,7 +67,7 @@ contains
     labels%surface = [labels%surface, (surface, k=1, n)]
     labels%block = [labels%block, (block, k=1, n)]
     labels%observed = [labels%observed, (0.0_rp, k=1, n)]
-    labels%place = reshape([labels%place, (place, k=1, n)], [2, size(labels%surface)])
+    labels%site = reshape([labels%site, (site, k=1, n)], [2, size(labels%surface)])
     labels%level = [labels%level, 0.0_rp]
     labels%order = [labels%order, 0.0_rp]
     labels%hold = [labels%hold, -1.0_rp]

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Places all over a wing, at which causes without a place of their own are tried.
+!> Places lattice points all over a wing, at which the diagnosis tries causes that may act anywhere.
 module diagnosis_wing_lattice
   use base_kinds, only: rp
   use diagnosis_wing_task, only: wing_patterns_t
@@ -20,7 +20,7 @@ contains
     type(wing_t), intent(in) :: wing
     type(wing_patterns_t), intent(out) :: patterns
     patterns%radius = PATTERN_RADIUS*experiment%model%size
-    call lattice(wing, experiment%model%size, PATTERN_RADIUS, patterns%place)
+    call lattice(wing, experiment%model%size, PATTERN_RADIUS, patterns%site)
   end subroutine make_patterns
 
   !> Points (2, n) [m] of a triangular lattice on the wing, or on its veins if it has no membrane; their distance is a
@@ -29,7 +29,7 @@ contains
     type(wing_t), intent(in) :: wing
     real(rp), intent(in) :: length, fraction
     real(rp), allocatable, intent(out) :: sites(:, :)
-    real(rp) :: place(2), low(2), high(2), spacing
+    real(rp) :: site(2), low(2), high(2), spacing
     integer :: i, j
     spacing = fraction*length
     low = minval(wing%points(:2, :), 2)
@@ -41,9 +41,9 @@ contains
     end if
     do j = 0, int((high(2) - low(2))/(0.866_rp*spacing)) + 1
       do i = 0, int((high(1) - low(1))/spacing) + 1
-        place = low + [(i + 0.5_rp*modulo(j, 2))*spacing, (j + 0.25_rp)*0.866_rp*spacing]
-        associate (found => find_material_point(wing%points, wing%triangles, length, place))
-          if (found%is_found) sites = reshape([sites, place], [2, size(sites, 2) + 1])
+        site = low + [(i + 0.5_rp*modulo(j, 2))*spacing, (j + 0.25_rp)*0.866_rp*spacing]
+        associate (found => find_material_point(wing%points, wing%triangles, length, site))
+          if (found%is_found) sites = reshape([sites, site], [2, size(sites, 2) + 1])
         end associate
       end do
     end do

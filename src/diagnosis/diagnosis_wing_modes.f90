@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The natural modes of a measurement as a simulator of a wing sees them: residuals in units of their sd, with the unit matrix
-!> as covariance, and exact tangents of all parameters of the catalogue. In vectors of observations bending tests come first and
-!> modes follow. Each mode is a surface of its own, and a fold of its own. Without modes there are no observations here.
+!> Computes the residuals of the natural modes of a measurement in units of their sd (the covariance is the unit matrix), and
+!> exact tangents of all parameters of the catalogue. In vectors of observations modes follow bending tests. Each mode is a
+!> surface and a fold by itself. Without modes there are no observations here.
 module diagnosis_wing_modes
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
@@ -134,9 +134,9 @@ contains
   !> At q: nuisance(n), what D in error by membrane_sd does, if parameter `membrane` is D (0: none), and, unless patterns(n, :)
   !> has no columns, in the first ones what unit stiffness around each place(2, :) [m] does. Without bending tests the forces of
   !> unknown causes are those of inertia: in the next ones a mass of the usual prior at each place.
-  subroutine modes_directions(self, q, membrane, membrane_sd, place, radius, nuisance, patterns, ok)
+  subroutine modes_directions(self, q, membrane, membrane_sd, site, radius, nuisance, patterns, ok)
     class(wing_modes_t), intent(inout) :: self
-    real(rp), intent(in) :: q(:), membrane_sd, place(:, :), radius
+    real(rp), intent(in) :: q(:), membrane_sd, site(:, :), radius
     integer, intent(in) :: membrane
     real(rp), intent(inout) :: nuisance(:), patterns(:, :)
     logical, intent(out) :: ok
@@ -150,15 +150,15 @@ contains
       call self%tangent(q, membrane, nuisance)
       nuisance = membrane_sd*nuisance
     end if
-    do i = 1, min(size(place, 2), size(patterns, 2))
-      call damage_tangent(self, [place(:, i), radius], patterns(:, i))
+    do i = 1, min(size(site, 2), size(patterns, 2))
+      call damage_tangent(self, [site(:, i), radius], patterns(:, i))
     end do
-    n = size(place, 2)
+    n = size(site, 2)
     if (size(self%rest%bare%loads) > 0 .or. size(patterns, 2) < 2*n) return
     p = describe_mass_effect(MASS_POINT, sum(self%rest%bare%masses))
     effects = self%effects
     do i = 1, n
-      call put_mass_at(self%rest%bare, place(:, i), effects)
+      call put_mass_at(self%rest%bare, site(:, i), effects)
       call self%simulation%mass_tangent(MASS_POINT, effects, patterns(:, n + i))
       patterns(:, n + i) = p%prior_sd*patterns(:, n + i)
     end do

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> All observations of a wing in motion: natural modes, then the records of a wing that rings. Behind bending tests in vectors of
-!> observations. On rank 0.
+!> Collects all observations of a wing in motion: natural modes, then the records of a wing that rings. In vectors of
+!> observations they follow bending tests. Rank 0 computes them.
 module diagnosis_wing_motion
   use base_kinds, only: rp
   use diagnosis_wing_modes, only: wing_modes_t
@@ -70,18 +70,18 @@ contains
   !> At q: membrane(n) is what an error of D of membrane_sd does, where parameter `number` is D (0: D is no nuisance);
   !> record_nuisances(n, n_nuisances) are those of the records; patterns(n, :) those of unknown causes, with no columns if they are
   !> not wanted.
-  subroutine motion_directions(self, q, number, membrane_sd, place, radius, membrane, record_nuisances, patterns, ok)
+  subroutine motion_directions(self, q, number, membrane_sd, site, radius, membrane, record_nuisances, patterns, ok)
     class(wing_motion_t), intent(inout) :: self
-    real(rp), intent(in) :: q(:), membrane_sd, place(:, :), radius
+    real(rp), intent(in) :: q(:), membrane_sd, site(:, :), radius
     integer, intent(in) :: number
     real(rp), intent(inout) :: membrane(:), record_nuisances(:, :), patterns(:, :)
     logical, intent(out) :: ok
     integer :: n
     n = self%modes%n
     ok = .true.
-    if (n > 0) call self%modes%directions(q, number, membrane_sd, place, radius, membrane(:n), patterns(:n, :), ok)
+    if (n > 0) call self%modes%directions(q, number, membrane_sd, site, radius, membrane(:n), patterns(:n, :), ok)
     if (self%series%n == 0 .or. .not. ok) return
-    call self%series%directions(q, number, membrane_sd, place, radius, membrane(n + 1:), record_nuisances(n + 1:, :), &
+    call self%series%directions(q, number, membrane_sd, site, radius, membrane(n + 1:), record_nuisances(n + 1:, :), &
                                 patterns(n + 1:, :), ok)
   end subroutine motion_directions
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What data an effect needs to show; functions give what an experiment lacks, '' if nothing.
+!> Tells which data an effect needs to be visible. Each function returns what an experiment lacks, '' if nothing.
 module diagnosis_wing_needs
   use base_kinds, only: rp
   use measurement_experiment, only: experiment_t
@@ -11,7 +11,7 @@ module diagnosis_wing_needs
   private
   public :: missing_of, needs_holds, needs_levels, needs_membrane, needs_mass, needs_small_deflections
 
-  real(rp), parameter :: SAME_PLACE = 0.02_rp !< of the wing's size
+  real(rp), parameter :: SAME_SITE = 0.02_rp !< of the wing's size
   real(rp), parameter :: OTHER_FORCE = 0.05_rp !< of the other force
 
 contains
@@ -41,7 +41,7 @@ contains
     associate (loads => e%measurement%loads)
       do i = 1, size(loads)
         do k = 1, i - 1
-          if (norm2(loads(i)%point - loads(k)%point) < SAME_PLACE*e%model%size .and. &
+          if (norm2(loads(i)%point - loads(k)%point) < SAME_SITE*e%model%size .and. &
               abs(loads(i)%force - loads(k)%force) > OTHER_FORCE*loads(k)%force) missing = ''
         end do
       end do

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The parameters that a diagnosis of a wing varies, and the experiment that has them.
+!> Defines the parameters that a diagnosis of a wing varies, and makes the experiment that has them.
 !>
 !> | kind | coordinate |
 !> |---|---|
@@ -28,7 +28,7 @@ module diagnosis_wing_parameters
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: wing_parameter_t, wing_parameter, without_places, differing, find_parameter, fit_case_t, make_fit_case, &
+  public :: wing_parameter_t, wing_parameter, without_sites, differing, find_parameter, fit_case_t, make_fit_case, &
             is_fit_case_for, fit_case_coordinates, wing_parameter_tangent, fit_case_params
 
   integer, parameter, public :: KIND_PARAMETER = 1, KIND_INSTRUMENT = 2, KIND_SOFT = 3, KIND_DAMAGE = 4, KIND_ZERO = 5, &
@@ -67,7 +67,7 @@ contains
   end function wing_parameter
 
   !> What the statistics see of the parameters.
-  pure function without_places(parameters) result(p)
+  pure function without_sites(parameters) result(p)
     type(wing_parameter_t), intent(in) :: parameters(:)
     type(parameter_t), allocatable :: p(:)
     integer :: i
@@ -75,7 +75,7 @@ contains
     do i = 1, size(parameters)
       p(i) = parameters(i)%parameter_t
     end do
-  end function without_places
+  end function without_sites
 
   !> Parameters of the shape under a load that differ from their null at q.
   pure function differing(parameters, q) result(numbers)

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The wing at rest as natural modes and records of motion need it: a model that has the places of what differs from its null, all
-!> values at a point q of the parameters, masses and damping included, and the direction of stiffness of each parameter. Veins
-!> have sides, so that torsion has room.
+!> Prepares the wing at rest for natural modes and records of motion: a model with the sites of all effects that differ from
+!> their null, all parameters at a point q, masses and damping included, and the direction of stiffness of each parameter. Veins
+!> have sides, so that torsion can act.
 module diagnosis_wing_rest
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -178,12 +178,12 @@ contains
   end function mass_effects_at
 
   !> The point mass of `effects` is at this place [m] of the wing.
-  subroutine put_mass_at(bare, place, effects)
+  subroutine put_mass_at(bare, site, effects)
     type(experiment_t), intent(in) :: bare
-    real(rp), intent(in) :: place(2)
+    real(rp), intent(in) :: site(2)
     type(mass_effects_t), intent(inout) :: effects
     type(material_point_t) :: found
-    found = find_material_point(bare%model%points(:, :bare%model%n_points), bare%model%triangles, bare%model%size, place)
+    found = find_material_point(bare%model%points(:, :bare%model%n_points), bare%model%triangles, bare%model%size, site)
     effects%corner = found%corner
     effects%weight = found%weight
   end subroutine put_mass_at

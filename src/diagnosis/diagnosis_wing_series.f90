@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The records of a wing that rings as a simulator of a wing sees them: residuals in units of their sd, with the unit matrix as
-!> covariance, exact tangents of all parameters of the catalogue, and the size and the time of every excitation as nuisances.
-!> Every trace is a surface of its own, and a fold of its own. Without records there are no observations here.
+!> Computes the residuals of the records of a wing that rings in units of their sd (the covariance is the unit matrix), and
+!> exact tangents of all parameters of the catalogue. The size and the time of every excitation are nuisances. Each trace is a
+!> surface and a fold by itself. Without records there are no observations here.
 module diagnosis_wing_series
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
@@ -152,9 +152,9 @@ contains
   !> record_nuisances(n, n_nuisances) are errors of the excitations. If patterns(n, :) has columns, the first of them are the
   !> effects of unit stiffness around each site(2, :) [m]. Without bending tests the next ones are the effects of a mass of the
   !> default prior at each site.
-  subroutine series_directions(self, q, number, membrane_sd, place, radius, membrane, record_nuisances, patterns, ok)
+  subroutine series_directions(self, q, number, membrane_sd, site, radius, membrane, record_nuisances, patterns, ok)
     class(wing_series_t), intent(inout) :: self
-    real(rp), intent(in) :: q(:), membrane_sd, place(:, :), radius
+    real(rp), intent(in) :: q(:), membrane_sd, site(:, :), radius
     integer, intent(in) :: number
     real(rp), intent(inout) :: membrane(:), record_nuisances(:, :), patterns(:, :)
     logical, intent(out) :: ok
@@ -170,17 +170,17 @@ contains
       membrane = membrane_sd*membrane
     end if
     call self%simulation%nuisances(record_nuisances)
-    n = size(place, 2)
+    n = size(site, 2)
     model => self%simulation%model()
     do i = 1, min(n, size(patterns, 2))
-      call damage_direction(model, [place(:, i), radius], self%direction)
+      call damage_direction(model, [site(:, i), radius], self%direction)
       call self%simulation%stiffness_tangent(self%direction, .false., patterns(:, i))
     end do
     if (size(self%rest%bare%loads) > 0 .or. size(patterns, 2) < 2*n) return
     p = describe_mass_effect(MASS_POINT, sum(self%rest%bare%masses))
     effects = self%effects
     do i = 1, n
-      call put_mass_at(self%rest%bare, place(:, i), effects)
+      call put_mass_at(self%rest%bare, site(:, i), effects)
       call self%simulation%mass_tangent(MASS_POINT, effects, patterns(:, n + i))
       patterns(:, n + i) = p%prior_sd*patterns(:, n + i)
     end do

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A wing of masses and springs and a measurement of it as the statistics see them. Loads are tasks of a farm: rank 0
-!> leads, all ranks solve, and results do not depend on their number.
+!> Simulates a mass-spring wing and a measurement of it for the statistics. Loads are tasks of a farm: rank 0 leads, all ranks
+!> solve, and results do not depend on the number of ranks.
 !>
 !>     call simulator%init(...)                    collective
 !>     if (world%is_root) then
@@ -16,7 +16,7 @@ module diagnosis_wing_simulator
   use diagnosis_wing_entries, only: catalogue_t
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_motion, only: wing_motion_t
-  use diagnosis_wing_parameters, only: find_parameter, without_places, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
+  use diagnosis_wing_parameters, only: find_parameter, without_sites, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
   use diagnosis_wing_state, only: wing_state_t
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, NUISANCE_KIND, &
                                  NUISANCE_NAMES
@@ -87,24 +87,24 @@ contains
     type(bins_t), intent(in) :: bins
     type(wing_patterns_t), intent(in) :: patterns
     type(mass_parts_t), intent(in) :: parts !< of the wing's mass, for what moves
-    integer :: l, n, n_distortions
+    integer :: l, n, n_smooth_errors
     self%experiment => experiment
-    self%parameters = without_places(catalogue%parameters)
+    self%parameters = without_sites(catalogue%parameters)
     self%effects = catalogue%effects
     self%bins = bins
     self%n_baseline = catalogue%n_baseline
     if (world%is_root) call self%motion%init(experiment, wing, catalogue%parameters, parts)
     self%n_observations = bins%n + self%motion%n
-    n = size(patterns%place, 2)
-    n_distortions = merge(N_DISTORTIONS, 0, any(bins%cell(1, :bins%n) > 0))
+    n = size(patterns%site, 2)
+    n_smooth_errors = merge(N_DISTORTIONS, 0, any(bins%cell(1, :bins%n) > 0))
     self%n_alone = 2*n
-    self%n_patterns = 2*n + n_distortions*size(experiment%loads)
+    self%n_patterns = 2*n + n_smooth_errors*size(experiment%loads)
     self%field = pack([(l, l=1, size(catalogue%parameters))], catalogue%parameters%kind == KIND_SOFT)
     self%family = [(1, l=1, n), (2, l=1, n), (4, l=2*n + 1, self%n_patterns), (3, l=1, size(self%field))]
-    self%pattern_place = reshape([patterns%place, patterns%place, &
-                                  [(spread(experiment%measurement%loads(l)%point, 2, n_distortions), &
+    self%pattern_site = reshape([patterns%site, patterns%site, &
+                                  [(spread(experiment%measurement%loads(l)%point, 2, n_smooth_errors), &
                                     l=1, size(experiment%loads))], &
-                                  experiment%model%layout%hinge_place(:, catalogue%parameters(self%field)%number)], &
+                                  experiment%model%layout%hinge_site(:, catalogue%parameters(self%field)%number)], &
                                  [2, self%n_patterns + size(self%field)])
     call self%runner%init(experiment, wing, catalogue%parameters, bins, patterns)
     call self%farm%start(world, self%runner%input_size(), self%runner%most_output())
@@ -392,7 +392,7 @@ contains
     shared = shared + N_COMMON_NUISANCES
     nuisances(:, shared + self%motion%n_nuisances + 1:) = self%current%error_directions
     associate (rows => self%bins%n + 1, last => shared + self%motion%n_nuisances)
-      call self%motion%directions(q, self%membrane, self%membrane_sd, self%runner%patterns%place, self%runner%patterns%radius, &
+      call self%motion%directions(q, self%membrane, self%membrane_sd, self%runner%patterns%site, self%runner%patterns%radius, &
                                   nuisances(rows:, shared), nuisances(rows:, shared + 1:last), patterns(rows:, :), is_valid)
     end associate
   end subroutine wing_directions

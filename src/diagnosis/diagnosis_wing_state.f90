@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Where a simulator of a wing stands: shapes from which solutions begin, and errors about which nuisances are linear.
+!> Holds the state of a simulator of a wing: the shapes from which solutions begin, and the errors about which the nuisances are
+!> linearised.
 module diagnosis_wing_state
   use base_kinds, only: rp
   use least_squares_state, only: solver_state_t

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tasks of a diagnosis: one load on one wing (measurement_bending_task), for residuals, tangents or pixels.
+!> Runs the tasks of a diagnosis: one load on one wing (measurement_bending_task), for residuals, tangents or pixels.
 module diagnosis_wing_task
   use base_kinds, only: rp
   use diagnosis_wing_bins, only: bin_rows, bins_t
@@ -25,7 +25,7 @@ module diagnosis_wing_task
 
   !> Unknown causes: log stiffness in discs, and forces in proportion to the load around the same places.
   type :: wing_patterns_t
-    real(rp), allocatable :: place(:, :)     !< (2, n) [m]
+    real(rp), allocatable :: site(:, :)     !< (2, n) [m]
     real(rp) :: radius = 0                   !< [m]
   end type wing_patterns_t
 
@@ -99,7 +99,7 @@ contains
     case (TASK_NUISANCES)
       n = most*(N_LOAD_NUISANCES + n_columns)
     case (TASK_DIRECTIONS)
-      n = most*(N_LOAD_NUISANCES + n_columns + 2*size(self%patterns%place, 2))
+      n = most*(N_LOAD_NUISANCES + n_columns + 2*size(self%patterns%site, 2))
     case default
       n = max(0, maxval(self%bare%comparisons%n))
     end select
@@ -199,7 +199,7 @@ contains
       at = at + b
     end do
     if (.not. has_patterns) return
-    associate (sites => self%patterns%place)
+    associate (sites => self%patterns%site)
       do i = 1, 2*size(sites, 2)
         if (i <= size(sites, 2)) then
           call self%worker%work%damage_tangent(self%fit_case%experiment, l, [sites(:, i), self%patterns%radius], columns(:, 1))
@@ -214,16 +214,16 @@ contains
   end subroutine give_directions
 
   !> The stated load spread over the wing around a place.
-  subroutine spread_force(self, l, place, force)
+  subroutine spread_force(self, l, site, force)
     class(wing_runner_t), intent(in) :: self
     integer, intent(in) :: l
-    real(rp), intent(in) :: place(2)
+    real(rp), intent(in) :: site(2)
     real(rp), intent(out) :: force(:, :)
     real(rp) :: weights(self%bare%model%n_points)
     integer :: i
     associate (load => self%bare%measurement%loads(l))
       do i = 1, size(weights)
-        weights(i) = exp(-0.5_rp*sum((self%bare%model%points(:2, i) - place)**2)/(0.7_rp*self%patterns%radius)**2)
+        weights(i) = exp(-0.5_rp*sum((self%bare%model%points(:2, i) - site)**2)/(0.7_rp*self%patterns%radius)**2)
       end do
       weights = weights/sum(weights)
       force = 0

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The zero readings of instruments, which are unknowns of every fit, and whether those that should be equal are: all
-!> offsets of readings at one place along one axis.
+!> Compares the zero readings of instruments, which are unknowns of every fit: all offsets of readings at one place along one
+!> axis should be equal.
 !>
 !> With the covariance C of the offsets, all other unknowns free, the differences d to the first one have the
 !> covariance A C A^T, and d (A C A^T)^-1 d is a chi^2 if the zeros are equal.

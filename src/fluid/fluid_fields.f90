@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Dense copies of sparse things, for output.
+!> Makes dense fields from sparse lists, for output.
 module fluid_fields
   use base_kinds, only: rp
   use fluid_penalty, only: penalty_t

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Velocity and vorticity in physical space, one field at a time, from the spectrum of the velocity.
+!> Computes velocity and vorticity in physical space, one field at a time, from the spectrum of the velocity.
 module fluid_flow_fields
   use base_errors, only: require
   use base_kinds, only: rp

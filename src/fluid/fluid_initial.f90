@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The velocity at t = 0, on the full spectrum.
+!> Sets the velocity at t = 0, on the full spectrum.
 !>
 !> Conditions given by their vorticity become velocities by u = i k x omega/k^2 (k /= 0).
 module fluid_initial

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The untruncated flow that a run begins with, until its first step has been made and written.
+!> Holds the untruncated flow that a run begins with, until its first step has been made and written.
 !>
 !> Only the full spectrum of the velocity is stored, three numbers per point. What the first pass multiplies is made of it
 !> part by part of the planes, when it is asked for.

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What happens to the mean velocity, the mode k = 0, in each direction: it is left free, prescribed, or
-!> accelerated by the reaction of the solids on a given mass of fluid.
+!> Advances the mean velocity, the mode k = 0, in each direction: it is free, prescribed, or accelerated by the reaction of the
+!> solids on a given mass of fluid.
 module fluid_mean_flow
   use base_constants, only: TWO_PI
   use base_kinds, only: rp

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the fluid asks of solids that move: to be drawn where they are at a given time. Who they are is not
-!> its business; layers above extend this type.
+!> Defines what the fluid needs of moving solids: that they draw themselves at a given time. Layers above extend this type, so
+!> that the fluid knows no wings.
 module fluid_moving_solids
   use base_errors, only: failure_t
   use base_kinds, only: rp

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> All that the fluid sees of solids: a sparse list of grid points with mask chi, solid velocity u_s and
-!> colour. Storage and work follow the solid, not the box.
+!> Holds all that the fluid sees of solids: a sparse list of grid points with mask chi, solid velocity u_s and colour. Storage
+!> and work are proportional to the solid, not to the box.
 !>
 !> Solids that never move are given once (`begin`, `add_line`, `finish`). What moves is laid over them line
 !> by line (`erase_overlay`, `overlay_line`); both touch only the lines of what moves.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Forces at points of the flow, and the velocity of the flow at these points.
+!> Applies forces at points of the flow, and interpolates the velocity of the flow at these points.
 !>
 !> Both use one filter Phi(k). The velocity at a point X is
 !>

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The static pressure of a pass, kept on the way and computed when it is asked for.
+!> Keeps what the static pressure of a pass needs, and computes it on demand.
 !>
 !> p = Pi - |u|^2/2 in Fourier space, where Pi is the total pressure that the projection removes. Both end at the
 !> truncation: their modes beyond it nearly cancel, and cutting them off in one of the two alone would leave those of

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What one pass over the right-hand side should do besides computing it.
+!> Tells one pass over the right-hand side what it should do besides computing it.
 module fluid_requests
   use base_kinds, only: rp
   implicit none

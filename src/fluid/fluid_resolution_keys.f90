@@ -70,7 +70,8 @@ contains
     do i = 1, 3
       if (i == 1 .and. p%n(i) == 1) cycle
       if (mod(p%n(i), 2) /= 0) call c%complain(errors, 'Resolution', POINTS(i), 'the number of points must be even')
-      if (p%n(i) < 4) call c%complain(errors, 'Resolution', POINTS(i), 'at least 4 points, or nx = 1 for a 2-D flow')
+      if (p%n(i) < 4) call c%complain(errors, 'Resolution', POINTS(i), &
+                                      'needs at least 4 points, or nx = 1 for a two-dimensional flow')
     end do
     if (p%transform == 'p3dfft' .and. .not. HAS_P3DFFT) call c%complain(errors, 'Parallel', 'transform', &
       'this program was built without P3DFFT: set builtin, or build it again with P3DFFT_ROOT (docs/theory/transforms.md)')

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The fluid's part of a checkpoint: exactly `fluid_state_t`, double precision, independent of the ranks.
+!> Saves and loads the fluid's part of a checkpoint: exactly `fluid_state_t`, in double precision, independent of the number of
+!> ranks.
 module fluid_restart
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
@@ -61,7 +62,7 @@ contains
     call reader%get_reals('length', numbers, failure)
     if (.not. failure%failed) then
       if (any(abs(numbers - params%grid%length) > 1.0e-12_rp*params%grid%length)) &
-        call failure%raise('the checkpoint has another box: xl, yl or zl differ')
+        call failure%raise('the checkpoint has another box: set xl, yl and zl of [Geometry] as in the run that wrote it')
     end if
     call reader%get_text('dealias', text, failure)
     if (.not. failure%failed) then
@@ -69,7 +70,8 @@ contains
     end if
     call reader%get_integer('scheme', number, failure)
     if (.not. failure%failed .and. number /= params%time%scheme) &
-      call failure%raise('the checkpoint was made with another time stepper')
+      call failure%raise('the checkpoint was made with another time stepper: '// &
+                         'set [Time] iTimeMethodFluid as in the run that wrote it')
     if (failure%failed) return
     call loader%begin(reader, '')
     call state%visit(loader)

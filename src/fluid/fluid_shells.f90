@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The energy spectrum of a velocity: what the modes of each shell of wavenumbers have of the kinetic energy.
+!> Computes the energy spectrum of a velocity: the kinetic energy of the modes in each shell of wavenumbers.
 !>
 !> As in FLUSI, shell i = 0, 1, ... has the modes whose |k|/dk is nearest to i, where dk is the smallest wavenumber of the
 !> box, 2 pi over its longest side. The energy of a shell is the sum of |u(k)|^2/2 over its modes: the sum over all shells

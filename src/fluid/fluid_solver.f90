@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The fluid as a whole: transform, right-hand side, and the step.
+!> Advances the fluid: it combines transforms, right-hand side and time step.
 module fluid_solver
   use base_errors, only: failure_t, require
   use base_kinds, only: rp

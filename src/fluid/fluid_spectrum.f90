@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Random solenoidal velocity with a given energy spectrum, the same on any number of ranks.
+!> Makes a random solenoidal velocity with a given energy spectrum, the same on any number of ranks.
 !>
 !> Every mode of a shell (nearest integer of |k| over the smallest wavenumber of the box) gets the same
 !> modulus, so that the shell holds exactly its energy; direction and phase are drawn by a

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a restart needs of the fluid, and the tables of the exact viscous factor.
+!> Holds what a restart needs of the fluid, and the tables of the exact viscous factor.
 module fluid_state
   use base_kinds, only: rp
   use base_memory, only: check_allocation, COMPLEX_BYTES

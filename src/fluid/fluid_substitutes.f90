@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What to give instead of the words of FLUSI that are not built here, as the register of keys takes it:
-!> 'word: sentence|word*: sentence'. A word that ends in * stands for all that begin so.
+!> Tells what to give instead of the words of FLUSI that this program lacks, in the form that the register of keys takes: 'word:
+!> sentence|word*: sentence'. A word that ends in * stands for all that begin so.
 module fluid_substitutes
   implicit none
   private

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Volume integrals gathered while the right-hand side is computed, reduced over the ranks in one message.
+!> Gathers volume integrals while the right-hand side is computed, and reduces them over the ranks in one message.
 module fluid_sums
   use base_kinds, only: rp
   use fluid_penalty, only: penalty_t, N_COLORS

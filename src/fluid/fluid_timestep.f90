@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How long the next time step may be.
+!> Limits the length of the next time step.
 module fluid_timestep
   use base_kinds, only: rp
   use fluid_params, only: fluid_params_t

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What chance alone does to all tests together: a parametric bootstrap of the design.
+!> Calibrates all tests together by a parametric bootstrap of the design: it draws data that contain noise only.
 !>
 !> If the baseline is true, z is a vector of independent normal numbers, and the test statistics of all candidates and
 !> of unknown causes follow from it. Their joint distribution gives p of scans (the largest of many positions), p of

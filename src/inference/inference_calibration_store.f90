@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Keeps what was drawn for a design, so that the same design is not drawn for twice.
+!> Stores what was drawn for a design, so that the same design is not drawn for twice.
 !>
 !> The key is a checksum of all that the draws depend on: the bases of the candidates and families as they are, bit by bit,
 !> numbers of degrees of freedom, draws and seed. What is recalled is not believed: a few draws are made once more, and if

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> From the odds of all hypotheses to a verdict.
+!> Derives a verdict from the odds of all hypotheses.
 !>
 !> | verdict | when |
 !> |---|---|

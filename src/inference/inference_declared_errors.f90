@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How large errors are of which only an sd is declared, such as tilts of scans, against this sd.
+!> Compares errors of which only an sd is declared, such as tilts of scans, with this sd.
 !>
 !> With r the whitened residuals behind a fit of the baseline (projector P) and W = P C^-1/2 V, V the directions of one kind of
 !> error scaled by their sd, G = W^T W = X diag(g) X^T: if these errors are k times as large as declared the components of

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The linear core: everything that can be computed before one looks at the residuals.
+!> Builds the linear design: everything that can be computed before the residuals are known.
 !>
 !> With whitened tangents J of the baseline (priors as further rows) and S of all effects, what the baseline can
 !> imitate is projected out: S_perp = (I - Q Q^T) S, Q an orthonormal basis of J. What is left of all effects and of
@@ -105,7 +105,7 @@ contains
     design%q = q
     call evaluate_tangents(simulator, q, columns, design, is_valid, known)
     if (.not. is_valid) then
-      call failure%raise('the simulator has no result at the best fit of the baseline')
+      call failure%raise('the wing cannot be computed at the best fit of the baseline: check loads, units and [Wing]')
       return
     end if
     if (present(nuisances)) design%nuisances = nuisances
@@ -263,7 +263,7 @@ contains
         end associate
       end do
       associate (own => design%candidates(first:n), variants => simulator%effects(e)%variants)
-        own%weight = cell_weights(reshape([(variants(own(i)%variant)%place, i=1, size(own))], [2, size(own)]), &
+        own%weight = cell_weights(reshape([(variants(own(i)%variant)%site, i=1, size(own))], [2, size(own)]), &
                                   own%is_finer, own%df > 0)
       end associate
     end do

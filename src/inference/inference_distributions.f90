@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tails of the distributions that tests need, as logarithms, so that very small probabilities keep their digits.
+!> Computes tails of the distributions that tests need, as logarithms, so that very small probabilities keep their digits.
 !>
 !> Integer degrees of freedom have finite sums (Abramowitz and Stegun 26.4.4 and 26.4.5); the tail of F is an incomplete
 !> beta function by its continued fraction (26.5.8); a non-central chi^2 is a Poisson mixture of central ones (26.4.25).

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Evidence for a signal of unknown strength: an average over strengths whose variances are uniform in their logarithm.
+!> Averages the evidence for a signal of unknown strength over strengths whose variances are uniform in their logarithm.
 module inference_effect_size
   use base_kinds, only: rp
   implicit none

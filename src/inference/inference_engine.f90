@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The whole diagnosis of one set of data, whatever simulates it: baseline, design, calibration, odds, nonlinear
-!> refits of the top candidates, the same once more with nuisances as the best of them has them, verdict, validation on locations
-!> that were left out, intervals.
+!> Runs the whole diagnosis of one set of data, whatever simulates it: baseline, design, calibration, odds and nonlinear refits
+!> of the top candidates. It repeats them once with the nuisances linearised about the best candidate, decides, validates on
+!> locations that were left out, and finds intervals.
 module inference_engine
   use base_errors, only: failure_t
   use base_kinds, only: rp

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Whether what a fit leaves is noise, whatever the catalogue says: the checks of its residuals, and the size of
-!> errors with a declared sd.
+!> Checks whether a fit leaves nothing but noise, whatever the catalogue says. It tests the residuals and the size of errors
+!> with a declared sd.
 module inference_fit_checks
   use base_kinds, only: rp
   use inference_declared_errors, only: check_declared_errors

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Which cause explains a misfit, as odds: every effect, pairs of effects, and unknown causes are hypotheses about z.
+!> Computes the odds of all explanations of a misfit. Every effect, pairs of effects, and unknown causes are hypotheses about z.
 !>
 !> The evidence of a hypothesis is the density of z averaged over strengths (uniform in their logarithm over six decades
 !> of variance, the same for all) and over positions, relative to the baseline alone (1). Small and large models thus

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> 90 % intervals of the parameters of causes, by profile likelihood, in units of the noise as it is estimated, and whether
+!> Finds 90 % intervals of the parameters of causes by profile likelihood, in units of the estimated noise, and tells whether
 !> estimates and intervals are evidence for each cause.
 module inference_intervals
   use base_kinds, only: rp

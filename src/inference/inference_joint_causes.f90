@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Two or three effects that explain the data together.
+!> Searches for two or three effects that explain the data together.
 !>
 !> What is chosen first is chosen without the others, and may stand for several of them at once. So all pairs with one of the
 !> top candidates are tried, not those with the first alone, then every third effect beside the best pair; and then every effect in

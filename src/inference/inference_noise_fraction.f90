@@ -1,8 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How much of the errors neighbours share. The scatter of neighbours tells the errors that they do not share; the declared
-!> sd less that tells the rest only where the declared sd is right. So the rest is what makes the data most probable,
-!> under normal priors of the baseline's parameters and of unknown causes of unit strength everywhere, which therefore
-!> are no errors.
+!> Estimates the fraction of the error variance that neighbours have in common. The scatter of neighbours shows only the
+!> independent part. The declared sd gives the rest only where it is right. Therefore the rest is what makes the data most
+!> probable, under normal priors of the parameters of the baseline and of unknown causes of unit strength everywhere.
 module inference_noise_fraction
   use base_errors, only: failure_t
   use base_kinds, only: rp

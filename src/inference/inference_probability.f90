@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> From the probability that the odds give to a verdict to the share of such verdicts that were right in a study of blind
-!> cases: isotonic regression (Zadrozny and Elkan 2002, DOI 10.1145/775047.775151), one map for each kind of verdict.
+!> Maps the probability that the odds give to a verdict to the fraction of such verdicts that were right in a study of blind
+!> cases, by isotonic regression (Zadrozny and Elkan 2002, DOI 10.1145/775047.775151), with one map for each kind of verdict.
 !> bench/diagnosis/run learns the map and writes inference_probability_table.
 module inference_probability
   use base_kinds, only: rp

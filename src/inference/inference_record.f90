@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a diagnosis is asked for and everything that comes out of it.
+!> Holds the options and all results of a diagnosis.
 module inference_record
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
@@ -110,7 +110,7 @@ contains
     if (.not. is_valid) then
       z = 0
       residual_square = 0
-      call failure%raise('the simulator has no result at a point that was fitted')
+      call failure%raise('the wing cannot be computed any more at a point that was fitted: check loads, units and [Wing]')
       return
     end if
     call design%compress(residuals, q(:simulator%n_baseline), z, residual_square)

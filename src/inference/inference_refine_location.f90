@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Which variant of an effect should be in the place of the one that was fitted: a step of Gauss and Newton over places.
+!> Finds the variant of an effect that should replace the fitted one, by a Gauss-Newton step over sites.
 !>
 !> A scan by tangents at the baseline finds the place roughly, as strong effects are not linear. At the fit with strength a0
 !> in one place, a strength a in another one has the residuals r - S0 a0 + S a, S and S0 the tangents there, up to the
@@ -54,18 +54,18 @@ contains
     left(:n) = raw
     left(n + 1:) = (found%q(:b) - design%prior)*design%weight
     call orthogonalise(rows(:, :b), basis, r)
-    associate (places => rows(:, b + 1:))
-      places = places - matmul(basis, matmul(transpose(basis), places))
+    associate (variant_tangents => rows(:, b + 1:))
+      variant_tangents = variant_tangents - matmul(basis, matmul(transpose(basis), variant_tangents))
       left = left - matmul(basis, matmul(left, basis))
       least = sum(left**2)
       own = pack([(i, i=1, size(rivals))], rivals == c)
       associate (column => design%candidates(c)%columns(1))
-        left = left - places(:, own(1))*(found%q(column) - simulator%parameters(column)%null)
+        left = left - variant_tangents(:, own(1))*(found%q(column) - simulator%parameters(column)%null)
       end associate
       do i = 1, size(rivals)
-        square = sum(places(:, i)**2)
+        square = sum(variant_tangents(:, i)**2)
         if (rivals(i) == c .or. .not. square > 0) cycle
-        square = sum(left**2) - dot_product(places(:, i), left)**2/square
+        square = sum(left**2) - dot_product(variant_tangents(:, i), left)**2/square
         if (.not. least - square > gain) cycle
         gain = least - square
         next = rivals(i)
@@ -88,7 +88,7 @@ contains
       if (best_of(e) == 0) cycle
       best = design%candidates(best_of(e))%variant
       associate (variants => simulator%effects(e)%variants)
-        distance = [(norm2(variants(k)%place - variants(best)%place), k=1, size(variants))]
+        distance = [(norm2(variants(k)%site - variants(best)%site), k=1, size(variants))]
         do k = 1, MOST
           if (all(variants%is_tried())) exit
           variants(minloc(distance, 1, mask=.not. variants%is_tried()))%is_released = .true.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Full nonlinear fits of nested models: the unknowns of the baseline and, with them, parameters of effects.
+!> Fits nested models without linearisation: the unknowns of the baseline and, with them, parameters of effects.
 !>
 !> Residuals are whitened, so that the sum of squares is minus twice the log likelihood with nuisances integrated out.
 !> The directions of nuisances depend on the point, and are taken anew at the optimum of the baseline until it stays.
@@ -190,7 +190,7 @@ contains
     call simulator%set_state(found%state)
     call update_directions(simulator, found%q, whitener, is_valid, seen, nuisances)
     if (.not. is_valid) then
-      call failure%raise('the simulator has no result at the best fit of the baseline')
+      call failure%raise('the wing cannot be computed at the best fit of the baseline: check loads, units and [Wing]')
       return
     end if
     ! Without an end of the passes these directions may be others than those of the fit.
@@ -284,7 +284,7 @@ contains
     call update_directions(simulator, q, whitener, is_valid)
     if (is_valid) call fit_nested(simulator, whitener, active, q, loose_options(options), found)
     if (.not. found%is_found) then
-      call failure%raise('the baseline could not be fitted')
+      call failure%raise('the baseline could not be fitted: check loads, units and [Wing]')
       return
     end if
     check: block

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Where on the wing an unknown cause is, and which entries of the catalogue come nearest to it.
+!> Locates an unknown cause on the wing, and finds the entries of the catalogue that are most similar to it.
 !>
 !> An unknown cause is one place of the wing or a smooth field over it (inference_hypotheses), a change of stiffness or
 !> further forces. If it is one place, the evidences of all places are the posterior of where it is, and the region is the
@@ -26,7 +26,7 @@ module inference_region
   type :: region_t
     logical :: is_found = .false.           !< there are families of unknown causes
     integer :: family = 0                   !< of the design
-    logical :: is_one_place = .false.       !< more probable than a field
+    logical :: is_one_site = .false.       !< more probable than a field
     integer :: n_parts = 0
     integer, allocatable :: pattern(:)      !< of the family's patterns, part by part, the largest share first
     integer, allocatable :: part(:)         !< that it belongs to
@@ -43,9 +43,9 @@ contains
 
   !> The region for z(k), in units of the noise. place(2, patterns) [m] of the simulator's patterns, `distance` [m] of
   !> neighbours on their lattice.
-  subroutine find_region(design, z, place, distance, region)
+  subroutine find_region(design, z, site, distance, region)
     type(design_t), intent(in) :: design
-    real(rp), intent(in) :: z(:), place(:, :), distance
+    real(rp), intent(in) :: z(:), site(:, :), distance
     type(region_t), intent(out) :: region
     real(rp), allocatable :: alone(:), best(:), mean(:), sd(:), weight(:)
     logical, allocatable :: is_in(:)
@@ -59,12 +59,12 @@ contains
       most = log_add(field, one)
       region%is_found = .true.
       region%family = f
-      region%is_one_place = one > field
+      region%is_one_site = one > field
       best = alone
     end do
     if (.not. region%is_found) return
     associate (family => design%families(region%family))
-      if (region%is_one_place) then
+      if (region%is_one_site) then
         weight = exp(max(-700.0_rp, best - maxval(best)))
         weight = weight/sum(weight)
         is_in = highest_density_set(weight, weight >= 0)
@@ -74,7 +74,7 @@ contains
         weight = weight/max(sum(weight), tiny(1.0_rp))
         is_in = highest_density_set(weight, abs(mean) > TWO_SIDED*sd)
       end if
-      call find_connected_parts(place(:, family%patterns), NEIGHBOURS*distance, weight, is_in, region)
+      call find_connected_parts(site(:, family%patterns), NEIGHBOURS*distance, weight, is_in, region)
     end associate
   end subroutine find_region
 
@@ -112,8 +112,8 @@ contains
   end function highest_density_set
 
   !> Sorts places into parts of which each place has a neighbour within `reach` in its part.
-  subroutine find_connected_parts(place, reach, weight, is_in, region)
-    real(rp), intent(in) :: place(:, :), reach, weight(:)
+  subroutine find_connected_parts(site, reach, weight, is_in, region)
+    real(rp), intent(in) :: site(:, :), reach, weight(:)
     logical, intent(in) :: is_in(:)
     type(region_t), intent(inout) :: region
     integer :: label(size(is_in)), i, j, n, k
@@ -129,7 +129,7 @@ contains
         has_grown = .false.
         do j = 1, size(label)
           if (.not. is_in(j) .or. label(j) > 0) cycle
-          if (.not. any([(label(k) == n .and. norm2(place(:, j) - place(:, k)) <= reach, k=1, size(label))])) cycle
+          if (.not. any([(label(k) == n .and. norm2(site(:, j) - site(:, k)) <= reach, k=1, size(label))])) cycle
           label(j) = n
           has_grown = .true.
         end do

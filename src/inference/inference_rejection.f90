@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Whether the rule for names could have rejected one: what it does to data of causes that nobody knows.
+!> Computes the power of the naming rule: the probability that it would reject a name if the truth were an unknown cause.
 !>
 !> A name that the rule would also have given to most random fields of the same strength says nothing. The name is an effect
 !> and not one of its places, so that in every draw the rule takes the place that suits it best, as it has done with the

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Nuisances where the leader is, not where the baseline is.
+!> Linearises the nuisances about the fit of the top candidate instead of that of the baseline.
 !>
 !> What an error of a force, of a place or of the mesh does depends on the wing. Seen from a baseline that is wrong, as one
 !> cause is missing, it is wrong too: the rest then looks like a second cause, and intervals are too narrow. So where a

@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Checks of the residuals of the baseline, each with a statistic, its p if the baseline is true, and a
-!> sentence.
+!> Checks the residuals of the baseline. Each check has a statistic, its p if the baseline is true, and a sentence.
 !>
 !> Residuals are whitened. Whether responses to loads are too large in proportion to x, the level or the order for instance, is
 !> asked with the direction in which they then are: computed response times x, whitened, without what the baseline and one factor
@@ -172,7 +171,7 @@ contains
       at = 0
       do k = 1, size(residuals)
         if (k == i .or. labels%surface(k) /= labels%surface(i)) cycle
-        distance = sum((labels%place(:, i) - labels%place(:, k))**2)
+        distance = sum((labels%site(:, i) - labels%site(:, k))**2)
         if (.not. distance > 0) cycle ! samples of one record, and readings without a place, are no neighbours
         if (distance < nearest) at = k
         nearest = min(nearest, distance)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the statistics see of a simulator and of an experiment, whatever they are: numbers that were observed, their
-!> covariance, a baseline model with unknowns, and candidates for what it lacks.
+!> Defines what the statistics need of a simulator and of an experiment, whatever they are: observations, their covariance, a
+!> baseline model with unknowns, and candidates for what it lacks.
 !>
 !> All parameters stand in one vector: the unknowns of the baseline, then those of the effects, which have a null value
 !> at which the effect is absent. A candidate is an effect with one or more variants (positions, for instance), and a
@@ -18,7 +18,7 @@ module inference_simulator
   type :: variant_t
     character(:), allocatable :: label        !< where, or empty
     integer, allocatable :: columns(:)        !< parameters that it releases
-    real(rp) :: place(2) = 0                  !< [m] of a position on the wing
+    real(rp) :: site(2) = 0                  !< [m] of a position on the wing
     !> Not scanned, but tried once the scan has found something near, and it is released.
     logical :: is_finer = .false., is_released = .false.
   contains
@@ -42,7 +42,7 @@ module inference_simulator
   type :: labels_t
     integer, allocatable :: surface(:)        !< (n) load under which it was observed
     integer, allocatable :: block(:)          !< (n) observations of different blocks have independent errors
-    real(rp), allocatable :: place(:, :)      !< (2, n) [m]
+    real(rp), allocatable :: site(:, :)      !< (2, n) [m]
     real(rp), allocatable :: observed(:)      !< (n) what was observed
     integer, allocatable :: fold(:)           !< (surfaces) location: all levels and repeats of it are one fold
     real(rp), allocatable :: level(:)         !< (surfaces) signed strength of the load
@@ -67,7 +67,7 @@ module inference_simulator
     !> Quantities whose values may all differ from what they should be: their tangents are patterns too, behind the others.
     integer, allocatable :: field(:)
     integer, allocatable :: family(:)         !< (n_patterns + size(field)) 1, 2, .. kind of unknown cause
-    real(rp), allocatable :: pattern_place(:, :) !< (2, n_patterns + size(field)) [m] where on the wing
+    real(rp), allocatable :: pattern_site(:, :) !< (2, n_patterns + size(field)) [m] where on the wing
     logical, allocatable :: is_skipped(:)     !< (surfaces) see `skip`
   contains
     procedure(evaluate_interface), deferred :: evaluate

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Full nonlinear fits of the effects that lead, which correct what tangents say of them.
+!> Fits the most probable effects without linearisation, and corrects their evidence by the result.
 module inference_top_candidates
   use base_errors, only: failure_t
   use base_kinds, only: rp

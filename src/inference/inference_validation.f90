@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How well a model predicts what it was not fitted to: locations are left out one after another, each with all its
-!> levels, signs and repeats, and predicted by the fit to the others.
+!> Measures how well a model predicts data that it was not fitted to. Locations are left out one after another, each with all
+!> its levels, signs and repeats, and predicted by the fit to the others.
 !>
 !> The score of a fold is its log predictive density, normal about the prediction with the covariance of noise and
 !> nuisances and what the fit leaves unknown of the parameters, in the linear approximation.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How probable each variant of an effect is before the data, if the effect is there.
+!> Gives the prior probability of each variant of an effect, if the effect is there.
 !>
 !> All places of a scan are equally probable. Finer ones are tried where the data have found something, and an average over
 !> all alike would be one over a set that the data chose: they share what the scan gives to their neighbourhood.
@@ -14,8 +14,8 @@ contains
   !> weight(n) of variants at place(2, n), which add up to 1 over those that are shown and are 0 for others. A finer variant
   !> belongs to the cell of the nearest one of the scan, and a cell has the weight that its variants of the scan would have
   !> without finer ones; all that are in it, finer or not, share it equally.
-  pure function cell_weights(place, is_finer, is_shown) result(weight)
-    real(rp), intent(in) :: place(:, :)
+  pure function cell_weights(site, is_finer, is_shown) result(weight)
+    real(rp), intent(in) :: site(:, :)
     logical, intent(in) :: is_finer(:), is_shown(:)
     real(rp) :: weight(size(is_finer))
     logical :: is_scanned(size(is_finer))
@@ -25,7 +25,7 @@ contains
     if (.not. any(is_scanned)) is_scanned = is_shown
     cell = 0
     do i = 1, size(cell)
-      if (is_shown(i)) cell(i) = minloc(norm2(place - spread(place(:, i), 2, size(cell)), 1), 1, mask=is_scanned)
+      if (is_shown(i)) cell(i) = minloc(norm2(site - spread(site(:, i), 2, size(cell)), 1), 1, mask=is_scanned)
     end do
     do i = 1, size(cell)
       if (.not. is_shown(i)) cycle

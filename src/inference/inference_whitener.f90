@@ -58,7 +58,8 @@ contains
           call simulator%covariance(rows(one%rows), one%factor)
           call factorise(one%factor, ok)
           if (.not. ok) then
-            call failure%raise('the covariance of the errors is not positive definite')
+            call failure%raise('the covariance of the errors is not positive definite: '// &
+                               'check the declared errors of the measurement')
             return
           end if
           do k = 1, size(one%rows)

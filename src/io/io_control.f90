@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Control of a running program through files in its folder, looked at by rank 0.
+!> Controls a running program through files in its folder, which rank 0 reads.
 !>
 !> A file `STOP` asks for a checkpoint and an end. So does, as in FLUSI, `runtime_control.ini` with
 !> `runtime_control=save_stop;` in its section [runtime_control]. A request is answered once: STOP is

@@ -117,7 +117,7 @@ contains
     report%n_evaluations = 1
     if (options%is_smooth) report%has_jumped = problem%has_jumped()
     if (.not. is_valid .or. report%has_jumped) then
-      report%reason = 'the start is not valid'
+      report%reason = 'the model cannot be computed at the start'
       return
     end if
     call problem%accept()

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a fit tells about its unknowns in the linear approximation at the optimum.
+!> Computes what a fit tells about its unknowns in the linear approximation at the optimum.
 module least_squares_posterior
   use base_kinds, only: rp
   use base_lapack, only: singular_vectors, triangle_of

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A sum of squares to be minimised, as its solvers see it: residuals and their derivatives at a point.
+!> Defines a sum of squares to be minimised as its solvers see it: residuals and their derivatives at a point.
 module least_squares_problem
   use base_kinds, only: rp
   use least_squares_state, only: solver_state_t

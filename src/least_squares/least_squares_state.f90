@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Where a solver stands, as a value.
+!> Represents the state of a solver as a value.
 !>
 !> A problem that is solved by iterations of its own, as the shape of a wing under a load is, begins each of them where the
 !> last one that was accepted has ended. Which of several equilibria it finds depends on that. A fit therefore carries the

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Who owns which part of a global array: boxes of grid points and lists of rows.
+!> Tells which rank owns which part of a global array: boxes of grid points and lists of rows.
 module parallel_block
   use base_kinds, only: rp
   use base_memory, only: check_allocation, REAL_BYTES

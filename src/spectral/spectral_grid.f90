@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The periodic box and its points x_i = i L/n, i = 0 .. n-1, in each direction.
+!> Describes the periodic box and its points x_i = i L/n, i = 0 .. n-1, in each direction.
 module spectral_grid
   use base_kinds, only: rp
   implicit none

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Which planes a pipeline needs: of kernels that look at some lines only, planes beyond all of these are neither sent between
-!> ranks nor transformed. Each column of ranks keeps the planes from its first to its last that has such a line.
+!> Finds the planes that a pipeline needs. Where its kernels need some lines only, planes beyond all of these are neither sent
+!> between ranks nor transformed. Each column of ranks keeps the planes from its first to its last that has such a line.
 module spectral_pencil_planes
   use base_kinds, only: rp
   use parallel_block, only: block_t

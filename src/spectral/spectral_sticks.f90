@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The retained Fourier modes and who owns them.
+!> Lists the retained Fourier modes and the ranks that own them.
 !>
 !> A *stick* is a pair (kx, ky) with all its retained kz, stored contiguously. Only sticks inside the
 !> truncation exist; kx >= 0 since fields are real. The truncation `ellipsoid` keeps the modes

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The window by which values at arbitrary points and values on the grid are exchanged.
+!> Exchanges values between arbitrary points and the grid by a smooth window.
 !>
 !> In each direction g(x) = exp(beta (sqrt(1 - (2 x/W)^2) - 1)), |x| < W/2, x in cells, W = 8, "exponential of
 !> semicircle" (Barnett, Magland & af Klinteberg 2019, DOI 10.1137/18M120885X). A field whose modes are divided by

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Where the starts of a polish ended, in sentences: at the same point, in a higher minimum, or at another point that
+!> Describes in sentences where the starts of a polish ended: at the same point, in a higher minimum, or at another point that
 !> fits as well.
 module training_agreement
   use base_kinds, only: rp

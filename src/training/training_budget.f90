@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How many candidates a search may still evaluate, and what ends with them.
+!> Counts how many candidates a search may still evaluate, and what ends with them.
 module training_budget
   use base_kinds, only: i8
   use cmaes_params, only: cmaes_params_t, derive_params

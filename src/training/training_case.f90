@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One training as search and least squares see it: the experiment, what is sought in it, and their choices. SI units.
+!> Holds one training as search and least squares see it: the experiment, its free parameters, and their options. SI units.
 module training_case
   use base_visitor, only: visitor_t
   use cmaes_options, only: cmaes_options_t

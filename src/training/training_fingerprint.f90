@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> To which training a checkpoint belongs.
+!> Computes the number by which a checkpoint recognises its training.
 module training_fingerprint
   use base_checksum, only: checksum_add, checksum_reals, checksum_text
   use base_fingerprint, only: fingerprint_t

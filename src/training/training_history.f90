@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a search has done: a row for every generation and one for every candidate, in memory, in checkpoints and in
+!> Records what a search has done: a row for every generation and one for every candidate, in memory, in checkpoints and in
 !> NAME_history.h5. Nothing in it depends on the clock or the number of ranks.
 module training_history
   use base_errors, only: failure_t

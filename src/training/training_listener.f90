@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Whom a training tells what it does.
+!> Defines who hears what a training does: the log, or nobody.
 module training_listener
   use base_kinds, only: i8, rp
   use training_budget, only: budget_t

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The costs of a generation of candidates, as tasks (candidate, load) for the pool, longest first.
+!> Computes the costs of a generation of candidates, as tasks (candidate, load) for the pool, longest first.
 !>
 !> Candidates are solved warm from the solution of the optimiser's mean under the same load, which is solved first,
 !> itself warm from the mean before: a candidate's cost depends on the sequence of means alone, not on who computes it.

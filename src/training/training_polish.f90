@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Behind the search: least squares with exact derivatives, what the data say about every parameter, and the cold
-!> solution of the final point. On rank 0; the others serve the pool.
+!> Refines the result of the search by least squares with exact derivatives, finds what the data say about every parameter, and
+!> solves the final point cold. On rank 0; the others serve the pool.
 module training_polish
   use base_kinds, only: rp
   use base_process, only: wall_seconds

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> All ranks at work for rank 0: batches of tasks for costs, whose results are few numbers, and of tasks with
-!> everything, whose results are long; and the decision to stop, which all ranks make together.
+!> Puts all ranks to work for rank 0. Batches of tasks for costs return few numbers, and batches with everything return long
+!> results. All ranks make the decision to stop together.
 !>
 !>     if (world%is_root) then
 !>       ... call pool%run_costs / run_full / look as often as needed, then call pool%shut_down()

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The global search of a training: CMA-ES generation by generation, with a checkpoint and a row of the history for
-!> each; in two stages if wanted, the second with E fixed. On rank 0; the others serve the pool.
+!> Searches globally by CMA-ES, generation by generation, with a checkpoint and a row of the history for each; in two stages if
+!> wanted, the second with E fixed. On rank 0; the others serve the pool.
 module training_search
   use base_errors, only: failure_t
   use base_files, only: folder_of, join_path, name_of

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The box of the search: its sides are [0, 1], and this is the one place that knows which coordinates of the
-!> experiment belong to a point of it. Unknowns may be fixed; the search then has fewer dimensions.
+!> Maps the box of the search, whose sides are [0, 1], to coordinates of the experiment. No other module knows this map.
+!> Unknowns may be fixed; the search then has fewer dimensions.
 module training_space
   use base_kinds, only: rp
   use base_parameter, only: parameter_t

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tasks of a training: one load on one candidate (measurement_bending_task), for costs or with everything.
+!> Runs the tasks of a training: one load on one candidate (measurement_bending_task), for costs or with everything.
 module training_task
   use base_kinds, only: rp
   use base_packing, only: count_packed, pack_value

@@ -39,7 +39,7 @@ def test_usage(case):
         ("--dry-run",): "the name of a parameter file is missing",
         ("--restart",): "the name of a parameter file is missing",
         ("run.ini", "--restart="): "--restart= needs the name of a backup",
-        ("run.ini", "--check", "--restart"): "--restart goes with a run",
+        ("run.ini", "--check", "--restart"): "--restart is valid with a run only",
         ("run.ini", "--check", "--dry-run"): '"--dry-run" contradicts "--check"',
         ("--keyvalues", "--compare-keys", "a", "b"): '"--compare-keys" contradicts "--keyvalues"',
         ("--keyvalues",): "--keyvalues needs the name of an HDF5 field",

@@ -133,7 +133,7 @@ def test_changes(case):
     refused(case, "--restart", ini=merged(WINGS, other),
             says=["the left wing would jump, its hinge by 0.2", "the right wing would disappear",
                   "[Insects] RightWing = no, was yes", "[units] frequency = 150", "was 158",
-                  "--accept-changes goes on all the same"])
+                  "--accept-changes continues nevertheless"])
     case.write("beat.ini", BEAT.replace("ai_phi = 67.5", "ai_phi = 57.5"))
     check(BEAT != BEAT.replace("ai_phi = 67.5", "ai_phi = 57.5"), "the kinematics change")
     refused(case, "--restart", ini=WINGS, says=["the left wing would jump"])

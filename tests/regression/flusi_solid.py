@@ -183,7 +183,7 @@ def test_refused_restarts(case):
     check("solid.t" not in case.files(), "nothing was written")
     case.write("here.xmf", "of something else\n")
     done = run(case, wing(Saving={"name": "here"}, Time={"t_max": 4e-4}), "--restart", code=EXIT_UNWRITABLE)
-    check("here.xmf: is not an index of this program" in done.err, done.err)
+    check("here.xmf: was not written by this program" in done.err, done.err)
 
 
 def test_rest(case):
@@ -321,8 +321,8 @@ def test_mistakes(case):
          ["[Insects] FlappingMotion_left: 'no.ini' does not exist"]),
         ({"Motion": {"type": "flapping"}, "Insects": {"FlappingMotion_left": "from_file::run.ini"}}, ["run.ini:1"]),
         ({"Loads": {"constant": "nose 0 0 1, tip 0 0, tip 0 0 x, tip 0 0 0"}},
-         ["[Loads] constant: 'nose' is no place; valid: tip, vein:NAME:first",
-          "'tip 0 0' is no place with three components of a force", "'x' is not a number",
+         ["[Loads] constant: 'nose' is no site of the wing; valid: tip, vein:NAME:first",
+          "'tip 0 0' is not SITE FX FY FZ", "'x' is not a number",
           "'tip 0 0 0': the force is zero"]),
         ({"Loads": {"ramped": "vein:nose:last 0 0 1, vein:C 0 0 1, vein:C:99 0 0 1, joint:nose 0 0 1"}},
          ["[Loads] ramped: there is no vein 'nose'; valid: ", " | C | ", "where on vein C? valid: vein:C:first",
@@ -342,7 +342,7 @@ def test_mistakes(case):
                 check(sentence in done.err, f"{change}: {sentence}:\n{done.err}")
             check(done.out == "" and case.files() == ["run.ini"], f"{change} writes nothing: {case.files()}")
     for arguments, word in ((["--dry-run"], "--solid goes with"), (["--static"], "--solid contradicts --static"),
-                            (["--check", "--restart"], "--restart goes with a run")):
+                            (["--check", "--restart"], "--restart is valid with a run only")):
         done = run(case, wing(), *arguments, code=EXIT_USER)
         check(word in done.err and case.files() == ["run.ini"], f"{arguments}:\n{done.err}")
     idle = {"Motion": {"axis": "1 0 0"}, "Insects": {"FlappingMotion_right": "from_file::nosuch.ini"}}

@@ -298,7 +298,7 @@ def test_mistakes(case):
         ({"Wing": {"D": 0, "E": -1}}, ["run.ini:3: [Wing] D", "run.ini:4: [Wing] E"]),
         ({"Wing": {"joint_stiffness": 0}}, ["run.ini:3: [Wing] joint_stiffness: must be positive"]),
         ({"Wing": {"parameters": "joint:nose 1, root, root 0, root x, E 5"}},
-         ["'joint:nose' is unknown; valid: root", "joint:C_Sc", "'root' is no pair", "'root' must be positive",
+         ["'joint:nose' is unknown; valid: root", "joint:C_Sc", "'root' is not a pair", "'root' must be positive",
           "'x' is not a number", "'E' has a key of its own: E"]),
         ({"Wing": {"preset": "papers"}}, ["run.ini:3: [Wing] preset"]),
         (forces(None), ["[Loads] forces: there are no loads"]),
@@ -308,7 +308,7 @@ def test_mistakes(case):
         ({"Loads": {"point_forces": "(/ 201 0 0 1\n 1.5 0 0 1\n 5 0 0 0 /)"}},
          ["row 1: 201.0 is no point; valid: 1 to 200; row 2: 1.5 is no point", "row 3: the force is zero"]),
         ({"Loads": {"named_forces": "tip 0 0 1e-4 + nose 0 0 1, , tip 0 0 1 +"}},
-         ["[Loads] named_forces: 'nose' is no place; valid: tip", "'' is no place with three components"]),
+         ["[Loads] named_forces: 'nose' is no site of the wing; valid: tip", "'' is not SITE FX FY FZ"]),
         ({"Loads": {"named_forces": "tip 0 0 1e-4 + tip 0 0 -1e-4"}}, ["the forces of load 1 cancel"]),
         ({"Loads": {"gravity": "0 -9.81"}}, ["[Loads] gravity"]),
         ({"Modes": {"modes": -1}}, ["[Modes] modes"]),
@@ -323,7 +323,7 @@ def test_mistakes(case):
                 check(sentence in done.err, f"{change}: {sentence}:\n{done.err}")
             check(done.out == "" and case.files() == ["run.ini"], f"{change} writes nothing: {case.files()}")
     case.write("run.ini", two_loads())
-    for arguments, word in ((["--dry-run"], "--static goes with"), (["--restart"], "--restart goes with a run"),
+    for arguments, word in ((["--dry-run"], "--static goes with"), (["--restart"], "--restart is valid with a run only"),
                             (["--keyvalues"], "--static goes with")):
         done = case.run("--static", *arguments, "run.ini", ranks=0, code=EXIT_USER)
         check(word in done.err and case.files() == ["run.ini"], f"{arguments}:\n{done.err}")

@@ -284,7 +284,7 @@ def test_mistakes(case):
     (case.folder / "bending.h5").write_bytes((SOURCE / "wings/calliphora_small.h5").read_bytes())
     (case.folder / "over.ini").write_text(input_text() + "[Saving]\nname = bending;\n")
     done = case.run("over.ini", ranks=1, code=EXIT_USER)
-    check("bending.h5 is read, and would be overwritten" in done.err, done.err)
+    check("bending.h5 is an input file and would be overwritten" in done.err, done.err)
 
 
 def test_no_shape(case):

@@ -143,7 +143,7 @@ def test_individuals(case):
         case.write("wrong.ini", merged(ini, changed))
         done = case.run("wrong.ini", ranks=0, code=EXIT_USER)
         check(done.err.count(sentence) == 1, f"{sentence}:\n{done.err}")
-    check("goes with one individual" in case.run("train.ini", "--restart=x.h5", ranks=0, code=EXIT_USER).err, "no FILE")
+    check("is valid with one individual only" in case.run("train.ini", "--restart=x.h5", ranks=0, code=EXIT_USER).err, "no FILE")
     case.write("wings.ini", merged(ini, {"Wing": {"file": f"{WING}, {WING}"}}))
     case.run("wings.ini", "--check", ranks=0)
 
@@ -210,7 +210,7 @@ def test_mistakes(case):
     done = case.run("train.ini", ranks=2, code=EXIT_USER)
     for sentence in ("'E 4e9' is not NAME", "'joint:R1_RS' is unknown", "did you mean 'joint:R1_Rs'?",
                      "'E': the upper bound must exceed", "'joint:C_h': a logarithmic scale needs positive bounds",
-                     "'D' stands twice", "'cubic' is no scale", "did you mean 'paper'?", "[CMAES] lambda",
+                     "'D' is given twice", "'cubic' is no scale", "did you mean 'paper'?", "[CMAES] lambda",
                      "[Polish] prior_decades"):
         check(done.err.count(sentence) == 1, f"'{sentence}' once:\n{done.err}")
     check("train.ini:" in done.err, "with the line")
@@ -223,19 +223,19 @@ def test_mistakes(case):
                               ({"CMAES": {"c_1": 0.6, "c_mu": 0.5}}, "[CMAES] c_1: c_1 + c_mu must not exceed 1"),
                               ({"CMAES": {"c_sigma": 1.5}}, "[CMAES] c_sigma"),
                               ({"CMAES": {"alpha_minus": 1, "weights": "positive"}}, "alpha_minus needs active"),
-                              ({"Saving": {"result": "train.ini"}}, "train.ini is read, and would be overwritten"),
+                              ({"Saving": {"result": "train.ini"}}, "train.ini is an input file and would be overwritten"),
                               ({"Saving": {"result": "twin.h5"}}, "[Saving] result: twin.h5 is read"),
                               ({"Saving": {"result": str(WING)}}, f"{WING} is read"),
                               ({"include": {"file": "part.ini"}, "Saving": {"result": "part.ini"}}, "part.ini is read"),
                               ({"Train": {"parameters": "joint:*", "stages": 2}}, "second stage fixes E"),
                               ({"Train": {"parameters": "D, thickness"}}, "are one parameter"),
-                              ({"Train": {"parameters": ","}}, "nothing is sought")):
+                              ({"Train": {"parameters": ","}}, "the list is empty")):
         case.write("train.ini", training(**changed))
         done = case.run("train.ini", ranks=0, code=EXIT_USER)
         check(sentence in done.err, f"{sentence}:\n{done.err}")
     for words, sentence in ((["--restart"], "missing"), (["train.ini", "--chek"], "unknown argument"),
                             (["train.ini", "--check", "--screen"], "contradicts"),
-                            (["train.ini", "--check", "--restart"], "goes with a run")):
+                            (["train.ini", "--check", "--restart"], "is valid with a run only")):
         check(sentence in case.run(*words, ranks=0, code=EXIT_USER).err, sentence)
     case.write("train.ini", training())
     done = case.run("train.ini", "--restart", ranks=0, code=EXIT_USER)

@@ -202,10 +202,10 @@ def refuse_other_wing(case, diagnose):
                 user.write("run.ini", other.replace("[Wing]\n", "[Wing]\nallow_other_wing = yes;\n", 1))
                 done = user.flusi(*arguments, "run.ini", "--check")
                 told = done.out + done.err
-                check("allow_other_wing = yes takes them all the same" in told and "give the wing file" not in told, told)
+                check("allow_other_wing = yes accepts them nevertheless" in told and "give the wing file" not in told, told)
     user.write("run.ini", own.replace("[Wing]\n", "[Wing]\nfingerprint = 12;\n", 1))
     done = user.run("run.ini", "--check", ranks=0, code=EXIT_USER)
-    check("'12' is none: valid are the 16 digits" in done.err, done.err)
+    check("'12' is no fingerprint: valid are the 16 digits" in done.err, done.err)
 
 
 def test_shipped(case):

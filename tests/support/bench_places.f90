@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The wing of benchmarks and tests and ten places on it where it is loaded.
 module bench_places
-  use base_constants, only: EXIT_USER
   use base_errors, only: failure_t, message_list_t, require
   use base_kinds, only: rp
   use solid_loads, only: load_t
@@ -9,6 +8,8 @@ module bench_places
   use solid_wing, only: wing_t
   use solid_wing_file, only: read_wing
   use, intrinsic :: iso_fortran_env, only: error_unit
+  use base_outcome, only: exit_code_of, OUTCOME_MISTAKE
+  use base_process, only: exit_with
   implicit none
   private
   public :: wing_of_argument, place_on_wing, load_at
@@ -34,7 +35,7 @@ contains
     call read_wing(trim(path), wing, messages)
     if (messages%count() == 0) return
     call messages%print(error_unit, '')
-    stop EXIT_USER
+    call exit_with(exit_code_of(OUTCOME_MISTAKE))
   end function wing_of_argument
 
   !> Place (x, y) [m] number 1 to N_LOADS.

@@ -29,10 +29,10 @@ contains
 
   !> The force [N] at a place under which that place moves by `target` [m] within 15 %, or the last
   !> one tried.
-  subroutine find_force(model, work, place, target, force)
+  subroutine find_force(model, work, site, target, force)
     type(solid_model_t), intent(in) :: model
     type(equilibrium_t), intent(inout) :: work
-    integer, intent(in) :: place
+    integer, intent(in) :: site
     real(rp), intent(in) :: target
     real(rp), intent(out) :: force
     real(rp), parameter :: FIRST = 1.0e-5_rp, CHANGE = 8
@@ -48,7 +48,7 @@ contains
     last_force = FIRST
     last_w = 0
     do attempt = 1, 8
-      call load_at(model, place, force, load)
+      call load_at(model, site, force, load)
       call solve_static(work, model, load, attempt > 1, options, u, report)
       w = deflection(load, u)
       if (.not. report%converged .or. abs(w/target - 1) < 0.15_rp) exit
@@ -63,11 +63,11 @@ contains
 
   !> Solves for the shape under `force` [N] at a place in three ways and compares them; u(3, n_all) is
   !> the cold one.
-  subroutine measure_shape(model, work, params, place, force, u, shape)
+  subroutine measure_shape(model, work, params, site, force, u, shape)
     type(solid_model_t), intent(inout) :: model
     type(equilibrium_t), intent(inout) :: work
     type(solid_params_t), intent(in) :: params
-    integer, intent(in) :: place
+    integer, intent(in) :: site
     real(rp), intent(in) :: force
     real(rp), intent(out) :: u(:, :)
     type(shape_t), intent(out) :: shape
@@ -81,7 +81,7 @@ contains
     u = 0
     v = 0
     call model%set_params(params)
-    call load_at(model, place, force, load)
+    call load_at(model, site, force, load)
     call cpu_time(t0)
     call solve_static(work, model, load, .false., options, u, report)
     call cpu_time(t1)
@@ -98,9 +98,9 @@ contains
     options = static_options_t()
 
     other = params
-    other%young = params%young*exp(0.1_rp*normal(place, 0))
+    other%young = params%young*exp(0.1_rp*normal(site, 0))
     do p = 1, size(params%joint)
-      other%joint(p) = params%joint(p)*exp(0.1_rp*normal(place, p))
+      other%joint(p) = params%joint(p)*exp(0.1_rp*normal(site, p))
     end do
     call model%set_params(other)
     call solve_static(work, model, load, .false., options, v, report)

@@ -182,24 +182,24 @@ contains
 
   !> n places far from each other in the triangles of a wing: each next one in the triangle whose centroid is farthest
   !> from those that are chosen.
-  subroutine place_markers(model, n, nodes, weights, places)
+  subroutine place_markers(model, n, nodes, weights, sites)
     type(solid_model_t), intent(in) :: model
     integer, intent(in) :: n
     integer, allocatable, intent(out) :: nodes(:, :)
-    real(rp), allocatable, intent(out) :: weights(:, :), places(:, :)
+    real(rp), allocatable, intent(out) :: weights(:, :), sites(:, :)
     real(rp), parameter :: WITHIN(3) = [0.5_rp, 0.3_rp, 0.2_rp]
     real(rp) :: centroids(3, size(model%triangles, 2)), distance(size(model%triangles, 2))
     integer :: k, t, chosen
     do t = 1, size(centroids, 2)
       centroids(:, t) = sum(model%points(:, model%triangles(:, t)), 2)/3
     end do
-    allocate (nodes(3, n), weights(3, n), places(3, n))
+    allocate (nodes(3, n), weights(3, n), sites(3, n))
     distance = huge(distance)
     chosen = 1
     do k = 1, n
       nodes(:, k) = model%triangles(:, chosen)
       weights(:, k) = WITHIN
-      places(:, k) = matmul(model%points(:, nodes(:, k)), WITHIN)
+      sites(:, k) = matmul(model%points(:, nodes(:, k)), WITHIN)
       do t = 1, size(centroids, 2)
         distance(t) = min(distance(t), norm2(centroids(:, t) - centroids(:, chosen)))
       end do
@@ -209,17 +209,17 @@ contains
 
   !> exp(-r/length) plus `own` on the diagonal, for every component, times the factor with which all markers moving
   !> together make the added mass `mass` [kg].
-  function exponential_kernel(places, length, own, mass) result(m)
-    real(rp), intent(in) :: places(:, :), length, own, mass
-    real(rp) :: m(3*size(places, 2), 3*size(places, 2))
+  function exponential_kernel(sites, length, own, mass) result(m)
+    real(rp), intent(in) :: sites(:, :), length, own, mass
+    real(rp) :: m(3*size(sites, 2), 3*size(sites, 2))
     real(rp), allocatable :: inverse(:, :)
     integer :: i, j, n, info
     m = 0
-    n = size(places, 2)
+    n = size(sites, 2)
     allocate (inverse(n, n))
     do j = 1, n
       do i = 1, n
-        inverse(i, j) = exp(-norm2(places(:, i) - places(:, j))/length)
+        inverse(i, j) = exp(-norm2(sites(:, i) - sites(:, j))/length)
       end do
       inverse(j, j) = inverse(j, j) + own
     end do
@@ -241,16 +241,16 @@ contains
   !> smoothed by a Gaussian of width sigma [m] (both together): the projection of the Gaussian on fields without divergence,
   !> (phi I + grad grad chi)/rho with chi = erf(r/(sqrt 2 sigma))/(4 pi r). On a smooth sheet it resists normal
   !> motion of wave number k as rho/k, motion along itself as a layer of thickness sigma.
-  function layer_kernel(places, sigma, rho) result(m)
-    real(rp), intent(in) :: places(:, :), sigma, rho
-    real(rp) :: m(3*size(places, 2), 3*size(places, 2))
+  function layer_kernel(sites, sigma, rho) result(m)
+    real(rp), intent(in) :: sites(:, :), sigma, rho
+    real(rp) :: m(3*size(sites, 2), 3*size(sites, 2))
     real(rp), parameter :: PI = acos(-1.0_rp)
     real(rp) :: d(3), r, a, phi, slope
     integer :: i, j
     a = 1/(sqrt(2.0_rp)*sigma)
-    do j = 1, size(places, 2)
-      do i = 1, size(places, 2)
-        d = places(:, i) - places(:, j)
+    do j = 1, size(sites, 2)
+      do i = 1, size(sites, 2)
+        d = sites(:, i) - sites(:, j)
         r = norm2(d)
         phi = (a/sqrt(PI))**3*exp(-(a*r)**2)
         if (i == j) then

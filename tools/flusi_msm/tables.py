@@ -210,7 +210,7 @@ def read_diagnosis(path: Place) -> Diagnosis:
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
     except ValueError as error:
-        raise InputError(f"{path}: no JSON: {error}") from None
+        raise InputError(f"{path}: not JSON: {error}") from None
     if not isinstance(data, dict) or data.get("schema") != "flusi-msm diagnosis":
         raise InputError(f"{path}: not the diagnosis.json of msm_diagnose")
     return Diagnosis(Path(path), data)

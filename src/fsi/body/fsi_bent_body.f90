@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Trunks of insects: sections of given radius along a centre line that is an arc in the plane of symmetry.
+!> Describes trunks of insects: sections of given radius along a centre line that is an arc in the plane of symmetry.
 !>
 !> The arc has its centre at (x, z) = `centre` and the radius `bend`; s goes from 0 at its front to 1 at its rear end, by
 !> the angle counted from -x to z. The level is the distance from the arc, stretched across it, minus the radius R(s) of

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Bodies by FLUSI's names. To add one: its name in NAMED_BODIES, a case in `make_named_body`.
+!> Makes bodies by FLUSI's names. To add one, add its name to NAMED_BODIES and a case to `make_named_body`.
 !>
 !> The numbers are FLUSI's, whose unit is the wing length or the body length; sources are named beside them. Body axes: x
 !> forward, y left, z up.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The body beside the wings: keys of [Insects] that say what it looks like, with FLUSI's names.
+!> Reads the keys of [Insects] that describe the body beside the wings, with FLUSI's names.
 module fsi_body_keys
   use base_constants, only: PI
   use base_errors, only: message_list_t
@@ -170,7 +170,7 @@ contains
     source = source_choices(config)
     numbers%span = source%numbers%span
     if (c%type == 'platicle' .and. numbers%span <= 0) &
-      call config%complain(errors, SECTION, 'L_span', 'is 0: platicle has this length')
+      call config%complain(errors, SECTION, 'L_span', 'is 0: platicle needs a positive length')
     mask = mask_choices(config)
     numbers%thickness = 4*scene%grid%max_spacing()
     if (mask%has_thickness) numbers%thickness = mask%thickness

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Hollow flyers with a shell: cone and pyramid, open at the base (Liu, Ristroph, Weathers, Childress & Zhang 2012,
-!> DOI 10.1103/PhysRevLett.108.068103), with FLUSI's dimensions. The origin of the frame is H/3 above the middle of the
-!> height H, the apex at z = H/3.
+!> Describes hollow flyers with a shell: cone and pyramid, open at the base (Liu, Ristroph, Weathers, Childress & Zhang 2012,
+!> DOI 10.1103/PhysRevLett.108.068103), with FLUSI's dimensions. The origin of the frame is H/3 above the middle of the height
+!> H, the apex at z = H/3.
 module fsi_shell_bodies
   use base_kinds, only: rp
   use fluid_bodies, only: mask_profile

@@ -99,7 +99,7 @@ contains
       at = at + next + len(WORD) - 1
     end do
     if (mod(n, 3) /= 0 .or. n == 0) then
-      problem = 'has '//number_text(n)//' corners, which make no triangles'
+      problem = 'has '//number_text(n)//' corners, which is no multiple of 3: the file is cut or damaged'
       return
     end if
     allocate (corners(3, n))
@@ -168,7 +168,7 @@ contains
         from = triangles(k, i)
         upto = triangles(mod(k, 3) + 1, i)
         if (from == upto) then
-          problem = 'triangle '//number_text(i)//' has an edge of no length'
+          problem = 'triangle '//number_text(i)//' has two corners at the same point: remove it'
           return
         end if
         e = first(min(from, upto))
@@ -190,9 +190,10 @@ contains
       problem = 'is not closed: '//number_text(count(sum(passes(:, :n), 1) == 1))//' edges belong to one triangle only; '// &
                 'close the holes of the surface, and join its points'
     else if (any(sum(passes(:, :n), 1) > 2)) then
-      problem = number_text(count(sum(passes(:, :n), 1) > 2))//' edges belong to more than two triangles'
+      problem = number_text(count(sum(passes(:, :n), 1) > 2))//' edges belong to more than two triangles: remove the extra ones'
     else if (any(passes(1, :n) /= 1)) then
-      problem = 'is not oriented: at '//number_text(count(passes(1, :n) /= 1))//' edges one triangle faces in, the other out'
+      problem = 'is not oriented: at '//number_text(count(passes(1, :n) /= 1))//' edges one triangle '// &
+                'faces in and the other out; turn those that face in'
     end if
   end subroutine check_closed
 

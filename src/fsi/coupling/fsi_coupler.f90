@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The staggered coupling of flexible wings with the flow.
+!> Couples flexible wings with the flow by a staggered scheme.
 !>
 !> At t(n) the deformed wings are drawn and the fluid goes from t(n) to t(n+1); then every wing does, by BDF2 in its
 !> frame at t(n+1), under a load f along its frame:
@@ -244,9 +244,9 @@ contains
         end if
       end if
       do i = 1, size(self%wings)
-        if (.not. failure%failed .and. sqrt(maxval(sum(wings%deformation(i)%u**2, 1))) > p%largest_deflection* &
-            wings%params%wings(i)%length()) call failure%raise('the '//trim(wings%params%wings(i)%side)// &
-                                                      ' wing bends beyond the limit [Flexible_wing] largest_deflection')
+        if (sqrt(maxval(sum(wings%deformation(i)%u**2, 1))) <= p%largest_deflection*wings%params%wings(i)%length()) cycle
+        call failure%raise('the '//trim(wings%params%wings(i)%side)//' wing bends beyond the limit [Flexible_wing] '// &
+                           'largest_deflection: check the stiffness in [Wing] and [units], or raise the limit')
       end do
       if (failure%failed) return
       call self%history%record_step(dt, self%applied)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the user chose of flexible wings and their coupling with the flow (fsi_coupler), and what follows from it.
+!> Holds the parameters of flexible wings and of their coupling with the flow (fsi_coupler), and what follows from them.
 module fsi_coupler_params
   use base_kinds, only: rp
   use io_units, only: unit_scales_t

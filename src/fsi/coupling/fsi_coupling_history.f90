@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the coupling of wings and flow remembers from one step to the next, and the load extrapolated with it,
+!> Keeps what the coupling of wings and flow needs from one step to the next, and extrapolates the load with it,
 !>
 !>     f(n+1) ~ f(n) + dt/dt_old (f(n) - f(n-1)),
 !>

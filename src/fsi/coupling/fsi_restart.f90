@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The flexible wings' part of a checkpoint: their motion, their energy balance and what the coupling remembers,
-!> double precision. Vectors have components along the frame of their wing, whichever side its file was made from.
+!> Saves and loads the flexible wings' part of a checkpoint: their motion, their energy balance and the history of the coupling,
+!> in double precision. Vectors have components along the frame of their wing, whichever side its file was made from.
 module fsi_restart
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
@@ -63,12 +63,12 @@ contains
     integer(i8) :: mesh
     integer :: i
     if (.not. has_flexible_wings(reader)) then
-      call failure%raise('the checkpoint has no flexible wings')
+      call failure%raise('the checkpoint has no flexible wings: set [Insects] wings = rigid, or give another checkpoint')
       return
     end if
     call reader%get_integer('wing_mesh', mesh, failure)
     if (.not. failure%failed .and. mesh /= points_fingerprint(coupler%params%model)) &
-      call failure%raise('the checkpoint has other wings')
+      call failure%raise('the checkpoint belongs to another wing: give the [Wing] file of the run that wrote it')
     call reader%get_real('coupling_dt', coupler%history%old_dt, failure)
     call reader%get_real('coupling_relaxation', coupler%history%relaxation, failure)
     do i = 1, size(coupler%states)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A time step of flexible wings without thickness, together with the flow.
+!> Advances flexible wings without thickness over a time step, together with the flow.
 !>
 !> The fluid has made its step without the wings. The markers meet it where the wings will be at the end of the step,
 !> which is extrapolated, and the wings make their step under the load with which the flow answers it

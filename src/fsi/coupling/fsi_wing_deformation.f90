@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The motion of a wing within its frame, from the mechanics (SI units, axes of the wing file) to the flow (L and T, axes
-!> of the wing frame).
+!> Converts the motion of a wing within its frame from the mechanics (SI units, axes of the wing file) to the flow (L and T,
+!> axes of the wing frame).
 module fsi_wing_deformation
   use base_kinds, only: rp
   use fsi_flapping_wings, only: deformation_t

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The energy balance of a wing in the flow, in space, step by step:
+!> Balances the energy of a wing in the flow, in space, step by step:
 !>
 !>     T + U + Q = (T + U)(0) + W_hinge + W_load + W_weight
 !>

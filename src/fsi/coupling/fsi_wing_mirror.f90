@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One mechanics for the wings of both sides: between the axes of the wing file and those of a wing's frame.
+!> Mirrors vectors and states between the axes of the wing file and those of a wing's frame, so that the wings of both sides
+!> have the same mechanics.
 !>
 !> All wings have the mechanics of the wing file, along its axes. Where z of a wing's frame points to another side of
 !> the wing than z of the file does, the wing is the file's mirror image in the plane z = 0, and what is known in one of

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a bent wing looks like on sections across its span: displacement of the trailing edge, twist, camber.
+!> Measures the shape of a bent wing on sections across its span: displacement of the trailing edge, twist, camber.
 !>
 !> A section is the line of material points that have the same x on the unloaded wing. With its ends L (leading
 !> edge, largest y) and T (trailing edge), its chord c = L - T, and n = e_x cross c, where e_x is the axis of the

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One flexible wing as the coupling sees it: solved on one rank, known on all; a step can be repeated under
-!> another load. Everything is along the axes of the wing file.
+!> Advances one flexible wing. One rank solves it, and all ranks get its state; a step can be repeated under another load. All
+!> vectors are along the axes of the wing file.
 module fsi_wing_solver
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -97,7 +97,7 @@ contains
     if (world%max_integer(verdict) > 0) then
       if (self%owner == world%rank) reason = self%report%reason
       call world%broadcast_text(reason, from=self%owner)
-      call failure%raise('a wing cannot be advanced: '//reason)
+      call failure%raise('the time step of a wing failed: '//reason)
       return
     end if
     call broadcast_state(self, world, state)

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The fluid that a penalized body displaces: integrals of the mask over the points of its colour.
+!> Integrates the mask over the points of a penalized body: the volume of the fluid that it displaces, with its first and second
+!> moments.
 module fsi_body_volume
   use base_kinds, only: rp
   use fluid_penalty, only: penalty_t

@@ -60,11 +60,11 @@ contains
       call get_numbers('flight_masses', 5)
       if (failure%failed) return
       if (any(abs(x - [flyer%params%mass, flyer%body%mass, flyer%params%inertia]) > 1.0e-9_rp*x(1))) &
-        call failure%raise('the checkpoint has an insect with another mass, wing mass or J_body_yawpitchroll: its momentum '// &
-                           'would be another velocity')
+        call failure%raise('the checkpoint belongs to an insect of another mass, wing mass or J_body_yawpitchroll: set '// &
+                           'these keys of [Insects] as in the run that wrote it')
       if (reader%has('flight_carries_fluid') .neqv. flyer%params%carries_fluid) &
-        call failure%raise('the checkpoint has another [Penalization] unst_corrections: the momentum of its insect would be '// &
-                           'another velocity')
+        call failure%raise('the checkpoint was made with another [Penalization] unst_corrections: set it as in the run '// &
+                           'that wrote it')
       call get('flight_displaced', flyer%displaced)
       call get('flight_frame', frame)
       if (failure%failed) return
@@ -95,7 +95,8 @@ contains
       if (failure%failed) return
       call reader%get_reals(name, x, failure)
       if (failure%failed) return
-      if (size(x) /= n) call failure%raise('the checkpoint has another kind of free flight')
+      if (size(x) /= n) call failure%raise('the checkpoint has another kind of free flight: '// &
+                                           'set [Insects] as in the run that wrote it')
     end subroutine get_numbers
   end subroutine load_flight
 

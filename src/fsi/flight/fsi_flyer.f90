@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A flyer in the flow: fsi_free_body with weight, the forces of the flow and the fluid that it displaces.
+!> Advances a flyer in the flow: a free body (fsi_free_body) under its weight, the forces of the flow and the inertia of the
+!> fluid that it displaces.
 !>
 !> The penalization force F_p = int chi/C_eta (u - u_s) acts on the fluid in the mask, too. What the flow does to the insect
 !> is F = F_p + d/dt int chi u_s, and likewise for the moments. The last term is on the left side of the equations of

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A body that flies freely and carries moving masses: its state, its step, its acceleration.
+!> Advances a body that flies freely and carries moving masses: its state, its step, its acceleration.
 !>
 !> The state has the momentum p of everything and its angular momentum h about the body's origin, in space. With force F
 !> and moment T about the origin

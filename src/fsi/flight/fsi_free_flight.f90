@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A step of an insect that flies freely, around that of the flow.
+!> Advances an insect that flies freely, before and after the step of the flow.
 !>
 !> The flow goes from t(n) to t(n+1) with the insect at t(n). Then
 !>

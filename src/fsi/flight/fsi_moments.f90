@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Sums over the masses of an insect: of one rigid part in its own frame, and of the whole with moving parts in the frame of
-!> the body.
+!> Sums mass, momentum and inertia of an insect: of one rigid part in its own frame, and of the whole with moving parts in the
+!> frame of the body.
 !>
 !> A part has mass m = sum mu, first moment S = sum mu x and second moment E = sum mu x x', from which its tensor of
 !> inertia is J = tr(E) 1 - E. Masses may be negative: those of displaced fluid are taken off. In the body's frame a mass

@@ -135,10 +135,10 @@ contains
               if (allocated(problem)) deallocate (problem)
               call read_row(content, row, problem)
               if (.not. allocated(problem) .and. abs(norm2(row(8:11)) - 1) > LENGTH_ERROR) &
-                problem = 'columns 8 to 11 are no unit quaternion'
+                problem = 'columns 8 to 11 must be a unit quaternion'
               table(:, n) = row
               if (.not. allocated(problem) .and. n > 1) then
-                if (table(1, n) <= table(1, max(1, n - 1))) problem = 'the time does not increase'
+                if (table(1, n) <= table(1, max(1, n - 1))) problem = 'the time must increase from row to row'
               end if
               if (allocated(problem)) then
                 call errors%add(name//':'//number_text(line)//': '//problem)

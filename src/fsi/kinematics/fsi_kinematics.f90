@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Where wings are and how they move: body, hinge, wing.
+!> Combines the motions of body, hinge and wing into the pose of each wing.
 !>
 !>     x_body = M_b (x - centre)          M_b = Rx(roll) Ry(pitch) Rz(yaw)
 !>     x_FLUSI = M_w (x_body - hinge)     left:  M_w = Ry(alpha) Rz(theta) Rx(phi) Ry(eta)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The part of a checkpoint that tells where wings were and how they turned. A restart computes both from its own kinematics;
-!> what differs is a jump, which no wing makes.
+!> Saves and loads where wings were and how they turned. A restart computes both from its own kinematics; a difference would be
+!> a jump of the wing, and `find_jumps` reports it.
 module fsi_pose_restart
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp

@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> From kinematics to mechanics: the wing's pose, in units L and T, as the moving frame in SI in which the
-!> mechanics of the wing computes.
+!> Converts the pose of a wing, in units L and T, into the moving frame in SI units in which the mechanics of the wing computes.
 !>
 !> The frame's origin is the hinge and its axes are those of the wing frame; with pose matrix M,
 !>

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How heavy the fluid is that a thin wing has to move, beside the wing itself.
+!> Estimates the mass of the fluid that a thin wing has to move, compared with the mass of the wing itself.
 !>
 !> A strip of chord c that moves along its normal accelerates rho pi c^2/4 of fluid per span (Sedov 1965), a
 !> mean rho pi c/4 per area. If a staggered scheme makes the fluid follow the wall exactly, and the load acts on

@@ -29,7 +29,7 @@ module fsi_pressure_load
     real(rp), allocatable :: jump(:)        !< (m) p_above - p_below of the triangles; above is where n points
     real(rp), allocatable :: force(:, :)    !< (3, n) force on the points, in space
     real(rp), allocatable :: friction(:, :) !< (3, n) the viscous part of it; 0 if it was not asked for
-    real(rp), allocatable, private :: places(:, :), values(:), velocity(:, :)
+    real(rp), allocatable, private :: sample_points(:, :), values(:), velocity(:, :)
   contains
     procedure :: init => load_init
     procedure :: select_lines => load_select_lines
@@ -47,9 +47,9 @@ contains
     integer :: m, n
     m = size(surface%triangles, 2)
     n = size(surface%points, 2)
-    if (allocated(self%jump)) deallocate (self%jump, self%force, self%friction, self%places, self%values, &
+    if (allocated(self%jump)) deallocate (self%jump, self%force, self%friction, self%sample_points, self%values, &
                                           self%velocity)
-    allocate (self%jump(m), self%places(3, 2*m), self%values(max(2*m, n)), self%velocity(3, 2*m), source=0.0_rp)
+    allocate (self%jump(m), self%sample_points(3, 2*m), self%values(max(2*m, n)), self%velocity(3, 2*m), source=0.0_rp)
     allocate (self%force(3, n), self%friction(3, n), source=0.0_rp)
   end subroutine load_init
 
@@ -63,11 +63,11 @@ contains
     logical, intent(in) :: extrapolates
     logical, intent(inout) :: lines(:, :)
     if (extrapolates) then
-      call surface%places_beside(2*distance, self%places)
-      call sampler%select_lines(self%places, lines)
+      call surface%points_beside(2*distance, self%sample_points)
+      call sampler%select_lines(self%sample_points, lines)
     end if
-    call surface%places_beside(distance, self%places)
-    call sampler%select_lines(self%places, lines)
+    call surface%points_beside(distance, self%sample_points)
+    call sampler%select_lines(self%sample_points, lines)
   end subroutine load_select_lines
 
   !> Sets `jump` and `force` for the surface where it is now; no friction. `distance` [L] is that of the places
@@ -87,12 +87,12 @@ contains
     samples_twice = .false.
     if (present(extrapolates)) samples_twice = extrapolates
     if (samples_twice) then
-      call surface%places_beside(2*distance, self%places)
-      call sampler%sample(self%places, pressure, self%values)
+      call surface%points_beside(2*distance, self%sample_points)
+      call sampler%sample(self%sample_points, pressure, self%values)
       self%jump = self%values(:m) - self%values(m + 1:)
     end if
-    call surface%places_beside(distance, self%places)
-    call sampler%sample(self%places, pressure, self%values)
+    call surface%points_beside(distance, self%sample_points)
+    call sampler%sample(self%sample_points, pressure, self%values)
     if (samples_twice) then
       self%jump = 2*(self%values(:m) - self%values(m + 1:)) - self%jump
     else
@@ -151,7 +151,7 @@ contains
     m = size(surface%triangles, 2)
     call require(distance > half_thickness, 'pressure_load_t: the places must be outside the sheet')
     do c = 1, 3
-      call sampler%sample(self%places, velocity(:, :, :, c), self%values)
+      call sampler%sample(self%sample_points, velocity(:, :, :, c), self%values)
       self%velocity(c, :) = self%values
     end do
     do i = 1, m

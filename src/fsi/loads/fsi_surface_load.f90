@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What forces on the points of a moving surface add up to.
+!> Sums forces on the points of a moving surface to force, moment and power.
 module fsi_surface_load
   use base_kinds, only: rp
   use fsi_rotation, only: cross

@@ -24,7 +24,7 @@ module fsi_wing_sides
   type :: side_loads_t
     real(rp), allocatable :: pressure(:, :)    !< (m, 2) rho L^2/T^2
     real(rp), allocatable :: traction(:, :, :) !< (3, m, 2) in space, rho L^2/T^2
-    real(rp), allocatable, private :: places(:, :), values(:)
+    real(rp), allocatable, private :: sample_points(:, :), values(:)
   end type side_loads_t
 
   !> Of all wings. Nothing is allocated after `init`.
@@ -64,7 +64,7 @@ contains
     do i = 1, size(self%wings)
       m = size(wings%surfaces(i)%triangles, 2)
       associate (wing => self%wings(i))
-        allocate (wing%pressure(m, 2), wing%traction(3, m, 2), wing%places(3, 2*m), wing%values(2*m), source=0.0_rp)
+        allocate (wing%pressure(m, 2), wing%traction(3, m, 2), wing%sample_points(3, 2*m), wing%values(2*m), source=0.0_rp)
       end associate
     end do
   end subroutine sides_init
@@ -78,14 +78,14 @@ contains
     integer :: i, c, m
     self%lines = .false.
     do i = 1, size(self%wings)
-      call wings%surfaces(i)%places_beside(self%distance, self%wings(i)%places)
-      call self%sampler%select_lines(self%wings(i)%places, self%lines)
+      call wings%surfaces(i)%points_beside(self%distance, self%wings(i)%sample_points)
+      call self%sampler%select_lines(self%wings(i)%sample_points, self%lines)
     end do
     call fluid%pressure_field(self%field, self%lines)
     do i = 1, size(self%wings)
       associate (wing => self%wings(i))
         m = size(wing%pressure, 1)
-        call self%sampler%sample(wing%places, self%field(:, :, :, 1), wing%values)
+        call self%sampler%sample(wing%sample_points, self%field(:, :, :, 1), wing%values)
         wing%pressure(:, 1) = wing%values(:m)
         wing%pressure(:, 2) = wing%values(m + 1:)
       end associate
@@ -95,7 +95,7 @@ contains
       do i = 1, size(self%wings)
         associate (wing => self%wings(i))
           m = size(wing%pressure, 1)
-          call self%sampler%sample(wing%places, self%field(:, :, :, 1), wing%values)
+          call self%sampler%sample(wing%sample_points, self%field(:, :, :, 1), wing%values)
           wing%traction(c, :, 1) = wing%values(:m)
           wing%traction(c, :, 2) = wing%values(m + 1:)
         end associate

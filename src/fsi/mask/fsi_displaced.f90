@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The fluid that a sheet displaces, shared among the points of its surface.
+!> Distributes the fluid that a sheet displaces to the points of its surface.
 !>
 !> u_s in the mask is the velocity of the closest point of the surface (fsi_mask), so that for any flat sheet
 !> int chi f(closest point) dV = t int f dA + (pi t^2/8) int f ds + (t^3/12) sum theta f, with ds along the free

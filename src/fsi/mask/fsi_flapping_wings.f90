@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Wings as moving solids in the fluid. Their frames follow the prescribed motion relative to the body, which is tethered,
-!> moves as prescribed or flies freely (fsi_free_flight); in them they are rigid, or deformed as someone else says who
-!> solves for it (fsi_coupler).
+!> Represents wings as moving solids in the fluid. Their frames follow the prescribed motion relative to the body, which is
+!> tethered, moves as prescribed or flies freely (fsi_free_flight). In their frames wings are rigid, or have the deformation
+!> that the coupling sets (fsi_coupler).
 module fsi_flapping_wings
   use base_errors, only: failure_t
   use base_kinds, only: rp

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Whether wings are in the box and fit into it.
+!> Checks whether wings are in the box and fit into it.
 module fsi_flight_checks
   use base_errors, only: message_list_t
   use base_kinds, only: rp

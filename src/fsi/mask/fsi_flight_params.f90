@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Wings that flap in a flow, as the user gives them: where they hang, how they move, what they look like.
+!> Reads the wings that flap in a flow: their hinges, their motion, their shape.
 module fsi_flight_params
   use base_errors, only: message_list_t
   use base_kinds, only: rp

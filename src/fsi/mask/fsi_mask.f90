@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Mask and solid velocity of triangulated wings.
+!> Computes mask and solid velocity of triangulated wings.
 !>
 !> With d the distance of a grid point from the nearest triangle, chi = step(d, t/2, h): 1 for d <= t/2 - h,
 !> 0 for d >= t/2 + h, half a cosine between. Every wing is thus a sheet of thickness t with rounded edges, of
@@ -125,7 +125,7 @@ contains
     do s = 1, size(surfaces)
       ! Written so that NaN is not in the box either.
       if (.not. all(abs(surfaces(s)%points) <= FAR_AWAY*maxval(self%grid%length))) then
-        call failure%raise('a wing has left the box or is not a number')
+        call failure%raise('the position of a wing is outside of the box or not a number: check its motion and the size of the box')
         return
       end if
     end do

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Thickness and smoothing of wings in the mask, under FLUSI's names.
+!> Reads thickness and smoothing of wings in the mask, with FLUSI's names.
 !>
 !> [Insects] WingThickness is the whole thickness t of a rigid wing, [Flexible_wing] t_wing the half of it; here
 !> both name the same sheet. Not given, t = 4 max(dx) and h = max(dx).

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Wings by FLUSI's names. A Fourier outline is added in one of the tables (fsi_outlines_flies, fsi_outlines_bees), its name here.
+!> Makes wings by FLUSI's names. To add a Fourier outline, add it to one of the tables (fsi_outlines_flies, fsi_outlines_bees)
+!> and its name here.
 module fsi_named_wings
   use base_kinds, only: rp
   use fsi_fourier_outline, only: fourier_outline_t

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Triangles for a planform, structured in span and chord.
+!> Meshes a planform with triangles, structured in span and chord.
 !>
 !> Rows of points stand across the span where the longer of leading and trailing edge has advanced by one edge
 !> length, so that round tips are followed. A row has as many intervals as its chord has edge lengths, a pointed

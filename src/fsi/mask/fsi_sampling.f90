@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Values of a grid field at arbitrary points of the box, by Peskin's regularized delta function.
+!> Interpolates a grid field at arbitrary points of the box, by Peskin's regularized delta function.
 !>
 !> The four-point function (Peskin, Acta Numerica 2002, eq. 6.27, DOI 10.1017/S0962492902000077) in each
 !> direction: its weights are continuous in the point's place and reproduce linear fields exactly.

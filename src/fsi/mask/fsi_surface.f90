@@ -25,7 +25,7 @@ module fsi_surface
     procedure :: place_rigid => surface_place_rigid
     procedure :: place_deformed => surface_place_deformed
     procedure :: area => surface_area
-    procedure :: places_beside => surface_places_beside
+    procedure :: points_beside => surface_points_beside
     procedure :: free_perimeter => surface_free_perimeter
   end type surface_t
 
@@ -90,7 +90,7 @@ contains
 
   !> The places (3, 2 m) at `distance` [L] from the centres of the m triangles along their normals: above, where a
   !> normal points, then those below.
-  pure subroutine surface_places_beside(self, distance, places)
+  pure subroutine surface_points_beside(self, distance, places)
     class(surface_t), intent(in) :: self
     real(rp), intent(in) :: distance
     real(rp), intent(inout) :: places(:, :)
@@ -107,7 +107,7 @@ contains
       places(:, i) = centre + distance*normal
       places(:, m + i) = centre - distance*normal
     end do
-  end subroutine surface_places_beside
+  end subroutine surface_points_beside
 
   !> Sum of the triangles' areas.
   pure real(rp) function surface_area(self) result(area)

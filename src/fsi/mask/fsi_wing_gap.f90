@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How close wings come to each other and to the periodic images of themselves and of each other.
+!> Measures how close wings come to each other and to the periodic images of themselves and of each other.
 !>
 !> The distance is that between the points of one surface and the triangles of the other, both ways. Where two edges
 !> cross it is too large, by less than half an edge; edges are shorter than wings in the mask are thick, or nearly so.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a wing looks like: one of FLUSI's wings by name, a planform file, a wing file, or the wing of [Wing].
+!> Finds the shape of a wing: one of FLUSI's wings by name, a planform file, a wing file, or the wing of [Wing].
 module fsi_wing_source
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -174,7 +174,7 @@ contains
       numbers%back = 1
     end if
     if (any(c%shape == [character(13) :: 'rectangular', 'TwoEllipses', 'mosquito_iams']) .and. numbers%span <= 0) then
-      call config%complain(errors, SECTION, 'L_span', 'is 0: '//c%shape//' has this length')
+      call config%complain(errors, SECTION, 'L_span', 'is 0: '//c%shape//' needs a positive length')
       numbers%span = 1
     end if
     call make_named_wing(c%shape, numbers, 1.0_rp, 0.0_rp, planform, solid)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How a force at one point of the flow moves another point at once: the Green tensor of the filtered projection.
+!> Tabulates the Green tensor of the filtered projection: how a force at one point of the flow moves another point at once.
 !>
 !> For |k| < K, Phi^2 = 1 + (k/K)^2 (fluid_point_forces), in an unbounded flow and for a force for a unit of time,
 !>

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A dense cloud of sample points of a sheet, in which markers are seeded and relaxed (fsi_marker_spacing).
+!> Samples a sheet by a dense cloud of points, in which markers are seeded and relaxed (fsi_marker_spacing).
 !>
 !> Triangles are cut in halves at their longest edges until none is longer than CUT spacings; the centres of the leaves
 !> are samples that carry their areas. Points of the free edges follow, without area. Samples lie in cells of a
@@ -11,7 +11,7 @@ module fsi_marker_cloud
   use fsi_triangle, only: make_triangle, triangle_t
   implicit none
   private
-  public :: cloud_t, place_t, place_on_edge, FREE_EDGE, FRONT, GAP
+  public :: cloud_t, site_t, site_on_edge, FREE_EDGE, FRONT, GAP
 
   ! Numbers that no mesh has in it, so that edges and cells do not end just there.
   real(rp), parameter :: CUT = 0.2513_rp, EDGE_CUT = 0.1257_rp, SHIFT = 0.3719_rp
@@ -26,12 +26,12 @@ module fsi_marker_cloud
   integer, parameter :: GAP = 3       !< the point of the sheet that is farthest from them
 
   !> A point of the sheet: sum_k weights(k) points(:, nodes(k)).
-  type :: place_t
+  type :: site_t
     integer :: nodes(3) = 0
     real(rp) :: weights(3) = 0 !< not negative, of sum 1
     real(rp) :: x(3) = 0       !< L
     logical :: is_edge = .false. !< lies on a free edge
-  end type place_t
+  end type site_t
 
   type :: cloud_t
     integer :: n = 0
@@ -40,7 +40,7 @@ module fsi_marker_cloud
     real(rp), private :: spacing = 0, low(3) = 0, cell = 0
     integer, private :: cells(3) = 0, mode = GAP
     real(rp), private :: limit = 0
-    type(place_t), allocatable, private :: places(:)
+    type(site_t), allocatable, private :: sites(:)
     integer, allocatable, private :: triangles(:)  !< (n)
     real(rp), allocatable, private :: x(:, :), area(:), second(:)
     integer, allocatable, private :: first(:)      !< samples of cell c: first(c) .. first(c + 1) - 1
@@ -64,7 +64,7 @@ contains
     real(rp), intent(in) :: points(:, :)                       !< (3, :) L
     integer, intent(in) :: triangles(:, :), edges(:, :), owners(:)
     real(rp), intent(in) :: spacing                            !< h [L]
-    type(place_t), allocatable :: places(:)
+    type(site_t), allocatable :: sites(:)
     real(rp), allocatable :: area(:), leaves(:, :)
     integer, allocatable :: of(:), n_leaves(:), n_steps(:)
     integer :: i, k, n
@@ -76,7 +76,7 @@ contains
       n_steps(i) = ceiling(norm2(points(:, edges(2, i)) - points(:, edges(1, i)))/(EDGE_CUT*spacing))
     end do
     n = sum(n_leaves) + sum(n_steps + 1)
-    allocate (places(n), area(n), of(n))
+    allocate (sites(n), area(n), of(n))
     deallocate (leaves)
     allocate (leaves(4, maxval(n_leaves)))
     n = 0
@@ -85,7 +85,7 @@ contains
         call halve(corners, CUT*spacing, n_leaves(i), leaves)
         do k = 1, n_leaves(i)
           n = n + 1
-          places(n) = place_t(triangles(:, i), leaves(:3, k), matmul(corners, leaves(:3, k)))
+          sites(n) = site_t(triangles(:, i), leaves(:3, k), matmul(corners, leaves(:3, k)))
           area(n) = norm2(cross(corners(:, 2) - corners(:, 1), corners(:, 3) - corners(:, 1)))/2*leaves(4, k)
           of(n) = i
         end do
@@ -94,24 +94,24 @@ contains
     do i = 1, size(edges, 2)
       do k = 0, n_steps(i)
         n = n + 1
-        places(n) = place_on_edge(points, triangles(:, owners(i)), edges(:, i), real(k, rp)/max(1, n_steps(i)))
+        sites(n) = site_on_edge(points, triangles(:, owners(i)), edges(:, i), real(k, rp)/max(1, n_steps(i)))
         area(n) = 0
         of(n) = owners(i)
       end do
     end do
-    call sort_into_cells(self, places, area, of, spacing)
+    call sort_into_cells(self, sites, area, of, spacing)
   end subroutine cloud_init
 
   !> The place at `fraction` of the way along an edge of a triangle.
-  pure type(place_t) function place_on_edge(points, corners, edge, fraction) result(place)
+  pure type(site_t) function site_on_edge(points, corners, edge, fraction) result(site)
     real(rp), intent(in) :: points(:, :), fraction
     integer, intent(in) :: corners(3), edge(2)
-    place%nodes = corners
-    where (corners == edge(1)) place%weights = 1 - fraction
-    where (corners == edge(2)) place%weights = fraction
-    place%x = (1 - fraction)*points(:, edge(1)) + fraction*points(:, edge(2))
-    place%is_edge = .true.
-  end function place_on_edge
+    site%nodes = corners
+    where (corners == edge(1)) site%weights = 1 - fraction
+    where (corners == edge(2)) site%weights = fraction
+    site%x = (1 - fraction)*points(:, edge(1)) + fraction*points(:, edge(2))
+    site%is_edge = .true.
+  end function site_on_edge
 
   !> Halves a triangle until no edge is longer than `limit`: barycentric coordinates of the leaves' centres and their
   !> part of the area, (4, n) if `leaves` has room for them.
@@ -153,19 +153,19 @@ contains
     end do
   end subroutine halve
 
-  subroutine sort_into_cells(self, places, area, of, spacing)
+  subroutine sort_into_cells(self, sites, area, of, spacing)
     class(cloud_t), intent(inout) :: self
-    type(place_t), intent(in) :: places(:)
+    type(site_t), intent(in) :: sites(:)
     real(rp), intent(in) :: area(:), spacing
     integer, intent(in) :: of(:)
     integer, allocatable :: in(:), order(:), next(:)
     real(rp) :: high(3)
     integer :: i, k
-    self%n = size(places)
+    self%n = size(sites)
     self%spacing = spacing
     do k = 1, 3
-      self%low(k) = minval(places%x(k))
-      high(k) = maxval(places%x(k))
+      self%low(k) = minval(sites%x(k))
+      high(k) = maxval(sites%x(k))
     end do
     self%cell = spacing
     do while (product((high - self%low)/self%cell + 2) > MOST_CELLS)
@@ -176,7 +176,7 @@ contains
     allocate (in(self%n), order(self%n))
     self%first = [(0, i=1, product(self%cells) + 1)]
     do i = 1, self%n
-      in(i) = number_of(self, cell_of(self, places(i)%x))
+      in(i) = number_of(self, cell_of(self, sites(i)%x))
       self%first(in(i) + 1) = self%first(in(i) + 1) + 1
     end do
     self%first(1) = 1
@@ -188,10 +188,10 @@ contains
       order(next(in(i))) = i
       next(in(i)) = next(in(i)) + 1
     end do
-    self%places = places(order)
+    self%sites = sites(order)
     self%area = area(order)
     self%triangles = of(order)
-    self%x = reshape([(places(order(i))%x, i=1, self%n)], [3, self%n])
+    self%x = reshape([(sites(order(i))%x, i=1, self%n)], [3, self%n])
     self%filled = pack([(i, i=1, product(self%cells))], self%first(2:) > self%first(:product(self%cells)))
     self%owner = [(0, i=1, self%n)]
     self%distance = [(2*spacing, i=1, self%n)]
@@ -264,7 +264,7 @@ contains
     self%key(c) = huge(1)
     do s = self%first(c), self%first(c + 1) - 1
       if (self%distance(s) < self%limit) cycle
-      if (self%mode == FREE_EDGE .and. .not. self%places(s)%is_edge) cycle
+      if (self%mode == FREE_EDGE .and. .not. self%sites(s)%is_edge) cycle
       if (self%mode == FRONT) then
         key = steps(self%distance(s) + self%second(s))
       else
@@ -284,9 +284,9 @@ contains
   end subroutine search_cell
 
   !> Takes the sample that is looked for, if there is one.
-  subroutine cloud_pick(self, place, found)
+  subroutine cloud_pick(self, site, found)
     class(cloud_t), intent(in) :: self
-    type(place_t), intent(out) :: place
+    type(site_t), intent(out) :: site
     logical, intent(out) :: found
     integer :: i, best, key
     best = 0
@@ -297,7 +297,7 @@ contains
       best = self%at(self%filled(i))
     end do
     found = best > 0
-    if (found) place = self%places(best)
+    if (found) site = self%sites(best)
   end subroutine cloud_pick
 
   !> Moves the markers x (3, m), without the first `n_fixed`, by `speed` times the way to the centre of the samples that
@@ -353,11 +353,11 @@ contains
 
   !> The places of the sheet next to markers x (3, m), without the first `n_fixed`, in the triangles of the samples that
   !> are nearest to each; `places` (m) of markers without samples stay.
-  subroutine cloud_project(self, points, triangles, x, n_fixed, places)
+  subroutine cloud_project(self, points, triangles, x, n_fixed, sites)
     class(cloud_t), intent(inout) :: self
     real(rp), intent(in) :: points(:, :), x(:, :)
     integer, intent(in) :: triangles(:, :), n_fixed
-    type(place_t), intent(inout) :: places(:)
+    type(site_t), intent(inout) :: sites(:)
     type(triangle_t) :: shape
     real(rp) :: nearest(self%n), best(size(x, 2)), d2, v, w
     integer :: tried(size(x, 2)), m, s
@@ -374,9 +374,9 @@ contains
         call shape%closest(x(:, m), d2, v, w)
         if (d2 + (SAME*self%spacing)**2 >= best(m)) cycle
         best(m) = d2
-        places(m)%nodes = corners
-        places(m)%weights = [max(0.0_rp, 1 - v - w), v, w]
-        places(m)%x = shape%a + v*shape%ab + w*shape%ac
+        sites(m)%nodes = corners
+        sites(m)%weights = [max(0.0_rp, 1 - v - w), v, w]
+        sites(m)%x = shape%a + v*shape%ab + w*shape%ac
       end associate
     end do
   end subroutine cloud_project

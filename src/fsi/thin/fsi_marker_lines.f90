@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Places along lines, about a spacing apart: on the outline of a sheet, or on its section.
+!> Distributes sites along lines, about a spacing apart: on the outline of a sheet, or on its section.
 !>
 !> Lines are made of links between points and may branch, touch, end or be closed. They are cut into arcs at their
 !> corners: the points where they turn by more than TURN, and those that do not join just two links. Every corner is a
@@ -9,7 +9,7 @@ module fsi_marker_lines
   use base_sort, only: sorting_order
   implicit none
   private
-  public :: line_place_t, list_links, place_on_lines
+  public :: line_site_t, list_links, place_on_lines
 
   ! Between the angles of regular polygons, whose corners must not come and go with round-off.
   real(rp), parameter :: TURN = 35*acos(-1.0_rp)/180
@@ -17,21 +17,21 @@ module fsi_marker_lines
   integer(i8), parameter :: FINE = 2_i8**20        !< steps of an angle that are told apart
 
   !> A place on a link.
-  type :: line_place_t
+  type :: line_site_t
     integer :: link = 0
     real(rp) :: fraction = 0     !< of the way from the first to the second point of the link
     logical :: is_corner = .false.
-  end type line_place_t
+  end type line_site_t
 
 contains
 
   !> The places on the lines of `links`: first the corners, ends and branches before sharp turns before others, then the
   !> arcs. The same for the same points in any place and attitude, up to round-off. Allocates.
-  subroutine place_on_lines(points, links, spacing, places)
+  subroutine place_on_lines(points, links, spacing, sites)
     real(rp), intent(in) :: points(:, :) !< (3, n) L
     integer, intent(in) :: links(:, :)   !< (2, m) points
     real(rp), intent(in) :: spacing      !< h [L]
-    type(line_place_t), allocatable, intent(out) :: places(:)
+    type(line_site_t), allocatable, intent(out) :: sites(:)
     integer, allocatable :: at(:, :), first(:), corners(:), arc(:)
     real(rp), allocatable :: turns(:)
     logical, allocatable :: used(:)
@@ -44,24 +44,24 @@ contains
     corners = pack([(i, i=1, size(turns))], turns > TURN)
     corners = corners(sorting_order(-int(turns(corners)*FINE, i8)))
     n = size(corners)
-    allocate (places(n))
+    allocate (sites(n))
     do i = 1, n
       k = first(corners(i))
-      places(i) = line_place_t(at(1, k), real(at(2, k) - 1, rp), .true.)
+      sites(i) = line_site_t(at(1, k), real(at(2, k) - 1, rp), .true.)
     end do
     used = .false.
     do i = 1, n
       do k = first(corners(i)), first(corners(i) + 1) - 1
         if (used(at(1, k))) cycle
         call follow(links, first, at, turns, corners(i), at(1, k), used, arc, n_arc)
-        call divide(points, links, arc(:n_arc), spacing, .false., places)
+        call divide(points, links, arc(:n_arc), spacing, .false., sites)
       end do
     end do
     do i = 1, size(points, 2) ! the remaining lines are closed and have no corner
       do k = first(i), first(i + 1) - 1
         if (used(at(1, k))) cycle
         call follow(links, first, at, turns, i, at(1, k), used, arc, n_arc)
-        call divide(points, links, arc(:n_arc), spacing, .true., places)
+        call divide(points, links, arc(:n_arc), spacing, .true., sites)
       end do
     end do
   end subroutine place_on_lines
@@ -136,12 +136,12 @@ contains
   end subroutine follow
 
   !> Appends the places inside an arc, and its first point if it is closed without a corner.
-  subroutine divide(points, links, arc, spacing, is_closed, places)
+  subroutine divide(points, links, arc, spacing, is_closed, sites)
     real(rp), intent(in) :: points(:, :), spacing
     integer, intent(in) :: links(:, :), arc(:)
     logical, intent(in) :: is_closed
-    type(line_place_t), allocatable, intent(inout) :: places(:)
-    type(line_place_t) :: found(ceiling(1 + length_of(points, links, arc)/spacing))
+    type(line_site_t), allocatable, intent(inout) :: sites(:)
+    type(line_site_t) :: found(ceiling(1 + length_of(points, links, arc)/spacing))
     real(rp) :: total, passed, length, fraction
     integer :: i, k, n, filled
     total = length_of(points, links, arc)
@@ -157,12 +157,12 @@ contains
         if (length > 0) fraction = max(0.0_rp, min(1.0_rp, (k*total/n - passed)/length))
         if (arc(i) < 0) fraction = 1 - fraction
         filled = filled + 1
-        found(filled) = line_place_t(abs(arc(i)), fraction, .false.)
+        found(filled) = line_site_t(abs(arc(i)), fraction, .false.)
         k = k + 1
       end do
       passed = passed + length
     end do
-    places = [places, found(:filled)]
+    sites = [sites, found(:filled)]
   end subroutine divide
 
   pure real(rp) function length_of(points, links, arc) result(length)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What forces at the markers of a wing do to the velocities there, and which forces make given velocities.
+!> Computes the velocities that forces at the markers of a wing cause there, and the forces that cause given velocities.
 !>
 !> Forces F on the fluid for a time dt change the velocities at the markers by dt M F, where the blocks of M are the
 !> Green tensor of the differences of places (fsi_green). M is symmetric and positive definite as long as markers are

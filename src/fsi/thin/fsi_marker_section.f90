@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Markers of a wing that a two-dimensional flow sees as a section: a strip whose width lies along y of the wing frame.
+!> Places the markers of a wing that a two-dimensional flow sees as a section: a strip whose width lies along y of the wing
+!> frame.
 !>
 !> The section is the line in which the plane in the middle of the width cuts the strip. Stations on it are about a
 !> spacing h apart, ends and folds included (fsi_marker_lines). A marker moves as the line across the strip through its
@@ -8,7 +9,7 @@
 module fsi_marker_section
   use base_errors, only: require
   use base_kinds, only: rp
-  use fsi_marker_lines, only: line_place_t, list_links, place_on_lines
+  use fsi_marker_lines, only: line_site_t, list_links, place_on_lines
   implicit none
   private
   public :: place_section_markers, station_t
@@ -46,7 +47,7 @@ contains
     type(station_t), allocatable, intent(out) :: stations(:)
     integer, intent(out) :: left_out(2)
     real(rp), intent(out) :: largest_gap
-    type(line_place_t), allocatable :: wanted(:), fine(:), kept(:)
+    type(line_site_t), allocatable :: wanted(:), fine(:), kept(:)
     real(rp), allocatable :: middle(:, :), x(:, :), gaps(:)
     integer, allocatable :: links(:, :), first(:), at(:, :)
     logical, allocatable :: keep(:)
@@ -87,11 +88,11 @@ contains
 
   contains
 
-    subroutine see(place)
-      type(line_place_t), intent(in) :: place
+    subroutine see(site)
+      type(line_site_t), intent(in) :: site
       real(rp) :: here(3)
       integer :: j
-      here = reshape(positions(middle, links, [place]), [3])
+      here = reshape(positions(middle, links, [site]), [3])
       do j = 1, size(gaps)
         gaps(j) = min(gaps(j), norm2(x(:, j) - here))
       end do
@@ -197,33 +198,33 @@ contains
   end subroutine unite_equal
 
   !> Where places on links are, (3, n).
-  pure function positions(points, links, places) result(x)
+  pure function positions(points, links, sites) result(x)
     real(rp), intent(in) :: points(:, :)
     integer, intent(in) :: links(:, :)
-    type(line_place_t), intent(in) :: places(:)
-    real(rp) :: x(3, size(places))
+    type(line_site_t), intent(in) :: sites(:)
+    real(rp) :: x(3, size(sites))
     integer :: i
-    do i = 1, size(places)
-      associate (ends => links(:, places(i)%link), t => places(i)%fraction)
+    do i = 1, size(sites)
+      associate (ends => links(:, sites(i)%link), t => sites(i)%fraction)
         x(:, i) = (1 - t)*points(:, ends(1)) + t*points(:, ends(2))
       end associate
     end do
   end function positions
 
   !> Along the section at a place, any length: at a fold half-way between both sides.
-  pure function direction(points, links, first, at, place) result(along)
+  pure function direction(points, links, first, at, site) result(along)
     real(rp), intent(in) :: points(:, :)
     integer, intent(in) :: links(:, :), first(:), at(:, :)
-    type(line_place_t), intent(in) :: place
+    type(line_site_t), intent(in) :: site
     real(rp) :: along(3), other(3)
     integer :: p, k
-    along = points(:, links(2, place%link)) - points(:, links(1, place%link))
-    if (.not. place%is_corner) return
-    p = links(merge(1, 2, place%fraction < 0.5_rp), place%link)
+    along = points(:, links(2, site%link)) - points(:, links(1, site%link))
+    if (.not. site%is_corner) return
+    p = links(merge(1, 2, site%fraction < 0.5_rp), site%link)
     if (first(p + 1) - first(p) /= 2) return
-    k = merge(first(p) + 1, first(p), at(1, first(p)) == place%link)
+    k = merge(first(p) + 1, first(p), at(1, first(p)) == site%link)
     other = points(:, links(3 - at(2, k), at(1, k))) - points(:, p)
-    other = other/norm2(other) - merge(1, -1, place%fraction < 0.5_rp)*along/norm2(along)
+    other = other/norm2(other) - merge(1, -1, site%fraction < 0.5_rp)*along/norm2(along)
     if (norm2(other) > SAME) along = other ! not for a sheet that is folded back on itself
   end function direction
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Markers about a spacing h apart on a triangulated sheet, its free edges included.
+!> Places markers about a spacing h apart on a triangulated sheet, its free edges included.
 !>
 !> Wanted is that no two are closer than LEAST h and that no point of the sheet is farther than LEAST h from one; a set
 !> of points that none can be added to without breaking the first has the second (Eldar et al. 1997, DOI
@@ -10,8 +10,8 @@
 module fsi_marker_spacing
   use base_kinds, only: rp
   use fsi_free_edges, only: find_free_edges
-  use fsi_marker_cloud, only: cloud_t, FREE_EDGE, FRONT, GAP, place_on_edge, place_t
-  use fsi_marker_lines, only: line_place_t, place_on_lines
+  use fsi_marker_cloud, only: cloud_t, FREE_EDGE, FRONT, GAP, site_on_edge, site_t
+  use fsi_marker_lines, only: line_site_t, place_on_lines
   implicit none
   private
   public :: place_sheet_markers
@@ -28,16 +28,16 @@ contains
   !> Markers of a sheet; the first `n_edge` lie on free edges. `left_out` counts corners and other places of the outline
   !> that would have been too close to others; `largest_gap` is that of sample points 0.1 h apart, in h. Deterministic.
   !> Allocates.
-  subroutine place_sheet_markers(points, triangles, spacing, places, n_edge, left_out, largest_gap)
+  subroutine place_sheet_markers(points, triangles, spacing, sites, n_edge, left_out, largest_gap)
     real(rp), intent(in) :: points(:, :)   !< (3, n) L
     integer, intent(in) :: triangles(:, :) !< (3, m)
     real(rp), intent(in) :: spacing        !< h [L]
-    type(place_t), allocatable, intent(out) :: places(:)
+    type(site_t), allocatable, intent(out) :: sites(:)
     integer, intent(out) :: n_edge
     integer, intent(out) :: left_out(2)
     real(rp), intent(out) :: largest_gap
     type(cloud_t) :: cloud
-    type(place_t), allocatable :: outline(:)
+    type(site_t), allocatable :: outline(:)
     integer, allocatable :: edges(:, :), owners(:)
     logical, allocatable :: is_corner(:), keep(:)
     integer :: round, n
@@ -46,60 +46,60 @@ contains
     call place_outline(points, triangles, edges, owners, spacing, outline, is_corner)
     keep = are_clear(outline, LEAST*spacing)
     left_out = [count(is_corner .and. .not. keep), count(.not. (is_corner .or. keep))]
-    places = pack(outline, keep)
+    sites = pack(outline, keep)
     call cloud%clear()
-    do n = 1, size(places)
-      call cloud%add(places(n)%x)
+    do n = 1, size(sites)
+      call cloud%add(sites(n)%x)
     end do
-    call fill_gaps(cloud, FREE_EDGE, LEAST*spacing, places)
-    n_edge = size(places)
-    call fill_gaps(cloud, FRONT, GROWTH*spacing, places)
+    call fill_gaps(cloud, FREE_EDGE, LEAST*spacing, sites)
+    n_edge = size(sites)
+    call fill_gaps(cloud, FRONT, GROWTH*spacing, sites)
     do round = 1, ROUNDS
-      call relax(cloud, points, triangles, n_edge, places)
-      keep = are_clear(places, LEAST*spacing)
-      places = pack(places, keep)
+      call relax(cloud, points, triangles, n_edge, sites)
+      keep = are_clear(sites, LEAST*spacing)
+      sites = pack(sites, keep)
       call cloud%clear()
-      do n = 1, size(places)
-        call cloud%add(places(n)%x)
+      do n = 1, size(sites)
+        call cloud%add(sites(n)%x)
       end do
-      n = size(places)
-      call fill_gaps(cloud, GAP, LEAST*spacing, places)
-      if (all(keep) .and. size(places) == n) exit
+      n = size(sites)
+      call fill_gaps(cloud, GAP, LEAST*spacing, sites)
+      if (all(keep) .and. size(sites) == n) exit
     end do
     largest_gap = maxval(cloud%distance)/spacing
   end subroutine place_sheet_markers
 
   !> The places wanted on the free edges, those on corners first.
-  subroutine place_outline(points, triangles, edges, owners, spacing, places, is_corner)
+  subroutine place_outline(points, triangles, edges, owners, spacing, sites, is_corner)
     real(rp), intent(in) :: points(:, :), spacing
     integer, intent(in) :: triangles(:, :), edges(:, :), owners(:)
-    type(place_t), allocatable, intent(out) :: places(:)
+    type(site_t), allocatable, intent(out) :: sites(:)
     logical, allocatable, intent(out) :: is_corner(:)
-    type(line_place_t), allocatable :: on_line(:)
+    type(line_site_t), allocatable :: on_line(:)
     integer :: i
     call place_on_lines(points, edges, spacing, on_line)
-    allocate (places(size(on_line)))
+    allocate (sites(size(on_line)))
     do i = 1, size(on_line)
       associate (e => on_line(i)%link)
-        places(i) = place_on_edge(points, triangles(:, owners(e)), edges(:, e), on_line(i)%fraction)
+        sites(i) = site_on_edge(points, triangles(:, owners(e)), edges(:, e), on_line(i)%fraction)
       end associate
     end do
     is_corner = on_line%is_corner
   end subroutine place_outline
 
   !> Which places are at least `limit` [L] from all earlier ones that are.
-  pure function are_clear(places, limit)
-    type(place_t), intent(in) :: places(:)
+  pure function are_clear(sites, limit)
+    type(site_t), intent(in) :: sites(:)
     real(rp), intent(in) :: limit
-    logical :: are_clear(size(places))
-    real(rp) :: x(3, size(places))
+    logical :: are_clear(size(sites))
+    real(rp) :: x(3, size(sites))
     integer :: i, n
     n = 0
-    do i = 1, size(places)
-      are_clear(i) = is_clear(places(i)%x, x(:, :n), limit*(1 - SAME))
+    do i = 1, size(sites)
+      are_clear(i) = is_clear(sites(i)%x, x(:, :n), limit*(1 - SAME))
       if (.not. are_clear(i)) cycle
       n = n + 1
-      x(:, n) = places(i)%x
+      x(:, n) = sites(i)%x
     end do
   end function are_clear
 
@@ -114,46 +114,46 @@ contains
   end function is_clear
 
   !> Adds what the cloud picks until there is nothing left.
-  subroutine fill_gaps(cloud, mode, limit, places)
+  subroutine fill_gaps(cloud, mode, limit, sites)
     type(cloud_t), intent(inout) :: cloud
     integer, intent(in) :: mode
     real(rp), intent(in) :: limit
-    type(place_t), allocatable, intent(inout) :: places(:)
-    type(place_t), allocatable :: larger(:)
-    type(place_t) :: place
+    type(site_t), allocatable, intent(inout) :: sites(:)
+    type(site_t), allocatable :: larger(:)
+    type(site_t) :: site
     logical :: found
     integer :: n
-    n = size(places)
+    n = size(sites)
     call cloud%search_for(mode, limit)
     do
-      call cloud%pick(place, found)
+      call cloud%pick(site, found)
       if (.not. found) exit
-      if (n == size(places)) then
+      if (n == size(sites)) then
         allocate (larger(2*n + 16))
-        larger(:n) = places
-        call move_alloc(larger, places)
+        larger(:n) = sites
+        call move_alloc(larger, sites)
       end if
       n = n + 1
-      places(n) = place
-      call cloud%add(place%x)
+      sites(n) = site
+      call cloud%add(site%x)
     end do
-    places = places(:n)
+    sites = sites(:n)
   end subroutine fill_gaps
 
   !> A round of Lloyd's method for all markers but the first `n_fixed`.
-  subroutine relax(cloud, points, triangles, n_fixed, places)
+  subroutine relax(cloud, points, triangles, n_fixed, sites)
     type(cloud_t), intent(inout) :: cloud
     real(rp), intent(in) :: points(:, :)
     integer, intent(in) :: triangles(:, :), n_fixed
-    type(place_t), intent(inout) :: places(:)
-    real(rp) :: x(3, size(places))
+    type(site_t), intent(inout) :: sites(:)
+    real(rp) :: x(3, size(sites))
     integer :: i
-    do i = 1, size(places)
-      x(:, i) = places(i)%x
+    do i = 1, size(sites)
+      x(:, i) = sites(i)%x
     end do
     do i = 1, SWEEPS
       call cloud%relax(x, n_fixed, merge(SPEED, 1.0_rp, i <= SWEEPS - UNACCELERATED))
     end do
-    call cloud%project(points, triangles, x, n_fixed, places)
+    call cloud%project(points, triangles, x, n_fixed, sites)
   end subroutine relax
 end module fsi_marker_spacing

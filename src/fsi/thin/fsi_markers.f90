@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The markers of a wing without thickness: places on its mid surface about a spacing h apart, free edges included, tied
-!> to the points of the triangles that hold them.
+!> Holds the markers of a wing without thickness: sites on its mid surface about a spacing h apart, free edges included, tied to
+!> the points of the triangles that hold them.
 !>
 !> A marker moves with its triangle, x = sum_k weights(k) points(:, nodes(k)); in a plane flow it is a line across a strip
 !> (fsi_marker_section). The response of the flow to forces at
@@ -8,7 +8,7 @@
 !> flow passes between markers that are much farther apart: `least` and `gap` tell how well a wing is covered.
 module fsi_markers
   use base_kinds, only: rp
-  use fsi_marker_cloud, only: place_t
+  use fsi_marker_cloud, only: site_t
   use fsi_marker_section, only: place_section_markers, station_t
   use fsi_marker_spacing, only: place_sheet_markers
   implicit none
@@ -60,14 +60,14 @@ contains
     type(markers_t), intent(inout) :: self
     real(rp), intent(in) :: points(:, :), spacing
     integer, intent(in) :: triangles(:, :)
-    type(place_t), allocatable :: places(:)
+    type(site_t), allocatable :: sites(:)
     integer :: i, left_out(2), n_edge
-    call place_sheet_markers(points, triangles, spacing, places, n_edge, left_out, self%gap)
-    self%n = size(places)
+    call place_sheet_markers(points, triangles, spacing, sites, n_edge, left_out, self%gap)
+    self%n = size(sites)
     self%left_out = sum(left_out)
     self%is_edge = [(i <= n_edge, i=1, self%n)]
-    self%nodes = reshape([(places(i)%nodes, i=1, self%n)], [3, self%n])
-    self%weights = reshape([(places(i)%weights, i=1, self%n)], [3, self%n])
+    self%nodes = reshape([(sites(i)%nodes, i=1, self%n)], [3, self%n])
+    self%weights = reshape([(sites(i)%weights, i=1, self%n)], [3, self%n])
   end subroutine place_in_triangles
 
   subroutine place_stations(self, points, triangles, spacing)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The rotation that takes one set of points nearest to another, in the sense of least squares about their centres.
+!> Finds the rotation that takes one set of points nearest to another, in the sense of least squares about their centres.
 !>
 !> With y = R (from - its centre) and d = to - its centre - y, R is turned by the small vector w with
 !> sum (|y|^2 1 - y y^T) w = sum y x d, until it stays (Gauss and Newton). About a line on which all points lie R does not turn.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How the flow sees the wings: as sheets of a thickness in the mask, or as surfaces without thickness.
+!> Reads how the flow sees the wings: as sheets of a thickness in the mask, or as surfaces without thickness.
 module fsi_thin_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -105,7 +105,8 @@ contains
     if (fluid%time%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', STEPPER, &
                                                          'wings without thickness ([Insects] surface = thin) need AB2')
     if (fluid%resolution%dealias /= 'ellipsoid') &
-      call config%complain(errors, 'Dealiasing', TRUNCATION, 'wings without thickness ([Insects] surface = thin) need 1')
+      call config%complain(errors, 'Dealiasing', TRUNCATION, &
+                           'wings without thickness ([Insects] surface = thin) need iDealias = 1')
     do i = merge(2, 1, fluid%grid%is_2d), 3
       if (fluid%grid%n(i) < WINDOW_WIDTH) call config%complain(errors, 'Resolution', POINTS(i), &
                                         'wings without thickness ([Insects] surface = thin) need at least 8 points')

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The part of a checkpoint that belongs to wings without thickness: the forces of their markers and the loads in the last
-!> step, which the records at its end need, and the shapes for which the response of the flow was made.
+!> Saves and loads the part of a checkpoint that belongs to wings without thickness: the forces of their markers and the loads
+!> in the last step, which the records at its end need, and the shapes for which the response of the flow was made.
 module fsi_thin_restart
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -63,7 +63,7 @@ contains
       associate (wing => thin%wings(i))
         wing%shape = reshape(numbers(3*wing%first - 2:3*wing%last), shape(wing%shape))
         call thin%rebuild_response(i, has_factor)
-        if (.not. has_factor) call failure%raise('the checkpoint has markers that touch each other')
+        if (.not. has_factor) call failure%raise('the markers of the checkpoint touch each other: give an earlier one')
       end associate
     end do
     call reader%get_reals('marker_loads', numbers, failure)

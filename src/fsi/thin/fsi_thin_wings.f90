@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Wings without thickness in the flow: markers on their mid surface with forces that make the flow move as they do.
+!> Puts wings without thickness into the flow: markers on their mid surface with forces that make the flow follow them.
 !>
 !> The fluid makes its step without wings, u*. At the places X and with the velocities U of the markers at its end
 !>

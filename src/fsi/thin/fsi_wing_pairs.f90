@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the forces at the markers of each wing do to the velocities at those of the others.
+!> Computes how the forces at the markers of each wing change the velocities at those of the other wings.
 !>
 !> The response of all markers is M = D + E: D has a block for each wing, in whose frame it is factorised once
 !> (fsi_marker_response), E the Green tensors between markers of different wings, which change as these move. M is

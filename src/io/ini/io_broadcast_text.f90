@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Small text files that every rank needs, read from the disk once.
+!> Reads small text files that every rank needs, once from the disk.
 module io_broadcast_text
   use, intrinsic :: iso_fortran_env, only: int64
   use base_checksum, only: checksum_add, checksum_text
@@ -35,7 +35,7 @@ contains
     if (n_bytes < 0) then
       problem = path//': is not an ordinary file'
     else if (n_bytes > MAX_BYTES) then
-      problem = path//': is larger than 64 MB and surely not an ini file'
+      problem = path//': is larger than 64 MB, too large for a parameter file: check the name'
     else if (n_bytes > 0) then
       deallocate (text)
       allocate (character(n_bytes) :: text)

@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What must be known of a document before its keys can be read in their order: the spacing that dx stands for,
-!> and which sections count. Of several equal keys the first one counts; values with mistakes, which are reported
-!> later, count as unknown.
+!> Finds what must be known of a document before its keys can be read in their order: the spacing that dx stands for, and which
+!> sections count. Of several equal keys the first one counts. Values with mistakes, which are reported later, count as unknown.
 module io_peek
   use base_kinds, only: rp
   use io_ini, only: ini_document_t

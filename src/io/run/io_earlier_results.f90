@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Results of an earlier run that are in the way: they are moved, never removed.
+!> Moves the results of an earlier run that are in the way. It never removes them.
 module io_earlier_results
   use base_errors, only: failure_t, message_list_t
   use base_files, only: file_exists, folder_of, join_path, make_folder, name_of, real_path, rename_file
@@ -58,7 +58,7 @@ contains
       if (ok .or. .not. file_exists(folder//'/.')) exit
     end do
     if (.not. ok) then
-      call failure%raise(folder//': cannot be made')
+      call failure%raise(folder//': this folder cannot be made: is the disk full, or the folder above it read-only?')
       return
     end if
     do i = 1, paths%count()

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Answers to questions that are asked again in the same order when a program starts again: a program that computes from
-!> nothing else is where it was as soon as it has asked what it had asked before.
+!> Records answers to questions, and returns them when a program starts again and asks the same questions in the same order. A
+!> program that computes from nothing else is then where it was.
 !>
 !> A journal grows by one record for each answer, which a kill cannot take back. It is no HDF5 file, as these can neither be
 !> appended to nor be read after a kill. Every record has a key, by which the question is known, and a checksum; the first

@@ -61,7 +61,7 @@ contains
     if (world%is_root .and. present(restart_time)) then
       if (file_exists(path)) call keep_earlier(self, restart_time, ok)
     end if
-    if (world%max_integer(merge(0, 1, ok)) > 0) call failure%raise(path//': is not an index of this program')
+    if (world%max_integer(merge(0, 1, ok)) > 0) call failure%raise(path//': was not written by this program: move it away')
   end subroutine index_open
 
   !> Reads the grids before `restart_time` back.

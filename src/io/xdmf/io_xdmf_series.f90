@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> An XDMF index of a surface that moves: one grid, or collection of grids, for each time, whose text the
-!> caller makes. The index is rewritten as a whole at every time. A restarted run keeps what stands in it up
-!> to its restart. Comments mark where the text of a time begins and ends; reading relies on them.
+!> Writes an XDMF index of a surface that moves: for each time one grid, or a collection of grids, whose text the caller makes.
+!> The whole index is rewritten at every time. A restarted run keeps the entries up to its restart. Comments mark where the text
+!> of a time begins and ends, and reading relies on them.
 module io_xdmf_series
   use base_errors, only: failure_t
   use base_files, only: file_exists
@@ -42,7 +42,7 @@ contains
     if (failure%failed .or. .not. present(restart_time)) return
     if (.not. file_exists(path)) return
     call keep_earlier(self, restart_time, ok)
-    if (.not. ok) call failure%raise(path//': is not an index of this program')
+    if (.not. ok) call failure%raise(path//': was not written by this program: move it away')
   end subroutine series_open
 
   subroutine keep_earlier(self, restart_time, ok)

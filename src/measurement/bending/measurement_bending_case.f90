@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A wing and bending tests of it, with what may be varied to make both agree: what trainings and diagnoses have in common.
-!> SI units.
+!> Holds what trainings and diagnoses have in common: a wing, its bending tests, and the parameters that may be varied. SI
+!> units.
 module measurement_bending_case
   use base_kinds, only: rp
   use measurement_data, only: measurement_t

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The task of which trainings and diagnoses consist: one load on one wing, done by any rank of a farm. What comes out depends
-!> on the task and on what rank 0 has broadcast, never on what the rank has done before.
+!> Runs the task of which trainings and diagnoses consist: one load on one wing, on any rank of a farm. The result depends on
+!> the task and on what rank 0 has broadcast, never on what the rank has done before.
 !>
 !> | kind | gives |
 !> |---|---|

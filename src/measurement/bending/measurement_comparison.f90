@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a wing of a given shape would have shown under one load, less what was measured, and the derivatives of it.
+!> Compares a wing of a given shape with what was measured under one load, and differentiates the difference.
 !>
 !> Heights: the deformation (loaded minus unloaded height) at the grid points on the unloaded wing where both heights
 !> are known. They are the same points whatever the shape. Then the scalar observations of the load.
@@ -17,7 +17,7 @@ module measurement_comparison
   !> A scalar observation on the wing.
   type :: gauge_t
     logical :: is_rotation = .false.
-    type(material_point_t) :: place
+    type(material_point_t) :: site
     integer :: nodes(2) = 1        !< the line that turns
     real(rp) :: line(3) = 0        !< [m] the unloaded line
     real(rp) :: axis(3) = 0
@@ -85,7 +85,7 @@ contains
         self%gauges(k)%is_rotation = observation%quantity == QUANTITY_ROTATION
         self%gauges(k)%axis = observation%axis
         self%gauges(k)%zero = observation%zero
-        self%gauges(k)%place = find_material_point(wing%points, wing%triangles, length, observation%point)
+        self%gauges(k)%site = find_material_point(wing%points, wing%triangles, length, observation%point)
         if (self%gauges(k)%is_rotation) call choose_line(wing, self%gauges(k))
         self%measured(self%n_heights + k) = observation%value
         self%sigma(self%n_heights + k) = observation%sigma
@@ -101,15 +101,15 @@ contains
     real(rp) :: line(3), across, most
     integer :: c, v, k, a, b
     most = -1
-    if (gauge%place%is_in_triangle) then
+    if (gauge%site%is_in_triangle) then
       do c = 1, 3
-        call offer(gauge%place%corner(c), gauge%place%corner(mod(c, 3) + 1))
+        call offer(gauge%site%corner(c), gauge%site%corner(mod(c, 3) + 1))
       end do
     else
       do v = 1, size(wing%veins)
         associate (nodes => wing%veins(v)%nodes)
           do k = 1, size(nodes)
-            if (nodes(k) /= gauge%place%corner(1)) cycle
+            if (nodes(k) /= gauge%site%corner(1)) cycle
             a = nodes(max(1, k - 1))
             b = nodes(min(size(nodes), k + 1))
             call offer(a, b)
@@ -187,8 +187,8 @@ contains
           shown = rotation_angle(gauge, positions(:, gauge%nodes(2)) - positions(:, gauge%nodes(1)))
         else
           do c = 1, 3
-            shown = shown + gauge%place%weight(c)*dot_product(gauge%axis, positions(:, gauge%place%corner(c)) - &
-                                                              points(:, gauge%place%corner(c)))
+            shown = shown + gauge%site%weight(c)*dot_product(gauge%axis, positions(:, gauge%site%corner(c)) - &
+                                                              points(:, gauge%site%corner(c)))
           end do
         end if
         shown = factor*shown
@@ -218,7 +218,7 @@ contains
                        dot_product(d, d)
         else
           do c = 1, 3
-            derivative = derivative + gauge%place%weight(c)*dot_product(gauge%axis, motion(:, gauge%place%corner(c)))
+            derivative = derivative + gauge%site%weight(c)*dot_product(gauge%axis, motion(:, gauge%site%corner(c)))
           end do
         end if
       end associate

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One load on one candidate: the task from which fits are made. Its result depends on its arguments only, never on what
-!> was computed before, so that tasks may be spread over processes in any way.
+!> Evaluates one load on one candidate, which is the task of all fits. Its result depends on its arguments only, never on what
+!> was computed before, so that tasks may run on any rank.
 !>
 !> Two zones are excluded, as by Truong et al., but ranked by how far a shape lies in them: the loaded place
 !> moves against the force, and the horizontal distance from root to tip falls below half of the unloaded one.
@@ -118,9 +118,9 @@ contains
     real(rp) :: violation(2), moved, unloaded(2)
     integer :: c
     moved = 0
-    associate (place => experiment%sites(l), load => experiment%measurement%loads(l))
+    associate (site => experiment%sites(l), load => experiment%measurement%loads(l))
       do c = 1, 3
-        moved = moved + place%weight(c)*dot_product(load%direction, u(:, place%corner(c)))
+        moved = moved + site%weight(c)*dot_product(load%direction, u(:, site%corner(c)))
       end do
       if (.not. load%force > 0) moved = 0
     end associate

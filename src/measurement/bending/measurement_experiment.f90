@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A measurement repeated with a model of the wing: which parameters are sought, between which bounds, and the
-!> comparison of every load.
+!> Repeats a measurement with a model of the wing. It knows the free parameters and their bounds, and compares every load.
 !>
 !> The unknowns are coordinates: the natural logarithm of parameters that vary by factors, the value of others. Those of
 !> the wing come first, then those of the instrument, and the unknown offsets of observations last.
@@ -282,9 +281,9 @@ contains
     class(experiment_t), intent(in) :: self
     integer, intent(in) :: l
     real(rp), intent(in) :: load_offset(2)
-    type(material_point_t) :: place
-    place = find_material_point(self%model%points, self%model%triangles, self%model%size, &
+    type(material_point_t) :: site
+    site = find_material_point(self%model%points, self%model%triangles, self%model%size, &
                                 self%measurement%loads(l)%point + load_offset)
-    acts = place%is_found
+    acts = site%is_found
   end function experiment_acts_on_wing
 end module measurement_experiment

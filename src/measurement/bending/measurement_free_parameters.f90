@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Which parameters of a wing and of the instrument are sought, and in which box.
+!> Lists the free parameters of a wing and of the instrument, and their box.
 module measurement_free_parameters
   use base_kinds, only: rp
   use base_visitor, only: visited_t, visitor_t

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Heavy tails of the errors of heights: single heights that have nothing to do with those around them, as specks, gaps of the
-!> light or wrong fringes make them. Normal errors, which everything else takes them for, have none.
+!> Finds outliers among heights: single heights that differ from all those around them, as specks, gaps of the light or wrong
+!> fringes make them. The rest of the program assumes normal errors, which have no outliers.
 !>
 !> The heights within two grid lines, without the one in question, say what it should be: by the polynomial of second degree
 !> through them, or the plane where they are few. One that is farther off than FAR sd, and than all others near it, is left

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The fit of a wing's parameters to an experiment as a problem of least squares, solved by one process.
-!> Residuals are in units of the declared standard deviations.
+!> Poses the fit of a wing's parameters to an experiment as a problem of least squares, solved by one process. Residuals are in
+!> units of the declared standard deviations.
 !>
 !> Every load is solved warm from its own shape at the point where the solver stands (see `accept`), so that results
 !> do not depend on how loads are spread: an extension that computes them elsewhere overrides `run`.

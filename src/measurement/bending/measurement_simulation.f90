@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The experiment repeated for one load: the wing bent by what really acted, seen through the instrument; what it would
-!> have shown, and how that changes with every unknown, with effects that are not unknowns, and with accidents.
+!> Repeats the experiment for one load: it bends the wing by the true load and applies the instrument. It also differentiates
+!> the result with respect to every unknown, to effects that are not unknowns, and to accidents of the load.
 !>
 !> All derivatives are exact: one back-substitution each with the factorised tangent of the shape (and another with that
 !> of the wing without a load, where its weight bends that too).
@@ -100,7 +100,7 @@ contains
       factor = stiffness_factor(self%view%instrument, load)
     end associate
     if (.not. self%applied%is_valid) report%reason = 'the force acts beside the wing'
-    if (.not. minval(factor) > 0) report%reason = 'drift or creep leaves no stiffness'
+    if (.not. minval(factor) > 0) report%reason = 'drift or creep makes the stiffness zero or negative'
     if (allocated(report%reason)) return
     self%force = self%view%scale*self%force
     if (experiment%bends_rest) then

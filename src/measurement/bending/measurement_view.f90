@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What an instrument shows of a wing under a load and of the wing without it, and how that changes when points move.
+!> Computes what an instrument shows of a wing with and without a load, and how that changes when points move.
 module measurement_view
   use base_kinds, only: rp
   use measurement_experiment, only: experiment_t

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The attributes of a measurement file: kind, range and names, with every deviation reported.
+!> Reads the attributes of a measurement file and reports every deviation in kind, range and name.
 module measurement_attributes
   use base_errors, only: failure_t
   use base_kinds, only: rp

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What must hold of a measurement before it is compared with a wing.
+!> Checks a measurement before it is compared with a wing.
 module measurement_check
   use base_constants, only: PI
   use base_kinds, only: rp
@@ -44,7 +44,7 @@ contains
       if (.not. is_on_wing(m%loads(l)%point)) &
         call report%add('/loads/'//m%loads(l)%name, 'attribute point: '//off_wing(m%loads(l)%point))
       if (.not. m%loads(l)%has_surface .and. .not. any(m%observations%load == l)) &
-        call report%add('/loads/'//m%loads(l)%name, 'is observed neither by heights z nor by an object in /points')
+        call report%add('/loads/'//m%loads(l)%name, 'has no observation: add heights z, or an object in /points')
     end do
     do i = 1, size(m%observations)
       if (.not. is_on_wing(m%observations(i)%point)) &

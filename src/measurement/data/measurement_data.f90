@@ -98,7 +98,7 @@ module measurement_data
     procedure :: count_traces => measurement_count_traces
     procedure :: count_series_observations => measurement_count_series_observations
     procedure :: surface_name => measurement_surface_name
-    procedure :: place => measurement_site
+    procedure :: site => measurement_site
     procedure :: deformation => measurement_deformation
     procedure :: deformation_sigma => measurement_deformation_sigma
   end type measurement_t
@@ -273,11 +273,11 @@ contains
   end function measurement_surface_name
 
   !> Place (x, y) [m] of height number k of load l.
-  pure function measurement_site(self, l, k) result(place)
+  pure function measurement_site(self, l, k) result(site)
     class(measurement_t), intent(in) :: self
     integer, intent(in) :: l, k
-    real(rp) :: place(2)
-    place = [self%x(self%loads(l)%node(1, k)), self%y(self%loads(l)%node(2, k))]
+    real(rp) :: site(2)
+    site = [self%x(self%loads(l)%node(1, k)), self%y(self%loads(l)%node(2, k))]
   end function measurement_site
 
   !> Loaded minus unloaded height [m] number k of load l.

@@ -194,7 +194,7 @@ contains
     if (load%has_surface .and. has_reference) then
       call read_surface(file, group, m, load, report)
     else if (load%has_surface) then
-      call report%add(group//'/z', 'means nothing without /reference, which is missing')
+      call report%add(group//'/z', 'needs the unloaded heights in /reference, which is missing')
     end if
   end subroutine read_load
 

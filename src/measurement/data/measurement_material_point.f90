@@ -19,8 +19,8 @@ module measurement_material_point
 contains
 
   !> The place (x, y) [m] on the wing of the given points (3, n) and triangles (3, m); `length` [m] is the wing's.
-  pure function find_material_point(points, triangles, length, place) result(found)
-    real(rp), intent(in) :: points(:, :), length, place(2)
+  pure function find_material_point(points, triangles, length, site) result(found)
+    real(rp), intent(in) :: points(:, :), length, site(2)
     integer, intent(in) :: triangles(:, :)
     type(material_point_t) :: found
     real(rp), parameter :: TOLERANCE = 1.0e-9_rp ! the same as in solid_loads
@@ -28,7 +28,7 @@ contains
     integer :: t, i
     do t = 1, size(triangles, 2)
       associate (a => points(:2, triangles(1, t)), b => points(:2, triangles(2, t)), c => points(:2, triangles(3, t)))
-        w = [twice_area(place, b, c), twice_area(a, place, c), twice_area(a, b, place)]/twice_area(a, b, c)
+        w = [twice_area(site, b, c), twice_area(a, site, c), twice_area(a, b, site)]/twice_area(a, b, c)
       end associate
       if (minval(w) < -TOLERANCE) cycle
       found%is_found = .true.
@@ -40,7 +40,7 @@ contains
     if (size(triangles) > 0) return
     nearest = huge(nearest)
     do i = 1, size(points, 2)
-      distance = norm2(points(:2, i) - place)
+      distance = norm2(points(:2, i) - site)
       if (distance < nearest) found%corner = i
       nearest = min(nearest, distance)
     end do
@@ -49,14 +49,14 @@ contains
   end function find_material_point
 
   !> gradient(2, 3) [1/m] of the shares of a place in a triangle when it moves in x and y.
-  pure function weight_gradient(points, place) result(gradient)
+  pure function weight_gradient(points, site) result(gradient)
     real(rp), intent(in) :: points(:, :)
-    type(material_point_t), intent(in) :: place
+    type(material_point_t), intent(in) :: site
     real(rp) :: gradient(2, 3), area
     integer :: c
-    area = twice_area(points(:2, place%corner(1)), points(:2, place%corner(2)), points(:2, place%corner(3)))
+    area = twice_area(points(:2, site%corner(1)), points(:2, site%corner(2)), points(:2, site%corner(3)))
     do c = 1, 3
-      associate (b => points(:2, place%corner(mod(c, 3) + 1)), d => points(:2, place%corner(mod(c + 1, 3) + 1)))
+      associate (b => points(:2, site%corner(mod(c, 3) + 1)), d => points(:2, site%corner(mod(c + 1, 3) + 1)))
         gradient(:, c) = [b(2) - d(2), d(1) - b(1)]/area
       end associate
     end do

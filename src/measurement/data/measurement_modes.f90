@@ -131,8 +131,8 @@ contains
     if (file%has(group//'/points') .or. file%has(group//'/shape') .or. file%has(group//'/sigma')) then
       call read_shape(file, group, mode, report)
     else if (mode%number == 0) then
-      call report%add(group, 'has neither a shape (points, shape, sigma) nor the attribute number, so that nobody '// &
-                      'knows which mode it is')
+      call report%add(group, 'cannot be identified: give it a shape (points, shape, sigma) or the attribute '// &
+                      'number')
     end if
   end subroutine read_mode
 
@@ -160,7 +160,7 @@ contains
     else if (.not. all(sigma > 0)) then
       call report%add(group//'/sigma', 'holds '//number_text(minval(sigma))//'; standard deviations must be positive')
     else if (.not. any(abs(values) > 0)) then
-      call report%add(group//'/shape', 'is 0 everywhere')
+      call report%add(group//'/shape', 'is 0 everywhere; at least two displacements must not be 0')
     else
       mode%place = reshape(places, [2, n])
       mode%shape = values

@@ -82,7 +82,7 @@ contains
     real(rp), intent(in) :: positions(:, :), x(:), y(:)
     integer, intent(in) :: triangles(:, :), edges(:, :), number(:, :), node(:, :)
     type(surface_sample_t), intent(inout) :: sample
-    real(rp) :: w(3), area, place(2)
+    real(rp) :: w(3), area, site(2)
     integer :: t, i, j, k
     sample%is_beside = .true.
     do t = 1, size(triangles, 2)
@@ -96,8 +96,8 @@ contains
             if (x(i) > max(a(1), b(1), c(1))) exit
             k = number(i, j)
             if (k == 0) cycle
-            place = [x(i), y(j)]
-            w = [twice_area(place, b, c), twice_area(a, place, c), twice_area(a, b, place)]/area
+            site = [x(i), y(j)]
+            w = [twice_area(site, b, c), twice_area(a, site, c), twice_area(a, b, site)]/area
             if (minval(w) < -TOLERANCE) cycle
             if (.not. sample%is_beside(k)) then
               if (.not. dot_product(w, [a(3), b(3), c(3)]) > sampled_height(positions, sample, k)) cycle
@@ -129,8 +129,8 @@ contains
 
   !> gradient(3, 3): derivatives of the height at place k, which is at (x, y), with respect to the coordinates
   !> (first index) of its corners (second index): where the surface slopes, sideways motion changes the height too.
-  pure subroutine height_gradient(positions, sample, k, place, gradient)
-    real(rp), intent(in) :: positions(:, :), place(2)
+  pure subroutine height_gradient(positions, sample, k, site, gradient)
+    real(rp), intent(in) :: positions(:, :), site(2)
     type(surface_sample_t), intent(in) :: sample
     integer, intent(in) :: k
     real(rp), intent(out) :: gradient(3, 3)
@@ -153,7 +153,7 @@ contains
       if (.not. (weight(2) > 0 .and. weight(2) < 1)) return
       ! The foot of the perpendicular, s = (place - a).e/e.e, slides along the edge.
       e = b(:2) - a(:2)
-      d = place - a(:2)
+      d = site - a(:2)
       length = dot_product(e, e)
       rise = b(3) - a(3)
       gradient(:2, 2) = rise*(d - 2*weight(2)*e)/length
@@ -161,8 +161,8 @@ contains
     end associate
   end subroutine height_gradient
 
-  pure subroutine find_nearest_edge(positions, edges, place, corner, weight)
-    real(rp), intent(in) :: positions(:, :), place(2)
+  pure subroutine find_nearest_edge(positions, edges, site, corner, weight)
+    real(rp), intent(in) :: positions(:, :), site(2)
     integer, intent(in) :: edges(:, :)
     integer, intent(out) :: corner(3)
     real(rp), intent(out) :: weight(3)
@@ -173,7 +173,7 @@ contains
     weight = [1.0_rp, 0.0_rp, 0.0_rp]
     do k = 1, size(edges, 2)
       e = positions(:2, edges(2, k)) - positions(:2, edges(1, k))
-      d = place - positions(:2, edges(1, k))
+      d = site - positions(:2, edges(1, k))
       length = dot_product(e, e)
       s = 0
       if (length > 0) s = max(0.0_rp, min(1.0_rp, dot_product(d, e)/length))

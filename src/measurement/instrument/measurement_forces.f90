@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The force that really acted under a load, by what the instrument is taken to do, and its derivatives; and what drying
-!> and creep have made of the wing by then.
+!> Computes the true force under a load with a given instrument, and its derivatives; and the change of stiffness by drying and
+!> creep until then.
 module measurement_forces
   use base_kinds, only: rp
   use measurement_data, only: measured_load_t
@@ -16,7 +16,7 @@ module measurement_forces
 
   !> Where and how a force acts.
   type :: applied_t
-    type(material_point_t) :: place
+    type(material_point_t) :: site
     real(rp) :: magnitude = 0             !< [N]
     real(rp) :: direction(3) = 0          !< unit vector
     logical :: is_applied = .false.       !< there is a force, and it acts on the wing
@@ -27,10 +27,10 @@ contains
 
   !> The force of `load`, of which `place` is the stated place, on the wing of points(3, :) and triangles and of
   !> `length` [m]. force(3, :) [N] gets it, and nothing else. It acts `load_offset` [m] of where the instrument lets it act.
-  subroutine apply_load(instrument, load, place, points, triangles, length, load_offset, applied, force)
+  subroutine apply_load(instrument, load, site, points, triangles, length, load_offset, applied, force)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
-    type(material_point_t), intent(in) :: place
+    type(material_point_t), intent(in) :: site
     real(rp), intent(in) :: points(:, :), length, load_offset(2)
     integer, intent(in) :: triangles(:, :)
     type(applied_t), intent(out) :: applied
@@ -38,9 +38,9 @@ contains
     real(rp) :: shift(2)
     integer :: c
     shift = instrument%values([LOAD_SHIFT_X, LOAD_SHIFT_Y]) + load_offset
-    applied%place = place
-    if (any(abs(shift) > 0)) applied%place = find_material_point(points, triangles, length, load%point + shift)
-    applied%is_valid = applied%place%is_found
+    applied%site = site
+    if (any(abs(shift) > 0)) applied%site = find_material_point(points, triangles, length, load%point + shift)
+    applied%is_valid = applied%site%is_found
     applied%is_applied = load%force > 0 .and. applied%is_valid
     applied%direction = load%direction
     if (any(abs(tilt_of(instrument)) > 0)) &
@@ -49,8 +49,8 @@ contains
     force = 0
     if (.not. applied%is_applied) return
     do c = 1, 3
-      associate (node => applied%place%corner(c))
-        force(:, node) = force(:, node) + applied%place%weight(c)*applied%magnitude*applied%direction
+      associate (node => applied%site%corner(c))
+        force(:, node) = force(:, node) + applied%site%weight(c)*applied%magnitude*applied%direction
       end associate
     end do
   end subroutine apply_load
@@ -118,10 +118,10 @@ contains
     real(rp) :: slope(2, 3)
     integer :: c
     derivative = 0
-    if (.not. (applied%is_applied .and. applied%place%is_in_triangle)) return
-    slope = weight_gradient(points, applied%place)
+    if (.not. (applied%is_applied .and. applied%site%is_in_triangle)) return
+    slope = weight_gradient(points, applied%site)
     do c = 1, 3
-      derivative(:, applied%place%corner(c)) = slope(axis, c)*applied%magnitude*applied%direction
+      derivative(:, applied%site%corner(c)) = slope(axis, c)*applied%magnitude*applied%direction
     end do
   end subroutine position_derivative
 
@@ -132,8 +132,8 @@ contains
     integer :: c
     if (.not. applied%is_applied) return
     do c = 1, 3
-      associate (node => applied%place%corner(c))
-        force(:, node) = force(:, node) + applied%place%weight(c)*vector
+      associate (node => applied%site%corner(c))
+        force(:, node) = force(:, node) + applied%site%weight(c)*vector
       end associate
     end do
   end subroutine spread_force

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What an experiment may do beyond what its file says, as parameters with a value at which nothing happens.
+!> Describes what an experiment may do beyond what its file says, as parameters with a null value at which they do nothing.
 !>
 !> With q = 0 deflections are proportional to forces, as in the theory of small deflections; that is computed as the
 !> response to a hundredth of the force, from which it differs by 1e-4 of what is not linear.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How a profilometer shows the places of a surface: (x, y) at scale R (x, y) + shift, R the rotation by the angle
+!> Maps points of a surface as a profilometer shows them: (x, y) at scale R (x, y) + shift, R the rotation by the angle
 !> `map_rotation`, and the height z as height_scale z.
 module measurement_map
   use base_kinds, only: rp

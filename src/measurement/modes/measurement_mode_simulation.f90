@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The natural modes of a measurement, computed: pairs of measured and computed modes, residuals, and their exact derivatives.
+!> Computes the natural modes of a measurement: pairs of measured and computed modes, residuals, and their exact derivatives.
 !>
 !> The wing is at rest and flat; in air, its membrane carries the added mass of strip theory. Pairs: a mode with a number is
 !> that mode; of the others the pair with the largest score MAC exp(-(ln(f/f_m))^2/(2 SPREAD^2)) is taken first, then the next

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One measured mode, and how a computed one, or a cluster of them, compares with it.
+!> Compares one measured mode with a computed one, or with a cluster of them.
 !>
 !> Observations, all in units of their sd: ln(f/f_m)/(sigma_f/f_m); and of a shape at n places n - 1 numbers. With s the measured
 !> shape over its sd, phi_i the computed ones over the same sd and v = sum of beta_i phi_i nearest to s (least squares), they are

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What places, forces, masses and joints make of the modes of a wing: products with their shapes(3, n_all, modes).
+!> Projects sites, forces, masses and joints onto the modes of a wing, given as shapes(3, n_all, modes).
 module measurement_series_projections
   use base_kinds, only: rp
   use measurement_material_point, only: material_point_t
@@ -50,14 +50,14 @@ contains
   end function products
 
   !> Displacements of a place along an axis.
-  pure function displacement_along(place, axis, shapes) result(values)
-    type(material_point_t), intent(in) :: place
+  pure function displacement_along(site, axis, shapes) result(values)
+    type(material_point_t), intent(in) :: site
     real(rp), intent(in) :: axis(3), shapes(:, :, :)
     real(rp) :: values(size(shapes, 3))
     integer :: c
     values = 0
     do c = 1, 3
-      values = values + place%weight(c)*matmul(axis, shapes(:, place%corner(c), :))
+      values = values + site%weight(c)*matmul(axis, shapes(:, site%corner(c), :))
     end do
   end function displacement_along
 

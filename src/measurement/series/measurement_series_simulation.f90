@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The records of a wing that rings, computed: residuals in units of their sd, and their exact derivatives.
+!> Computes the records of a wing that rings: residuals in units of their sd, and their exact derivatives.
 !>
 !> The wing moves little about its flat rest, in its N_MODES lowest modes; in air, its membrane carries the added mass of strip
 !> theory. What a release leaves to higher modes is not followed.
@@ -38,7 +38,7 @@ module measurement_series_simulation
     class(modal_t), allocatable, private :: modal(:)   !< (2) by medium
     logical, private :: is_used(2) = .false.
     type(ringing_t), allocatable, private :: rings(:)  !< (series)
-    type(material_point_t), allocatable, private :: places(:, :) !< (most traces, series)
+    type(material_point_t), allocatable, private :: sites(:, :) !< (most traces, series)
     type(material_point_t), allocatable, private :: excited_sites(:)    !< (series)
     type(damping_effects_t), private :: damping
     type(mass_effects_t), private :: effects
@@ -78,7 +78,7 @@ contains
     self%n_modes = min(N_MODES, 3*model%n_free)
     self%n_known = min(N_MODES + BESIDE, 3*model%n_free)
     allocate (self%first(m), self%rings(m), self%excited_sites(m), &
-              self%places(maxval([(size(self%series(i)%sigma), i=1, m), 0]), m))
+              self%sites(maxval([(size(self%series(i)%sigma), i=1, m), 0]), m))
     self%n = 0
     do i = 1, m
       associate (s => self%series(i), ring => self%rings(i))
@@ -87,7 +87,7 @@ contains
         self%is_used(s%medium) = .true.
         self%excited_sites(i) = place_of(s%point)
         do j = 1, size(s%sigma)
-          self%places(j, i) = place_of(s%place(:, j))
+          self%sites(j, i) = place_of(s%place(:, j))
         end do
         ring%excitation = s%excitation
         ring%sees_velocity = s%is_velocity
@@ -121,7 +121,7 @@ contains
       do m = 1, 2
         call self%modal(m)%free()
       end do
-      deallocate (self%modal, self%series, self%first, self%rings, self%excited_sites, self%places, self%mass, self%slope, &
+      deallocate (self%modal, self%series, self%first, self%rings, self%excited_sites, self%sites, self%mass, self%slope, &
                   self%stiff, self%same)
       if (allocated(self%slopes%shapes)) deallocate (self%slopes%shapes)
     end if
@@ -181,7 +181,7 @@ contains
     real(rp) :: observation(size(self%series(i)%sigma), size(shapes, 3))
     integer :: j
     do j = 1, size(observation, 1)
-      observation(j, :) = displacement_along(self%places(j, i), self%series(i)%axis, shapes)
+      observation(j, :) = displacement_along(self%sites(j, i), self%series(i)%axis, shapes)
     end do
   end function observation_matrix
 

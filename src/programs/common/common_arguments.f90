@@ -68,8 +68,8 @@ contains
         if (arguments%n_files == 2) arguments%other_file = argument
       end if
     end do
-    if (arguments%overwrite .and. arguments%restart) call errors%add('--overwrite contradicts --restart')
-    if (arguments%accepts .and. .not. arguments%restart) call errors%add('--accept-changes goes with --restart')
+    if (arguments%overwrite .and. arguments%restart) call errors%add('--overwrite contradicts --restart: give one of them')
+    if (arguments%accepts .and. .not. arguments%restart) call errors%add('--accept-changes is valid with --restart only')
   end subroutine parse_arguments
 
   !> Place of `name` in `names`; 0 if it is not there.

@@ -43,9 +43,9 @@ contains
       call read_entry(text(first:last), params, instrument, scale_is_log, free_parameters, problem)
       if (allocated(problem)) problems = problems//'; '//problem
     end do
-    if (problems == '' .and. free_parameters%count() == 0) problems = '; nothing is sought'
+    if (problems == '' .and. free_parameters%count() == 0) problems = '; the list is empty: name at least one parameter'
     if (any(free_parameters%numbers == PARAM_PLATE) .and. any(free_parameters%numbers == PARAM_THICKNESS)) &
-      problems = problems//'; D and thickness are one parameter'
+      problems = problems//'; D and thickness change the same stiffness: leave one of them out'
     if (problems /= '') call config%complain(errors, section, 'parameters', problems(3:))
   end subroutine read_free_parameters
 
@@ -148,7 +148,7 @@ contains
     integer :: n
     log_scale = is_log .and. (p%is_log .or. scale_is_given)
     if (any(free_parameters%numbers == i) .or. any(free_parameters%instrument_numbers == i - params%count())) then
-      problem = quoted(p%name)//' stands twice'
+      problem = quoted(p%name)//' is given twice'
       return
     end if
     if (effect_without_site(params, i) /= '') then

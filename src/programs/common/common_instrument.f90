@@ -80,7 +80,7 @@ contains
       n = n + 1
     end do
     if (n /= 2) then
-      problem = quoted(trim(adjustl(text)))//' is no pair of a name and a value'
+      problem = quoted(trim(adjustl(text)))//' is not a pair NAME VALUE'
       return
     end if
     associate (name => text(first(1):last(1)))
@@ -95,7 +95,7 @@ contains
       if (value >= known%lower .and. value <= known%upper) then
         call instrument%set(number, value)
       else
-        problem = quoted(name)//' lies between '//number_text(known%lower)//' and '//number_text(known%upper)// &
+        problem = quoted(name)//' must lie between '//number_text(known%lower)//' and '//number_text(known%upper)// &
                   ' '//known%unit
       end if
     end associate

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a program writes must not destroy what it reads.
+!> Refuses outputs that would overwrite inputs.
 module common_overwrite_guard
   use base_errors, only: message_list_t
   use base_files, only: file_exists, real_path
@@ -25,6 +25,7 @@ contains
     do i = 1, inputs%count()
       if (inputs%text(i) /= '') is_input = is_input .or. real_path(output) == real_path(inputs%text(i))
     end do
-    if (is_input) call config%complain(errors, section, key, output//' is read, and would be overwritten')
+    if (is_input) call config%complain(errors, section, key, output//' is an input file and would be '// &
+                                       'overwritten: choose another name')
   end subroutine refuse_overwriting
 end module common_overwrite_guard

@@ -1,13 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A run and the files that it writes: one run at a time, none over the results of another, and a restart of nothing but
-!> itself. `begin` locks; `check_new` or `judge` says whether it may be; `settle` makes place just before the first file is
-!> written; `finish` unlocks. The files begin with the same text, the base: `runtime` for a flow, in the current folder.
+!> Guards a run and the files that it writes: one run at a time, none over the results of another, and restarts of the same run
+!> only. `begin` locks; `check_new` or `judge` says whether the run may begin; `settle` moves earlier files away just before the
+!> first file is written; `finish` unlocks. All files begin with the same text, the base: `runtime` for a flow, in the current
+!> folder.
 module common_run
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use base_constants, only: EXIT_OK, EXIT_UNWRITABLE, EXIT_USER
   use base_errors, only: failure_t, message_list_t
   use base_files, only: file_exists
   use base_listing, only: matches_name
+  use base_outcome, only: outcome_t, OUTCOME_MISTAKE, OUTCOME_UNWRITABLE
   use base_process, only: date_and_clock
   use base_text, only: number_text
   use base_text_file, only: write_text
@@ -25,7 +26,6 @@ module common_run
 
   type :: run_t
     type(identity_t) :: identity            !< for its checkpoints, once settled
-    integer :: code = EXIT_OK               !< of the program, after a failure
     type(world_t), private :: world
     type(lock_t), private :: lock
     character(:), allocatable, private :: base, program
@@ -45,15 +45,15 @@ contains
 
   !> Locks the files of a run of `program`, which begin with `base`, or fails: another run writes there, or nobody can.
   !> `config` holds the inputs from the file `ini`. Collective.
-  subroutine run_begin(self, world, program, base, ini, config, failure)
+  subroutine run_begin(self, world, program, base, ini, config, outcome)
     class(run_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     character(*), intent(in) :: program, base, ini
     type(config_t), intent(in) :: config
-    type(failure_t), intent(inout) :: failure
+    type(outcome_t), intent(inout) :: outcome
     character(:), allocatable :: message, inputs
     integer :: state
-    if (failure%failed) return
+    if (outcome%failure%failed) return
     self%world = world
     self%program = program
     self%base = base
@@ -70,8 +70,7 @@ contains
     call world%broadcast_text(inputs)
     call broadcast_identity(self, inputs)
     if (state /= LOCK_HELD) then
-      self%code = merge(EXIT_USER, EXIT_UNWRITABLE, state == LOCK_TAKEN)
-      call failure%raise(message)
+      call outcome%fail(merge(OUTCOME_MISTAKE, OUTCOME_UNWRITABLE, state == LOCK_TAKEN), message)
     else if (message /= '' .and. world%is_root) then
       write (error_unit, '(a)') 'notice: '//message
       flush (error_unit)
@@ -91,22 +90,21 @@ contains
 
   !> Fails if a new run would meet the results of an earlier one; unless these are to move aside, the files that match
   !> `patterns` but for those that are read. Nothing is changed yet. Collective.
-  subroutine run_check_new(self, overwrite, patterns, failure)
+  subroutine run_check_new(self, overwrite, patterns, outcome)
     class(run_t), intent(inout) :: self
     logical, intent(in) :: overwrite
     type(message_list_t), intent(in) :: patterns
-    type(failure_t), intent(inout) :: failure
+    type(outcome_t), intent(inout) :: outcome
     character(:), allocatable :: what
-    if (failure%failed) return
+    if (outcome%failure%failed) return
     what = ''
     if (self%world%is_root) what = earlier_run(self)
     call self%world%broadcast_text(what)
     self%moves = what /= '' .and. overwrite
     self%patterns = patterns
     if (what == '' .or. overwrite) return
-    self%code = EXIT_USER
-    call failure%raise('here are the results of '//what//'--overwrite moves its files into a folder earlier_1 '// &
-                       '(or 2, ...) and starts from the beginning; or start in another folder')
+    call outcome%fail(OUTCOME_MISTAKE, 'here are the results of '//what//'--overwrite moves its files into a folder '// &
+                      'earlier_1 (or 2, ...) and starts from the beginning; or start in another folder')
   end subroutine run_check_new
 
   !> What the files tell of an earlier run, and what can be done with it; empty if there was none.
@@ -191,7 +189,7 @@ contains
       if (was%version /= self%identity%version) call remarks%add('changed   flusi-msm '//self%identity%version// &
                                                                  ', was '//was%version)
     else
-      call remarks%add('notice: the checkpoint does not tell of which run it is; nobody compares inputs')
+      call remarks%add('notice: the checkpoint does not say to which run it belongs, so that its inputs cannot be compared')
     end if
     do i = 1, conflicts%count()
       call refused%add(conflicts%text(i))
@@ -210,8 +208,7 @@ contains
       do i = 1, refused%count()
         text = text//NL//'  '//refused%text(i)
       end do
-      self%code = EXIT_USER
-      call failure%raise(text//NL//'  --accept-changes goes on all the same')
+      call failure%raise(text//NL//'  --accept-changes continues nevertheless')
     end if
   end subroutine run_judge
 
@@ -225,12 +222,12 @@ contains
   end function is_one_of
 
   !> Makes place for the files of this run, and writes which run they are of. Collective.
-  subroutine run_settle(self, failure)
+  subroutine run_settle(self, outcome)
     class(run_t), intent(inout) :: self
-    type(failure_t), intent(inout) :: failure
+    type(outcome_t), intent(inout) :: outcome
     type(failure_t) :: own
     character(:), allocatable :: reason
-    if (failure%failed) return
+    if (outcome%failure%failed) return
     reason = ''
     if (self%world%is_root) then
       if (self%moves) call move_earlier(self, own)
@@ -239,8 +236,7 @@ contains
     end if
     call self%world%broadcast_text(reason)
     if (reason == '') return
-    self%code = EXIT_UNWRITABLE
-    call failure%raise(reason)
+    call outcome%fail(OUTCOME_UNWRITABLE, reason)
   end subroutine run_settle
 
   subroutine move_earlier(self, failure)
@@ -262,8 +258,8 @@ contains
     write (error_unit, '(a)') 'notice: '//number_text(found%count())//' files of an earlier run are in '//folder//' now'
     do i = 0, 1
       ! It cannot move if it is read, and must not be taken for one of this run.
-      if (has_file(backup_name(self, i))) call failure%raise(backup_name(self, i)//': is of an earlier run, and read '// &
-                                                                'by this one: give it another name')
+      if (has_file(backup_name(self, i))) call failure%raise(backup_name(self, i)//': belongs to an earlier run, but '// &
+                                                                'is an input of this one: give it another name')
     end do
     flush (error_unit)
   end subroutine move_earlier

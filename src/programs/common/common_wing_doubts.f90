@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Remarks on the material of a wing: numbers of a blowfly that stand in for those that nobody stated, and numbers that are
-!> orders of magnitude off; how the remarks on an input are printed.
+!> Remarks on the material of a wing: on numbers of a blowfly that replace missing ones, and on numbers that are orders of
+!> magnitude off. It also prints the remarks on an input.
 module common_wing_doubts
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: message_list_t

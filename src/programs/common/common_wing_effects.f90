@@ -28,8 +28,8 @@ contains
     type(effect_sites_t), intent(inout) :: sites
     call keys%reals('damage_disc', sites%disc, [0.0_rp, 0.0_rp, 0.0_rp], 'x, y and radius of the disc in which the parameter '// &
                     'damage multiplies all stiffness; radius 0: none', unit='m')
-    call keys%text('soft_place', sites%soft_place, '', 'VEIN SHARE: the parameter soft multiplies the stiffness of the hinge '// &
-                   'at the point inside this vein that is nearest to this share (0 to 1) of its length')
+    call keys%text('soft_place', sites%soft_place, '', 'VEIN FRACTION: the parameter soft multiplies the stiffness of the '// &
+                   'hinge at the point inside this vein that is nearest to this fraction (0 to 1) of its length')
     call keys%switch('sided_joints', sites%sided_joints, .false., 'joints can tell up from down, for the parameters one_way:NAME')
     call keys%switch('sided_veins', sites%sided_veins, .false., 'veins feel how the membrane turns, for the parameters torsion '// &
                      'and camber_span, camber_chord, camber_twist')
@@ -67,14 +67,15 @@ contains
       n = n + 1
     end do
     if (n /= 2) then
-      call c%complain(errors, 'Wing', KEY, quoted(text)//' is no VEIN SHARE')
+      call c%complain(errors, 'Wing', KEY, quoted(text)//' is not VEIN FRACTION: the name of a vein '// &
+                      'and a number from 0 to 1')
       return
     end if
     call parse_real(text(first(2):last(2)), params%effects%soft_fraction, problem)
     if (allocated(problem)) then
       call c%complain(errors, 'Wing', KEY, problem)
     else if (.not. (params%effects%soft_fraction > 0 .and. params%effects%soft_fraction < 1)) then
-      call c%complain(errors, 'Wing', KEY, 'the share of the length lies between 0 and 1')
+      call c%complain(errors, 'Wing', KEY, 'the fraction of the length must lie between 0 and 1')
     end if
     associate (name => text(first(1):last(1)))
       if (all(params%vein_names /= name)) then

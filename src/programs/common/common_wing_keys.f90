@@ -108,8 +108,8 @@ contains
                    'triangles; their effect depends on the mesh')
     call keys%real('D', c%plate, 2.0e-7_rp, 'bending stiffness of the membrane: regularises, is not measured', unit='N m', &
                    above=0.0_rp)
-    call keys%real('slack', c%slack, 1.0_rp, 'another membrane, a tension field: the share of their stiffness that its springs '// &
-                   'keep where they are shorter than at rest; 1: all of it', above=0.0_rp, max=1.0_rp)
+    call keys%real('slack', c%slack, 1.0_rp, 'another membrane, a tension field: the fraction of their stiffness that its '// &
+                   'springs keep where they are shorter than at rest; 1: all of it', above=0.0_rp, max=1.0_rp)
     call keys%real('slack_width', c%slack_width, 1.0e-7_rp, 'how much shorter a spring is when it has lost the rest', unit='m', &
                    above=0.0_rp)
     call keys%real('joint_stiffness', c%joint, -1.0_rp, 'of every joint; -1: as the vein without the joint', unit='N m/rad', &

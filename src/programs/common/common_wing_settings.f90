@@ -117,16 +117,16 @@ contains
     character(:), allocatable :: text
     if (choices%fingerprint == s%fingerprint) return
     if (len(choices%fingerprint) /= FINGERPRINT_LENGTH .or. verify(choices%fingerprint, '0123456789ABCDEF') > 0) then
-      call config%complain(errors, 'Wing', 'fingerprint', quoted(choices%fingerprint)//' is none: valid are the '// &
+      call config%complain(errors, 'Wing', 'fingerprint', quoted(choices%fingerprint)//' is no fingerprint: valid are the '// &
                            number_text(FINGERPRINT_LENGTH)//' digits that msm_train and msm_diagnose write')
       return
     end if
     text = 'these values were found for another wing than '//s%path//', whose fingerprint is '//s%fingerprint
     if (choices%allow_other_wing) then
-      call config%complain(notices, 'Wing', 'fingerprint', text//'; allow_other_wing = yes takes them all the same')
+      call config%complain(notices, 'Wing', 'fingerprint', text//'; allow_other_wing = yes accepts them nevertheless')
     else
       call config%complain(errors, 'Wing', 'fingerprint', text//'; give the wing file that they belong to, '// &
-                           'or take them all the same with [Wing] allow_other_wing = yes')
+                           'or accept them with [Wing] allow_other_wing = yes')
     end if
   end subroutine check_fingerprint
 
@@ -167,7 +167,8 @@ contains
       p%slack = choices%slack
       p%slack_width = choices%slack_width
       if (.not. choices%joint > 0 .and. abs(choices%joint + 1) > 0) &
-        call c%complain(errors, 'Wing', 'joint_stiffness', 'must be positive, or -1: as the vein without the joint')
+        call c%complain(errors, 'Wing', 'joint_stiffness', 'must be positive, or -1 for the stiffness of the '// &
+                        'vein without the joint')
       p%joint = choices%joint
       call take_effect_sites(c, choices%sites, p, errors)
       call take_parameters(c, choices%parameters, p, errors)
@@ -238,7 +239,7 @@ contains
     call next_word(text, BLANKS, position, first_value, last_value, has_value)
     call next_word(text, BLANKS, position, behind, end_behind, has_more)
     if (.not. has_value .or. has_more) then
-      problem = quoted(trim(adjustl(text)))//' is no pair of a name and a value'
+      problem = quoted(trim(adjustl(text)))//' is not a pair NAME VALUE'
       return
     end if
     associate (name => text(first:last))
@@ -259,7 +260,7 @@ contains
       else if (effect_without_site(params, number) /= '') then
         problem = quoted(name)//' '//effect_without_site(params, number)
       else if (known%is_effect .and. .not. (value >= known%lower .and. value <= known%upper)) then
-        problem = quoted(name)//' lies between '//number_text(known%lower)//' and '//number_text(known%upper)
+        problem = quoted(name)//' must lie between '//number_text(known%lower)//' and '//number_text(known%upper)
       else
         call params%set(number, value)
       end if

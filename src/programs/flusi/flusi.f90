@@ -2,8 +2,8 @@
 !> flusi: incompressible flow around solid bodies.
 program flusi
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-  use base_constants, only: EXIT_OK, EXIT_USER
   use base_errors, only: message_list_t
+  use base_outcome, only: exit_code_of, outcome_t, OUTCOME_DONE, OUTCOME_MISTAKE
   use base_process, only: exit_with, launched_rank
   use common_version, only: print_version
   use flusi_command, only: command_t, parse_command_line, print_usage, ACTION_CHECK, ACTION_COMPARE_KEYS, &
@@ -27,20 +27,19 @@ program flusi
   type(settings_t) :: settings
   type(simulation_t) :: simulation
   type(world_t) :: world
-  integer :: code
+  type(outcome_t) :: outcome
   logical :: needs_mpi
 
   call parse_command_line(command, errors)
   needs_mpi = errors%count() == 0 .and. any(command%action == [ACTION_RUN, ACTION_DRY_RUN, ACTION_SOLID])
   ! Whatever runs without MPI is said once, also behind a launcher.
-  if (.not. needs_mpi .and. launched_rank() > 0) call exit_with(EXIT_OK)
+  if (.not. needs_mpi .and. launched_rank() > 0) call exit_with(exit_code_of(OUTCOME_DONE))
   if (errors%count() > 0) then
     call errors%print(error_unit, 'flusi: ')
     call print_usage(error_unit)
-    call exit_with(EXIT_USER)
+    call exit_with(exit_code_of(OUTCOME_MISTAKE))
   end if
 
-  code = EXIT_OK
   select case (command%action)
   case (ACTION_HELP)
     call print_usage(output_unit)
@@ -49,32 +48,32 @@ program flusi
   case (ACTION_PARAMETERS)
     call write_reference(output_unit)
   case (ACTION_KEYVALUES)
-    call run_keyvalues(command, code)
+    call run_keyvalues(command, outcome)
   case (ACTION_COMPARE_KEYS)
-    call run_compare_keys(command, code)
+    call run_compare_keys(command, outcome)
   case (ACTION_STATIC, ACTION_STATIC_CHECK)
-    call run_static(command, code)
+    call run_static(command, outcome)
   case (ACTION_SOLID_CHECK)
-    call check_solid(command, code)
+    call check_solid(command, outcome)
   case (ACTION_SOLID)
     call world%start()
-    call run_solid(command, world, code)
+    call run_solid(command, world, outcome)
     call world%stop()
   case (ACTION_CHECK)
-    call read_parameters(command, settings, code)
-    if (code == EXIT_OK) call settings%config%print_effective(output_unit)
+    call read_parameters(command, settings, outcome)
+    if (outcome%is_good()) call settings%config%print_effective(output_unit)
   case default
     call world%start()
-    call read_parameters(command, settings, code, world)
-    if (code == EXIT_OK .and. command%action == ACTION_DRY_RUN) then
+    call read_parameters(command, settings, outcome, world)
+    if (outcome%is_good() .and. command%action == ACTION_DRY_RUN) then
       call print_dry_run(world, settings)
-    else if (code == EXIT_OK) then
-      call check_machine(world, settings, code)
-      if (code == EXIT_OK) call simulate()
+    else if (outcome%is_good()) then
+      call check_machine(world, settings, outcome)
+      if (outcome%is_good()) call simulate()
     end if
     call world%stop()
   end select
-  call exit_with(code)
+  call exit_with(outcome%exit_code())
 
 contains
 
@@ -82,6 +81,6 @@ contains
     call simulation%init(world, settings, command)
     call simulation%run()
     call simulation%finish()
-    code = simulation%exit_code
+    outcome = simulation%outcome
   end subroutine simulate
 end program flusi

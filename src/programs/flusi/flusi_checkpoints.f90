@@ -70,7 +70,7 @@ contains
       call load_wings(reader, parts%wings, parts%coupler, failure)
       call set_clocks(parts%coupler, parts%fluid%rhs%state%time)
     else if (has_flexible_wings(reader)) then
-      call failure%raise('the checkpoint has flexible wings, this run has not')
+      call failure%raise('the checkpoint has flexible wings and this run has none: set [Insects] wings = flexible')
     end if
     if (failure%failed) return
     if (allocated(parts%thin)) then

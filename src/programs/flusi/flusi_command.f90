@@ -51,7 +51,7 @@ contains
     command%flusi_compat = arguments%has_flag(3)
     command%postprocess = any(arguments%has_flag(4:5))
     associate (is_static => arguments%has_flag(1), is_solid => arguments%has_flag(2))
-      if (is_static .and. is_solid) call errors%add('--solid contradicts --static')
+      if (is_static .and. is_solid) call errors%add('--solid contradicts --static: give one of them')
       if (is_static) call choose_wing_alone(command, '--static', ACTION_STATIC, ACTION_STATIC_CHECK, errors)
       if (is_solid .and. .not. is_static) &
         call choose_wing_alone(command, '--solid', ACTION_SOLID, ACTION_SOLID_CHECK, errors)
@@ -96,9 +96,9 @@ contains
       command%ini = command%file
     end select
     if (command%restart .and. all(command%action /= [ACTION_RUN, ACTION_DRY_RUN, ACTION_SOLID])) &
-      call errors%add('--restart goes with a run')
+      call errors%add('--restart is valid with a run only')
     if (command%overwrite .and. all(command%action /= [ACTION_RUN, ACTION_SOLID])) &
-      call errors%add('--overwrite goes with a run')
+      call errors%add('--overwrite is valid with a run only')
   end subroutine check_files
 
   !> Writes how the program is called.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a run would need and do, without doing it.
+!> Tells what a run would need and do, without doing it.
 module flusi_dry_run
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: rp

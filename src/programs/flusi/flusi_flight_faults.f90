@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What can go wrong with wings on their way: they touch, or they leave the box.
+!> Checks wings during their motion: whether they touch, or leave the box.
 module flusi_flight_faults
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Whether an insect can fly freely as the input says, and what its masses are; its lines of the summary.
+!> Checks whether an insect can fly freely as the input says, computes its masses, and writes its lines of the summary.
 module flusi_free_flight
   use base_constants, only: PI
   use base_errors, only: failure_t, message_list_t
@@ -36,7 +36,7 @@ contains
     if (fluid%solids%has_corrections) then
       flight%flyer%carries_fluid = .not. fluid%solids%unsteady_corrections
       if (flight%flyer%carries_fluid) call config%complain(notices, 'Penalization', 'unst_corrections', &
-        'is no: the insect carries the fluid in its mask along, as in FLUSI, as if it were as much heavier')
+        'is no: as in FLUSI, the mass of the fluid inside the mask adds to that of the insect')
     end if
     if (fluid%time%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', 'iTimeMethodFluid', &
       'cannot take a body along that flies freely; valid with BodyMotion = free_flight: AB2')
@@ -45,8 +45,8 @@ contains
     if (fluid%grid%is_2d) call config%complain(errors, SECTION, 'BodyMotion', &
       'is free_flight in a two-dimensional flow; valid there: a body that is tethered or moves as prescribed')
     if (flexible .and. .not. flight%thin%is_thin .and. coupler%coupling == COUPLING_STRONG) &
-      call config%complain(errors, 'Flexible_wing', 'coupling', 'is strong, whose trials of the flow need the body of '// &
-                           'the next step; valid with BodyMotion = free_flight: weak, extrapolated, or surface = thin')
+      call config%complain(errors, 'Flexible_wing', 'coupling', 'is strong, which repeats a step of the flow about a body '// &
+                           'that must not move; valid with BodyMotion = free_flight: weak, extrapolated, or surface = thin')
     wings = 0
     if (flexible) then
       if (.not. allocated(coupler%inertia%mass)) return ! why there are none has been reported
@@ -132,7 +132,7 @@ contains
     if (.not. lift > 0 .or. .not. weight > 0) return
     if (weight > WEIGHTS(1)*lift .and. weight < WEIGHTS(2)*lift) return
     call config%complain(notices, SECTION, 'mass', 'makes a weight of '//number_text(weight)//' rho L^4/T^2, and wings '// &
-                         'like these lift about '//number_text(lift)//': look at the units of mass and gravity')
+                         'like these lift about '//number_text(lift)//': check the units of mass and gravity')
   end subroutine notice_weight
 
   !> An insect that crosses its own wake.

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Whether the machines on which a run is started have the memory that it will need.
+!> Checks whether the machines on which a run starts have the memory that it will need.
 module flusi_machine
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use base_constants, only: EXIT_MEMORY
   use base_kinds, only: rp
   use base_machine, only: machine_memory_t, read_machine_memory
+  use base_outcome, only: outcome_t, OUTCOME_NO_MEMORY
   use base_process, only: environment_value, host_name
   use flusi_memory, only: estimate_memory, memory_t
   use flusi_settings, only: settings_t
@@ -15,13 +15,13 @@ module flusi_machine
 
 contains
 
-  !> Refuses a run, by EXIT_MEMORY in `code`, that needs more memory than a machine has or the job may use there, and warns of
+  !> Refuses a run, by OUTCOME_NO_MEMORY, that needs more memory than a machine has or the job may use there, and warns of
   !> one that needs more than others leave now. The need is that of the flow alone. A machine whose memory is not known is
   !> not judged. Tests name a folder with files like those of the system in FLUSI_TEST_SYSTEM. Collective.
-  subroutine check_machine(world, settings, code)
+  subroutine check_machine(world, settings, outcome)
     type(world_t), intent(in) :: world
     type(settings_t), intent(in) :: settings
-    integer, intent(inout) :: code
+    type(outcome_t), intent(inout) :: outcome
     type(memory_t) :: need
     type(machine_memory_t) :: memory
     real(rp) :: peak
@@ -36,7 +36,7 @@ contains
     if (memory%is_known .and. n_here*peak > memory%total) verdict = 2
     worst = world%max_integer(verdict)
     if (worst == 0) return
-    if (worst == 2) code = EXIT_MEMORY
+    if (worst == 2) call outcome%end_as(OUTCOME_NO_MEMORY)
     speaker = world%max_integer(merge(world%rank, -1, verdict == worst))
     if (world%rank == speaker) call tell(verdict == 2, n_here, peak, memory)
   end subroutine check_machine

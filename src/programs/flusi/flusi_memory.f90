@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a rank needs in memory, before anything is allocated.
+!> Estimates the memory that a rank needs, before anything is allocated.
 module flusi_memory
   use base_kinds, only: rp
   use fluid_initial, only: is_uniform

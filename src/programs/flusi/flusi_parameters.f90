@@ -1,13 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> From the parameter file to settings, with everything said that a user must know.
+!> Reads the parameter file into settings, and prints mistakes and notices.
 module flusi_parameters
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-  use base_constants, only: EXIT_OK, EXIT_USER
   use base_errors, only: message_list_t
+  use base_outcome, only: outcome_t, OUTCOME_MISTAKE
   use flusi_command, only: command_t, ACTION_CHECK, ACTION_DRY_RUN
   use flusi_memory, only: memory_t, estimate_memory
   use flusi_settings, only: settings_t, load_settings
   use io_broadcast_text, only: read_broadcast_text
+  use parallel_outcome, only: agree_on_outcome
   use parallel_world, only: world_t
   use spectral_sticks, only: kept_columns
   implicit none
@@ -18,17 +19,16 @@ contains
 
   !> Reads and checks the parameter file. With `world` root reads it and all ranks get its text, and the
   !> number of ranks is checked against the grid; collective then. On mistakes all of them are printed
-  !> and `code` is EXIT_USER; nothing has been written.
-  subroutine read_parameters(command, settings, code, world)
+  !> and the outcome is OUTCOME_MISTAKE; nothing has been written.
+  subroutine read_parameters(command, settings, outcome, world)
     type(command_t), intent(in) :: command
     type(settings_t), intent(out) :: settings
-    integer, intent(out) :: code
+    type(outcome_t), intent(inout) :: outcome
     type(world_t), intent(in), optional :: world
     type(message_list_t) :: errors, notices
     character(:), allocatable :: text, problem
     logical :: speaks
 
-    code = EXIT_OK
     speaks = .true.
     if (present(world)) speaks = world%is_root
     call read_broadcast_text(command%ini, text, problem, world)
@@ -41,12 +41,12 @@ contains
         call check_ranks(world, settings, errors)
     end if
     if (speaks .and. errors%count() > 0) call errors%print(error_unit, '')
-    if (errors%count() > 0) code = EXIT_USER
+    if (errors%count() > 0) call outcome%end_as(OUTCOME_MISTAKE)
     ! A file that one rank sees and another does not must not part them.
-    if (present(world)) code = world%max_integer(code)
-    if (speaks .and. code == EXIT_USER .and. errors%count() == 0) write (error_unit, '(a)') &
+    if (present(world)) call agree_on_outcome(world, outcome)
+    if (speaks .and. outcome%kind == OUTCOME_MISTAKE .and. errors%count() == 0) write (error_unit, '(a)') &
       command%ini//': a file that it names can be read on some ranks only'
-    if (speaks .and. code == EXIT_OK) &
+    if (speaks .and. outcome%is_good()) &
       call notices%print(merge(error_unit, output_unit, command%action == ACTION_CHECK), 'notice: ')
     flush (error_unit)
   end subroutine read_parameters

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How long a run will be as far as its parameters tell, and whether FFTW measures its plans for it.
+!> Estimates how long a run will be, and decides whether FFTW measures its plans for it.
 !>
 !> Measuring takes about MEASURING seconds on any grid; a step takes about STEP seconds for each point and makes up for it
 !> by being up to a tenth faster. Measured plans are worth it where they cost less than 1 % of the run. The rule knows the

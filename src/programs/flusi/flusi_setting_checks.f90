@@ -96,7 +96,7 @@ contains
     if (fluid%nu > 0) then
       number = (flight%tip_speed() + norm2(fluid%mean%velocity))*flight%wings(1)%mean_chord()/fluid%nu
       if (unit > 0 .and. number > FAST .and. fluid%nu >= VISCOSITY(1) .and. fluid%nu <= VISCOSITY(2)) &
-        call c%complain(notices, 'ReynoldsNumber', 'nu', 'is that of a fluid in m^2/s, but counts in L^2/T; '// &
+        call c%complain(notices, 'ReynoldsNumber', 'nu', 'looks like a value in m^2/s, but its unit here is L^2/T; '// &
                         number_text(fluid%nu)//' m^2/s would be '//number_text(rounded(fluid%nu/unit, 4))//' L^2/T')
       text = magnitude_doubt(number, REYNOLDS(1), REYNOLDS(2), '', 'insects', .false.)
       if (number > 0 .and. text /= '') call c%complain(notices, 'ReynoldsNumber', 'nu', 'makes a Reynolds number that '// &
@@ -118,7 +118,7 @@ contains
     real(rp), intent(in) :: beats, frequency
     type(message_list_t), intent(inout) :: notices
     if (abs(beats - frequency) > 1.0e-9_rp*frequency .or. abs(beats - 1) <= 1.0e-9_rp) return
-    call notices%add('[Insects] wing_frequency is that of [units], but in 1/T: there are '//number_text(beats)// &
+    call notices%add('[Insects] wing_frequency equals that of [units], but its unit is 1/T: there are '//number_text(beats)// &
                      ' beats in every T; wing_frequency = 1 gives one')
   end subroutine notice_frequency
 end module flusi_setting_checks

@@ -86,7 +86,7 @@ contains
       if (.not. (p%solids%is_on .or. s%flight%thin%is_thin) .and. (wanted%fields%mask .or. wanted%fields%solid_velocity)) &
         call notices%add('iPenalization = 0: there is no mask to save')
       if (wanted%fields%wing_sides .and. .not. p%solids%is_moving) &
-        call notices%add('[Saving] iSaveWingSides: there are no wings')
+        call notices%add('[Saving] iSaveWingSides has no effect: there are no wings')
       if (p%solids%is_on .and. any(p%solids%mask == ['none ', 'empty']) .and. p%walls%channel == 'no' .and. &
           .not. p%walls%has_cavity) &
         call notices%add('iPenalization = 1, but there is no body and no wall; eps limits the time step all the same')

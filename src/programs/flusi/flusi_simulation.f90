@@ -2,10 +2,11 @@
 !> One run: the fluid, its output, its checkpoints, and the rules to stop.
 module flusi_simulation
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use base_constants, only: EXIT_OK, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED, EXIT_UNWRITABLE
   use base_errors, only: failure_t, message_list_t
   use base_files, only: stem_of
   use base_kinds, only: i8, rp
+  use base_outcome, only: outcome_t, OUTCOME_COLLISION, OUTCOME_DIVERGED, OUTCOME_DONE, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED, &
+                          OUTCOME_STOPPED, OUTCOME_UNWRITABLE
   use base_timers, only: timers_t
   use common_progress, only: progress_t
   use common_run, only: run_t
@@ -35,9 +36,6 @@ module flusi_simulation
   character(*), parameter :: BASE_NAME = 'runtime', BACKUP_NAME = BASE_NAME//'_backup', WISDOM_NAME = 'fftw_wisdom'
   character(*), parameter :: FAILED_NAME = 'failed_backup.h5'
 
-  !> The velocity is no longer one; wings touch or leave the box; flexible wings could not be advanced.
-  integer, parameter :: OUTCOME_SOUND = 0, OUTCOME_DIVERGED = 1, OUTCOME_COLLISION = 2, OUTCOME_STUCK_WINGS = 3
-
   type, extends(run_parts_t) :: simulation_t
     type(world_t) :: world
     type(settings_t) :: settings
@@ -51,9 +49,7 @@ module flusi_simulation
     type(timers_t), private :: timers
     integer, private :: t_whole = 0, t_start = 0, t_step = 0, t_wings = 0, t_output = 0, t_backup = 0
     character(:), allocatable, private :: name
-    type(failure_t) :: failure
-    integer, private :: outcome = OUTCOME_SOUND  !< says what kind of numerical failure `failure` is
-    integer :: exit_code = EXIT_OK
+    type(outcome_t) :: outcome
   contains
     procedure :: init => simulation_init
     procedure :: run => simulation_run
@@ -63,7 +59,7 @@ module flusi_simulation
 
 contains
 
-  !> Builds everything, and starts or restarts. On failure `exit_code` is not 0 and the reason has been printed. Collective.
+  !> Builds everything, and starts or restarts. On failure `outcome` says why, and the reason has been printed. Collective.
   subroutine simulation_init(self, world, settings, command)
     class(simulation_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -79,25 +75,27 @@ contains
     call begin_timers(self)
     restarts = command%restart .or. index(settings%fluid%initial%flow, 'backup') == 1
     call begin_files(self, command, restarts)
-    if (self%failure%failed) then
-      call self%fail(merge(EXIT_USER, self%files%code, self%files%code == EXIT_OK))
+    if (self%outcome%failure%failed) then
+      call print_reason(self)
       return
     end if
     self%is_built = .true.
     call self%stop_rules%init(settings%output%limits)
     call plan_run(world, self%settings, WISDOM_NAME, restarts, plans)
-    call self%build(world, self%settings, self%failure)
+    call self%build(world, self%settings, self%outcome%failure)
     call begin_state(self, command, restarts, opening, remarks)
-    if (self%failure%failed) then
-      call self%fail(EXIT_USER)
+    if (self%outcome%failure%failed) then
+      call self%fail(OUTCOME_MISTAKE)
       return
     end if
-    call self%files%settle(self%failure)
-    if (self%failure%failed) call self%fail(self%files%code)
-    if (self%failure%failed) return
+    call self%files%settle(self%outcome)
+    if (self%outcome%failure%failed) then
+      call print_reason(self)
+      return
+    end if
     call open_results(self, restarts, opening)
-    if (self%failure%failed) then
-      call self%fail(EXIT_UNWRITABLE)
+    if (self%outcome%failure%failed) then
+      call self%fail(OUTCOME_UNWRITABLE)
       return
     end if
     if (world%is_root) then
@@ -128,10 +126,11 @@ contains
     type(command_t), intent(in) :: command
     logical, intent(in) :: restarts
     type(message_list_t) :: patterns
-    call self%files%begin(self%world, 'flusi', BASE_NAME, command%ini, self%settings%config, self%failure)
-    if (restarts .and. command%overwrite) call self%failure%raise('--overwrite contradicts inicond = backup')
+    call self%files%begin(self%world, 'flusi', BASE_NAME, command%ini, self%settings%config, self%outcome)
+    if (restarts .and. command%overwrite) call self%outcome%fail(OUTCOME_MISTAKE, &
+      '--overwrite begins a new run and inicond = backup goes on with an old one: leave out one of them')
     call result_names(patterns)
-    if (.not. restarts) call self%files%check_new(command%overwrite, patterns, self%failure)
+    if (.not. restarts) call self%files%check_new(command%overwrite, patterns, self%outcome)
   end subroutine begin_files
 
   !> The state of a new run or of a checkpoint. Collective.
@@ -142,13 +141,13 @@ contains
     type(opening_t), intent(inout) :: opening
     type(message_list_t), intent(inout) :: remarks
     if (restarts) call self%slots%scan(self%world, '.', BACKUP_NAME)
-    if (restarts .and. .not. self%failure%failed) then
+    if (restarts .and. .not. self%outcome%failure%failed) then
       call self%restart(command, remarks)
       opening%restart_time = self%fluid%rhs%state%time
-    else if (.not. self%failure%failed) then
-      call self%start(self%failure)
+    else if (.not. self%outcome%failure%failed) then
+      call self%start(self%outcome%failure)
     end if
-    call self%settle_in(self%world, self%settings, self%failure)
+    call self%settle_in(self%world, self%settings, self%outcome%failure)
   end subroutine begin_state
 
   !> Opens series and indices, and listens to signals. Collective.
@@ -164,7 +163,7 @@ contains
     opening%note = self%settings%units%note()
     call self%series%open(opening, self%settings, self%fluid, self%wings)
     call self%output%init(opening, self%settings%output, self%fluid, self%wings)
-    self%failure = opening%failure
+    self%outcome%failure = opening%failure
   end subroutine open_results
 
   !> Steps until the end of the run or until something asks to stop. Collective.
@@ -172,56 +171,50 @@ contains
     class(simulation_t), intent(inout) :: self
     type(request_t) :: request
     real(rp) :: seconds
-    if (self%exit_code /= EXIT_OK) return
+    if (self%outcome%kind /= OUTCOME_DONE) return
     if (self%settings%output%mask_only) then
-      call draw_masks(self%settings, self%fluid, self%output, self%failure, self%wings)
-      if (self%failure%failed) call self%fail(EXIT_UNWRITABLE)
+      call draw_masks(self%settings, self%fluid, self%output, self%outcome%failure, self%wings)
+      if (self%outcome%failure%failed) call self%fail(OUTCOME_UNWRITABLE)
       return
     end if
     associate (state => self%fluid%rhs%state, fluid => self%fluid)
       do while (.not. self%is_done())
         call self%request_fields(.false., request)
         call self%timers%start(self%t_step)
-        call fluid%step(request, self%failure, self%wings)
+        call fluid%step(request, self%outcome%failure, self%wings)
         call self%timers%stop(self%t_step)
-        if (self%failure%failed) self%outcome = OUTCOME_DIVERGED
-        if (self%failure%failed) exit
+        call self%outcome%classify(OUTCOME_DIVERGED)
+        if (self%outcome%failure%failed) exit
         if (allocated(self%coupler)) call sample_loads(self)
-        if (.not. self%failure%failed) call write_all(self)
-        if (self%failure%failed) exit
+        if (.not. self%outcome%failure%failed) call write_all(self)
+        if (self%outcome%failure%failed) exit
         if (allocated(self%averages)) call self%averages%add(fluid)
         call self%move_wings()
-        if (self%failure%failed) exit
+        if (self%outcome%failure%failed) exit
         call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%time%t_max, &
                                      self%settings%fluid%time%nt, seconds)
         call self%series%write_step(fluid, seconds, self%world%size, self%coupler, self%thin)
         call self%stop_rules%poll(self%world)
         if (self%stop_rules%backup_due .and. self%settings%output%backup .and. .not. self%is_done()) call self%back_up()
-        if (self%stop_rules%must_stop .or. self%failure%failed) exit
+        if (self%stop_rules%must_stop .or. self%outcome%failure%failed) exit
       end do
       call self%progress%finish()
-      if (.not. self%failure%failed) then
+      if (.not. self%outcome%failure%failed) then
         if (self%is_done()) then
           call self%write_end(request)
         else
-          self%exit_code = EXIT_STOPPED
+          call self%outcome%end_as(OUTCOME_STOPPED)
           call self%back_up()
-          if (self%world%is_root .and. .not. self%failure%failed) write (output_unit, '(a)') 'stopped early: '// &
+          if (self%world%is_root .and. .not. self%outcome%failure%failed) write (output_unit, '(a)') 'stopped early: '// &
             trim(self%stop_rules%reason)//'; the backup is written, go on with --restart'
         end if
       end if
-      select case (self%outcome)
-      case (OUTCOME_STUCK_WINGS) ! other parameters may bring them on; a collision would be the same
-        call self%back_up_failed()
-        call self%fail(EXIT_NUMERICAL)
-      case (OUTCOME_COLLISION)
-        call self%fail(EXIT_NUMERICAL)
-      case (OUTCOME_DIVERGED)
-        call self%output%write_failed(fluid, self%failure)
-        call self%fail(EXIT_NUMERICAL)
-      case default
-        if (self%failure%failed) call self%fail(EXIT_UNWRITABLE)
-      end select
+      if (.not. self%outcome%failure%failed) return
+      call self%outcome%classify(OUTCOME_UNWRITABLE)
+      ! Other parameters may bring flexible wings on, but a collision would be the same.
+      if (self%outcome%kind == OUTCOME_NOT_CONVERGED) call self%back_up_failed()
+      if (self%outcome%kind == OUTCOME_DIVERGED) call self%output%write_failed(fluid, self%outcome%failure)
+      call print_reason(self)
     end associate
   end subroutine simulation_run
 
@@ -230,12 +223,12 @@ contains
     class(simulation_t), intent(inout) :: self
     type(request_t), intent(out) :: request
     call self%request_fields(.true., request)
-    call self%fluid%evaluate(request, self%failure, self%wings)
-    if (self%failure%failed) self%outcome = OUTCOME_DIVERGED
-    if (self%failure%failed) return
+    call self%fluid%evaluate(request, self%outcome%failure, self%wings)
+    call self%outcome%classify(OUTCOME_DIVERGED)
+    if (self%outcome%failure%failed) return
     if (allocated(self%coupler)) call sample_loads(self)
-    if (.not. self%failure%failed) call write_all(self)
-    call self%output%flush(self%fluid, self%failure)
+    if (.not. self%outcome%failure%failed) call write_all(self)
+    call self%output%flush(self%fluid, self%outcome%failure)
     if (self%settings%output%backup) call self%back_up()
   end subroutine write_end
 
@@ -254,10 +247,10 @@ contains
     type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_wings)
     call self%coupler%sample_load(self%fluid, self%wings)
-    call check_flight(self%wings, self%settings%fluid%grid, self%failure)
+    call check_flight(self%wings, self%settings%fluid%grid, self%outcome%failure)
     call self%series%record(self%wings, self%coupler, self%fluid)
     call self%timers%stop(self%t_wings)
-    if (self%failure%failed) self%outcome = OUTCOME_COLLISION
+    call self%outcome%classify(OUTCOME_COLLISION)
   end subroutine sample_loads
 
   !> Takes wings, and the body that flies freely, over the step that the fluid has made.
@@ -278,15 +271,15 @@ contains
   !> Takes the flexible wings over the step that the fluid has made.
   subroutine bend(self)
     class(simulation_t), intent(inout) :: self
-    call self%coupler%advance(self%fluid%dt, self%wings, self%failure, self%fluid, self%thin)
-    if (self%failure%failed) self%outcome = merge(OUTCOME_DIVERGED, OUTCOME_STUCK_WINGS, self%fluid%rhs%failure%failed)
+    call self%coupler%advance(self%fluid%dt, self%wings, self%outcome%failure, self%fluid, self%thin)
+    call self%outcome%classify(merge(OUTCOME_DIVERGED, OUTCOME_NOT_CONVERGED, self%fluid%rhs%failure%failed))
   end subroutine bend
 
   !> Lets rigid wings without thickness act on the step that the fluid has made.
   subroutine push(self)
     class(simulation_t), intent(inout) :: self
-    call self%thin%advance_rigid(self%fluid, self%wings, self%failure)
-    if (self%failure%failed) self%outcome = OUTCOME_COLLISION
+    call self%thin%advance_rigid(self%fluid, self%wings, self%outcome%failure)
+    call self%outcome%classify(OUTCOME_COLLISION)
   end subroutine push
 
   !> Closes files, prints where the time went, releases everything. Collective.
@@ -296,11 +289,11 @@ contains
       call self%files%finish()
       return
     end if
-    if (self%exit_code /= EXIT_USER) then
-      call self%series%close(self%failure)
-      if (self%exit_code == EXIT_OK .and. allocated(self%wings) .and. self%world%is_root .and. &
-          self%settings%fluid%solids%compute_forces) call write_summary(self%settings, self%name, self%failure)
-      if (self%exit_code == EXIT_OK .and. self%failure%failed) call self%fail(EXIT_UNWRITABLE)
+    if (self%outcome%kind /= OUTCOME_MISTAKE) then
+      call self%series%close(self%outcome%failure)
+      if (self%outcome%kind == OUTCOME_DONE .and. allocated(self%wings) .and. self%world%is_root .and. &
+          self%settings%fluid%solids%compute_forces) call write_summary(self%settings, self%name, self%outcome%failure)
+      if (self%outcome%kind == OUTCOME_DONE .and. self%outcome%failure%failed) call self%fail(OUTCOME_UNWRITABLE)
       call self%timers%stop(self%t_whole)
       call print_time_table(self%world, self%timers, self%t_whole, self%fluid, self%wings)
       if (self%world%is_root .and. allocated(self%coupler)) call print_coupling(output_unit, self%coupler)
@@ -322,11 +315,11 @@ contains
     type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_output)
     if (self%output%integrals_due) then
-      call self%series%write_integrals(self%fluid, self%failure, self%wings)
+      call self%series%write_integrals(self%fluid, self%outcome%failure, self%wings)
       if (allocated(self%coupler)) call self%series%write_bending(self%wings, self%coupler)
     end if
     call self%series%write_flight(self%wings)
-    call self%output%write(self%fluid, self%failure, self%wings, self%coupler, self%averages)
+    call self%output%write(self%fluid, self%outcome%failure, self%wings, self%coupler, self%averages)
     call self%timers%stop(self%t_output)
   end subroutine write_all
 
@@ -340,9 +333,9 @@ contains
     ! --restart goes on from the newest backup, also where the run once began from a named one.
     if (.not. command%restart .and. index(self%settings%fluid%initial%flow, 'backup::') == 1) &
       path = self%settings%fluid%initial%flow(9:)
-    if (path == '') call self%slots%must_find(path, self%failure)
-    if (self%failure%failed) return
-    call restore_state(self%world, path, self%settings, self%files, command%accepts, self%run_parts_t, remarks, self%failure)
+    if (path == '') call self%slots%must_find(path, self%outcome%failure)
+    if (self%outcome%failure%failed) return
+    call restore_state(self%world, path, self%settings, self%files, command%accepts, self%run_parts_t, remarks, self%outcome%failure)
     call self%slots%came_from(path)
   end subroutine restart
 
@@ -352,15 +345,15 @@ contains
     type(checkpoint_writer_t) :: writer
     type(request_t) :: nothing
     logical :: written
-    if (self%failure%failed .or. self%fluid%rhs%state%step == 0) return
+    if (self%outcome%failure%failed .or. self%fluid%rhs%state%step == 0) return
     call self%timers%start(self%t_backup)
-    call self%fluid%evaluate(nothing, self%failure, self%wings)
-    if (self%failure%failed) self%outcome = OUTCOME_DIVERGED
-    call self%output%flush(self%fluid, self%failure)
-    if (self%outcome /= OUTCOME_DIVERGED) then
-      call self%slots%begin(writer, self%failure)
+    call self%fluid%evaluate(nothing, self%outcome%failure, self%wings)
+    call self%outcome%classify(OUTCOME_DIVERGED)
+    call self%output%flush(self%fluid, self%outcome%failure)
+    if (self%outcome%kind /= OUTCOME_DIVERGED) then
+      call self%slots%begin(writer, self%outcome%failure)
       call put_state(writer, self%settings, self%run_parts_t, .true.)
-      call self%slots%commit(writer, self%failure)
+      call self%slots%commit(writer, self%outcome%failure)
       ! A restart must plan as this run did, or it would differ in the last bits.
       if (self%world%is_root .and. self%settings%fluid%resolution%planner == 'measure') call export_wisdom(WISDOM_NAME, written)
     end if
@@ -381,19 +374,27 @@ contains
     call put_state(writer, self%settings, self%run_parts_t, .false.)
     call writer%commit(writing)
     if (writing%failed) then
-      self%failure%reason = self%failure%reason//'; moreover: '//writing%reason
+      self%outcome%failure%reason = self%outcome%failure%reason//'; moreover: '//writing%reason
     else
-      self%failure%reason = self%failure%reason//'; '//FAILED_NAME//' has the flow, and the wings as they were before this '// &
-                            'step: --restart='//FAILED_NAME//' goes on from there, with other parameters'
+      self%outcome%failure%reason = self%outcome%failure%reason//'; '//FAILED_NAME//' has the flow, and the wings as they were '// &
+                                    'before this step: --restart='//FAILED_NAME//' goes on from there, with other parameters'
     end if
   end subroutine back_up_failed
 
-  !> Prints the reason on root and remembers the exit code.
-  subroutine fail(self, code)
+  !> Gives the failure its kind, unless it has one, and prints the reason.
+  subroutine fail(self, kind)
     class(simulation_t), intent(inout) :: self
-    integer, intent(in) :: code
-    self%exit_code = code
-    if (self%world%is_root) call print_failure(self%failure%reason, self%outcome == OUTCOME_DIVERGED, code == EXIT_NUMERICAL .and. &
-                                               self%slots%newest_generation() > 0)
+    integer, intent(in) :: kind
+    call self%outcome%classify(kind)
+    call print_reason(self)
   end subroutine fail
+
+  !> Prints on root why the run failed.
+  subroutine print_reason(self)
+    type(simulation_t), intent(in) :: self
+    logical :: is_numerical
+    is_numerical = any(self%outcome%kind == [OUTCOME_DIVERGED, OUTCOME_COLLISION, OUTCOME_NOT_CONVERGED])
+    if (self%world%is_root) call print_failure(self%outcome%failure%reason, self%outcome%kind == OUTCOME_DIVERGED, &
+                                               is_numerical .and. self%slots%newest_generation() > 0)
+  end subroutine print_reason
 end module flusi_simulation

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The file in which `msm_diagnose` keeps the null distribution of a design: attributes `key`, `checksum`, and sorted draws.
-!> It is written under a name of its own and renamed, so that programs that share it find a whole file, theirs or another one's.
-!> What cannot be read, is damaged or belongs to another design counts as nothing, and is replaced.
+!> Reads and writes the file in which `msm_diagnose` keeps the null distribution of a design: attributes `key`, `checksum`, and
+!> sorted draws. It writes to a temporary name and renames the file, so that programs that use the same file always find a
+!> complete one. A file that cannot be read, is damaged or belongs to another design is ignored and replaced.
 module diagnose_draws
   use base_checksum, only: checksum_add, checksum_integers, checksum_reals
   use base_errors, only: failure_t

@@ -108,7 +108,7 @@ contains
       allocate (rows(7, s%bins%count(l)))
       do k = 1, size(rows, 2)
         associate (i => first + k - 1)
-          rows(:, k) = [s%bins%place(:, i), simulator%labels%observed(i), base(i), extended(i), &
+          rows(:, k) = [s%bins%site(:, i), simulator%labels%observed(i), base(i), extended(i), &
                         white(i, 1), white(i, 2)]
         end associate
       end do
@@ -137,7 +137,7 @@ contains
       call d%design%families(f)%posterior(d%z, mean, sd)
       allocate (rows(4, size(mean)))
       do k = 1, size(mean)
-        rows(:, k) = [simulator%pattern_place(:, d%design%families(f)%patterns(k)), mean(k), sd(k)]
+        rows(:, k) = [simulator%pattern_site(:, d%design%families(f)%patterns(k)), mean(k), sd(k)]
       end do
       call put_table(file, '/unknown/'//trim(FAMILY_NAMES(f)), rows, 'x y mean sd', failure)
       deallocate (rows)
@@ -167,7 +167,7 @@ contains
     end do
     do i = 1, size(next%sites)
       associate (load => next%sites(i))
-        write (line, '(a,5(",",es12.5))') ',', load%place, load%force*sign(1.0_rp, load%direction(3)), &
+        write (line, '(a,5(",",es12.5))') ',', load%site, load%force*sign(1.0_rp, load%direction(3)), &
           next%now(1), load%after
         text = text//number_text(i)//',(new place)'//trim(line(2:))//new_line('a')
       end associate

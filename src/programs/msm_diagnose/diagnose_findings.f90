@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the causes of a verdict have become, in words: one sentence for each cause, with a part for each of its parameters.
+!> Describes the causes of a verdict in words: one sentence for each cause, with a part for each of its parameters.
 module diagnose_findings
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
@@ -107,14 +107,14 @@ contains
   end function fit_text
 
   !> A parameter at the coordinate q, without an interval.
-  function make_finding(parameter, place, q) result(finding)
+  function make_finding(parameter, site, q) result(finding)
     class(parameter_t), intent(in) :: parameter
-    character(*), intent(in) :: place
+    character(*), intent(in) :: site
     real(rp), intent(in) :: q
     type(finding_t) :: finding
     finding%name = parameter%name
     finding%unit = parameter%unit
-    finding%place = place
+    finding%site = site
     finding%null = parameter%null
     finding%best = q
     if (.not. parameter%is_log) return

@@ -4,9 +4,9 @@ module diagnose_job
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_checksum, only: checksum_text
-  use base_constants, only: EXIT_NUMERICAL, EXIT_OK, EXIT_UNWRITABLE, EXIT_USER
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
+  use base_outcome, only: outcome_t, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED, OUTCOME_UNWRITABLE, OUTCOME_VERDICT
   use base_random, only: random_uniforms
   use common_wing_doubts, only: print_notices
   use diagnose_command, only: diagnose_command_t, DIAGNOSE_CHECK, DIAGNOSE_PLAN
@@ -28,6 +28,7 @@ module diagnose_job
   use io_earlier_results, only: move_earlier_file, EARLIER_SUFFIX
   use io_journal, only: journal_t
   use io_lock, only: lock_t, LOCK_HELD, LOCK_TAKEN
+  use parallel_outcome, only: agree_on_outcome
   use parallel_world, only: world_t
   implicit none
   private
@@ -43,10 +44,9 @@ module diagnose_job
     type(diagnosis_t) :: diagnosis
     type(discretisation_error_t) :: discretisation
     logical :: has_discretisation = .false. !< the band can be sought
-    type(failure_t) :: failure
     type(lock_t), private :: lock !< of the files, on rank 0
     type(journal_t), private :: journal !< of what was computed, on rank 0
-    integer :: code = EXIT_OK   !< of the program
+    type(outcome_t) :: outcome  !< of the program
   contains
     procedure :: load => diagnose_load
     procedure :: begin => diagnose_begin
@@ -58,7 +58,7 @@ module diagnose_job
 
 contains
 
-  !> Reads the input; mistakes are printed, and `code` is then not EXIT_OK. Collective.
+  !> Reads the input; mistakes are printed, and `outcome` is then not good. Collective.
   subroutine diagnose_load(self, command, world)
     class(diagnose_t), intent(inout) :: self
     type(diagnose_command_t), intent(in) :: command
@@ -67,14 +67,14 @@ contains
     self%world = world
     call load_diagnose_settings(command%ini, command%refine, any(command%action == [DIAGNOSE_PLAN, DIAGNOSE_CHECK]), world, &
                                 self%settings, errors, notices)
-    if (errors%count() > 0) self%code = EXIT_USER
+    if (errors%count() > 0) call self%outcome%end_as(OUTCOME_MISTAKE)
     if (world%is_root .and. errors%count() > 0) then
       call errors%print(error_unit, '')
     else if (world%is_root) then
       call print_notices(notices, command%action == DIAGNOSE_CHECK)
     end if
     flush (error_unit)
-    self%code = world%max_integer(self%code)
+    call agree_on_outcome(world, self%outcome)
   end subroutine diagnose_load
 
   !> Makes all ranks ready for tasks. Collective.
@@ -111,10 +111,10 @@ contains
     character(:), allocatable :: warning
     store%path = self%settings%draws_path
     call prepare_files(self, command%action == DIAGNOSE_PLAN)
-    if (self%failure%failed) return
+    if (self%outcome%failure%failed) return
     if (command%action == DIAGNOSE_PLAN) then
-      call print_plan(output_unit, self%settings, self%simulator, self%failure, store)
-      if (self%failure%failed) self%code = EXIT_NUMERICAL
+      call print_plan(output_unit, self%settings, self%simulator, self%outcome%failure, store)
+      call self%outcome%classify(OUTCOME_NOT_CONVERGED)
       return
     end if
     call begin_journal(self, command)
@@ -123,12 +123,10 @@ contains
       if (.not. self%discretisation%is_found) write (error_unit, '(a)') 'notice: the error of the mesh is not estimated '// &
         'and not counted: the fit on one of the two meshes failed'
     end if
-    call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%failure, &
+    call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%outcome%failure, &
                        store, self%discretisation)
-    if (self%failure%failed) then
-      self%code = EXIT_NUMERICAL
-      return
-    end if
+    call self%outcome%classify(OUTCOME_NOT_CONVERGED)
+    if (self%outcome%failure%failed) return
     self%settings%noise%model = self%simulator%noise
     warning = self%settings%noise%warning
     call check_declared_variance(self%settings%noise, self%diagnosis%scale)
@@ -138,13 +136,14 @@ contains
     call describe_modes(self%settings, self%simulator, self%diagnosis)
     unknown = describe_unknown(self%settings, self%simulator, self%diagnosis)
     call print_verdict(output_unit, self%settings, self%diagnosis, self%discretisation, next, zeros, unknown)
-    call write_fragments(self%settings, self%diagnosis, self%failure)
-    call write_maps(self%settings, self%simulator, self%diagnosis, self%failure)
-    call write_next(self%settings, next, self%failure)
+    call write_fragments(self%settings, self%diagnosis, self%outcome%failure)
+    call write_maps(self%settings, self%simulator, self%diagnosis, self%outcome%failure)
+    call write_next(self%settings, next, self%outcome%failure)
     ! The verdict comes last: where it is, all is.
-    call write_diagnosis_json(self%settings, self%diagnosis, self%discretisation, next, zeros, unknown, self%failure)
-    if (command%wants_code) self%code = self%diagnosis%decision%verdict
-    if (self%failure%failed) self%code = EXIT_UNWRITABLE
+    call write_diagnosis_json(self%settings, self%diagnosis, self%discretisation, next, zeros, unknown, self%outcome%failure)
+    self%outcome%verdict = self%diagnosis%decision%verdict
+    if (command%wants_code) call self%outcome%end_as(OUTCOME_VERDICT)
+    call self%outcome%classify(OUTCOME_UNWRITABLE)
   end subroutine diagnose_lead
 
   !> Rank 0: finds out whether files can be written, by a lock against another run, and moves a verdict of before aside, so
@@ -159,8 +158,7 @@ contains
     integer :: state, i
     call self%lock%acquire(self%settings%name//'.lock', state, message)
     if (state /= LOCK_HELD) then
-      self%code = merge(EXIT_USER, EXIT_UNWRITABLE, state == LOCK_TAKEN)
-      call self%failure%raise(message)
+      call self%outcome%fail(merge(OUTCOME_MISTAKE, OUTCOME_UNWRITABLE, state == LOCK_TAKEN), message)
       return
     end if
     if (message /= '') write (error_unit, '(a)') 'notice: '//message
@@ -229,15 +227,15 @@ contains
     end do
   end function starts
 
-  !> Ends the work of all ranks; `code` is the same on all. Collective.
+  !> Ends the work of all ranks; the kind of `outcome` is the same on all. Collective.
   subroutine diagnose_finish(self)
     class(diagnose_t), intent(inout) :: self
-    if (self%failure%failed) write (error_unit, '(a)') 'msm_diagnose: '//self%failure%reason
+    if (self%outcome%failure%failed) write (error_unit, '(a)') 'msm_diagnose: '//self%outcome%failure%reason
     flush (error_unit)
-    call self%journal%finish(self%code /= EXIT_UNWRITABLE)
+    call self%journal%finish(self%outcome%kind /= OUTCOME_UNWRITABLE)
     call self%lock%release()
     call self%simulator%free()
     if (self%has_discretisation) call self%discretisation%free()
-    self%code = self%world%max_integer(self%code)
+    call agree_on_outcome(self%world, self%outcome)
   end subroutine diagnose_finish
 end module diagnose_job

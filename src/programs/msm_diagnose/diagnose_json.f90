@@ -134,7 +134,7 @@ contains
         call json%put('finding', cause_finding(s, d, i))
         associate (one => d%design%candidates(v%causes(i)))
           call json%put('variant', s%catalogue%effects(one%effect)%variants(one%variant)%label)
-          call json%put('place', s%catalogue%effects(one%effect)%variants(one%variant)%place)
+          call json%put('place', s%catalogue%effects(one%effect)%variants(one%variant)%site)
         end associate
         call json%close()
       end do
@@ -259,7 +259,7 @@ contains
       if (c > 0) then
         associate (one => d%design%candidates(c))
           call json%put('variant', effect%variants(one%variant)%label)
-          call json%put('place', effect%variants(one%variant)%place)
+          call json%put('place', effect%variants(one%variant)%site)
           call json%put('chi2', d%statistics%squares(c))
           call json%put('df', one%df)
           call json%put('local_p', exp(max(-700.0_rp, d%statistics%log_p(c))))

@@ -43,7 +43,7 @@ contains
     call json%open_list('new_loads')
     do i = 1, size(next%sites)
       call json%open_object('')
-      call json%put('place_m', next%sites(i)%place)
+      call json%put('place_m', next%sites(i)%site)
       call json%put('force_n', next%sites(i)%force)
       call json%put('direction', next%sites(i)%direction)
       call json%put('separation_sd', next%sites(i)%after)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a diagnosis says of natural modes: a line on the terminal, a list in NAME.json, tables in NAME.h5.
+!> Reports natural modes in a diagnosis: a line on the terminal, a list in NAME.json, tables in NAME.h5.
 module diagnose_modes
   use base_errors, only: failure_t
   use base_kinds, only: rp

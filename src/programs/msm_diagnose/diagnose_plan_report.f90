@@ -69,7 +69,7 @@ contains
         if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, one%strength))
         if (.not. q%is_log) write (value, '(es10.3)') one%strength
         if (q%unit /= '1' .and. .not. q%is_log) value = trim(value)//' '//q%unit
-        write (unit, '(a22,2es15.4,es16.3,3x,a)') effect%name//repeat(' ', 22), one%place, one%force, trim(adjustl(value))
+        write (unit, '(a22,2es15.4,es16.3,3x,a)') effect%name//repeat(' ', 22), one%site, one%force, trim(adjustl(value))
       end associate
     end do
   end subroutine print_best_loads
@@ -164,7 +164,7 @@ contains
             call json%put('detectable', in_words_of(q%is_log, least*q%prior_sd))
             if (best_load%is_found) then
               call json%open_object('best_new_load')
-              call json%put('place_m', best_load%place)
+              call json%put('place_m', best_load%site)
               call json%put('force_n', best_load%force)
               call json%put('detectable', in_words_of(q%is_log, best_load%strength))
               call json%close()

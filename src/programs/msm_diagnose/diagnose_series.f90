@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a diagnosis says of the damping of a wing that rings: the section with which flusi runs it.
+!> Reports the damping of a wing that rings: the section with which flusi runs it.
 module diagnose_series
   use base_kinds, only: rp
   use base_text, only: number_text

@@ -66,7 +66,7 @@ contains
     if (.not. allocated(s%free_parameters%numbers)) return
     call check_output_files(s, errors)
     if (size(s%free_parameters%instrument_numbers) > 0) call s%config%complain(errors, 'Diagnose', 'parameters', &
-                                               'the baseline seeks parameters of the wing only, not of the measurement')
+                                               'must hold parameters of the wing only, none of the measurement')
     if (errors%count() > 0) return
     if (s%fits_finer) call take_finer(s)
     call check_modes(s, errors)
@@ -86,7 +86,7 @@ contains
     do e = 1, size(list)
       if (all(list(e)%needs /= NEED_UNSTRESSED_REST) .or. .not. is_active(list, e, s%wing_case%requested%effects)) cycle
       call s%config%complain(errors, 'Wing', 'parameters', &
-        'motion is that about a wing which is flat and free of stress at rest: without pretension and camber')
+        'must not hold pretension or camber: modes and records of motion need a wing that is flat and free of stress at rest')
       exit
     end do
   end subroutine check_modes
@@ -137,7 +137,8 @@ contains
       s%options = c%options
       s%options%is_scale_known = c%noise == 'declared'
       s%name = c%name
-      if (s%name == '') call s%config%complain(errors, 'Saving', 'name', 'must be the first part of names of files')
+      if (s%name == '') call s%config%complain(errors, 'Saving', 'name', &
+                                                     'is empty: give the first part of the names of the result files')
       call check_name(s%config, s%name, errors)
       s%draws_path = ''
       if (allocated(c%draws)) s%draws_path = c%draws

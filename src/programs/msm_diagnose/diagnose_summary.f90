@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a diagnosis says on the terminal, in at most 15 lines.
+!> Prints what a diagnosis found on the terminal, in at most 15 lines.
 module diagnose_summary
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -144,7 +144,7 @@ contains
         if (load%after > after) then
           after = load%after
           what = 'push '//merge('up  ', 'down', load%direction(3) > 0)
-          what = trim(what)//' at ('//fixed(1.0e3_rp*load%place(1), 2)//', '//fixed(1.0e3_rp*load%place(2), 2)// &
+          what = trim(what)//' at ('//fixed(1.0e3_rp*load%site(1), 2)//', '//fixed(1.0e3_rp*load%site(2), 2)// &
                  ') mm with '//fixed(1.0e3_rp*load%force, 3)//' mN'
         end if
       end associate

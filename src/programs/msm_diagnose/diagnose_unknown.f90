@@ -32,7 +32,7 @@ contains
     if (.not. unknown%region%is_found) return
     call json%open_object('region')
     call json%put('of', trim(FAMILY_NAMES(unknown%region%family)))
-    call json%put('form', trim(merge('one_place', 'field    ', unknown%region%is_one_place)))
+    call json%put('form', trim(merge('one_place', 'field    ', unknown%region%is_one_site)))
     call json%put('level', REGION_LEVEL)
     call json%put('cell_m', unknown%cell)
     call json%open_list('parts')
@@ -43,7 +43,7 @@ contains
       call json%put('share', sum(unknown%region%fraction, mask=unknown%region%part == i))
       call json%open_list('places_m')
       do k = 1, size(unknown%region%pattern)
-        if (unknown%region%part(k) == i) call json%put('', unknown%place(:, k))
+        if (unknown%region%part(k) == i) call json%put('', unknown%site(:, k))
       end do
       call json%close()
       call json%close()
@@ -79,7 +79,7 @@ contains
     middle = unknown%centre(1)
     text = 'around ('//millimetres(middle(1))//', '//millimetres(middle(2))//') mm, radius '// &
            millimetres(unknown%radius(1))//' mm'
-    if (unknown%region%is_one_place) then
+    if (unknown%region%is_one_site) then
       text = text//', probability '//number_text(nint(100*sum(unknown%region%fraction, mask=unknown%region%part == 1)))// &
              ' % if it is one place'
     else if (unknown%region%n_parts > 1) then

@@ -16,18 +16,18 @@ module diagnose_wordings
 contains
 
   !> The words of parameter `name` [unit] at `place`, of which `null` was assumed; `best` chooses prefixes of units.
-  function find_wording(name, unit, place, null, best) result(w)
-    character(*), intent(in) :: name, unit, place
+  function find_wording(name, unit, site, null, best) result(w)
+    character(*), intent(in) :: name, unit, site
     real(rp), intent(in) :: null, best
     type(wording_t) :: w
-    call effect_wording(name, place, best, w)
+    call effect_wording(name, site, best, w)
     if (.not. w%is_known) w%reference = null
     w%is_known = .true.
     if (.not. allocated(w%up)) call word_structure(w, name)
     if (.not. allocated(w%up)) call word_forces(w, name)
     if (.not. allocated(w%up)) call word_maps(w, name)
     if (.not. allocated(w%up)) call word_course(w, name)
-    if (.not. allocated(w%up)) call word_masses(w, name, place)
+    if (.not. allocated(w%up)) call word_masses(w, name, site)
     if (.not. allocated(w%up)) then
       w%is_known = .false.
       call plain(w, unit, name//' is', name//' is', 'more', 'less', ASSUMED)
@@ -168,9 +168,9 @@ contains
   end subroutine word_course
 
   !> What motion alone shows.
-  subroutine word_masses(w, name, place)
+  subroutine word_masses(w, name, site)
     type(wording_t), intent(inout) :: w
-    character(*), intent(in) :: name, place
+    character(*), intent(in) :: name, site
     select case (name)
     case ('vein_mass')
       call factor(w, SCALE_FACTOR, 'The veins weigh more:', 'The veins weigh less:', 'heavier', 'lighter', ASSUMED, &
@@ -182,7 +182,7 @@ contains
       call factor(w, SCALE_EXPONENT, 'The membrane''s mass rises toward the tip:', 'The membrane''s mass falls toward the tip:', &
                   'more', 'less', 'there than at the root', 'that at the root', 0.0_rp)
     case ('point_mass')
-      call plain(w, 'g', 'Something sits on the wing '//place//':', 'The wing is lighter '//place//':', '', '', '', 0.0_rp)
+      call plain(w, 'g', 'Something sits on the wing '//site//':', 'The wing is lighter '//site//':', '', '', '', 0.0_rp)
       w%factor = 1.0e3_rp
     end select
   end subroutine word_masses

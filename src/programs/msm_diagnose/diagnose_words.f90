@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a parameter of a cause has become, as a sentence for people: which way, by how much, in which unit, and how surely.
+!> Describes a parameter of a cause in a sentence for people: its direction, size, unit and uncertainty.
 !>
 !> | known of it | the sentence has |
 !> |---|---|
@@ -26,7 +26,7 @@ module diagnose_words
   type :: finding_t
     character(:), allocatable :: name    !< of the parameter, as in ini files
     character(:), allocatable :: unit
-    character(:), allocatable :: place   !< in words, or empty
+    character(:), allocatable :: site   !< in words, or empty
     real(rp) :: null = 0                 !< what was assumed
     real(rp) :: best = 0
     logical :: has_interval = .false.    !< one was sought
@@ -43,7 +43,7 @@ module diagnose_words
     logical :: is_times = .false.   !< as "3.1 times"
     logical :: is_absolute = .false. !< not as so much more or less
     logical :: is_up = .false.      !< the value is above nothing
-    integer :: places = 0           !< behind the point
+    integer :: decimals = 0           !< behind the point
   end type numbers_t
 
 contains
@@ -54,7 +54,7 @@ contains
     character(:), allocatable :: text
     type(numbers_t) :: n
     logical :: has(2)
-    n%w = find_wording(finding%name, finding%unit, finding%place, finding%null, finding%best)
+    n%w = find_wording(finding%name, finding%unit, finding%site, finding%null, finding%best)
     n%shown = displayed(n%w, [finding%lower, finding%best, finding%upper])
     has = [finding%has_lower, finding%has_upper]
     if (displayed(n%w, finding%best + max(abs(finding%best), SMALL)*SMALL) < n%shown(2)) then ! it falls with the value
@@ -71,7 +71,7 @@ contains
     end if
     n%is_absolute = n%is_times .or. n%w%scale == SCALE_FRACTION
     n%is_up = n%shown(2) >= n%nothing
-    n%places = places_for(n%shown, has .and. finding%has_interval)
+    n%decimals = decimals_for(n%shown, has .and. finding%has_interval)
     text = told(n, has, finding%has_interval)
     if (finding%is_jump) text = text//' (an end is where a shape jumps)'
     if (n%w%is_natural .and. abs(finding%null - n%w%reference) > 0) text = text//'; the input assumes that there is some of it'
@@ -128,7 +128,7 @@ contains
     type(numbers_t), intent(in) :: n
     real(rp), intent(in) :: x
     character(:), allocatable :: text
-    text = fixed(merge(x, abs(x), n%is_absolute), n%places)
+    text = fixed(merge(x, abs(x), n%is_absolute), n%decimals)
   end function number_of
 
   !> A number with its unit.
@@ -188,7 +188,7 @@ contains
   end function blank_before
 
   !> Digits behind the point, so that the interval shows, or without one two digits of the value.
-  pure integer function places_for(shown, has) result(places)
+  pure integer function decimals_for(shown, has) result(decimals)
     real(rp), intent(in) :: shown(3)
     logical, intent(in) :: has(2)
     integer, parameter :: MOST = 6
@@ -197,17 +197,17 @@ contains
     if (any(has)) step = 0.2_rp*maxval(abs(pack(shown([1, 3]), has)))
     if (all(has)) step = min(shown(2) - shown(1), shown(3) - shown(2))
     if (all(has) .and. .not. step > 0) step = 0.5_rp*(shown(3) - shown(1))
-    places = 0
-    if (step > 0) places = max(0, min(MOST, -floor(log10(0.5_rp*step) + 1.0e-6_rp)))
-  end function places_for
+    decimals = 0
+    if (step > 0) decimals = max(0, min(MOST, -floor(log10(0.5_rp*step) + 1.0e-6_rp)))
+  end function decimals_for
 
   !> x with `places` digits behind the point.
-  function fixed(x, places) result(text)
+  function fixed(x, decimals) result(text)
     real(rp), intent(in) :: x
-    integer, intent(in) :: places
+    integer, intent(in) :: decimals
     character(:), allocatable :: text
     character(40) :: buffer, form
-    write (form, '(a,i0,a)') '(f40.', places, ')'
+    write (form, '(a,i0,a)') '(f40.', decimals, ')'
     write (buffer, form) x
     text = trim(adjustl(buffer))
     if (text(len(text):) == '.') text = text(:len(text) - 1)

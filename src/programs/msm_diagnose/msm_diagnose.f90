@@ -2,8 +2,8 @@
 !> msm_diagnose: what the model of a wing gets wrong in bending tests, and why.
 program msm_diagnose
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-  use base_constants, only: EXIT_OK, EXIT_USER
   use base_errors, only: message_list_t
+  use base_outcome, only: exit_code_of, OUTCOME_DONE, OUTCOME_MISTAKE
   use base_process, only: exit_with, launched_rank
   use common_diagnose_keys, only: write_diagnose_reference
   use common_version, only: print_version
@@ -20,7 +20,7 @@ program msm_diagnose
   call parse_diagnose_command(command, errors)
   ! Whatever runs without MPI is said once, also behind a launcher.
   if (errors%count() > 0 .or. any(command%action == [DIAGNOSE_HELP, DIAGNOSE_VERSION, DIAGNOSE_PARAMETERS])) then
-    if (launched_rank() > 0) call exit_with(EXIT_OK)
+    if (launched_rank() > 0) call exit_with(exit_code_of(OUTCOME_DONE))
     select case (merge(0, command%action, errors%count() > 0))
     case (DIAGNOSE_HELP)
       call print_diagnose_usage(output_unit)
@@ -32,14 +32,14 @@ program msm_diagnose
       call errors%print(error_unit, 'msm_diagnose: ')
       call print_diagnose_usage(error_unit)
     end select
-    call exit_with(merge(EXIT_USER, EXIT_OK, errors%count() > 0))
+    call exit_with(exit_code_of(merge(OUTCOME_MISTAKE, OUTCOME_DONE, errors%count() > 0)))
   end if
 
   call world%start()
   call diagnose%load(command, world)
-  if (diagnose%code == EXIT_OK .and. command%action == DIAGNOSE_CHECK) then
+  if (diagnose%outcome%is_good() .and. command%action == DIAGNOSE_CHECK) then
     if (world%is_root) call diagnose%settings%config%print_effective(output_unit)
-  else if (diagnose%code == EXIT_OK) then
+  else if (diagnose%outcome%is_good()) then
     call diagnose%begin(command)
     if (world%is_root) then
       call diagnose%lead(command)
@@ -50,5 +50,5 @@ program msm_diagnose
     call diagnose%finish()
   end if
   call world%stop()
-  call exit_with(diagnose%code)
+  call exit_with(diagnose%outcome%exit_code())
 end program msm_diagnose

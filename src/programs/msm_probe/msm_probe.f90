@@ -2,8 +2,8 @@
 !> msm_probe wing|measurement FILE: reads a file without a seal before another program does, so that damage which the HDF5
 !> library does not survive ends this process and not the other one. Exit code 0: it can be read, though it may have mistakes.
 program msm_probe
-  use base_constants, only: EXIT_OK, EXIT_USER
   use base_errors, only: failure_t, message_list_t
+  use base_outcome, only: exit_code_of, OUTCOME_DONE, OUTCOME_MISTAKE
   use base_process, only: exit_with
   use measurement_data, only: measurement_t
   use measurement_file, only: read_measurement_unguarded
@@ -21,7 +21,7 @@ program msm_probe
   logical :: is_read
   integer :: length
 
-  if (command_argument_count() /= 2) call exit_with(EXIT_USER)
+  if (command_argument_count() /= 2) call exit_with(exit_code_of(OUTCOME_MISTAKE))
   call get_command_argument(1, kind)
   call get_command_argument(2, length=length)
   allocate (character(length) :: path)
@@ -32,7 +32,7 @@ program msm_probe
   case ('measurement')
     call read_measurement_unguarded(path, .true., measurement, is_read, report, failure)
   case default
-    call exit_with(EXIT_USER)
+    call exit_with(exit_code_of(OUTCOME_MISTAKE))
   end select
-  call exit_with(EXIT_OK)
+  call exit_with(exit_code_of(OUTCOME_DONE))
 end program msm_probe

@@ -2,8 +2,8 @@
 !> msm_train: finds the stiffness of a wing from bending tests.
 program msm_train
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-  use base_constants, only: EXIT_OK, EXIT_USER
   use base_errors, only: message_list_t
+  use base_outcome, only: exit_code_of, outcome_t, OUTCOME_DONE, OUTCOME_MISTAKE
   use base_process, only: exit_with, launched_rank
   use common_train_keys, only: write_train_reference
   use common_version, only: print_version
@@ -15,12 +15,12 @@ program msm_train
   type(train_command_t) :: command
   type(message_list_t) :: errors
   type(world_t) :: world
-  integer :: code
+  type(outcome_t) :: outcome
 
   call parse_train_command(command, errors)
   ! Whatever runs without MPI is said once, also behind a launcher.
   if (errors%count() > 0 .or. any(command%action == [TRAIN_HELP, TRAIN_VERSION, TRAIN_PARAMETERS])) then
-    if (launched_rank() > 0) call exit_with(EXIT_OK)
+    if (launched_rank() > 0) call exit_with(exit_code_of(OUTCOME_DONE))
     select case (merge(0, command%action, errors%count() > 0))
     case (TRAIN_HELP)
       call print_train_usage(output_unit)
@@ -32,11 +32,11 @@ program msm_train
       call errors%print(error_unit, 'msm_train: ')
       call print_train_usage(error_unit)
     end select
-    call exit_with(merge(EXIT_USER, EXIT_OK, errors%count() > 0))
+    call exit_with(exit_code_of(merge(OUTCOME_MISTAKE, OUTCOME_DONE, errors%count() > 0)))
   end if
 
   call world%start()
-  call train_individuals(command, world, code)
+  call train_individuals(command, world, outcome)
   call world%stop()
-  call exit_with(code)
+  call exit_with(outcome%exit_code())
 end program msm_train

@@ -3,12 +3,13 @@
 !> begun. One that cannot be trained does not keep the others from it.
 module train_batch
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use base_constants, only: EXIT_OK, EXIT_STOPPED, EXIT_UNWRITABLE, EXIT_USER
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use base_outcome, only: outcome_t, OUTCOME_DONE, OUTCOME_MISTAKE, OUTCOME_STOPPED, OUTCOME_UNWRITABLE
   use base_process, only: wall_seconds
   use base_text, only: number_text
   use common_wing_doubts, only: print_notices
+  use parallel_outcome, only: agree_on_outcome
   use parallel_world, only: world_t
   use train_command, only: train_command_t, TRAIN_CHECK, TRAIN_RUN
   use train_job, only: training_t
@@ -20,34 +21,36 @@ module train_batch
 
 contains
 
-  !> `code` is that of the program, the same on all ranks. Collective.
-  subroutine train_individuals(command, world, code)
+  !> Does what `command` says; the kind of `outcome` is the same on all ranks. Collective.
+  subroutine train_individuals(command, world, outcome)
     type(train_command_t), intent(in) :: command
     type(world_t), intent(in) :: world
-    integer, intent(out) :: code
+    type(outcome_t), intent(inout) :: outcome
+    type(outcome_t) :: outcome_of_one
     type(summary_t) :: summary
-    integer :: i, n_individuals, code_of_one
+    integer :: i, n_individuals
     logical :: ok
     real(rp) :: begun
     begun = wall_seconds()
-    call check_all(command, world, n_individuals, code)
-    if (code /= EXIT_OK .or. command%action == TRAIN_CHECK) return
+    call check_all(command, world, n_individuals, outcome)
+    if (outcome%kind /= OUTCOME_DONE .or. command%action == TRAIN_CHECK) return
     do i = 1, n_individuals
-      call train_one(command, world, i, wall_seconds() - begun, summary, code_of_one)
-      if (code == EXIT_OK) code = code_of_one
-      if (code_of_one == EXIT_STOPPED .or. code_of_one == EXIT_UNWRITABLE) return
+      call train_one(command, world, i, wall_seconds() - begun, summary, outcome_of_one)
+      if (outcome%kind == OUTCOME_DONE) outcome = outcome_of_one
+      if (any(outcome_of_one%kind == [OUTCOME_STOPPED, OUTCOME_UNWRITABLE])) return
     end do
     ok = .true.
     if (world%is_root .and. command%action == TRAIN_RUN .and. n_individuals > 1) call summary%write(ok)
-    if (.not. ok) code = EXIT_UNWRITABLE
-    code = world%max_integer(code)
+    if (.not. ok) outcome%kind = OUTCOME_UNWRITABLE
+    call agree_on_outcome(world, outcome)
   end subroutine train_individuals
 
   !> Finds the mistakes in the inputs of all, which are printed once, and prints what --check asks for. Collective.
-  subroutine check_all(command, world, n_individuals, code)
+  subroutine check_all(command, world, n_individuals, outcome)
     type(train_command_t), intent(in) :: command
     type(world_t), intent(in) :: world
-    integer, intent(out) :: n_individuals, code
+    integer, intent(out) :: n_individuals
+    type(outcome_t), intent(inout) :: outcome
     type(train_settings_t) :: settings
     type(message_list_t) :: errors, notices
     integer :: i
@@ -61,10 +64,10 @@ contains
       i = i + 1
     end do
     if (n_individuals > 1 .and. command%restart_file /= '') &
-      call errors%add('--restart=FILE goes with one individual; --restart takes the newest backup of each')
-    code = merge(EXIT_USER, EXIT_OK, errors%count() > 0)
-    code = world%max_integer(code)
-    if (world%is_root .and. code /= EXIT_OK) then
+      call errors%add('--restart=FILE is valid with one individual only; --restart takes the newest backup of each')
+    if (errors%count() > 0) call outcome%end_as(OUTCOME_MISTAKE)
+    call agree_on_outcome(world, outcome)
+    if (world%is_root .and. outcome%kind /= OUTCOME_DONE) then
       call errors%print(error_unit, '')
     else if (world%is_root) then
       call print_notices(notices, is_check)
@@ -100,17 +103,17 @@ contains
   end subroutine add_new
 
   !> One individual from its input to its files; `spent` [s] of the wall time is gone. Collective.
-  subroutine train_one(command, world, number, spent, summary, code)
+  subroutine train_one(command, world, number, spent, summary, outcome)
     type(train_command_t), intent(in) :: command
     type(world_t), intent(in) :: world
     integer, intent(in) :: number
     real(rp), intent(in) :: spent
     type(summary_t), intent(inout) :: summary
-    integer, intent(out) :: code
+    type(outcome_t), intent(out) :: outcome
     type(training_t), target :: training
     call training%load(command, number, world)
-    code = training%code
-    if (code /= EXIT_OK) return
+    outcome = training%outcome
+    if (outcome%kind /= OUTCOME_DONE) return
     associate (s => training%settings)
       s%limits%stop_seconds = max(0.0_rp, s%limits%stop_seconds - spent)
       if (world%is_root .and. s%n_individuals > 1) then
@@ -128,7 +131,7 @@ contains
       call training%pool%serve()
     end if
     call training%finish()
-    code = training%code
+    outcome = training%outcome
     if (world%is_root .and. command%action == TRAIN_RUN) &
       call summary%add(training%settings, training%search%space, training%trained, training%has_outcome)
   end subroutine train_one

@@ -40,8 +40,8 @@ contains
     if (arguments%is_final) return
     if (arguments%n_files > 1) call errors%add('too many file names')
     if (arguments%n_files < 1) call errors%add('the name of a parameter file is missing')
-    if (command%restart .and. command%action /= TRAIN_RUN) call errors%add('--restart goes with a run')
-    if (command%overwrite .and. command%action /= TRAIN_RUN) call errors%add('--overwrite goes with a run')
+    if (command%restart .and. command%action /= TRAIN_RUN) call errors%add('--restart is valid with a run only')
+    if (command%overwrite .and. command%action /= TRAIN_RUN) call errors%add('--overwrite is valid with a run only')
   end subroutine parse_train_command
 
   !> Writes how the program is called.

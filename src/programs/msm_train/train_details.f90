@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a report of a training needs besides its outcome: the path of least squares, the profiles behind the intervals,
-!> scalar readings, and how each load was met. Parts of NAME_history.h5; tools/plot_training draws them.
+!> Writes what a report of a training needs besides its outcome: the path of least squares, the profiles behind the intervals,
+!> scalar readings, and how well each load is fitted. They are parts of NAME_history.h5; tools/plot_training draws them.
 module train_details
   use base_errors, only: failure_t
   use base_kinds, only: rp

@@ -41,7 +41,8 @@ contains
       do k = 1, i - 1
         if (number > 1 .or. stem_of(item(measurements, i)) /= stem_of(item(measurements, k))) cycle
         call config%complain(errors, 'Measurement', 'file', 'two measurements are called '// &
-                             quoted(stem_of(item(measurements, i)))//', by which their results are named')
+                             quoted(stem_of(item(measurements, i)))// &
+                             ', and their results have the names of the measurements: rename one')
         return
       end do
     end do

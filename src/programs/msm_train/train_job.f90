@@ -2,14 +2,15 @@
 !> A training from beginning to end: search, polish, files. Rank 0 leads, all ranks solve.
 module train_job
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use base_constants, only: EXIT_NUMERICAL, EXIT_OK, EXIT_STOPPED, EXIT_UNWRITABLE, EXIT_USER
   use base_errors, only: failure_t, message_list_t, require
   use base_kinds, only: i8, rp
+  use base_outcome, only: outcome_t, OUTCOME_DONE, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED, OUTCOME_STOPPED, OUTCOME_UNWRITABLE
   use base_text, only: number_text
   use common_run, only: run_t
   use common_wing_report, only: print_wing
   use io_earlier_results, only: move_earlier_file, EARLIER_SUFFIX
   use io_identity, only: identity_t
+  use parallel_outcome, only: agree_on_outcome
   use parallel_world, only: world_t
   use train_command, only: train_command_t, TRAIN_RUN, TRAIN_SCREEN
   use train_evaluation, only: evaluate_wing, print_loads
@@ -33,10 +34,9 @@ module train_job
     type(train_search_t) :: search
     type(train_log_t) :: log
     type(run_t) :: files        !< that rank 0 writes, and no other run's
-    type(failure_t) :: failure  !< of files
     type(trained_t) :: trained  !< on rank 0, once `has_outcome`
     logical :: has_outcome = .false.
-    integer :: code = EXIT_OK   !< of the program
+    type(outcome_t) :: outcome  !< of the program; its failure is one of files
   contains
     procedure :: load => training_load
     procedure :: begin => training_begin
@@ -47,7 +47,7 @@ module train_job
 
 contains
 
-  !> Reads the input for individual `number`; mistakes are printed, and `code` is then not EXIT_OK. Collective.
+  !> Reads the input for individual `number`; mistakes are printed, and `outcome` is then not good. Collective.
   subroutine training_load(self, command, number, world)
     class(training_t), intent(inout) :: self
     type(train_command_t), intent(in) :: command
@@ -56,10 +56,10 @@ contains
     type(message_list_t) :: errors, ignored
     self%world = world
     call load_train_settings(command%ini, number, command%action == TRAIN_RUN, world, self%settings, errors, ignored)
-    if (errors%count() > 0) self%code = EXIT_USER
+    if (errors%count() > 0) call self%outcome%end_as(OUTCOME_MISTAKE)
     if (world%is_root) call errors%print(error_unit, '')
     flush (error_unit)
-    self%code = world%max_integer(self%code)
+    call agree_on_outcome(world, self%outcome)
   end subroutine training_load
 
   !> Makes all ranks ready for tasks. Collective.
@@ -93,18 +93,18 @@ contains
     real(rp) :: cost
     logical :: has_best
     call open_files(self, command)
-    if (self%failure%failed) return
+    if (self%outcome%failure%failed) return
     call self%pool%stop_rules%listen(self%world)
     call tell_what(self)
     if (.not. self%search%is_done) call self%search%choose_start(self%settings, self%pool, self%log)
     call self%search%run(self%settings, self%pool, self%log)
     if (take_failure(self)) return
-    call write_history(self%settings, self%search%space, self%search%history, self%failure)
+    call write_history(self%settings, self%search%space, self%search%history, self%outcome%failure)
     if (.not. self%pool%is_stopped) then
       call tell_effort(self)
       call self%search%best(has_best, cost, u)
       if (.not. has_best) then
-        self%code = EXIT_NUMERICAL
+        call self%outcome%end_as(OUTCOME_NOT_CONVERGED)
         call self%log%say('failed    no candidate was feasible: are the bounds or the forces wrong?')
         return
       end if
@@ -114,7 +114,7 @@ contains
                          self%trained)
     end if
     if (self%pool%is_stopped) then
-      self%code = EXIT_STOPPED
+      call self%outcome%end_as(OUTCOME_STOPPED)
       call self%pool%poll()
       call self%log%say('stopped early: '//trim(self%pool%stop_rules%reason)// &
                         '; the backup is written, go on with --restart')
@@ -132,18 +132,18 @@ contains
     logical :: ok, has_moved
     call alone%isolate()
     associate (s => self%settings)
-      call self%files%begin(alone, 'msm_train', s%name, command%ini, s%config, self%failure)
+      call self%files%begin(alone, 'msm_train', s%name, command%ini, s%config, self%outcome)
       call patterns%add(s%name//'.log')
       call patterns%add(s%name//'_history.h5')
       call patterns%add(s%result)
       if (.not. command%restart) then
-        call self%files%check_new(command%overwrite, patterns, self%failure)
-        call self%files%settle(self%failure)
+        call self%files%check_new(command%overwrite, patterns, self%outcome)
+        call self%files%settle(self%outcome)
       end if
-      if (self%failure%failed) return
+      if (self%outcome%failure%failed) return
       call self%log%open(.true., s%name//'.log', command%restart, s%choices%progress_seconds, ok)
       if (.not. ok) then
-        call self%failure%raise(s%name//'.log: cannot be written: is the folder missing or the disk full?')
+        call self%outcome%failure%raise(s%name//'.log: cannot be written: is the folder missing or the disk full?')
         return
       end if
       call self%search%init(s, self%pool)
@@ -152,8 +152,8 @@ contains
       else if (command%restart) then
         call restore(self, command)
       end if
-      call self%files%settle(self%failure)
-      if (self%failure%failed) return
+      call self%files%settle(self%outcome)
+      if (self%outcome%failure%failed) return
       self%search%identity = self%files%identity
       call move_earlier_file(s%result, has_moved)
       if (has_moved) call self%log%say('notice: '//s%result//' of an earlier training is '//s%result//EARLIER_SUFFIX//' now')
@@ -168,14 +168,14 @@ contains
     type(message_list_t) :: none, remarks
     type(failure_t) :: judged
     integer :: i
-    call self%search%restore(self%settings, command%restart_file, self%log, was, self%failure)
+    call self%search%restore(self%settings, command%restart_file, self%log, was, self%outcome%failure)
     call self%files%judge(was, [character(0) ::], none, command%accepts, remarks, judged)
-    if (judged%failed) call self%failure%raise(judged%reason)
-    if (self%failure%failed) self%code = EXIT_USER
+    if (judged%failed) call self%outcome%failure%raise(judged%reason)
+    call self%outcome%classify(OUTCOME_MISTAKE)
     do i = 1, remarks%count()
-      if (self%failure%failed .and. was%is_known()) then
-        self%failure%reason = self%failure%reason//new_line('a')//'  '//remarks%text(i)
-      else if (.not. self%failure%failed) then
+      if (self%outcome%failure%failed .and. was%is_known()) then
+        self%outcome%failure%reason = self%outcome%failure%reason//new_line('a')//'  '//remarks%text(i)
+      else if (.not. self%outcome%failure%failed) then
         call self%log%say(remarks%text(i))
       end if
     end do
@@ -185,7 +185,7 @@ contains
   logical function take_failure(self) result(failed)
     class(training_t), intent(inout) :: self
     failed = self%search%failure%failed
-    if (failed) self%failure = self%search%failure
+    if (failed) self%outcome%failure = self%search%failure
   end function take_failure
 
   subroutine tell_what(self)
@@ -237,7 +237,7 @@ contains
       first = last + 2
     end do
     if (.not. trained%is_solved) then
-      self%code = EXIT_NUMERICAL
+      call self%outcome%end_as(OUTCOME_NOT_CONVERGED)
       call self%log%say('failed    the final point has no cold solution in every load, or lies in an excluded zone')
       return
     end if
@@ -247,10 +247,10 @@ contains
     call self%log%say('evaluations '//number_text(int(self%search%evaluations()) + trained%n_evaluations)// &
                       ' in all')
     self%has_outcome = .true.
-    if (trained%has_failed_polish()) self%code = EXIT_NUMERICAL
-    call write_fragment(self%settings, self%search%space, trained, self%failure)
-    call write_history(self%settings, self%search%space, self%search%history, self%failure, trained)
-    if (.not. self%failure%failed) call self%log%say('done: '//self%settings%result//' is the trained wing, for '// &
+    if (trained%has_failed_polish()) call self%outcome%end_as(OUTCOME_NOT_CONVERGED)
+    call write_fragment(self%settings, self%search%space, trained, self%outcome%failure)
+    call write_history(self%settings, self%search%space, self%search%history, self%outcome%failure, trained)
+    if (.not. self%outcome%failure%failed) call self%log%say('done: '//self%settings%result//' is the trained wing, for '// &
                                                      '[include]; '//self%settings%name//'_history.h5 the search')
   end subroutine tell_outcome
 
@@ -266,26 +266,26 @@ contains
       call evaluate_wing(self%settings, self%pool, ok)
     end if
     if (self%pool%is_stopped) then
-      self%code = EXIT_STOPPED
+      call self%outcome%end_as(OUTCOME_STOPPED)
       call self%pool%poll()
       write (output_unit, '(a)') 'stopped early: '//trim(self%pool%stop_rules%reason)//'; not all loads were solved'
       flush (output_unit)
     else if (.not. ok) then
-      self%code = EXIT_NUMERICAL
+      call self%outcome%end_as(OUTCOME_NOT_CONVERGED)
     end if
   end subroutine training_evaluate
 
-  !> Ends the work of all ranks; `code` is the same on all. Collective.
+  !> Ends the work of all ranks; the kind of `outcome` is the same on all. Collective.
   subroutine training_finish(self)
     class(training_t), intent(inout) :: self
     call self%log%close()
     call self%files%finish()
-    if (self%failure%failed) then
-      write (error_unit, '(a)') 'msm_train: '//self%failure%reason
-      if (self%code == EXIT_OK) self%code = merge(self%files%code, EXIT_UNWRITABLE, self%files%code /= EXIT_OK)
+    if (self%outcome%failure%failed) then
+      write (error_unit, '(a)') 'msm_train: '//self%outcome%failure%reason
+      if (self%outcome%kind == OUTCOME_DONE) call self%outcome%classify(OUTCOME_UNWRITABLE)
     end if
     flush (error_unit)
     call self%runner%free()
-    self%code = self%world%max_integer(self%code)
+    call agree_on_outcome(self%world, self%outcome)
   end subroutine training_finish
 end module train_job

@@ -91,7 +91,7 @@ contains
       s%name = of_individual(c%name, s%individual, '')
       s%result = of_individual(c%result, s%individual, '.ini')
       call check_name(s%config, s%name, errors)
-      if (s%result == '') call s%config%complain(errors, 'Saving', 'result', 'must be the name of a file')
+      if (s%result == '') call s%config%complain(errors, 'Saving', 'result', 'is empty: give the name of a file')
       s%checkpoint_every = c%checkpoint_every
       s%limits = c%limits
     end associate
@@ -136,14 +136,14 @@ contains
     select case (s%choices%cost)
     case ('h')
       if (sum(s%experiment%comparisons%n_heights) == 0) &
-        call s%config%complain(errors, 'Train', 'cost', 'h compares heights, of which this measurement has none')
+        call s%config%complain(errors, 'Train', 'cost', 'h compares heights, and this measurement has none: set chi2')
     case ('chi2')
       s%use_chi2 = .true.
     case default
       s%use_chi2 = size(s%measurement%observations) > 0
     end select
     if (s%n_stages == 2 .and. .not. (any(s%free_parameters%numbers == PARAM_YOUNG) .and. s%free_parameters%count() > 1)) &
-     call s%config%complain(errors, 'Train', 'stages', 'the second stage fixes E, and must have something left to seek')
+     call s%config%complain(errors, 'Train', 'stages', 'two stages need E and another free parameter, as the second stage fixes E')
   end subroutine make_experiment
 
   subroutine read_search(s, errors)

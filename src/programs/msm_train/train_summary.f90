@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What several individuals have in common and how they differ: the mean and the standard deviation of every parameter
-!> over individuals, as in the protocol of Truong et al., on the terminal and in NAME_individuals.csv. On rank 0.
+!> Summarises several individuals: the mean and the standard deviation of every parameter, as in the protocol of Truong et al.,
+!> on the terminal and in NAME_individuals.csv. On rank 0.
 module train_summary
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: rp

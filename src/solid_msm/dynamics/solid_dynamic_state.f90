@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What is known of a moving wing at one time.
+!> Holds the state of a moving wing at one time.
 module solid_dynamic_state
   use base_kinds, only: rp
   use base_visitor, only: visited_t, visitor_t

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What takes energy from a wing that moves, as parameters with a value at which nothing happens.
+!> Describes what takes energy from a wing that moves, as parameters with a null value at which it does nothing.
 !>
 !> | name | what | unit | null |
 !> |---|---|---|---|

@@ -36,14 +36,14 @@ contains
     if (.not. site%effects%has_damage()) return
     lost = site%values(1) - 1
     do s = 1, site%springs%n
-      stiffness%extension(s) = stiffness%extension(s)*(1 + lost*damage_weight(site%effects%disc, site%layout%spring_place(:, s)))
+      stiffness%extension(s) = stiffness%extension(s)*(1 + lost*damage_weight(site%effects%disc, site%layout%spring_site(:, s)))
     end do
     do h = 1, size(site%plans)
-      stiffness%hinge(h) = stiffness%hinge(h)*(1 + lost*damage_weight(site%effects%disc, site%layout%hinge_place(:, h)))
+      stiffness%hinge(h) = stiffness%hinge(h)*(1 + lost*damage_weight(site%effects%disc, site%layout%hinge_site(:, h)))
     end do
     do e = 1, size(stiffness%edge)
-      stiffness%edge(e) = stiffness%plate*lost*(damage_weight(site%effects%disc, site%layout%edge_place(:, 1, e)) + &
-                                                damage_weight(site%effects%disc, site%layout%edge_place(:, 2, e)))/2
+      stiffness%edge(e) = stiffness%plate*lost*(damage_weight(site%effects%disc, site%layout%edge_site(:, 1, e)) + &
+                                                damage_weight(site%effects%disc, site%layout%edge_site(:, 2, e)))/2
     end do
     stiffness%has_edges = .true.
   end subroutine apply_damage
@@ -67,11 +67,11 @@ contains
     integer :: i
     associate (k => stiffness)
       do i = 1, n_springs
-        w = damage_weight(disc, layout%spring_place(:, i))
+        w = damage_weight(disc, layout%spring_site(:, i))
         direction%extension(i) = k%extension(i)*fraction_of(w)
       end do
       do i = 1, size(k%hinge)
-        w = damage_weight(disc, layout%hinge_place(:, i))
+        w = damage_weight(disc, layout%hinge_site(:, i))
         direction%hinge(i) = k%hinge(i)*fraction_of(w)
         direction%cubic(i) = k%cubic(i)*fraction_of(w)
         direction%lift(i) = k%lift(i)*fraction_of(w)
@@ -79,7 +79,7 @@ contains
         direction%camber_moment(i) = k%camber_moment(i)*fraction_of(w)
       end do
       do i = 1, size(k%edge)
-        w = (damage_weight(disc, layout%edge_place(:, 1, i)) + damage_weight(disc, layout%edge_place(:, 2, i)))/2
+        w = (damage_weight(disc, layout%edge_site(:, 1, i)) + damage_weight(disc, layout%edge_site(:, 2, i)))/2
         direction%edge(i) = (k%plate + k%edge(i))*fraction_of(w)
         direction%arch(i) = k%arch(i)*fraction_of(w)
       end do

@@ -57,8 +57,8 @@ contains
     text%cause = 'soft_place'
     text%title = 'a joint that the model does not have'
     text%sentence = 'One vein is softer (or stiffer) at one place than it looks: an unseen joint, a crack or a repair.'
-    text%definition = 'factor on the stiffness of the hinge at `[Wing] soft_place` = VEIN SHARE: the point inside the vein '// &
-                      'nearest to this share of its length'
+    text%definition = 'factor on the stiffness of the hinge at `[Wing] soft_place` = VEIN FRACTION: the point inside the vein '// &
+                      'nearest to this fraction of its length'
     text%data = 'loads beyond the place'
     text%confused = 'neighbouring joints, damage'
     call word_factor(text%words(1), SCALE_FACTOR, 'Vein @ bends less easily:', 'Vein @ bends more easily:', 'stiffer', &

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The effects of a wing: what it may do beyond the usual model, as parameters with a value at which nothing happens.
+!> Lists the effects of a wing: what it may do beyond the basic model, as parameters with a null value at which they do nothing.
 !>
 !> `list_effects` is the list of all; an effect is added by its line there. The order is that of the parameters, so that files of
 !> older runs stay right: parameters of the whole wing first, then those of each joint.
@@ -243,8 +243,8 @@ contains
   end function modulus_factors
 
   !> The words for parameter `name` at `place` with a value of about `best`; `words%is_known` is false if no effect has it.
-  subroutine effect_wording(name, place, best, words)
-    character(*), intent(in) :: name, place
+  subroutine effect_wording(name, site, best, words)
+    character(*), intent(in) :: name, site
     real(rp), intent(in) :: best
     type(wording_t), intent(out) :: words
     type(effect_t), allocatable :: list(:)
@@ -260,7 +260,7 @@ contains
           where = name(n + 1:)
         else
           if (name /= list(e)%parameters(k)%name(:n)) cycle
-          where = place
+          where = site
         end if
         call list(e)%tell(text)
         words = text%words(k)

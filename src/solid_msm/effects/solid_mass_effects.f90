@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What may be wrong with the inertia of a wing, as parameters with a value at which nothing happens.
+!> Describes what may be wrong with the inertia of a wing, as parameters with a null value at which they do nothing.
 !>
 !> | name | what | unit | null |
 !> |---|---|---|---|

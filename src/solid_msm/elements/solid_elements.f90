@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes the elements of a wing's model and gives them their places in the matrix.
+!> Makes the elements of a wing's model and assigns them their entries of the matrix.
 module solid_elements
   use base_kinds, only: rp
   use solid_edges, only: edges_t
@@ -184,8 +184,8 @@ contains
     allocate (springs%blocks(3, springs%n))
     do s = 1, springs%n
       associate (f => free(springs%nodes(:, s)))
-        springs%blocks(:, s) = [pattern%place(f(1), f(1)), pattern%place(f(2), f(2)), &
-                                abs(pattern%place(f(1), f(2)))]
+        springs%blocks(:, s) = [pattern%block_index(f(1), f(1)), pattern%block_index(f(2), f(2)), &
+                                abs(pattern%block_index(f(1), f(2)))]
       end associate
     end do
     do h = 1, size(hinges)
@@ -218,7 +218,7 @@ contains
     integer :: i, j
     do j = 1, size(points)
       do i = 1, j
-        blocks(i, j) = pattern%place(points(i), points(j))
+        blocks(i, j) = pattern%block_index(points(i), points(j))
       end do
     end do
   end subroutine find_blocks
@@ -234,7 +234,7 @@ contains
     do e = 1, plate%n
       do j = 1, 4
         do i = 1, j
-          plate%places(i, j, e) = pattern%place(free(plate%nodes(i, e)), free(plate%nodes(j, e)))
+          plate%places(i, j, e) = pattern%block_index(free(plate%nodes(i, e)), free(plate%nodes(j, e)))
           b = abs(plate%places(i, j, e))
           plate%blocks(i, j, e) = b
           if (b > 0) plate%tangent(b) = plate%tangent(b) + plate%weights(i, e)*plate%weights(j, e)

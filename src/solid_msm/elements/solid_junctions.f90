@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Which pairs of vein segments are joined by a bending hinge.
+!> Finds the pairs of vein segments that a bending hinge joins.
 !>
 !> Along a vein every two consecutive segments are. A vein that ends at the clamped root gets a ghost
 !> point, which prolongs its first segment backwards and is clamped too. Where veins meet, the

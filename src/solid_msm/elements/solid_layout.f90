@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Where the elements of a model lie in the unloaded wing: what laws that depend on the place need.
+!> Tells where the elements of a model lie in the unloaded wing, for laws that depend on the site.
 module solid_layout
   use base_kinds, only: rp
   use solid_arch, only: bends_of_curvature, turns_of_curvature
@@ -15,10 +15,10 @@ module solid_layout
   !> Constant once made.
   type :: layout_t
     real(rp) :: mean_diameter = 0                !< [m] of the veins, the reference of `diameter_exponent`
-    real(rp), allocatable :: spring_place(:, :)  !< (2, springs) [m] x, y of the middles
+    real(rp), allocatable :: spring_site(:, :)  !< (2, springs) [m] x, y of the middles
     real(rp), allocatable :: spring_cosine(:)    !< (springs) cos 2 phi, phi the angle to x
-    real(rp), allocatable :: hinge_place(:, :)   !< (2, hinges) [m] of their points
-    real(rp), allocatable :: edge_place(:, :, :) !< (2, 2, edges of the plate) [m] centroids of both triangles
+    real(rp), allocatable :: hinge_site(:, :)   !< (2, hinges) [m] of their points
+    real(rp), allocatable :: edge_site(:, :, :) !< (2, 2, edges of the plate) [m] centroids of both triangles
     real(rp), allocatable :: spring_width(:)     !< (springs) [m] of membrane whose isotropic tension a spring carries
     real(rp), allocatable :: edge_bend(:, :)     !< (3, edges of the plate) what bends them for unit curvatures [m]
     real(rp), allocatable :: hinge_turn(:, :)    !< (3, hinges) [m] by how much they turn for unit curvatures
@@ -36,26 +36,26 @@ contains
     type(plate_t), intent(in) :: plate
     type(layout_t), intent(inout) :: layout
     integer :: s, h, e
-    allocate (layout%spring_place(2, springs%n), layout%spring_cosine(springs%n), layout%hinge_place(2, size(plans)), &
-              layout%edge_place(2, 2, plate%n))
+    allocate (layout%spring_site(2, springs%n), layout%spring_cosine(springs%n), layout%hinge_site(2, size(plans)), &
+              layout%edge_site(2, 2, plate%n))
     layout%spring_width = tension_widths(points, triangles, springs)
     layout%edge_bend = bends_of_curvature(points, plate)
     do s = 1, springs%n
-      layout%spring_place(:, s) = sum(points(:2, springs%nodes(:, s)), 2)/2
+      layout%spring_site(:, s) = sum(points(:2, springs%nodes(:, s)), 2)/2
       associate (d => springs%d0(:, s))
         layout%spring_cosine(s) = (d(1)**2 - d(2)**2)/(d(1)**2 + d(2)**2)
       end associate
     end do
     allocate (layout%hinge_turn(3, size(plans)))
     do h = 1, size(plans)
-      layout%hinge_place(:, h) = points(:2, plans(h)%nodes(2))
+      layout%hinge_site(:, h) = points(:2, plans(h)%nodes(2))
       layout%hinge_turn(:, h) = turns_of_curvature(points(:2, plans(h)%nodes(1)), points(:2, plans(h)%nodes(3)), &
                                                    sum(plans(h)%lengths)/2)
     end do
     do e = 1, plate%n
       associate (n => plate%nodes(:, e))
-        layout%edge_place(:, 1, e) = sum(points(:2, n([1, 2, 3])), 2)/3
-        layout%edge_place(:, 2, e) = sum(points(:2, n([1, 2, 4])), 2)/3
+        layout%edge_site(:, 1, e) = sum(points(:2, n([1, 2, 3])), 2)/3
+        layout%edge_site(:, 2, e) = sum(points(:2, n([1, 2, 4])), 2)/3
       end associate
     end do
   end subroutine make_layout

@@ -78,7 +78,7 @@ contains
     self%n_points = size(wing%points, 2)
     self%triangles = wing%triangles
     if (size(wing%root) == 0) then
-      call failure%raise('the wing has no clamped root points')
+      call failure%raise('the wing has no clamped points: name some in /root of the wing file')
       return
     end if
     call plan_hinges(wing, self%plans, ghosts, stray)
@@ -174,9 +174,9 @@ contains
       end do
     end do
     if (has_need(NEED_SIDED_JOINTS) .and. .not. params%effects%has_sides) &
-      call failure%raise('one-way joints must have sides')
+      call failure%raise('one-way joints must have sides: set [Wing] sided_joints = yes')
     if (has_need(NEED_SIDED_VEINS) .and. .not. params%effects%has_sided_veins) &
-      call failure%raise('veins that resist torsion or are curved must have sides')
+      call failure%raise('veins that resist torsion or are curved must have sides: set [Wing] sided_veins = yes')
     if (has_need(NEED_NO_SLACK) .and. params%slack < 1) &
       call failure%raise('a membrane that goes slack where it is shorter cannot have a pretension')
   end subroutine check_needs

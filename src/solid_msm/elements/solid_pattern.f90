@@ -15,7 +15,7 @@ module solid_pattern
     integer, allocatable :: start(:), rows(:)
     integer, allocatable :: colptr(:), rowind(:) !< of the scalar upper triangle, 0-based
   contains
-    procedure :: place => pattern_place
+    procedure :: block_index => pattern_block_index
     procedure :: pack => pattern_pack
     procedure :: multiply => pattern_multiply
     procedure :: add_diagonal => pattern_add_diagonal
@@ -95,19 +95,19 @@ contains
     self%colptr(3*n + 1) = place
   end subroutine find_scalars
 
-  !> Block of row i and column j <= its place, or minus the place of (j, i) when i > j; 0 when one of
+  !> Number of the block of row i and column j, or minus that of (j, i) where i > j; 0 where one of
   !> them is 0 (clamped) or the pair is not in the pattern.
-  pure integer function pattern_place(self, i, j) result(place)
+  pure integer function pattern_block_index(self, i, j) result(block)
     class(pattern_t), intent(in) :: self
     integer, intent(in) :: i, j
     integer :: k
-    place = 0
+    block = 0
     if (min(i, j) < 1) return
     do k = self%start(max(i, j)), self%start(max(i, j) + 1) - 1
-      if (self%rows(k) == min(i, j)) place = k
+      if (self%rows(k) == min(i, j)) block = k
     end do
-    if (i > j) place = -place
-  end function pattern_place
+    if (i > j) block = -block
+  end function pattern_block_index
 
   !> values(nnz) of the scalar columns from blocks(3, 3, n_blocks).
   pure subroutine pattern_pack(self, blocks, values)

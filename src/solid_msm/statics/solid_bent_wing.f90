@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A wing at rest under dead loads in the frame of the laboratory, on a clamp that may give way, and how its points move
-!> when anything changes.
+!> Computes the shape of a wing at rest under dead loads in the frame of the laboratory, on a clamp that may give way, and how
+!> its points move when anything changes.
 !>
 !> A clamp with the compliances c = (twist, flap) turns by theta = (twist Mx, flap My, 0) about the centre of the clamped
 !> points, M the moment of the loads there. The unknown u is the displacement in the frame of the clamp, where the load is

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Descent of the potential to a stable equilibrium: how a wing falls from a fold of its loading path.
+!> Descends the potential to a stable equilibrium, where the loading path of a wing meets a fold.
 !>
 !> Newton directions of the exact tangent where it is positive definite and the residual is small, and
 !> of its positive semidefinite part elsewhere, with a line search on the potential and a proximal

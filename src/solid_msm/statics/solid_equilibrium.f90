@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Residual, potential and factorised tangent of the static problem at one stage of its loading path,
-!> and the arrays that the algorithms of the statics work in.
+!> Computes residual, potential and factorised tangent of the static problem at one stage of its loading path, and holds the
+!> work arrays of the statics.
 !>
 !> At stage t of a path from the unloaded state the residual is dE/du - t F. For a warm start with the
 !> residual g0 it is dE/du - F - (1 - t) g0, which turns the old problem into the new one; for dead

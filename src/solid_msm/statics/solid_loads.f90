@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Loads on a wing: dead forces at points or inside triangles, gravity, end couples of beams, and
-!> springs to the ground.
+!> Holds the loads on a wing: dead forces at points or inside triangles, gravity, end couples of beams, and springs to the
+!> ground.
 module solid_loads
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -58,10 +58,10 @@ contains
 
   !> Adds force(3) [N] at the place (x, y) [m] of the unloaded wing: at the triangle that holds it,
   !> shared between its corners by the barycentric weights. Fails outside the membrane.
-  subroutine load_add_at(self, model, place, force, failure)
+  subroutine load_add_at(self, model, site, force, failure)
     class(load_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
-    real(rp), intent(in) :: place(2), force(3)
+    real(rp), intent(in) :: site(2), force(3)
     type(failure_t), intent(inout) :: failure
     real(rp), parameter :: TOLERANCE = 1.0e-9_rp
     real(rp) :: w(3), area
@@ -70,7 +70,7 @@ contains
       associate (a => model%points(:2, model%triangles(1, t)), b => model%points(:2, model%triangles(2, t)), &
                  d => model%points(:2, model%triangles(3, t)))
         area = twice_area(a, b, d)
-        w = [twice_area(place, b, d), twice_area(a, place, d), twice_area(a, b, place)]/area
+        w = [twice_area(site, b, d), twice_area(a, site, d), twice_area(a, b, site)]/area
       end associate
       if (minval(w) < -TOLERANCE) cycle
       do c = 1, 3
@@ -78,7 +78,7 @@ contains
       end do
       return
     end do
-    call failure%raise('the load does not act on the wing''s membrane')
+    call failure%raise('the load acts beside the membrane of the wing')
   end subroutine load_add_at
 
   pure real(rp) function twice_area(a, b, c) result(area)
@@ -157,18 +157,18 @@ contains
         h = -factor*couple%moment*(outer(p, q) + outer(q, p))
         i = model%free(couple%nodes(1))
         j = model%free(couple%nodes(2))
-        b = model%pattern%place(i, i)
+        b = model%pattern%block_index(i, i)
         if (b > 0) blocks(:, :, b) = blocks(:, :, b) - h
-        b = model%pattern%place(j, j)
+        b = model%pattern%block_index(j, j)
         if (b > 0) blocks(:, :, b) = blocks(:, :, b) - h
-        b = abs(model%pattern%place(i, j))
+        b = abs(model%pattern%block_index(i, j))
         if (b > 0) blocks(:, :, b) = blocks(:, :, b) + h
       end associate
     end do
     do c = 1, size(self%supports)
       i = model%free(self%supports(c)%point)
       if (i == 0) cycle
-      b = model%pattern%place(i, i)
+      b = model%pattern%block_index(i, i)
       do k = 1, 3
         blocks(k, k, b) = blocks(k, k, b) + self%supports(c)%stiffness(k)
       end do

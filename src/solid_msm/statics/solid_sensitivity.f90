@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Derivatives of an equilibrium shape with respect to the parameters, by one back-substitution each.
+!> Differentiates an equilibrium shape with respect to the parameters, by one back-substitution each.
 !>
 !> The equilibrium g(u, p) = F gives du/dp = -K^-1 dg/dp; K is factorised already when the statics end.
 !> The parameter may be any that changes the stiffness, also one that the model does not have (see

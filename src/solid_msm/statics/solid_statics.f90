@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Static equilibrium, defined as the end of the quasi-static loading path from the unloaded state.
+!> Solves for static equilibrium, defined as the end of the quasi-static loading path from the unloaded state.
 !>
 !> A loaded wing has many stable equilibria, so the path decides. It is followed in stages, each corrected by Newton's method
 !> (solid_path_correction). A tangent that is not positive definite marks a fold; there the wing falls to the next stable

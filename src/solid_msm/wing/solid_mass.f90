@@ -79,7 +79,8 @@ contains
     if (mass%area > 0) mass%thickness = mass%membrane/(mass%area*params%vein_density)
     do i = 1, size(mass%nodal)
       if (mass%nodal(i) > 0) cycle
-      call messages%add('mass: point '//number_text(i)//' (counted from 1) has no mass')
+      call messages%add('mass: point '//number_text(i)// &
+                        ' (counted from 1) has no mass: give the veins or the membrane a mass there')
       return
     end do
     mass%centre = matmul(wing%points, mass%nodal)/mass%total

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Disjoint sets of the numbers 1 to n as a forest: parent(i) of a number, itself for the smallest one of a set.
+!> Joins the numbers 1 to n into disjoint sets, as a forest: parent(i) of a number, itself for the smallest one of a set.
 module solid_sets
   implicit none
   private

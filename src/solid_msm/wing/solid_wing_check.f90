@@ -204,7 +204,7 @@ contains
     n = size(points, 2)
     near = SAME*diagonal(points)
     if (.not. near > 0) then
-      call report%add('/points', 'all points are at one place')
+      call report%add('/points', 'all points coincide')
       return
     end if
     ! Slices of x wider than `near`: equal points lie in the same or in neighbouring ones.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Whether parts of a wing hang on the rest by a single point about which they could turn freely.
+!> Finds parts of a wing that hang on the rest by a single point about which they could turn freely.
 !>
 !> Triangles with a common edge and the segments of veins along them form bodies, and so do segments joined by a bending
 !> hinge; a hinge at the root joins a body to the ground. Bodies, the ground among them, share points. A point whose

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A number that tells wings apart: all that bends, which is points, membrane, veins with their diameters, joints and root.
-!> Titles, `z_side` and masses are no part of it, nor is the layout of the file.
+!> Computes a number that tells wings apart. It depends on all that bends: points, membrane, veins with their diameters, joints
+!> and root. Titles, `z_side` and masses are no part of it, nor is the layout of the file.
 module solid_wing_fingerprint
   use base_checksum, only: checksum_add, checksum_integers, checksum_reals, checksum_text
   use base_kinds, only: i8, rp

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The same wing on a mesh of half the size, to tell what the mesh does.
+!> Makes the same wing on a mesh of half the size, to estimate the error of the mesh.
 module solid_wing_refine
   use base_kinds, only: rp
   use solid_params, only: solid_params_t

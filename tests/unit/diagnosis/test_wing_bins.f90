@@ -46,7 +46,7 @@ contains
     bins%load = [1, 1, 1, 2]
     bins%cell = reshape([1, 1, 2, 1, 3, 1, 1, 1], [2, N])
     bins%pixels = [9, 3, 1, 9]
-    allocate (bins%place(2, N), bins%spread(2, N))
+    allocate (bins%site(2, N), bins%spread(2, N))
     bins%loaded = spread(LOADED, 1, N)
     bins%unloaded = spread(UNLOADED, 1, N)
     do k = 1, 9
@@ -57,8 +57,8 @@ contains
     pixels(:, :, 4) = pixels(:, :, 1)
     do b = 1, N
       associate (own => pixels(:, :bins%pixels(b), b))
-        bins%place(:, b) = sum(own, 2)/bins%pixels(b)
-        bins%spread(:, b) = sum((own - spread(bins%place(:, b), 2, bins%pixels(b)))**2, 2)/bins%pixels(b)
+        bins%site(:, b) = sum(own, 2)/bins%pixels(b)
+        bins%spread(:, b) = sum((own - spread(bins%site(:, b), 2, bins%pixels(b)))**2, 2)/bins%pixels(b)
       end associate
     end do
   end subroutine make

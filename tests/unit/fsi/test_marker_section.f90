@@ -38,13 +38,13 @@ program test_marker_section
 
 contains
 
-  subroutine place(h)
+  subroutine site(h)
     real(rp), intent(in) :: h
     call markers%init(sheet%points, sheet%triangles, h, .true.)
     if (allocated(x)) deallocate (x)
     allocate (x(3, markers%n))
     call markers%positions(sheet%points, x)
-  end subroutine place
+  end subroutine site
 
   !> A flat strip of length 1: n equal intervals, the ends included, in the middle of its width.
   subroutine check_strip(h, n)
@@ -53,7 +53,7 @@ contains
     real(rp) :: wanted(3, n + 1), middle
     integer :: k
     logical :: there
-    call place(h)
+    call site(h)
     middle = (minval(sheet%points(2, :)) + maxval(sheet%points(2, :)))/2
     wanted = reshape([(real(k, rp)/n, middle, 0.0_rp, k=0, n)], [3, n + 1])
     call kit%check('a strip has n + 1 stations', markers%n == n + 1)
@@ -146,7 +146,7 @@ contains
   subroutine test_curved()
     sheet = grid_sheet(5.5_rp, 1.0_rp, 110, 3)
     call bend(sheet, 1.0_rp)
-    call place(0.25_rp)
+    call site(0.25_rp)
     call kit%check('a curved strip has its stations along the arc', markers%n == 23)
     call kit%check_below('on the polygon', maxval(abs(hypot(x(1, :), 1 - x(3, :)) - 1)), 4.0e-4_rp)
     call kit%check_below('in the middle', maxval(abs(x(2, :) - 0.5_rp)), BOUND)
@@ -163,15 +163,15 @@ contains
         if (p(1) > 0.8_rp) p = [0.8_rp, p(2), p(1) - 0.8_rp]
       end associate
     end do
-    call place(0.1_rp)
+    call site(0.1_rp)
     call kit%check('a fold has a station', any(norm2(x - spread([0.8_rp, 0.5_rp, 0.0_rp], 2, markers%n), 1) < BOUND))
     call kit%check('but is no edge', count(markers%is_edge) == 2)
     before = x
     call shake(sheet, 1.0e-15_rp)
-    call place(0.1_rp)
+    call site(0.1_rp)
     call kit%check('round-off has no say', size(x) == size(before))
     if (size(x) == size(before)) call kit%check_below('in where', maxval(abs(x - before)), 1.0e-12_rp)
-    call place(1.2_rp)
+    call site(1.2_rp)
     call kit%check('a fold too near to an end is left out', markers%n == 2 .and. markers%left_out == 1)
     call kit%check_close('as far from the next as on its line', markers%least, hypot(0.8_rp, 1.2_rp)/1.2_rp, rtol=1.0e-12_rp)
   end subroutine test_folded
@@ -182,7 +182,7 @@ contains
     real(rp) :: rows(17, 3)
     integer :: k
     sheet = grid_sheet(1.0_rp, 1.0_rp, 16, 2)
-    call place(1/8.0_rp)
+    call site(1/8.0_rp)
     allocate (f(3, markers%n), at_markers(3, markers%n))
     allocate (u(3, size(sheet%points, 2)), at_nodes(3, size(sheet%points, 2)))
     f = reshape([(sin(1.7_rp*k), k=1, size(f))], shape(f))

@@ -75,7 +75,7 @@ contains
       end do
     end do
     beam%labels%hold = -1
-    allocate (beam%labels%surface(28*n), beam%labels%block(28*n), beam%labels%place(2, 28*n))
+    allocate (beam%labels%surface(28*n), beam%labels%block(28*n), beam%labels%site(2, 28*n))
     k = 0
     do s = 1, n
       do j = 1, 4
@@ -83,7 +83,7 @@ contains
           k = k + 1
           beam%labels%surface(k) = s
           beam%labels%block(k) = s
-          beam%labels%place(:, k) = [0.1_rp + 0.14_rp*(i - 1) + 0.01_rp*j, 0.2_rp*(j - 2.5_rp)/1.5_rp]
+          beam%labels%site(:, k) = [0.1_rp + 0.14_rp*(i - 1) + 0.01_rp*j, 0.2_rp*(j - 2.5_rp)/1.5_rp]
         end do
       end do
     end do
@@ -117,9 +117,9 @@ contains
       beam%effects(E_SOFT)%variants(i) = variant_t('', [P_SOFT + i - 1], [soft_place(i), 0.0_rp])
     end do
     allocate (beam%family(4*N_BUMPS), source=1)
-    allocate (beam%pattern_place(2, 4*N_BUMPS), source=0.0_rp)
+    allocate (beam%pattern_site(2, 4*N_BUMPS), source=0.0_rp)
     beam%family(2*N_BUMPS + 1:) = 2
-    beam%pattern_place(1, :) = [(bump_place(i), i=1, 4*N_BUMPS)]
+    beam%pattern_site(1, :) = [(bump_place(i), i=1, 4*N_BUMPS)]
   end subroutine make_beam
 
   subroutine enter(effect, name, columns)
@@ -159,8 +159,8 @@ contains
     end do
     do k = 1, size(w)
       l = self%labels%surface(k)
-      x = self%labels%place(1, k)
-      y = self%labels%place(2, k)
+      x = self%labels%site(1, k)
+      y = self%labels%site(2, k)
       a = self%load(1, l)
       b = self%load(2, l)
       f = self%load(3, l)*exp(q(P_GAIN)) + q(P_OFFSET)
@@ -204,8 +204,8 @@ contains
     do k = 1, size(noise)
       l = self%labels%surface(k)
       self%data(k) = self%data(k) + sigma*noise(k) + &
-                     self%tilt_sd*(tilt(3*l - 2) + tilt(3*l - 1)*self%labels%place(1, k) &
-                                   + tilt(3*l)*self%labels%place(2, k))
+                     self%tilt_sd*(tilt(3*l - 2) + tilt(3*l - 1)*self%labels%site(1, k) &
+                                   + tilt(3*l)*self%labels%site(2, k))
     end do
     self%labels%observed = self%data
     self%hidden = 0
@@ -264,8 +264,8 @@ contains
     ds = 1.0_rp/STATIONS
     do k = 1, self%n_observations
       l = self%labels%surface(k)
-      x = self%labels%place(1, k)
-      y = self%labels%place(2, k)
+      x = self%labels%site(1, k)
+      y = self%labels%site(2, k)
       a = self%load(1, l)
       b = self%load(2, l)
       f = self%load(3, l)

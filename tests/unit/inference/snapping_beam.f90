@@ -9,20 +9,20 @@ module snapping_beam
   use least_squares_state, only: solver_state_t
   implicit none
   private
-  public :: place_t, snapping_t
+  public :: site_t, snapping_t
 
   real(rp), parameter :: HEIGHT = 3.0_rp !< of the other shape over that of the model, in sd of the noise
 
-  type, extends(solver_state_t) :: place_t
+  type, extends(solver_state_t) :: site_t
     logical :: is_snapped = .false., is_known = .false.
     real(rp) :: x = 0                      !< of the parameter that decides
-  end type place_t
+  end type site_t
 
   type, extends(beam_t) :: snapping_t
     integer :: surface = 5, column = 1     !< that snaps, parameter that decides
     real(rp) :: farthest = huge(1.0_rp)    !< step at which it does not snap
     real(rp) :: fold = huge(1.0_rp)        !< it has the other shape above
-    type(place_t) :: here, tried
+    type(site_t) :: here, tried
   contains
     procedure :: evaluate => snapping_evaluate
     procedure :: accept => snapping_accept
@@ -39,7 +39,7 @@ contains
     real(rp), intent(out) :: residuals(:), jacobian(:, :)
     logical, intent(out) :: is_valid
     call self%beam_t%evaluate(q, columns, residuals, jacobian, is_valid)
-    self%tried = place_t(is_snapped=self%here%is_snapped, is_known=.true., x=q(self%column))
+    self%tried = site_t(is_snapped=self%here%is_snapped, is_known=.true., x=q(self%column))
     associate (x => self%tried%x)
       if (self%here%is_known .and. abs(x - self%here%x) > self%farthest) self%tried%is_snapped = .true.
       if (x > self%fold) self%tried%is_snapped = .true.
@@ -47,7 +47,7 @@ contains
     if (.not. self%tried%is_snapped) return
     ! Not a tilt or a piston, which are nuisances.
     where (self%labels%surface == self%surface)
-      residuals = residuals + HEIGHT*self%sigma*sin(20*self%labels%place(1, :))
+      residuals = residuals + HEIGHT*self%sigma*sin(20*self%labels%site(1, :))
     end where
   end subroutine snapping_evaluate
 
@@ -68,7 +68,7 @@ contains
     logical, intent(in), optional :: only_shapes
     if (present(only_shapes)) call self%beam_t%set_state(state, only_shapes)
     select type (state)
-    type is (place_t)
+    type is (site_t)
       self%here = state
     end select
   end subroutine snapping_set_state

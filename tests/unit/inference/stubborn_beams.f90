@@ -32,7 +32,7 @@ contains
     real(rp) :: e(self%n_observations)
     integer :: k
     do k = 1, size(e)
-      associate (x => self%labels%place(1, k), y => self%labels%place(2, k), &
+      associate (x => self%labels%site(1, k), y => self%labels%site(2, k), &
                  load => self%load(:, self%labels%surface(k)))
         e(k) = self%size*self%sigma*merge(x**2*load(1)**2, x*y, is_above)*load(3)
       end associate

@@ -146,17 +146,17 @@ contains
     type(calibration_t) :: calibration
     type(design_t) :: one, many
     real(rp) :: alone, anywhere
-    integer :: i, place
+    integer :: i, site
     call calibration%init(design, size(beam%effects), .true., 1000, 5_i8)
     ! A soft place in the middle, and others wherever the first kind of unknown causes has a pattern.
-    place = first_of(E_SOFT) + 5
+    site = first_of(E_SOFT) + 5
     one = design
     where (one%candidates%effect == E_SOFT) one%candidates%effect = 0
-    one%candidates(place)%effect = E_SOFT
-    one%candidates(place)%weight = 1
+    one%candidates(site)%effect = E_SOFT
+    one%candidates(site)%weight = 1
     many = one
     do i = 1, size(design%families(1)%alone, 2)
-      many%candidates = [many%candidates, one%candidates(place)]
+      many%candidates = [many%candidates, one%candidates(site)]
       many%candidates(size(many%candidates))%basis(:, 1) = design%families(1)%alone(:, i)
     end do
     call check(abs(5*exp(log_prior(1, 5)) - PRIOR_ONE) + abs(10*exp(log_prior(2, 5)) - PRIOR_TWO) < 1.0e-12_rp, &

@@ -12,7 +12,7 @@ program test_refits
   use inference_engine, only: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
   use inference_refit, only: fit_nested
   use inference_top_candidates, only: refit_top_candidates
-  use snapping_beam, only: place_t, snapping_t
+  use snapping_beam, only: site_t, snapping_t
   use stubborn_beams, only: curled_t, fickle_t
   use testkit, only: testkit_t
   implicit none
@@ -45,7 +45,7 @@ contains
     call run_diagnosis(beam, reshape(q0, [N_ALL, 1]), options, smooth, failure)
     call t%check('the joint is named where nothing snaps', smooth%decision%verdict == VERDICT_NAMED .and. &
                  all(smooth%decision%set == E_ONE_WAY))
-    beam%here = place_t()
+    beam%here = site_t()
     beam%farthest = 1.3_rp
     call run_diagnosis(beam, reshape(q0, [N_ALL, 1]), options, snapping, failure)
     call t%check('and where the way back snaps', snapping%decision%verdict == VERDICT_NAMED .and. &

@@ -52,8 +52,8 @@ contains
       associate (family => design%families(f))
         at = 1 + int(stream%uniform()*size(family%shown))
         z = z + merge(8, -8, modulo(i, 4) < 2)*family%alone(:, at)
-        call find_region(design, z, beam%pattern_place, DISTANCE, region)
-        n = merge(1, 0, region%family == f .and. region%is_one_place)
+        call find_region(design, z, beam%pattern_site, DISTANCE, region)
+        n = merge(1, 0, region%family == f .and. region%is_one_site)
         other = other + 1 - n
         if (n == 1 .and. any(region%pattern == family%shown(at))) held = held + 1
       end associate
@@ -75,38 +75,38 @@ contains
   !> one that holds both; what lies beside them by more than two places is not in it.
   subroutine test_field()
     type(region_t) :: region
-    real(rp) :: z(design%k), place
+    real(rp) :: z(design%k), site
     integer :: i, n
     logical :: has(2)
     associate (family => design%families(1))
       z = 40*(family%alone(:, findloc_of(family%shown, 2)) - family%alone(:, findloc_of(family%shown, 8)))
-      call find_region(design, z, beam%pattern_place, DISTANCE, region)
-      call test%check('two places are a field', region%is_found .and. .not. region%is_one_place)
+      call find_region(design, z, beam%pattern_site, DISTANCE, region)
+      call test%check('two places are a field', region%is_found .and. .not. region%is_one_site)
       has = .false.
       do i = 1, size(region%pattern)
-        place = beam%pattern_place(1, family%patterns(region%pattern(i)))
-        has = has .or. abs(place - [0.15_rp, 0.75_rp]) < 0.11_rp
+        site = beam%pattern_site(1, family%patterns(region%pattern(i)))
+        has = has .or. abs(site - [0.15_rp, 0.75_rp]) < 0.11_rp
       end do
       call test%check('both are in the region', all(has))
       call test%check('parts come in the order of their shares, which add up to 1 at most', &
                       region%n_parts == maxval(region%part) .and. sum(region%fraction) < 1 + 1.0e-12_rp .and. &
                       sum(region%fraction, mask=region%part == 1) >= sum(region%fraction, mask=region%part == region%n_parts))
       call test%check('parts are connected, and apart from each other', &
-                      are_parts(region, beam%pattern_place(:, family%patterns)))
-      call find_region(design, z, beam%pattern_place, 10*DISTANCE, region)
+                      are_parts(region, beam%pattern_site(:, family%patterns)))
+      call find_region(design, z, beam%pattern_site, 10*DISTANCE, region)
       call test%check('with neighbours as far as the wing is long there is one part', region%n_parts == 1)
-      call find_region(design, z, beam%pattern_place, 0.1_rp*DISTANCE, region)
-      n = count([(all(abs(beam%pattern_place(1, family%patterns(region%pattern(i))) - &
-                          beam%pattern_place(1, family%patterns(region%pattern(:i - 1)))) > 0.01_rp), &
+      call find_region(design, z, beam%pattern_site, 0.1_rp*DISTANCE, region)
+      n = count([(all(abs(beam%pattern_site(1, family%patterns(region%pattern(i))) - &
+                          beam%pattern_site(1, family%patterns(region%pattern(:i - 1)))) > 0.01_rp), &
                   i=1, size(region%pattern))])
       call test%check('and without neighbours every place is a part', region%n_parts == n .and. n > 1)
     end associate
   end subroutine test_field
 
   !> Whether places of different parts are no neighbours, and each place has one in its own part, if that has more than one.
-  logical function are_parts(region, place) result(ok)
+  logical function are_parts(region, site) result(ok)
     type(region_t), intent(in) :: region
-    real(rp), intent(in) :: place(:, :)
+    real(rp), intent(in) :: site(:, :)
     logical :: is_alone
     integer :: i, j
     ok = .true.
@@ -114,7 +114,7 @@ contains
       is_alone = count(region%part == region%part(i)) > 1
       do j = 1, size(region%pattern)
         if (i == j) cycle
-        associate (gap => norm2(place(:, region%pattern(i)) - place(:, region%pattern(j))))
+        associate (gap => norm2(site(:, region%pattern(i)) - site(:, region%pattern(j))))
           if (region%part(i) /= region%part(j)) ok = ok .and. gap > 1.2_rp*DISTANCE
           if (region%part(i) == region%part(j) .and. gap <= 1.2_rp*DISTANCE) is_alone = .false.
         end associate

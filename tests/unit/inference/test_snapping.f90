@@ -13,7 +13,7 @@ program test_snapping
   use inference_whitener, only: whitener_t
   use least_squares_fit, only: fit_options_t
   use least_squares_profile, only: interval_t
-  use snapping_beam, only: place_t, snapping_t
+  use snapping_beam, only: site_t, snapping_t
   use testkit, only: testkit_t
   implicit none
   real(rp), parameter :: ROOT = 0.02_rp !< of the half width: each end is where the root is within 1 % of its threshold
@@ -74,7 +74,7 @@ contains
     integer :: i
     farthest = beam%farthest
     beam%farthest = huge(farthest) ! the fit itself finds its way
-    beam%here = place_t() ! nowhere yet
+    beam%here = site_t() ! nowhere yet
     q = beam%parameters%null
     call beam%directions(q, nuisances, patterns, is_valid)
     call whitener%init(beam, [(i, i=1, beam%n_observations)], failure)

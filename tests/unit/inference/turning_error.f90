@@ -51,7 +51,7 @@ contains
     real(rp) :: e(beam%n_observations)
     integer :: k
     do k = 1, size(e)
-      associate (x => beam%labels%place(1, k), load => beam%load(:, beam%labels%surface(k)))
+      associate (x => beam%labels%site(1, k), load => beam%load(:, beam%labels%surface(k)))
         e(k) = beam%factor*load(3)*(cos(beam%angle)*BOW*(x*load(1))**2 + sin(beam%angle)*TWIST*x*load(2))
       end associate
     end do

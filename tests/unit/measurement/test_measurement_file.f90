@@ -71,7 +71,7 @@ contains
       call t%check('heights are exact',.not. any(abs(m%loads(2)%height - pack(loaded, known())) > 0))
       call t%check_close('deformation is the difference', m%deformation(2, 3), 1.0e-4_rp, rtol=1.0e-14_rp)
       call t%check_close('its sd is that of both', m%deformation_sigma(2, 3), sqrt(2.0_rp)*3.0e-6_rp, rtol=1.0e-14_rp)
-      call t%check('places are those of the grid',.not. any(abs(m%place(2, 3) - [X(1), Y(2)]) > 0))
+      call t%check('places are those of the grid',.not. any(abs(m%site(2, 3) - [X(1), Y(2)]) > 0))
       call t%check('the force is read', norm2(m%loads(2)%direction - [0, 0, 1]) <= 0 .and. &
                    abs(m%loads(2)%force - 1.0e-3_rp) <= 0)
       call t%check('facts are read', m%loads(2)%order == 2 .and. m%loads(2)%replicate == 3 .and. &
@@ -234,7 +234,7 @@ contains
     call refused('/loads/tip', 'are the force in newtons and the heights in metres?')
     call sample()
     call w%delete('/points')
-    call refused('/loads/base', 'is observed neither by heights z nor by an object in /points')
+    call refused('/loads/base', 'has no observation: add heights z, or an object in /points')
   end subroutine refuse_what_does_not_fit
 
   subroutine refuse_observations()

@@ -85,7 +85,7 @@ contains
         if (q%is_log) most = min(most, 0.3_rp)
         shift = merge(1, -1, i == 1)*most
         finding = make_finding(q, label, q%null + shift)
-        w = find_wording(finding%name, finding%unit, finding%place, finding%null, finding%best)
+        w = find_wording(finding%name, finding%unit, finding%site, finding%null, finding%best)
         call t%check(name//': '//q%name//' has words of its own', w%is_known)
         finding%has_interval = .true.
         finding%has_lower = .true.
@@ -108,18 +108,18 @@ contains
     if (is_log) value_at = exp(q)
   end function value_at
 
-  subroutine told(sentence, name, place, null, ends, text)
-    character(*), intent(in) :: sentence, name, place, text
+  subroutine told(sentence, name, site, null, ends, text)
+    character(*), intent(in) :: sentence, name, site, text
     real(rp), intent(in) :: null, ends(3)
-    call t%check(sentence//': '//finding_text(finding_of(name, place, null, ends)), &
-                 finding_text(finding_of(name, place, null, ends)) == text)
+    call t%check(sentence//': '//finding_text(finding_of(name, site, null, ends)), &
+                 finding_text(finding_of(name, site, null, ends)) == text)
   end subroutine told
 
-  function finding_of(name, place, null, ends) result(finding)
-    character(*), intent(in) :: name, place
+  function finding_of(name, site, null, ends) result(finding)
+    character(*), intent(in) :: name, site
     real(rp), intent(in) :: null, ends(3)
     type(finding_t) :: finding
-    finding = finding_t(name=name, unit='1', place=place, null=null, best=ends(2), has_interval=.true., has_lower=.true., &
+    finding = finding_t(name=name, unit='1', site=site, null=null, best=ends(2), has_interval=.true., has_lower=.true., &
                         has_upper=.true., lower=ends(1), upper=ends(3))
   end function finding_of
 

@@ -167,10 +167,10 @@ contains
     space%is_log = [.true., .true.]
     trained%values = [8.0e9_rp, JOINT]
     trained%fits = .true.
-    trained%reason = 'the start is not valid'
+    trained%reason = 'the model cannot be computed at the start'
     text = outcome_lines(settings, space, trained, '')
     call t%check('least squares that failed are told, and why: '//text, &
-                 index(text, 'warning: least squares failed (the start is not valid)') > 0)
+                 index(text, 'warning: least squares failed (the model cannot be computed at the start)') > 0)
     call t%check('what they were asked for is not said to be unasked', index(text, 'was not asked') == 0 .and. &
                  index(text, 'E: not determined; the search ended at') > 0)
     call t%check('and nothing counts as determined',.not. (trained%determines(1) .or. trained%determines(2)))

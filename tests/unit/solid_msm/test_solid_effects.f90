@@ -157,7 +157,7 @@ contains
     call t%check_below('hardening of joints and cuticle', worst(2), ROUNDING)
     call t%check_below('orthotropy and damage of springs', worst(3), ROUNDING)
     call t%check_below('damage of the membrane', worst(4), ROUNDING)
-    call t%check('the damage has a rim', any(abs([(damage_weight(DISC, model%layout%hinge_place(:, h)), &
+    call t%check('the damage has a rim', any(abs([(damage_weight(DISC, model%layout%hinge_site(:, h)), &
                                                    h=1, size(model%plans))] - 0.5_rp) < 0.499_rp))
     call t%check_close('the rim halves at the radius', damage_weight([1.0e-3_rp, 2.0e-3_rp, 5.0e-4_rp], &
                                                                      [1.3e-3_rp, 2.4e-3_rp]), 0.5_rp, rtol=1.0e-12_rp)
@@ -332,7 +332,7 @@ contains
     call model%init(wing, params, failure)
     h = model%layout%soft_hinge
     call t%check('there is a hinge', h > 0)
-    if (h > 0) call t%check_below('at the nearest point', abs(model%layout%hinge_place(1, h) - 9.0e-3_rp*13/24), &
+    if (h > 0) call t%check_below('at the nearest point', abs(model%layout%hinge_site(1, h) - 9.0e-3_rp*13/24), &
                                   0.5_rp*9.0e-3_rp/24)
     params%effects%soft_vein = 'no such vein'
     call model%init(wing, params, failure)

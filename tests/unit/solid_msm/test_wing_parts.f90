@@ -181,7 +181,7 @@ contains
     call w%refuse('/: there are neither triangles nor veins')
     call w%beam(PATH)
     call w%reals('/points', [3, 4], spread(1.0_rp, 1, 12))
-    call w%refuse('/points: all points are at one place')
+    call w%refuse('/points: all points coincide')
     call w%beam(PATH)
     call w%reals('/points', [3, 0], [real(rp) ::])
     call w%refuse_any('/points: a wing has at least 2 points')

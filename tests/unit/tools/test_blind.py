@@ -218,7 +218,7 @@ class Batches(WithDesign):
         self.assertEqual(len(files), 2 + 2 + 2, files)
         for path in files:
             self.assertEqual((self.folder / "a" / path).read_bytes(), (self.folder / "b" / path).read_bytes(), path)
-        self.assertIn("made otherwise", self.run_tool("blindgen", "design.json", "b", "--cases", 2, "--seed", 6,
+        self.assertIn("with other settings", self.run_tool("blindgen", "design.json", "b", "--cases", 2, "--seed", 6,
                                                       code=2).stderr)
         ledger = json.loads((self.folder / "a/ledger.json").read_text())
         self.assertNotRegex(json.dumps(ledger["cases"]), "null|single|E_|snr|mesh|salt")
@@ -250,7 +250,7 @@ class Batches(WithDesign):
         truth = json.loads((self.folder / "fixed/gain.truth.json").read_text())
         self.assertEqual(truth["case"]["hidden"]["force_gain"], 1.1)
         self.assertIn("no fixed case gian", self.run_tool("blindgen", "design.json", "f", "--fixed", "gian", code=2).stderr)
-        self.assertIn("kind=share", self.run_tool("blindgen", "design.json", "f", "--cases", "1", "--mix", "nul=1",
+        self.assertIn("kind=fraction", self.run_tool("blindgen", "design.json", "f", "--cases", "1", "--mix", "nul=1",
                                                   code=2).stderr)
 
     def test_heads(self):

@@ -99,7 +99,7 @@ class Import(unittest.TestCase):
         self.refused("tip is listed twice", reference + TIP + TIP)
         self.refused("tip: force is 'much', not a number", reference + TIP.replace("0.3", "much"))
         self.refused("nothing.csv: cannot be read", reference + TIP.replace("tip.npz", "nothing.csv"))
-        self.refused("a.dat: is none of .csv, .txt", reference + TIP.replace("tip.npz", "a.dat"))
+        self.refused("a.dat: is in no known form; valid: .csv, .txt", reference + TIP.replace("tip.npz", "a.dat"))
         self.x = self.x + 0.01
         self.write_csv("shifted.csv", self.tip)
         self.refused("shifted.csv: x of its map differs from that of the reference",

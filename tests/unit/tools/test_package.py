@@ -102,7 +102,7 @@ def test_diagnosis(tmp_path):
     found = flusi_msm.read_diagnosis(tmp_path / "diagnosis.json")
     assert (found.verdict, found.sentence) == ("adequate", "It fits.")
     assert list(found.causes().index) == ["b", "a", "c"] and found.parameters().loc["E", "value"] == 9e9
-    for text, words in (("{", "no JSON"), ("[]", "not the diagnosis.json")):
+    for text, words in (("{", "not JSON"), ("[]", "not the diagnosis.json")):
         (tmp_path / "other.json").write_text(text)
         with pytest.raises(InputError, match=words):
             flusi_msm.read_diagnosis(tmp_path / "other.json")

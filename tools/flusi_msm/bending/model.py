@@ -312,29 +312,29 @@ def check_stiffness(wing, s):
         if name not in wing.veins:
             raise InputError(f"no vein {name}; the wing has {', '.join(sorted(wing.veins)) or 'none'}")
     if s.plate not in ("morley", "edges"):
-        raise InputError(f"plate is morley or edges, not {s.plate}")
+        raise InputError(f"plate must be morley or edges, not {s.plate}")
     if any(s.camber) and s.plate != "morley":
         raise InputError("camber needs plate = morley")
     if any(s.camber) and (s.pretension or s.torsion):
-        raise InputError("pretension and torsion are those of a flat wing, without camber")
+        raise InputError("pretension and torsion need a flat wing, without camber")
     if s.pretension < 0 or s.torsion < 0 or not abs(s.orthotropy) < 1:
         raise InputError("pretension and torsion must not be negative, orthotropy is between -1 and 1")
     if len(s.camber) != 3:
-        raise InputError("camber is three numbers")
+        raise InputError("camber needs three numbers")
     for name in ("E", "D", "root", "k_vein", "k_membrane", "k_cross"):
         if not getattr(s, name) > 0:
             raise InputError(f"{name} = {getattr(s, name)}: must be positive")
     if not -1 < s.poisson < 1:
         raise InputError(f"poisson = {s.poisson}: must be between -1 and 1")
     if len(s.damage) not in (0, 4) or (len(s.damage) == 4 and not (s.damage[2] > 0 and s.damage[3] > 0)):
-        raise InputError("damage is x y radius factor, with a positive radius and factor")
+        raise InputError("damage needs x y radius factor, with a positive radius and factor")
     if len(s.E_wave) not in (0, 3) or (s.E_wave and not (s.E_wave[0] in wing.veins and abs(s.E_wave[1]) < 1
                                                          and s.E_wave[2] > 0)):
-        raise InputError("E_wave is a vein of the wing, an amplitude below 1 and a positive length")
+        raise InputError("E_wave needs a vein of the wing, an amplitude below 1 and a positive length")
     if len(s.D_wave) not in (0, 3) or (s.D_wave and not (abs(s.D_wave[0]) < 1 and min(s.D_wave[1:]) >= 0
                                                          and max(s.D_wave[1:]) > 0)):
-        raise InputError("D_wave is an amplitude below 1 and two lengths of which one is positive")
+        raise InputError("D_wave needs an amplitude below 1 and two lengths of which one is positive")
     if len(s.one_way) not in (0, 2) or (s.one_way and not (s.one_way[0] in wing.joints and s.one_way[1] > 0)):
-        raise InputError(f"one_way is a joint of the wing ({', '.join(sorted(wing.joints))}) and a positive ratio")
+        raise InputError(f"one_way needs a joint of the wing ({', '.join(sorted(wing.joints))}) and a positive ratio")
     if len(s.root_compliance) != 2 or min(s.root_compliance) < 0:
-        raise InputError("root_compliance is two numbers, neither negative")
+        raise InputError("root_compliance needs two numbers, neither negative")

@@ -27,9 +27,9 @@ def mix_of(text):
         except ValueError:
             equals = ""
         if not equals or kind.strip() not in KINDS or not mix[kind.strip()] >= 0:
-            raise InputError(f"--mix {text}: write kind=share,...; kinds are {', '.join(KINDS)}")
+            raise InputError(f"--mix {text}: write kind=fraction,...; kinds are {', '.join(KINDS)}")
     if not sum(mix.values()) > 0:
-        raise InputError(f"--mix {text}: all shares are 0")
+        raise InputError(f"--mix {text}: all fractions are 0")
     return mix
 
 

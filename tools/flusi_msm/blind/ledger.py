@@ -57,7 +57,7 @@ class Ledger:
     def begin(self, facts):
         """Facts about the whole batch; those of a batch that exists must be the same."""
         if self.cases and facts != self.facts:
-            raise InputError(f"{self.folder}: holds a batch that was made otherwise; use another folder")
+            raise InputError(f"{self.folder}: holds a batch with other settings; use another folder")
         self.facts = facts
         try:
             (self.folder / "sealed").mkdir(parents=True, exist_ok=True)

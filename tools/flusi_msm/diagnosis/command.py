@@ -40,7 +40,7 @@ def read(path):
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: {error}") from None
     if diagnosis.get("schema") != "flusi-msm diagnosis" or diagnosis.get("schema_version") != 1:
-        raise InputError(f"{path}: no diagnosis of a known version")
+        raise InputError(f"{path}: not a diagnosis of a version that this tool knows")
     loads, unknown = {}, {}
     tables = path.with_suffix(".h5")
     if tables.exists():

@@ -105,7 +105,7 @@ def in_list(path: Path, problems: Problems):
     if rows and not references:
         problems.error(f"{path}: no line has the id {REFERENCE}")
     if rows and not files:
-        problems.error(f"{path}: lists no load")
+        problems.error(f"{path}: lists no load; at least one is needed")
     return references, files, facts
 
 

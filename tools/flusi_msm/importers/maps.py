@@ -79,7 +79,7 @@ def from_points(path, table, names) -> Map:
     x, i = np.unique(values[:, 0], return_inverse=True)
     y, j = np.unique(values[:, 1], return_inverse=True)
     if x.size * y.size > 4 * len(values) + 1000:
-        raise InputError(f"{path}: its points lie on no grid: {x.size} different x and {y.size} different y of {len(values)} points")
+        raise InputError(f"{path}: its points do not lie on a grid: {x.size} different x and {y.size} different y of {len(values)} points")
     z, sigma = np.full((y.size, x.size), np.nan), None
     z[j, i] = values[:, 2]
     if "sigma" in names:
@@ -146,7 +146,7 @@ def read_tiff_map(path: Path, pixels: Pixels) -> Map:
         raise InputError(f"{path}: cannot be read: {error}") from error
     wrong = []
     if counts.ndim != 2 or counts.dtype == bool:
-        raise InputError(f"{path}: is no grey picture: its pixels have the shape {counts.shape[2:] or 'of bits'}")
+        raise InputError(f"{path}: is not a grey picture: its pixels have the shape {counts.shape[2:] or 'of bits'}")
     if pages > 1:
         wrong.append(f"{path}: has {pages} pages; save one height map in a file")
     if pixels.size is None:
@@ -176,7 +176,7 @@ def read_map(path: Path, pixels: Pixels = Pixels()) -> Map:
     path = Path(path)
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise InputError(f"{path}: is none of {', '.join(READERS)}")
+        raise InputError(f"{path}: is in no known form; valid: {', '.join(READERS)}")
     found = reader(path, pixels)
     x, y, z, sigma = found.x, found.y, found.z, found.sigma
     if x.ndim != 1 or y.ndim != 1 or z.shape != (y.size, x.size):

@@ -71,7 +71,7 @@ def by_landmarks(names, scan: np.ndarray, wing: np.ndarray, problems: Problems) 
         return Registration()
     spread = [float(np.linalg.norm(points - points.mean(0))) for points in (scan, wing)]
     if min(spread) <= 0:
-        problems.error("landmarks: all lie at one place")
+        problems.error("landmarks: all are at the same point; mark points that are far apart")
         return Registration()
     turn, shift, rms = best_turn(scan, wing)
     extent = np.linalg.norm(np.ptp(wing, axis=0))

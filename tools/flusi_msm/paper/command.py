@@ -43,7 +43,7 @@ def arguments():
             raise InputError(f"--{key} must be positive")
     grids = options.grids + ([options.individuals] if options.individuals else [])
     if any(n < 16 or n % 4 for n in grids):
-        raise InputError("grids have 16 points or more, in fours")
+        raise InputError("grids need 16 points or more, and a multiple of 4")
     return options
 
 

@@ -122,7 +122,7 @@ def _series(call: Call) -> List[Field]:
         try:
             lines = Path(word).read_text(encoding="utf-8").split("\n")
         except (OSError, UnicodeDecodeError):
-            raise InputError(f"{word}: is no text file with names of fields, and does not end in .h5") from None
+            raise InputError(f"{word}: is neither a text file with names of fields nor an .h5 file") from None
         paths += [line.strip() for line in lines if line.strip()]
     if not paths:
         raise InputError(f"{call.words[0]}: names no files: write one name of a field into each line")

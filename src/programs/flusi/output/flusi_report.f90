@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a run says about itself at its start and at its end.
+!> Prints what a run says about itself at its start and at its end.
 module flusi_report
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_build, only: BUILD_VERSION, BUILD_COMMIT, BUILD_COMPILER

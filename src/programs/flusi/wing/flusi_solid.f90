@@ -2,10 +2,10 @@
 !> `flusi --solid INI`: the motion of a wing in time without a fluid (see solid_dynamics). One rank.
 module flusi_solid
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-  use base_constants, only: EXIT_NUMERICAL, EXIT_OK, EXIT_STOPPED, EXIT_UNWRITABLE, EXIT_USER
   use base_errors, only: failure_t, message_list_t
   use base_files, only: folder_of, join_path, name_of
   use base_kinds, only: rp
+  use base_outcome, only: outcome_t, OUTCOME_DONE, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED, OUTCOME_STOPPED, OUTCOME_UNWRITABLE
   use base_text, only: number_text
   use common_progress, only: progress_t
   use common_run, only: run_t
@@ -52,7 +52,7 @@ module flusi_solid
     real(rp), allocatable :: force(:, :) !< (3, n_all) [N] external forces at the time of the state
     integer :: step = 0
     logical :: is_open = .false.         !< the output
-    type(failure_t) :: failure           !< of files
+    type(outcome_t) :: outcome           !< its failure is one of files
   contains
     procedure :: start => run_start
     procedure :: advance => run_advance
@@ -62,72 +62,70 @@ module flusi_solid
 
 contains
 
-  !> Reads the input; mistakes are printed, and `code` is then not EXIT_OK.
-  subroutine read_settings(command, settings, is_check, code)
+  !> Reads the input; mistakes are printed, and `outcome` is then not good.
+  subroutine read_settings(command, settings, is_check, outcome)
     type(command_t), intent(in) :: command
     type(solid_settings_t), intent(out) :: settings
     logical, intent(in) :: is_check
-    integer, intent(out) :: code
+    type(outcome_t), intent(inout) :: outcome
     type(message_list_t) :: errors, notices
-    code = EXIT_OK
     call load_solid_settings(command%ini, command%flusi_compat, settings, errors, notices)
     if (errors%count() > 0) then
       call errors%print(error_unit, '')
-      code = EXIT_USER
+      call outcome%end_as(OUTCOME_MISTAKE)
     else
       call print_notices(notices, is_check)
     end if
   end subroutine read_settings
 
-  !> Prints the value of every key; `code` is the exit code of the program.
-  subroutine check_solid(command, code)
+  !> Prints the value of every key.
+  subroutine check_solid(command, outcome)
     type(command_t), intent(in) :: command
-    integer, intent(out) :: code
+    type(outcome_t), intent(inout) :: outcome
     type(solid_settings_t) :: settings
-    call read_settings(command, settings, .true., code)
-    if (code == EXIT_OK) call settings%config%print_effective(output_unit)
+    call read_settings(command, settings, .true., outcome)
+    if (outcome%is_good()) call settings%config%print_effective(output_unit)
   end subroutine check_solid
 
-  !> Runs to the end; `code` is the exit code of the program. Collective.
-  subroutine run_solid(command, world, code)
+  !> Runs to the end. Collective.
+  subroutine run_solid(command, world, outcome)
     type(command_t), intent(in) :: command
     type(world_t), intent(in) :: world
-    integer, intent(out) :: code
+    type(outcome_t), intent(inout) :: outcome
     type(solid_run_t) :: run
     logical :: started
-    code = EXIT_USER
     if (world%size > 1) then
-      if (world%is_root) write (error_unit, '(a)') 'flusi: --solid runs on one rank, not on '//number_text(world%size)
+      if (world%is_root) write (error_unit, '(a)') 'flusi: --solid runs on one rank, not on '//number_text(world%size)// &
+        ': start it without mpirun'
+      call outcome%end_as(OUTCOME_MISTAKE)
       return
     end if
     run%world = world
-    call read_settings(command, run%settings, .false., code)
-    if (code /= EXIT_OK) return
+    call read_settings(command, run%settings, .false., outcome)
+    if (.not. outcome%is_good()) return
     call print_wing(output_unit, 'variable-step BDF2 in the frame of the wing', run%settings%wing_case)
-    call run%start(command, started, code)
-    if (started) call advance_all(run, code)
-    if (run%is_open) call run%output%close(run%failure)
+    call run%start(command, started)
+    if (started) call advance_all(run)
+    if (run%is_open) call run%output%close(run%outcome%failure)
     call run%stepper%free()
     call run%files%finish()
-    if (.not. run%failure%failed) return
-    write (error_unit, '(a)') 'flusi: '//run%failure%reason
-    if (code /= EXIT_NUMERICAL) code = merge(run%files%code, EXIT_UNWRITABLE, run%files%code /= EXIT_OK)
+    if (run%outcome%failure%failed) write (error_unit, '(a)') 'flusi: '//run%outcome%failure%reason
+    if (run%outcome%kind /= OUTCOME_NOT_CONVERGED) call run%outcome%classify(OUTCOME_UNWRITABLE)
+    outcome = run%outcome
   end subroutine run_solid
 
   !> Sets or restores the state at the beginning and opens all files.
-  subroutine run_start(self, command, started, code)
+  subroutine run_start(self, command, started)
     class(solid_run_t), intent(inout) :: self
     type(command_t), intent(in) :: command
     logical, intent(out) :: started
-    integer, intent(out) :: code
     type(failure_t) :: problem
     type(message_list_t) :: patterns, remarks
     started = .false.
-    code = EXIT_USER
     call result_names(self%settings%name, patterns)
-    call self%files%begin(self%world, 'flusi --solid', self%settings%name, command%ini, self%settings%config, self%failure)
-    if (.not. command%restart) call self%files%check_new(command%overwrite, patterns, self%failure)
-    if (self%failure%failed) return
+    call self%files%begin(self%world, 'flusi --solid', self%settings%name, command%ini, self%settings%config, self%outcome)
+    if (.not. command%restart) call self%files%check_new(command%overwrite, patterns, self%outcome)
+    if (self%outcome%failure%failed) return
     associate (s => self%settings, model => self%settings%wing_case%model)
       allocate (self%force(3, model%n_all), source=0.0_rp)
       call self%stepper%init(model)
@@ -138,29 +136,28 @@ contains
       if (command%restart) then
         call restart(self, command, remarks, problem)
       else
-        call set_initial_shape(self, problem, code)
+        call set_initial_shape(self, problem)
       end if
       if (problem%failed) then
-        write (error_unit, '(a)') 'flusi: '//problem%reason
+        call self%outcome%fail(merge(OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED, command%restart), problem%reason)
         return
       end if
-      code = EXIT_OK
-      call self%files%settle(self%failure)
-      if (self%failure%failed) return
+      call self%files%settle(self%outcome)
+      if (self%outcome%failure%failed) return
       if (.not. command%restart) call self%slots%scan(self%world, folder_of(s%name), name_of(s%name)//'_backup')
       call self%slots%identify(self%files%identity)
       call remarks%print(output_unit, '')
       call self%stop_rules%listen(self%world)
-      call self%output%open(self%world, s, self%state, command%restart, self%failure)
+      call self%output%open(self%world, s, self%state, command%restart, self%outcome%failure)
       self%is_open = .true.
-      if (self%failure%failed) return
+      if (self%outcome%failure%failed) return
       call self%progress%init(.true., s%output%progress_seconds, 'largest/R')
       if (.not. command%restart) then
         self%work%start = model%energy(self%state%u)
         call self%output%record(s, s%motion%at(0.0_rp), self%state, self%work, self%report)
-        call self%output%save(s, s%motion%at(0.0_rp), self%state, self%failure)
+        call self%output%save(s, s%motion%at(0.0_rp), self%state, self%outcome%failure)
       end if
-      started = .not. self%failure%failed
+      started = .not. self%outcome%failure%failed
     end associate
   end subroutine run_start
 
@@ -174,10 +171,9 @@ contains
   end subroutine result_names
 
   !> The unloaded wing, one bent by forces, or one in a natural mode; at rest in its frame.
-  subroutine set_initial_shape(self, problem, code)
+  subroutine set_initial_shape(self, problem)
     type(solid_run_t), intent(inout) :: self
     type(failure_t), intent(inout) :: problem
-    integer, intent(inout) :: code
     type(equilibrium_t) :: solver
     type(load_t) :: load
     type(static_options_t) :: options
@@ -209,7 +205,6 @@ contains
             frequencies(s%mode), ' Hz'
         end if
       end if
-      if (problem%failed) code = EXIT_NUMERICAL
       call self%state%init(model, 0.0_rp, u=u)
     end associate
   end subroutine set_initial_shape
@@ -241,13 +236,11 @@ contains
     if (.not. problem%failed) write (output_unit, '(a,es16.9,a)') 'restart   at t = ', self%state%time, ' s from '//path
   end subroutine restart
 
-  !> Steps until the end or until something asks to stop; `code` tells how it ended.
-  subroutine advance_all(run, code)
+  !> Steps until the end or until something asks to stop.
+  subroutine advance_all(run)
     type(solid_run_t), intent(inout) :: run
-    integer, intent(out) :: code
     real(rp) :: seconds
     logical :: has_failed, has_moved
-    code = EXIT_OK
     has_failed = .false.
     has_moved = .false.
     associate (s => run%settings, state => run%state)
@@ -260,25 +253,25 @@ contains
                                     huge(1), seconds)
         call run%stop_rules%poll(run%world)
         if (run%stop_rules%backup_due .and. s%output%backup .and. .not. run%is_done()) call run%back_up()
-        if (run%stop_rules%must_stop .or. run%failure%failed) exit
+        if (run%stop_rules%must_stop .or. run%outcome%failure%failed) exit
       end do
       call run%progress%finish()
-      if (run%failure%failed) return
+      if (run%outcome%failure%failed) return
       if (has_failed) then
-        code = EXIT_NUMERICAL
+        call run%outcome%end_as(OUTCOME_NOT_CONVERGED)
         write (error_unit, '(a,es16.9,a)') 'flusi: the step from t = ', state%time, ' s failed: '//run%report%reason
       else if (.not. run%is_done()) then
-        code = EXIT_STOPPED
+        call run%outcome%end_as(OUTCOME_STOPPED)
       end if
-      if (has_moved .and. code /= EXIT_STOPPED) &
-        call run%output%save(s, s%motion%at(state%time), state, run%failure)
-      if (has_moved .and. (s%output%backup .or. code /= EXIT_OK)) call run%back_up()
-      if (run%failure%failed) return
-      select case (code)
-      case (EXIT_OK)
+      if (has_moved .and. run%outcome%kind /= OUTCOME_STOPPED) &
+        call run%output%save(s, s%motion%at(state%time), state, run%outcome%failure)
+      if (has_moved .and. (s%output%backup .or. run%outcome%kind /= OUTCOME_DONE)) call run%back_up()
+      if (run%outcome%failure%failed) return
+      select case (run%outcome%kind)
+      case (OUTCOME_DONE)
         write (output_unit, '(a,i0,a)') 'done: ', run%step, ' steps; '//s%name//'.t has the time series, '// &
           s%name//'.xmf the shapes for ParaView'
-      case (EXIT_STOPPED)
+      case (OUTCOME_STOPPED)
         write (output_unit, '(a)') 'stopped early: '//trim(run%stop_rules%reason)// &
           '; the backup is written, go on with --restart'
       case default
@@ -307,7 +300,7 @@ contains
       if (mod(self%step, s%series_every) == 0 .or. self%is_done()) &
         call self%output%record(s, s%motion%at(state%time), state, self%work, self%report)
       if (self%output%is_due(s, state%time) .and. .not. self%is_done()) &
-        call self%output%save(s, s%motion%at(state%time), state, self%failure)
+        call self%output%save(s, s%motion%at(state%time), state, self%outcome%failure)
     end associate
   end subroutine run_advance
 
@@ -321,10 +314,10 @@ contains
   subroutine run_back_up(self)
     class(solid_run_t), intent(inout) :: self
     type(checkpoint_writer_t) :: writer
-    if (self%failure%failed .or. self%step == 0) return
-    call self%slots%begin(writer, self%failure)
+    if (self%outcome%failure%failed .or. self%step == 0) return
+    call self%slots%begin(writer, self%outcome%failure)
     call save_solid(writer, self%settings%wing_case%model, self%settings%is_mirrored, self%state, self%step, self%work)
-    call self%slots%commit(writer, self%failure)
+    call self%slots%commit(writer, self%outcome%failure)
     call self%stop_rules%backup_done()
   end subroutine run_back_up
 end module flusi_solid

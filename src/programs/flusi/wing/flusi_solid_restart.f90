@@ -58,16 +58,17 @@ contains
     text = ''
     if (reader%has('schema')) call reader%get_text('schema', text, failure)
     if (.not. failure%failed .and. text /= SCHEMA) &
-      call failure%raise('the checkpoint is not one of a wing without a fluid')
+      call failure%raise('the checkpoint was not written by flusi --solid: give one that was')
     if (failure%failed) return
     call reader%get_integer('wing', number, failure)
     if (.not. failure%failed .and. number /= points_fingerprint(model)) &
-      call failure%raise('the checkpoint belongs to another wing')
+      call failure%raise('the checkpoint belongs to another wing: give the [Wing] file of the run that wrote it')
     call reader%get_integer('step', number, failure)
     step = int(number)
     call reader%get_reals('work', numbers, failure)
     if (failure%failed) return
-    if (size(numbers) /= count_packed(work)) call failure%raise('the checkpoint has no complete energy balance')
+    if (size(numbers) /= count_packed(work)) &
+      call failure%raise('the checkpoint is not complete, as it lacks the energy balance: give another one')
     call unpack_value(numbers, work, failure)
     if (failure%failed) return
     call load_motion(reader, '', state, failure)

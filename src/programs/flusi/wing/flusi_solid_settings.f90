@@ -102,8 +102,9 @@ contains
     call read_forces(s, 'Loads', 'sinusoidal', s%sinusoidal, s%law%sinusoidal, errors)
     call read_forces(s, 'Initial', 'released', s%released_forces, s%released, errors)
     if (size(s%released) > 0 .and. s%mode > 0) &
-      call s%config%complain(errors, 'Initial', 'mode', 'contradicts released: a wing starts in one shape')
-    if (s%mode > 3*s%wing_case%model%n_free) call s%config%complain(errors, 'Initial', 'mode', 'the wing has no such mode')
+      call s%config%complain(errors, 'Initial', 'mode', 'contradicts released: give one initial shape')
+    if (s%mode > 3*s%wing_case%model%n_free) call s%config%complain(errors, 'Initial', 'mode', &
+      'is larger than the number of modes of this wing, '//number_text(3*s%wing_case%model%n_free))
     if (.not. s%wing_case%has_mass) return
     call s%inertia%init(s%wing_case%model, s%wing_case%mass%nodal)
     call read_damping(s%config, s%wing_case%model, s%inertia)

@@ -3,9 +3,9 @@
 !> solid_statics). One process; MPI is not needed.
 module flusi_static
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-  use base_constants, only: EXIT_NUMERICAL, EXIT_OK, EXIT_UNWRITABLE, EXIT_USER
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
+  use base_outcome, only: outcome_t, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED, OUTCOME_UNWRITABLE
   use common_wing_doubts, only: print_notices
   use common_wing_report, only: print_wing
   use flusi_command, only: command_t, ACTION_STATIC_CHECK
@@ -19,20 +19,18 @@ module flusi_static
 
 contains
 
-  !> Does what `command` says; `code` is the exit code of the program.
-  subroutine run_static(command, code)
+  !> Does what `command` says.
+  subroutine run_static(command, outcome)
     type(command_t), intent(in) :: command
-    integer, intent(out) :: code
+    type(outcome_t), intent(inout) :: outcome
     type(static_settings_t) :: settings
     type(message_list_t) :: errors, notices
-    type(failure_t) :: failure
     integer :: n_failed
 
-    code = EXIT_OK
     call load_static_settings(command%ini, command%flusi_compat, settings, errors, notices)
     if (errors%count() > 0) then
       call errors%print(error_unit, '')
-      code = EXIT_USER
+      call outcome%end_as(OUTCOME_MISTAKE)
       return
     end if
     call print_notices(notices, command%action == ACTION_STATIC_CHECK)
@@ -41,29 +39,28 @@ contains
       return
     end if
     call print_wing(output_unit, 'end of the loading path from the flat wing', settings%wing_case)
-    if (settings%n_modes > 0) call solve_modes(settings, code, failure)
+    if (settings%n_modes > 0) call solve_modes(settings, outcome)
     n_failed = 0
-    if (.not. failure%failed .and. size(settings%loads) > 0) call solve_all(settings, n_failed, failure)
-    if (n_failed > 0) code = EXIT_NUMERICAL
-    if (.not. failure%failed) return
-    write (error_unit, '(a)') failure%reason
-    code = EXIT_UNWRITABLE
+    if (.not. outcome%failure%failed .and. size(settings%loads) > 0) call solve_all(settings, n_failed, outcome%failure)
+    if (n_failed > 0) call outcome%end_as(OUTCOME_NOT_CONVERGED)
+    if (.not. outcome%failure%failed) return
+    write (error_unit, '(a)') outcome%failure%reason
+    call outcome%classify(OUTCOME_UNWRITABLE)
   end subroutine run_static
 
   !> Prints and saves the natural modes of the unloaded wing; without them the loads go on.
-  subroutine solve_modes(settings, code, failure)
+  subroutine solve_modes(settings, outcome)
     type(static_settings_t), intent(in) :: settings
-    integer, intent(inout) :: code
-    type(failure_t), intent(inout) :: failure
+    type(outcome_t), intent(inout) :: outcome
     type(failure_t) :: numerical
     real(rp), allocatable :: frequencies(:), shapes(:, :, :)
     allocate (frequencies(settings%n_modes), shapes(3, settings%wing_case%model%n_all, settings%n_modes))
     call find_modes(settings%wing_case, frequencies, shapes, numerical)
     if (numerical%failed) then
       write (output_unit, '(a)') 'modes     failed: '//numerical%reason
-      code = EXIT_NUMERICAL
+      call outcome%end_as(OUTCOME_NOT_CONVERGED)
     else
-      call save_modes(settings%wing_case, settings%name, settings%save_shapes, frequencies, shapes, failure)
+      call save_modes(settings%wing_case, settings%name, settings%save_shapes, frequencies, shapes, outcome%failure)
     end if
   end subroutine solve_modes
 
@@ -142,7 +139,7 @@ contains
     type(static_row_t), intent(in) :: row
     real(rp), parameter :: MM = 1.0e3_rp
     associate (l => settings%loads(i), r => row%report)
-      write (unit, '(i4,2f10.4,es12.3,a11)', advance='no') i, MM*l%place, &
+      write (unit, '(i4,2f10.4,es12.3,a11)', advance='no') i, MM*l%site, &
         merge(l%force(3), l%magnitude, abs(l%force(3)) >= 0.999_rp*l%magnitude), merge('yes', 'NO ', r%converged)
       if (r%converged) then
         write (unit, '(es10.1,i9,i7,f14.5,f13.5,f10.1)') r%residual, r%factorisations, r%snaps, MM*row%at_load, &

@@ -74,7 +74,7 @@ contains
       shape = residual
     end if
     associate (l => settings%loads(number), r => row%report)
-      write (line, '(es16.8,*(es17.8))') real(number, rp), l%place, l%force, merge(1.0_rp, 0.0_rp, r%converged), &
+      write (line, '(es16.8,*(es17.8))') real(number, rp), l%site, l%force, merge(1.0_rp, 0.0_rp, r%converged), &
      residual, real([r%factorisations, r%snaps, r%stages], rp), condition, shape, settings%wing_case%model%size, row%seconds
     end associate
     self%text = self%text//NL//trim(line)
@@ -129,7 +129,7 @@ contains
       call put_attribute(file, '/', 'schema', 'flusi-msm static shape', failure)
       call put_attribute(file, '/', 'wing', s%path, failure)
       call put_attribute(file, '/', 'load', number, failure)
-      call put_attribute(file, '/', 'place', load%place, failure)
+      call put_attribute(file, '/', 'place', load%site, failure)
       call put_attribute(file, '/', 'force', load%force, failure)
       call put_attribute(file, '/', 'E', s%model%params%young, failure)
       call put_attribute(file, '/', 'D', s%model%params%plate, failure)

@@ -22,7 +22,7 @@ module flusi_static_settings
   type :: static_load_t
     type(load_t) :: load                   !< everything
     real(rp), allocatable :: applied(:, :) !< (3, n_all) [N] its forces without the weight, or the weight alone
-    real(rp) :: place(2) = 0               !< [m] of the first force, on the unloaded wing
+    real(rp) :: site(2) = 0               !< [m] of the first force, on the unloaded wing
     real(rp) :: force(3) = 0               !< [N] sum of what is applied
     real(rp) :: magnitude = 0              !< [N] sum of the magnitudes
   end type static_load_t
@@ -107,10 +107,10 @@ contains
     integer :: i
     problems = ''
     do i = 1, size(loads)
-      loads(i)%place = rows(i, 1:2)
+      loads(i)%site = rows(i, 1:2)
       loads(i)%force(3) = rows(i, 3)
       failure = failure_t()
-      call loads(i)%load%add_at(s%wing_case%model, loads(i)%place, loads(i)%force, failure)
+      call loads(i)%load%add_at(s%wing_case%model, loads(i)%site, loads(i)%force, failure)
       if (failure%failed) then
         problems = problems//'; row '//number_text(i)//': the place '//number_text(rows(i, 1))//' '// &
                    number_text(rows(i, 2))//' m is not on the membrane'
@@ -139,7 +139,7 @@ contains
           cycle
         end if
         point = nint(points(i, 1))
-        loads(i)%place = model%points(:2, point)
+        loads(i)%site = model%points(:2, point)
         loads(i)%force = points(i, 2:4)
         call loads(i)%load%add_point(point, loads(i)%force)
         call check_force(model, i, loads(i)%load, problems)
@@ -158,8 +158,8 @@ contains
       call add_force(group%forces(k), 1.0_rp, load%load%force)
       load%force = load%force + group%forces(k)%force
     end do
-    associate (place => group%forces(1)%place)
-      load%place = matmul(model%points(:2, place%points(:place%n)), place%weights(:place%n))
+    associate (site => group%forces(1)%site)
+      load%site = matmul(model%points(:2, site%points(:site%n)), site%weights(:site%n))
     end associate
   end subroutine take_group
 
@@ -173,7 +173,7 @@ contains
       call load%load%add_gravity(s%wing_case%mass%nodal, s%gravity)
       if (.not. any(abs(load%applied) > 0)) then
         load%applied = load%load%force
-        load%place = s%wing_case%mass%centre(:2)
+        load%site = s%wing_case%mass%centre(:2)
         load%force = s%wing_case%mass%total*s%gravity
       end if
     end if

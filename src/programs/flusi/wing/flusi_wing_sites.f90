@@ -20,7 +20,7 @@ module flusi_wing_sites
   end type site_t
 
   type :: point_force_t
-    type(site_t) :: place
+    type(site_t) :: site
     real(rp) :: force(3) = 0 !< [N]
   end type point_force_t
 
@@ -37,9 +37,9 @@ contains
     real(rp), intent(in) :: factor
     real(rp), intent(inout) :: forces(:, :)
     integer :: i
-    do i = 1, self%place%n
-      associate (p => self%place%points(i))
-        forces(:, p) = forces(:, p) + (factor*self%place%weights(i))*self%force
+    do i = 1, self%site%n
+      associate (p => self%site%points(i))
+        forces(:, p) = forces(:, p) + (factor*self%site%weights(i))*self%force
       end associate
     end do
   end subroutine add_force
@@ -111,10 +111,10 @@ contains
       n = n + 1
     end do
     if (n /= 4) then
-      problem = quoted(trim(adjustl(text)))//' is no place with three components of a force'
+      problem = quoted(trim(adjustl(text)))//' is not SITE FX FY FZ, a site of the wing and three components of a force'
       return
     end if
-    call find_place(text(first(1):last(1)), s, force%place, problem)
+    call find_site(text(first(1):last(1)), s, force%site, problem)
     if (allocated(problem)) return
     do i = 1, 3
       call parse_real(text(first(i + 1):last(i + 1)), force%force(i), problem)
@@ -122,16 +122,16 @@ contains
     end do
     if (.not. any(abs(force%force) > 0)) then
       problem = quoted(trim(adjustl(text)))//': the force is zero'
-    else if (all(s%model%free(force%place%points(:force%place%n)) == 0)) then
+    else if (all(s%model%free(force%site%points(:force%site%n)) == 0)) then
       problem = quoted(trim(adjustl(text)))//': the force acts on the clamped root only'
     end if
   end subroutine read_force
 
   !> The place called `name`; `problem` is set if there is none.
-  subroutine find_place(name, s, place, problem)
+  subroutine find_site(name, s, site, problem)
     character(*), intent(in) :: name
     type(wing_case_t), intent(in) :: s
-    type(site_t), intent(out) :: place
+    type(site_t), intent(out) :: site
     character(:), allocatable, intent(inout) :: problem
     integer :: colon, point
     colon = index(name, ':')
@@ -139,7 +139,7 @@ contains
     if (name == 'tip') then
       point = s%tip
     else if (colon == 0) then
-      problem = quoted(name)//' is no place; valid: tip, vein:NAME:first, vein:NAME:last, vein:NAME:K, joint:NAME, '// &
+      problem = quoted(name)//' is no site of the wing; valid: tip, vein:NAME:first, vein:NAME:last, vein:NAME:K, joint:NAME, '// &
                 'point:K, at:X:Y'
     else
       select case (name(:colon - 1))
@@ -150,15 +150,15 @@ contains
       case ('vein')
         call find_on_vein(name(colon + 1:), s, point, problem)
       case ('at')
-        call find_at(name(colon + 1:), s, place, problem)
+        call find_at(name(colon + 1:), s, site, problem)
         return
       case default
-        problem = quoted(name)//' is no place; valid: tip, vein:NAME:first, vein:NAME:last, vein:NAME:K, '// &
+        problem = quoted(name)//' is no site of the wing; valid: tip, vein:NAME:first, vein:NAME:last, vein:NAME:K, '// &
                   'joint:NAME, point:K, at:X:Y'
       end select
     end if
-    place = site_t(n=1, points=[point, 0, 0], weights=[1.0_rp, 0.0_rp, 0.0_rp])
-  end subroutine find_place
+    site = site_t(n=1, points=[point, 0, 0], weights=[1.0_rp, 0.0_rp, 0.0_rp])
+  end subroutine find_site
 
   subroutine find_number(text, largest, number, problem)
     character(*), intent(in) :: text
@@ -222,17 +222,17 @@ contains
   end subroutine find_on_vein
 
   !> X:Y, shared between the corners of the triangle there.
-  subroutine find_at(text, s, place, problem)
+  subroutine find_at(text, s, site, problem)
     character(*), intent(in) :: text
     type(wing_case_t), intent(in) :: s
-    type(site_t), intent(inout) :: place
+    type(site_t), intent(inout) :: site
     character(:), allocatable, intent(inout) :: problem
     type(load_t) :: load
     type(failure_t) :: failure
     real(rp) :: xy(2)
     integer :: colon, i
-    place%points(1) = 1
-    place%n = 1
+    site%points(1) = 1
+    site%n = 1
     colon = index(text, ':')
     if (colon == 0) then
       problem = quoted('at:'//text)//' needs two coordinates, at:X:Y'
@@ -247,12 +247,12 @@ contains
       problem = 'the place '//number_text(xy(1))//' '//number_text(xy(2))//' m is not on the membrane'
       return
     end if
-    place%n = 0
+    site%n = 0
     do i = 1, s%model%n_points
       if (.not. abs(load%force(1, i)) > 0) cycle
-      place%n = place%n + 1
-      place%points(place%n) = i
-      place%weights(place%n) = load%force(1, i)
+      site%n = site%n + 1
+      site%points(site%n) = i
+      site%weights(site%n) = load%force(1, i)
     end do
   end subroutine find_at
 end module flusi_wing_sites
