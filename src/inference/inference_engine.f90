@@ -67,8 +67,8 @@ contains
     if (failure%failed) return
     if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT .or. &
         d%linear%is_rejected_by_checks) then
-      if (options%validates) &
-        call validate(simulator, d%baseline%active, d%baseline%q, d%design%nuisances, options%fit, d%prediction%baseline)
+      if (options%validates) call validate(simulator, d%initial_baseline%active, d%initial_baseline%q, &
+                                           d%design%nuisances, options%fit, d%prediction%baseline)
       call d%restore_baseline(simulator)
       return
     end if
@@ -78,8 +78,8 @@ contains
     if (failure%failed) return
     call refit_top_candidates(simulator, options, d)
     call d%restore_baseline(simulator)
-    if (options%validates) &
-      call validate(simulator, d%initial_baseline%active, d%initial_baseline%q, d%design%nuisances, options%fit, d%prediction%baseline)
+    if (options%validates) call validate(simulator, d%initial_baseline%active, d%initial_baseline%q, &
+                                         d%design%nuisances, options%fit, d%prediction%baseline)
     call relinearise(simulator, options, d, is_new, model_error)
     if (is_new) then
       call test_hypotheses(simulator, options, is_scale_known, d, failure)

@@ -56,7 +56,8 @@ contains
     end if
     if (size(zeros%value) > 1) call print_zeros(unit, zeros)
     if (d%prediction%has_gain) then
-      write (unit, '(a)') 'gain      of log predictive density '//fixed(d%prediction%gain, 2)//' +- '//fixed(d%prediction%gain_error, 2)// &
+      write (unit, '(a)') 'gain      of log predictive density '//fixed(d%prediction%gain, 2)//' +- '// &
+        fixed(d%prediction%gain_error, 2)// &
         ' for a location that was left out'
     end if
     call print_modes(unit, s, d)

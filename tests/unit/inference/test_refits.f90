@@ -55,7 +55,7 @@ contains
     call t%check_close('the interval has the same lower end', snapping%intervals(1)%lower, smooth%intervals(1)%lower, &
                        rtol=1.0e-3_rp)
     call t%check_close('and upper end', snapping%intervals(1)%upper, smooth%intervals(1)%upper, rtol=1.0e-3_rp)
-    call t%check_close('and the gain is the same', snapping%gain, smooth%gain, rtol=1.0e-3_rp)
+    call t%check_close('and the gain is the same', snapping%prediction%gain, smooth%prediction%gain, rtol=1.0e-3_rp)
   end subroutine test_other_equilibrium
 
   !> With the bow of the data among the errors the beam is as stiff as it is, where errors are no bow; without it it is softer,
