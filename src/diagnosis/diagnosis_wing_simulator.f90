@@ -87,7 +87,7 @@ contains
     type(bins_t), intent(in) :: bins
     type(wing_patterns_t), intent(in) :: patterns
     type(mass_parts_t), intent(in) :: parts !< of the wing's mass, for what moves
-    integer :: l, n, n_distortions
+    integer :: l, n, n_per_load
     self%experiment => experiment
     self%parameters = without_places(catalogue%parameters)
     self%effects = catalogue%effects
@@ -96,13 +96,13 @@ contains
     if (world%is_root) call self%motion%init(experiment, wing, catalogue%parameters, parts)
     self%n_observations = bins%n + self%motion%n
     n = size(patterns%place, 2)
-    n_distortions = merge(N_DISTORTIONS, 0, any(bins%cell(1, :bins%n) > 0))
+    n_per_load = merge(N_DISTORTIONS, 0, any(bins%cell(1, :bins%n) > 0))
     self%n_alone = 2*n
-    self%n_patterns = 2*n + n_distortions*size(experiment%loads)
+    self%n_patterns = 2*n + n_per_load*size(experiment%loads)
     self%field = pack([(l, l=1, size(catalogue%parameters))], catalogue%parameters%kind == KIND_SOFT)
     self%family = [(1, l=1, n), (2, l=1, n), (4, l=2*n + 1, self%n_patterns), (3, l=1, size(self%field))]
     self%pattern_place = reshape([patterns%place, patterns%place, &
-                                  [(spread(experiment%measurement%loads(l)%point, 2, n_distortions), &
+                                  [(spread(experiment%measurement%loads(l)%point, 2, n_per_load), &
                                     l=1, size(experiment%loads))], &
                                   experiment%model%layout%hinge_place(:, catalogue%parameters(self%field)%number)], &
                                  [2, self%n_patterns + size(self%field)])
