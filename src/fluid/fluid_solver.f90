@@ -196,30 +196,37 @@ contains
     type(request_t), intent(in) :: request
     class(moving_solids_t), intent(inout), optional :: moving
     self%accepted = .false.
-    if (self%has_begun .and. pass_begin(pass) <= 0 .and. allocated(self%rhs%initial)) then
-      call self%rhs%initial%free()
-      deallocate (self%rhs%initial)
-    end if
+    if (self%has_begun .and. pass_begin(pass) <= 0) call drop_initial_flow(self)
     if (self%rhs%params%walls%has_inflow) &
       call self%inflow%set(self%rhs%params, self%rhs%time_of(pass), self%rhs%penalty)
     if (present(moving)) then
       call place_solids(self, moving, self%rhs%time_of(pass))
       if (self%rhs%failure%failed) return
-      self%rhs%solid_speed = moving%max_speed()
     end if
     call self%rhs%prepare(pass, request)
+    ! In this order: curl | product, penalize | (the step is chosen) | project, advance. A bar is a transform.
     call self%transform%pipeline(self%rhs)
     if (allocated(self%rhs%initial)) call self%rhs%initial%rest()
     self%has_begun = self%has_begun .or. pass /= PASS_EVALUATE
   end subroutine run_pass
 
+  !> The solids are where they are at `time`, also in the mask, and moments are about the point that they carry.
   subroutine place_solids(self, moving, time)
     class(fluid_t), intent(inout) :: self
     class(moving_solids_t), intent(inout) :: moving
     real(rp), intent(in) :: time
     call moving%place(time, self%rhs%penalty, self%rhs%failure)
     call moving%refer(self%rhs%params%solids%centre)
+    self%rhs%solid_speed = moving%max_speed()
   end subroutine place_solids
+
+  !> The untruncated initial flow, if there is one, is needed no more.
+  subroutine drop_initial_flow(self)
+    class(fluid_t), intent(inout) :: self
+    if (.not. allocated(self%rhs%initial)) return
+    call self%rhs%initial%free()
+    deallocate (self%rhs%initial)
+  end subroutine drop_initial_flow
 
   !> Keeps the integrals of a pass and completes them by the rate of change of the solids' momentum: exact for
   !> solids whose motion is known, by a backward difference for others.

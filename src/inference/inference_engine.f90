@@ -67,8 +67,8 @@ contains
     if (failure%failed) return
     if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT .or. &
         d%linear%is_rejected_by_checks) then
-      if (options%validates) &
-        call validate(simulator, d%baseline%active, d%baseline%q, d%design%nuisances, options%fit, d%prediction%baseline)
+      if (options%validates) call validate(simulator, d%initial_baseline%active, d%initial_baseline%q, &
+                                           d%design%nuisances, options%fit, d%prediction%baseline)
       call d%restore_baseline(simulator)
       return
     end if

@@ -94,7 +94,7 @@ contains
       do y = first(2), last(2)
         local(2) = modulo(y, self%block%n(2)) - self%block%start(2)
         if (local(2) < 0 .or. local(2) >= self%block%count(2)) cycle
-        call draw_line(self, solid, frame, color, 1 + local(2) + self%block%count(2)*local(3), first(1), last(1), y, z)
+        call draw_line(self, solid, frame, color, 1 + local(2) + self%block%count(2)*local(3), [first(1), last(1)], [y, z])
       end do
     end do
   end subroutine find_points
@@ -111,22 +111,23 @@ contains
     high = middle + half
   end subroutine box_in_space
 
-  !> Points first .. last, not wrapped, of the line (y, z), in the order of their wrapped places.
-  subroutine draw_line(self, solid, frame, color, line, first, last, y, z)
+  !> The points from range(1) to range(2), not wrapped, of the line with this number, in the order of their wrapped places.
+  subroutine draw_line(self, solid, frame, color, line, range, yz)
     class(rigid_mask_t), intent(inout) :: self
     type(rigid_body_t), intent(in) :: solid
     type(body_t), intent(in) :: frame
-    integer, intent(in) :: color, line, first, last, y, z
+    integer, intent(in) :: color, line
+    integer, intent(in) :: range(2), yz(2) !< along x; y and z of the line
     real(rp) :: arm(3), chi
     integer :: i, x, begin, turn, nx
     nx = self%grid%n(1)
     begin = self%n_cells + 1
-    turn = first + modulo(-first, nx) ! the first point that wraps to 0
+    turn = range(1) + modulo(-range(1), nx) ! the first point that wraps to 0
     do i = turn, turn + nx - 1
       x = i
-      if (x > last) x = x - nx
-      if (x < first .or. x > last) cycle
-      arm = frame%rotation%to_frame([x, y, z]*self%grid%spacing - frame%centre)
+      if (x > range(2)) x = x - nx
+      if (x < range(1) .or. x > range(2)) cycle
+      arm = frame%rotation%to_frame([x, yz]*self%grid%spacing - frame%centre)
       chi = solid%mask_at(arm)
       if (chi <= 0) cycle
       if (self%n_cells == size(self%x)) call grow(self)

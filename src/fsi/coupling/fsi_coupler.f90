@@ -226,7 +226,7 @@ contains
           call self%meters(i)%begin(p%model, p%inertia, self%wings(i)%motion, self%states(i), before, &
                                     self%history%old_dt <= 0, self%energies(i))
         end associate
-        call self%wings(i)%begin(self%world, self%states(i))
+        call self%wings(i)%begin(self%states(i))
       end do
       self%history%force = self%force
       if (self%is_thin) then
@@ -302,8 +302,7 @@ contains
     begun = wall_seconds()
     associate (p => self%params)
       do i = 1, size(self%wings)
-        call self%wings(i)%solve(self%world, p%model, p%inertia, p%options, self%applied(:, :, i), dt*p%units%time, &
-                                 self%states(i))
+        call self%wings(i)%solve(p%model, p%inertia, p%options, self%applied(:, :, i), dt*p%units%time, self%states(i))
       end do
     end associate
     self%solver_seconds = self%solver_seconds + wall_seconds() - begun

@@ -165,8 +165,7 @@ contains
         call wing%reaction%force(solver%motion%at(state%time), state%u, state%v, force)
       else
         force = 0
-        call solver%solve(thin%world, params%model, params%inertia, params%options, force, dt*params%units%time, &
-                          state, wing%reaction)
+        call solver%solve(params%model, params%inertia, params%options, force, dt*params%units%time, state, wing%reaction)
       end if
     end associate
   end subroutine advance_wing

@@ -22,6 +22,7 @@ module fsi_wing_solver
     integer :: owner = 0                          !< rank that solves the wing
     type(dynamic_state_t), private :: begun       !< at the beginning of the step
     type(dynamics_t), private :: stepper
+    logical, private :: is_mine = .false.         !< this rank is the owner
     logical, private :: is_repeated = .false.     !< the step has been solved under another load
     real(rp), allocatable, private :: guess(:, :), packed(:)
   contains
@@ -42,7 +43,8 @@ contains
     type(solid_model_t), intent(in) :: model
     integer, intent(in) :: owner
     self%owner = owner
-    if (owner == world%rank) then
+    self%is_mine = owner == world%rank
+    if (self%is_mine) then
       call self%stepper%init(model)
       call self%begun%init(model, 0.0_rp)
     end if
@@ -50,32 +52,29 @@ contains
   end subroutine solver_init
 
   !> Remembers the state before a step.
-  subroutine solver_begin(self, world, state)
+  subroutine solver_begin(self, state)
     class(wing_solver_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(dynamic_state_t), intent(in) :: state
-    if (self%owner == world%rank) call copy_state(state, self%begun)
+    if (self%is_mine) call copy_state(state, self%begun)
     self%is_repeated = .false.
     self%factorisations = 0
   end subroutine solver_begin
 
   !> On the owner: makes the step dt [s] from the remembered state under force(3, n_all) [N], and under a reaction, if there
   !> is one; under another load again, beginning with the displacements found before. The other ranks return at once.
-  subroutine solver_solve(self, world, model, inertia, options, force, dt, state, reaction)
+  subroutine solver_solve(self, model, inertia, options, force, dt, state, reaction)
     class(wing_solver_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
     type(dynamic_options_t), intent(in) :: options
     real(rp), intent(in) :: force(:, :), dt
     type(dynamic_state_t), intent(inout) :: state
     class(reaction_t), intent(inout), optional :: reaction
-    if (self%owner /= world%rank) return
+    if (.not. self%is_mine) return
     if (self%is_repeated) then
       self%guess = state%u
       call copy_state(self%begun, state)
-      call self%stepper%step(model, inertia, self%motion, force, dt, options, state, self%report, self%guess, &
-                             before=self%factorisations, reaction=reaction)
+      call self%stepper%step(model, inertia, self%motion, force, dt, options, state, self%report, self%guess, reaction)
     else
       call self%stepper%step(model, inertia, self%motion, force, dt, options, state, self%report, &
                              reaction=reaction)
@@ -93,9 +92,9 @@ contains
     character(:), allocatable :: reason
     integer :: verdict
     verdict = 0
-    if (self%owner == world%rank) verdict = merge(0, 1, self%report%converged)
+    if (self%is_mine) verdict = merge(0, 1, self%report%converged)
     if (world%max_integer(verdict) > 0) then
-      if (self%owner == world%rank) reason = self%report%reason
+      if (self%is_mine) reason = self%report%reason
       call world%broadcast_text(reason, from=self%owner)
       call failure%raise('the time step of a wing failed: '//reason)
       return
@@ -108,7 +107,7 @@ contains
     class(wing_solver_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(dynamic_state_t), intent(inout) :: state
-    if (self%owner == world%rank) call copy_state(self%begun, state)
+    if (self%is_mine) call copy_state(self%begun, state)
     call broadcast_state(self, world, state)
   end subroutine solver_rewind
 

@@ -56,7 +56,6 @@ module fsi_kinematics
   contains
     procedure :: vector_to_wing => pose_vector_to_wing
     procedure :: vector_to_space => pose_vector_to_space
-    procedure :: vector_to_body => pose_vector_to_body
     procedure :: point_to_wing => pose_point_to_wing
     procedure :: point_to_space => pose_point_to_space
     procedure :: velocity_at => pose_velocity_at
@@ -176,14 +175,6 @@ contains
     real(rp) :: v(3)
     v = matmul(w, self%matrix)
   end function pose_vector_to_space
-
-  !> Components in the body frame of a vector in the wing frame.
-  pure function pose_vector_to_body(self, w) result(v)
-    class(wing_pose_t), intent(in) :: self
-    real(rp), intent(in) :: w(3)
-    real(rp) :: v(3)
-    v = matmul(self%body_matrix, matmul(w, self%matrix))
-  end function pose_vector_to_body
 
   !> Place in the wing frame of a point in space, L.
   pure function pose_point_to_wing(self, x) result(w)

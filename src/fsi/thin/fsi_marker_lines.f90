@@ -9,7 +9,7 @@ module fsi_marker_lines
   use base_sort, only: sorting_order
   implicit none
   private
-  public :: line_site_t, list_links, place_on_lines
+  public :: line_net_t, line_site_t, place_on_lines
 
   ! Between the angles of regular polygons, whose corners must not come and go with round-off.
   real(rp), parameter :: TURN = 35*acos(-1.0_rp)/180
@@ -23,6 +23,14 @@ module fsi_marker_lines
     logical :: is_corner = .false.
   end type line_site_t
 
+  !> Links with those at each point i: at(1, first(i)) .. at(1, first(i + 1) - 1); at(2, :) says which end i is.
+  type :: line_net_t
+    integer, allocatable :: links(:, :) !< (2, m) points
+    integer, allocatable :: first(:), at(:, :)
+  contains
+    procedure :: init => net_init
+  end type line_net_t
+
 contains
 
   !> The places on the lines of `links`: first the corners, ends and branches before sharp turns before others, then the
@@ -32,65 +40,66 @@ contains
     integer, intent(in) :: links(:, :)   !< (2, m) points
     real(rp), intent(in) :: spacing      !< h [L]
     type(line_site_t), allocatable, intent(out) :: sites(:)
-    integer, allocatable :: at(:, :), first(:), corners(:), arc(:)
+    type(line_net_t) :: net
+    integer, allocatable :: corners(:), arc(:)
     real(rp), allocatable :: turns(:)
     logical, allocatable :: used(:)
     integer :: i, k, n, n_arc
-    call list_links(size(points, 2), links, first, at)
+    call net%init(size(points, 2), links)
     allocate (turns(size(points, 2)), used(size(links, 2)), arc(size(links, 2)))
     do i = 1, size(points, 2)
-      turns(i) = turn_at(points, links, at(:, first(i):first(i + 1) - 1))
+      turns(i) = turn_at(points, links, net%at(:, net%first(i):net%first(i + 1) - 1))
     end do
     corners = pack([(i, i=1, size(turns))], turns > TURN)
     corners = corners(sorting_order(-int(turns(corners)*FINE, i8)))
     n = size(corners)
     allocate (sites(n))
     do i = 1, n
-      k = first(corners(i))
-      sites(i) = line_site_t(at(1, k), real(at(2, k) - 1, rp), .true.)
+      k = net%first(corners(i))
+      sites(i) = line_site_t(net%at(1, k), real(net%at(2, k) - 1, rp), .true.)
     end do
     used = .false.
     do i = 1, n
-      do k = first(corners(i)), first(corners(i) + 1) - 1
-        if (used(at(1, k))) cycle
-        call follow(links, first, at, turns, corners(i), at(1, k), used, arc, n_arc)
+      do k = net%first(corners(i)), net%first(corners(i) + 1) - 1
+        if (used(net%at(1, k))) cycle
+        call follow(net, turns, corners(i), net%at(1, k), used, arc, n_arc)
         call divide(points, links, arc(:n_arc), spacing, .false., sites)
       end do
     end do
     do i = 1, size(points, 2) ! the remaining lines are closed and have no corner
-      do k = first(i), first(i + 1) - 1
-        if (used(at(1, k))) cycle
-        call follow(links, first, at, turns, i, at(1, k), used, arc, n_arc)
+      do k = net%first(i), net%first(i + 1) - 1
+        if (used(net%at(1, k))) cycle
+        call follow(net, turns, i, net%at(1, k), used, arc, n_arc)
         call divide(points, links, arc(:n_arc), spacing, .true., sites)
       end do
     end do
   end subroutine place_on_lines
 
-  !> The links at each point i are at(1, first(i)) .. at(1, first(i + 1) - 1); at(2, :) says which end i is.
-  pure subroutine list_links(n_points, links, first, at)
+  !> The net of these links between n_points points.
+  pure subroutine net_init(self, n_points, links)
+    class(line_net_t), intent(inout) :: self
     integer, intent(in) :: n_points, links(:, :)
-    integer, allocatable, intent(out) :: first(:), at(:, :)
-    integer, allocatable :: filled(:)
-    integer :: i, k
-    allocate (first(n_points + 1), filled(n_points), at(2, 2*size(links, 2)))
+    integer :: filled(n_points), i, k
+    self%links = links
+    allocate (self%first(n_points + 1), self%at(2, 2*size(links, 2)))
     filled = 0
     do i = 1, size(links, 2)
       do k = 1, 2
         filled(links(k, i)) = filled(links(k, i)) + 1
       end do
     end do
-    first(1) = 1
+    self%first(1) = 1
     do i = 1, n_points
-      first(i + 1) = first(i) + filled(i)
+      self%first(i + 1) = self%first(i) + filled(i)
     end do
     filled = 0
     do i = 1, size(links, 2)
       do k = 1, 2
-        at(:, first(links(k, i)) + filled(links(k, i))) = [i, k]
+        self%at(:, self%first(links(k, i)) + filled(links(k, i))) = [i, k]
         filled(links(k, i)) = filled(links(k, i)) + 1
       end do
     end do
-  end subroutine list_links
+  end subroutine net_init
 
   !> Angle by which the line turns at a point, given its links; more than any angle at ends and branches, less than any
   !> where there is no line.
@@ -112,8 +121,9 @@ contains
 
   !> The arc that leaves point `start` by `link`, up to a corner or back to `start`: its links, negative where they are
   !> passed from the second to the first point.
-  pure subroutine follow(links, first, at, turns, start, link, used, arc, n)
-    integer, intent(in) :: links(:, :), first(:), at(:, :), start, link
+  pure subroutine follow(net, turns, start, link, used, arc, n)
+    type(line_net_t), intent(in) :: net
+    integer, intent(in) :: start, link
     real(rp), intent(in) :: turns(:)
     logical, intent(inout) :: used(:)
     integer, intent(inout) :: arc(:)
@@ -125,13 +135,15 @@ contains
     do
       n = n + 1
       used(next) = .true.
-      arc(n) = merge(next, -next, links(1, next) == point)
-      point = merge(links(2, next), links(1, next), links(1, next) == point)
+      associate (ends => net%links(:, next))
+        arc(n) = merge(next, -next, ends(1) == point)
+        point = merge(ends(2), ends(1), ends(1) == point)
+      end associate
       if (turns(point) > TURN .or. point == start) exit
-      k = first(point)
-      if (used(at(1, k))) k = k + 1
-      if (used(at(1, k))) exit
-      next = at(1, k)
+      k = net%first(point)
+      if (used(net%at(1, k))) k = k + 1
+      if (used(net%at(1, k))) exit
+      next = net%at(1, k)
     end do
   end subroutine follow
 

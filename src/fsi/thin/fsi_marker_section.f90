@@ -9,7 +9,7 @@
 module fsi_marker_section
   use base_errors, only: require
   use base_kinds, only: rp
-  use fsi_marker_lines, only: line_site_t, list_links, place_on_lines
+  use fsi_marker_lines, only: line_net_t, line_site_t, place_on_lines
   implicit none
   private
   public :: place_section_markers, station_t
@@ -49,7 +49,8 @@ contains
     real(rp), intent(out) :: largest_gap
     type(line_site_t), allocatable :: wanted(:), fine(:), kept(:)
     real(rp), allocatable :: middle(:, :), x(:, :), gaps(:)
-    integer, allocatable :: links(:, :), first(:), at(:, :)
+    type(line_net_t) :: net
+    integer, allocatable :: links(:, :)
     logical, allocatable :: keep(:)
     real(rp) :: tolerance
     integer :: i, k
@@ -75,14 +76,14 @@ contains
       call see(fine(k))
     end do
 
-    call list_links(size(middle, 2), links, first, at)
+    call net%init(size(middle, 2), links)
     allocate (stations(size(kept)))
     do i = 1, size(kept)
       associate (ends => links(:, kept(i)%link))
         call cut_across(points, triangles, reshape(positions(middle, links, kept(i:i)), [3]), &
-                        direction(middle, links, first, at, kept(i)), NEAR*spacing, tolerance, stations(i))
+                        direction(middle, net, kept(i)), NEAR*spacing, tolerance, stations(i))
         k = ends(merge(1, 2, kept(i)%fraction < 0.5_rp))
-        stations(i)%is_edge = kept(i)%is_corner .and. first(k + 1) - first(k) == 1
+        stations(i)%is_edge = kept(i)%is_corner .and. net%first(k + 1) - net%first(k) == 1
       end associate
     end do
 
@@ -212,20 +213,22 @@ contains
   end function positions
 
   !> Along the section at a place, any length: at a fold half-way between both sides.
-  pure function direction(points, links, first, at, site) result(along)
+  pure function direction(points, net, site) result(along)
     real(rp), intent(in) :: points(:, :)
-    integer, intent(in) :: links(:, :), first(:), at(:, :)
+    type(line_net_t), intent(in) :: net
     type(line_site_t), intent(in) :: site
     real(rp) :: along(3), other(3)
     integer :: p, k
-    along = points(:, links(2, site%link)) - points(:, links(1, site%link))
-    if (.not. site%is_corner) return
-    p = links(merge(1, 2, site%fraction < 0.5_rp), site%link)
-    if (first(p + 1) - first(p) /= 2) return
-    k = merge(first(p) + 1, first(p), at(1, first(p)) == site%link)
-    other = points(:, links(3 - at(2, k), at(1, k))) - points(:, p)
-    other = other/norm2(other) - merge(1, -1, site%fraction < 0.5_rp)*along/norm2(along)
-    if (norm2(other) > SAME) along = other ! not for a sheet that is folded back on itself
+    associate (links => net%links, first => net%first, at => net%at)
+      along = points(:, links(2, site%link)) - points(:, links(1, site%link))
+      if (.not. site%is_corner) return
+      p = links(merge(1, 2, site%fraction < 0.5_rp), site%link)
+      if (first(p + 1) - first(p) /= 2) return
+      k = merge(first(p) + 1, first(p), at(1, first(p)) == site%link)
+      other = points(:, links(3 - at(2, k), at(1, k))) - points(:, p)
+      other = other/norm2(other) - merge(1, -1, site%fraction < 0.5_rp)*along/norm2(along)
+      if (norm2(other) > SAME) along = other ! not for a sheet that is folded back on itself
+    end associate
   end function direction
 
   !> The mean of the line across the strip at x: of the cuts, by the plane normal to `along`, that are near.

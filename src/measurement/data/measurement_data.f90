@@ -95,7 +95,6 @@ module measurement_data
     procedure :: moves => measurement_moves
     procedure :: is_in_air => measurement_is_in_air
     procedure :: count_series => measurement_count_series
-    procedure :: count_traces => measurement_count_traces
     procedure :: count_series_observations => measurement_count_series_observations
     procedure :: surface_name => measurement_surface_name
     procedure :: site => measurement_site
@@ -231,16 +230,6 @@ contains
     n = 0
     if (allocated(self%series)) n = size(self%series)
   end function measurement_count_series
-
-  !> Number of their traces: of the points that all of them see.
-  pure integer function measurement_count_traces(self) result(n)
-    class(measurement_t), intent(in) :: self
-    integer :: i
-    n = 0
-    do i = 1, self%count_series()
-      n = n + size(self%series(i)%sigma)
-    end do
-  end function measurement_count_traces
 
   !> Numbers in them.
   pure integer function measurement_count_series_observations(self) result(n)

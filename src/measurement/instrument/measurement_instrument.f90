@@ -46,7 +46,6 @@ module measurement_instrument
   !> The values, in the order of the names, and what sets their scales.
   type :: instrument_t
     real(rp) :: values(N_INSTRUMENT) = DEFAULTS
-    logical :: is_linear_default = .false.       !< small deflections are usual: the null of `nonlinearity` is 0
     real(rp), private :: length = 1            !< [m] of the wing
     real(rp), private :: smallest_force = 1    !< [N] that was applied
     real(rp), private :: last_order = 2, last_time = 1 !< [1], [s]
@@ -122,7 +121,7 @@ contains
       call define_effect(p, 'map_scale', '1', .true., 0.9_rp, 1.1_rp, 0.01_rp)
     case (NONLINEARITY)
       call define_effect(p, 'nonlinearity', '1', .false., 0.0_rp, 2.0_rp, 0.5_rp)
-      p%null = merge(0.0_rp, 1.0_rp, self%is_linear_default)
+      p%null = 1
     case default
       call define_effect(p, trim(NAMES(i)), 'm/s^2', .false., -20.0_rp, 20.0_rp, 10.0_rp)
     end select

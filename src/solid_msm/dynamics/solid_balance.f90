@@ -11,6 +11,7 @@
 module solid_balance
   use base_kinds, only: rp
   use base_visitor, only: visited_t, visitor_t
+  use solid_dynamic_state, only: dynamic_state_t
   use solid_inertia, only: inertia_t
   use solid_model, only: solid_model_t
   use solid_motion, only: frame_t
@@ -71,46 +72,48 @@ contains
               self%new_weight(3, n), self%new_apparent(3, n), self%elastic(3, n), self%new_elastic(3, n), source=0.0_rp)
   end subroutine balance_init
 
-  !> Remembers displacements u, elastic forces g and external forces, all (3, n_all), before a step.
-  subroutine balance_record(self, model, inertia, frame, u, g, force)
+  !> Remembers the state and external forces(3, n_all) before a step.
+  subroutine balance_record(self, model, inertia, frame, state, force)
     class(balance_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
     type(frame_t), intent(in) :: frame
-    real(rp), intent(in) :: u(:, :), g(:, :), force(:, :)
-    self%u = u
-    self%g = g
+    type(dynamic_state_t), intent(in) :: state
+    real(rp), intent(in) :: force(:, :)
+    self%u = state%u
+    self%g = state%g
     self%force = force
-    call evaluate(model, inertia, frame, u, self%weight, self%apparent)
-    if (inertia%relaxation > 0) call model%gradient(u, self%elastic)
+    call evaluate(model, inertia, frame, state%u, self%weight, self%apparent)
+    if (inertia%relaxation > 0) call model%gradient(state%u, self%elastic)
   end subroutine balance_record
 
-  !> Adds what happened in the step of size h [s] since `look` to `work`; the arguments are those after it.
-  subroutine balance_add_step(self, model, inertia, frame, u, g, force, h, work)
+  !> Adds what happened in the step of size h [s] since `record` to `work`; the arguments are those after it.
+  subroutine balance_add_step(self, model, inertia, frame, state, force, h, work)
     class(balance_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
     type(frame_t), intent(in) :: frame
-    real(rp), intent(in) :: u(:, :), g(:, :), force(:, :), h
+    type(dynamic_state_t), intent(in) :: state
+    real(rp), intent(in) :: force(:, :), h
     type(work_t), intent(inout) :: work
     real(rp) :: du(3), loads, weight, apparent, damped
     integer :: i, p
-    call evaluate(model, inertia, frame, u, self%new_weight, self%new_apparent)
-    if (inertia%relaxation > 0) call model%gradient(u, self%new_elastic)
+    call evaluate(model, inertia, frame, state%u, self%new_weight, self%new_apparent)
+    if (inertia%relaxation > 0) call model%gradient(state%u, self%new_elastic)
     loads = 0
     weight = 0
     apparent = 0
     damped = 0
     do i = 1, model%n_free
       p = model%movable(i)
-      du = u(:, p) - self%u(:, p)
+      du = state%u(:, p) - self%u(:, p)
       loads = loads + dot_product(self%force(:, p) + force(:, p), du)
       weight = weight + dot_product(self%weight(:, p) + self%new_weight(:, p), du)
       apparent = apparent + dot_product(self%apparent(:, p) + self%new_apparent(:, p), du)
       damped = damped + ((inertia%rayleigh_mass*inertia%mass(p) + inertia%nodal(p))*dot_product(du, du) + &
-                         inertia%rayleigh_stiffness*dot_product(g(:, p) - self%g(:, p), du))/h
+                         inertia%rayleigh_stiffness*dot_product(state%g(:, p) - self%g(:, p), du))/h
       ! What a relaxing force does, some of which it gives back later.
-      if (inertia%relaxation > 0) damped = damped + 0.5_rp*dot_product(g(:, p) + self%g(:, p) - self%elastic(:, p) - &
+      if (inertia%relaxation > 0) damped = damped + 0.5_rp*dot_product(state%g(:, p) + self%g(:, p) - self%elastic(:, p) - &
                                                                       self%new_elastic(:, p), du)
     end do
     work%loads = work%loads + 0.5_rp*loads

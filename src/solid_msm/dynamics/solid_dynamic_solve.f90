@@ -20,10 +20,15 @@ module solid_dynamic_solve
   private
   public :: dynamic_solver_t
 
-  !> Work space; nothing is allocated after `init`. With the result x(3, n_all) [m] of the last solution.
+  !> Work space; nothing is allocated after `init`. With the result x(3, n_all) [m] of the last solution, and counts, which the
+  !> caller sets to 0 when he begins to count.
   type :: dynamic_solver_t
     type(equilibrium_t) :: equilibrium
     real(rp), allocatable :: x(:, :)
+    integer :: n_factorisations = 0
+    integer :: n_inner = 0               !< iterations of equations with a reaction
+    type(frame_t), private :: frame
+    real(rp), private :: q = 0           !< [1/s]
     type(krylov_t), private :: krylov
     type(residuals_t), private :: residuals
     logical, private :: is_own = .false. !< the factors are those of what was assembled last
@@ -68,53 +73,61 @@ contains
                                        self%free_x, self%diagonal, self%kept)
   end subroutine solver_free
 
-  !> To be called when a step begins: its equations are new ones.
-  subroutine solver_start(self)
-    class(dynamic_solver_t), intent(inout) :: self
-    call self%residuals%forget()
-  end subroutine solver_start
-
-  !> S at displacements u(3, n_all), or its elements' positive semidefinite parts.
-  subroutine solver_assemble(self, model, inertia, frame, u, q, semidefinite)
+  !> To be called when a step begins, or a piece of it: its equations are new ones. They hold in this frame, for rates that
+  !> are q [1/s] times the displacements.
+  subroutine solver_start(self, model, inertia, frame, q)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
     type(frame_t), intent(in) :: frame
-    real(rp), intent(in) :: u(:, :), q
+    real(rp), intent(in) :: q
+    integer :: i
+    self%frame = frame
+    self%q = q
+    do i = 1, model%n_free
+      self%turns(:, i) = gyroscopic_turn(inertia, frame, q, model%movable(i))
+    end do
+    call self%residuals%forget()
+  end subroutine solver_start
+
+  !> S at displacements u(3, n_all), or its elements' positive semidefinite parts.
+  subroutine solver_assemble(self, model, inertia, u, semidefinite)
+    class(dynamic_solver_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    type(inertia_t), intent(in) :: inertia
+    real(rp), intent(in) :: u(:, :)
     logical, intent(in) :: semidefinite
     type(frame_t) :: at_rest
     call self%residuals%forget()
     self%is_own = .false.
     associate (blocks => self%equilibrium%blocks)
       call assemble_tangent(model, u, self%equilibrium%axial, semidefinite, blocks)
-      if (max(inertia%rayleigh_stiffness, inertia%relaxation) > 0) blocks = inertia%elastic_factor(q)*blocks
+      if (max(inertia%rayleigh_stiffness, inertia%relaxation) > 0) blocks = inertia%elastic_factor(self%q)*blocks
       if (semidefinite) then
-        call add_inertia_tangent(inertia, model, at_rest, q, blocks)
+        call add_inertia_tangent(inertia, model, at_rest, self%q, blocks)
       else
-        call add_inertia_tangent(inertia, model, frame, q, blocks)
+        call add_inertia_tangent(inertia, model, self%frame, self%q, blocks)
       end if
     end associate
   end subroutine solver_assemble
 
   !> Factorises what was assembled at u, with the reaction's blocks, or a positive definite neighbour of it, and counts.
-  subroutine solver_factorise(self, model, inertia, frame, u, q, n_factorisations, is_spd, reaction)
+  subroutine solver_factorise(self, model, inertia, u, is_spd, reaction)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
-    type(frame_t), intent(in) :: frame
-    real(rp), intent(in) :: u(:, :), q
-    integer, intent(inout) :: n_factorisations
+    real(rp), intent(in) :: u(:, :)
     logical, intent(out) :: is_spd
     class(reaction_t), intent(inout), optional :: reaction
     integer :: attempt, i, b
     if (present(reaction)) call reaction%block_diagonal(self%diagonal)
     do attempt = 1, 2
-      if (attempt == 2) call self%assemble(model, inertia, frame, u, q, .true.)
+      if (attempt == 2) call self%assemble(model, inertia, u, .true.)
       if (present(reaction)) then
         do i = 1, model%n_free
           b = model%pattern%start(i + 1) - 1
           self%kept(:, :, i) = self%equilibrium%blocks(:, :, b)
-          self%equilibrium%blocks(:, :, b) = self%kept(:, :, i) + q*self%diagonal(:, :, model%movable(i))
+          self%equilibrium%blocks(:, :, b) = self%kept(:, :, i) + self%q*self%diagonal(:, :, model%movable(i))
         end do
       end if
       call model%pattern%pack(self%equilibrium%blocks, self%equilibrium%values)
@@ -124,23 +137,21 @@ contains
         end do
       end if
       call self%equilibrium%cholesky%factorise(self%equilibrium%values, is_spd)
-      n_factorisations = n_factorisations + 1
+      self%n_factorisations = self%n_factorisations + 1
       self%is_own = is_spd
       if (is_spd) return
     end do
   end subroutine solver_factorise
 
   !> x = -(S + N)^-1 r with the assembled S, by the factors of an older S, if that succeeds.
-  subroutine solver_iterate(self, model, inertia, frame, q, r, is_solved)
+  subroutine solver_iterate(self, model, r, is_solved)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
-    type(inertia_t), intent(in) :: inertia
-    type(frame_t), intent(in) :: frame
-    real(rp), intent(in) :: q, r(:, :)
+    real(rp), intent(in) :: r(:, :)
     logical, intent(out) :: is_solved
     real(rp), parameter :: ENOUGH = 1.0e-3_rp ! Newton's method mends the rest
     real(rp) :: left
-    call prepare(self, model, inertia, frame, q, r)
+    call put_right_hand_side(self, model, r)
     call self%krylov%solve(model%pattern, self%equilibrium%blocks, self%turns, self%equilibrium%cholesky, &
                            self%equilibrium%right_hand_side, ENOUGH, self%free_x, left)
     call finish(self, model, left, is_solved)
@@ -148,37 +159,32 @@ contains
 
   !> x = -(S + N + q C)^-1 r with the assembled S, up to `enough` of r, by the factors at hand, if that succeeds. Counts
   !> iterations.
-  subroutine solver_solve_reaction(self, model, inertia, frame, q, r, enough, reaction, n_iterations, is_solved)
+  subroutine solver_solve_reaction(self, model, r, enough, reaction, is_solved)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
-    type(inertia_t), intent(in) :: inertia
-    type(frame_t), intent(in) :: frame
-    real(rp), intent(in) :: q, r(:, :), enough
+    real(rp), intent(in) :: r(:, :), enough
     class(reaction_t), intent(inout) :: reaction
-    integer, intent(inout) :: n_iterations
     logical, intent(out) :: is_solved
     integer, parameter :: MANY = 60, FEW = 20 ! few where new factors would help
     real(rp) :: left
-    call prepare(self, model, inertia, frame, q, r)
-    call self%residuals%solve(model, self%equilibrium%blocks, self%turns, reaction, q, self%equilibrium%cholesky, &
-                              self%equilibrium%right_hand_side, enough, merge(MANY, FEW, self%is_own), self%free_x, &
-                              left, n_iterations)
+    integer :: n_iterations
+    call put_right_hand_side(self, model, r)
+    call self%residuals%solve(model, self%equilibrium, self%turns, reaction, self%q, enough, merge(MANY, FEW, self%is_own), &
+                              self%free_x, left, n_iterations)
+    self%n_inner = self%n_inner + n_iterations
     call finish(self, model, left, is_solved)
   end subroutine solver_solve_reaction
 
-  !> What stands on the right and the skew part, of the free points.
-  subroutine prepare(self, model, inertia, frame, q, r)
+  !> -r of the free points.
+  subroutine put_right_hand_side(self, model, r)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
-    type(inertia_t), intent(in) :: inertia
-    type(frame_t), intent(in) :: frame
-    real(rp), intent(in) :: q, r(:, :)
+    real(rp), intent(in) :: r(:, :)
     integer :: i
     do i = 1, model%n_free
-      self%turns(:, i) = gyroscopic_turn(inertia, frame, q, model%movable(i))
       self%equilibrium%right_hand_side(:, i) = -r(:, model%movable(i))
     end do
-  end subroutine prepare
+  end subroutine put_right_hand_side
 
   !> Takes the solution if no more than `left` of the residual is left.
   subroutine finish(self, model, left, is_solved)
@@ -196,25 +202,24 @@ contains
   end subroutine finish
 
   !> x = -(S + N)^-1 r with the factorised S.
-  subroutine solver_solve(self, model, inertia, frame, q, r)
+  subroutine solver_solve(self, model, inertia, r)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
-    type(frame_t), intent(in) :: frame
-    real(rp), intent(in) :: q, r(:, :)
+    real(rp), intent(in) :: r(:, :)
     real(rp), parameter :: ENOUGH = 1.0e-8_rp ! of the squared energy norm: Newton's method mends the rest
     integer, parameter :: LIMIT = 60
     real(rp) :: rho, old_rho, first_rho, omega
     integer :: k
     call self%equilibrium%newton_step(model, r)
     self%x = self%equilibrium%du
-    if (.not. maxval(abs(frame%omega)) + maxval(abs(frame%alpha)) > 0) return
+    if (.not. maxval(abs(self%frame%omega)) + maxval(abs(self%frame%alpha)) > 0) return
     first_rho = -sum(r*self%x)
     old_rho = first_rho
     self%old_x = 0
     self%old_r = r
     omega = 1
-    call apply_gyroscopic(inertia, model, frame, q, self%x, self%rate) ! r_1 = r_0 + N x_1, as x = -S^-1 r
+    call apply_gyroscopic(inertia, model, self%frame, self%q, self%x, self%rate) ! r_1 = r_0 + N x_1, as x = -S^-1 r
     self%r = self%rate
     do k = 1, LIMIT
       call self%equilibrium%newton_step(model, self%r)
@@ -225,7 +230,7 @@ contains
       self%rate = self%old_x + omega*(self%equilibrium%du + self%x - self%old_x)
       self%old_x = self%x
       self%x = self%rate
-      call apply_gyroscopic(inertia, model, frame, q, self%equilibrium%du, self%rate)
+      call apply_gyroscopic(inertia, model, self%frame, self%q, self%equilibrium%du, self%rate)
       self%mixed = (1 - omega)*self%old_r + omega*self%rate
       self%old_r = self%r
       self%r = self%mixed

@@ -55,6 +55,7 @@ module solid_dynamics
     type(dynamic_solver_t) :: solver
     type(dynamic_state_t) :: saved
     logical :: has_factors = .false. !< those of the solver serve the step that is being made
+    integer :: n_before = 0          !< factorisations that have gone into this step, as often as it was made
     ! Of the piece of the step that is being made
     type(frame_t) :: frame           !< at its end
     real(rp) :: q = 0                !< [1/s]
@@ -90,9 +91,9 @@ contains
   !> Advances `state` by dt > 0 [s] under the external forces force(3, n_all) [N], constant over the
   !> step, with the frame of `motion` at the new time. On failure the state is what it was.
   !>
-  !> The same step, made again with another force or guess, uses the factors of the last time if it is told how many
-  !> factorisations have gone `before` into it.
-  subroutine dynamics_step(self, model, inertia, motion, force, dt, options, state, report, guess, before, reaction)
+  !> With a guess it is the last step that is made again, under another force: it begins with the factors of the last time, and
+  !> those that have gone into it before count.
+  subroutine dynamics_step(self, model, inertia, motion, force, dt, options, state, report, guess, reaction)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
@@ -102,7 +103,6 @@ contains
     type(dynamic_state_t), intent(inout) :: state
     type(step_report_t), intent(out) :: report
     real(rp), intent(in), optional :: guess(:, :) !< (3, n_all) [m] of u at the end, instead of an extrapolated one
-    integer, intent(in), optional :: before
     class(reaction_t), intent(inout), optional :: reaction !< adds its force, taken at the new time
     type(dynamic_options_t) :: now
     integer :: halvings, done ! pieces of dt/2**halvings
@@ -110,14 +110,14 @@ contains
     logical :: converged, can_try
     call require(dt > 0, 'dynamics_t%step: the time step must be positive')
     call copy_state(state, self%saved)
+    self%solver%n_factorisations = 0
+    self%solver%n_inner = 0
     now = options
     halvings = 0
     done = 0
-    self%has_factors = .false.
-    if (present(before)) then
-      self%has_factors = before > 0
-      now%factorisations = options%factorisations - before
-    end if
+    if (.not. present(guess)) self%n_before = 0
+    self%has_factors = self%n_before > 0
+    now%factorisations = options%factorisations - self%n_before
     do
       part = dt/2**halvings
       self%frame = motion%at(self%saved%time + (done + 1)*part)
@@ -128,19 +128,24 @@ contains
         call end_piece(self, model, part, state)
         done = done + 1
         report%substeps = report%substeps + 1
-        if (done == 2**halvings) exit
+        report%converged = done == 2**halvings
+        if (report%converged) exit
         now%worth_reuse = options%worth_reuse ! of the next piece
         self%has_factors = .false.
       else
         call try_harder(self, options, now, halvings, done, can_try)
-        if (can_try) cycle
-        call copy_state(self%saved, state)
-        report%reason = 'Newton''s method did not converge with steps of '//number_text(part)//' s'
-        return
+        if (.not. can_try) exit
       end if
     end do
-    state%time = self%saved%time + dt
-    report%converged = .true.
+    report%factorisations = self%solver%n_factorisations
+    report%inner = self%solver%n_inner
+    self%n_before = self%n_before + report%factorisations
+    if (report%converged) then
+      state%time = self%saved%time + dt
+    else
+      call copy_state(self%saved, state)
+      report%reason = 'Newton''s method did not converge with steps of '//number_text(part)//' s'
+    end if
   end subroutine dynamics_step
 
   !> What is tried after a piece of a step has failed, in this order: a new tangent in every iteration, as many factorisations
@@ -215,7 +220,7 @@ contains
     floor = 4*epsilon(scale)*model%params%k_vein*sqrt(real(model%n_free, rp))
     noise = 8*epsilon(scale)*hinge_forces(model)
     report%residuals = 0
-    call self%solver%start()
+    call self%solver%start(model, inertia, self%frame, self%q)
     size_r = 0
     n_newton = 0
     newton_sizes = 0
@@ -235,15 +240,14 @@ contains
         if (n_newton >= 3 .and. size_r > newton_sizes(1)) exit ! of the tangent before the last one
         n_newton = n_newton + 1
         newton_sizes = [newton_sizes(2), size_r]
-        call renew_tangent(self, model, inertia, options%factorisations, report%factorisations, was_iterated, reaction)
+        call renew_tangent(self, model, inertia, options%factorisations, was_iterated, reaction)
         if (.not. self%has_factors) exit
       end if
       if (present(reaction)) then
-        call self%solver%solve_reaction(model, inertia, self%frame, self%q, self%r, linear_tolerance(size_r, small), &
-                                        reaction, report%inner, is_solved)
+        call self%solver%solve_reaction(model, self%r, linear_tolerance(size_r, small), reaction, is_solved)
         if (.not. is_solved) exit
       else if (.not. was_iterated) then
-        call self%solver%solve(model, inertia, self%frame, self%q, self%r)
+        call self%solver%solve(model, inertia, self%r)
       end if
       call extension_axial(model%springs, model%stiffness%extension, self%u, self%solver%equilibrium%axial, self%solver%x)
       self%u = self%u + self%solver%x
@@ -282,25 +286,23 @@ contains
     end associate
   end subroutine find_residual
 
-  !> The tangent at self%u, factorised, and counted, so that the equations can be solved; where at most `most` factorisations
+  !> The tangent at self%u, factorised, so that the equations can be solved; where at most `most` factorisations
   !> leave none the older factors serve. Without a reaction they then solve the equations at once, if they can
   !> (`was_iterated`).
-  subroutine renew_tangent(self, model, inertia, most, n_factorisations, was_iterated, reaction)
+  subroutine renew_tangent(self, model, inertia, most, was_iterated, reaction)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
     integer, intent(in) :: most
-    integer, intent(inout) :: n_factorisations
     logical, intent(out) :: was_iterated
     class(reaction_t), intent(inout), optional :: reaction
     logical :: is_scarce
     was_iterated = .false.
-    is_scarce = self%has_factors .and. n_factorisations >= most - 1 ! an indefinite one takes two
-    call self%solver%assemble(model, inertia, self%frame, self%u, self%q, .false.)
-    if (is_scarce .and. .not. present(reaction)) &
-      call self%solver%iterate(model, inertia, self%frame, self%q, self%r, was_iterated)
+    is_scarce = self%has_factors .and. self%solver%n_factorisations >= most - 1 ! an indefinite one takes two
+    call self%solver%assemble(model, inertia, self%u, .false.)
+    if (is_scarce .and. .not. present(reaction)) call self%solver%iterate(model, self%r, was_iterated)
     if (was_iterated .or. is_scarce .and. present(reaction)) return
-    call self%solver%factorise(model, inertia, self%frame, self%u, self%q, n_factorisations, self%has_factors, reaction)
+    call self%solver%factorise(model, inertia, self%u, self%has_factors, reaction)
   end subroutine renew_tangent
 
   !> The state takes over the piece h [s] that was solved.

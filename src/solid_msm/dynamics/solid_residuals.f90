@@ -7,7 +7,7 @@
 !> (de Sturler 1996, doi:10.1016/0377-0427(94)00123-5): later iterations of Newton's method with one tangent need fewer.
 module solid_residuals
   use base_kinds, only: rp
-  use solid_cholesky, only: cholesky_t
+  use solid_equilibrium, only: equilibrium_t
   use solid_model, only: solid_model_t
   use solid_reaction, only: reaction_t
   use solid_vectors, only: cross
@@ -57,31 +57,31 @@ contains
   end subroutine residuals_forget
 
   !> x(3, n_free) with A x = b up to `left` of the size of b, where A y = S y + t x y + q C y with the symmetric matrix
-  !> S of `blocks`, the vectors t = turns(3, n_free) of the points, and the reaction's C; q in 1/s. `left` is above
-  !> `enough` if `most_iterations`, or 20 where earlier solutions have left room for no more, do not suffice; they are
-  !> counted.
-  subroutine residuals_solve(self, model, blocks, turns, reaction, q, cholesky, b, enough, most_iterations, x, left, &
-                             n_iterations)
+  !> S of `blocks`, the vectors t = turns(3, n_free) of the points, and the reaction's C; q in 1/s. S, b and the factors are
+  !> those of the equilibrium. `left` is above `enough` if `most_iterations`, or 20 where earlier solutions have left room
+  !> for no more, do not suffice.
+  subroutine residuals_solve(self, model, equilibrium, turns, reaction, q, enough, most_iterations, x, left, n_iterations)
     class(residuals_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
-    real(rp), intent(in) :: blocks(:, :, :), turns(:, :), q, b(:, :), enough
+    type(equilibrium_t), intent(inout) :: equilibrium
+    real(rp), intent(in) :: turns(:, :), q, enough
     integer, intent(in) :: most_iterations !< at most 60
     class(reaction_t), intent(inout) :: reaction
-    type(cholesky_t), intent(inout) :: cholesky
     real(rp), intent(inout) :: x(:, :)
     real(rp), intent(out) :: left
-    integer, intent(inout) :: n_iterations
+    integer, intent(out) :: n_iterations
     real(rp), parameter :: LESS = 0.9_rp, DEPENDENT = 1.0e-12_rp
     integer, parameter :: FEW = 20
     real(rp) :: coefficient(MOST), size_b, size_image, last
     integer :: i, k
     x = 0
     left = 0
-    size_b = sqrt(inner(b, b))
+    n_iterations = 0
+    size_b = sqrt(inner(equilibrium%right_hand_side, equilibrium%right_hand_side))
     if (.not. size_b > 0) return
     if (self%n + min(most_iterations, FEW) > MOST) self%n = 0
     associate (z => self%directions, orthogonal => self%images, r => self%left, upper => self%upper)
-      r = b
+      r = equilibrium%right_hand_side
       do k = 1, self%n
         call take(orthogonal(:, :, k), r, coefficient(k))
       end do
@@ -95,8 +95,8 @@ contains
           z(:, :, k) = orthogonal(:, :, k - 1)
         end if
         last = left
-        call cholesky%solve(1, z(:, :, k))
-        call multiply(self, model, blocks, turns, reaction, q, z(:, :, k), self%image)
+        call equilibrium%cholesky%solve(1, z(:, :, k))
+        call multiply(self, model, equilibrium%blocks, turns, reaction, q, z(:, :, k), self%image)
         n_iterations = n_iterations + 1
         size_image = sqrt(inner(self%image, self%image))
         do i = 1, k - 1

@@ -37,7 +37,6 @@ module solid_cholesky
     procedure :: factorise => cholesky_factorise
     procedure :: solve => cholesky_solve
     procedure :: reciprocal_condition => cholesky_reciprocal_condition
-    procedure :: fill => cholesky_fill
   end type cholesky_t
 
   interface
@@ -62,10 +61,6 @@ module solid_cholesky
       import :: c_ptr, c_double
       type(c_ptr), value :: handle
     end function solid_cholmod_rcond
-    real(c_double) function solid_cholmod_fill(handle) bind(c)
-      import :: c_ptr, c_double
-      type(c_ptr), value :: handle
-    end function solid_cholmod_fill
     subroutine solid_cholmod_free(handle) bind(c)
       import :: c_ptr
       type(c_ptr), intent(inout) :: handle
@@ -129,10 +124,4 @@ contains
     class(cholesky_t), intent(in) :: self
     rcond = solid_cholmod_rcond(self%handle)
   end function cholesky_reciprocal_condition
-
-  !> Entries of the factor.
-  real(rp) function cholesky_fill(self) result(entries)
-    class(cholesky_t), intent(in) :: self
-    entries = solid_cholmod_fill(self%handle)
-  end function cholesky_fill
 end module solid_cholesky

@@ -224,6 +224,3 @@ int solid_cholmod_solve(solver_t *s, int columns, double *b) {
 
 /* (smallest/largest diagonal of L)^2, a cheap estimate of 1/condition. */
 double solid_cholmod_rcond(solver_t *s) { return cholmod_rcond(s->factor, &s->common); }
-
-/* Entries of the factor. */
-double solid_cholmod_fill(solver_t *s) { return s->common.lnz; }

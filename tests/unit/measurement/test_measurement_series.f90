@@ -83,7 +83,8 @@ contains
     if (messages%count() > 0) call messages%print(6, '  ')
     if (messages%count() > 0) return
     call t%check('they are no plan', .not. m%is_plan .and. m%moves() .and. m%is_in_air())
-    call t%check('there are two with two traces each', m%count_series() == 2 .and. m%count_traces() == 4)
+    call t%check('there are two with two traces each', m%count_series() == 2 .and. &
+                 size(m%series(1)%sigma) == 2 .and. size(m%series(2)%sigma) == 2)
     call t%check('a missing value is none', m%count_series_observations() == 2*N*P - 1)
     associate (one => m%series(1), two => m%series(2))
       call t%check('the first is as written', one%name == 'one' .and. one%medium == MEDIUM_AIR .and. &

@@ -168,7 +168,6 @@ contains
       m%loads(l)%point = sum(wing%points(:2, wing%triangles(:, size(wing%triangles, 2)/2)), 2)/3
       allocate (m%loads(l)%node(2, 0), m%loads(l)%height(0), m%loads(l)%sigma(0))
     end do
-    instrument%is_linear_default = .true.
     call instrument%set(NONLINEARITY, 0.0_rp)
     call bare%init(m, wing, params, [integer ::], options, failure, instrument, masses=spread(1.0e-9_rp, 1, size(wing%points, 2)))
     call t%check('the experiment is made',.not. failure%failed)

@@ -93,25 +93,27 @@ contains
     type(dynamic_solver_t) :: solver
     type(frame_t) :: frame
     real(rp) :: dense(3*model%n_free, 3*model%n_free), r(3, model%n_all), rate
-    integer :: k, n(4), n_factorisations
+    integer :: k, n(4)
     logical :: is_spd, is_solved
     frame%omega = [300.0_rp, 0.0_rp, 1000.0_rp]
     frame%alpha = [0.0_rp, 1.0e5_rp, 0.0_rp]
     call solver%init(model)
     call extension_axial(model%springs, model%stiffness%extension, u, solver%equilibrium%axial)
     n = 0
-    n_factorisations = 0
     rate = Q
     do k = 1, 4
       if (k == 4) rate = 0.7_rp*Q
       if (k == 1 .or. k == 4) then
-        call solver%assemble(model, inertia, frame, u, rate, .false.)
+        call solver%start(model, inertia, frame, rate)
+        call solver%assemble(model, inertia, u, .false.)
         call make_dense(solver, frame, rate, dense)
       end if
-      if (k == 1) call solver%factorise(model, inertia, frame, u, rate, n_factorisations, is_spd, reaction)
+      if (k == 1) call solver%factorise(model, inertia, u, is_spd, reaction)
       r = x
       if (k == 3) r = 0.3_rp*x + v
-      call solver%solve_reaction(model, inertia, frame, rate, r, ENOUGH, reaction, n(k), is_solved)
+      solver%n_inner = 0
+      call solver%solve_reaction(model, r, ENOUGH, reaction, is_solved)
+      n(k) = solver%n_inner
       call t%check('the equations are solved', is_spd .and. is_solved)
       call t%check_below('up to what is asked for', residual(dense, solver%x, r), 1.0e-9_rp)
       call t%check_below('as by a dense solver', difference(dense, solver%x, r), 1.0e-9_rp)

@@ -115,11 +115,11 @@ contains
     scale = 0
     do i = 1, n
       force(3, 6) = sin(TWO_PI*(i - 1)/n)
-      call balance%record(model, inertia, motion%at(state%time), state%u, state%g, force)
+      call balance%record(model, inertia, motion%at(state%time), state, force)
       force(3, 6) = sin(TWO_PI*i/n)
       call stepper%step(model, inertia, motion, force, 1.0_rp/n, options, state, report)
       if (.not. report%converged) call t%check('the step converges', .false.)
-      call balance%add_step(model, inertia, motion%at(state%time), state%u, state%g, force, 1.0_rp/n, work)
+      call balance%add_step(model, inertia, motion%at(state%time), state, force, 1.0_rp/n, work)
       now = measure_motion(inertia, model, motion%at(state%time), state%u, state%v)
       open = max(open, abs(work%imbalance(now%relative_kinetic + now%elastic)))
       scale = max(scale, abs(work%loads), abs(work%weight), abs(work%frame), abs(work%damped))

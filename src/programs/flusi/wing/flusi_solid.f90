@@ -291,12 +291,12 @@ contains
       if (s%t_max - state%time < (1 - PART)*s%dt) h = s%t_max - state%time
       before = state%time
       call s%law%at(before, self%force)
-      call self%balance%record(model, s%inertia, s%motion%at(before), state%u, state%g, self%force)
+      call self%balance%record(model, s%inertia, s%motion%at(before), state, self%force)
       call s%law%at(before + h, self%force)
       call self%stepper%step(model, s%inertia, s%motion, self%force, h, s%options, state, self%report)
       if (.not. self%report%converged) return
       self%step = self%step + 1
-      call self%balance%add_step(model, s%inertia, s%motion%at(state%time), state%u, state%g, self%force, h, self%work)
+      call self%balance%add_step(model, s%inertia, s%motion%at(state%time), state, self%force, h, self%work)
       if (mod(self%step, s%series_every) == 0 .or. self%is_done()) &
         call self%output%record(s, s%motion%at(state%time), state, self%work, self%report)
       if (self%output%is_due(s, state%time) .and. .not. self%is_done()) &
