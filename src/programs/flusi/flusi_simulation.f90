@@ -335,7 +335,8 @@ contains
       path = self%settings%fluid%initial%flow(9:)
     if (path == '') call self%slots%must_find(path, self%outcome%failure)
     if (self%outcome%failure%failed) return
-    call restore_state(self%world, path, self%settings, self%files, command%accepts, self%run_parts_t, remarks, self%outcome%failure)
+    call restore_state(self%world, path, self%settings, self%files, command%accepts, self%run_parts_t, remarks, &
+                       self%outcome%failure)
     call self%slots%came_from(path)
   end subroutine restart
 
