@@ -21,6 +21,8 @@ module least_squares_continuation
   private
   public :: fit_by_continuation
 
+  character(*), parameter, public :: KNOWN_MINIMUM = 'it leads to the known minimum'
+
   real(rp), parameter :: STEP = 10 !< s falls by this factor at least, so that there are finitely many stages
   ! A stage needs to end only where the next one can begin.
   real(rp), parameter :: STAGE_REDUCTION = 1.0e-3_rp, STAGE_STEP = 1.0e-2_rp
@@ -31,7 +33,11 @@ contains
   !> whose evaluations do. path(4, :) has every point accepted in any stage: evaluations so far, chi^2 and the priors'
   !> chi^2 as declared, and s. Within a stage chi^2/s^2 plus the priors' falls. A start that fits within the declared
   !> errors has no stage but the last; one that is not valid has none.
-  subroutine fit_by_continuation(problem, unknowns, start, options, has_stages, report, path)
+  !>
+  !> With a `known` minimum, whose unknowns have the standard deviations known_sd, the start is a trial whether there is
+  !> another one: stages narrow the priors about the start, and a fit that comes as near to the known minimum as its errors
+  !> tell skips the last stage. The reason in its report is then KNOWN_MINIMUM, and it is not converged.
+  subroutine fit_by_continuation(problem, unknowns, start, options, has_stages, report, path, known, known_sd)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     real(rp), intent(in) :: start(:)
@@ -39,6 +45,7 @@ contains
     logical, intent(in) :: has_stages !< otherwise there is but the last
     type(fit_report_t), intent(out) :: report
     real(rp), allocatable, intent(out) :: path(:, :)
+    real(rp), intent(in), optional :: known(:), known_sd(:)
     type(unknowns_t) :: narrowed
     type(fit_options_t) :: rough
     real(rp), allocatable :: from(:)
@@ -60,6 +67,7 @@ contains
     rough%reduction_tolerance = max(options%reduction_tolerance, STAGE_REDUCTION)
     rough%step_tolerance = max(options%step_tolerance, STAGE_STEP)
     narrowed = unknowns
+    if (present(known)) narrowed%prior = start
     do while (s > 1)
       if (report%chi2 <= size(report%residuals)) exit
       narrowed%prior_sd = unknowns%prior_sd/s
@@ -69,6 +77,13 @@ contains
       if (size(report%path) == 0) return
       s = min(s/STEP, sqrt(report%chi2))
     end do
+    if (present(known)) then
+      if (all(abs(report%p - known) <= known_sd)) then
+        report%is_converged = .false.
+        report%reason = KNOWN_MINIMUM
+        return
+      end if
+    end if
     from = report%p
     call fit(problem, unknowns, from, options, report)
     call add_stage(1.0_rp)

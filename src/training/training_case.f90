@@ -16,7 +16,8 @@ module training_case
     integer :: max_restarts = 0
     logical :: starts_at_wing = .false., use_chi2 = .false.
     integer :: n_stages = 1
-    logical :: polish = .true., intervals = .true.
+    logical :: search_is_short = .false.    !< it ends with the first generation that has a feasible candidate
+    logical :: polish = .true., moves = .true., intervals = .true.
     integer :: polish_starts = 1            !< points of the search from which a polish may begin
     type(fit_options_t) :: fit
     character(:), allocatable :: name       !< first part of the names of checkpoints
@@ -37,7 +38,7 @@ contains
     call visitor%visit('starts_at_wing', self%starts_at_wing)
     call visitor%visit('use_chi2', self%use_chi2)
     call visitor%visit('n_stages', self%n_stages)
-    call visitor%leave_out('max_restarts polish intervals polish_starts fit name checkpoint_every')
+    call visitor%leave_out('max_restarts search_is_short polish moves intervals polish_starts fit name checkpoint_every')
     call visitor%leave_out('wing_case measurement_path measurement outliers instrument prior_decades')
     call visitor%visit('free', self%free_parameters)
     call visitor%visit('solver', self%experiment%options)

@@ -211,7 +211,7 @@ contains
       self%objective%n_factorisations = nint(numbers(5), i8)
     end if
     call self%history%load(reader, failure)
-    self%is_done = self%search%state%stop_code /= RUNNING .and. self%stage == settings%n_stages
+    self%is_done = (self%search%state%stop_code /= RUNNING .or. has_enough(self, settings)) .and. self%stage == settings%n_stages
   end subroutine load_state
 
   !> Generations until the search ends or the pool is stopped; then writes a checkpoint.
@@ -225,7 +225,7 @@ contains
       if (.not. pool%is_stopped) call make_generation(self, settings%n_stages - self%stage, pool, log)
       if (pool%is_stopped) exit
       self%since_checkpoint = self%since_checkpoint + 1
-      if (self%search%state%stop_code /= RUNNING) call finish_stage(self, settings, log)
+      if (self%search%state%stop_code /= RUNNING .or. has_enough(self, settings)) call finish_stage(self, settings, log)
       if (self%since_checkpoint >= settings%checkpoint_every .or. self%is_done) call self%back_up()
       if (self%failure%failed) return
     end do
@@ -278,6 +278,16 @@ contains
     end if
   end subroutine make_generation
 
+  !> Whether a short search has found where least squares can begin.
+  logical function has_enough(self, settings)
+    class(train_search_t), intent(in) :: self
+    class(training_case_t), intent(in) :: settings
+    real(rp), allocatable :: u(:)
+    real(rp) :: best
+    has_enough = .false.
+    if (settings%search_is_short) call self%best(has_enough, best, u)
+  end function has_enough
+
   !> Says why the stage ended, and begins the next one or ends the search.
   subroutine finish_stage(self, settings, log)
     class(train_search_t), intent(inout) :: self
@@ -287,8 +297,13 @@ contains
     real(rp) :: best
     logical :: has_best
     call self%best(has_best, best, u)
-    call log%say('search    ended after '//number_text(int(self%evaluations()))//' evaluations; '// &
-                 self%search%stop_sentence())
+    if (has_enough(self, settings)) then
+      call log%say('search    ended after '//number_text(int(self%evaluations()))//' evaluations; a candidate bears all '// &
+                   'loads, and least squares do the rest')
+    else
+      call log%say('search    ended after '//number_text(int(self%evaluations()))//' evaluations; '// &
+                   self%search%stop_sentence())
+    end if
     self%is_done = self%stage == settings%n_stages .or. .not. has_best
     if (self%is_done) return
     call log%say('stage 2   E is fixed, the other parameters are sought again')

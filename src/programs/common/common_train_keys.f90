@@ -23,7 +23,7 @@ module common_train_keys
     character(:), allocatable :: preset, parameters, scale, cost, start, stages, polish, weights, constants
     character(:), allocatable :: restarts          !< none, ipop or bipop
     integer :: max_restarts = 0
-    logical :: intervals = .true.
+    logical :: moves = .true., intervals = .true.
     real(rp) :: prior_decades = 1
     integer :: polish_starts = 1
     type(cmaes_options_t) :: search
@@ -84,6 +84,8 @@ contains
     call search_keys(keys, c)
     call keys%section('Polish', 'least squares with exact derivatives behind the search')
     call keys%word('polish', c%polish, 'preset', 'preset|yes|no', 'default: yes, paper: no')
+    call keys%switch('moves', c%moves, .true., 'look for a lower minimum: every parameter is moved to the other side of its '// &
+                     'prior, and the fit repeated from there, until no move leads lower')
     call keys%switch('intervals', c%intervals, .true., '90 % intervals by profile likelihood')
     call keys%real('prior_decades', c%prior_decades, 1.0_rp, 'sd of the prior about the values of [Wing]', unit='decades', &
                    above=0.0_rp)
@@ -112,8 +114,8 @@ contains
       call keys%integer('max_restarts', c%max_restarts, 9, 'at most', min=0, max=1000)
       call keys%integer('max_generations', o%max_iterations, 0, 'of a run; 0: without limit, paper: 100', min=0)
       call keys%integer('max_evaluations', o%max_evaluations, 0, &
-                        'of candidates in a search, restarts included; 0: 15 for every '// &
-                        'parameter, the polish does the rest, paper: without limit', min=0)
+                        'of candidates in a search, restarts included; 0: 15 for every parameter at most, and if [Polish] moves '// &
+                        'follow the first generation that has a candidate that bears all loads; paper: without limit', min=0)
       call keys%real('target', o%f_target, -1.0_rp, 'the search ends at a cost below; -1: none, paper: 1e-6 m', min=-1.0_rp)
       call keys%real('tolfun', o%tolfun, 1.0e-3_rp, &
                      'the run ends when costs of a generation and best costs of recent '// &

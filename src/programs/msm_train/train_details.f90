@@ -10,7 +10,8 @@ module train_details
   use least_squares_profile, only: interval_t
   use measurement_data, only: QUANTITY_ROTATION
   use train_settings, only: train_settings_t
-  use training_polish, only: left_out_names, trained_t
+  use training_intervals, only: left_out_names
+  use training_outcome, only: trained_t
   use training_space, only: search_space_t
   implicit none
   private

@@ -18,7 +18,8 @@ module train_job
   use train_output, only: outcome_lines, write_fragment, write_history
   use train_screening, only: prepare_screen, screen_wing
   use train_settings, only: load_train_settings, train_settings_t
-  use training_polish, only: polish_points, trained_t
+  use training_outcome, only: trained_t
+  use training_polish, only: polish_points
   use training_pool, only: worker_pool_t
   use training_search, only: train_search_t
   use training_task, only: train_runner_t

@@ -16,7 +16,8 @@ module train_output
   use train_details, only: write_details
   use train_settings, only: train_settings_t
   use training_history, only: train_history_t
-  use training_polish, only: interval_sentence, trained_t
+  use training_intervals, only: interval_sentence
+  use training_outcome, only: trained_t
   use training_space, only: search_space_t
   implicit none
   private

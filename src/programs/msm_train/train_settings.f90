@@ -84,6 +84,7 @@ contains
       s%n_stages = 1
       if (c%stages == '2' .or. (c%stages == 'preset' .and. s%is_paper)) s%n_stages = 2
       s%polish = c%polish == 'yes' .or. (c%polish == 'preset' .and. .not. s%is_paper)
+      s%moves = s%polish .and. c%moves
       s%intervals = c%intervals
       s%prior_decades = c%prior_decades
       s%fit = c%fit
@@ -155,6 +156,8 @@ contains
     s%search = s%choices%search
     s%restarts = s%choices%restarts
     s%max_restarts = s%choices%max_restarts
+    s%search_is_short = s%moves .and. s%choices%search%max_evaluations == 0 .and. s%choices%search%max_iterations == 0 .and. &
+                        s%n_stages == 1 .and. s%restarts == 'none' .and. .not. s%is_paper
     associate (o => s%search)
       if (o%lambda == 0 .and. s%is_paper) o%lambda = 16
       o%weights = preset_word(s, s%choices%weights, 'active')

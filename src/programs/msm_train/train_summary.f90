@@ -7,7 +7,7 @@ module train_summary
   use base_text, only: number_text
   use base_text_file, only: write_text
   use train_settings, only: train_settings_t
-  use training_polish, only: trained_t
+  use training_outcome, only: trained_t
   use training_space, only: search_space_t
   implicit none
   private

@@ -11,7 +11,8 @@ program test_start_agreement
   use training_agreement, only: agreement_lines, AGREEMENT_LENGTH
   use training_history, only: train_history_t
   use training_objective, only: candidate_costs_t
-  use training_polish, only: interval_sentence, trained_t
+  use training_intervals, only: interval_sentence
+  use training_outcome, only: trained_t
   use training_space, only: search_space_t
   implicit none
   character(7), parameter :: NAMES(2) = [character(7) :: 'E', 'joint:a']

@@ -5,7 +5,7 @@ module failing_runner
   use base_checksum, only: checksum_reals
   use base_kinds, only: i8, rp
   use measurement_bending_task, only: NOT_SOLVED
-  use training_polish, only: pool_problem_t
+  use training_pool_problem, only: pool_problem_t
   use training_task, only: train_runner_t
   implicit none
   private

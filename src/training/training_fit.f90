@@ -1,0 +1,133 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> One fit from one point to an outcome: least squares, and the cold solution of its end. On rank 0.
+module training_fit
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use least_squares_continuation, only: fit_by_continuation
+  use least_squares_fit, only: fit_report_t
+  use least_squares_posterior, only: find_posterior
+  use least_squares_problem, only: unknowns_t
+  use training_case, only: training_case_t
+  use training_listener, only: training_listener_t
+  use training_objective, only: train_objective_t
+  use training_outcome, only: trained_t
+  use training_pool_problem, only: pool_problem_t
+  implicit none
+  private
+  public :: counted, is_better, polish_from_start
+
+contains
+
+  !> From one point to an outcome, by continuation if `has_stages`. A wing that snaps has several shapes, of which warm
+  !> solutions may follow a wrong one: if the cold solution of the end is another shape, the fit goes on from there; if
+  !> that ends in the same way, it is repeated with every solution cold. Not so a start that `is_check` only.
+  subroutine polish_from_start(settings, problem, unknowns, objective, start, has_stages, is_check, log, trained)
+    class(training_case_t), intent(in) :: settings
+    type(pool_problem_t), intent(inout) :: problem
+    type(unknowns_t), intent(in) :: unknowns
+    type(train_objective_t), intent(in) :: objective
+    real(rp), intent(in) :: start(:)
+    logical, intent(in) :: has_stages, is_check
+    class(training_listener_t), intent(inout) :: log
+    type(trained_t), intent(out) :: trained
+    real(rp), parameter :: SAME = 1.0e-4_rp !< of the wing's size: shapes that differ more are two shapes
+    integer, parameter :: LAST = 3
+    real(rp), allocatable :: from(:)
+    integer :: n_evaluations, attempt
+    n_evaluations = 0
+    do attempt = 1, LAST
+      from = start
+      if (attempt == 2) from = trained%coordinates
+      problem%is_cold = attempt == LAST
+      problem%is_start = .false.
+      trained = trained_t()
+      trained%is_cold = problem%is_cold
+      trained%coordinates = from
+      if (settings%polish) call polish_once(settings, problem, unknowns, from, has_stages .and. attempt /= 2, log, &
+                                            trained)
+      if (problem%pool%is_stopped) return
+      if (.not. trained%is_polished) then ! the search's own solution, warm from its mean
+        problem%shapes = objective%shapes
+        problem%is_start = objective%is_start
+        call problem%solve(trained%coordinates)
+        call problem%accept()
+      end if
+      call solve_cold(problem, trained)
+      if (problem%pool%is_stopped) return
+      n_evaluations = n_evaluations + trained%n_evaluations + 1
+      if (is_check .or. .not. settings%polish .or. attempt == LAST) exit
+      if (trained%cold_difference <= SAME*settings%experiment%model%size) exit
+      call log%say('          its cold solution is another shape: the wing snaps. '// &
+                   trim(merge('It goes on from there        ', 'All loads are now solved cold', attempt == 1)))
+    end do
+    trained%n_evaluations = n_evaluations
+  end subroutine polish_from_start
+
+  !> One fit from a point, and what it tells, in `trained`.
+  subroutine polish_once(settings, problem, unknowns, from, has_stages, log, trained)
+    class(training_case_t), intent(in) :: settings
+    type(pool_problem_t), intent(inout) :: problem
+    type(unknowns_t), intent(in) :: unknowns
+    real(rp), intent(in) :: from(:)
+    logical, intent(in) :: has_stages
+    class(training_listener_t), intent(inout) :: log
+    type(trained_t), intent(inout) :: trained
+    type(fit_report_t) :: report
+    real(rp), allocatable :: path(:, :)
+    call fit_by_continuation(problem, unknowns, from, settings%fit, has_stages, report, path)
+    if (problem%pool%is_stopped) return
+    trained%n_evaluations = report%n_evaluations
+    trained%reason = report%reason
+    trained%path = path
+    trained%is_polished = report%is_converged .or. report%n_accepted > 0
+    call log%say('polish    '//counted(report%n_evaluations, 'evaluation')//', '// &
+                 counted(count_stages(path), 'stage')// &
+                 trim(merge(', all cold; ', ';           ', trained%is_cold))//' '//report%reason)
+    if (.not. trained%is_polished) return
+    trained%coordinates = report%p
+    trained%posterior = find_posterior(unknowns, report)
+    trained%prior_sd = unknowns%prior_sd
+  end subroutine polish_once
+
+  !> The final point without any warm start.
+  subroutine solve_cold(problem, trained)
+    type(pool_problem_t), intent(inout) :: problem
+    type(trained_t), intent(inout) :: trained
+    real(rp), allocatable :: residuals(:)
+    integer :: l
+    call problem%cold_difference(trained%coordinates, trained%cold_difference)
+    trained%evaluations = problem%evaluations
+    trained%is_solved = .true.
+    allocate (residuals(0))
+    do l = 1, size(trained%evaluations)
+      associate (evaluation => trained%evaluations(l))
+        trained%is_solved = trained%is_solved .and. evaluation%is_feasible()
+        residuals = [residuals, evaluation%residuals]
+        trained%chi2 = trained%chi2 + sum((evaluation%residuals/problem%experiment%comparisons(l)%sigma)**2)
+      end associate
+    end do
+    trained%h = problem%experiment%cost(residuals)
+  end subroutine solve_cold
+
+  pure logical function is_better(one, other)
+    type(trained_t), intent(in) :: one, other
+    is_better = one%is_solved .and. (.not. other%is_solved .or. one%chi2 < other%chi2)
+  end function is_better
+
+  !> '1 stage', '2 stages'.
+  function counted(n, thing) result(text)
+    integer, intent(in) :: n
+    character(*), intent(in) :: thing
+    character(:), allocatable :: text
+    text = number_text(n)//' '//thing
+    if (n /= 1) text = text//'s'
+  end function counted
+
+  !> Stages of a path, see fit_by_continuation.
+  pure integer function count_stages(path) result(n)
+    real(rp), intent(in) :: path(:, :)
+    integer :: last
+    last = size(path, 2)
+    n = min(1, last) + count(path(4, 2:) < path(4, :last - 1))
+  end function count_stages
+end module training_fit

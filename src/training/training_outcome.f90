@@ -1,0 +1,70 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a training has found: the point, how it was reached, what the data say about every parameter.
+module training_outcome
+  use base_kinds, only: rp
+  use least_squares_posterior, only: posterior_t
+  use least_squares_profile, only: interval_t
+  use measurement_evaluation, only: evaluation_t
+  implicit none
+  private
+  public :: trained_t
+
+  !> The outcome of a training.
+  type :: trained_t
+    real(rp), allocatable :: coordinates(:)  !< of the experiment
+    real(rp), allocatable :: values(:)       !< of the unknowns, in their units
+    integer, allocatable :: sides(:)         !< (unknowns) -1 or 1: the value is at the lower or upper bound of its box
+    logical :: is_cold = .false.             !< all solutions of the polish were cold
+    logical :: is_polished = .false.         !< least squares came to its end, and what follows is known
+    character(:), allocatable :: reason      !< why least squares ended; not allocated if they were not asked for
+    real(rp), allocatable :: path(:, :)      !< of least squares, see fit_by_continuation
+    real(rp), allocatable :: local_minima(:, :)      !< (1 + unknowns, starts) chi^2 and coordinates where each start ended
+    type(posterior_t) :: posterior
+    real(rp), allocatable :: prior_sd(:)     !< of the coordinates that the posterior belongs to; 0: nothing was known
+    logical :: has_intervals = .false.
+    type(interval_t), allocatable :: intervals(:)
+    logical, allocatable :: is_left_out(:, :) !< (loads, unknowns) the load does not count in the interval, as it jumps
+    logical :: is_solved = .false.           !< all shapes were found cold, and lie in no excluded zone
+    type(evaluation_t), allocatable :: evaluations(:) !< (loads) of the cold solution
+    real(rp) :: h = 0                        !< [m] of the cold solution
+    real(rp) :: chi2 = 0
+    logical :: fits = .false.                !< within the declared errors: chi2 is no more than three sd too large
+    real(rp) :: cold_difference = 0          !< [m] largest distance of a point between warm and cold solution
+    integer :: n_evaluations = 0             !< points at which all loads were solved
+  contains
+    procedure :: determines => trained_determines
+    procedure :: has_failed_polish => trained_has_failed_polish
+    procedure :: bound => trained_bound
+  end type trained_t
+
+contains
+
+  !> Whether the data determine unknown i: its interval has two ends, or, if intervals were not asked, the data take
+  !> away half of the standard deviation that it had before, and it is not its box that holds it. A polish that failed
+  !> determines nothing. If none was asked for, true but at a bound.
+  pure logical function trained_determines(self, i) result(is_determined)
+    class(trained_t), intent(in) :: self
+    integer, intent(in) :: i
+    if (self%has_intervals) then
+      is_determined = self%intervals(i)%has_lower .and. self%intervals(i)%has_upper
+      return
+    end if
+    is_determined = self%bound(i) == 0 .and. .not. self%has_failed_polish()
+    if (.not. self%is_polished) return
+    if (self%prior_sd(i) > 0) is_determined = is_determined .and. self%posterior%sd(i) <= self%prior_sd(i)/2
+  end function trained_determines
+
+  !> Whether a polish was asked for, but least squares accepted no step, so that nothing is known but the search's point.
+  pure logical function trained_has_failed_polish(self) result(has_failed)
+    class(trained_t), intent(in) :: self
+    has_failed = allocated(self%reason) .and. .not. self%is_polished
+  end function trained_has_failed_polish
+
+  !> -1, 0 or 1: unknown i is at the lower bound of its box, inside, at the upper one.
+  pure integer function trained_bound(self, i) result(side)
+    class(trained_t), intent(in) :: self
+    integer, intent(in) :: i
+    side = 0
+    if (allocated(self%sides)) side = self%sides(i)
+  end function trained_bound
+end module training_outcome

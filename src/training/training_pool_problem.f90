@@ -1,0 +1,82 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The fit of a training as a problem of least squares: all ranks solve the loads, and the log hears how far it is. On rank 0.
+module training_pool_problem
+  use base_kinds, only: rp
+  use least_squares_problem, only: unknowns_t
+  use measurement_evaluation, only: evaluation_t
+  use measurement_problem, only: wing_problem_t, wing_unknowns
+  use training_case, only: training_case_t
+  use training_listener, only: training_listener_t
+  use training_objective, only: full_results
+  use training_pool, only: worker_pool_t
+  use training_space, only: search_space_t
+  implicit none
+  private
+  public :: pool_problem_t, make_unknowns
+
+  !> The problem of least squares whose loads are solved by the pool. With a log it tells how far it is.
+  type, extends(wing_problem_t) :: pool_problem_t
+    type(worker_pool_t), pointer :: pool => null()
+    class(training_listener_t), pointer :: log => null()
+    integer :: part = 0, n_parts = 0         !< the present start or interval, of so many
+    character(:), allocatable :: name        !< of the parameter whose interval is sought, if one is
+    integer :: n_solved = 0                  !< points so far
+    real(rp) :: lowest = huge(1.0_rp)        !< chi^2 from the present start
+    real(rp) :: begun = 0           !< [s] wall time of the first start or interval
+  contains
+    procedure :: run => problem_run
+  end type pool_problem_t
+
+contains
+
+  !> See `wing_problem_t`.
+  subroutine problem_run(self, p)
+    class(pool_problem_t), intent(inout) :: self
+    real(rp), intent(in) :: p(:)
+    type(evaluation_t), allocatable :: evaluations(:)
+    real(rp), allocatable :: shapes(:, :, :)
+    call self%pool%poll()
+    call full_results(self%experiment, self%pool, p, self%is_start .and. .not. self%is_cold, self%shapes, &
+                      evaluations, shapes, self%is_left_out)
+    call move_alloc(evaluations, self%evaluations)
+    call move_alloc(shapes, self%trial_shapes)
+    if (associated(self%log)) call tell_progress(self)
+  end subroutine problem_run
+
+  subroutine tell_progress(self)
+    type(pool_problem_t), intent(inout) :: self
+    real(rp) :: chi2
+    integer :: l
+    self%n_solved = self%n_solved + 1
+    if (allocated(self%name)) then
+      call self%log%interval_progress(self%name, self%part - 1, self%n_parts, self%n_solved, self%begun)
+      return
+    end if
+    chi2 = 0
+    do l = 1, size(self%evaluations)
+      if (.not. self%evaluations(l)%is_feasible()) chi2 = huge(chi2)
+      if (.not. chi2 < huge(chi2)) exit
+      chi2 = chi2 + sum((self%evaluations(l)%residuals/self%experiment%comparisons(l)%sigma)**2)
+    end do
+    self%lowest = min(self%lowest, chi2)
+    call self%log%polish_progress(self%part, self%n_parts, self%n_solved, self%lowest, self%begun)
+  end subroutine tell_progress
+
+  !> The box and the priors about the values of [Wing], as coordinates of the experiment.
+  function make_unknowns(settings, space) result(unknowns)
+    class(training_case_t), intent(in) :: settings
+    type(search_space_t), intent(in) :: space
+    type(unknowns_t) :: unknowns
+    real(rp) :: lower(size(space%is_log)), upper(size(space%is_log))
+    lower = space%box%lower
+    upper = space%box%upper
+    where (space%is_log)
+      lower = log(merge(lower, 1.0_rp, space%is_log))
+      upper = log(merge(upper, 1.0_rp, space%is_log))
+    end where
+    unknowns = wing_unknowns(settings%experiment, max(lower, min(upper, settings%experiment%start())), &
+                             settings%prior_decades)
+    unknowns%lower = lower
+    unknowns%upper = upper
+  end function make_unknowns
+end module training_pool_problem
