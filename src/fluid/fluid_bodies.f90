@@ -13,6 +13,7 @@ module fluid_bodies
   use fluid_inflow, only: inflow_profile
   use fluid_params, only: fluid_params_t
   use fluid_penalty, only: penalty_t, COLOR_WALL, COLOR_BODY, COLOR_OBSTACLE
+  use fluid_shapes, only: shape_t
   use io_fields, only: read_field, field_meta_t
   use parallel_block, only: block_t
   use parallel_world, only: world_t
@@ -99,49 +100,28 @@ contains
     end if
   end function mask_profile
 
-  !> One line of the body named by params%mask, or of the obstacle beside an insect.
+  !> One line of the body of the mask, or of the obstacle beside an insect.
   subroutine draw_body(p, block, line_point, chi, us)
     type(fluid_params_t), intent(in) :: p
     type(block_t), intent(in) :: block
     real(rp), intent(in) :: line_point(3)
     real(rp), intent(inout) :: chi(:), us(:, :)
-    character(:), allocatable :: shape
-    real(rp) :: h, point(3), d, r, reach
+    type(shape_t) :: shape
+    real(rp) :: h, point(3), distance
     integer :: x
-    logical :: along_x
+    if (any(p%solids%body_name() == ['none  ', 'empty '])) return
+    shape = p%solids%shape()
     h = SMOOTHING_CELLS*p%grid%max_spacing()
-    shape = p%solids%mask
-    if (p%solids%mask == 'Insect') shape = p%solids%obstacle
-    if (any(shape == ['none  ', 'empty '])) return
-    along_x = shape == 'cylinder_x' .or. shape == 'couette' .or. p%grid%is_2d
     ! Lines that cannot touch a compact body cost one comparison.
-    reach = p%solids%size/2*merge(sqrt(2.0_rp), 1.0_rp, shape == 'plate') + h
     point = nearest_image(line_point - p%solids%centre, p%grid)
-    if (shape == 'sphere' .or. shape == 'plate') then
-      if (any(abs(point(2:3)) > reach)) return
-    end if
+    if (any(abs(point(2:3)) > shape%reach() + h)) return
     do x = 1, block%count(1)
       point = line_point
       point(1) = (x - 1)*p%grid%spacing(1)
       point = nearest_image(point - p%solids%centre, p%grid)
       us(:, x) = p%solids%us_fixed
-      select case (shape)
-      case ('sphere')
-        chi(x) = mask_profile(norm2(point(merge(2, 1, p%grid%is_2d):)) - p%solids%size/2, h)
-      case ('cylinder', 'cylinder_x')
-        r = merge(hypot(point(2), point(3)), hypot(point(1), point(2)), along_x)
-        chi(x) = mask_profile(r - p%solids%size/2, h)
-      case ('plate')
-        ! In 2-D the plate is a line in the plane, its normal along y.
-        if (p%grid%is_2d) point = [point(2), point(3), 0.0_rp]
-        d = plate_distance(point, p%solids%alpha*PI/180, p%solids%size, 2*p%grid%max_spacing())
-        chi(x) = mask_profile(d, h)
-      case ('couette')
-        r = hypot(point(2), point(3))
-        chi(x) = max(mask_profile(r - p%solids%r1, h), mask_profile(p%solids%r2 - r, h))
-        us(:, x) = 0
-        if (r < (p%solids%r1 + p%solids%r2)/2) us(:, x) = p%solids%omega*[0.0_rp, -point(3), point(2)]
-      end select
+      call shape%distance(point, p%grid, distance, us(:, x))
+      chi(x) = mask_profile(distance, h)
     end do
   end subroutine draw_body
 
@@ -152,17 +132,6 @@ contains
     real(rp) :: shortest(3)
     shortest = separation - grid%length*anint(separation/grid%length)
   end function nearest_image
-
-  !> Signed distance from a square plate of side `side` and half-thickness `half`, normal along x, turned
-  !> by `angle` about z.
-  pure real(rp) function plate_distance(point, angle, side, half) result(d)
-    real(rp), intent(in) :: point(3), angle, side, half
-    real(rp) :: q(3)
-    q(1) = abs(cos(angle)*point(1) + sin(angle)*point(2)) - half
-    q(2) = abs(-sin(angle)*point(1) + cos(angle)*point(2)) - side/2
-    q(3) = abs(point(3)) - side/2
-    d = norm2(max(q, 0.0_rp)) + min(maxval(q), 0.0_rp)
-  end function plate_distance
 
   !> A single wall; in a periodic box it is both walls of a channel.
   subroutine draw_channel(p, line_point, chi, us, color)

@@ -15,8 +15,8 @@ module fluid_params
   use spectral_grid, only: grid_t, make_grid
   implicit none
   private
-  public :: fluid_params_t, register_fluid_keys, read_fluid_params, SCHEME_AB2, SCHEME_RK4, SCHEME_RK2, SCHEME_EULER, &
-            SCHEME_NAMES
+  public :: fluid_params_t, register_fluid_keys, read_fluid_keys, read_fluid_params, SCHEME_AB2, SCHEME_RK4, SCHEME_RK2, &
+            SCHEME_EULER, SCHEME_NAMES
 
   type :: fluid_params_t
     type(grid_t) :: grid
@@ -46,6 +46,17 @@ contains
     call fluid_keys(keys, unused, length)
   end subroutine register_fluid_keys
 
+  !> What the keys say, and nothing that follows from it; `length` is that of the box.
+  subroutine read_fluid_keys(config, params, length)
+    type(config_t), intent(in), target :: config
+    type(fluid_params_t), intent(out) :: params
+    real(rp), intent(out) :: length(3)
+    type(keys_t) :: keys
+    keys = reading(config)
+    length = 0
+    call fluid_keys(keys, params, length)
+  end subroutine read_fluid_keys
+
   !> All keys, a section after the other; `length` is that of the box.
   subroutine fluid_keys(keys, p, length)
     type(keys_t), intent(inout) :: keys
@@ -63,15 +74,13 @@ contains
 
   !> Takes the fluid's parameters from `config`; adds mistakes that concern several keys to `errors`, doubts to `notices`.
   subroutine read_fluid_params(config, params, errors, draws_solids, notices)
-    type(config_t), intent(in), target :: config
+    type(config_t), intent(in) :: config
     type(fluid_params_t), intent(out) :: params
     type(message_list_t), intent(inout) :: errors
     logical, intent(in), optional :: draws_solids !< moving solids are in the mask; if not given they are
     type(message_list_t), intent(inout), optional :: notices
-    type(keys_t) :: keys
     real(rp) :: length(3)
-    keys = reading(config)
-    call fluid_keys(keys, params, length)
+    call read_fluid_keys(config, params, length)
     associate (solids => params%solids, walls => params%walls)
       params%grid = make_grid(max(params%resolution%n, 1), length)
       if (params%grid%is_2d) solids%centre(1) = 0 ! the plane itself: no lever arm across it

@@ -10,6 +10,8 @@ module fluid_resolution_keys
   private
   public :: resolution_t, resolution_keys, dealiasing_keys, check_resolution, notice_slow_sizes
 
+  character(2), parameter :: POINTS(3) = ['nx', 'ny', 'nz']
+
   type :: resolution_t
     integer :: n(3) = 0                    !< points in x, y, z
     integer :: process_rows = 0
@@ -64,12 +66,11 @@ contains
     type(config_t), intent(in) :: c
     type(resolution_t), intent(in) :: p
     type(message_list_t), intent(inout) :: errors
-    character(2), parameter :: KEYS(3) = ['nx', 'ny', 'nz']
     integer :: i
     do i = 1, 3
       if (i == 1 .and. p%n(i) == 1) cycle
-      if (mod(p%n(i), 2) /= 0) call c%complain(errors, 'Resolution', KEYS(i), 'the number of points must be even')
-      if (p%n(i) < 4) call c%complain(errors, 'Resolution', KEYS(i), &
+      if (mod(p%n(i), 2) /= 0) call c%complain(errors, 'Resolution', POINTS(i), 'the number of points must be even')
+      if (p%n(i) < 4) call c%complain(errors, 'Resolution', POINTS(i), &
                                       'needs at least 4 points, or nx = 1 for a two-dimensional flow')
     end do
     if (p%transform == 'p3dfft' .and. .not. HAS_P3DFFT) call c%complain(errors, 'Parallel', 'transform', &
@@ -81,10 +82,9 @@ contains
     type(config_t), intent(in) :: c
     type(resolution_t), intent(in) :: p
     type(message_list_t), intent(inout) :: notices
-    character(2), parameter :: KEYS(3) = ['nx', 'ny', 'nz']
     integer :: i
     do i = 1, 3
-      if (.not. is_fft_friendly(p%n(i))) call c%complain(notices, 'Resolution', KEYS(i), &
+      if (.not. is_fft_friendly(p%n(i))) call c%complain(notices, 'Resolution', POINTS(i), &
         'is slower than need be: only the factors 2, 3, 5 and 7 transform fast; '//nearby_sizes(p%n(i)))
     end do
   end subroutine notice_slow_sizes

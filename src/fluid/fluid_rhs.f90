@@ -17,25 +17,30 @@ module fluid_rhs
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use fluid_initial_flow, only: initial_flow_t
-  use fluid_kernels, only: stick_fields, stick_curl, stick_divergence, line_product, project_stick, add_sponge, &
-                           ab2_stick, weighted_sum, add_weighted
+  use fluid_kernels, only: stick_fields, stick_curl, stick_divergence, line_product, project_stick, add_sponge
   use fluid_mean_flow, only: mean_acceleration, imposed_mean_flow
-  use fluid_params, only: fluid_params_t, SCHEME_AB2, SCHEME_RK4
+  use fluid_params, only: fluid_params_t
   use fluid_penalty, only: penalty_t
   use fluid_pressure, only: pressure_t
-  use fluid_requests, only: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_SECOND, PASS_RK_THIRD, &
-                            PASS_RK_FOURTH, PASS_HEUN_FIRST, PASS_HEUN_SECOND, pass_begin, pass_end
+  use fluid_requests, only: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_HEUN_FIRST, pass_begin, pass_end
   use fluid_sponge, only: sponge_t
-  use fluid_state, only: allocate_spectra, fluid_state_t, viscous_factor_t
-  use fluid_sums, only: sums_t
+  use fluid_state, only: allocate_spectra, fluid_state_t
+  use fluid_stepper, only: stepper_t
+  use fluid_sums, only: lever_t, sums_t
   use fluid_timestep, only: next_step_length, TOO_FAST
   use parallel_block, only: allocate_fields, block_t
   use parallel_world, only: world_t
-  use spectral_sticks, only: sticks_t, sphere_radius
+  use spectral_sticks, only: sticks_t
   use spectral_transform, only: kernels_t
   implicit none
   private
   public :: rhs_t
+
+  !> What is gathered along x of the lines of a pass.
+  type :: along_x_t
+    real(rp), allocatable :: max(:), sum(:, :) !< (nx) largest |u|^2, (nx, 7) sums of |u|^2 and of squares of components
+    real(rp), allocatable :: divergence(:)     !< (nx) |div u|
+  end type along_x_t
 
   !> Kernels with everything they work on. Scratch (contents undefined between steps): all but `state`.
   type, extends(kernels_t) :: rhs_t
@@ -54,16 +59,14 @@ module fluid_rhs
     real(rp) :: dt = 0                           !< the step, chosen when the products are known
     type(sums_t) :: sums
     type(failure_t) :: failure
-    type(viscous_factor_t) :: full, half         !< exp(-nu k^2 dt) and exp(-nu k^2 dt/2)
-    complex(rp), allocatable :: stage_base(:, :, :)  !< RK4 only: u(n)
+    type(stepper_t) :: stepper
     type(pressure_t) :: pressure                     !< what has been kept of it if requested
     complex(rp), allocatable :: kept(:, :, :)        !< (nkz, sticks, 3) N of an evaluation that kept it
     real(rp), allocatable :: fields(:, :, :, :)      !< (nx, ny_local, nz_local, 6) u and omega if requested
     complex(rp), allocatable :: past(:, :, :)        !< (nkz, sticks, 3) u at the beginning of the pass, if requested
     type(initial_flow_t), allocatable :: initial     !< the untruncated initial flow, first pass only
-    real(rp), private, allocatable :: line_max(:), line_sum(:, :) !< (nx), (nx, 7) accumulators along x
-    complex(rp), private, allocatable :: pressure_line(:)         !< (nkz)
-    real(rp), private, allocatable :: line_divergence(:), ones(:) !< (nx), (nkz)
+    type(along_x_t), private :: along_x
+    complex(rp), private, allocatable :: pressure_line(:) !< (nkz)
   contains
     procedure :: init => rhs_init
     procedure :: prepare => rhs_prepare
@@ -73,7 +76,7 @@ module fluid_rhs
     procedure :: reduce => rhs_reduce
     procedure :: spectral_out => rhs_spectral_out
     procedure :: advance_kept => rhs_advance_kept
-    procedure, private :: penalize_line, add_integrals, advance_stick, advance, choose_step, stage_time
+    procedure, private :: penalize_line, add_integrals, advance, choose_step, stage_time
   end type rhs_t
 
 contains
@@ -92,14 +95,9 @@ contains
     self%sticks = sticks
     self%block = block
     call self%state%init(sticks)
-    call self%full%init(sticks)
-    call self%half%init(sticks)
-    self%full%rate = params%vanishing_rate
-    self%full%radius = sphere_radius(params%grid)
-    allocate (self%line_max(block%count(1)), self%line_sum(block%count(1), 7), self%pressure_line(sticks%nkz))
-    allocate (self%line_divergence(block%count(1)), source=0.0_rp)
-    allocate (self%ones(sticks%nkz), source=1.0_rp)
-    if (params%time%scheme == SCHEME_RK4) call allocate_spectra(self%stage_base, sticks, 'a stage of the time step')
+    call self%stepper%init(params, sticks)
+    allocate (self%along_x%max(block%count(1)), self%along_x%sum(block%count(1), 7), self%pressure_line(sticks%nkz))
+    allocate (self%along_x%divergence(block%count(1)), source=0.0_rp)
     if (keeps_pressure) call self%pressure%init(sticks)
     if (keeps_rhs) call allocate_spectra(self%kept, sticks, 'the change of the flow')
     if (keeps_fields) call allocate_fields(self%fields, block, 6, 'velocity and vorticity in space')
@@ -120,8 +118,8 @@ contains
     self%n_out = merge(6, 3, self%sponge%is_on)
     if (request%pressure) self%n_out = self%n_out + 1
     call self%sums%clear()
-    self%line_max = 0
-    self%line_sum = 0
+    self%along_x%max = 0
+    self%along_x%sum = 0
   end subroutine rhs_prepare
 
   !> Velocity, vorticity i k x u, and on request the divergence.
@@ -165,9 +163,8 @@ contains
     do i = 1, count
       y = first + i - 1
       call line_product(size(in, 1), in(:, i, 1), in(:, i, 2), in(:, i, 3), in(:, i, 4), in(:, i, 5), in(:, i, 6), &
-                        out(:, i, 1), out(:, i, 2), out(:, i, 3), self%line_max, self%line_sum(:, 1))
-      if (self%params%solids%is_on) call self%penalize_line(y, z, in(:, i, 1), in(:, i, 2), in(:, i, 3), &
-                                                         out(:, i, 1), out(:, i, 2), out(:, i, 3))
+                        out(:, i, 1), out(:, i, 2), out(:, i, 3), self%along_x%max, self%along_x%sum(:, 1))
+      if (self%params%solids%is_on) call self%penalize_line(y, z, in(:, i, 1:3), out(:, i, 1:3))
       if (self%sponge%is_on) call sponge_line(self, y, z, in(:, i, 4:6), out(:, i, 4:6))
       if (self%request%pressure) out(:, i, self%n_out) = 0.5_rp*(in(:, i, 1)**2 + in(:, i, 2)**2 + in(:, i, 3)**2)
       if (self%request%integrals) call self%add_integrals(y, z, in(:, i, :))
@@ -176,26 +173,25 @@ contains
   end subroutine lines_product
 
   !> Adds -chi/C_eta (u - u_s) to N on a line and gathers the forces.
-  subroutine penalize_line(self, y, z, u, v, w, out1, out2, out3)
+  subroutine penalize_line(self, y, z, u, n)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: y, z
-    real(rp), contiguous, intent(in) :: u(:), v(:), w(:)
-    real(rp), contiguous, intent(inout) :: out1(:), out2(:), out3(:)
-    real(rp) :: arm(3), box(3), wrap
+    real(rp), intent(in) :: u(:, :)    !< (nx, 3)
+    real(rp), intent(inout) :: n(:, :) !< (nx, 3)
+    type(lever_t) :: lever
+    real(rp) :: box(3)
     integer :: line
     line = y + self%block%count(2)*(z - 1)
     if (self%penalty%line_last(line) < self%penalty%line_first(line)) return
     box = self%params%grid%length
-    arm = ([0, y - 1, z - 1] + self%block%start)*self%params%grid%spacing - self%params%solids%centre
-    wrap = 0
+    lever%arm = ([0, y - 1, z - 1] + self%block%start)*self%params%grid%spacing - self%params%solids%centre
+    lever%spacing = self%params%grid%spacing(1)
     ! Wings may reach beyond the box; the nearest image of a point is the one that belongs to them.
     if (self%params%solids%periodic_torque .or. self%params%solids%is_moving) then
-      arm(2:3) = arm(2:3) - box(2:3)*anint(arm(2:3)/box(2:3))
-      wrap = box(1)
+      lever%arm(2:3) = lever%arm(2:3) - box(2:3)*anint(lever%arm(2:3)/box(2:3))
+      lever%period = box(1)
     end if
-    call self%sums%add_solid_line(self%penalty, self%penalty%line_first(line), &
-                                  self%penalty%line_last(line), self%params%solids%c_eta, arm, &
-                                  self%params%grid%spacing(1), wrap, u, v, w, out1, out2, out3)
+    call self%sums%add_solid_line(self%penalty, line, self%params%solids%c_eta, lever, u, n)
   end subroutine penalize_line
 
   !> The sponge on a line, outside the solids.
@@ -219,11 +215,11 @@ contains
     real(rp) :: solid_fraction
     integer :: f, i, line
     do f = 1, 6
-      self%line_sum(:, f + 1) = self%line_sum(:, f + 1) + in(:, f)**2
+      self%along_x%sum(:, f + 1) = self%along_x%sum(:, f + 1) + in(:, f)**2
     end do
     if (size(in, 2) >= 7) then
       self%sums%divergence = max(self%sums%divergence, maxval(abs(in(:, 7))))
-      self%line_divergence = abs(in(:, 7))
+      self%along_x%divergence = abs(in(:, 7))
     end if
     if (self%params%solids%is_on) then
       line = y + self%block%count(2)*(z - 1)
@@ -233,11 +229,11 @@ contains
           solid_fraction = 1 - (1 - chi)**2
           self%sums%energy_fluid = self%sums%energy_fluid - 0.5_rp*solid_fraction*in(x, 1:3)**2
           self%sums%enstrophy_fluid = self%sums%enstrophy_fluid - solid_fraction*in(x, 4:6)**2
-          self%line_divergence(x) = self%line_divergence(x)*(1 - chi)
+          self%along_x%divergence(x) = self%along_x%divergence(x)*(1 - chi)
         end associate
       end do
     end if
-    self%sums%divergence_fluid = max(self%sums%divergence_fluid, maxval(self%line_divergence))
+    self%sums%divergence_fluid = max(self%sums%divergence_fluid, maxval(self%along_x%divergence))
   end subroutine add_integrals
 
   !> Finishes the integrals, checks the velocity, and fixes the step that this pass will take. The
@@ -247,14 +243,14 @@ contains
     real(rp) :: total
     integer :: f
     character(80) :: text
-    total = sum(self%line_sum(:, 1))
+    total = sum(self%along_x%sum(:, 1))
     self%sums%is_finite = abs(total) <= huge(total) ! false for NaN as well
     self%sums%kinetic_energy = 0.5_rp*total
-    self%sums%u_max = sqrt(maxval(self%line_max))
+    self%sums%u_max = sqrt(maxval(self%along_x%max))
     if (self%request%integrals) then
       do f = 1, 3
-        self%sums%energy(f) = 0.5_rp*sum(self%line_sum(:, f + 1))
-        self%sums%enstrophy(f) = sum(self%line_sum(:, f + 4))
+        self%sums%energy(f) = 0.5_rp*sum(self%along_x%sum(:, f + 1))
+        self%sums%enstrophy(f) = sum(self%along_x%sum(:, f + 4))
       end do
       self%sums%energy_fluid = self%sums%energy_fluid + self%sums%energy
       self%sums%enstrophy_fluid = self%sums%enstrophy_fluid + self%sums%enstrophy
@@ -277,8 +273,7 @@ contains
     class(rhs_t), intent(inout) :: self
     self%dt = next_step_length(self%params, max(self%sums%u_max, self%solid_speed), self%state%time, &
                                self%state%dt_old, self%intervals)
-    call self%full%update(self%sticks, self%params%nu, self%dt)
-    if (self%pass == PASS_RK_FIRST) call self%half%update(self%sticks, self%params%nu, self%dt/2)
+    call self%stepper%choose(self%sticks, self%pass, self%dt)
   end subroutine choose_step
 
   !> Makes the AB2 step for which the last pass, an evaluation, kept the right-hand side: the state becomes to
@@ -331,59 +326,14 @@ contains
     integer, intent(in) :: s
     complex(rp), intent(inout) :: n(:, :) !< (nkz, 3)
     integer :: c
-    call self%full%choose(s, self%sticks%jz)
+    call self%stepper%full%choose(s, self%sticks%jz)
     if (s == self%sticks%zero) n(1, :) = mean_acceleration(self%params, self%state%time, sum(self%sums%force, 2), n(1, :))
     do c = 1, 3
-      call self%advance_stick(s, c, n(:, c))
+      call self%stepper%advance(self%state, self%sticks, self%pass, self%dt, s, c, n(:, c))
     end do
     if (s == self%sticks%zero) self%state%u(1, s, :) = imposed_mean_flow(self%params, self%stage_time(), &
                                                                          self%state%u(1, s, :))
   end subroutine advance
-
-  !> Component `c` of the update on stick `s` by the projected right-hand side `n`.
-  subroutine advance_stick(self, s, c, n)
-    class(rhs_t), intent(inout) :: self
-    integer, intent(in) :: s, c
-    complex(rp), contiguous, intent(in) :: n(:)
-    real(rp) :: b10, b11
-    associate (dt => self%dt, nkz => self%sticks%nkz, e => self%full%on_stick(s), ez => self%full%along, &
-               u => self%state%u(:, s, c), h => self%state%history(:, s, c))
-      if (self%pass == PASS_AB2) then
-        b10 = dt
-        b11 = 0
-        if (self%state%step > 0 .and. self%params%time%scheme == SCHEME_AB2) then
-          b10 = dt/self%state%dt_old*(dt/2 + self%state%dt_old)
-          b11 = -dt**2/(2*self%state%dt_old)
-        end if
-        call ab2_stick(nkz, e, ez, b10, b11, n, u, h)
-      else if (self%pass == PASS_HEUN_FIRST) then
-        call ab2_stick(nkz, e, ez, dt, 0.0_rp, n, u, h) ! h is E N
-      else if (self%pass == PASS_HEUN_SECOND) then
-        call add_weighted(nkz, dt/2, 1.0_rp, self%ones, n, u)
-        call add_weighted(nkz, -dt/2, 1.0_rp, self%ones, h, u)
-      else
-        ! u is the stage velocity, stage_base is u(n), h gathers u(n+1).
-        associate (g => self%half%on_stick(s), gz => self%half%along, base => self%stage_base(:, s, c))
-          select case (self%pass)
-          case (PASS_RK_FIRST)
-            base = u
-            call weighted_sum(nkz, e, ez, base, dt/6, e, ez, n, h)
-            call weighted_sum(nkz, g, gz, base, dt/2, g, gz, n, u)
-          case (PASS_RK_SECOND)
-            call add_weighted(nkz, dt/3, g, gz, n, h)
-            call weighted_sum(nkz, g, gz, base, dt/2, 1.0_rp, self%ones, n, u)
-          case (PASS_RK_THIRD)
-            call add_weighted(nkz, dt/3, g, gz, n, h)
-            call weighted_sum(nkz, e, ez, base, dt, g, gz, n, u)
-          case (PASS_RK_FOURTH)
-            call weighted_sum(nkz, 1.0_rp, self%ones, h, dt/6, 1.0_rp, self%ones, n, u)
-          end select
-        end associate
-      end if
-      call self%sticks%truncate(s, u)
-      call self%sticks%truncate(s, h)
-    end associate
-  end subroutine advance_stick
 
   !> The time at which pass `pass` evaluates the right-hand side; dt must be that of its step.
   pure real(rp) function rhs_time_of(self, pass) result(time)

@@ -3,6 +3,7 @@
 module fluid_solid_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use fluid_shapes, only: shape_t, OBSTACLES, SHAPE_HELP, SHAPES
   use fluid_substitutes, only: FOR_CAVITIES, FOR_CHANNELS, FOR_MASKS, NO_MASKS
   use io_config, only: config_t
   use io_keys, only: keys_t
@@ -21,8 +22,12 @@ module fluid_solid_keys
     real(rp) :: dt_fraction = 1           !< of the largest step of the explicit penalization that solids which react allow
     real(rp) :: us_fixed(3) = 0, omega = 0
     real(rp) :: centre(3) = 0, size = 0, alpha = 0, r1 = 1, r2 = 1
+    logical :: has_centre(3) = .false.    !< the user says where
     logical :: compute_forces = .true., periodic_torque = .false.
     logical :: unsteady_corrections = .false., has_corrections = .false. !< the latter: the user says which
+  contains
+    procedure :: body_name => solids_body_name
+    procedure :: shape => solids_shape
   end type solids_t
 
   !> Walls of the box: a cavity, or a channel.
@@ -44,22 +49,20 @@ contains
     real(rp), intent(inout) :: length(3)
     type(solids_t), intent(inout) :: s
     real(rp), parameter :: BOX = 6.283185307179586_rp
-    logical :: given(3)
-    given = .false.
     call keys%section('Geometry', 'the periodic box and the generic body')
     call keys%real('xl', length(1), BOX, 'length of the box in x', unit='L', above=0.0_rp)
     call keys%real('yl', length(2), BOX, 'length of the box in y', unit='L', above=0.0_rp)
     call keys%real('zl', length(3), BOX, 'length of the box in z', unit='L', above=0.0_rp)
-    call keys%length('x0', s%centre(1), 'xl/2', 'centre of body or vortex, x', unit='L', given=given(1))
-    call keys%length('y0', s%centre(2), 'yl/2', 'centre of body or vortex, y', unit='L', given=given(2))
-    call keys%length('z0', s%centre(3), 'zl/2', 'centre of body or vortex, z', unit='L', given=given(3))
+    call keys%length('x0', s%centre(1), 'xl/2', 'centre of body or vortex, x', unit='L', given=s%has_centre(1))
+    call keys%length('y0', s%centre(2), 'yl/2', 'centre of body or vortex, y', unit='L', given=s%has_centre(2))
+    call keys%length('z0', s%centre(3), 'zl/2', 'centre of body or vortex, z', unit='L', given=s%has_centre(3))
     call keys%length('Size', s%size, '0.0', 'diameter of sphere and cylinder, side of the plate, radius of the ring', &
                      unit='L', min=0.0_rp)
     call keys%real('alpha', s%alpha, 0.0_rp, 'turning of the plate about the z axis', unit='degree')
     call keys%real('r1', s%r1, 1.0_rp, 'inner radius of the couette body', unit='L', above=0.0_rp)
     call keys%real('r2', s%r2, 1.0681415_rp, 'outer radius of the couette body', unit='L', above=0.0_rp)
     call keys%inert('r3', 'used by a FLUSI body that does not exist here')
-    where (.not. given) s%centre = length/2
+    where (.not. s%has_centre) s%centre = length/2
   end subroutine geometry_keys
 
   !> [Penalization].
@@ -71,12 +74,10 @@ contains
     call keys%section('Penalization', 'solid bodies by volume penalization')
     call keys%switch('iPenalization', s%is_on, .false., 'whether there are solids at all')
     call keys%word('iMask', s%mask, 'none', &
-                   'none|empty|no|sphere|Sphere|cylinder|cylinder_x|plate|Plate|couette|from_file::*|Insect|insect|'// &
-                   'Flexible_wing', &
-                   'body: sphere; cylinder along z (2-D: along x); cylinder along x; square plate; Couette device; file; '// &
+                   'none|empty|no|'//SHAPES//'|from_file::*|Insect|insect|Flexible_wing', 'body: '//SHAPE_HELP//'; file; '// &
                    'Insect: the wings of [Insects]; Flexible_wing: these, with wings = flexible', unbuilt=NO_MASKS, &
                    instead=FOR_MASKS)
-    call keys%word('obstacle', s%obstacle, 'none', 'none|sphere|cylinder|cylinder_x', 'iMask = Insect: a body at rest beside '// &
+    call keys%word('obstacle', s%obstacle, 'none', 'none|'//OBSTACLES, 'iMask = Insect: a body at rest beside '// &
                    'the insect, with [Geometry] Size at x0, y0, z0; cylinder along z (2-D: along x) or x')
     call keys%switch('iMoving', s%may_move, .false., 'whether the body moves: the wings of Insect do; without effect on other '// &
                      'bodies', computed='as iMask says')
@@ -136,8 +137,6 @@ contains
     if (s%is_moving .and. .not. s%may_move) call c%complain(errors, 'Penalization', 'iMoving', &
       'would hold the wings of Insect where they are at t = 0; valid: 1, and FlappingMotion_left and _right none')
     call check_bodies(c, s, w, errors)
-    if (s%mask == 'couette' .and. s%r2 <= s%r1) &
-      call c%complain(errors, 'Geometry', 'r2', 'the outer radius must be larger than r1')
     if (index(s%mask, 'from_file::') == 1) then
       inquire (file=s%mask(12:), exist=exists)
       if (.not. exists) call c%complain(errors, 'Penalization', 'iMask', 'there is no file "'//s%mask(12:)//'"')
@@ -146,18 +145,40 @@ contains
       call c%complain(errors, 'Penalization', 'cavity_size', 'the cavity walls need a thickness of at least one point')
   end subroutine check_solids
 
+  !> The word for the body: that of the mask, or for an insect's that of the obstacle beside it.
+  pure function solids_body_name(self) result(name)
+    class(solids_t), intent(in) :: self
+    character(:), allocatable :: name
+    name = self%mask
+    if (self%mask == 'Insect') name = self%obstacle
+  end function solids_body_name
+
+  !> That body.
+  pure type(shape_t) function solids_shape(self) result(shape)
+    class(solids_t), intent(in) :: self
+    shape%name = self%body_name()
+    shape%size = self%size
+    shape%alpha = self%alpha
+    shape%r1 = self%r1
+    shape%r2 = self%r2
+    shape%omega = self%omega
+  end function solids_shape
+
   subroutine check_bodies(c, s, w, errors)
     type(config_t), intent(in) :: c
     type(solids_t), intent(in) :: s
     type(walls_t), intent(in) :: w
     type(message_list_t), intent(inout) :: errors
+    type(shape_t) :: shape
+    character(:), allocatable :: key, text
     if (s%obstacle /= 'none' .and. .not. s%is_moving) call c%complain(errors, 'Penalization', 'obstacle', &
       'needs an insect (iMask = Insect) beside it; for a body without an insect set iMask = '//s%obstacle// &
       ' and leave obstacle out')
     if (s%obstacle /= 'none' .and. w%has_inflow) call c%complain(errors, 'Penalization', 'obstacle', &
       'is of no use with iChannel = turek, which has a cylinder of its own; valid: none')
-    if ((any(s%mask == [character(10) :: 'sphere', 'cylinder', 'cylinder_x', 'plate']) .or. s%obstacle /= 'none') .and. &
-        s%size <= 0) &
-      call c%complain(errors, 'Geometry', 'Size', 'the body needs a size above 0')
+    shape = s%shape()
+    if (s%obstacle /= 'none') shape%name = s%obstacle
+    call shape%mistake(key, text)
+    if (key /= '') call c%complain(errors, 'Geometry', key, text)
   end subroutine check_bodies
 end module fluid_solid_keys

@@ -325,7 +325,7 @@ contains
     bytes = bytes + self%rhs%pressure%memory_bytes()
     if (allocated(self%rhs%past)) bytes = bytes + 16*real(size(self%rhs%past), rp)
     if (allocated(self%rhs%kept)) bytes = bytes + 16*real(size(self%rhs%kept), rp)
-    if (allocated(self%rhs%stage_base)) bytes = bytes + 16*real(size(self%rhs%stage_base), rp)
+    bytes = bytes + self%rhs%stepper%memory_bytes()
     bytes = bytes + 48*real(self%rhs%penalty%n_points, rp)
     if (allocated(self%points)) bytes = bytes + self%points%memory_bytes()
   end function fluid_memory_bytes

@@ -6,9 +6,16 @@ module fluid_sums
   use parallel_world, only: world_t
   implicit none
   private
-  public :: sums_t
+  public :: lever_t, sums_t
 
   integer, parameter :: LAST = N_COLORS - 1
+
+  !> Lever arms of the points of a line along x.
+  type :: lever_t
+    real(rp) :: arm(3) = 0  !< of its first point, L
+    real(rp) :: spacing = 0 !< of its points, L
+    real(rp) :: period = 0  !< by which the x arm is wrapped, L; 0 for never
+  end type lever_t
 
   !> All integrals are over the box, at the time of the state. `penalty` ones are over the solids.
   type :: sums_t
@@ -45,32 +52,29 @@ contains
     end associate
   end subroutine sums_clear
 
-  !> Adds the penalized points first .. last of a line: forces, moments, and what belongs to the mask.
-  !> `out` receives the penalization term, `arm` is the lever arm of the line's first point. Not yet
-  !> multiplied by the cell volume.
-  subroutine sums_add_solid_line(self, penalty, first, last, c_eta, arm, dx, wrap, u, v, w, out1, out2, out3)
+  !> Adds the penalized points of line `line` of `penalty`: forces, moments, and what belongs to the mask; `lever` is that of
+  !> the line. `n` receives the penalization term of the velocity u. Not yet multiplied by the cell volume.
+  subroutine sums_add_solid_line(self, penalty, line, c_eta, lever, u, n)
     class(sums_t), intent(inout) :: self
     type(penalty_t), intent(in) :: penalty
-    integer, intent(in) :: first, last
-    real(rp), intent(in) :: c_eta, arm(3), dx
-    real(rp), intent(in) :: wrap !< period by which the x arm is wrapped, 0 for never
-    real(rp), contiguous, intent(in) :: u(:), v(:), w(:)
-    real(rp), contiguous, intent(inout) :: out1(:), out2(:), out3(:)
+    integer, intent(in) :: line
+    real(rp), intent(in) :: c_eta
+    type(lever_t), intent(in) :: lever
+    real(rp), intent(in) :: u(:, :)    !< (nx, 3)
+    real(rp), intent(inout) :: n(:, :) !< (nx, 3)
     real(rp) :: slip(3), f(3), r(3), us(3), chi
     integer :: i, x, c
-    do i = first, last
+    do i = penalty%line_first(line), penalty%line_last(line)
       x = penalty%x(i)
       c = penalty%color(i)
       chi = penalty%chi(i)
       us = penalty%us(:, i)
-      slip = [u(x), v(x), w(x)] - us
+      slip = u(x, :) - us
       f = chi/c_eta*slip
-      out1(x) = out1(x) - f(1)
-      out2(x) = out2(x) - f(2)
-      out3(x) = out3(x) - f(3)
-      r = arm
-      r(1) = arm(1) + (x - 1)*dx
-      if (wrap > 0) r(1) = r(1) - wrap*anint(r(1)/wrap)
+      n(x, :) = n(x, :) - f
+      r = lever%arm
+      r(1) = lever%arm(1) + (x - 1)*lever%spacing
+      if (lever%period > 0) r(1) = r(1) - lever%period*anint(r(1)/lever%period)
       self%force(:, c) = self%force(:, c) + f
       self%moment(:, c) = self%moment(:, c) + cross(r, f)
       self%solid_momentum(:, c) = self%solid_momentum(:, c) + chi*us

@@ -16,11 +16,12 @@ module inference_engine
   use inference_noise_fraction, only: find_noise_fraction
   use inference_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
   use inference_refine_location, only: add_finer
-  use inference_refit, only: fit_baseline
+  use inference_refit, only: fit_baseline, nested_fit_t
   use inference_relinearisation, only: model_error_t, relinearise
   use inference_simulator, only: simulator_t
   use inference_top_candidates, only: fit_extended, refit_top_candidates
   use inference_validation, only: compare_folds, validate
+  use inference_whitener, only: whitener_t
   implicit none
   private
   public :: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
@@ -42,19 +43,12 @@ contains
     class(model_error_t), intent(inout), optional :: model_error
     type(refit_t), allocatable :: before(:)
     integer :: n_effects
-    real(rp), allocatable :: again(:), best(:, :), nuisances(:, :)
+    real(rp), allocatable :: nuisances(:, :)
     logical :: is_scale_known, has_finer, is_new
-    type(design_t) :: finer
     n_effects = size(simulator%effects)
     allocate (d%refits(0))
-    call fit_baseline(simulator, starts, options%fit, d%whitener, d%baseline, d%spread, failure, nuisances)
+    call find_baseline(simulator, starts, options, d%whitener, d%baseline, d%spread, nuisances, failure)
     if (failure%failed) return
-    if (.not. options%is_scale_known) then
-      call find_noise_fraction(simulator, d%baseline%q, is_new)
-      best = reshape(d%baseline%q, [size(d%baseline%q), 1])
-      if (is_new) call fit_baseline(simulator, best, options%fit, d%whitener, d%baseline, again, failure, nuisances)
-      if (failure%failed) return
-    end if
     call build_design(simulator, d%baseline%q, d%design, failure, nuisances=nuisances)
     if (failure%failed) return
     call simulator%get_state(d%baseline%state) ! where all refits begin
@@ -74,22 +68,19 @@ contains
     if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT .or. &
         d%linear%is_rejected_by_checks) then
       if (options%validates) &
-        call validate(simulator, d%baseline%active, d%baseline%q, d%design%nuisances, options%fit, d%validated)
+        call validate(simulator, d%baseline%active, d%baseline%q, d%design%nuisances, options%fit, d%prediction%baseline)
       call d%restore_baseline(simulator)
       return
     end if
-    call add_finer(simulator, d%design, d%hypotheses%best, has_finer)
-    if (has_finer) then
-      call build_design(simulator, d%baseline%q, finer, failure, d%design)
-      finer%residual_dof = d%design%residual_dof
-      d%design = finer
-      if (.not. failure%failed) call test_hypotheses(simulator, options, is_scale_known, d, failure)
-      if (failure%failed) return
-    end if
+    call refine_design(simulator, d%baseline%q, d%hypotheses%best, d%design, has_finer, failure)
+    if (failure%failed) return
+    if (has_finer) call test_hypotheses(simulator, options, is_scale_known, d, failure)
+    if (failure%failed) return
     call refit_top_candidates(simulator, options, d)
     call d%restore_baseline(simulator)
     if (options%validates) &
-      call validate(simulator, d%initial_baseline%active, d%initial_baseline%q, d%design%nuisances, options%fit, d%validated)
+      call validate(simulator, d%initial_baseline%active, d%initial_baseline%q, d%design%nuisances, options%fit, &
+                    d%prediction%baseline)
     call relinearise(simulator, options, d, is_new, model_error)
     if (is_new) then
       call test_hypotheses(simulator, options, is_scale_known, d, failure)
@@ -100,6 +91,41 @@ contains
     call validate_causes(simulator, options, d)
     call d%restore_extended(simulator)
   end subroutine run_diagnosis
+
+  !> Fits the baseline, and once more from there if the noise is not as declared but of other parts.
+  subroutine find_baseline(simulator, starts, options, whitener, baseline, spread, nuisances, failure)
+    class(simulator_t), intent(inout), target :: simulator
+    real(rp), intent(in) :: starts(:, :)
+    type(diagnosis_options_t), intent(in) :: options
+    type(whitener_t), intent(out), target :: whitener
+    type(nested_fit_t), intent(out) :: baseline
+    real(rp), allocatable, intent(out) :: spread(:), nuisances(:, :) !< see fit_baseline
+    type(failure_t), intent(out) :: failure
+    real(rp), allocatable :: again(:), best(:, :)
+    logical :: is_new
+    call fit_baseline(simulator, starts, options%fit, whitener, baseline, spread, failure, nuisances)
+    if (failure%failed .or. options%is_scale_known) return
+    call find_noise_fraction(simulator, baseline%q, is_new)
+    best = reshape(baseline%q, [size(baseline%q), 1])
+    if (is_new) call fit_baseline(simulator, best, options%fit, whitener, baseline, again, failure, nuisances)
+  end subroutine find_baseline
+
+  !> The design with finer places about those of the leading candidates, `best` of each effect, at the baseline q. The degrees
+  !> of freedom of the rest stay those of the scan.
+  subroutine refine_design(simulator, q, best, design, has_finer, failure)
+    class(simulator_t), intent(inout) :: simulator
+    real(rp), intent(in) :: q(:)
+    integer, intent(in) :: best(:)
+    type(design_t), intent(inout) :: design
+    logical, intent(out) :: has_finer
+    type(failure_t), intent(out) :: failure
+    type(design_t) :: finer
+    call add_finer(simulator, design, best, has_finer)
+    if (.not. has_finer) return
+    call build_design(simulator, q, finer, failure, design)
+    finer%residual_dof = design%residual_dof
+    design = finer
+  end subroutine refine_design
 
   !> What the tangents and the checks say: z, statistics, odds, and a first verdict. Checks and statistics that are
   !> there already are those of the scan, with which the global p and the size of the noise stay: finer places may leave
@@ -176,16 +202,16 @@ contains
     end if
     if (options%validates) then
       call d%restore_extended(simulator)
-      call validate(simulator, d%extended%active, d%extended%q, d%design%nuisances, options%fit, d%validated_extended)
-      call compare_folds(d%validated, d%validated_extended, d%gain, d%gain_error, ok)
-      d%has_gain = ok
+      call validate(simulator, d%extended%active, d%extended%q, d%design%nuisances, options%fit, d%prediction%extended)
+      call compare_folds(d%prediction%baseline, d%prediction%extended, d%prediction%gain, d%prediction%gain_error, ok)
+      d%prediction%has_gain = ok
     end if
     if (d%decision%verdict /= VERDICT_NAMED) return
     if (options%finds_intervals .and. .not. d%is_null_excluded) then
       call withdraw_name(d%decision, NO_INTERVAL)
     else if (d%is_at_bound) then
       call withdraw_name(d%decision, AT_BOUND)
-    else if (options%validates .and. .not. (d%has_gain .and. d%gain > d%gain_error)) then
+    else if (options%validates .and. .not. (d%prediction%has_gain .and. d%prediction%gain > d%prediction%gain_error)) then
       call withdraw_name(d%decision, NO_GAIN)
     end if
   end subroutine validate_causes

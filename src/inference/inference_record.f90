@@ -42,6 +42,13 @@ module inference_record
     real(rp) :: remainder_log_p = 0
   end type refit_t
 
+  !> How well locations are predicted that a fit did not see.
+  type :: prediction_t
+    type(validation_t) :: baseline, extended
+    real(rp) :: gain = 0, gain_error = 0 !< log predictive density per location left out, of the extended over the baseline
+    logical :: has_gain = .false.
+  end type prediction_t
+
   !> Everything that came out.
   type :: diagnosis_t
     type(whitener_t) :: whitener
@@ -63,11 +70,8 @@ module inference_record
     type(interval_t), allocatable :: intervals(:) !< of the parameters of the causes
     logical :: is_null_excluded = .false. !< for each of the causes
     logical :: is_at_bound = .false.     !< a parameter that excludes its null
-    type(validation_t) :: validated, validated_extended
-    real(rp) :: gain = 0, gain_error = 0 !< log predictive density per location left out
-    logical :: has_gain = .false.
+    type(prediction_t) :: prediction
     real(rp), allocatable :: detectable_snr(:) !< (effects)
-    integer :: n_design_evaluations = 0
   contains
     procedure :: restore_baseline => diagnosis_restore_baseline
     procedure :: restore_extended => diagnosis_restore_extended

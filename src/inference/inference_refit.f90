@@ -19,6 +19,7 @@ module inference_refit
             relinearise_nuisances
 
   real(rp), parameter :: LOOSE_TOLERANCE = 1.0e-3_rp !< of the sum of squares
+  real(rp), parameter :: SETTLED = 0.05_rp           !< in units of the sum of squares
 
   !> A model with the parameters `active` free and all others at q.
   type, extends(least_squares_t) :: nested_problem_t
@@ -179,15 +180,39 @@ contains
     real(rp), allocatable, intent(out) :: spread(:)
     type(failure_t), intent(out) :: failure
     real(rp), allocatable, intent(out), optional :: nuisances(:, :)
-    integer, parameter :: MOST_PASSES = 6
-    real(rp), parameter :: SETTLED = 0.05_rp ! in units of the sum of squares
+    type(nested_fit_t) :: again
+    real(rp), allocatable :: seen(:)
+    logical :: is_valid
+    call fit_best_start(simulator, starts, options, whitener, found, spread, failure)
+    if (failure%failed) return
+    call simulator%set_state(found%state)
+    call settle_baseline(simulator, options, whitener, found)
+    call simulator%set_state(found%state)
+    call update_directions(simulator, found%q, whitener, is_valid, seen, nuisances)
+    if (.not. is_valid) then
+      call failure%raise('the simulator has no result at the best fit of the baseline')
+      return
+    end if
+    ! Without an end of the passes these directions may be others than those of the fit.
+    call whitener%apply_one(seen)
+    if (abs(sum(seen**2) + found%prior_chi2 - found%cost()) <= SETTLED) return
+    call fit_nested(simulator, whitener, found%active, found%q, options, again)
+    if (again%is_found) found = again
+  end subroutine fit_baseline
+
+  !> The most probable of loose fits of the baseline, from these starts, and `spread` as `fit_baseline` has it.
+  subroutine fit_best_start(simulator, starts, options, whitener, found, spread, failure)
+    class(simulator_t), intent(inout), target :: simulator
+    real(rp), intent(in) :: starts(:, :)
+    type(fit_options_t), intent(in) :: options
+    type(whitener_t), intent(out), target :: whitener
+    type(nested_fit_t), intent(out) :: found
+    real(rp), allocatable, intent(out) :: spread(:)
+    type(failure_t), intent(out) :: failure
     type(nested_fit_t) :: one
     type(failure_t) :: failed
-    real(rp), allocatable :: q(:), seen(:)
-    real(rp) :: before, least
-    integer :: i, s, pass, active(simulator%n_baseline)
-    logical :: is_valid
-    active = [(i, i=1, simulator%n_baseline)]
+    real(rp) :: least
+    integer :: i, s
     call whitener%init(simulator, [(i, i=1, simulator%n_observations)], failure)
     if (failure%failed) return
     allocate (spread(size(starts, 2)), source=huge(1.0_rp))
@@ -205,7 +230,20 @@ contains
       return
     end if
     where (spread < huge(1.0_rp)) spread = spread - least
-    call simulator%set_state(found%state)
+  end subroutine fit_best_start
+
+  !> Fits the baseline to the end from a loose fit, in the passes of `fit_baseline`; the most probable of them is found.
+  subroutine settle_baseline(simulator, options, whitener, found)
+    class(simulator_t), intent(inout), target :: simulator
+    type(fit_options_t), intent(in) :: options
+    type(whitener_t), intent(inout), target :: whitener
+    type(nested_fit_t), intent(inout) :: found
+    integer, parameter :: MOST_PASSES = 6
+    type(nested_fit_t) :: one
+    real(rp), allocatable :: q(:)
+    real(rp) :: before, least
+    integer :: pass
+    logical :: is_valid
     least = huge(least)
     one = found
     do pass = 1, MOST_PASSES
@@ -214,7 +252,7 @@ contains
       call simulator%forget_warm_starts()
       call update_directions(simulator, q, whitener, is_valid)
       if (.not. is_valid) exit
-      call fit_nested(simulator, whitener, active, q, options, one)
+      call fit_nested(simulator, whitener, found%active, q, options, one)
       if (.not. one%is_found) exit
       if (pass == 1 .or. one%cost() + whitener%log_determinant < least) then
         least = one%cost() + whitener%log_determinant
@@ -223,18 +261,7 @@ contains
       if (pass > 1 .and. abs(one%cost() - before) <= SETTLED) exit
       call relinearise_nuisances(simulator, whitener, one%q, is_valid)
     end do
-    call simulator%set_state(found%state)
-    call update_directions(simulator, found%q, whitener, is_valid, seen, nuisances)
-    if (.not. is_valid) then
-      call failure%raise('the wing cannot be computed at the best fit of the baseline: check loads, units and [Wing]')
-      return
-    end if
-    ! Without an end of the passes these directions may be others than those of the fit.
-    call whitener%apply_one(seen)
-    if (abs(sum(seen**2) + found%prior_chi2 - found%cost()) <= SETTLED) return
-    call fit_nested(simulator, whitener, active, found%q, options, one)
-    if (one%is_found) found = one
-  end subroutine fit_baseline
+  end subroutine settle_baseline
 
   !> Fits the baseline roughly from q with a whitener over all observations, which has then the nuisances where the fit
   !> ends. On the way a wing may follow an equilibrium that it would not come to from rest: where the fit ends all shapes are

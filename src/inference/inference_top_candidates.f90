@@ -15,9 +15,18 @@ module inference_top_candidates
   implicit none
   private
 
-  real(rp), parameter :: SHORTFALL = 20.0_rp !< of the sum of squares, in units of the noise
-
   public :: fit_extended, refit_top_candidates
+
+  real(rp), parameter :: SHORTFALL = 20.0_rp     !< of the sum of squares, in units of the noise
+  real(rp), parameter :: FAR = 10.0_rp           !< of the log evidence
+
+  !> The effects on their way through the rounds.
+  type :: queue_t
+    integer, allocatable :: order(:)      !< the most probable by the tangents first
+    real(rp), allocatable :: linear(:)    !< (effects) log evidence by the tangents
+    logical, allocatable :: is_tried(:)   !< (effects)
+    real(rp) :: least = huge(1.0_rp)      !< of the sums of squares over the degrees of freedom, of the refits
+  end type queue_t
 
 contains
 
@@ -31,97 +40,133 @@ contains
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout) :: d
     type(refit_t), intent(in), optional :: before(:)
-    real(rp), parameter :: FAR = 10.0_rp ! of the log evidence
-    type(refit_t) :: one, full, blank
-    type(explained_t) :: alone
-    logical :: is_better
-    real(rp) :: linear(size(d%hypotheses%effect)), least
-    logical :: is_tried(size(d%hypotheses%effect))
-    integer, allocatable :: order(:)
-    integer :: i, round, turn, n_fitted, known
-    order = rank_effects(d%hypotheses)
-    linear = d%hypotheses%effect
-    least = huge(least)
-    is_tried = .false.
+    type(queue_t) :: queue
+    integer :: round, n_fitted
+    queue%order = rank_effects(d%hypotheses)
+    queue%linear = d%hypotheses%effect
+    allocate (queue%is_tried(size(queue%linear)), source=.false.)
     if (allocated(d%refits)) deallocate (d%refits)
     allocate (d%refits(0))
     do round = 1, 2
       n_fitted = size(d%refits)
-      do turn = 1, round*size(order) ! in round 2 once more, for parts of what was fitted meanwhile
-        i = modulo(turn - 1, size(order)) + 1
-        one = blank
-        one%candidate = d%hypotheses%best(order(i))
-        if (is_tried(order(i)) .or. .not. is_worth_it()) cycle
-        is_tried(order(i)) = .true.
-        known = place_in_before()
-        if (known > 0) then
-          one%candidate = before(known)%candidate
-          call fit_extended(simulator, options, d, [one%candidate], one%found, before(known))
-        else
-          call fit_extended(simulator, options, d, [one%candidate], one%found, is_loose=round == 2)
-        end if
-        if (.not. one%found%is_found) cycle
-        call explain(d%design, [one%candidate], d%z, alone)
-        one%linear_gain = alone%square
-        call apply_refit(simulator, d, one)
-        if (round == 2 .and. known == 0 .and. .not. is_behind(order(i))) then
-          full = one
-          call fit_extended(simulator, options, d, [one%candidate], full%found, one)
-          call replace_if_better(simulator, d, full, one, 0.0_rp, is_better)
-        end if
-        call append(d%refits, one)
-        least = min(least, one%found%chi2/max(1, simulator%n_observations - size(one%found%active)))
-      end do
+      call refit_round(simulator, options, round == 2, d, queue, before)
       if (round == 2 .and. size(d%refits) == n_fitted) exit
-      do i = 1, size(d%refits)
-        one = d%refits(i)
-        call fit_from_superset(simulator, options, d, one, merge(0, n_fitted, i > n_fitted))
-        d%refits(i) = one
-      end do
-      do i = n_fitted + 1, size(d%refits)
-        if (is_behind(d%design%candidates(d%refits(i)%candidate)%effect)) cycle
-        one = d%refits(i)
-        call refine_variant(simulator, options, d, one)
-        d%refits(i) = one
-      end do
+      call improve_refits(simulator, options, n_fitted, d)
       call d%hypotheses%correct_unknown(d%design)
       call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision, &
                   combined_log_p(d%checks))
       if (d%decision%verdict /= VERDICT_UNKNOWN .and. size(d%decision%causes) < 2 .and. &
           d%decision%posterior_unknown <= sum(d%decision%posterior(d%decision%set))) exit
     end do
-
-  contains
-
-    !> Whether the effect in place i of the order is to be fitted in this round.
-    logical function is_worth_it()
-      integer :: k
-      is_worth_it = any([(is_part_of(d%design%candidates(one%candidate), d%design%candidates(d%refits(k)%candidate)), &
-                          k=1, size(d%refits))])
-      if (is_worth_it) return
-      if (round == 2) then
-        is_worth_it = linear(order(i)) > 0 .or. &
-                      any(simulator%parameters(d%design%candidates(one%candidate)%columns)%strong > 0)
-        return
-      end if
-      is_worth_it = i <= options%most_refits .or. least >= LARGEST_SCALE
-      if (.not. is_worth_it .or. any(d%linear%set == order(i))) return
-      is_worth_it = linear(order(i)) >= linear(order(1)) - FAR - maxval(abs(d%hypotheses%correction))
-    end function is_worth_it
-
-    !> Where the effect in place i of the order is in `before`; 0: nowhere.
-    integer function place_in_before() result(known)
-      known = 0
-      if (present(before)) known = findloc(d%design%candidates(before%candidate)%effect, order(i), 1)
-    end function place_in_before
-
-    !> Whether effect e has become so improbable that fits are not worth their time.
-    logical function is_behind(e)
-      integer, intent(in) :: e
-      is_behind = d%hypotheses%effect(e) < maxval(d%hypotheses%effect) - FAR
-    end function is_behind
-
   end subroutine refit_top_candidates
+
+  !> Fits those of the queue that are worth it in this round; in the last one once more, for parts of what was fitted meanwhile.
+  subroutine refit_round(simulator, options, is_last, d, queue, before)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    logical, intent(in) :: is_last
+    type(diagnosis_t), intent(inout) :: d
+    type(queue_t), intent(inout) :: queue
+    type(refit_t), intent(in), optional :: before(:)
+    type(refit_t) :: one
+    integer :: turn, place, effect
+    do turn = 1, merge(2, 1, is_last)*size(queue%order)
+      place = modulo(turn - 1, size(queue%order)) + 1
+      effect = queue%order(place)
+      if (queue%is_tried(effect)) cycle
+      if (.not. is_worth_it(simulator, options, is_last, d, queue, place)) cycle
+      queue%is_tried(effect) = .true.
+      call refit_effect(simulator, options, is_last, effect, d, one, before)
+      if (.not. one%found%is_found) cycle
+      call append(d%refits, one)
+      queue%least = min(queue%least, one%found%chi2/max(1, simulator%n_observations - size(one%found%active)))
+    end do
+  end subroutine refit_round
+
+  !> Whether the effect at this place of the queue is to be fitted in this round.
+  logical function is_worth_it(simulator, options, is_last, d, queue, place)
+    class(simulator_t), intent(in) :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    logical, intent(in) :: is_last
+    type(diagnosis_t), intent(in) :: d
+    type(queue_t), intent(in) :: queue
+    integer, intent(in) :: place
+    integer :: k
+    associate (effect => queue%order(place), candidates => d%design%candidates)
+      associate (candidate => candidates(d%hypotheses%best(effect)))
+        is_worth_it = any([(is_part_of(candidate, candidates(d%refits(k)%candidate)), k=1, size(d%refits))])
+        if (is_worth_it) return
+        if (is_last) then
+          is_worth_it = queue%linear(effect) > 0 .or. any(simulator%parameters(candidate%columns)%strong > 0)
+          return
+        end if
+      end associate
+      is_worth_it = place <= options%most_refits .or. queue%least >= LARGEST_SCALE
+      if (.not. is_worth_it .or. any(d%linear%set == effect)) return
+      is_worth_it = queue%linear(effect) >= queue%linear(queue%order(1)) - FAR - maxval(abs(d%hypotheses%correction))
+    end associate
+  end function is_worth_it
+
+  !> Fits the leading variant of an effect and corrects its evidence: from its refit in `before`, if it is there; loosely in
+  !> the last round, and to the end only if that brings it near the others.
+  subroutine refit_effect(simulator, options, is_last, effect, d, one, before)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    logical, intent(in) :: is_last
+    integer, intent(in) :: effect
+    type(diagnosis_t), intent(inout) :: d
+    type(refit_t), intent(out) :: one
+    type(refit_t), intent(in), optional :: before(:)
+    type(refit_t) :: full
+    type(explained_t) :: alone
+    logical :: is_better
+    integer :: known ! place in `before`
+    known = 0
+    if (present(before)) known = findloc(d%design%candidates(before%candidate)%effect, effect, 1)
+    if (known > 0) then
+      one%candidate = before(known)%candidate
+      call fit_extended(simulator, options, d, [one%candidate], one%found, before(known))
+    else
+      one%candidate = d%hypotheses%best(effect)
+      call fit_extended(simulator, options, d, [one%candidate], one%found, is_loose=is_last)
+    end if
+    if (.not. one%found%is_found) return
+    call explain(d%design, [one%candidate], d%z, alone)
+    one%linear_gain = alone%square
+    call apply_refit(simulator, d, one)
+    if (.not. is_last .or. known > 0 .or. is_behind(d, effect)) return
+    full = one
+    call fit_extended(simulator, options, d, [one%candidate], full%found, one)
+    call replace_if_better(simulator, d, full, one, 0.0_rp, is_better)
+  end subroutine refit_effect
+
+  !> Fits all refits also from those of which they are a part, and those behind the first n_tried at better places.
+  subroutine improve_refits(simulator, options, n_tried, d)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    integer, intent(in) :: n_tried
+    type(diagnosis_t), intent(inout) :: d
+    type(refit_t) :: one
+    integer :: i
+    do i = 1, size(d%refits)
+      one = d%refits(i)
+      call fit_from_superset(simulator, options, d, one, merge(0, n_tried, i > n_tried))
+      d%refits(i) = one
+    end do
+    do i = n_tried + 1, size(d%refits)
+      if (is_behind(d, d%design%candidates(d%refits(i)%candidate)%effect)) cycle
+      one = d%refits(i)
+      call refine_variant(simulator, options, d, one)
+      d%refits(i) = one
+    end do
+  end subroutine improve_refits
+
+  !> Whether an effect has become so improbable that fits are not worth their time.
+  pure logical function is_behind(d, effect)
+    type(diagnosis_t), intent(in) :: d
+    integer, intent(in) :: effect
+    is_behind = d%hypotheses%effect(effect) < maxval(d%hypotheses%effect) - FAR
+  end function is_behind
 
   !> Puts `one` behind the others.
   subroutine append(refits, one)
@@ -221,7 +266,7 @@ contains
   !> tangents promise, or if they tell little of it, also from the values before any fit, as joints that a wrong model
   !> made rigid do not come back. `near`, where given, is a refit of this or another variant, or of an effect of which this
   !> is a part: one candidate is then fitted from it, where it has ended, and as without it only if that does not succeed.
-  !> The end is a rough one if `is_rough`.
+  !> The end is a loose one if `is_loose`.
   subroutine fit_extended(simulator, options, d, candidates, found, near, is_loose)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options

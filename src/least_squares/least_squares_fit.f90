@@ -39,7 +39,22 @@ module least_squares_fit
     integer :: n_accepted = 0, n_evaluations = 0
     real(rp) :: last_step = 0                   !< largest change of an unknown, in its unit, in the last step tried
     real(rp), allocatable :: path(:, :)         !< (3, 0:n_accepted) evaluations so far, chi2, prior_chi2
+  contains
+    procedure :: cost => report_cost
   end type fit_report_t
+
+  !> The step that is tried, and how far steps may go.
+  type :: trial_t
+    real(rp) :: damping = 0, growth = 2         !< of steps, and by which it grows when the next one fails
+    real(rp) :: radius = 0                      !< largest change of an unknown, in its unit
+    real(rp), allocatable :: scale(:)           !< (unknowns) D
+    integer :: rejections = 0, jumps = 0        !< in a row
+    real(rp), allocatable :: p(:), residuals(:), jacobian(:, :) !< the point
+    logical :: is_valid = .false.               !< there are residuals
+    real(rp) :: predicted = 0, actual = 0       !< reduction of the sum of squares
+  contains
+    procedure :: ratio => trial_ratio
+  end type trial_t
 
 contains
 
@@ -51,109 +66,190 @@ contains
     real(rp), intent(in) :: start(:)
     type(fit_options_t), intent(in) :: options
     type(fit_report_t), intent(out) :: report
-    ! Of the sum of squares: its rounding, and the errors of residuals that come from iterations of their own.
-    real(rp), parameter :: UNRESOLVED = 1.0e-13_rp, NOISE = 1.0e-8_rp
     integer, parameter :: MOST_JUMPS = 6 ! in a row; the step is then 1/64 of the first that met one
-    real(rp), allocatable :: residuals(:), jacobian(:, :), p(:), scale(:), d(:), triangle(:, :)
-    integer, allocatable :: free(:)
-    real(rp) :: damping, growth, radius, predicted, actual, ratio
-    logical :: is_valid
-    integer :: iteration, n, m, rejections, jumps
+    type(trial_t) :: trial
+    integer :: iteration
+    logical :: is_end
+    call begin(problem, unknowns, start, options, report)
+    if (allocated(report%reason)) return
+    trial = trial_t(damping=options%damping, radius=options%largest_step)
+    allocate (trial%scale(size(start)), trial%residuals(size(report%residuals)), &
+              trial%jacobian(size(report%residuals), size(start)), source=0.0_rp)
+    report%reason = 'too many steps were tried'
+    do iteration = 1, options%most_iterations
+      call propose_step(unknowns, report, trial)
+      call look_ahead(options, trial, report, is_end)
+      if (is_end) exit
+      call try_point(problem, unknowns, options, report, trial)
+      if (trial%jumps >= MOST_JUMPS) then
+        report%reason = 'the sum of squares jumps wherever a step leads'
+        exit
+      end if
+      if (trial%ratio(report%cost()) > 1.0e-4_rp) then
+        call accept_step(problem, unknowns, options, report, trial)
+      else
+        call reject_step(options, report, trial, is_end)
+        if (is_end) exit
+      end if
+    end do
+    report%has_jumped = trial%jumps > 0 .and. .not. report%is_converged
+    report%is_at_bound = .not. unknowns%is_fixed .and. (report%p <= unknowns%lower .or. report%p >= unknowns%upper)
+  end subroutine fit
 
+  !> Evaluates at the start; a report with a reason if it is not valid.
+  subroutine begin(problem, unknowns, start, options, report)
+    class(least_squares_t), intent(inout) :: problem
+    type(unknowns_t), intent(in) :: unknowns
+    real(rp), intent(in) :: start(:)
+    type(fit_options_t), intent(in) :: options
+    type(fit_report_t), intent(inout) :: report
+    logical :: is_valid
+    integer :: n, m
     n = size(start)
     m = problem%n_residuals
     call require(size(unknowns%lower) == n .and. all(unknowns%lower <= unknowns%upper), &
                  'least_squares_fit: bounds of other unknowns, or in the wrong order')
-    allocate (residuals(m), jacobian(m, n), report%residuals(m), report%jacobian(m, n), d(n), source=0.0_rp)
-    allocate (scale(n), source=0.0_rp)
-    report%p = max(unknowns%lower, min(unknowns%upper, start))
-    call problem%evaluate(report%p, report%residuals, report%jacobian, is_valid)
-    if (options%is_smooth) report%has_jumped = problem%has_jumped()
-    is_valid = is_valid .and. .not. report%has_jumped
-    report%n_evaluations = 1
-    report%reason = 'the model cannot be computed at the start'
+    allocate (report%residuals(m), report%jacobian(m, n), source=0.0_rp)
     allocate (report%is_at_bound(n), source=.false.)
     allocate (report%path(3, 0:-1))
-    if (.not. is_valid) return
+    report%p = max(unknowns%lower, min(unknowns%upper, start))
+    call problem%evaluate(report%p, report%residuals, report%jacobian, is_valid)
+    report%n_evaluations = 1
+    if (options%is_smooth) report%has_jumped = problem%has_jumped()
+    if (.not. is_valid .or. report%has_jumped) then
+      report%reason = 'the model cannot be computed at the start'
+      return
+    end if
     call problem%accept()
     call sum_squares(unknowns, report%p, report%residuals, report%chi2, report%prior_chi2)
     call remember(report)
-    damping = options%damping
-    growth = 2
-    rejections = 0
-    jumps = 0
-    radius = options%largest_step
-    report%reason = 'too many steps were tried'
-    do iteration = 1, options%most_iterations
-      call select_free(unknowns, report, free, triangle)
-      scale(free) = max(scale(free), column_norms(triangle))
-      call find_step(triangle, free, scale, max(unknowns%lower - report%p, -radius*unknowns%unit), &
-                     min(unknowns%upper - report%p, radius*unknowns%unit), damping, d)
-      p = max(unknowns%lower, min(unknowns%upper, report%p + d))
-      d = p - report%p
-      predicted = predicted_reduction(triangle, d(free))
-      report%last_step = maxval(abs(d)/unknowns%unit)
-      if (report%last_step <= options%step_tolerance .and. damping <= options%damping) then
-        report%reason = 'the step is small'
-        report%is_converged = .true.
-        exit
-      end if
-      if (.not. predicted > options%reduction_tolerance*(report%chi2 + report%prior_chi2)) then
-        ! A step that is small only because it is damped says nothing.
-        report%is_converged = damping <= 1
-        report%reason = 'no step reduces the sum of squares'
-        if (.not. report%is_converged) report%reason = 'even the smallest steps fail'
-        exit
-      end if
-      call try_point(problem, unknowns, report, p, residuals, jacobian, is_valid, actual)
-      ratio = -1
-      if (options%is_smooth) then
-        jumps = merge(jumps + 1, 0, problem%has_jumped())
-        is_valid = is_valid .and. jumps == 0
-        if (jumps >= MOST_JUMPS) then
-          report%reason = 'the sum of squares jumps wherever a step leads'
-          exit
-        end if
-      end if
-      if (is_valid) ratio = actual/predicted
-      ! Reductions that the sum of squares cannot resolve are believed.
-      if (is_valid .and. max(predicted, -actual) <= UNRESOLVED*(report%chi2 + report%prior_chi2)) ratio = 1
-      if (ratio > 1.0e-4_rp) then
-        report%p = p
-        report%residuals = residuals
-        report%jacobian = jacobian
-        report%n_accepted = report%n_accepted + 1
-        call problem%accept()
-        call sum_squares(unknowns, p, residuals, report%chi2, report%prior_chi2)
-        call remember(report)
-        damping = damping*max(1.0_rp/3, 1 - (2*ratio - 1)**3)
-        growth = 2
-        rejections = 0
-        if (ratio > 0.25_rp) radius = min(2*radius, options%largest_step)
-      else
-        if (is_valid .and. max(predicted, -actual) <= NOISE*(report%chi2 + report%prior_chi2)) then
-          report%reason = 'the sum of squares is reduced no further'
-          report%is_converged = .true.
-          exit
-        end if
-        rejections = rejections + 1
-        if (rejections >= options%most_rejections) then
-          report%reason = 'the sum of squares jumps'
-          report%is_converged = .true.
-          exit
-        end if
-        radius = max(0.5_rp*min(radius, report%last_step), options%step_tolerance)
-        damping = max(damping, 1.0e-8_rp)*growth
-        growth = 2*growth
-        if (report%last_step <= options%step_tolerance) then
-          report%reason = 'even the smallest steps fail'
-          exit
-        end if
-      end if
-    end do
-    report%has_jumped = jumps > 0 .and. .not. report%is_converged
-    report%is_at_bound = .not. unknowns%is_fixed .and. (report%p <= unknowns%lower .or. report%p >= unknowns%upper)
-  end subroutine fit
+  end subroutine begin
+
+  !> The next point to be tried, and the reduction that the linearised residuals promise there.
+  subroutine propose_step(unknowns, report, trial)
+    type(unknowns_t), intent(in) :: unknowns
+    type(fit_report_t), intent(inout) :: report
+    type(trial_t), intent(inout) :: trial
+    real(rp), allocatable :: triangle(:, :)
+    integer, allocatable :: free(:)
+    real(rp) :: d(size(report%p))
+    call select_free(unknowns, report, free, triangle)
+    trial%scale(free) = max(trial%scale(free), column_norms(triangle))
+    call find_step(triangle, free, trial%scale, max(unknowns%lower - report%p, -trial%radius*unknowns%unit), &
+                   min(unknowns%upper - report%p, trial%radius*unknowns%unit), trial%damping, d)
+    trial%p = max(unknowns%lower, min(unknowns%upper, report%p + d))
+    d = trial%p - report%p
+    trial%predicted = predicted_reduction(triangle, d(free))
+    report%last_step = maxval(abs(d)/unknowns%unit)
+  end subroutine propose_step
+
+  !> Whether the fit ends before the point is tried, as the step or what it promises is small.
+  pure subroutine look_ahead(options, trial, report, is_end)
+    type(fit_options_t), intent(in) :: options
+    type(trial_t), intent(in) :: trial
+    type(fit_report_t), intent(inout) :: report
+    logical, intent(out) :: is_end
+    is_end = .true.
+    if (report%last_step <= options%step_tolerance .and. trial%damping <= options%damping) then
+      report%reason = 'the step is small'
+      report%is_converged = .true.
+    else if (.not. trial%predicted > options%reduction_tolerance*report%cost()) then
+      ! A step that is small only because it is damped says nothing.
+      report%is_converged = trial%damping <= 1
+      report%reason = 'no step reduces the sum of squares'
+      if (.not. report%is_converged) report%reason = 'even the smallest steps fail'
+    else
+      is_end = .false.
+    end if
+  end subroutine look_ahead
+
+  !> Evaluates at the point that is tried, and counts the jumps on the way to it.
+  subroutine try_point(problem, unknowns, options, report, trial)
+    class(least_squares_t), intent(inout) :: problem
+    type(unknowns_t), intent(in) :: unknowns
+    type(fit_options_t), intent(in) :: options
+    type(fit_report_t), intent(inout) :: report
+    type(trial_t), intent(inout) :: trial
+    real(rp) :: chi2, prior_chi2
+    call problem%evaluate(trial%p, trial%residuals, trial%jacobian, trial%is_valid)
+    report%n_evaluations = report%n_evaluations + 1
+    trial%actual = 0
+    if (trial%is_valid) then
+      call sum_squares(unknowns, trial%p, trial%residuals, chi2, prior_chi2)
+      trial%actual = report%chi2 + report%prior_chi2 - chi2 - prior_chi2
+    end if
+    if (options%is_smooth) then
+      trial%jumps = merge(trial%jumps + 1, 0, problem%has_jumped())
+      trial%is_valid = trial%is_valid .and. trial%jumps == 0
+    end if
+  end subroutine try_point
+
+  !> Actual over predicted reduction of the sum of squares `cost`, -1 without residuals. Reductions that the sum cannot resolve
+  !> are believed.
+  pure real(rp) function trial_ratio(self, cost) result(ratio)
+    class(trial_t), intent(in) :: self
+    real(rp), intent(in) :: cost
+    real(rp), parameter :: UNRESOLVED = 1.0e-13_rp ! of the sum of squares: its rounding
+    ratio = -1
+    if (.not. self%is_valid) return
+    ratio = self%actual/self%predicted
+    if (max(self%predicted, -self%actual) <= UNRESOLVED*cost) ratio = 1
+  end function trial_ratio
+
+  !> The point that was tried becomes that of the report; the next step may be longer.
+  subroutine accept_step(problem, unknowns, options, report, trial)
+    class(least_squares_t), intent(inout) :: problem
+    type(unknowns_t), intent(in) :: unknowns
+    type(fit_options_t), intent(in) :: options
+    type(fit_report_t), intent(inout) :: report
+    type(trial_t), intent(inout) :: trial
+    real(rp) :: ratio
+    ratio = trial%ratio(report%cost())
+    report%p = trial%p
+    report%residuals = trial%residuals
+    report%jacobian = trial%jacobian
+    report%n_accepted = report%n_accepted + 1
+    call problem%accept()
+    call sum_squares(unknowns, report%p, report%residuals, report%chi2, report%prior_chi2)
+    call remember(report)
+    trial%damping = trial%damping*max(1.0_rp/3, 1 - (2*ratio - 1)**3)
+    trial%growth = 2
+    trial%rejections = 0
+    if (ratio > 0.25_rp) trial%radius = min(2*trial%radius, options%largest_step)
+  end subroutine accept_step
+
+  !> The next step is shorter; or the fit ends here.
+  pure subroutine reject_step(options, report, trial, is_end)
+    type(fit_options_t), intent(in) :: options
+    type(fit_report_t), intent(inout) :: report
+    type(trial_t), intent(inout) :: trial
+    logical, intent(out) :: is_end
+    ! Of the sum of squares: errors of residuals that come from iterations of their own.
+    real(rp), parameter :: NOISE = 1.0e-8_rp
+    is_end = .true.
+    if (trial%is_valid .and. max(trial%predicted, -trial%actual) <= NOISE*report%cost()) then
+      report%reason = 'the sum of squares is reduced no further'
+      report%is_converged = .true.
+      return
+    end if
+    trial%rejections = trial%rejections + 1
+    if (trial%rejections >= options%most_rejections) then
+      report%reason = 'the sum of squares jumps'
+      report%is_converged = .true.
+      return
+    end if
+    trial%radius = max(0.5_rp*min(trial%radius, report%last_step), options%step_tolerance)
+    trial%damping = max(trial%damping, 1.0e-8_rp)*trial%growth
+    trial%growth = 2*trial%growth
+    is_end = report%last_step <= options%step_tolerance
+    if (is_end) report%reason = 'even the smallest steps fail'
+  end subroutine reject_step
+
+  !> The sum of squares with priors.
+  pure real(rp) function report_cost(self) result(cost)
+    class(fit_report_t), intent(in) :: self
+    cost = self%chi2 + self%prior_chi2
+  end function report_cost
 
   !> Adds the present point to the path.
   pure subroutine remember(report)
@@ -164,23 +260,6 @@ contains
     longer(:, report%n_accepted) = [real(report%n_evaluations, rp), report%chi2, report%prior_chi2]
     call move_alloc(longer, report%path)
   end subroutine remember
-
-  !> Evaluates at p; `actual` is the reduction of the sum of squares that comes with it.
-  subroutine try_point(problem, unknowns, report, p, residuals, jacobian, is_valid, actual)
-    class(least_squares_t), intent(inout) :: problem
-    type(unknowns_t), intent(in) :: unknowns
-    type(fit_report_t), intent(inout) :: report
-    real(rp), intent(in) :: p(:)
-    real(rp), intent(out) :: residuals(:), jacobian(:, :), actual
-    logical, intent(out) :: is_valid
-    real(rp) :: chi2, prior_chi2
-    call problem%evaluate(p, residuals, jacobian, is_valid)
-    report%n_evaluations = report%n_evaluations + 1
-    actual = 0
-    if (.not. is_valid) return
-    call sum_squares(unknowns, p, residuals, chi2, prior_chi2)
-    actual = report%chi2 + report%prior_chi2 - chi2 - prior_chi2
-  end subroutine try_point
 
   pure subroutine sum_squares(unknowns, p, residuals, chi2, prior_chi2)
     type(unknowns_t), intent(in) :: unknowns

@@ -12,6 +12,7 @@
 module least_squares_profile
   use base_kinds, only: rp
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
+  use least_squares_interval, only: interval_t, profile_sentence
   use least_squares_problem, only: least_squares_t, unknowns_t
   use least_squares_state, only: solver_state_t
   implicit none
@@ -23,18 +24,47 @@ module least_squares_profile
   real(rp), parameter :: ACCURACY = 0.01_rp     !< of the root of the threshold
   real(rp), parameter :: RESOLUTION = 1.0e-3_rp !< of the threshold, left in the sums of squares of refits
 
-  !> What can be said about one unknown.
-  type :: interval_t
-    real(rp) :: best = 0                      !< where the sum of squares without the prior is smallest
-    real(rp) :: lower = 0, upper = 0          !< ends; bounds of the box where there is none
-    logical :: has_lower = .false., has_upper = .false.
-    !> The lower, the upper end is where the sum of squares jumps, or where what is valid ends.
-    logical :: is_jump(2) = .false.
-    logical :: is_complete = .false.          !< the search of both ends came to its end
-    integer :: n_refits = 0, n_evaluations = 0
-    real(rp), allocatable :: profile(:, :)    !< (2, :) values tried, in that order, and the sum of squares above its
-    !< minimum there
-  end type interval_t
+  !> What a search works on.
+  type :: search_t
+    integer :: i = 0                     !< the unknown
+    real(rp) :: sd = 0, threshold = 0
+    type(unknowns_t) :: unknowns         !< without the prior of unknown i
+    type(fit_options_t) :: options
+    real(rp), allocatable :: slope(:)    !< of all unknowns over unknown i, see profile_interval
+    type(fit_report_t) :: report         !< of the last fit
+    real(rp), allocatable :: best(:)     !< where the sum of squares is least so far
+    real(rp) :: least = 0
+    class(solver_state_t), allocatable :: state_at_best
+    type(interval_t) :: interval
+  contains
+    procedure :: fit_from => search_fit_from
+    procedure :: is_fitted => search_is_fitted
+    procedure :: excess => search_excess
+    procedure :: start_at => search_start_at
+  end type search_t
+
+  !> An end of the interval between two values of the unknown, `inside` and, once there is one, `outside`; w is the root of
+  !> the sum of squares above its minimum.
+  type :: bracket_t
+    real(rp) :: inside = 0, w_inside = 0, outside = 0, w_outside = 0
+    logical :: has_outside = .false.
+    real(rp), allocatable :: at_inside(:), at_outside(:)      !< all unknowns
+    class(solver_state_t), allocatable :: state_inside
+    integer :: n_same = 0 !< points in a row on the same side of the end, but for the first: inside > 0, outside < 0
+  contains
+    procedure :: move_inside => bracket_move_inside
+    procedure :: next_point => bracket_next_point
+  end type bracket_t
+
+  !> One end.
+  type :: end_t
+    real(rp) :: x = 0
+    logical :: is_there = .false., is_jump = .false.
+  end type end_t
+
+  !> How the search for an end may come out: an end, or that there is none; neither after many fits; a lower minimum; data
+  !> were left out. After the last two all has to be found again.
+  integer, parameter :: SETTLED = 0, UNSETTLED = 1, LOWER_MINIMUM = 2, FEWER_DATA = 3
 
 contains
 
@@ -50,244 +80,258 @@ contains
     type(fit_options_t), intent(in) :: options
     type(interval_t), intent(out) :: interval
     real(rp), intent(in), optional :: slope(:)
-    type(unknowns_t) :: others
-    type(fit_options_t) :: refits
-    type(fit_report_t) :: report
-    class(solver_state_t), allocatable :: state_at_best, state_inside
-    real(rp), allocatable :: best(:)
-    real(rp) :: least
-    logical :: is_found(2), found_better, is_less
-    others = unknowns
-    others%prior_sd(i) = 0
-    refits = options
-    refits%is_smooth = .true.
-    call problem%get_state(state_at_best)
+    type(search_t) :: search
+    logical :: is_less
+    search%i = i
+    search%sd = sd
+    search%threshold = threshold
+    search%unknowns = unknowns
+    search%unknowns%prior_sd(i) = 0
+    search%options = options
+    search%options%is_smooth = .true.
+    if (present(slope)) search%slope = slope
+    call problem%get_state(search%state_at_best)
     do
-      others%is_fixed(i) = unknowns%is_fixed(i)
-      refits%reduction_tolerance = options%reduction_tolerance
-      call refit(p)
+      search%unknowns%is_fixed(i) = unknowns%is_fixed(i)
+      search%options%reduction_tolerance = options%reduction_tolerance
+      call search%fit_from(problem, p)
       is_less = .false.
-      if (report%has_jumped) call problem%leave_out(is_less)
-      if (.not. is_less) call find_both_ends()
+      if (search%report%has_jumped) call problem%leave_out(is_less)
+      if (.not. is_less) call find_both_ends(search, problem, p(i), is_less)
       if (.not. is_less) exit
-      call problem%set_state(state_at_best)
-      interval = interval_t(n_refits=interval%n_refits, n_evaluations=interval%n_evaluations)
+      call problem%set_state(search%state_at_best)
+      search%interval = interval_t(n_refits=search%interval%n_refits, n_evaluations=search%interval%n_evaluations)
     end do
+    interval = search%interval
+  end subroutine profile_interval
 
-  contains
-
-    !> The interval about the point that was just fitted. `is_less`: data were left out, and all has to be found again.
-    subroutine find_both_ends()
-      integer :: attempt
+  !> The interval about the point that was just fitted from the value p of the unknown. `is_less`: data were left out.
+  subroutine find_both_ends(search, problem, p, is_less)
+    type(search_t), intent(inout) :: search
+    class(least_squares_t), intent(inout) :: problem
+    real(rp), intent(in) :: p
+    logical, intent(out) :: is_less
+    type(end_t) :: ends(2)
+    integer :: attempt, side, outcomes(2)
+    associate (interval => search%interval, i => search%i)
+      is_less = .false.
       allocate (interval%profile(2, 0))
-      interval%best = p(i)
-      interval%lower = unknowns%lower(i)
-      interval%upper = unknowns%upper(i)
-      if (.not. report%is_converged .and. report%n_accepted == 0) return
-      best = report%p
-      least = report%chi2 + report%prior_chi2
-      refits%reduction_tolerance = max(options%reduction_tolerance, RESOLUTION*threshold/(least + threshold))
-      others%is_fixed(i) = .true.
-      is_found = .false.
+      interval%best = p
+      interval%lower = search%unknowns%lower(i)
+      interval%upper = search%unknowns%upper(i)
+      if (.not. search%is_fitted()) return
+      search%best = search%report%p
+      search%least = search%report%cost()
+      search%options%reduction_tolerance = max(search%options%reduction_tolerance, &
+                                               RESOLUTION*search%threshold/(search%least + search%threshold))
+      search%unknowns%is_fixed(i) = .true.
+      ends%x = [interval%lower, interval%upper]
+      outcomes = UNSETTLED
       do attempt = 1, 5 ! again if the profile has a lower minimum elsewhere
-        call problem%get_state(state_at_best)
-        interval%best = best(i)
-        interval%profile = reshape([best(i), 0.0_rp], [2, 1])
-        call find_end(-1, interval%lower, interval%has_lower, interval%is_jump(1), is_found(1), found_better)
-        if (is_less) return
-        if (found_better) cycle
-        call problem%set_state(state_at_best)
-        call find_end(1, interval%upper, interval%has_upper, interval%is_jump(2), is_found(2), found_better)
-        if (is_less) return
-        if (.not. found_better) exit
-      end do
-      interval%is_complete = all(is_found) .and. .not. found_better
-    end subroutine find_both_ends
-
-    !> The end of the interval in this direction: the root of w(x) = sqrt(sum of squares - least), which grows linearly
-    !> for linear problems, at sqrt(threshold). A lower sum of squares on the way becomes the new minimum.
-    subroutine find_end(direction, end, has_end, is_jump, is_found, found_better)
-      integer, intent(in) :: direction
-      real(rp), intent(out) :: end
-      logical, intent(out) :: has_end, is_jump, is_found, found_better
-      real(rp) :: inside, outside, w_inside, w_outside, x, w, goal, bound, room
-      real(rp), allocatable :: at(:), at_inside(:), at_outside(:)
-      logical :: has_outside, is_stuck
-      integer :: n, n_same ! points in a row on the same side of the end, but for the first: inside > 0, outside < 0
-      goal = sqrt(threshold)
-      bound = merge(others%upper(i), others%lower(i), direction > 0)
-      inside = best(i)
-      w_inside = 0
-      at_inside = best
-      outside = bound
-      w_outside = 0
-      has_outside = .false.
-      has_end = .false.
-      is_jump = .false.
-      is_found = .true.
-      found_better = .false.
-      is_stuck = .false.
-      n_same = 0
-      end = bound
-      room = abs(bound - inside)
-      if (.not. room > 0) return
-      call problem%get_state(state_inside)
-      x = max(min(sd*goal, 2*max(options%largest_step, 1.0_rp)*others%unit(i)), 1.0e-6_rp*min(room, others%unit(i)))
-      x = inside + direction*min(room, x)
-      do n = 1, MOST_REFITS
-        ! The others follow the straight line through the last two fits.
-        at = at_inside
-        if (present(slope) .and. .not. abs(inside - best(i)) > 0) at = best + slope*(x - best(i))
-        if (abs(inside - best(i)) > 0) at = best + (at_inside - best)*((x - best(i))/(inside - best(i)))
-        at(i) = x
-        others%is_fixed(i) = .true.
-        call problem%set_state(state_inside)
-        call refit(at)
-        if (report%has_jumped .and. report%n_evaluations > 1) then ! a jump keeps the others from their minimum
-          call problem%leave_out(is_less)
+        call problem%get_state(search%state_at_best)
+        interval%best = search%best(i)
+        interval%profile = reshape([search%best(i), 0.0_rp], [2, 1])
+        do side = 1, 2
+          if (side == 2) call problem%set_state(search%state_at_best)
+          call find_end(search, problem, 2*side - 3, ends(side), outcomes(side))
+          is_less = outcomes(side) == FEWER_DATA
           if (is_less) return
-        end if
-        w = huge(w)
-        if (report%is_converged .or. report%n_accepted > 0) then
-          w = report%chi2 + report%prior_chi2 - least
-          if (w < -1.0e-3_rp*threshold) then
-            best = report%p
-            least = report%chi2 + report%prior_chi2
-            found_better = .true.
-            return
-          end if
-          w = sqrt(max(0.0_rp, w))
-          interval%profile = reshape([interval%profile, x, w**2], [2, size(interval%profile, 2) + 1])
-        end if
+          if (outcomes(side) == LOWER_MINIMUM) exit
+        end do
+        if (side > 2) exit
+      end do
+      interval%lower = ends(1)%x
+      interval%upper = ends(2)%x
+      interval%has_lower = ends(1)%is_there
+      interval%has_upper = ends(2)%is_there
+      interval%is_jump = ends%is_jump
+      interval%is_complete = all(outcomes == SETTLED)
+    end associate
+  end subroutine find_both_ends
+
+  !> The end of the interval in this direction: the root of w(x), which grows linearly for linear problems, at
+  !> sqrt(threshold). A lower sum of squares on the way becomes the new minimum.
+  subroutine find_end(search, problem, direction, end, outcome)
+    type(search_t), intent(inout) :: search
+    class(least_squares_t), intent(inout) :: problem
+    integer, intent(in) :: direction !< -1, 1
+    type(end_t), intent(out) :: end
+    integer, intent(out) :: outcome
+    type(bracket_t) :: bracket
+    real(rp), allocatable :: at(:)
+    real(rp) :: x, w, goal, bound, room, step
+    logical :: is_stuck
+    integer :: n
+    associate (i => search%i, best => search%best)
+      goal = sqrt(search%threshold)
+      bound = merge(search%unknowns%upper(i), search%unknowns%lower(i), direction > 0)
+      end%x = bound
+      outcome = SETTLED
+      room = abs(bound - best(i))
+      if (.not. room > 0) return
+      bracket%inside = best(i)
+      bracket%at_inside = best
+      bracket%outside = bound
+      call problem%get_state(bracket%state_inside)
+      step = min(search%sd*goal, 2*max(search%options%largest_step, 1.0_rp)*search%unknowns%unit(i))
+      x = best(i) + direction*min(room, max(step, 1.0e-6_rp*min(room, search%unknowns%unit(i))))
+      do n = 1, MOST_REFITS
+        at = search%start_at(x, bracket)
+        call problem%set_state(bracket%state_inside)
+        call search%fit_from(problem, at)
+        if (search%report%n_evaluations > 1) call take_jump(search, problem, outcome) ! keeps the others from their minimum
+        if (outcome == SETTLED) call take_value(search, x, w, outcome)
+        if (outcome /= SETTLED) return
         if (abs(w - goal) <= ACCURACY*goal) then
-          end = x
-          has_end = .true.
+          end = end_t(x, is_there=.true.)
           return
         end if
         if (w < goal) then
           if (.not. abs(x - bound) > 0) return ! inside up to the bound: no end
-          is_stuck = has_outside .and. .not. abs(outside - x) > 1.0e-3_rp*abs(x - best(i))
-          if (has_outside) n_same = max(0, n_same) + 1
-          inside = x
-          w_inside = w
-          at_inside = report%p
-          call problem%get_state(state_inside)
+          is_stuck = bracket%has_outside .and. .not. abs(bracket%outside - x) > 1.0e-3_rp*abs(x - best(i))
+          if (bracket%has_outside) bracket%n_same = max(0, bracket%n_same) + 1
+          call bracket%move_inside(problem, x, w, search%report%p)
         else
-          is_stuck = .not. abs(x - inside) > 1.0e-3_rp*abs(x - best(i))
-          if (has_outside) n_same = min(0, n_same) - 1
-          outside = x
-          at_outside = at
-          w_outside = w
-          has_outside = .true.
+          is_stuck = .not. abs(x - bracket%inside) > 1.0e-3_rp*abs(x - best(i))
+          if (bracket%has_outside) bracket%n_same = min(0, bracket%n_same) - 1
+          bracket%outside = x
+          bracket%at_outside = at
+          bracket%w_outside = w
+          bracket%has_outside = .true.
         end if
         if (is_stuck) then ! the sum of squares jumps, or what is valid ends
-          call problem%set_state(state_inside)
-          call refit(at_outside)
-          if (report%has_jumped) call problem%leave_out(is_less)
-          if (is_less) return
-          w = huge(w)
-          if (report%is_converged .or. report%n_accepted > 0) &
-            w = sqrt(max(0.0_rp, report%chi2 + report%prior_chi2 - least))
-          if (report%has_jumped .or. .not. w < (1 - ACCURACY)*goal) then
-            end = outside
-            has_end = .true.
-            is_jump = report%has_jumped .or. w > (1 + ACCURACY)*goal
-            return
-          end if
-          inside = outside ! seen from nearby it is no jump
-          w_inside = w
-          at_inside = report%p
-          call problem%get_state(state_inside)
-          has_outside = .false.
-          n_same = 0
+          call look_across(search, problem, goal, bracket, end, outcome)
+          if (outcome /= SETTLED .or. end%is_there) return
         end if
-        x = next_point(inside, w_inside, outside, w_outside, has_outside, abs(n_same) > 2, goal, best(i), bound, &
-                       direction)
+        x = bracket%next_point(goal, best(i), bound)
       end do
-      is_found = .false.
-      if (has_outside) end = outside
-      has_end = has_outside
-    end subroutine find_end
+      outcome = UNSETTLED
+      if (bracket%has_outside) end%x = bracket%outside
+      end%is_there = bracket%has_outside
+    end associate
+  end subroutine find_end
 
-    subroutine refit(start)
-      real(rp), intent(in) :: start(:)
-      call fit(problem, others, start, refits, report)
-      interval%n_refits = interval%n_refits + 1
-      interval%n_evaluations = interval%n_evaluations + report%n_evaluations
-    end subroutine refit
+  !> Leaves data out if the last fit has jumped and some can be: the outcome is then FEWER_DATA, else as it was.
+  subroutine take_jump(search, problem, outcome)
+    type(search_t), intent(in) :: search
+    class(least_squares_t), intent(inout) :: problem
+    integer, intent(inout) :: outcome
+    logical :: is_less
+    if (.not. search%report%has_jumped) return
+    call problem%leave_out(is_less)
+    if (is_less) outcome = FEWER_DATA
+  end subroutine take_jump
 
-  end subroutine profile_interval
-
-  !> Where to look for the end next: by the straight line through the last two points, kept inside the bracket, or
-  !> farther out while there is none; in its middle if it `is_slow` to shrink.
-  pure real(rp) function next_point(inside, w_inside, outside, w_outside, has_outside, is_slow, goal, best, bound, &
-                                    direction) result(x)
-    real(rp), intent(in) :: inside, w_inside, outside, w_outside, goal, best, bound
-    logical, intent(in) :: has_outside, is_slow
-    integer, intent(in) :: direction
-    real(rp) :: fraction, factor
-    if (.not. has_outside) then
-      factor = 4
-      if (w_inside > 0.25_rp*goal) factor = goal/w_inside
-      x = best + factor*(inside - best)
-      if (direction*(x - bound) > 0) x = bound
-    else
-      fraction = 0.5_rp
-      if (w_outside < 1.0e3_rp*goal .and. .not. is_slow) fraction = (goal - w_inside)/(w_outside - w_inside)
-      x = inside + max(0.05_rp, min(0.95_rp, fraction))*(outside - inside)
-    end if
-  end function next_point
-
-  !> A sentence about an unknown: its value and interval, or what alone can be said. The interval's numbers are
-  !> logarithms if `is_log`.
-  function profile_sentence(name, unit, is_log, interval) result(sentence)
-    character(*), intent(in) :: name, unit
-    logical, intent(in) :: is_log
-    type(interval_t), intent(in) :: interval
-    character(:), allocatable :: sentence
-    character(*), parameter :: AT_JUMP = ' jump or end, not where they fit no more)'
-    if (interval%has_lower .and. interval%has_upper) then
-      sentence = name//': '//shown(interval%best)//behind()//', with 90 % confidence between '// &
-                 shown(interval%lower)//' and '//shown(interval%upper)//behind()
-    else if (interval%has_lower) then
-      sentence = name//': not determined by these data; only > '//shown(interval%lower)//behind()//' can be said'
-    else if (interval%has_upper) then
-      sentence = name//': not determined by these data; only < '//shown(interval%upper)//behind()//' can be said'
-    else if (interval%is_complete) then
-      sentence = name//': not determined by these data; every value from '//shown(interval%lower)//' to '// &
-                 shown(interval%upper)//behind()//' is as good'
-    else
-      sentence = name//': nothing can be said; the search for its interval did not come to its end'
+  !> Enters the last fit, with the unknown at x, in the profile and gives its w, huge without a fit; or takes it for the
+  !> minimum, if it is lower than that beyond the accuracy of fits: the outcome is then LOWER_MINIMUM, else as it was.
+  subroutine take_value(search, x, w, outcome)
+    type(search_t), intent(inout) :: search
+    real(rp), intent(in) :: x
+    real(rp), intent(out) :: w
+    integer, intent(inout) :: outcome
+    w = huge(w)
+    if (.not. search%is_fitted()) return
+    if (search%excess() < -1.0e-3_rp*search%threshold) then
+      search%best = search%report%p
+      search%least = search%report%cost()
+      outcome = LOWER_MINIMUM
       return
     end if
-    if (.not. interval%is_complete) sentence = sentence//' (the search did not come to its end)'
-    if (interval%is_jump(1)) sentence = sentence//' (the lower end is where shapes'//AT_JUMP
-    if (interval%is_jump(2)) sentence = sentence//' (the upper end is where shapes'//AT_JUMP
+    w = sqrt(max(0.0_rp, search%excess()))
+    search%interval%profile = reshape([search%interval%profile, x, w**2], [2, size(search%interval%profile, 2) + 1])
+  end subroutine take_value
 
-  contains
+  !> Looks at the value just outside from where the others are just inside: the interval ends there at a jump, or where fits
+  !> end, or as the sum of squares has grown enough; otherwise it is inside, as seen from nearby there is no jump.
+  subroutine look_across(search, problem, goal, bracket, end, outcome)
+    type(search_t), intent(inout) :: search
+    class(least_squares_t), intent(inout) :: problem
+    real(rp), intent(in) :: goal
+    type(bracket_t), intent(inout) :: bracket
+    type(end_t), intent(inout) :: end
+    integer, intent(inout) :: outcome
+    real(rp) :: w
+    call problem%set_state(bracket%state_inside)
+    call search%fit_from(problem, bracket%at_outside)
+    call take_jump(search, problem, outcome)
+    if (outcome == FEWER_DATA) return
+    w = huge(w)
+    if (search%is_fitted()) w = sqrt(max(0.0_rp, search%excess()))
+    if (search%report%has_jumped .or. .not. w < (1 - ACCURACY)*goal) then
+      end = end_t(bracket%outside, is_there=.true., is_jump=search%report%has_jumped .or. w > (1 + ACCURACY)*goal)
+      return
+    end if
+    call bracket%move_inside(problem, bracket%outside, w, search%report%p)
+    bracket%has_outside = .false.
+    bracket%n_same = 0
+  end subroutine look_across
 
-    function behind() result(text)
-      character(:), allocatable :: text
-      text = ''
-      if (unit /= '1' .and. unit /= '') text = ' '//unit
-    end function behind
+  !> Fits from `start`, and counts.
+  subroutine search_fit_from(self, problem, start)
+    class(search_t), intent(inout) :: self
+    class(least_squares_t), intent(inout) :: problem
+    real(rp), intent(in) :: start(:)
+    call fit(problem, self%unknowns, start, self%options, self%report)
+    self%interval%n_refits = self%interval%n_refits + 1
+    self%interval%n_evaluations = self%interval%n_evaluations + self%report%n_evaluations
+  end subroutine search_fit_from
 
-    !> With as many digits as tell the ends apart from the best value.
-    function shown(x) result(text)
-      real(rp), intent(in) :: x
-      character(:), allocatable :: text
-      character(30) :: buffer, form
-      real(rp) :: ends(2)
-      integer :: digits
-      ends = [interval%lower, interval%upper]
-      if (is_log) ends = exp(ends)
-      digits = 3
-      if (interval%has_lower .and. interval%has_upper .and. ends(2) > ends(1)) &
-        digits = max(3, min(14, 2 - floor(log10((ends(2) - ends(1))/maxval(abs(ends))))))
-      write (form, '(a,i0,a)') '(es24.', digits, ')'
-      write (buffer, form) merge(exp(merge(x, 0.0_rp, is_log)), x, is_log)
-      text = trim(adjustl(buffer))
-    end function shown
+  !> Whether the last fit has a result.
+  pure logical function search_is_fitted(self) result(is_fitted)
+    class(search_t), intent(in) :: self
+    is_fitted = self%report%is_converged .or. self%report%n_accepted > 0
+  end function search_is_fitted
 
-  end function profile_sentence
+  !> The sum of squares of the last fit above the minimum.
+  pure real(rp) function search_excess(self) result(excess)
+    class(search_t), intent(in) :: self
+    excess = self%report%cost() - self%least
+  end function search_excess
+
+  !> Where the fit with the unknown at x begins: the others follow the straight line through the last two fits.
+  pure function search_start_at(self, x, bracket) result(at)
+    class(search_t), intent(in) :: self
+    real(rp), intent(in) :: x
+    type(bracket_t), intent(in) :: bracket
+    real(rp) :: at(size(self%best))
+    associate (best => self%best, i => self%i)
+      at = bracket%at_inside
+      if (abs(bracket%inside - best(i)) > 0) then
+        at = best + (bracket%at_inside - best)*((x - best(i))/(bracket%inside - best(i)))
+      else if (allocated(self%slope)) then
+        at = best + self%slope*(x - best(i))
+      end if
+      at(i) = x
+    end associate
+  end function search_start_at
+
+  !> The inner side becomes x, where the problem stands after a fit with the result p.
+  subroutine bracket_move_inside(self, problem, x, w, p)
+    class(bracket_t), intent(inout) :: self
+    class(least_squares_t), intent(in) :: problem
+    real(rp), intent(in) :: x, w, p(:)
+    self%inside = x
+    self%w_inside = w
+    self%at_inside = p
+    call problem%get_state(self%state_inside)
+  end subroutine bracket_move_inside
+
+  !> Where to look for the end next: by the straight line through the last two points, kept inside the bracket, or
+  !> farther out, at most at the bound, while there is none; in its middle if it is slow to shrink.
+  pure real(rp) function bracket_next_point(self, goal, best, bound) result(x)
+    class(bracket_t), intent(in) :: self
+    real(rp), intent(in) :: goal, best, bound
+    real(rp) :: fraction, factor
+    if (.not. self%has_outside) then
+      factor = 4
+      if (self%w_inside > 0.25_rp*goal) factor = goal/self%w_inside
+      x = best + factor*(self%inside - best)
+      if (sign(1.0_rp, bound - best)*(x - bound) > 0) x = bound
+    else
+      fraction = 0.5_rp
+      if (self%w_outside < 1.0e3_rp*goal .and. abs(self%n_same) <= 2) &
+        fraction = (goal - self%w_inside)/(self%w_outside - self%w_inside)
+      x = self%inside + max(0.05_rp, min(0.95_rp, fraction))*(self%outside - self%inside)
+    end if
+  end function bracket_next_point
 end module least_squares_profile

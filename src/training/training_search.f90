@@ -346,7 +346,8 @@ contains
     do i = 1, size(starts, 2)
       where (self%space%is_log) starts(:, i) = log(starts(:, i))
     end do
-  if (self%stage > 1 .or. size(starts, 2) == 0) starts = reshape(self%space%coordinates(u), [size(self%space%fixed), 1])
+    if (self%stage > 1 .or. size(starts, 2) == 0) &
+      starts = reshape(self%space%coordinates(u), [size(self%space%fixed), 1])
   end subroutine search_starts
 
   !> Writes the next of the two alternating checkpoints.

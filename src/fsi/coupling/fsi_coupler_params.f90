@@ -23,6 +23,7 @@ module fsi_coupler_params
     real(rp) :: added_mass = 0          !< fluid that the wing moves over its own mass (fsi_added_mass), for information
     type(unit_scales_t) :: units        !< SI values of one L, T and M
     real(rp) :: gravity(3) = 0          !< [m/s^2] in space
+    logical :: states_gravity = .false. !< the user does
     real(rp) :: distance = 0            !< of the places where the flow is looked at from the surface, L
     logical :: extrapolates = .false.   !< the pressure difference is extrapolated to the mid surface
     logical :: friction = .false.       !< the viscous traction is part of the load

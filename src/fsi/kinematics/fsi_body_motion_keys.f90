@@ -8,22 +8,29 @@ module fsi_body_motion_keys
   use fsi_kinematics, only: body_t
   use fsi_wing_motion_table, only: read_body_states
   use io_config, only: config_t
-  use io_registry, only: registry_t
+  use io_keys, only: keys_t, reading
   use io_broadcast_text, only: read_named_text
   use parallel_world, only: world_t
   implicit none
   private
-  public :: register_body_motion_keys, read_body_motion, read_flight_table
+  public :: body_motion_choices_t, body_motion_choices, body_motion_keys, read_body_motion, read_flight_table
 
   character(*), parameter :: SECTION = 'Insects', TABLE_WORD = 'from_file::', LOADER_WORD = 'kinematics_loader::'
   integer, parameter :: COLUMNS = 14
   real(rp), parameter :: LENGTH_ERROR = 1.0e-3_rp !< of a quaternion in a table that has digits enough
 
+  type :: body_motion_choices_t
+    character(:), allocatable :: word      !< BodyMotion
+    character(:), allocatable :: from_file !< yes: a take-off in a table
+    real(rp) :: x_takeoff = 0, z_takeoff = 0, velocity(3) = 0
+  end type body_motion_choices_t
+
 contains
 
-  !> Adds BodyMotion and the velocity at the start to `registry`.
-  subroutine register_body_motion_keys(registry)
-    type(registry_t), intent(inout) :: registry
+  !> The keys.
+  subroutine body_motion_keys(keys, c)
+    type(keys_t), intent(inout) :: keys
+    type(body_motion_choices_t), intent(inout) :: c
     character(:), allocatable :: words
     real(rp), parameter :: ZERO(3) = 0.0_rp
     integer :: i
@@ -31,66 +38,77 @@ contains
     do i = 1, size(SWINGING_WORDS)
       words = words//'|'//trim(SWINGING_WORDS(i))
     end do
-    call registry%add_word(SECTION, 'BodyMotion', 'tethered', words//'|'//TABLE_WORD//'*|'// &
-                           LOADER_WORD//'*', &
-                           'motion of the body: at rest (the six words after tethered are places and attitudes of early '// &
-                           'versions of FLUSI), free, swinging as in FLUSI, as in a rigidsolidsolver.t, or the pitch and '// &
-                           'way from x0 of a kinematics_loader table (docs/guide/free-flight.md)', unbuilt='command-line*', &
-                           instead='command-line*: tethered with x0 and yawpitchroll_0, for each run a file')
-    call registry%add_text(SECTION, 'KineFromFile', 'no', 'BodyMotion = takeoff: yes, as in a table, data_kin.dat or infile')
-    call registry%add_real(SECTION, 'x_takeoff', 2.0_rp, 'BodyMotion = takeoff: x from which the way counts', unit='L')
-    call registry%add_real(SECTION, 'z_takeoff', 0.86_rp, 'BodyMotion = takeoff: z from which the way counts', unit='L')
-    call registry%add_reals(SECTION, 'v0', ZERO, 'velocity of the body at the start', unit='L/T', length=3)
-  end subroutine register_body_motion_keys
+    call keys%section(SECTION)
+    call keys%word('BodyMotion', c%word, 'tethered', words//'|'//TABLE_WORD//'*|'//LOADER_WORD//'*', &
+                   'motion of the body: at rest (the six words after tethered are places and attitudes of early versions of '// &
+                   'FLUSI), free, swinging as in FLUSI, as in a rigidsolidsolver.t, or the pitch and way from x0 of a '// &
+                   'kinematics_loader table (docs/guide/free-flight.md)', unbuilt='command-line*', &
+                   instead='command-line*: tethered with x0 and yawpitchroll_0, for each run a file')
+    call keys%text('KineFromFile', c%from_file, 'no', 'BodyMotion = takeoff: yes, as in a table, data_kin.dat or infile')
+    call keys%real('x_takeoff', c%x_takeoff, 2.0_rp, 'BodyMotion = takeoff: x from which the way counts', unit='L')
+    call keys%real('z_takeoff', c%z_takeoff, 0.86_rp, 'BodyMotion = takeoff: z from which the way counts', unit='L')
+    call keys%reals('v0', c%velocity, ZERO, 'velocity of the body at the start', unit='L/T')
+  end subroutine body_motion_keys
+
+  !> What the user chose.
+  function body_motion_choices(config) result(c)
+    type(config_t), intent(in), target :: config
+    type(body_motion_choices_t) :: c
+    type(keys_t) :: keys
+    keys = reading(config)
+    call body_motion_keys(keys, c)
+  end function body_motion_choices
 
   !> The motion of the body, which at the start is `body`; a free one gets `v0` from here. Files are read by root for all
   !> with `world`, and this is collective then.
-  subroutine read_body_motion(config, ini, body, t_end, motion, errors, notices, world)
+  subroutine read_body_motion(config, body, t_end, motion, errors, notices, world)
     type(config_t), intent(in) :: config
-    character(*), intent(in) :: ini !< name of the parameter file
     type(body_t), intent(in) :: body
     real(rp), intent(in) :: t_end   !< end of the run, T
     type(body_motion_t), intent(out) :: motion
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
-    character(:), allocatable :: word, path, text, problem
+    type(body_motion_choices_t) :: choices
+    character(:), allocatable :: path, text, problem
     integer :: errors_before, begin
-    word = config%get_word(SECTION, 'BodyMotion')
-    motion%centre = body%centre
-    motion%angles = body%angles
-    motion%velocity = config%get_reals(SECTION, 'v0')
-    motion%known = body
-    motion%known(1)%velocity = motion%velocity
-    motion%known(2)%velocity = motion%velocity
-    motion%word = word
-    if (all(word /= [character(12) :: 'free_flight', 'yawpitchroll']) .and. norm2(motion%velocity) > 0) &
-      call config%complain(notices, SECTION, 'v0', 'is of no effect with BodyMotion = '//word)
-    if (word == 'takeoff') call config%complain(errors, SECTION, 'BodyMotion', &
-      'is takeoff with KineFromFile = '//config%get_text(SECTION, 'KineFromFile')//'; FLUSI''s legs that push off are '// &
-      'not built here; valid: KineFromFile = yes, a take-off in a table, free_flight, or '//TABLE_WORD//'a flight')
-    if (index(word, '::') == 0) return
-    begin = index(word, '::') + 2
-    motion%word = 'table'
-    call read_named_text(word(begin:), ini, path, text, problem, world)
-    if (allocated(problem)) then
-      call config%complain(errors, SECTION, 'BodyMotion', problem)
-      motion%word = 'tethered'
-      return
-    end if
-    errors_before = errors%count()
-    if (index(word, LOADER_WORD) == 1) then
-      call read_body_states(text, path, motion%centre, motion%table, errors)
-    else
-      call read_flight_table(text, path, motion%table, errors)
-    end if
-    if (errors%count() > errors_before) then
-      motion%word = 'tethered'
-    else if (motion%table(1, 1) > 0 .or. motion%table(1, size(motion%table, 2)) < t_end) then
-      call config%complain(errors, SECTION, 'BodyMotion', 'the states in '//path//' are those of t = '// &
-                           number_text(motion%table(1, 1))//' to '// &
-                           number_text(motion%table(1, size(motion%table, 2)))//', the run goes from 0 to '// &
-                           number_text(t_end))
-    end if
+    choices = body_motion_choices(config)
+    associate (word => choices%word)
+      motion%centre = body%centre
+      motion%angles = body%angles
+      motion%velocity = choices%velocity
+      motion%known = body
+      motion%known(1)%velocity = motion%velocity
+      motion%known(2)%velocity = motion%velocity
+      motion%word = word
+      if (all(word /= [character(12) :: 'free_flight', 'yawpitchroll']) .and. norm2(motion%velocity) > 0) &
+        call config%complain(notices, SECTION, 'v0', 'is of no effect with BodyMotion = '//word)
+      if (word == 'takeoff') call config%complain(errors, SECTION, 'BodyMotion', &
+        'is takeoff with KineFromFile = '//choices%from_file//'; FLUSI''s legs that push off are '// &
+        'not built here; valid: KineFromFile = yes, a take-off in a table, free_flight, or '//TABLE_WORD//'a flight')
+      if (index(word, '::') == 0) return
+      begin = index(word, '::') + 2
+      motion%word = 'table'
+      call read_named_text(word(begin:), config%file_name(), path, text, problem, world)
+      if (allocated(problem)) then
+        call config%complain(errors, SECTION, 'BodyMotion', problem)
+        motion%word = 'tethered'
+        return
+      end if
+      errors_before = errors%count()
+      if (index(word, LOADER_WORD) == 1) then
+        call read_body_states(text, path, motion%centre, motion%table, errors)
+      else
+        call read_flight_table(text, path, motion%table, errors)
+      end if
+      if (errors%count() > errors_before) then
+        motion%word = 'tethered'
+      else if (motion%table(1, 1) > 0 .or. motion%table(1, size(motion%table, 2)) < t_end) then
+        call config%complain(errors, SECTION, 'BodyMotion', 'the states in '//path//' are those of t = '// &
+                             number_text(motion%table(1, 1))//' to '// &
+                             number_text(motion%table(1, size(motion%table, 2)))//', the run goes from 0 to '// &
+                             number_text(t_end))
+      end if
+    end associate
   end subroutine read_body_motion
 
   !> The rows (14, n) of a rigidsolidsolver.t; lines that begin with % are skipped, and columns behind the 14th. Mistakes go

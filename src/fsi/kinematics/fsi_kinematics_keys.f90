@@ -8,7 +8,7 @@ module fsi_kinematics_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
-  use fsi_body_motion_keys, only: register_body_motion_keys
+  use fsi_body_motion_keys, only: body_motion_choices, body_motion_choices_t, body_motion_keys
   use fsi_kinematics, only: body_rotation, body_t, wing_mount_t
   use fsi_named_motions, only: NAMED_MOTIONS, set_named_motion
   use fsi_rotation, only: angle_t
@@ -16,56 +16,98 @@ module fsi_kinematics_keys
   use fsi_wing_motion_file, only: read_motion_file
   use fsi_wing_motion_table, only: read_motion_table
   use io_config, only: config_t
+  use io_keys, only: declaring, keys_t, reading
   use io_registry, only: registry_t
   implicit none
   private
-  public :: register_kinematics_keys, read_body, keep_in_box, read_mounts, read_motion, motion_file
+  public :: kinematics_choices_t, kinematics_choices, kinematics_keys, register_kinematics_keys, read_body, &
+            keep_in_box, read_mounts, read_motion, motion_file
 
   character(*), parameter :: SECTION = 'Insects'
   character(*), parameter :: FILE_WORD = 'from_file::', TABLE_WORD = 'kinematics_loader::'
   character(5), parameter, public :: SIDES(2) = ['left ', 'right']
 
+  type :: motion_word_t
+    character(:), allocatable :: word
+  end type motion_word_t
+
+  type :: kinematics_choices_t
+    real(rp) :: centre(3) = 0, attitude(3) = 0 !< of the body: L; yaw, pitch, roll in degrees
+    real(rp) :: eta = 0                        !< stroke plane, degrees
+    type(motion_word_t) :: motion(2)           !< of the wings, left and right
+    character(:), allocatable :: file          !< infile
+    logical :: has_centre = .false., has_file = .false.
+    real(rp) :: resting(3) = 0                 !< degrees
+    real(rp) :: hinge(3, 2) = 0                !< L; counts if `has_hinge`
+    logical :: has_hinge(2) = .false.
+    real(rp) :: frequency = 1, ramp = 0        !< 1/T, T
+  end type kinematics_choices_t
+
 contains
 
-  !> Adds body attitude, hinges, stroke plane and motions of [Insects] to `registry`.
-  subroutine register_kinematics_keys(registry)
-    type(registry_t), intent(inout) :: registry
+  !> Body attitude, hinges, stroke plane and motions.
+  subroutine kinematics_keys(keys, motion, c)
+    type(keys_t), intent(inout) :: keys
+    type(body_motion_choices_t), intent(inout) :: motion
+    type(kinematics_choices_t), intent(inout) :: c
     real(rp), parameter :: ZERO(3) = 0.0_rp
     integer :: i
-    call register_body_motion_keys(registry)
-    call registry%add_reals(SECTION, 'x0', ZERO, 'centre of the body; flusi: if it is not given, that of the box', &
-                            unit='L', length=3)
-    call registry%add_reals(SECTION, 'yawpitchroll_0', ZERO, 'attitude of the body; positive pitch is nose down', &
-                            unit='degree', length=3)
-    call registry%add_real(SECTION, 'eta0', 0.0_rp, &
-           'angle of the stroke plane in the body; -90: plane of the body axes x (forward) and y (left)', unit='degree')
+    call body_motion_keys(keys, motion)
+    call keys%section(SECTION)
+    call keys%reals('x0', c%centre, ZERO, 'centre of the body; flusi: if it is not given, that of the box', unit='L', &
+                    given=c%has_centre)
+    call keys%reals('yawpitchroll_0', c%attitude, ZERO, 'attitude of the body; positive pitch is nose down', unit='degree')
+    call keys%real('eta0', c%eta, 0.0_rp, 'angle of the stroke plane in the body; -90: plane of the body axes x (forward) and '// &
+                   'y (left)', unit='degree')
     do i = 1, 2
-      call registry%add_word(SECTION, 'FlappingMotion_'//trim(SIDES(i)), 'none', &
-                             NAMED_MOTIONS//'|'//FILE_WORD//'*|'//TABLE_WORD//'*|from_file|from_file_hermite|kinematics_loader|'// &
-                             'takeoff', &
-                             'motion of the '//trim(SIDES(i))//' wing: one of FLUSI''s by name (docs/guide/kinematics.md), '// &
-                             'series of [kinematics], table, the file that infile names, or none (alpha = 45 degrees, '// &
-                             'at rest)', unbuilt='command-line*', instead='command-line*: from_file::NAME.ini with '// &
-                             'the constant terms of alpha, phi and theta, for each run a file')
+      call keys%word('FlappingMotion_'//trim(SIDES(i)), c%motion(i)%word, 'none', NAMED_MOTIONS//'|'//FILE_WORD//'*|'// &
+                     TABLE_WORD//'*|from_file|from_file_hermite|kinematics_loader|takeoff', 'motion of the '//trim(SIDES(i))// &
+                     ' wing: one of FLUSI''s by name (docs/guide/kinematics.md), series of [kinematics], table, the file that '// &
+                     'infile names, or none (alpha = 45 degrees, at rest)', unbuilt='command-line*', &
+                     instead='command-line*: from_file::NAME.ini with the constant terms of alpha, phi and theta, for each run '// &
+                     'a file')
     end do
-    call registry%add_text(SECTION, 'infile', 'none', 'file of a motion that is given as from_file or kinematics_loader')
-    call registry%add_reals(SECTION, 'init_alpha_phi_theta', ZERO, 'the first is minus the angle alpha of '// &
-                            'revolving-set2 and revolving-set3', unit='degree', length=3)
-    call registry%add_reals(SECTION, 'x_pivot_l', ZERO, 'hinge of the left wing in the body frame; not given: '// &
-                            'b_body beside the centre of the body, if there is one', unit='L', length=3)
-    call registry%add_reals(SECTION, 'x_pivot_r', ZERO, 'hinge of the right wing in the body frame', unit='L', length=3)
-    call registry%add_real(SECTION, 'wing_frequency', 1.0_rp, 'wing beats per unit of time', unit='1/T', above=0.0_rp)
-    call registry%add_real(SECTION, 'wing_ramp', 0.0_rp, &
-                     'the wings start at rest and reach their motion after this time; 0: at once', unit='T', min=0.0_rp)
+    call keys%text('infile', c%file, 'none', 'file of a motion that is given as from_file or kinematics_loader', &
+                   given=c%has_file)
+    call keys%reals('init_alpha_phi_theta', c%resting, ZERO, 'the first is minus the angle alpha of revolving-set2 and '// &
+                    'revolving-set3', unit='degree')
+    call keys%reals('x_pivot_l', c%hinge(:, 1), ZERO, 'hinge of the left wing in the body frame; not given: b_body beside the '// &
+                    'centre of the body, if there is one', unit='L', given=c%has_hinge(1))
+    call keys%reals('x_pivot_r', c%hinge(:, 2), ZERO, 'hinge of the right wing in the body frame', unit='L', given=c%has_hinge(2))
+    call keys%real('wing_frequency', c%frequency, 1.0_rp, 'wing beats per unit of time', unit='1/T', above=0.0_rp)
+    call keys%real('wing_ramp', c%ramp, 0.0_rp, 'the wings start at rest and reach their motion after this time; 0: at once', &
+                   unit='T', min=0.0_rp)
+  end subroutine kinematics_keys
+
+  !> Declares these keys.
+  subroutine register_kinematics_keys(registry)
+    type(registry_t), intent(inout), target :: registry
+    type(body_motion_choices_t) :: motion
+    type(kinematics_choices_t) :: unused
+    type(keys_t) :: keys
+    keys = declaring(registry)
+    call kinematics_keys(keys, motion, unused)
   end subroutine register_kinematics_keys
+
+  !> What the user chose.
+  function kinematics_choices(config) result(c)
+    type(config_t), intent(in), target :: config
+    type(kinematics_choices_t) :: c
+    type(body_motion_choices_t) :: motion
+    type(keys_t) :: keys
+    keys = reading(config)
+    call kinematics_keys(keys, motion, c)
+  end function kinematics_choices
 
   !> The body at the start.
   subroutine read_body(config, body)
     type(config_t), intent(in) :: config
     type(body_t), intent(out) :: body
+    type(kinematics_choices_t) :: c
     real(rp) :: attitude(3)
-    body%centre = config%get_reals(SECTION, 'x0')
-    attitude = config%get_reals(SECTION, 'yawpitchroll_0')*(PI/180)
+    c = kinematics_choices(config)
+    body%centre = c%centre
+    attitude = c%attitude*(PI/180)
     body%angles = attitude([3, 2, 1])
     body%rotation = body_rotation(roll=angle_t(value=attitude(3)), pitch=angle_t(value=attitude(2)), &
                                   yaw=angle_t(value=attitude(1)))
@@ -93,14 +135,16 @@ contains
     type(wing_mount_t), intent(out) :: mounts(2)
     type(wing_motion_t), intent(out) :: motions(2)
     type(message_list_t), intent(inout), optional :: errors
-    mounts%eta = config%get_real(SECTION, 'eta0')*(PI/180)
+    type(kinematics_choices_t) :: c
+    c = kinematics_choices(config)
+    mounts%eta = c%eta*(PI/180)
     mounts(1)%hinge = pivot
     mounts(2)%hinge = pivot*[1, -1, 1]
-    if (config%is_given(SECTION, 'x_pivot_l')) mounts(1)%hinge = config%get_reals(SECTION, 'x_pivot_l')
-    if (config%is_given(SECTION, 'x_pivot_r')) mounts(2)%hinge = config%get_reals(SECTION, 'x_pivot_r')
+    if (c%has_hinge(1)) mounts(1)%hinge = c%hinge(:, 1)
+    if (c%has_hinge(2)) mounts(2)%hinge = c%hinge(:, 2)
     mounts(2)%is_right = .true.
-    motions%frequency = config%get_real(SECTION, 'wing_frequency')
-    motions%ramp = config%get_real(SECTION, 'wing_ramp')
+    motions%frequency = c%frequency
+    motions%ramp = c%ramp
     if (.not. present(errors)) return
     if (norm2(mounts(1)%hinge - mounts(2)%hinge) <= 0) call config%complain(errors, SECTION, 'x_pivot_r', &
                                             'is the same point as x_pivot_l; valid: two hinges apart, left at larger y')
@@ -113,9 +157,11 @@ contains
     type(config_t), intent(in) :: config
     integer, intent(in) :: wing
     character(:), allocatable :: path
-    path = config%get_word(SECTION, 'FlappingMotion_'//trim(SIDES(wing)))
+    type(kinematics_choices_t) :: c
+    c = kinematics_choices(config)
+    path = c%motion(wing)%word
     if (any(path == [character(17) :: 'from_file', 'from_file_hermite', 'kinematics_loader'])) then
-      path = config%get_text(SECTION, 'infile')
+      path = c%file
     else if (index(path, '::') > 0) then
       path = path(index(path, '::') + 2:)
     else
@@ -130,15 +176,17 @@ contains
     character(*), intent(in) :: text, name
     type(wing_motion_t), intent(inout) :: motion
     type(message_list_t), intent(inout) :: errors, notices
+    type(kinematics_choices_t) :: c
+    type(body_motion_choices_t) :: of_body
     character(:), allocatable :: word
-    real(rp) :: resting(3)
     logical :: known
-    word = config%get_word(SECTION, 'FlappingMotion_'//trim(SIDES(wing)))
-    resting = config%get_reals(SECTION, 'init_alpha_phi_theta')*(PI/180)
-    call set_named_motion(word, resting(1), motion, known)
+    c = kinematics_choices(config)
+    word = c%motion(wing)%word
+    call set_named_motion(word, c%resting(1)*(PI/180), motion, known)
     if (known) return
     if (word == 'takeoff') then
-      if (config%get_word(SECTION, 'BodyMotion') /= 'takeoff') call config%complain(errors, SECTION, &
+      of_body = body_motion_choices(config)
+      if (of_body%word /= 'takeoff') call config%complain(errors, SECTION, &
         'FlappingMotion_'//trim(SIDES(wing)), 'is takeoff; valid: KineFromFile = yes beside it, or another motion')
       return ! why the take-off of the body cannot be has been reported
     end if

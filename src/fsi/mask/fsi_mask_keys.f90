@@ -7,27 +7,62 @@ module fsi_mask_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use io_config, only: config_t
+  use io_keys, only: declaring, keys_t, reading
   use io_registry, only: registry_t
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: register_mask_keys, read_mask_keys
+  public :: mask_choices_t, mask_choices, mask_keys, register_mask_keys, read_mask_keys
 
   character(*), parameter :: RIGID = 'Insects', FLEXIBLE = 'Flexible_wing'
   character(*), parameter :: TOO_THIN = 'makes wings thinner than the grid spacing: the mask would miss them'
 
+  type :: mask_choices_t
+    real(rp) :: thickness = 0, half = 0, smoothing = 0 !< L
+    logical :: has_thickness = .false., has_half = .false., has_smoothing = .false.
+  contains
+    procedure :: say_thickness => choices_say_thickness
+  end type mask_choices_t
+
 contains
+
+  !> The keys.
+  subroutine mask_keys(keys, c)
+    type(keys_t), intent(inout) :: keys
+    type(mask_choices_t), intent(inout) :: c
+    call keys%section(RIGID)
+    call keys%length('WingThickness', c%thickness, '4 max(dx)', 'thickness of the wings in the mask', unit='L', above=0.0_rp, &
+                     given=c%has_thickness)
+    call keys%section(FLEXIBLE)
+    call keys%length('t_wing', c%half, '2 max(dx)', 'half the thickness of the wings in the mask', unit='L', above=0.0_rp, &
+                     given=c%has_half)
+    call keys%length('wing_smoothing', c%smoothing, 'max(dx)', 'half the width of the step of the mask', unit='L', above=0.0_rp, &
+                     given=c%has_smoothing)
+  end subroutine mask_keys
 
   !> Declares the keys.
   subroutine register_mask_keys(registry)
-    type(registry_t), intent(inout) :: registry
-    call registry%add_length(RIGID, 'WingThickness', '4 max(dx)', 'thickness of the wings in the mask', &
-                             unit='L', above=0.0_rp)
-    call registry%add_length(FLEXIBLE, 't_wing', '2 max(dx)', 'half the thickness of the wings in the mask', &
-                             unit='L', above=0.0_rp)
-    call registry%add_length(FLEXIBLE, 'wing_smoothing', 'max(dx)', 'half the width of the step of the mask', &
-                             unit='L', above=0.0_rp)
+    type(registry_t), intent(inout), target :: registry
+    type(mask_choices_t) :: unused
+    type(keys_t) :: keys
+    keys = declaring(registry)
+    call mask_keys(keys, unused)
   end subroutine register_mask_keys
+
+  !> What the user chose.
+  function mask_choices(config) result(c)
+    type(config_t), intent(in), target :: config
+    type(mask_choices_t) :: c
+    type(keys_t) :: keys
+    keys = reading(config)
+    call mask_keys(keys, c)
+  end function mask_choices
+
+  !> Whether the file says how thick the wings are.
+  pure logical function choices_say_thickness(self) result(say)
+    class(mask_choices_t), intent(in) :: self
+    say = self%has_thickness .or. self%has_half .or. self%has_smoothing
+  end function choices_say_thickness
 
   !> Half-thickness t/2 and smoothing h [length]; adds what contradicts itself to `errors`. The smoothing is at most t/2,
   !> with a notice where that is less than what is given or max(dx), so that chi reaches 1; where wings may be soft, as
@@ -38,21 +73,22 @@ contains
     real(rp), intent(out) :: half_thickness, smoothing
     type(message_list_t), intent(inout) :: errors, notices
     logical, intent(in), optional :: may_be_soft
-    logical :: given(2), is_soft
+    type(mask_choices_t) :: c
+    logical :: is_soft
     is_soft = .false.
     if (present(may_be_soft)) is_soft = may_be_soft
-    given = [config%is_given(RIGID, 'WingThickness'), config%is_given(FLEXIBLE, 't_wing')]
+    c = mask_choices(config)
     half_thickness = 2*grid%max_spacing()
     smoothing = grid%max_spacing()
-    if (given(2)) half_thickness = config%get_real(FLEXIBLE, 't_wing')
-    if (given(1)) half_thickness = config%get_real(RIGID, 'WingThickness')/2
-    if (all(given)) then
-      if (abs(half_thickness - config%get_real(FLEXIBLE, 't_wing')) > 1.0e-9_rp*half_thickness) &
+    if (c%has_half) half_thickness = c%half
+    if (c%has_thickness) half_thickness = c%thickness/2
+    if (c%has_half .and. c%has_thickness) then
+      if (abs(half_thickness - c%half) > 1.0e-9_rp*half_thickness) &
         call config%complain(errors, FLEXIBLE, 't_wing', 'is not the half of [Insects] WingThickness; give one of them')
     end if
-    if (config%is_given(FLEXIBLE, 'wing_smoothing')) smoothing = config%get_real(FLEXIBLE, 'wing_smoothing')
+    if (c%has_smoothing) smoothing = c%smoothing
     if (smoothing > half_thickness) then
-      if (2*half_thickness < grid%max_spacing() .and. given(1)) then
+      if (2*half_thickness < grid%max_spacing() .and. c%has_thickness) then
         call config%complain(errors, RIGID, 'WingThickness', TOO_THIN)
       else if (2*half_thickness < grid%max_spacing()) then
         call config%complain(errors, FLEXIBLE, 't_wing', TOO_THIN)
@@ -62,7 +98,7 @@ contains
       else
         smoothing = half_thickness
         call config%complain(notices, FLEXIBLE, 'wing_smoothing', 'is half the thickness of the wings, not '// &
-                             trim(merge('what is given', 'max(dx)      ', config%is_given(FLEXIBLE, 'wing_smoothing')))// &
+                             trim(merge('what is given', 'max(dx)      ', c%has_smoothing))// &
                              ', so that chi reaches 1')
       end if
     end if

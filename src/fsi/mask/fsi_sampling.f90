@@ -34,7 +34,7 @@ contains
     type(grid_t), intent(in) :: grid
     type(block_t), intent(in) :: block
     call require(block%count(1) == grid%n(1), 'sampler_t: lines must be whole')
- call require(all(grid%n >= 4 .or. grid%n == 1), 'sampler_t: the function needs four points, or one, in each direction')
+    call require(all(grid%n >= 4 .or. grid%n == 1), 'sampler_t: the function needs four points, or one, in each direction')
     self%world = world
     self%grid = grid
     self%block = block

@@ -26,6 +26,16 @@ module fsi_marker_section
     logical :: is_edge = .false.        !< an end of the section
   end type station_t
 
+  !> Edges that a plane cuts. They hang in a chain on their lower point: last(point), earlier(cut); high(cut) is the other.
+  type :: cuts_t
+    integer :: n = 0
+    integer, allocatable :: last(:), earlier(:), high(:)
+    real(rp), allocatable :: x(:, :) !< (3, :) L where, of the first n
+  contains
+    procedure :: init => cuts_init
+    procedure :: find => cuts_find
+  end type cuts_t
+
 contains
 
   !> Stations of a strip. `left_out` counts ends and folds, and other places, that would have been too close to others;
@@ -108,62 +118,84 @@ contains
     integer, intent(in) :: triangles(:, :)
     real(rp), allocatable, intent(out) :: middle(:, :)
     integer, allocatable, intent(out) :: links(:, :)
-    real(rp) :: y, t, found(3, 3*size(triangles, 2))
-    integer :: joined(2, 3*size(triangles, 2)), pairs(2, size(triangles, 2)), is(3*size(triangles, 2))
-    integer :: last(size(points, 2)), earlier(3*size(triangles, 2)), i, k, m, n, e, low, high, low_y, high_y
+    type(cuts_t) :: cuts
+    logical :: is_above(size(points, 2))
+    real(rp) :: y
+    integer :: pairs(2, size(triangles, 2)), i, k, m, e, one, other
     y = (minval(points(2, [triangles])) + maxval(points(2, [triangles])))/2
-    n = 0
-    last = 0
+    is_above = points(2, :) > y - tolerance ! points in the plane too, also if round-off puts them below
+    call cuts%init(size(points, 2), 3*size(triangles, 2))
     m = 0
     do i = 1, size(triangles, 2)
-      ! Points in the plane count as above it, also if round-off puts them below.
       if (all(is_above(triangles(:, i))) .or. .not. any(is_above(triangles(:, i)))) cycle
       m = m + 1
       pairs(:, m) = 0
       do k = 1, 3
-        low = min(triangles(k, i), triangles(mod(k, 3) + 1, i))
-        high = max(triangles(k, i), triangles(mod(k, 3) + 1, i))
-        if (is_above(low) .eqv. is_above(high)) cycle
-        e = last(low) ! edges that are cut hang in a chain on their first point
-        do while (e > 0)
-          if (joined(2, e) == high) exit
-          e = earlier(e)
-        end do
-        if (e == 0) then
-          n = n + 1
-          e = n
-          joined(:, e) = [low, high]
-          earlier(e) = last(low)
-          last(low) = e
-          low_y = merge(high, low, is_above(low))
-          high_y = merge(low, high, is_above(low))
-          t = max(0.0_rp, min(1.0_rp, (y - points(2, low_y))/(points(2, high_y) - points(2, low_y))))
-          if (points(2, high_y) < y + tolerance) t = 1
-          found(:, e) = (1 - t)*points(:, low_y) + t*points(:, high_y)
-          is(e) = e
+        one = triangles(k, i)
+        other = triangles(mod(k, 3) + 1, i)
+        if (is_above(one) .eqv. is_above(other)) cycle
+        if (is_above(one)) then
+          call cuts%find(points, other, one, y, tolerance, e)
+        else
+          call cuts%find(points, one, other, y, tolerance, e)
         end if
         pairs(merge(1, 2, pairs(1, m) == 0), m) = e
       end do
     end do
-    do i = 1, m ! edges that are cut in one point have it in common
-      if (norm2(found(:, pairs(1, i)) - found(:, pairs(2, i))) > tolerance) cycle
+    call unite_equal(cuts%x, tolerance, pairs(:, :m))
+    links = pairs(:, pack([(i, i=1, m)], pairs(1, :m) /= pairs(2, :m)))
+    middle = cuts%x(:, :cuts%n)
+  end subroutine cut_middle
+
+  !> No edge is cut yet; room for `most`.
+  pure subroutine cuts_init(self, n_points, most)
+    class(cuts_t), intent(inout) :: self
+    integer, intent(in) :: n_points, most
+    self%n = 0
+    allocate (self%last(n_points), self%earlier(most), self%high(most), source=0)
+    allocate (self%x(3, most), source=0.0_rp)
+  end subroutine cuts_init
+
+  !> The number of the cut through the edge from point `below` the plane to point `above` it, made when it is asked for first.
+  pure subroutine cuts_find(self, points, below, above, y, tolerance, number)
+    class(cuts_t), intent(inout) :: self
+    real(rp), intent(in) :: points(:, :), y, tolerance
+    integer, intent(in) :: below, above
+    integer, intent(out) :: number
+    real(rp) :: t
+    associate (low => min(below, above), high => max(below, above))
+      number = self%last(low)
+      do while (number > 0)
+        if (self%high(number) == high) return
+        number = self%earlier(number)
+      end do
+      self%n = self%n + 1
+      number = self%n
+      self%high(number) = high
+      self%earlier(number) = self%last(low)
+      self%last(low) = number
+    end associate
+    t = max(0.0_rp, min(1.0_rp, (y - points(2, below))/(points(2, above) - points(2, below))))
+    if (points(2, above) < y + tolerance) t = 1
+    self%x(:, number) = (1 - t)*points(:, below) + t*points(:, above)
+  end subroutine cuts_find
+
+  !> Edges that are cut in one point, x (3, n), have it in common: their pairs (2, m) of cuts are then twice the same.
+  pure subroutine unite_equal(x, tolerance, pairs)
+    real(rp), intent(in) :: x(:, :), tolerance
+    integer, intent(inout) :: pairs(:, :)
+    integer :: is(size(x, 2)), i, low, high
+    is = [(i, i=1, size(is))]
+    do i = 1, size(pairs, 2)
+      if (norm2(x(:, pairs(1, i)) - x(:, pairs(2, i))) > tolerance) cycle
       low = minval(is(pairs(:, i)))
       high = maxval(is(pairs(:, i)))
-      where (is(:n) == high) is(:n) = low
+      where (is == high) is = low
     end do
-    do i = 1, m
+    do i = 1, size(pairs, 2)
       pairs(:, i) = is(pairs(:, i))
     end do
-    links = pairs(:, pack([(i, i=1, m)], pairs(1, :m) /= pairs(2, :m)))
-    middle = found(:, :n)
-
-  contains
-
-    pure elemental logical function is_above(p)
-      integer, intent(in) :: p
-      is_above = points(2, p) > y - tolerance
-    end function is_above
-  end subroutine cut_middle
+  end subroutine unite_equal
 
   !> Where places on links are, (3, n).
   pure function positions(points, links, sites) result(x)

@@ -4,16 +4,17 @@ module fsi_thin_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use fluid_params, only: fluid_params_t, SCHEME_AB2
+  use fsi_mask_keys, only: mask_choices, mask_choices_t
   use io_config, only: config_t
-  use io_registry, only: registry_t
+  use io_keys, only: keys_t, reading
   use spectral_grid, only: grid_t
   use spectral_sticks, only: sphere_radius
   use spectral_window, only: WINDOW_WIDTH
   implicit none
   private
-  public :: thin_params_t, register_thin_keys, read_thin_keys, wants_thin_wings, prepare_thin_flow
+  public :: thin_params_t, thin_keys, read_thin_keys, surface_word, wants_thin_wings, prepare_thin_flow
 
-  character(*), parameter :: SECTION = 'Insects'
+  character(*), parameter :: SECTION = 'Insects', STEPPER = 'iTimeMethodFluid', TRUNCATION = 'iDealias'
 
   !> Choices of the user for wings without thickness.
   type :: thin_params_t
@@ -25,52 +26,63 @@ module fsi_thin_keys
 
 contains
 
-  !> Declares the keys.
-  subroutine register_thin_keys(registry)
-    type(registry_t), intent(inout) :: registry
-    call registry%add_word(SECTION, 'surface', 'auto', 'auto|thin|penalized', &
-                           'thin: wings are surfaces without thickness; penalized: wings are sheets in the mask; '// &
-                           'auto: penalized if the file sets WingThickness, t_wing or wing_smoothing, another '// &
-                           'scheme than AB2 or an iDealias other than 1, else thin')
-    call registry%add_real(SECTION, 'marker_spacing', 2.0_rp, 'surface = thin: distance of the markers, in max(dx); '// &
-                           'closer ones make forces that alternate, others let the flow through', min=1.5_rp, max=2.5_rp)
-    call registry%add_real(SECTION, 'surface_viscosity', 0.3_rp, 'surface = thin: vanishing viscosity; the largest '// &
-                           'wavenumber K is damped at the rate c u K, of which nu K^2 is a part; u: mean speeds of '// &
-                           'tip, body and stream', min=0.0_rp)
-    call registry%add_integer(SECTION, 'slip_interval', 1, 'surface = thin: the slip after the forces and the power '// &
-                              'that the flow receives are measured in every so many steps, for slip.t', unit='steps', min=1)
-  end subroutine register_thin_keys
+  !> The keys; `surface` is the user's word.
+  subroutine thin_keys(keys, surface, p)
+    type(keys_t), intent(inout) :: keys
+    character(:), allocatable, intent(inout) :: surface
+    type(thin_params_t), intent(inout) :: p
+    call keys%section(SECTION)
+    call keys%word('surface', surface, 'auto', 'auto|thin|penalized', 'thin: wings are surfaces without thickness; penalized: '// &
+                   'wings are sheets in the mask; auto: penalized if the file sets WingThickness, t_wing or wing_smoothing, '// &
+                   'another scheme than AB2 or an iDealias other than 1, else thin')
+    call keys%real('marker_spacing', p%spacing, 2.0_rp, 'surface = thin: distance of the markers, in max(dx); closer ones make '// &
+                   'forces that alternate, others let the flow through', min=1.5_rp, max=2.5_rp)
+    call keys%real('surface_viscosity', p%viscosity, 0.3_rp, 'surface = thin: vanishing viscosity; the largest wavenumber K is '// &
+                   'damped at the rate c u K, of which nu K^2 is a part; u: mean speeds of tip, body and stream', min=0.0_rp)
+    call keys%integer('slip_interval', p%slip_interval, 1, 'surface = thin: the slip after the forces and the power that the '// &
+                      'flow receives are measured in every so many steps, for slip.t', unit='steps', min=1)
+  end subroutine thin_keys
 
   !> Takes the keys from `config`.
   subroutine read_thin_keys(config, grid, params, notices)
-    type(config_t), intent(in) :: config
+    type(config_t), intent(in), target :: config
     type(grid_t), intent(in) :: grid
     type(thin_params_t), intent(out) :: params
     type(message_list_t), intent(inout) :: notices
+    type(mask_choices_t) :: mask
+    type(keys_t) :: keys
+    character(:), allocatable :: surface
+    keys = reading(config)
+    call thin_keys(keys, surface, params)
+    params%spacing = params%spacing*grid%max_spacing()
     params%is_thin = wants_thin_wings(config)
-    if (params%is_thin .and. has_thickness(config)) &
+    mask = mask_choices(config)
+    if (params%is_thin .and. mask%say_thickness()) &
       call notices%add('[Insects] WingThickness, t_wing and wing_smoothing are of no effect with surface = thin')
-    params%spacing = config%get_real(SECTION, 'marker_spacing')*grid%max_spacing()
-    params%viscosity = config%get_real(SECTION, 'surface_viscosity')
-    params%slip_interval = config%get_integer(SECTION, 'slip_interval')
   end subroutine read_thin_keys
+
+  !> The user's word for how the flow sees the wings.
+  function surface_word(config) result(surface)
+    type(config_t), intent(in), target :: config
+    character(:), allocatable :: surface
+    type(thin_params_t) :: unused
+    type(keys_t) :: keys
+    keys = reading(config)
+    call thin_keys(keys, surface, unused)
+  end function surface_word
 
   !> Whether the flow sees wings without thickness, if there are wings.
   logical function wants_thin_wings(config) result(wants)
     type(config_t), intent(in) :: config
+    type(mask_choices_t) :: mask
     character(:), allocatable :: word
-    word = config%get_word(SECTION, 'surface')
+    word = surface_word(config)
     wants = word == 'thin'
-    if (word == 'auto') wants = .not. has_thickness(config) .and. config%get_word('Time', 'iTimeMethodFluid') == 'AB2' &
-                                .and. any(config%get_word('Dealiasing', 'iDealias') == ['1        ', 'ellipsoid'])
+    if (word /= 'auto') return
+    mask = mask_choices(config)
+    wants = .not. mask%say_thickness() .and. config%get_word('Time', STEPPER) == 'AB2' .and. &
+            any(config%get_word('Dealiasing', TRUNCATION) == ['1        ', 'ellipsoid'])
   end function wants_thin_wings
-
-  !> Whether the file says how thick the wings are.
-  logical function has_thickness(config)
-    type(config_t), intent(in) :: config
-    has_thickness = config%is_given(SECTION, 'WingThickness') .or. config%is_given('Flexible_wing', 't_wing') .or. &
-                    config%is_given('Flexible_wing', 'wing_smoothing')
-  end function has_thickness
 
   !> Prepares the flow for wings without thickness that move at `speed` [L/T] relative to it. The vanishing viscosity adds
   !> to nu K^2 what is missing to c speed K. Reports settings that the method does not support.
@@ -90,10 +102,10 @@ contains
     fluid%vanishing_rate = max(0.0_rp, params%viscosity*speed*k - fluid%nu*k**2)
     if (fluid%time%cfl > LARGEST_CFL .and. fluid%time%dt_fixed <= 0) &
       call notices%add('[Time] CFL is above 0.5: flows with wings without thickness may become unstable; 0.45 is safe')
-    if (fluid%time%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', 'iTimeMethodFluid', &
+    if (fluid%time%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', STEPPER, &
                                                          'wings without thickness ([Insects] surface = thin) need AB2')
     if (fluid%resolution%dealias /= 'ellipsoid') &
-      call config%complain(errors, 'Dealiasing', 'iDealias', 'wings without thickness ([Insects] surface = thin) need iDealias = 1')
+      call config%complain(errors, 'Dealiasing', TRUNCATION, 'wings without thickness ([Insects] surface = thin) need iDealias = 1')
     do i = merge(2, 1, fluid%grid%is_2d), 3
       if (fluid%grid%n(i) < WINDOW_WIDTH) call config%complain(errors, 'Resolution', POINTS(i), &
                                         'wings without thickness ([Insects] surface = thin) need at least 8 points')

@@ -16,7 +16,7 @@ module io_fields
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   implicit none
   private
-  public :: field_meta_t, write_field, read_field, write_slice
+  public :: field_form_t, field_meta_t, write_field, read_field, write_slice
   public :: field_label, field_file, slice_file, finest_naming, strided_points, find_dataset, read_meta
   public :: PRECISION_SINGLE, PRECISION_DOUBLE
 
@@ -32,6 +32,20 @@ module io_fields
     integer :: nxyz(3) = 0              !< stored points; filled in by reading
     character(:), allocatable :: units  !< optional remark on the units, stored if allocated
   end type field_meta_t
+
+  !> How fields are written.
+  type :: field_form_t
+    character(:), allocatable :: directory, label !< the label tells times apart
+    integer :: precision = PRECISION_DOUBLE       !< PRECISION_SINGLE or PRECISION_DOUBLE
+    integer :: stride = 1                         !< points with global index mod stride == 0 are stored
+  end type field_form_t
+
+  !> A dataset in a file, and what of it this rank has.
+  type :: part_t
+    character(:), allocatable :: file_name, dataset
+    integer(i8), allocatable :: dims(:), start(:), count(:)
+    integer :: nxyz(3) = 0 !< stored points of the field
+  end type part_t
 
 contains
 
@@ -89,52 +103,50 @@ contains
     strided_points = (n + stride - 1)/stride
   end function strided_points
 
-  !> Writes every `stride`-th point of a field to `directory`/`<prefix>_<label>.h5`. Fails, and leaves
-  !> no file, if the file cannot be written. Collective.
-  subroutine write_field(world, directory, prefix, label, block, data, meta, precision, stride, failure)
+  !> Writes a field to `<prefix>_<label>.h5`. Fails, and leaves no file, if the file cannot be written. Collective.
+  subroutine write_field(world, prefix, block, data, meta, form, failure)
     type(world_t), intent(in) :: world
-    character(*), intent(in) :: directory, prefix, label
+    character(*), intent(in) :: prefix
     type(block_t), intent(in) :: block
     real(rp), intent(in) :: data(:, :, :)    !< shape block%count
     type(field_meta_t), intent(in) :: meta
-    integer, intent(in) :: precision         !< PRECISION_SINGLE or PRECISION_DOUBLE
-    integer, intent(in) :: stride            !< points with global index mod stride == 0 are stored
+    type(field_form_t), intent(in) :: form
     type(failure_t), intent(inout) :: failure
+    type(part_t) :: part
     real(rp), allocatable :: values(:)
-    integer :: n(3), start(3), count(3), first(3)
+    integer :: first(3)
 
-    call require(stride >= 1, 'write_field: stride below 1')
+    call require(form%stride >= 1, 'write_field: stride below 1')
     call require(all(shape(data) == block%count), 'write_field: data and block differ')
-    n = strided_points(block%n, stride)
-    start = strided_points(block%start, stride) ! kept points before the block
-    count = strided_points(block%start + block%count, stride) - start
-    first = start*stride - block%start
-    if (stride == 1) then
-      call write_array(world, directory, field_file(prefix, label), trim(prefix), int(n, i8), int(start, i8), &
-                       int(count, i8), n, size(data), data, meta, precision, failure)
+    part%file_name = field_file(prefix, form%label)
+    part%dataset = trim(prefix)
+    part%nxyz = strided_points(block%n, form%stride)
+    part%dims = part%nxyz
+    part%start = strided_points(block%start, form%stride) ! kept points before the block
+    part%count = strided_points(block%start + block%count, form%stride) - part%start
+    if (form%stride == 1) then
+      call write_part(world, part, data, meta, form, failure)
       return
     end if
-    allocate (values(product(count)))
-    call gather(count, first, stride, data, values)
-    call write_array(world, directory, field_file(prefix, label), trim(prefix), int(n, i8), int(start, i8), &
-                     int(count, i8), n, size(values), values, meta, precision, failure)
+    first = int(part%start)*form%stride - block%start
+    allocate (values(product(part%count)))
+    call gather(int(part%count), first, form%stride, data, values)
+    call write_part(world, part, values, meta, form, failure)
   end subroutine write_field
 
-  !> Writes the plane of global index `ix` (0-based) of a field to
-  !> `directory`/`slice<name>-ix####_<label>.h5`, dataset `slice<name>-ix####` of shape (ny, nz).
-  !> Collective.
-  subroutine write_slice(world, directory, name, ix, label, block, data, meta, precision, failure)
+  !> Writes the plane of global index `ix` (0-based) of a field to `slice<name>-ix####_<label>.h5`, dataset
+  !> `slice<name>-ix####` of shape (ny, nz), with all its points. Collective.
+  subroutine write_slice(world, name, ix, block, data, meta, form, failure)
     type(world_t), intent(in) :: world
-    character(*), intent(in) :: directory, name
+    character(*), intent(in) :: name
     integer, intent(in) :: ix
-    character(*), intent(in) :: label
     type(block_t), intent(in) :: block
     real(rp), intent(in) :: data(:, :, :)    !< shape block%count
     type(field_meta_t), intent(in) :: meta
-    integer, intent(in) :: precision
+    type(field_form_t), intent(in) :: form   !< its stride does not count
     type(failure_t), intent(inout) :: failure
+    type(part_t) :: part
     real(rp), allocatable :: values(:)
-    character(:), allocatable :: file_name
     integer :: count(3)
 
     call require(ix >= 0 .and. ix < block%n(1), 'write_slice: plane outside of the field')
@@ -143,10 +155,13 @@ contains
     if (ix < block%start(1) .or. ix >= block%start(1) + block%count(1)) count = 0
     allocate (values(product(count)))
     call gather(count, [ix - block%start(1), 0, 0], 1, data, values)
-    file_name = slice_file(name, ix, label)
-    call write_array(world, directory, file_name, file_name(:index(file_name, '_', back=.true.) - 1), &
-                     int(block%n(2:), i8), int(block%start(2:), i8), int(count(2:), i8), &
-                     [1, block%n(2:)], size(values), values, meta, precision, failure)
+    part%file_name = slice_file(name, ix, form%label)
+    part%dataset = part%file_name(:index(part%file_name, '_', back=.true.) - 1)
+    part%nxyz = [1, block%n(2:)]
+    part%dims = block%n(2:)
+    part%start = block%start(2:)
+    part%count = count(2:)
+    call write_part(world, part, values, meta, form, failure)
   end subroutine write_slice
 
   !> Copies count points from 0-based local index `first` on, every `stride`-th.
@@ -166,35 +181,33 @@ contains
   end subroutine gather
 
   !> Writes one dataset with the attributes of a field and puts the file in its place.
-  subroutine write_array(world, directory, file_name, dataset, dims, start, count, nxyz, n_values, values, meta, &
-                         precision, failure)
+  subroutine write_part(world, part, values, meta, form, failure)
     type(world_t), intent(in) :: world
-    character(*), intent(in) :: directory, file_name, dataset
-    integer(i8), intent(in) :: dims(:), start(:), count(:)
-    integer, intent(in) :: nxyz(3), n_values
-    real(rp), intent(in) :: values(n_values)
+    type(part_t), intent(in) :: part
+    real(rp), intent(in) :: values(product(part%count))
     type(field_meta_t), intent(in) :: meta
-    integer, intent(in) :: precision
+    type(field_form_t), intent(in) :: form
     type(failure_t), intent(inout) :: failure
     type(hdf5_file_t) :: file
     character(:), allocatable :: path
 
-    call require(precision == PRECISION_SINGLE .or. precision == PRECISION_DOUBLE, &
-                 'io_fields: unknown precision')
+    call require(form%precision == PRECISION_SINGLE .or. form%precision == PRECISION_DOUBLE, 'io_fields: unknown precision')
     if (failure%failed) return
-    path = join_path(directory, file_name)
-    call file%create(world, path//'.part', failure)
-    call write_slab(file, dataset, dims, start, count, values, precision == PRECISION_SINGLE, failure)
-    call put_attribute(file, dataset, 'time', meta%time, failure)
-    call put_attribute(file, dataset, 'viscosity', meta%viscosity, failure)
-    call put_attribute(file, dataset, 'epsi', meta%epsi, failure)
-    call put_attribute(file, dataset, 'domain_size', meta%domain_size, failure)
-    call put_attribute(file, dataset, 'origin', meta%origin, failure)
-    call put_attribute(file, dataset, 'nxyz', nxyz, failure)
-    if (allocated(meta%units)) call put_attribute(file, dataset, 'units', meta%units, failure)
-    call put_attribute(file, dataset, 'program', 'flusi-msm '//BUILD_VERSION//' '//BUILD_COMMIT, failure)
+    path = join_path(form%directory, part%file_name)
+    associate (dataset => part%dataset)
+      call file%create(world, path//'.part', failure)
+      call write_slab(file, dataset, part%dims, part%start, part%count, values, form%precision == PRECISION_SINGLE, failure)
+      call put_attribute(file, dataset, 'time', meta%time, failure)
+      call put_attribute(file, dataset, 'viscosity', meta%viscosity, failure)
+      call put_attribute(file, dataset, 'epsi', meta%epsi, failure)
+      call put_attribute(file, dataset, 'domain_size', meta%domain_size, failure)
+      call put_attribute(file, dataset, 'origin', meta%origin, failure)
+      call put_attribute(file, dataset, 'nxyz', part%nxyz, failure)
+      if (allocated(meta%units)) call put_attribute(file, dataset, 'units', meta%units, failure)
+      call put_attribute(file, dataset, 'program', 'flusi-msm '//BUILD_VERSION//' '//BUILD_COMMIT, failure)
+    end associate
     call file%publish(path, .false., failure)
-  end subroutine write_array
+  end subroutine write_part
 
   !> Reads the owned box of the field in `path`, which must have shape block%n, and its attributes.
   !> Collective.

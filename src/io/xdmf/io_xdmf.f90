@@ -13,7 +13,7 @@ module io_xdmf
   use base_text, only: number_text
   use base_text_file, only: write_text
   use base_text_lines, only: read_line, real_text
-  use io_fields, only: field_file, strided_points
+  use io_fields, only: field_file, field_form_t, field_meta_t, strided_points
   use parallel_world, only: world_t
   implicit none
   private
@@ -105,28 +105,23 @@ contains
 
   !> Adds the fields saved at one time under one label and rewrites the index; an earlier grid of this
   !> label goes, since its files have been replaced. Collective.
-  subroutine index_add(self, time, label, prefixes, n, domain_size, origin, stride, precision, failure)
+  subroutine index_add(self, prefixes, meta, form, failure)
     class(xdmf_index_t), intent(inout) :: self
-    real(rp), intent(in) :: time
-    character(*), intent(in) :: label
-    character(*), intent(in) :: prefixes(:)    !< one file `<prefix>_<label>.h5` each
-    integer, intent(in) :: n(3)                !< points of the computation
-    real(rp), intent(in) :: domain_size(3)
-    real(rp), intent(in) :: origin(3)
-    integer, intent(in) :: stride              !< every stride-th point is in the files
-    integer, intent(in) :: precision           !< bytes per number in the files
+    character(*), intent(in) :: prefixes(:)  !< one file `<prefix>_<label>.h5` each
+    type(field_meta_t), intent(in) :: meta   !< time, origin, and size and points of the computation
+    type(field_form_t), intent(in) :: form   !< how the fields were written
     type(failure_t), intent(inout) :: failure
     character(:), allocatable :: text, size_text, stem
     integer :: i, y, z
 
     if (failure%failed) return
-    call require(stride >= 1, 'io_xdmf: stride below 1')
+    call require(form%stride >= 1, 'io_xdmf: stride below 1')
     text = ''
     if (self%world%is_root) then
-      size_text = sizes(strided_points(n, stride))
+      size_text = sizes(strided_points(meta%nxyz, form%stride))
       text = '<Topology TopologyType="3DCoRectMesh" Dimensions="'//size_text//'"/>'//NL// &
              '<Geometry GeometryType="ORIGIN_DXDYDZ">'//NL// &
-             triple(origin)//triple(stride*domain_size/n)//'</Geometry>'//NL
+             triple(meta%origin)//triple(form%stride*meta%domain_size/meta%nxyz)//'</Geometry>'//NL
       do i = 1, size(prefixes)
         if (partners(prefixes, trim(prefixes(i)), y, z, stem)) then
           text = text//attribute(stem, 'Vector', &
@@ -137,43 +132,42 @@ contains
         text = text//attribute(trim(prefixes(i)), 'Scalar', item(prefixes(i)))
       end do
     end if
-    call add_grid(self, time, label, text, failure)
+    call add_grid(self, meta%time, form%label, text, failure)
 
   contains
 
     function item(prefix) result(xml)
       character(*), intent(in) :: prefix
       character(:), allocatable :: xml
-      xml = '<DataItem Format="HDF" NumberType="Float" Precision="'//achar(iachar('0') + precision)// &
-            '" Dimensions="'//size_text//'">'//field_file(prefix, &
-                                                          label)//':/'//trim(prefix)//'</DataItem>'//NL
+      xml = '<DataItem Format="HDF" NumberType="Float" Precision="'//achar(iachar('0') + form%precision)// &
+            '" Dimensions="'//size_text//'">'//field_file(prefix, form%label)//':/'//trim(prefix)//'</DataItem>'//NL
     end function item
   end subroutine index_add
 
-  !> Adds a surface of `n_points` points and `n_triangles` triangles saved at one time in `file`, with the
+  !> Adds a surface of n(1) points and n(2) triangles saved at one time in `file`, with the
   !> datasets points (n, 3), triangles (m, 3) of 32 bits from 0, `vectors` (n, 3) and, of each triangle,
   !> `cell_scalars` (m); then as `add`. Collective.
-  subroutine index_add_surface(self, time, label, file, n_points, n_triangles, vectors, failure, cell_scalars)
+  subroutine index_add_surface(self, time, label, file, n, vectors, failure, cell_scalars)
     class(xdmf_index_t), intent(inout) :: self
     real(rp), intent(in) :: time
     character(*), intent(in) :: label, file
-    integer, intent(in) :: n_points, n_triangles
+    integer, intent(in) :: n(2)
     character(*), intent(in) :: vectors(:)
     type(failure_t), intent(inout) :: failure
     character(*), intent(in), optional :: cell_scalars(:)
     character(:), allocatable :: text
     integer :: i
     if (failure%failed) return
-    text = '<Topology TopologyType="Triangle" NumberOfElements="'//number_text(n_triangles)//'">'//NL// &
-           item('triangles', 'Int', 4, n_triangles, ' 3')//'</Topology>'//NL//'<Geometry GeometryType="XYZ">'//NL// &
-           item('points', 'Float', 8, n_points, ' 3')//'</Geometry>'//NL
+    text = '<Topology TopologyType="Triangle" NumberOfElements="'//number_text(n(2))//'">'//NL// &
+           item('triangles', 'Int', 4, n(2), ' 3')//'</Topology>'//NL//'<Geometry GeometryType="XYZ">'//NL// &
+           item('points', 'Float', 8, n(1), ' 3')//'</Geometry>'//NL
     do i = 1, size(vectors)
-      text = text//attribute(trim(vectors(i)), 'Vector', item(trim(vectors(i)), 'Float', 8, n_points, ' 3'))
+      text = text//attribute(trim(vectors(i)), 'Vector', item(trim(vectors(i)), 'Float', 8, n(1), ' 3'))
     end do
     if (present(cell_scalars)) then
       do i = 1, size(cell_scalars)
         text = text//attribute(trim(cell_scalars(i)), 'Scalar', &
-                               item(trim(cell_scalars(i)), 'Float', 8, n_triangles, ''), 'Cell')
+                               item(trim(cell_scalars(i)), 'Float', 8, n(2), ''), 'Cell')
       end do
     end if
     call add_grid(self, time, label, text, failure)

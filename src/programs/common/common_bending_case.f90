@@ -19,8 +19,8 @@ module common_bending_case
 
   !> What differs between the programs.
   type :: bending_input_t
-    character(:), allocatable :: ini, wing, measurement !< paths: of the input, and as the input has them
-    character(:), allocatable :: section    !< that has the key `parameters`
+    character(:), allocatable :: wing, measurement   !< paths as the input has them
+    character(:), allocatable :: section, parameters !< what is sought, and the section that says it
     logical :: scale_is_log = .true.        !< of bounds that do not say it
     logical :: may_plan = .false.           !< the measurement may have no heights
     logical :: keeps_outliers = .false.     !< the preset of [Measurement] outliers keeps them
@@ -62,8 +62,8 @@ contains
     call read_measurement(input, config, world, case, errors, notices)
     if (allocated(case%measurement%loads)) call case%instrument%set_scales(case%measurement, case%wing_case%model%size)
     call read_instrument(config, case%instrument, errors)
-    call read_free_parameters(config, input%section, case%wing_case%requested, case%instrument, input%scale_is_log, &
-                              case%free_parameters, errors)
+    call read_free_parameters(config, input%section, input%parameters, case%wing_case%requested, case%instrument, &
+                              input%scale_is_log, case%free_parameters, errors)
   end subroutine load_bending_case
 
   subroutine read_measurement(input, config, world, case, errors, notices)
@@ -76,7 +76,7 @@ contains
     character(:), allocatable :: problem
     call read_measurement_keys(config, choices)
     if (.not. choices%has_file) return
-    call find_beside(input%ini, input%measurement, case%measurement_path, problem, world)
+    call find_beside(config%file_name(), input%measurement, case%measurement_path, problem, world)
     if (allocated(problem)) then
       call config%complain(errors, 'Measurement', 'file', problem)
       return

@@ -22,18 +22,17 @@ contains
 
   !> Reads the list; all mistakes go to `errors` in one message. Bounds are those of the wing's parameters and, for
   !> joints, those that Truong et al. searched in.
-  subroutine read_free_parameters(config, section, params, instrument, scale_is_log, free_parameters, errors)
+  subroutine read_free_parameters(config, section, text, params, instrument, scale_is_log, free_parameters, errors)
     type(config_t), intent(in) :: config
-    character(*), intent(in) :: section !< that has the key `parameters`
+    character(*), intent(in) :: section, text !< that has the key `parameters`, and its value
     type(solid_params_t), intent(in) :: params
     type(instrument_t), intent(in) :: instrument
     logical, intent(in) :: scale_is_log
     type(free_parameters_t), intent(out) :: free_parameters
     type(message_list_t), intent(inout) :: errors
-    character(:), allocatable :: text, problem, problems
+    character(:), allocatable :: problem, problems
     integer :: position, first, last
     logical :: found
-    text = config%get_text(section, 'parameters')
     allocate (free_parameters%numbers(0), free_parameters%instrument_numbers(0), free_parameters%lower(0), &
               free_parameters%upper(0), free_parameters%is_log(0))
     problems = ''

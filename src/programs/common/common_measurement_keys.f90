@@ -20,26 +20,26 @@ module common_measurement_keys
 
 contains
 
-  !> The section; `more` continues the help of its file, and `usual` out of `words` is what a program does about outliers.
-  subroutine measurement_keys(keys, c, more, words, usual)
+  !> The section; `more` continues the help of its file, and `fallback` out of `words` is what a program does about outliers.
+  subroutine measurement_keys(keys, c, more, words, fallback)
     type(keys_t), intent(inout) :: keys
     type(measurement_choices_t), intent(inout) :: c
-    character(*), intent(in) :: more, words, usual
+    character(*), intent(in) :: more, words, fallback
     call keys%section('Measurement', 'what the wing did in the experiment')
     call keys%text('file', c%file, '', 'measurement file (docs/formats/measurement-format.md); looked for here and then in the '// &
                    'folder of the input file'//more, required=.true., given=c%has_file)
-    call keys%word('outliers', c%outliers, usual, words, &
+    call keys%word('outliers', c%outliers, fallback, words, &
                    'heights that stand out from all around them by more than 6 sd, as no normal errors do')
   end subroutine measurement_keys
 
   !> Declares the section, as `measurement_keys` states it.
-  subroutine register_measurement_keys(registry, more, words, usual)
+  subroutine register_measurement_keys(registry, more, words, fallback)
     type(registry_t), intent(inout), target :: registry
-    character(*), intent(in) :: more, words, usual
+    character(*), intent(in) :: more, words, fallback
     type(measurement_choices_t) :: unused
     type(keys_t) :: keys
     keys = declaring(registry)
-    call measurement_keys(keys, unused, more, words, usual)
+    call measurement_keys(keys, unused, more, words, fallback)
   end subroutine register_measurement_keys
 
   !> What [Measurement] says.

@@ -2,14 +2,12 @@
 !> Keys that several programs have: [Solver], which chooses the path of static solutions, and when a job ends.
 module common_solver_keys
   use base_kinds, only: rp
-  use io_config, only: config_t
-  use io_keys, only: declaring, keys_t, reading
-  use io_registry, only: registry_t
+  use io_keys, only: keys_t
   use io_stop, only: job_limits_t
   use solid_statics, only: static_options_t
   implicit none
   private
-  public :: solver_keys, limit_keys, register_limits, read_limits
+  public :: solver_keys, limit_keys
 
 contains
 
@@ -38,26 +36,4 @@ contains
     call keys%real('progress_interval', progress_seconds, 30.0_rp, 'wall time between progress lines in a log', unit='s', &
                    min=0.0_rp)
   end subroutine limit_keys
-
-  !> Declares the keys of `limit_keys`.
-  subroutine register_limits(registry)
-    type(registry_t), intent(inout), target :: registry
-    type(job_limits_t) :: unused
-    type(keys_t) :: keys
-    real(rp) :: nothing
-    keys = declaring(registry)
-    call keys%section('Saving')
-    call limit_keys(keys, unused, nothing)
-  end subroutine register_limits
-
-  !> Reads the keys of `limit_keys`.
-  subroutine read_limits(config, limits, progress_seconds)
-    type(config_t), intent(in), target :: config
-    type(job_limits_t), intent(inout) :: limits
-    real(rp), intent(inout) :: progress_seconds
-    type(keys_t) :: keys
-    keys = reading(config)
-    call keys%section('Saving')
-    call limit_keys(keys, limits, progress_seconds)
-  end subroutine read_limits
 end module common_solver_keys

@@ -27,6 +27,7 @@ module common_train_keys
     real(rp) :: prior_decades = 1
     integer :: polish_starts = 1
     type(cmaes_options_t) :: search
+    logical :: has_tolfun = .false.
     type(fit_options_t) :: fit
     type(static_options_t) :: solver
     character(:), allocatable :: name, result
@@ -116,7 +117,8 @@ contains
       call keys%real('target', o%f_target, -1.0_rp, 'the search ends at a cost below; -1: none, paper: 1e-6 m', min=-1.0_rp)
       call keys%real('tolfun', o%tolfun, 1.0e-3_rp, &
                      'the run ends when costs of a generation and best costs of recent '// &
-                     'ones differ less, relative to the first; the polish does the rest. Paper: 1e-11', min=0.0_rp)
+                     'ones differ less, relative to the first; the polish does the rest. Paper: 1e-11', min=0.0_rp, &
+                     given=c%has_tolfun)
       call keys%real('tolfunhist', o%tolfunhist, 1.0e-12_rp, 'the same of the best costs alone', min=0.0_rp)
       call keys%real('tolx', o%tolx, 1.0e-11_rp, 'the run ends when the step is shorter, over sigma0', min=0.0_rp)
       call keys%integer('tolstagnation', o%tolstagnation, 0, 'generations without progress that end a run; 0: by n and '// &

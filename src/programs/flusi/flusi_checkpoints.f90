@@ -5,16 +5,13 @@ module flusi_checkpoints
   use base_kinds, only: rp
   use common_run, only: run_t
   use fluid_restart, only: load_fluid, save_fluid
-  use fluid_solver, only: fluid_t
-  use flusi_averages, only: averages_t
+  use flusi_parts, only: run_parts_t
   use flusi_settings, only: settings_t
   use fsi_coupler, only: coupler_t
-  use fsi_flapping_wings, only: flapping_wings_t
   use fsi_flight_restart, only: has_flight, load_flight, save_flight
   use fsi_pose_restart, only: find_jumps, save_poses
   use fsi_restart, only: has_flexible_wings, load_wings, save_wings
   use fsi_thin_restart, only: has_thin_wings, load_thin_wings, save_thin_wings
-  use fsi_thin_wings, only: thin_wings_t
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use io_identity, only: identity_t
   use parallel_world, only: world_t
@@ -32,69 +29,73 @@ module flusi_checkpoints
 
 contains
 
-  !> Puts the state into an open checkpoint. Collective.
-  subroutine put_state(writer, settings, fluid, wings, coupler, thin, averages)
+  !> Puts the state into an open checkpoint; of wings without thickness if it `has_markers` of a whole step. Collective.
+  subroutine put_state(writer, settings, parts, has_markers)
     type(checkpoint_writer_t), intent(inout) :: writer
     type(settings_t), intent(in) :: settings
-    type(fluid_t), intent(inout) :: fluid !< stays as it is
-    type(flapping_wings_t), intent(in), optional :: wings
-    type(coupler_t), intent(in), optional :: coupler
-    type(thin_wings_t), intent(in), optional :: thin
-    type(averages_t), intent(in), optional :: averages
-    call save_fluid(writer, settings%fluid, fluid%transform%sticks, fluid%rhs%state)
-    if (present(averages)) call averages%save(writer)
-    if (.not. present(wings)) return
-    call save_poses(writer, wings%params, wings%motion, fluid%rhs%state%time)
-    if (allocated(wings%flyer)) call save_flight(writer, wings)
-    if (present(coupler)) call save_wings(writer, wings, coupler)
-    if (present(thin)) call save_thin_wings(writer, wings, thin)
+    type(run_parts_t), intent(inout) :: parts !< stay as they are
+    logical, intent(in) :: has_markers
+    associate (fluid => parts%fluid)
+      call save_fluid(writer, settings%fluid, fluid%transform%sticks, fluid%rhs%state)
+      if (allocated(parts%averages)) call parts%averages%save(writer)
+      if (.not. allocated(parts%wings)) return
+      call save_poses(writer, parts%wings%params, parts%wings%motion, fluid%rhs%state%time)
+    end associate
+    if (allocated(parts%wings%flyer)) call save_flight(writer, parts%wings)
+    if (allocated(parts%coupler)) call save_wings(writer, parts%wings, parts%coupler)
+    if (allocated(parts%thin) .and. has_markers) call save_thin_wings(writer, parts%wings, parts%thin)
   end subroutine put_state
 
   !> Restores the state from the checkpoint at `path`, if it is one of this run. Lines about inputs that differ go to
   !> `remarks`; what does not fit is in `failure`, unless the user `accepts` it and it can be done. Collective.
-  subroutine restore_state(world, path, settings, run, accepts, fluid, remarks, failure, wings, coupler, thin, &
-                           averages)
+  subroutine restore_state(world, path, settings, run, accepts, parts, remarks, failure)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     type(settings_t), intent(in) :: settings
     type(run_t), intent(inout) :: run
     logical, intent(in) :: accepts
-    type(fluid_t), intent(inout) :: fluid
+    type(run_parts_t), intent(inout) :: parts
     type(message_list_t), intent(inout) :: remarks
     type(failure_t), intent(inout) :: failure
-    type(flapping_wings_t), intent(inout), optional :: wings
-    type(coupler_t), intent(inout), optional :: coupler
-    type(thin_wings_t), intent(inout), optional :: thin
-    type(averages_t), intent(inout), optional :: averages
     type(checkpoint_reader_t) :: reader
     type(identity_t) :: was
     type(message_list_t) :: jumps
     call reader%open(world, path, failure)
     if (failure%failed) return
     call was%load(reader, failure)
-    call load_fluid(reader, settings%fluid, fluid%transform%sticks, fluid%rhs%state, failure)
-    if (present(wings) .and. .not. failure%failed) then
-      if (allocated(wings%flyer) .and. has_flight(reader)) &
-        call load_flight(reader, fluid%rhs%state%time, wings, failure)
-      if (.not. failure%failed) call find_jumps(reader, wings%params, wings%motion, fluid%rhs%state%time, jumps, failure)
-    end if
+    call load_flow(reader, settings, parts, jumps, failure)
     call run%judge(was, STATE_KEYS, jumps, accepts, remarks, failure)
     if (failure%failed) return
-    if (present(coupler)) then
-      call load_wings(reader, wings, coupler, failure)
-      call set_clocks(coupler, fluid%rhs%state%time)
+    if (allocated(parts%coupler)) then
+      call load_wings(reader, parts%wings, parts%coupler, failure)
+      call set_clocks(parts%coupler, parts%fluid%rhs%state%time)
     else if (has_flexible_wings(reader)) then
       call failure%raise('the checkpoint has flexible wings and this run has none: set [Insects] wings = flexible')
     end if
     if (failure%failed) return
-    if (present(thin)) then
-      call load_thin_wings(reader, wings, thin, failure)
+    if (allocated(parts%thin)) then
+      call load_thin_wings(reader, parts%wings, parts%thin, failure)
     else if (has_thin_wings(reader)) then
       call failure%raise('the checkpoint has wings without thickness: set [Insects] surface = thin')
     end if
-    if (present(averages)) call averages%load(reader, failure)
+    if (allocated(parts%averages)) call parts%averages%load(reader, failure)
     call reader%close(failure)
   end subroutine restore_state
+
+  !> The flow, a free flight in it, and how the motion of its wings differs from that of this run.
+  subroutine load_flow(reader, settings, parts, jumps, failure)
+    type(checkpoint_reader_t), intent(inout) :: reader
+    type(settings_t), intent(in) :: settings
+    type(run_parts_t), intent(inout) :: parts
+    type(message_list_t), intent(inout) :: jumps
+    type(failure_t), intent(inout) :: failure
+    associate (fluid => parts%fluid, time => parts%fluid%rhs%state%time)
+      call load_fluid(reader, settings%fluid, fluid%transform%sticks, fluid%rhs%state, failure)
+      if (.not. allocated(parts%wings) .or. failure%failed) return
+      if (allocated(parts%wings%flyer) .and. has_flight(reader)) call load_flight(reader, time, parts%wings, failure)
+      if (.not. failure%failed) call find_jumps(reader, parts%wings%params, parts%wings%motion, time, jumps, failure)
+    end associate
+  end subroutine load_flow
 
   !> Wings count seconds. If one of them has become another part of a beat, they follow the flow; else they keep what they
   !> have, to the last bit.

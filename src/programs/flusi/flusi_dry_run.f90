@@ -4,9 +4,12 @@ module flusi_dry_run
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: rp
   use flusi_memory, only: memory_t, estimate_memory
+  use flusi_opening, only: opening_t
   use flusi_plans, only: expected_steps
   use flusi_report, only: print_scales
-  use flusi_settings, only: settings_t, output_params_t
+  use flusi_output_params, only: output_params_t
+  use flusi_series, only: run_series_t
+  use flusi_settings, only: settings_t
   use parallel_world, only: world_t
   implicit none
   private
@@ -34,7 +37,8 @@ contains
       end do
       call expected_steps(settings, dt, speed, steps)
       write (unit, '(a,es9.2,a,g0.4,a)') 'time step about', dt, ' (velocity scale ', speed, '; the flow decides)'
-  if (p%time%t_max < 1.0e8_rp .or. p%time%nt < 900000000) write (unit, '(a,i0)') 'steps     about ', ceiling(min(steps, 2.0e9_rp))
+      if (p%time%t_max < 1.0e8_rp .or. p%time%nt < 900000000) write (unit, '(a,i0)') 'steps     about ', &
+        ceiling(min(steps, 2.0e9_rp))
       call print_files(unit, settings, min(p%time%t_max, p%time%nt*dt))
     end associate
     flush (output_unit)
@@ -64,40 +68,29 @@ contains
     associate (o => settings%output, p => settings%fluid)
       prefixes = ''
       n = 0
-      if (o%velocity) call add('ux uy uz', 3)
-      if (o%vorticity) call add('vorx vory vorz', 3)
-      if (o%vorticity_magnitude) call add('vorabs', 1)
-      if (o%q_criterion) call add('Q', 1)
-      if (o%pressure) call add('p', 1)
-      if (o%mask) call add('mask', 1)
-      if (o%solid_velocity) call add('usx usy usz', 3)
+      if (o%fields%velocity) call add('ux uy uz', 3)
+      if (o%fields%vorticity) call add('vorx vory vorz', 3)
+      if (o%fields%vorticity_magnitude) call add('vorabs', 1)
+      if (o%fields%q_criterion) call add('Q', 1)
+      if (o%fields%pressure) call add('p', 1)
+      if (o%fields%mask) call add('mask', 1)
+      if (o%fields%solid_velocity) call add('usx usy usz', 3)
       if (o%averages%is_on .and. o%averages%velocity) call add('uavgx uavgy uavgz', 3)
       if (o%averages%is_on .and. o%averages%kinetic_energy) call add('ekinavg', 1)
       if (o%averages%is_on .and. o%averages%enstrophy) call add('zavg', 1)
       write (unit, '(a)') 'files that would be written'
-      write (unit, '(a)') '  series    dt.t timesteps_info.t ekin.t energy.t divu.t meanflow.t'
-      if (o%spectra) write (unit, '(a)') '            spectrum_tot.t spectrum_x.t spectrum_y.t spectrum_z.t spectrum_k.t'
-      if (p%solids%is_on) write (unit, '(a)') '            mask_volume.t u_residual.t'
-      if ((p%solids%is_on .or. p%solids%is_moving) .and. p%solids%compute_forces) write (unit, '(a)') &
-        '            forces.t forces_part*.t'
-      if (p%solids%is_moving .and. settings%flight%thin%is_thin) write (unit, '(a)') '            slip.t'
-      if (p%solids%is_moving) then
-        write (unit, '(a)') '            kinematics.t aero_power.t'//of_sides(settings, 'wing', '.t')
-        if (settings%flexible) write (unit, '(a)') '           '//of_sides(settings, 'bending', '.t')// &
-          of_sides(settings, 'coupling', '.t')
-        if (settings%flight%flyer%is_free) write (unit, '(a)') '            rigidsolidsolver.t free_flight.t'
-        write (unit, '(a)') '  at the end summary.txt'
-        write (unit, '(a)') '  surfaces '//of_sides(settings, 'wing', '')
-      end if
+      call print_series(unit, settings)
+      if (p%solids%is_moving) write (unit, '(a)') '  at the end summary.txt'
+      if (p%solids%is_moving) write (unit, '(a)') '  surfaces '//of_sides(settings, 'wing')
       if (n > 0) then
         ! One save at the start, one at the end, and one at each multiple between.
-        times = ceiling(min(1.0e9_rp, max(0.0_rp, t_end - max(o%t_save_first, 0.0_rp))/o%t_save - 1.0e-9_rp)) + 1
-        bytes = n*times*product(real(p%grid%n, rp)/o%stride)*merge(4, 8, o%single_precision)
-       write (unit, '(a,i0,a,f0.2,a)') '  fields    '//prefixes//' at about ', nint(min(times, 1.0e9_rp)), ' times: ', &
+        times = ceiling(min(1.0e9_rp, max(0.0_rp, t_end - max(o%fields%first, 0.0_rp))/o%fields%interval - 1.0e-9_rp)) + 1
+        bytes = n*times*product(real(p%grid%n, rp)/o%fields%stride)*merge(4, 8, o%fields%single_precision)
+        write (unit, '(a,i0,a,f0.2,a)') '  fields    '//prefixes//' at about ', nint(min(times, 1.0e9_rp)), ' times: ', &
           bytes/1.0e9_rp, ' GB, and one .xmf index'
       end if
-      if (o%slices) write (unit, '(a)') '  slices    sliceu1 sliceu2 sliceu3'//trim(merge(' slice_times.t', '              ', &
-                                                                                     o%stack > 1))
+      if (o%slices%is_on) write (unit, '(a)') '  slices    sliceu1 sliceu2 sliceu3'// &
+        trim(merge(' slice_times.t', '              ', o%slices%stack > 1))
       if (o%backup) write (unit, '(a)') '  backups   runtime_backup0.h5 runtime_backup1.h5'
     end associate
 
@@ -111,15 +104,37 @@ contains
     end subroutine add
   end subroutine print_files
 
-  !> The names of such files of all wings, each after a blank.
-  function of_sides(settings, name, ending) result(names)
+  !> The names of all series, as many in a line as there is room for.
+  subroutine print_series(unit, settings)
+    integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
-    character(*), intent(in) :: name, ending
+    integer, parameter :: WIDTH = 80
+    type(opening_t) :: opening
+    type(run_series_t) :: series
+    character(:), allocatable :: line
+    integer :: i
+    opening%is_listing = .true.
+    call series%open(opening, settings)
+    line = '  series   '
+    do i = 1, opening%series%count()
+      if (len(line) + 1 + len(opening%series%text(i)) > WIDTH) then
+        write (unit, '(a)') line
+        line = repeat(' ', 11)
+      end if
+      line = line//' '//opening%series%text(i)
+    end do
+    write (unit, '(a)') line
+  end subroutine print_series
+
+  !> The names of such files of all wings, each after a blank.
+  function of_sides(settings, name) result(names)
+    type(settings_t), intent(in) :: settings
+    character(*), intent(in) :: name
     character(:), allocatable :: names
     integer :: i
     names = ''
     do i = 1, size(settings%flight%wings)
-      names = names//' '//name//'_'//trim(settings%flight%wings(i)%side)//ending
+      names = names//' '//name//'_'//trim(settings%flight%wings(i)%side)
     end do
   end function of_sides
 end module flusi_dry_run

@@ -5,14 +5,18 @@ module flusi_flexible
   use base_kinds, only: rp
   use base_text, only: number_text
   use common_wing_effects, only: refuse_root_compliance
-  use common_wing_keys, only: register_damping_keys, register_wing_keys
+  use common_wing_keys, only: read_wing_keys, register_damping_keys, register_wing_keys, wing_choices_t
   use common_wing_settings, only: load_wing, read_damping
+  use fluid_params, only: fluid_params_t
+  use flusi_units, only: units_t
   use fsi_added_mass, only: added_mass_ratio, light_layer
   use fsi_coupler_params, only: coupler_params_t, COUPLING_EXTRAPOLATED, COUPLING_STRONG
   use fsi_flight_params, only: flapping_wing_t, flight_params_t
   use fsi_rotation, only: angle_t
   use fsi_wing_shape, only: SPAN, wing_shape_t
+  use fsi_wing_source, only: has_flexible_wings, source_choices, source_choices_t
   use io_config, only: config_t
+  use io_keys, only: declaring, keys_t, reading
   use io_registry, only: registry_t
   use io_units, only: unit_scales_t
   use parallel_world, only: world_t
@@ -20,61 +24,115 @@ module flusi_flexible
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: register_flexible_keys, wants_flexible, wants_wing_file, read_wing_file, read_coupler
+  public :: register_flexible_keys, wants_flexible, wants_wing_file, read_wing_file, read_coupling, set_mechanics
 
-  character(*), parameter :: F = 'Flexible_wing'
+  character(*), parameter :: F = 'Flexible_wing', DISTANCE = 'load_distance'
   real(rp), parameter :: FLAT = 1.0e-9_rp
+
+  !> [Flexible_wing], as far as coupler_params_t does not have it.
+  type :: coupling_choices_t
+    logical :: asks = .false., says = .false.  !< for flexible wings, by FLUSI's name; whether the key is there
+    character(:), allocatable :: load, coupling
+    logical :: has_distance = .false., has_load = .false., has_extrapolated = .false.
+    logical :: has_tolerance = .false., has_iterations = .false., has_gravity = .false.
+  end type coupling_choices_t
 
 contains
 
   !> Adds [Wing], [Mass], [Damping] and the coupling keys of [Flexible_wing] to `registry`.
   subroutine register_flexible_keys(registry)
-    type(registry_t), intent(inout) :: registry
-    real(rp), parameter :: ZERO(3) = 0.0_rp
-    call registry%add_word('Insects', 'wings', 'rigid', 'rigid|flexible', &
-                           'flexible: the wing of [Wing], which the flow bends')
-    call registry%add_switch(F, 'use_flexible_wing_model', .false., 'FLUSI''s name for [Insects] wings = flexible', &
-                             computed='as [Insects] wings says')
-    call registry%add_length(F, 'load_distance', 't_wing + wing_smoothing + max(dx)', &
-                             'distance from the mid surface at which the flow on both sides is looked at', unit='L', &
-                             above=0.0_rp)
-    call registry%add_word(F, 'load', 'pressure', 'pressure|pressure_viscous', &
-                           'what bends the wings: the pressure on both sides, or the viscous traction as well')
-    call registry%add_switch(F, 'load_extrapolated', .false., &
-                             'the pressure difference is looked at in twice the distance, too, and extrapolated '// &
-                             'linearly to the mid surface')
-    call registry%add_word(F, 'coupling', 'weak', 'weak|extrapolated|strong', &
-                           'load under which the wings make a step: that at its beginning, extrapolated to its '// &
-                           'end, or found at its end by sub-iterations')
-    call registry%add_real(F, 'coupling_tolerance', 1.0e-3_rp, &
-                           'strong: the load may change by so much of itself in the last sub-iteration', &
-                           above=0.0_rp)
-    call registry%add_integer(F, 'coupling_iterations', 20, &
-                              'strong: the run stops if so many evaluations of the flow in a step are not enough', &
-                              min=1)
-    call registry%add_real(F, 'T_release', 0.0_rp, 'the wings are held rigid until this time', unit='T', min=0.0_rp)
-    call registry%add_real(F, 'largest_deflection', 1.0_rp, 'the run stops if a point moves farther, in wing lengths', &
-                           above=0.0_rp)
-    call registry%add_reals(F, 'gravity', ZERO, 'acceleration of gravity on the wings, in space', unit='m/s^2', &
-                            length=3)
+    type(registry_t), intent(inout), target :: registry
+    type(coupling_choices_t) :: choices
+    type(coupler_params_t) :: params
+    type(keys_t) :: keys
+    keys = declaring(registry)
+    call coupling_keys(keys, choices, params)
     call register_wing_keys(registry, required=.false.)
     call register_damping_keys(registry)
   end subroutine register_flexible_keys
 
+  subroutine coupling_keys(keys, c, p)
+    type(keys_t), intent(inout) :: keys
+    type(coupling_choices_t), intent(inout) :: c
+    type(coupler_params_t), intent(inout) :: p
+    real(rp), parameter :: ZERO(3) = 0.0_rp
+    call keys%section(F)
+    call keys%switch('use_flexible_wing_model', c%asks, .false., 'FLUSI''s name for [Insects] wings = flexible', &
+                     computed='as [Insects] wings says', given=c%says)
+    call keys%length('load_distance', p%distance, 't_wing + wing_smoothing + max(dx)', 'distance from the mid surface at which '// &
+                     'the flow on both sides is looked at', unit='L', above=0.0_rp, given=c%has_distance)
+    call keys%word('load', c%load, 'pressure', 'pressure|pressure_viscous', 'what bends the wings: the pressure on both sides, '// &
+                   'or the viscous traction as well', given=c%has_load)
+    call keys%switch('load_extrapolated', p%extrapolates, .false., 'the pressure difference is looked at in twice the '// &
+                     'distance, too, and extrapolated linearly to the mid surface', given=c%has_extrapolated)
+    call keys%word('coupling', c%coupling, 'weak', 'weak|extrapolated|strong', 'load under which the wings make a step: that '// &
+                   'at its beginning, extrapolated to its end, or found at its end by sub-iterations')
+    call keys%real('coupling_tolerance', p%tolerance, 1.0e-3_rp, 'strong: the load may change by so much of itself in the last '// &
+                   'sub-iteration', above=0.0_rp, given=c%has_tolerance)
+    call keys%integer('coupling_iterations', p%iterations, 20, 'strong: the run stops if so many evaluations of the flow in a '// &
+                      'step are not enough', min=1, given=c%has_iterations)
+    call keys%real('T_release', p%release, 0.0_rp, 'the wings are held rigid until this time', unit='T', min=0.0_rp)
+    call keys%real('largest_deflection', p%largest_deflection, 1.0_rp, 'the run stops if a point moves farther, in wing lengths', &
+                   above=0.0_rp)
+    call keys%reals('gravity', p%gravity, ZERO, 'acceleration of gravity on the wings, in space', unit='m/s^2', given=c%has_gravity)
+  end subroutine coupling_keys
+
   !> Whether the wings of this run bend.
   logical function wants_flexible(config)
     type(config_t), intent(in) :: config
-    wants_flexible = config%get_word('Insects', 'wings') == 'flexible'
-    if (config%is_given(F, 'use_flexible_wing_model')) &
-      wants_flexible = wants_flexible .or. config%get_switch(F, 'use_flexible_wing_model')
+    type(coupling_choices_t) :: c
+    type(coupler_params_t) :: unused
+    call read_coupling_keys(config, c, unused)
+    wants_flexible = has_flexible_wings(config) .or. c%asks
   end function wants_flexible
+
+  subroutine read_coupling_keys(config, c, p)
+    type(config_t), intent(in), target :: config
+    type(coupling_choices_t), intent(inout) :: c
+    type(coupler_params_t), intent(inout) :: p
+    type(keys_t) :: keys
+    keys = reading(config)
+    call coupling_keys(keys, c, p)
+  end subroutine read_coupling_keys
 
   !> Whether the wings have the shape of [Wing] file: flexible ones, and rigid ones to which WingShape gives none.
   logical function wants_wing_file(config)
     type(config_t), intent(in) :: config
+    type(source_choices_t) :: source
+    type(wing_choices_t) :: wing
+    source = source_choices(config)
+    call read_wing_keys(config, wing)
     wants_wing_file = wants_flexible(config) .or. &
-                      (config%get_word('Insects', 'WingShape') == 'none' .and. config%is_given('Wing', 'file'))
+                      (source%shape == 'none' .and. wing%has_file)
   end function wants_wing_file
+
+  !> What contradicts flexible wings; `has_file` tells whether [Wing] names a file.
+  subroutine check_flexible(config, errors, has_file)
+    type(config_t), intent(in) :: config
+    type(message_list_t), intent(inout) :: errors
+    logical, intent(out) :: has_file
+    type(coupling_choices_t) :: c
+    type(coupler_params_t) :: unused
+    type(source_choices_t) :: source
+    type(wing_choices_t) :: wing
+    call read_coupling_keys(config, c, unused)
+    source = source_choices(config)
+    call read_wing_keys(config, wing)
+    has_file = wing%has_file
+    if (.not. has_flexible_wings(config) .and. config%is_given('Insects', 'wings')) &
+      call config%complain(errors, 'Insects', 'wings', 'contradicts [Flexible_wing] use_flexible_wing_model = yes')
+    if (source%shape /= 'none') call config%complain(errors, 'Insects', 'WingShape', &
+                                       'contradicts wings = flexible, which have the shape of [Wing] file; valid: none')
+    if (c%says .and. .not. c%asks) &
+      call config%complain(errors, F, 'use_flexible_wing_model', 'contradicts [Insects] wings = flexible')
+    if (source%length > 0) call config%complain(errors, 'Insects', 'wing_length', &
+                                            'contradicts wings = flexible, whose file is in metres; set [units] length')
+    if (.not. has_file) &
+      call config%complain(errors, 'Wing', 'file', 'is missing: wings = flexible need a wing file. Of FLUSI''s *.dat '// &
+                           'files in this folder, whose unit (metres) and vein diameters (um) the set does not tell: '// &
+                           'tools/import_flusi_mesh . wing.h5 --unit METRES --root-vein D_ROOT D_TIP --vein D_ROOT D_TIP; '// &
+                           'then [Wing] file = wing.h5, [units] length, frequency, density')
+  end subroutine check_flexible
 
   !> Reads [Wing] and the file that it names; `found` tells whether there is a wing. Collective with `world`.
   subroutine read_wing_file(config, wing_case, found, errors, notices, world)
@@ -85,23 +143,8 @@ contains
     type(world_t), intent(in), optional :: world
     found = .false.
     if (wants_flexible(config)) then
-      if (config%get_word('Insects', 'wings') == 'rigid' .and. config%is_given('Insects', 'wings')) &
-        call config%complain(errors, 'Insects', 'wings', 'contradicts [Flexible_wing] use_flexible_wing_model = yes')
-      if (config%get_word('Insects', 'WingShape') /= 'none') call config%complain(errors, 'Insects', 'WingShape', &
-                                       'contradicts wings = flexible, which have the shape of [Wing] file; valid: none')
-      if (config%is_given(F, 'use_flexible_wing_model')) then
-        if (.not. config%get_switch(F, 'use_flexible_wing_model')) &
-          call config%complain(errors, F, 'use_flexible_wing_model', 'contradicts [Insects] wings = flexible')
-      end if
-      if (config%get_real('Insects', 'wing_length') > 0) call config%complain(errors, 'Insects', 'wing_length', &
-                                            'contradicts wings = flexible, whose file is in metres; set [units] length')
-      if (.not. config%is_given('Wing', 'file')) then
-        call config%complain(errors, 'Wing', 'file', 'is missing: wings = flexible need a wing file. Of FLUSI''s *.dat '// &
-                             'files in this folder, whose unit (metres) and vein diameters (um) the set does not tell: '// &
-                             'tools/import_flusi_mesh . wing.h5 --unit METRES --root-vein D_ROOT D_TIP --vein D_ROOT D_TIP; '// &
-                             'then [Wing] file = wing.h5, [units] length, frequency, density')
-        return
-      end if
+      call check_flexible(config, errors, found)
+      if (.not. found) return
     end if
     call load_wing(config, wants_flexible(config), wing_case, found, errors, notices, world)
     if (.not. found) return
@@ -118,60 +161,58 @@ contains
     end if
   end subroutine read_wing_file
 
-  !> What the coupler needs. `has_wing` tells whether `wing_case` holds a wing; without one the keys are read all the same, so that
-  !> their mistakes are told with that of the wing. `t_end` is the end of the run, T.
-  subroutine read_coupler(config, wing_case, has_wing, flight, grid, t_end, units, units_given, params, errors, notices)
+  !> The keys of the coupling. Without a readable wing they are read all the same, so that their mistakes are told with that of
+  !> the wing.
+  subroutine read_coupling(config, units, flight, fluid, params, errors, notices)
     type(config_t), intent(in) :: config
-    type(wing_case_t), intent(in) :: wing_case
-    logical, intent(in) :: has_wing
+    type(units_t), intent(in) :: units
     type(flight_params_t), intent(in) :: flight
-    type(grid_t), intent(in) :: grid
-    real(rp), intent(in) :: t_end
-    type(unit_scales_t), intent(in) :: units
-    logical, intent(in) :: units_given
+    type(fluid_params_t), intent(in) :: fluid
     type(coupler_params_t), intent(out) :: params
     type(message_list_t), intent(inout) :: errors, notices
+    type(coupling_choices_t) :: c
     ! An incomplete [units] is reported elsewhere.
-    if (.not. any([config%is_given('units', 'length'), config%is_given('units', 'frequency'), &
-                   config%is_given('units', 'density')])) &
+    if (.not. any(units%has)) &
       call config%complain(errors, 'units', 'length', 'is missing: the mechanics of the wings is in SI units, '// &
                            '[units] must say what L, T and the density are')
-    if (has_wing .and. units_given .and. wing_case%has_mass) call set_mechanics(config, wing_case, grid, units, params)
-    params%gravity = config%get_reals(F, 'gravity')
-    params%friction = config%get_word(F, 'load') == 'pressure_viscous'
-    params%extrapolates = config%get_switch(F, 'load_extrapolated')
-    params%tolerance = config%get_real(F, 'coupling_tolerance')
-    params%iterations = config%get_integer(F, 'coupling_iterations')
-    select case (config%get_word(F, 'coupling'))
+    params%distance = flight%half_thickness + flight%smoothing + fluid%grid%max_spacing()
+    call read_coupling_keys(config, c, params)
+    params%states_gravity = c%has_gravity
+    params%friction = c%load == 'pressure_viscous'
+    select case (c%coupling)
     case ('extrapolated')
       params%coupling = COUPLING_EXTRAPOLATED
     case ('strong')
       params%coupling = COUPLING_STRONG
     end select
-    if (params%coupling /= COUPLING_STRONG .and. (config%is_given(F, 'coupling_tolerance') .or. &
-                                                  config%is_given(F, 'coupling_iterations'))) &
+    if (params%coupling /= COUPLING_STRONG .and. (c%has_tolerance .or. c%has_iterations)) &
       call notices%add('[Flexible_wing] coupling_tolerance and coupling_iterations are of no effect without '// &
                        'coupling = strong')
-    if (flight%thin%is_thin) call notice_pressure_keys(config, notices)
-    params%release = config%get_real(F, 'T_release')
-    if (params%release >= t_end) &
+    if (flight%thin%is_thin) call notice_pressure_keys([c%has_distance, c%has_load, c%has_extrapolated], notices)
+    if (params%release >= fluid%time%t_max) &
       call notices%add('[Flexible_wing] T_release is not before Tmax: the wings are rigid during the whole run')
-    params%largest_deflection = config%get_real(F, 'largest_deflection')
-    params%distance = flight%half_thickness + flight%smoothing + grid%max_spacing()
-    if (config%is_given(F, 'load_distance')) params%distance = config%get_real(F, 'load_distance')
     if (params%distance < flight%half_thickness + flight%smoothing) &
-    call config%complain(errors, F, 'load_distance', 'lies inside the smoothing layer of the mask; valid: at least '// &
+      call config%complain(errors, F, DISTANCE, 'lies inside the smoothing layer of the mask; valid: at least '// &
                            't_wing + wing_smoothing')
+    call check_wings(config, flight, params, errors, notices)
+  end subroutine read_coupling
+
+  !> What the coupling asks of wings that are there.
+  subroutine check_wings(config, flight, params, errors, notices)
+    type(config_t), intent(in) :: config
+    type(flight_params_t), intent(in) :: flight
+    type(coupler_params_t), intent(in) :: params
+    type(message_list_t), intent(inout) :: errors, notices
     if (size(flight%wings) == 0) return
     if (size(flight%wings(1)%points) == 0) return
     if (.not. flight%wings(1)%length() > 0) return ! without units
     call notice_sections(flight%wings(1), notices)
     if (.not. params%release > 0) call notice_start(flight%wings, notices)
     if (merge(2, 1, params%extrapolates)*params%distance > flight%wings(1)%length()) &
-      call config%complain(errors, F, 'load_distance', &
+      call config%complain(errors, F, DISTANCE, &
                            'is more than the length of the wing, '//number_text(flight%wings(1)%length())// &
                            ': the pressure there is not that on the wing')
-  end subroutine read_coupler
+  end subroutine check_wings
 
   !> The part of the wing: its model, its inertia, and the fluid that it carries along.
   subroutine set_mechanics(config, wing_case, grid, units, params)
@@ -196,14 +237,14 @@ contains
   end subroutine set_mechanics
 
   !> Remarks on keys of the load that is looked at beside the wings, which those without thickness do not need.
-  subroutine notice_pressure_keys(config, notices)
-    type(config_t), intent(in) :: config
+  subroutine notice_pressure_keys(given, notices)
+    logical, intent(in) :: given(3) !< which of them the user gives
     type(message_list_t), intent(inout) :: notices
-    character(17), parameter :: KEYS(3) = [character(17) :: 'load_distance', 'load', 'load_extrapolated']
+    character(17), parameter :: NAMES(3) = [character(17) :: DISTANCE, 'load', 'load_extrapolated']
     integer :: i
-    do i = 1, size(KEYS)
-      if (config%is_given(F, trim(KEYS(i)))) call notices%add('[Flexible_wing] '//trim(KEYS(i))//' is of no effect '// &
-        'with [Insects] surface = thin: the forces of the markers are the whole load')
+    do i = 1, size(NAMES)
+      if (given(i)) call notices%add('[Flexible_wing] '//trim(NAMES(i))//' is of no effect '// &
+                                     'with [Insects] surface = thin: the forces of the markers are the whole load')
     end do
   end subroutine notice_pressure_keys
 
@@ -231,7 +272,7 @@ contains
     call shape%init(wing%points, wing%triangles, SPAN, 1.0_rp)
     do i = 1, size(SPAN)
       if (shape%has(i)) cycle
-    call notices%add('the wing has no section at '//number_text(nint(100*SPAN(i)))//' % of its span: its triangles '// &
+      call notices%add('the wing has no section at '//number_text(nint(100*SPAN(i)))//' % of its span: its triangles '// &
                        'reach from '//number_text(minval(wing%points(1, :)))//' to '// &
                        number_text(maxval(wing%points(1, :)))//' L; trailing edge, twist and camber there are 0 in '// &
                        'bending_*.t')

@@ -15,29 +15,26 @@ module flusi_free_flight
   use solid_wing_case, only: wing_case_t
   implicit none
   private
-  public :: check_free_flight, free_flight_text
+  public :: check_free_flight, take_masses, free_flight_text
 
   character(*), parameter :: SECTION = 'Insects'
   real(rp), parameter :: WEIGHTS(2) = [0.05_rp, 20.0_rp] !< over the lift that wings like these have, in all flights
 
 contains
 
-  !> Mistakes and doubts of a free flight; nothing of another one. Completes the masses of rigid wings that have [Wing] and
-  !> the gravity on flexible ones.
-  subroutine check_free_flight(config, wing_case, has_file, flexible, units, units_given, fluid, flight, coupler, errors, &
-                               notices)
+  !> Mistakes and doubts of a free flight; nothing of another one. Completes the gravity on flexible wings.
+  subroutine check_free_flight(config, units, flexible, fluid, flight, coupler, errors, notices)
     type(config_t), intent(in) :: config
-    type(wing_case_t), intent(in) :: wing_case !< of [Wing]
-    logical, intent(in) :: has_file, flexible, units_given
     type(unit_scales_t), intent(in) :: units
+    logical, intent(in) :: flexible
     type(fluid_params_t), intent(in) :: fluid
     type(flight_params_t), intent(inout) :: flight
     type(coupler_params_t), intent(inout) :: coupler
     type(message_list_t), intent(inout) :: errors, notices
     real(rp) :: wings
     if (.not. flight%flyer%is_free) return
-    if (config%is_given('Penalization', 'unst_corrections')) then
-      flight%flyer%carries_fluid = .not. config%get_switch('Penalization', 'unst_corrections')
+    if (fluid%solids%has_corrections) then
+      flight%flyer%carries_fluid = .not. fluid%solids%unsteady_corrections
       if (flight%flyer%carries_fluid) call config%complain(notices, 'Penalization', 'unst_corrections', &
         'is no: as in FLUSI, the mass of the fluid inside the mask adds to that of the insect')
     end if
@@ -56,11 +53,8 @@ contains
       call set_gravity(config, units, flight, coupler, errors)
       wings = size(flight%wings)*sum(coupler%inertia%mass)/units%mass
     else
-      if (has_file .and. wing_case%has_mass .and. units_given .and. .not. config%is_given(SECTION, 'wing_mass') .and. &
-          .not. config%is_given(SECTION, 'Jxx')) call take_masses(wing_case, units, flight)
       wings = mass_of_wings(flight)
-      if (.not. config%is_given(SECTION, 'wing_mass') .and. config%is_given(SECTION, 'Jxx') .and. &
-          flight%flyer%mass > 0 .and. wings >= flight%flyer%mass) then
+      if (.not. flight%has_wing_mass .and. flight%has_jxx .and. flight%flyer%mass > 0 .and. wings >= flight%flyer%mass) then
         call config%complain(notices, SECTION, 'Jxx', 'is that of wings that weigh '//number_text(wings)//', more than '// &
                              'the insect: it counts for their power, and in the flight they have no mass, as in FLUSI; '// &
                              'wing_mass gives them one')
@@ -95,12 +89,13 @@ contains
     end do
   end subroutine drop_masses
 
-  !> Rigid wings with the mass of every point of [Wing].
+  !> Rigid wings of a free flight get the mass of every point of [Wing], unless the user states another.
   subroutine take_masses(wing_case, units, flight)
     type(wing_case_t), intent(in) :: wing_case
     type(unit_scales_t), intent(in) :: units
     type(flight_params_t), intent(inout) :: flight
     integer :: i
+    if (.not. flight%flyer%is_free .or. flight%has_wing_mass .or. flight%has_jxx) return
     do i = 1, size(flight%wings)
       associate (wing => flight%wings(i))
         if (size(wing%points, 2) /= size(wing_case%mass%nodal)) cycle
@@ -118,7 +113,7 @@ contains
     type(message_list_t), intent(inout) :: errors
     real(rp) :: gravity(3)
     gravity = [0.0_rp, 0.0_rp, flight%flyer%gravity*units%length/units%time**2]
-    if (config%is_given('Flexible_wing', 'gravity') .and. norm2(gravity - coupler%gravity) > 1.0e-3_rp*norm2(gravity)) &
+    if (coupler%states_gravity .and. norm2(gravity - coupler%gravity) > 1.0e-3_rp*norm2(gravity)) &
       call config%complain(errors, 'Flexible_wing', 'gravity', 'is not that of [Insects] gravity, '// &
                            number_text(gravity(3))//' m/s^2 along z; leave it out')
     coupler%gravity = gravity

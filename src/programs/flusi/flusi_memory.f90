@@ -55,12 +55,12 @@ contains
       if (settings%needs_trials()) kept = kept + 3*s%spectrum
       if (settings%needs_fields()) kept = kept + 6*s%field
       if (settings%samples_pressure()) kept = kept + s%field
-      if (o%wing_sides) kept = kept + s%field
+      if (o%fields%wing_sides) kept = kept + s%field
       kept = kept + o%held_fields(p%grid%n(1))*s%field
       flow = merge(3, 0, o%needs_flow())*s%spectrum
       ! One field and its copy of single precision; a component of the state as a table and its copy.
       writing = merge(1, 0, o%needs_scratch())*s%field
-      writing = writing + max(merge(0.5_rp, 0.0_rp, o%single_precision .and. o%needs_scratch())*s%field, 2*s%spectrum)
+      writing = writing + max(merge(0.5_rp, 0.0_rp, o%fields%single_precision .and. o%needs_scratch())*s%field, 2*s%spectrum)
       if (p%resolution%transform == 'p3dfft') then
         m%running = kept + flow + writing + s%exchange + (s%spectrum + s%field)*(FIELDS_IN + n_out)
         m%starting = m%running

@@ -68,8 +68,8 @@ contains
         'nz, rows must divide the ranks and not exceed ny and ', kept_columns(settings%fluid%grid, &
                                                                               settings%fluid%resolution%dealias)
     else
-     write (text, '(a,i0,a)') 'the grid cannot be shared among ', world%size, ' ranks: columns must not exceed nz, '// &
-        'rows must divide the ranks and not exceed ny'
+      write (text, '(a,i0,a)') 'the grid cannot be shared among ', world%size, ' ranks: columns must not exceed nz, rows must '// &
+        'divide the ranks and not exceed ny'
     end if
     call settings%config%complain(errors, 'Resolution', 'process_rows', trim(text))
   end subroutine check_ranks

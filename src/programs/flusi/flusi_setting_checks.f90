@@ -7,10 +7,11 @@ module flusi_setting_checks
   use base_text, only: number_text
   use fluid_params, only: fluid_params_t
   use fsi_flight_params, only: flight_params_t
+  use fsi_wing_source, only: has_flexible_wings
   use io_config, only: config_t
   implicit none
   private
-  public :: check_units_together, check_si_numbers, check_wing_use, check_scale, notice_flow, &
+  public :: check_si_numbers, check_wing_use, check_scale, notice_flow, &
             notice_frequency
 
   real(rp), parameter :: REYNOLDS(2) = [0.1_rp, 1.0e6_rp] !< insects and models of them, with a decade of room
@@ -20,29 +21,6 @@ module flusi_setting_checks
   real(rp), parameter :: DAMPED(2) = [1.0e-6_rp, 0.3_rp]  !< time in which a wing stops the fluid inside, in beats
 
 contains
-
-  !> `given` tells whether [units] says what L, T and density are: all three or none, and all with input = SI.
-  subroutine check_units_together(c, given, errors)
-    type(config_t), intent(in) :: c
-    logical, intent(out) :: given
-    type(message_list_t), intent(inout) :: errors
-    character(9), parameter :: KEYS(3) = ['length   ', 'frequency', 'density  ']
-    logical :: is_there(3), needs_all
-    integer :: i
-    is_there = [(c%is_given('units', trim(KEYS(i))), i=1, 3)]
-    given = all(is_there)
-    needs_all = c%get_word('units', 'input') == 'SI'
-    if (given .or. .not. (needs_all .or. any(is_there))) return
-    do i = 1, 3
-      if (is_there(i)) cycle
-      if (needs_all) then
-        call c%complain(errors, 'units', trim(KEYS(i)), 'is missing: input = SI needs the value of every unit')
-      else
-        call c%complain(errors, 'units', trim(KEYS(i)), &
-                        'is missing: valid are all of length, frequency and density, or none of them')
-      end if
-    end do
-  end subroutine check_units_together
 
   !> With input = SI: numbers whose defaults, in L and T, nobody would expect there must be given.
   subroutine check_si_numbers(c, fluid, errors)
@@ -74,7 +52,7 @@ contains
     type(config_t), intent(in) :: c
     logical, intent(in) :: moving
     type(message_list_t), intent(inout) :: errors
-    if (moving .or. c%get_word('Insects', 'wings') /= 'flexible') return
+    if (moving .or. .not. has_flexible_wings(c)) return
     ! A mistake in the mask's own keys is reported already and may be all that is wrong.
     if (is_wrong('iMask') .or. is_wrong('iPenalization')) return
     call c%complain(errors, 'Insects', 'wings', &
@@ -135,13 +113,10 @@ contains
     if (fluid%solids%is_on .and. number > 0 .and. text /= '') call c%complain(notices, 'Penalization', 'eps', text)
   end subroutine notice_flow
 
-  !> The wing beat was probably meant in 1/s. `frequency` is 1/T in 1/s.
-  subroutine notice_frequency(c, frequency, notices)
-    type(config_t), intent(in) :: c
-    real(rp), intent(in) :: frequency
+  !> The `beats` in every T were probably meant in 1/s. `frequency` is 1/T in 1/s.
+  subroutine notice_frequency(beats, frequency, notices)
+    real(rp), intent(in) :: beats, frequency
     type(message_list_t), intent(inout) :: notices
-    real(rp) :: beats
-    beats = c%get_real('Insects', 'wing_frequency')
     if (abs(beats - frequency) > 1.0e-9_rp*frequency .or. abs(beats - 1) <= 1.0e-9_rp) return
     call notices%add('[Insects] wing_frequency equals that of [units], but its unit is 1/T: there are '//number_text(beats)// &
                      ' beats in every T; wing_frequency = 1 gives one')

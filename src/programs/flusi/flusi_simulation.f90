@@ -11,22 +11,19 @@ module flusi_simulation
   use common_progress, only: progress_t
   use common_run, only: run_t
   use fluid_requests, only: request_t
-  use fluid_solver, only: fluid_t
-  use flusi_averages, only: averages_t
   use flusi_checkpoints, only: put_state, restore_state, result_names
   use flusi_command, only: command_t
   use flusi_flight_faults, only: check_flight
   use flusi_mask_run, only: draw_masks
+  use flusi_opening, only: opening_t
   use flusi_output, only: output_t
+  use flusi_parts, only: run_parts_t
   use flusi_plans, only: plan_run
   use flusi_report, only: print_coupling, print_failure, print_run_header, print_time_table
   use flusi_series, only: run_series_t
   use flusi_settings, only: settings_t
   use flusi_summary, only: write_summary
-  use fsi_coupler, only: coupler_t
-  use fsi_flapping_wings, only: flapping_wings_t
-  use fsi_free_flight, only: begin_flight, launch, prepare_flight, settle
-  use fsi_thin_wings, only: thin_wings_t
+  use fsi_free_flight, only: launch, settle
   use io_checkpoint, only: checkpoint_writer_t
   use io_checkpoint_slots, only: checkpoint_slots_t
   use io_stop, only: stop_rules_t
@@ -39,14 +36,9 @@ module flusi_simulation
   character(*), parameter :: BASE_NAME = 'runtime', BACKUP_NAME = BASE_NAME//'_backup', WISDOM_NAME = 'fftw_wisdom'
   character(*), parameter :: FAILED_NAME = 'failed_backup.h5'
 
-  type :: simulation_t
+  type, extends(run_parts_t) :: simulation_t
     type(world_t) :: world
     type(settings_t) :: settings
-    type(fluid_t) :: fluid
-    type(flapping_wings_t), allocatable :: wings !< if anything moves
-    type(coupler_t), allocatable :: coupler      !< if the flow bends them
-    type(thin_wings_t), allocatable :: thin      !< of wings without thickness
-    type(averages_t), allocatable :: averages    !< over time, if wanted
     type(run_series_t), private :: series
     type(output_t), private :: output
     type(checkpoint_slots_t), private :: slots
@@ -73,29 +65,16 @@ contains
     type(world_t), intent(in) :: world
     type(settings_t), intent(in) :: settings
     type(command_t), intent(in) :: command
-    type(message_list_t) :: remarks, patterns
-    real(rp), allocatable :: restart_time ! in a new run it has none, and is absent where it is handed on
+    type(message_list_t) :: remarks
+    type(opening_t) :: opening
     character(:), allocatable :: plans
     logical :: restarts
-
     self%world = world
     self%settings = settings
     self%name = stem_of(command%ini, '.ini')
-    self%t_whole = self%timers%region('whole run')
-    call self%timers%start(self%t_whole)
-    self%t_start = self%timers%region('start-up')
-    self%t_step = self%timers%region('time steps')
-    if (settings%flexible .or. settings%flight%thin%is_thin) &
-      self%t_wings = self%timers%region(trim(merge('bending wings      ', 'forces of the wings', settings%flexible)))
-    self%t_output = self%timers%region('fields and series')
-    self%t_backup = self%timers%region('backups')
-    call self%timers%start(self%t_start)
+    call begin_timers(self)
     restarts = command%restart .or. index(settings%fluid%initial%flow, 'backup') == 1
-    call self%files%begin(world, 'flusi', BASE_NAME, command%ini, settings%config, self%outcome)
-    if (restarts .and. command%overwrite) call self%outcome%fail(OUTCOME_MISTAKE, &
-      '--overwrite begins a new run and inicond = backup goes on with an old one: leave out one of them')
-    call result_names(patterns)
-    if (.not. restarts) call self%files%check_new(command%overwrite, patterns, self%outcome)
+    call begin_files(self, command, restarts)
     if (self%outcome%failure%failed) then
       call print_reason(self)
       return
@@ -103,65 +82,87 @@ contains
     self%is_built = .true.
     call self%stop_rules%init(settings%output%limits)
     call plan_run(world, self%settings, WISDOM_NAME, restarts, plans)
-    call self%fluid%init(world, self%settings%fluid, settings%needs_fields(), self%outcome%failure, settings%needs_pressure(), &
-                         settings%needs_trials())
-    if (settings%output%averages%is_on) allocate (self%averages)
-    if (allocated(self%averages)) call self%averages%init(settings%output%averages, self%fluid%transform%block)
-    if (settings%fluid%solids%is_moving) allocate (self%wings)
-    if (allocated(self%wings)) call self%wings%init(settings%flight, settings%fluid%grid, self%fluid%transform%block)
-    if (allocated(self%wings) .and. settings%flight%thin%is_thin) then
-      allocate (self%thin)
-      call self%thin%init(world, self%wings, self%fluid, self%outcome%failure)
-    end if
-    if (settings%flexible) then
-      allocate (self%coupler)
-      call self%coupler%init(world, settings%coupler, settings%fluid%grid, self%fluid%transform%block, 0.0_rp, &
-                             self%wings)
-      if (allocated(self%thin)) call self%thin%init_flexible(settings%coupler%model%points, settings%coupler%units)
-    end if
-    if (settings%flight%flyer%is_free) call prepare_flight(self%wings)
-    if (restarts) call self%slots%scan(world, '.', BACKUP_NAME)
-    if (restarts .and. .not. self%outcome%failure%failed) then
-      call self%restart(command, remarks)
-      restart_time = self%fluid%rhs%state%time
-    else if (.not. self%outcome%failure%failed) then
-      call self%fluid%start(self%outcome%failure)
-      ! A field from a file brings its time with it.
-      if (allocated(self%coupler)) self%coupler%states%time = self%fluid%rhs%state%time*settings%coupler%units%time
-    end if
-    if (allocated(self%wings) .and. .not. self%outcome%failure%failed) &
-      call self%wings%place(self%fluid%rhs%state%time, self%fluid%rhs%penalty, self%outcome%failure)
-    if (settings%flight%flyer%is_free) call begin_flight(world, self%wings, self%fluid, self%outcome%failure, self%coupler)
+    call self%build(world, self%settings, self%outcome%failure)
+    call begin_state(self, command, restarts, opening, remarks)
     if (self%outcome%failure%failed) then
       call self%fail(OUTCOME_MISTAKE)
       return
     end if
-    if (settings%fluid%time%intelligent_dt) self%fluid%rhs%intervals = &
-      [settings%output%t_save, settings%output%t_integral, merge(settings%output%t_slice, 0.0_rp, &
-                                                                 settings%output%slices), 0.0_rp]
     call self%files%settle(self%outcome)
-    if (self%outcome%failure%failed) then
-      call print_reason(self)
-      return
-    end if
-    if (.not. restarts) call self%slots%scan(world, '.', BACKUP_NAME) ! an early stop always writes a backup
-    call self%slots%identify(self%files%identity)
-    call self%stop_rules%listen(world)
-    call self%series%open(world, self%fluid, settings%units%note(), self%outcome%failure, settings%output%spectra, &
-                          self%wings, settings%flexible, restart_time)
-    call self%output%init(world, settings%output, self%fluid, self%name, settings%units%note(), &
-                          self%outcome%failure, self%wings, restart_time)
+    if (self%outcome%failure%failed) call print_reason(self)
+    if (self%outcome%failure%failed) return
+    call open_results(self, restarts, opening)
     if (self%outcome%failure%failed) then
       call self%fail(OUTCOME_UNWRITABLE)
       return
     end if
     if (world%is_root) then
-      call print_run_header(output_unit, self%settings, plans, self%fluid, self%coupler, restart_time, self%thin)
+      call print_run_header(output_unit, self%settings, plans, self%fluid, self%coupler, opening%restart_time, self%thin)
       call remarks%print(output_unit, '')
     end if
     call self%progress%init(world%is_root, settings%output%progress_seconds)
     call self%timers%stop(self%t_start)
   end subroutine simulation_init
+
+  !> What is timed, in the order of the table at the end.
+  subroutine begin_timers(self)
+    type(simulation_t), intent(inout) :: self
+    self%t_whole = self%timers%region('whole run')
+    call self%timers%start(self%t_whole)
+    self%t_start = self%timers%region('start-up')
+    self%t_step = self%timers%region('time steps')
+    if (self%settings%flexible .or. self%settings%flight%thin%is_thin) &
+      self%t_wings = self%timers%region(trim(merge('bending wings      ', 'forces of the wings', self%settings%flexible)))
+    self%t_output = self%timers%region('fields and series')
+    self%t_backup = self%timers%region('backups')
+    call self%timers%start(self%t_start)
+  end subroutine begin_timers
+
+  !> Takes the folder for this run: a new one must not meet the results of another. Collective.
+  subroutine begin_files(self, command, restarts)
+    type(simulation_t), intent(inout) :: self
+    type(command_t), intent(in) :: command
+    logical, intent(in) :: restarts
+    type(message_list_t) :: patterns
+    call self%files%begin(self%world, 'flusi', BASE_NAME, command%ini, self%settings%config, self%outcome)
+    if (restarts .and. command%overwrite) call self%outcome%fail(OUTCOME_MISTAKE, &
+      '--overwrite begins a new run and inicond = backup goes on with an old one: leave out one of them')
+    call result_names(patterns)
+    if (.not. restarts) call self%files%check_new(command%overwrite, patterns, self%outcome)
+  end subroutine begin_files
+
+  !> The state of a new run or of a checkpoint. Collective.
+  subroutine begin_state(self, command, restarts, opening, remarks)
+    type(simulation_t), intent(inout) :: self
+    type(command_t), intent(in) :: command
+    logical, intent(in) :: restarts
+    type(opening_t), intent(inout) :: opening
+    type(message_list_t), intent(inout) :: remarks
+    if (restarts) call self%slots%scan(self%world, '.', BACKUP_NAME)
+    if (restarts .and. .not. self%outcome%failure%failed) then
+      call self%restart(command, remarks)
+      opening%restart_time = self%fluid%rhs%state%time
+    else if (.not. self%outcome%failure%failed) then
+      call self%start(self%outcome%failure)
+    end if
+    call self%settle_in(self%world, self%settings, self%outcome%failure)
+  end subroutine begin_state
+
+  !> Opens series and indices, and listens to signals. Collective.
+  subroutine open_results(self, restarts, opening)
+    type(simulation_t), intent(inout) :: self
+    logical, intent(in) :: restarts
+    type(opening_t), intent(inout) :: opening
+    if (.not. restarts) call self%slots%scan(self%world, '.', BACKUP_NAME) ! an early stop always writes a backup
+    call self%slots%identify(self%files%identity)
+    call self%stop_rules%listen(self%world)
+    opening%world = self%world
+    opening%name = self%name
+    opening%note = self%settings%units%note()
+    call self%series%open(opening, self%settings, self%fluid, self%wings)
+    call self%output%init(opening, self%settings%output, self%fluid, self%wings)
+    self%outcome%failure = opening%failure
+  end subroutine open_results
 
   !> Steps until the end of the run or until something asks to stop. Collective.
   subroutine simulation_run(self)
@@ -332,8 +333,8 @@ contains
       path = self%settings%fluid%initial%flow(9:)
     if (path == '') call self%slots%must_find(path, self%outcome%failure)
     if (self%outcome%failure%failed) return
-    call restore_state(self%world, path, self%settings, self%files, command%accepts, self%fluid, remarks, self%outcome%failure, &
-                       self%wings, self%coupler, self%thin, self%averages)
+    call restore_state(self%world, path, self%settings, self%files, command%accepts, self%run_parts_t, remarks, &
+                       self%outcome%failure)
     call self%slots%came_from(path)
   end subroutine restart
 
@@ -350,7 +351,7 @@ contains
     call self%output%flush(self%fluid, self%outcome%failure)
     if (self%outcome%kind /= OUTCOME_DIVERGED) then
       call self%slots%begin(writer, self%outcome%failure)
-      call put_state(writer, self%settings, self%fluid, self%wings, self%coupler, self%thin, self%averages)
+      call put_state(writer, self%settings, self%run_parts_t, .true.)
       call self%slots%commit(writer, self%outcome%failure)
       ! A restart must plan as this run did, or it would differ in the last bits.
       if (self%world%is_root .and. self%settings%fluid%resolution%planner == 'measure') call export_wisdom(WISDOM_NAME, written)
@@ -369,7 +370,7 @@ contains
     call writer%begin(self%world, '.', FAILED_NAME, writing)
     call writer%put_integer('generation', 0_i8)
     call self%files%identity%save(writer)
-    call put_state(writer, self%settings, self%fluid, self%wings, self%coupler, averages=self%averages)
+    call put_state(writer, self%settings, self%run_parts_t, .false.)
     call writer%commit(writing)
     if (writing%failed) then
       self%outcome%failure%reason = self%outcome%failure%reason//'; moreover: '//writing%reason

@@ -4,13 +4,19 @@ module flusi_translations
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
+  use fluid_params, only: fluid_params_t, read_fluid_keys
+  use fluid_solid_keys, only: solids_t
+  use flusi_output_params, only: output_params_t, wanted_output
+  use fsi_body_motion_keys, only: body_motion_choices, body_motion_choices_t
+  use fsi_flight_keys, only: flight_choices, flight_choices_t
+  use fsi_kinematics_keys, only: kinematics_choices, kinematics_choices_t, SIDES
+  use fsi_thin_keys, only: surface_word
   use io_config, only: config_t
   implicit none
   private
   public :: translate_words
 
-  character(*), parameter :: F = 'Flexible_wing'
-
+  character(*), parameter :: F = 'Flexible_wing', MOTION_KEY = 'BodyMotion'
 
 contains
 
@@ -18,24 +24,27 @@ contains
   subroutine translate_words(config, notices)
     type(config_t), intent(inout) :: config
     type(message_list_t), intent(inout) :: notices
-    logical :: has_wings
+    type(fluid_params_t) :: fluid
+    type(kinematics_choices_t) :: kinematics
+    type(output_params_t) :: output
+    real(rp) :: box(3)
     call translate_scheme(config, notices)
-    has_wings = config%get_switch('Penalization', 'iPenalization') .and. &
-                any(config%get_word('Penalization', 'iMask') == [character(13) :: 'Insect', 'insect', F])
-    if (.not. has_wings) return
-    call translate_flexible_wing(config, notices)
-    if (.not. config%is_given('Insects', 'x0')) &
-      call config%settle('Insects', 'x0', numbers(box_of(config)/2), 'the centre of the box')
-    call translate_take_off(config, notices)
-    call translate_pose(config, notices)
-    if (config%get_switch('DryRun', 'dry_run_without_fluid') .and. config%get_word('Insects', 'surface') == 'auto') &
+    call read_fluid_keys(config, fluid, box)
+    if (fluid%resolution%n(1) == 1) box(1) = 0 ! a plane flow, at x = 0
+    if (.not. (fluid%solids%is_on .and. any(fluid%solids%mask == [character(13) :: 'Insect', F]))) return
+    if (fluid%solids%mask == F) call translate_flexible_wing(config, notices)
+    kinematics = kinematics_choices(config)
+    if (.not. kinematics%has_centre) call settle_place(config, box/2, 'the centre of the box')
+    call translate_take_off(config, kinematics, box, notices)
+    call translate_pose(config, fluid%solids, box, notices)
+    output = wanted_output(config)
+    if (output%mask_only .and. surface_word(config) == 'auto') &
       call config%settle('Insects', 'surface', 'penalized', 'as [DryRun] dry_run_without_fluid draws a mask')
   end subroutine translate_words
 
   subroutine translate_flexible_wing(config, notices)
     type(config_t), intent(inout) :: config
     type(message_list_t), intent(inout) :: notices
-    if (config%get_word('Penalization', 'iMask') /= F) return
     call config%complain(notices, 'Penalization', 'iMask', 'Flexible_wing is read as Insect with [Insects] wings = '// &
                          'flexible; place and motion of the wing are in [Insects]')
     call config%settle('Penalization', 'iMask', 'Insect', 'as Flexible_wing')
@@ -50,10 +59,11 @@ contains
   subroutine translate_scheme(config, notices)
     type(config_t), intent(inout) :: config
     type(message_list_t), intent(inout) :: notices
+    type(body_motion_choices_t) :: motion
     character(:), allocatable :: word, coupling
     word = config%get_word('Time', 'iTimeMethodFluid')
-    if (word == 'AB2_rigid_solid' .and. any(config%get_word('Insects', 'BodyMotion') == &
-                                            [character(11) :: 'free_flight', 'takeoff'])) &
+    motion = body_motion_choices(config)
+    if (word == 'AB2_rigid_solid' .and. any(motion%word == [character(11) :: 'free_flight', 'takeoff'])) &
       call config%settle('Time', 'iTimeMethodFluid', 'AB2', 'as '//word)
     if (index(word, 'FSI_') /= 1) return
     coupling = 'weak'
@@ -66,40 +76,48 @@ contains
   end subroutine translate_scheme
 
   !> FLUSI's take-off with the pitch, the way and the wings of a table.
-  subroutine translate_take_off(config, notices)
+  subroutine translate_take_off(config, kinematics, box, notices)
     type(config_t), intent(inout) :: config
+    type(kinematics_choices_t), intent(in) :: kinematics
+    real(rp), intent(in) :: box(3)
     type(message_list_t), intent(inout) :: notices
-    character(:), allocatable :: motion, key
-    character(5), parameter :: SIDES(2) = ['left ', 'right']
+    type(body_motion_choices_t) :: of_body
+    type(flight_choices_t) :: flight
+    character(:), allocatable :: motion
     real(rp) :: place(3)
     integer :: i
-    if (config%get_text('Insects', 'KineFromFile') /= 'yes') return
+    of_body = body_motion_choices(config)
+    if (of_body%from_file /= 'yes') return
     motion = 'kinematics_loader::data_kin.dat'
-    if (config%is_given('Insects', 'infile')) motion = 'kinematics_loader::'//config%get_text('Insects', 'infile')
+    if (kinematics%has_file) motion = 'kinematics_loader::'//kinematics%file
     do i = 1, 2
-      key = 'FlappingMotion_'//trim(SIDES(i))
-      if (config%get_word('Insects', key) == 'takeoff') call config%settle('Insects', key, motion, 'as takeoff')
+      if (kinematics%motion(i)%word == 'takeoff') &
+        call config%settle('Insects', 'FlappingMotion_'//trim(SIDES(i)), motion, 'as takeoff')
     end do
-    if (config%get_word('Insects', 'BodyMotion') /= 'takeoff') return
-    place = box_of(config)/2
-    place(1) = config%get_real('Insects', 'x_takeoff')
-    place(3) = config%get_real('Insects', 'z_takeoff')
-    call config%settle('Insects', 'BodyMotion', motion, 'as takeoff')
-    call config%settle('Insects', 'x0', numbers(place), 'as BodyMotion = takeoff')
-    call config%settle('Insects', 'eta0', number_text(config%get_real('Insects', 'eta_stroke')), 'as BodyMotion = takeoff')
-    call config%complain(notices, 'Insects', 'BodyMotion', 'takeoff is read as '//motion//', x0 = '//numbers(place)// &
+    if (of_body%word /= 'takeoff') return
+    flight = flight_choices(config)
+    place = [of_body%x_takeoff, box(2)/2, of_body%z_takeoff]
+    call config%settle('Insects', MOTION_KEY, motion, 'as takeoff')
+    call settle_place(config, place, 'as BodyMotion = takeoff')
+    call settle_stroke(config, flight%stroke, 'as BodyMotion = takeoff')
+    call config%complain(notices, 'Insects', MOTION_KEY, 'takeoff is read as '//motion//', x0 = '//numbers(place)// &
                          ', eta0 = eta_stroke')
   end subroutine translate_take_off
 
   !> Bodies that are held still, with the place, attitude and stroke plane that the name stands for.
-  subroutine translate_pose(config, notices)
+  subroutine translate_pose(config, solids, box, notices)
     type(config_t), intent(inout) :: config
+    type(solids_t), intent(in) :: solids
+    real(rp), intent(in) :: box(3)
     type(message_list_t), intent(inout) :: notices
+    type(body_motion_choices_t) :: of_body
+    type(flight_choices_t) :: flight
     character(:), allocatable :: word
-    real(rp) :: place(3), attitude(3), eta, box(3)
-    word = config%get_word('Insects', 'BodyMotion')
+    real(rp) :: place(3), attitude(3), eta
+    of_body = body_motion_choices(config)
+    word = of_body%word
     if (word == 'tethered') return
-    box = box_of(config)
+    flight = flight_choices(config)
     place = box/2
     attitude = 0 ! yaw, pitch, roll
     eta = 0
@@ -110,11 +128,11 @@ contains
       attitude = [45, -45, 0]
       eta = -45
     case ('forward')
-      attitude = [180.0_rp, -config%get_real('Insects', 'body_pitch_const'), 0.0_rp]
-      eta = config%get_real('Insects', 'eta_stroke')
+      attitude = [180.0_rp, -flight%pitch, 0.0_rp]
+      eta = flight%stroke
     case ('hovering')
       place(3) = box(3) - 1.3_rp
-      attitude = [45.0_rp, -config%get_real('Insects', 'body_pitch_const'), 0.0_rp]
+      attitude = [45.0_rp, -flight%pitch, 0.0_rp]
       eta = -45
     case ('x0y0z0')
       attitude = [0, -45, 0]
@@ -123,40 +141,33 @@ contains
       place(3) = box(3) - 1
       attitude = [45, -90, 0]
     case ('wheeling') ! about the centre of the box
-      call config%settle('Insects', 'x0', numbers(place), 'as BodyMotion = '//word)
+      call settle_place(config, place, 'as BodyMotion = '//word)
       return
     case default
       return
     end select
-    if (any(word == [character(7) :: 'fixed45', 'forward', 'x0y0z0'])) place = geometry_centre(config, place)
-    call config%settle('Insects', 'x0', numbers(place), 'as BodyMotion = '//word)
+    if (any(word == [character(7) :: 'fixed45', 'forward', 'x0y0z0'])) place = merge(solids%centre, place, solids%has_centre)
+    call settle_place(config, place, 'as BodyMotion = '//word)
     call config%settle('Insects', 'yawpitchroll_0', numbers(attitude), 'as BodyMotion = '//word)
-    call config%settle('Insects', 'eta0', number_text(eta), 'as BodyMotion = '//word)
-    call config%settle('Insects', 'BodyMotion', 'tethered', 'as '//word)
-    call config%complain(notices, 'Insects', 'BodyMotion', word//' is read as tethered, x0 = '//numbers(place)// &
+    call settle_stroke(config, eta, 'as BodyMotion = '//word)
+    call config%settle('Insects', MOTION_KEY, 'tethered', 'as '//word)
+    call config%complain(notices, 'Insects', MOTION_KEY, word//' is read as tethered, x0 = '//numbers(place)// &
                          ', yawpitchroll_0 = '//numbers(attitude)//', eta0 = '//number_text(eta))
   end subroutine translate_pose
 
-  !> [Geometry] x0, y0, z0, where they are given, else those of `centre`.
-  function geometry_centre(config, centre) result(place)
-    type(config_t), intent(in) :: config
-    real(rp), intent(in) :: centre(3)
-    real(rp) :: place(3)
-    character(2), parameter :: KEYS(3) = ['x0', 'y0', 'z0']
-    integer :: i
-    place = centre
-    do i = 1, 3
-      if (config%is_given('Geometry', KEYS(i))) place(i) = config%get_real('Geometry', KEYS(i))
-    end do
-  end function geometry_centre
+  subroutine settle_place(config, place, origin)
+    type(config_t), intent(inout) :: config
+    real(rp), intent(in) :: place(3)
+    character(*), intent(in) :: origin
+    call config%settle('Insects', 'x0', numbers(place), origin)
+  end subroutine settle_place
 
-  !> Lengths of the box, L; 0 in x where the flow is plane, at x = 0.
-  function box_of(config) result(box)
-    type(config_t), intent(in) :: config
-    real(rp) :: box(3)
-    box = [config%get_real('Geometry', 'xl'), config%get_real('Geometry', 'yl'), config%get_real('Geometry', 'zl')]
-    if (config%get_integer('Resolution', 'nx') == 1) box(1) = 0
-  end function box_of
+  subroutine settle_stroke(config, eta, origin)
+    type(config_t), intent(inout) :: config
+    real(rp), intent(in) :: eta
+    character(*), intent(in) :: origin
+    call config%settle('Insects', 'eta0', number_text(eta), origin)
+  end subroutine settle_stroke
 
   function numbers(x) result(text)
     real(rp), intent(in) :: x(3)

@@ -325,11 +325,11 @@ contains
     type(json_t), intent(inout) :: json
     type(diagnosis_t), intent(in) :: d
     call json%open_object('validation')
-    call json%put('has_gain', d%has_gain)
-    call json%put('gain_per_location', d%gain)
-    call json%put('standard_error', d%gain_error)
-    if (allocated(d%validated%fold)) call put_folds(json, 'baseline', d%validated)
-    if (allocated(d%validated_extended%fold)) call put_folds(json, 'extended', d%validated_extended)
+    call json%put('has_gain', d%prediction%has_gain)
+    call json%put('gain_per_location', d%prediction%gain)
+    call json%put('standard_error', d%prediction%gain_error)
+    if (allocated(d%prediction%baseline%fold)) call put_folds(json, 'baseline', d%prediction%baseline)
+    if (allocated(d%prediction%extended%fold)) call put_folds(json, 'extended', d%prediction%extended)
     call json%close()
   end subroutine put_validation
 

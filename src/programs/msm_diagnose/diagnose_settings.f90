@@ -55,12 +55,12 @@ contains
     call load_input(path, registry, world, s%config, errors, notices, ok)
     if (.not. ok) return
     call read_options(s, refine, errors)
-    input%ini = path
     call read_wing_keys(s%config, wing)
     call read_measurement_keys(s%config, measurement)
     input%wing = wing%file
     input%measurement = measurement%file
     input%section = 'Diagnose'
+    input%parameters = s%choices%parameters
     input%may_plan = may_plan
     call load_bending_case(input, s%config, world, s, errors, notices)
     if (.not. allocated(s%free_parameters%numbers)) return

@@ -55,9 +55,9 @@ contains
       end do
     end if
     if (size(zeros%value) > 1) call print_zeros(unit, zeros)
-    if (d%has_gain) then
-      write (unit, '(a)') 'gain      of log predictive density '//fixed(d%gain, 2)//' +- '//fixed(d%gain_error, 2)// &
-        ' for a location that was left out'
+    if (d%prediction%has_gain) then
+      write (unit, '(a)') 'gain      of log predictive density '//fixed(d%prediction%gain, 2)//' +- '// &
+        fixed(d%prediction%gain_error, 2)//' for a location that was left out'
     end if
     call print_modes(unit, s, d)
     if (size(next%order) > 0) call print_next(unit, s, d, next)

@@ -9,6 +9,7 @@ module train_settings
   use common_bending_case, only: bending_input_t, load_bending_case, load_input
   use common_overwrite_guard, only: refuse_overwriting
   use common_train_keys, only: register_train_keys, train_choices_t, train_keys
+  use common_wing_keys, only: read_wing_keys, wing_choices_t
   use common_wing_settings, only: check_name
   use io_config, only: config_t
   use io_keys, only: keys_t, reading
@@ -51,12 +52,12 @@ contains
     call register_train_keys(registry)
     call load_input(path, registry, world, s%config, errors, notices, ok)
     if (.not. ok) return
-    input%ini = path
     call choose_individual(s%config, number, s%n_individuals, s%individual, input%wing, input%measurement, errors)
     if (number > s%n_individuals) return
     call read_options(s, errors)
     if (writes) call check_output_files(s, path, world, errors)
     input%section = 'Train'
+    input%parameters = s%choices%parameters
     input%keeps_outliers = s%is_paper
     input%scale_is_log = s%choices%scale == 'log' .or. (s%choices%scale == 'preset' .and. .not. s%is_paper)
     call load_bending_case(input, s%config, world, s, errors, notices)
@@ -125,7 +126,9 @@ contains
     type(train_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors
     type(failure_t) :: failure
-    if (s%is_paper .and. s%config%get_word('Wing', 'cross_springs') == 'preset') s%wing_case%requested%cross_springs = .true.
+    type(wing_choices_t) :: wing
+    call read_wing_keys(s%config, wing)
+    if (s%is_paper .and. wing%cross_springs == 'preset') s%wing_case%requested%cross_springs = .true.
     call s%experiment%init(s%measurement, s%wing_case%wing, s%wing_case%requested, s%free_parameters%numbers, &
                            s%choices%solver, failure, s%instrument, s%free_parameters%instrument_numbers, s%masses())
     if (failure%failed) call errors%add(failure%reason)
@@ -159,7 +162,7 @@ contains
       if (o%max_iterations == 0) o%max_iterations = merge(100, UNLIMITED, s%is_paper)
       if (o%max_evaluations == 0) o%max_evaluations = merge(huge(o%max_evaluations), 15_i8*n, s%is_paper)
       if (o%f_target < 0) o%f_target = merge(1.0e-6_rp, -1.0_rp, s%is_paper .and. .not. s%use_chi2)
-      if (s%is_paper .and. .not. s%config%is_given('CMAES', 'tolfun')) o%tolfun = 1.0e-11_rp
+      if (s%is_paper .and. .not. s%choices%has_tolfun) o%tolfun = 1.0e-11_rp
       problem = option_problem(o, n)
     end associate
     if (problem /= '') call s%config%complain(errors, 'CMAES', key_of(problem), problem)

@@ -47,7 +47,7 @@ contains
       allocate (self%entries(0))
       self%untrained = ''
     end if
-    self%path = settings%config%get_text('Saving', 'name')//'_individuals.csv'
+    self%path = settings%choices%name//'_individuals.csv'
     self%n_individuals = self%n_individuals + 1
     if (.not. has_outcome) then
       self%n_untrained = self%n_untrained + 1

@@ -36,6 +36,18 @@ module solid_hinge
     integer :: blocks(HINGE_NODES, HINGE_NODES) = 0
   end type hinge_t
 
+  !> A hinge as it is bent. Vectors q are te, tf and n, in this order. Nothing is set beforehand: it is made anew each time.
+  type :: bend_t
+    real(rp) :: t(3, 3), l(3)             !< unit vectors q and the lengths of e, f and A
+    real(rp) :: w(3)
+    real(rp) :: k, law(0:2)               !< k law/2 is the energy of the turn and its derivatives in s
+    real(rp) :: side(0:2)                 !< k1 P/2 and its derivatives in c
+    real(rp) :: sq(3, 3), cq(3, 3), gq(3, 3) !< ds/dq, dc/dq, dE/dq
+    real(rp) :: levers(3, HINGE_NODES)    !< see find_levers
+    logical :: has_normal                 !< n turns with the triangles and matters
+    integer :: n_q                        !< vectors that matter
+  end type bend_t
+
 contains
 
   !> Energy [J], and on request its gradient g(3, 7) and Hessian h(21, 21) with respect to the
@@ -49,87 +61,115 @@ contains
     real(rp), intent(out), optional :: g(3, HINGE_NODES), h(3*HINGE_NODES, 3*HINGE_NODES)
     logical, intent(in), optional :: semidefinite
     real(rp), intent(in), optional :: cubic, lift
-    real(rp) :: side(0:2), cq(3, 3) ! k1 P/2 and its derivatives, dc/dq, q = te, tf, n
-    real(rp) :: k, t(3, 3), l(3), w(3), s, law(0:2), versine
-    real(rp) :: sq(3, 3)     ! ds/dq
-    real(rp) :: gq(3, 3), hq(3, 3, 3, 3), levers(3, HINGE_NODES), arm(3)
-    logical :: exact, has_normal
-    integer :: n_q, i, j
+    type(bend_t) :: bend
+    logical :: exact
+    call directions(self, u, bend%t(:, 1), bend%t(:, 2), bend%t(:, 3), bend%l(1), bend%l(2), bend%l(3))
+    bend%w = misfit(self, bend%t(:, 1), bend%t(:, 2), bend%t(:, 3))
+    call find_laws(stiffness, bend, cubic, lift)
+    energy = 0.5_rp*bend%k*bend%law(0)
+    energy = energy + bend%side(0)
+    if (.not. present(g) .and. .not. present(h)) return
+    call find_slopes(self, bend)
+    if (bend%has_normal) call find_levers(self, u, bend%levers)
+    if (present(g)) call expand_gradient(self, bend, g)
+    if (.not. present(h)) return
+    exact = .true.
+    if (present(semidefinite)) exact = .not. semidefinite
+    call find_hessian(self, exact, bend, h)
+  end subroutine hinge_evaluate
 
-    call directions(self, u, t(:, 1), t(:, 2), t(:, 3), l(1), l(2), l(3))
-    w = misfit(self, t(:, 1), t(:, 2), t(:, 3))
-    s = 0.25_rp*dot_product(w, w)
-    law = turning_law(s)
-    k = stiffness
+  !> The laws of the turn and of the side.
+  pure subroutine find_laws(stiffness, bend, cubic, lift)
+    real(rp), intent(in) :: stiffness
+    type(bend_t), intent(inout) :: bend
+    real(rp), intent(in), optional :: cubic, lift
+    bend%law = turning_law(0.25_rp*dot_product(bend%w, bend%w))
+    bend%k = stiffness
     if (present(cubic)) then
       if (abs(cubic) > 0) then
-        law = cubic_law(law, stiffness, cubic)
-        k = 1
+        bend%law = cubic_law(bend%law, stiffness, cubic)
+        bend%k = 1
       end if
     end if
-    energy = 0.5_rp*k*law(0)
-    side = 0
+    bend%side = 0
     if (present(lift)) then
-      if (abs(lift) > 0) side = 0.5_rp*lift*side_law(dot_product(t(:, 3), t(:, 2) - t(:, 1)))
+      if (abs(lift) > 0) bend%side = 0.5_rp*lift*side_law(dot_product(bend%t(:, 3), bend%t(:, 2) - bend%t(:, 1)))
     end if
-    energy = energy + side(0)
-    if (.not. present(g) .and. .not. present(h)) return
+  end subroutine find_laws
 
-    has_normal = .not. self%is_straight .and. self%n_triangles > 0
-    n_q = merge(3, 2, has_normal)
+  !> ds/dq, dc/dq and dE/dq.
+  pure subroutine find_slopes(self, bend)
+    type(hinge_t), intent(in) :: self
+    type(bend_t), intent(inout) :: bend
+    real(rp) :: versine
+    bend%has_normal = .not. self%is_straight .and. self%n_triangles > 0
+    bend%n_q = merge(3, 2, bend%has_normal)
     versine = 1 - self%cos0
-    associate (te => t(:, 1), n => t(:, 3))
+    associate (te => bend%t(:, 1), tf => bend%t(:, 2), n => bend%t(:, 3), w => bend%w, sq => bend%sq, cq => bend%cq)
       sq(:, 1) = -0.5_rp*w
       if (.not. self%is_straight) sq(:, 1) = -0.5_rp*(self%cos0*w - self%sin0*cross(n, w) + versine*dot_product(n, w)*n)
       sq(:, 2) = 0.5_rp*w
       sq(:, 3) = 0
-      if (has_normal) sq(:, 3) = -0.5_rp*(self%sin0*cross(te, w) &
-                                          + versine*(dot_product(n, w)*te + dot_product(n, te)*w))
+      if (bend%has_normal) sq(:, 3) = -0.5_rp*(self%sin0*cross(te, w) &
+                                               + versine*(dot_product(n, w)*te + dot_product(n, te)*w))
+      cq(:, 1) = -n
+      cq(:, 2) = n
+      cq(:, 3) = tf - te
+      bend%gq = (0.5_rp*bend%k*bend%law(1))*sq
+      if (abs(bend%side(1)) > 0) bend%gq = bend%gq + bend%side(1)*cq
     end associate
-    gq = (0.5_rp*k*law(1))*sq ! dE/d(te, tf, n)
-    cq(:, 1) = -t(:, 3)
-    cq(:, 2) = t(:, 3)
-    cq(:, 3) = t(:, 2) - t(:, 1)
-    if (abs(side(1)) > 0) gq = gq + side(1)*cq
-    if (has_normal) call find_levers(self, u, levers)
+  end subroutine find_slopes
 
-    if (present(g)) then
-      g = 0
-      arm = projected(gq(:, 1), t(:, 1), l(1))
-      g(:, 1) = -arm
-      g(:, 2) = arm
-      arm = projected(gq(:, 2), t(:, 2), l(2))
-      g(:, 2) = g(:, 2) - arm
-      g(:, 3) = arm
-      if (has_normal) then
-        arm = projected(gq(:, 3), t(:, 3), l(3))
-        do j = 1, self%n_nodes
-          g(:, j) = g(:, j) + cross(arm, levers(:, j))
-        end do
-      end if
-    end if
-    if (.not. present(h)) return
-
-    exact = .true.
-    if (present(semidefinite)) exact = .not. semidefinite
-    if (.not. exact) law(1:) = max(law(1:), 0.0_rp)
-    call semidefinite_part(self%cos0, self%sin0, n_q, t, l, sq, 0.25_rp*k*law(1), 0.5_rp*k*law(2), hq)
-    if (exact .and. has_normal) call add_rotation_part(self%cos0, self%sin0, t, l, w, 0.25_rp*k*law(1), hq)
-    if (abs(side(1)) > 0) call add_side_part(n_q, t, l, side, cq, exact, hq)
-    if (exact) then
-      do i = 1, n_q
-        call add_unit_vector_curvature(gq(:, i), t(:, i), l(i), hq(:, :, i, i))
+  !> g(3, 7) from dE/dq.
+  pure subroutine expand_gradient(self, bend, g)
+    type(hinge_t), intent(in) :: self
+    type(bend_t), intent(in) :: bend
+    real(rp), intent(out) :: g(3, HINGE_NODES)
+    real(rp) :: arm(3)
+    integer :: j
+    g = 0
+    arm = projected(bend%gq(:, 1), bend%t(:, 1), bend%l(1))
+    g(:, 1) = -arm
+    g(:, 2) = arm
+    arm = projected(bend%gq(:, 2), bend%t(:, 2), bend%l(2))
+    g(:, 2) = g(:, 2) - arm
+    g(:, 3) = arm
+    if (bend%has_normal) then
+      arm = projected(bend%gq(:, 3), bend%t(:, 3), bend%l(3))
+      do j = 1, self%n_nodes
+        g(:, j) = g(:, j) + cross(arm, bend%levers(:, j))
       end do
     end if
-    call expand_hessian(self%n_nodes, has_normal, levers, hq, h)
-    if (exact .and. has_normal) call add_turning_areas(self%corners(:, :self%n_triangles), &
-                                                       projected(gq(:, 3), t(:, 3), l(3)), h)
+  end subroutine expand_gradient
+
+  !> h(21, 21), or its positive semidefinite part, for which the laws of the bend are cut.
+  pure subroutine find_hessian(self, exact, bend, h)
+    type(hinge_t), intent(in) :: self
+    logical, intent(in) :: exact
+    type(bend_t), intent(inout) :: bend
+    real(rp), intent(out) :: h(3*HINGE_NODES, 3*HINGE_NODES)
+    real(rp) :: hq(3, 3, 3, 3)
+    integer :: i, j
+    associate (t => bend%t, l => bend%l, k => bend%k, law => bend%law, n_q => bend%n_q)
+      if (.not. exact) law(1:) = max(law(1:), 0.0_rp)
+      call semidefinite_part(self%cos0, self%sin0, n_q, t, l, bend%sq, 0.25_rp*k*law(1), 0.5_rp*k*law(2), hq)
+      if (exact .and. bend%has_normal) call add_rotation_part(self%cos0, self%sin0, t, l, bend%w, 0.25_rp*k*law(1), hq)
+      if (abs(bend%side(1)) > 0) call add_side_part(n_q, t, l, bend%side, bend%cq, exact, hq)
+      if (exact) then
+        do i = 1, n_q
+          call add_unit_vector_curvature(bend%gq(:, i), t(:, i), l(i), hq(:, :, i, i))
+        end do
+      end if
+      call expand_hessian(self%n_nodes, bend%has_normal, bend%levers, hq, h)
+      if (exact .and. bend%has_normal) call add_turning_areas(self%corners(:, :self%n_triangles), &
+                                                              projected(bend%gq(:, 3), t(:, 3), l(3)), h)
+    end associate
     do j = 2, 3*self%n_nodes
       do i = 1, j - 1
         h(j, i) = h(i, j)
       end do
     end do
-  end subroutine hinge_evaluate
+  end subroutine find_hessian
 
   !> dA/dx_m is the cross product with lever(:, m); e = xb - xa and f = xc - xb need no array.
   pure subroutine find_levers(self, u, levers)

@@ -29,16 +29,14 @@ contains
     real(rp), intent(inout) :: u(:, :)
     logical, intent(out) :: converged
     integer, parameter :: CAUTION = 5 ! iterations without the exact tangent after it failed
-    real(rp), parameter :: ARMIJO = 1.0e-3_rp, EXACT_BELOW = 0.3_rp, ROUNDING = 1.0e-11_rp
-    real(rp) :: potential, new_potential, size_g, new_size, slope, shift, shift_unit, largest, step, &
-                limit_step
-    integer :: start, since_failure, halving
+    real(rp), parameter :: EXACT_BELOW = 0.3_rp
+    real(rp) :: potential, size_g, shift, least_shift, shift_unit
+    integer :: start, since_failure
     logical :: is_spd, exact, accepted
-
     start = work%cholesky%n_factorisations
     shift_unit = work%force_scale/model%size
-    limit_step = model%size/6
-    shift = 1.0e-13_rp*model%params%k_vein
+    least_shift = 1.0e-13_rp*model%params%k_vein
+    shift = least_shift
     since_failure = CAUTION
     call work%law_axial(model, u)
     call work%residual(model, load, u, work%g)
@@ -59,30 +57,10 @@ contains
         cycle
       end if
       call work%newton_step(model, work%g)
-      largest = longest(work%du)
-      if (largest > limit_step) work%du = work%du*(limit_step/largest)
-      slope = sum(work%g*work%du)
-      accepted = .false.
-      step = 1
-      do halving = 1, 12
-        work%trial = u + step*work%du
-        new_potential = work%potential(model, load, work%trial)
-        accepted = new_potential <= potential + ARMIJO*step*slope
-        if (.not. accepted .and. abs(new_potential - potential) < ROUNDING*abs(potential)) then
-          call work%residual(model, load, work%trial, work%g)
-          new_size = norm2(work%g)
-          accepted = new_size < size_g
-        end if
-        if (accepted) exit
-        step = 0.5_rp*step
-      end do
+      call search_line(work, model, load, u, size_g, potential, accepted)
       if (accepted) then
-        work%du = step*work%du
-        call extension_axial(model%springs, model%stiffness%extension, u, work%axial, work%du)
-        u = work%trial
-        potential = new_potential
         shift = 0.2_rp*shift
-        if (shift < 1.0e-6_rp*shift_unit) shift = 1.0e-13_rp*model%params%k_vein
+        if (shift < 1.0e-6_rp*shift_unit) shift = least_shift
       else
         since_failure = 0
         shift = max(10*shift, 1.0e-5_rp*shift_unit)
@@ -93,4 +71,41 @@ contains
     end do
     call work%law_axial(model, u)
   end subroutine descend
+
+  !> Goes from u along the step of `work`, as far as the potential falls by enough, or where rounding hides that, the size of
+  !> the residual; u and the axial forces stay if that is nowhere.
+  subroutine search_line(work, model, load, u, size_g, potential, accepted)
+    type(equilibrium_t), intent(inout) :: work
+    type(solid_model_t), intent(in) :: model
+    type(load_t), intent(in) :: load
+    real(rp), intent(inout) :: u(:, :)
+    real(rp), intent(in) :: size_g         !< [N] of the residual at u
+    real(rp), intent(inout) :: potential   !< [J] at u
+    logical, intent(out) :: accepted
+    real(rp), parameter :: ARMIJO = 1.0e-3_rp, ROUNDING = 1.0e-11_rp
+    real(rp) :: new_potential, slope, largest, limit_step, step
+    integer :: halving
+    limit_step = model%size/6
+    largest = longest(work%du)
+    if (largest > limit_step) work%du = work%du*(limit_step/largest)
+    slope = sum(work%g*work%du)
+    accepted = .false.
+    step = 1
+    do halving = 1, 12
+      work%trial = u + step*work%du
+      new_potential = work%potential(model, load, work%trial)
+      accepted = new_potential <= potential + ARMIJO*step*slope
+      if (.not. accepted .and. abs(new_potential - potential) < ROUNDING*abs(potential)) then
+        call work%residual(model, load, work%trial, work%g)
+        accepted = norm2(work%g) < size_g
+      end if
+      if (accepted) exit
+      step = 0.5_rp*step
+    end do
+    if (.not. accepted) return
+    work%du = step*work%du
+    call extension_axial(model%springs, model%stiffness%extension, u, work%axial, work%du)
+    u = work%trial
+    potential = new_potential
+  end subroutine search_line
 end module solid_descent

@@ -280,7 +280,7 @@ contains
     call check(is_coherent(d%decision), 'with the probability that the odds after all fits give it')
     call check(d%intervals(1)%lower < q(P_ONE_WAY) .and. q(P_ONE_WAY) < d%intervals(1)%upper, &
                'its interval holds the truth')
-    call check(d%has_gain .and. d%gain > d%gain_error, 'it predicts locations that the fit did not see')
+    call check(d%prediction%has_gain .and. d%prediction%gain > d%prediction%gain_error, 'it predicts locations that the fit did not see')
     ! Deflections to one side are too large: that is the plain question about the sign.
     call check_fit(beam, d%design, d%baseline, 1.0_rp, 0, checks)
     do i = 1, size(checks)

@@ -6,8 +6,8 @@ program test_fields
   use base_kinds, only: rp, sp, i8
   use io_attributes, only: get_attribute, has_attribute
   use io_datasets, only: read_slab
-  use io_fields, only: field_meta_t, write_field, read_field, write_slice, field_label, field_file, &
-                       finest_naming, slice_file, strided_points, PRECISION_SINGLE, PRECISION_DOUBLE
+  use io_fields, only: field_form_t, field_meta_t, write_field, read_field, write_slice, field_label, field_file, &
+                       finest_naming, slice_file, strided_points, PRECISION_SINGLE
   use io_hdf5, only: hdf5_file_t
   use parallel_block, only: block_t, split_evenly
   use testkit, only: testkit_t
@@ -100,8 +100,8 @@ contains
 
     want = example_meta()
     block = cut(N, 3)
-    call write_field(t%world, '.', 'ux', '000333', block, filled(block), want, PRECISION_DOUBLE, 1, failure)
-    call write_field(t%world, '', 'p', '000333', block, filled(block), want, PRECISION_SINGLE, 1, failure)
+    call write_field(t%world, 'ux', block, filled(block), want, field_form_t('.', '000333'), failure)
+    call write_field(t%world, 'p', block, filled(block), want, field_form_t('', '000333', PRECISION_SINGLE), failure)
     call t%check('fields are written',.not. failure%failed)
     call t%check('no temporary file is left',.not. file_exists('ux_000333.h5.part'))
 
@@ -145,9 +145,7 @@ contains
     do stride = 2, 5
       do direction = 2, 3
         block = cut(N, direction)
-        call write_field(t%world, '.', 'strided', 'x', block, filled(block), example_meta(), &
-                         PRECISION_DOUBLE, &
-                         stride, failure)
+        call write_field(t%world, 'strided', block, filled(block), example_meta(), field_form_t('.', 'x', stride=stride), failure)
         coarse%n = strided_points(N, stride)
         coarse%count = coarse%n
         allocate (data(coarse%n(1), coarse%n(2), coarse%n(3)))
@@ -174,8 +172,7 @@ contains
     type(field_meta_t) :: meta
     real(rp), allocatable :: data(:, :, :)
     block = cut([1, 6, 3], 3)
-    call write_field(t%world, '.', 'vorx', '000000', block, filled(block), example_meta(), PRECISION_DOUBLE, &
-                     1, failure)
+    call write_field(t%world, 'vorx', block, filled(block), example_meta(), field_form_t('.', '000000'), failure)
     allocate (data(1, block%count(2), block%count(3)))
     call read_field(t%world, 'vorx_000000.h5', block, data, meta, failure)
     call t%check('two-dimensional fields have nx = 1', same(data, filled(block)) .and. all(meta%nxyz == [1, &
@@ -192,8 +189,7 @@ contains
     real(rp) :: values(N(2)*N(3)), want(N(2), N(3)), time
     do direction = 1, 3
       block = cut(N, direction)
-      call write_slice(t%world, '.', 'u1', 4, '000333', block, filled(block), example_meta(), &
-                       PRECISION_DOUBLE, failure)
+      call write_slice(t%world, 'u1', 4, block, filled(block), example_meta(), field_form_t('.', '000333'), failure)
       call file%open(t%world, 'sliceu1-ix0004_000333.h5', failure)
       call file%dataset_shape('sliceu1-ix0004', dims, failure)
       call t%check('a slice has shape (ny, nz)', all(dims == N(2:)))
@@ -219,8 +215,8 @@ contains
     integer :: unit
 
     block = cut(N, 3)
-    call write_field(t%world, 'no/such/folder', 'ux', '0', block, filled(block), example_meta(), &
-                     PRECISION_SINGLE, 1, missing_folder)
+    call write_field(t%world, 'ux', block, filled(block), example_meta(), &
+                     field_form_t('no/such/folder', '0', PRECISION_SINGLE), missing_folder)
     call t%check('a missing folder is a failure', missing_folder%failed)
     call t%check('that names the file', index(missing_folder%reason, 'no/such/folder/ux_0.h5') > 0)
 

@@ -4,7 +4,7 @@ program test_keyvalues
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text_lines, only: read_line
-  use io_fields, only: field_meta_t, write_field, PRECISION_DOUBLE
+  use io_fields, only: field_form_t, field_meta_t, write_field
   use io_keyvalues, only: field_keys, keyvalues, read_keys, compare_keys, write_verdict, N_KEYS
   use parallel_block, only: block_t
   use testkit, only: testkit_t
@@ -39,7 +39,7 @@ contains
     block%count = n
     meta%time = 0.5_rp
     meta%domain_size = domain
-    call write_field(t%world, '.', name, '000500', block, data, meta, PRECISION_DOUBLE, stride, failure)
+    call write_field(t%world, name, block, data, meta, field_form_t('.', '000500', stride=stride), failure)
     call t%check('the example is written',.not. failure%failed)
   end subroutine write_example
 

@@ -6,7 +6,7 @@ program test_xdmf
   use base_files, only: remove_file
   use base_kinds, only: rp, i8
   use base_text_lines, only: read_line
-  use io_fields, only: field_meta_t, write_field, field_label, PRECISION_SINGLE, PRECISION_DOUBLE
+  use io_fields, only: field_form_t, field_meta_t, write_field, field_label, PRECISION_SINGLE, PRECISION_DOUBLE
   use io_xdmf, only: xdmf_index_t
   use parallel_block, only: block_t, split_evenly
   use testkit, only: testkit_t
@@ -34,6 +34,7 @@ contains
     type(xdmf_index_t) :: xdmf
     type(block_t) :: block
     type(field_meta_t) :: meta
+    type(field_form_t) :: form
     type(failure_t) :: failure
     real(rp), allocatable :: data(:, :, :)
     character(16) :: names(size(PREFIXES))
@@ -46,9 +47,11 @@ contains
     allocate (data(block%count(1), block%count(2), block%count(3)))
     meta%domain_size = DOMAIN
     meta%origin = ORIGIN
+    meta%nxyz = n
     call xdmf%open(t%world, run//'.xmf', failure, restart)
     do i = 1, size(times)
       meta%time = times(i)
+      form = field_form_t('.', field_label(times(i), 0_i8, 'time'), precision, stride)
       do c = 1, size(PREFIXES)
         do k = 1, block%count(3)
           do j = 1, block%count(2)
@@ -57,12 +60,9 @@ contains
             end do
           end do
         end do
-        call write_field(t%world, '.', trim(names(c)), field_label(times(i), 0_i8, 'time'), block, data, &
-                         meta, &
-                         precision, stride, failure)
+        call write_field(t%world, trim(names(c)), block, data, meta, form, failure)
       end do
-      call xdmf%add(times(i), field_label(times(i), 0_i8, 'time'), names, n, DOMAIN, ORIGIN, stride, &
-                    precision, failure)
+      call xdmf%add(names, meta, form, failure)
     end do
     call t%check('fields and index of '//run//' are written',.not. failure%failed)
   end subroutine save_run
@@ -116,8 +116,8 @@ contains
     type(xdmf_index_t) :: xdmf
     type(failure_t) :: failure
     call xdmf%open(t%world, 'wing.xmf', failure)
-    call xdmf%add_surface(0.0_rp, '000000', 'wing_000000.h5', 12, 10, ['velocities', 'forces    '], failure)
-    call xdmf%add_surface(0.5_rp, '000500', 'wing_000500.h5', 13, 11, ['velocities', 'forces    '], failure)
+    call xdmf%add_surface(0.0_rp, '000000', 'wing_000000.h5', [12, 10], ['velocities', 'forces    '], failure)
+    call xdmf%add_surface(0.5_rp, '000500', 'wing_000500.h5', [13, 11], ['velocities', 'forces    '], failure)
     call t%check('a surface can be added',.not. failure%failed)
 call t%check('with its triangles', occurrences('wing.xmf', '<Topology TopologyType="Triangle" NumberOfElements="10">') &
                  == 1 .and. occurrences('wing.xmf', 'Dimensions="11 3">wing_000500.h5:/triangles') == 1)
@@ -126,16 +126,16 @@ call t%check('with its triangles', occurrences('wing.xmf', '<Topology TopologyTy
                  occurrences('wing.xmf', '<Geometry GeometryType="XYZ">') == 2)
     call t%check('and its vectors', occurrences('wing.xmf', 'Name="forces" AttributeType="Vector" Center="Node"') == 2 &
                  .and. occurrences('wing.xmf', 'Dimensions="13 3">wing_000500.h5:/velocities') == 1)
-    call xdmf%add_surface(0.7_rp, '000700', 'wing_000700.h5', 17, 16, ['velocities'], failure, ['jump'])
+    call xdmf%add_surface(0.7_rp, '000700', 'wing_000700.h5', [17, 16], ['velocities'], failure, ['jump'])
     call t%check('scalars belong to triangles', occurrences('wing.xmf', &
                              '<Attribute Name="jump" AttributeType="Scalar" Center="Cell">') == 1 .and. &
                  occurrences('wing.xmf', 'Precision="8" Dimensions="16">wing_000700.h5:/jump') == 1)
     call xdmf%open(t%world, 'wing.xmf', failure, restart_time=0.5_rp)
-    call xdmf%add_surface(0.5_rp, '000500', 'wing_000500.h5', 14, 11, ['velocities'], failure)
+    call xdmf%add_surface(0.5_rp, '000500', 'wing_000500.h5', [14, 11], ['velocities'], failure)
     call t%check('a restart keeps earlier surfaces and replaces later ones', occurrences('wing.xmf', &
                               'GridType="Uniform"') == 2 .and. occurrences('wing.xmf', 'Dimensions="13 3"') == 0 .and. &
                  occurrences('wing.xmf', 'Dimensions="14 3"') == 2)
-    call xdmf%add_surface(0.6_rp, '000500', 'wing_000500.h5', 15, 11, ['velocities'], failure)
+    call xdmf%add_surface(0.6_rp, '000500', 'wing_000500.h5', [15, 11], ['velocities'], failure)
     call t%check('a surface of the same label is replaced', occurrences('wing.xmf', 'Dimensions="14 3"') == 0 .and. &
                  occurrences('wing.xmf', 'Dimensions="15 3"') == 2)
   end subroutine test_surface
@@ -145,7 +145,7 @@ call t%check('with its triangles', occurrences('wing.xmf', '<Topology TopologyTy
     type(failure_t) :: missing, foreign
     integer :: unit
     call xdmf%open(t%world, 'no/such/folder/x.xmf', missing)
-    call xdmf%add(0.0_rp, '000000', ['p'], [4, 4, 4], DOMAIN, ORIGIN, 1, PRECISION_SINGLE, missing)
+    call xdmf%add(['p'], field_meta_t(nxyz=[4, 4, 4]), field_form_t('.', '000000'), missing)
     call t%check('a missing folder is a failure', missing%failed)
     if (t%world%is_root) then
       open (newunit=unit, file='foreign.xmf', status='replace')

@@ -4,19 +4,23 @@
 program test_ini_legacy
   use base_kinds, only: rp
   use base_errors, only: message_list_t
+  use flusi_averages, only: average_keys, average_params_t
   use flusi_flexible, only: register_flexible_keys
   use flusi_keys, only: register_all_keys
   use flusi_legacy_keys, only: register_flusi_legacy
-  use fsi_flight_params, only: register_flight_keys
+  use fsi_flight_keys, only: register_flight_keys
   use io_config, only: config_t
+  use io_keys, only: declaring, keys_t
   use io_registry, only: registry_t
-  use flusi_averages, only: register_average_keys
   use flusi_translations, only: translate_words
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: NL = achar(10)
   type(testkit_t) :: kit
-  type(registry_t) :: registry, everything
+  type(registry_t), target :: registry
+  type(registry_t) :: everything
+  type(keys_t) :: keys
+  type(average_params_t) :: averages
   !> What FLUSI's users carry along in every file: refused words, unknown keys and keys given twice.
   character(*), parameter :: INSECT_BLOCK = &
                    '[Insects]'//NL//'WingShape=pointcloud;'//NL//'FlappingMotion_right=command-line-right;'//NL// &
@@ -31,7 +35,8 @@ program test_ini_legacy
   call register_flight_keys(registry)
   call register_flexible_keys(registry)
   call register_flusi_legacy(registry)
-  call register_average_keys(registry)
+  keys = declaring(registry)
+  call average_keys(keys, averages)
   call check_harmless(kit)
   call refuses(kit, 'FSI-equation', 'equation=artificial-compressibility;', 'equation')
   call refuses(kit, 'Forcing', 'forcing_type=machiels; none', 'forcing_type')

@@ -72,8 +72,8 @@ contains
     call same('place of the body', one%fluid%solids%centre, two%fluid%solids%centre)
     call same('thickness and smoothing', [one%flight%half_thickness, one%flight%smoothing], &
               [two%flight%half_thickness, two%flight%smoothing])
-    call same('output', [one%output%t_save, one%output%t_integral, one%output%limits%stop_seconds], &
-              [two%output%t_save, two%output%t_integral, two%output%limits%stop_seconds])
+    call same('output', [one%output%fields%interval, one%output%t_integral, one%output%limits%stop_seconds], &
+              [two%output%fields%interval, two%output%t_integral, two%output%limits%stop_seconds])
     wings = [allocated(one%flight%wings), allocated(two%flight%wings)]
     call kit%check('both have wings', all(wings))
     if (.not. all(wings)) return
@@ -196,10 +196,11 @@ contains
               [two%fluid%walls%thickness, two%fluid%walls%position, two%fluid%solids%r1, two%fluid%solids%r2])
     call same('frequency of the couette body', [one%fluid%solids%omega], [two%fluid%solids%omega])
     call same('mass of fluid', [one%fluid%mean%mass], [two%fluid%mean%mass])
-    call same('times of output', [one%output%t_save, one%output%t_integral, one%output%t_slice, one%output%period, &
-                                  one%output%limits%stop_seconds], &
-              [two%output%t_save, two%output%t_integral, two%output%t_slice, two%output%period, &
-               two%output%limits%stop_seconds])
+    call same('times of output', &
+              [one%output%fields%interval, one%output%t_integral, one%output%slices%interval, &
+               one%output%fields%period, one%output%limits%stop_seconds], &
+              [two%output%fields%interval, two%output%t_integral, two%output%slices%interval, &
+               two%output%fields%period, two%output%limits%stop_seconds])
     call same('wings', [one%flight%wings(1)%points], [two%flight%wings(1)%points])
     call kit%check('the remark tells the units', index(printed, 'T in SI units, default') > 0)
   end subroutine test_printed

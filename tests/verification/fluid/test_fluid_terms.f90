@@ -8,7 +8,7 @@ program test_fluid_terms
   use fluid_fields, only: mask_field, solid_velocity_field
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
-  use io_fields, only: write_field, field_meta_t, PRECISION_DOUBLE
+  use io_fields, only: field_form_t, field_meta_t, write_field
   use support_fluid, only: make_fluid, run_to_end, box_2d, box_3d, NL
   use testkit, only: testkit_t
   implicit none
@@ -159,7 +159,7 @@ contains
       allocate (chi(b%count(1), b%count(2), b%count(3)))
       call mask_field(fluid%rhs%penalty, chi)
       meta%domain_size = 2
-      call write_field(test%world, '.', 'drawn', '000000', b, chi, meta, PRECISION_DOUBLE, 1, failure)
+      call write_field(test%world, 'drawn', b, chi, meta, field_form_t('.', '000000'), failure)
     end associate
     call fluid%free()
     call test%check_close('a mask from a file', volume_of(box_3d(40, 2.0_rp), 'from_file::drawn_000000.h5'), middle, &

@@ -59,7 +59,7 @@ contains
     end do
     call fluid%hold_points(n)
     k = fluid%points%radius
-    fluid%rhs%full%rate = max(0.0_rp, COEFFICIENT*k - k**2/REYNOLDS)
+    fluid%rhs%stepper%full%rate = max(0.0_rp, COEFFICIENT*k - k**2/REYNOLDS)
     call green%init(k, 1.0_rp, .true.)
     call response%init(n, is_2d=.false.)
     call response%build(green, x, has_factor)

@@ -10,12 +10,11 @@ module flusi_averages
   use base_kinds, only: rp
   use fluid_solver, only: fluid_t
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
-  use io_config, only: config_t
-  use io_registry, only: registry_t
+  use io_keys, only: keys_t
   use parallel_block, only: allocate_fields, block_t, rows_t
   implicit none
   private
-  public :: averages_t, average_params_t, register_average_keys, read_average_keys
+  public :: averages_t, average_params_t, average_keys
 
   character(*), parameter :: SECTION = 'Averaging'
   integer, parameter, public :: MOST_AVERAGES = 5
@@ -52,31 +51,20 @@ module flusi_averages
 
 contains
 
-  !> Adds the keys of [Averaging] to `registry`.
-  subroutine register_average_keys(registry)
-    type(registry_t), intent(inout) :: registry
-    call registry%add_section(SECTION, 'means over time, gathered while running and saved with the fields')
-    call registry%add_switch(SECTION, 'time_avg', .false., 'gather means')
-    call registry%add_switch(SECTION, 'vel_avg', .true., 'of the velocity: uavgx uavgy uavgz')
-    call registry%add_switch(SECTION, 'ekin_avg', .false., 'of |u|^2/2: ekinavg')
-    call registry%add_switch(SECTION, 'enstrophy_avg', .false., 'of |omega|^2/2: zavg')
-    call registry%add_real(SECTION, 'tstart_avg', 0.0_rp, 'beginning of the means', unit='T', min=0.0_rp)
-    call registry%add_switch(SECTION, 'save_one_only', .true., 'the newest means replace the ones before, in files '// &
-                             'named 000; no: files named as those of the fields')
-  end subroutine register_average_keys
-
-  !> The values of these keys.
-  subroutine read_average_keys(config, params)
-    type(config_t), intent(in) :: config
-    type(average_params_t), intent(out) :: params
-    params%is_on = config%get_switch(SECTION, 'time_avg')
-    params%velocity = config%get_switch(SECTION, 'vel_avg')
-    params%kinetic_energy = config%get_switch(SECTION, 'ekin_avg')
-    params%enstrophy = config%get_switch(SECTION, 'enstrophy_avg')
-    params%begin = config%get_real(SECTION, 'tstart_avg')
-    params%one_only = config%get_switch(SECTION, 'save_one_only')
-    params%is_on = params%is_on .and. (params%velocity .or. params%kinetic_energy .or. params%enstrophy)
-  end subroutine read_average_keys
+  !> The keys of [Averaging].
+  subroutine average_keys(keys, p)
+    type(keys_t), intent(inout) :: keys
+    type(average_params_t), intent(inout) :: p
+    call keys%section(SECTION, 'means over time, gathered while running and saved with the fields')
+    call keys%switch('time_avg', p%is_on, .false., 'gather means')
+    call keys%switch('vel_avg', p%velocity, .true., 'of the velocity: uavgx uavgy uavgz')
+    call keys%switch('ekin_avg', p%kinetic_energy, .false., 'of |u|^2/2: ekinavg')
+    call keys%switch('enstrophy_avg', p%enstrophy, .false., 'of |omega|^2/2: zavg')
+    call keys%real('tstart_avg', p%begin, 0.0_rp, 'beginning of the means', unit='T', min=0.0_rp)
+    call keys%switch('save_one_only', p%one_only, .true., 'the newest means replace the ones before, in files named 000; no: '// &
+                     'files named as those of the fields')
+    p%is_on = p%is_on .and. (p%velocity .or. p%kinetic_energy .or. p%enstrophy)
+  end subroutine average_keys
 
   !> How many fields are gathered.
   pure integer function params_n_fields(self) result(n)

@@ -7,6 +7,7 @@ module flusi_body_output
   use fsi_body_surface, only: body_surface
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_rotation, only: cross
+  use flusi_opening, only: opening_t
   use io_attributes, only: put_attribute
   use io_datasets, only: write_integers, write_slab
   use io_fields, only: field_file
@@ -29,18 +30,15 @@ module flusi_body_output
 
 contains
 
-  !> Opens the index of the run called `name`, if there is a body; with `restart_time` earlier entries are kept. Collective.
-  subroutine output_init(self, world, wings, name, failure, restart_time)
+  !> Opens the index of the run, if there is a body. Collective.
+  subroutine output_init(self, opening, wings)
     class(body_output_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
+    type(opening_t), intent(inout) :: opening
     type(flapping_wings_t), intent(in) :: wings
-    character(*), intent(in) :: name
-    type(failure_t), intent(inout) :: failure
-    real(rp), intent(in), optional :: restart_time
-    self%world = world
+    self%world = opening%world
     if (.not. wings%has_body()) return
     call body_surface(wings%params%solid, self%points)
-    call self%index%open(world, name//'_body.xmf', failure, restart_time)
+    call self%index%open(opening%world, opening%name//'_body.xmf', opening%failure, opening%restart_time)
   end subroutine output_init
 
   !> Writes the body where it is, if there is one. Root writes, all ranks share its verdict. Collective.
@@ -56,7 +54,7 @@ contains
     path = field_file('body', label)
     if (self%world%is_root) call write_surface(self, wings, path, note, writing)
     if (self%world%max_integer(merge(1, 0, writing%failed)) > 0) call failure%raise(path//': cannot be written')
-    call self%index%add_surface(wings%time, label, path, size(self%points, 2), size(self%points, 2)/3, &
+    call self%index%add_surface(wings%time, label, path, [size(self%points, 2), size(self%points, 2)/3], &
                                 [character(12) :: 'velocities'], failure)
   end subroutine output_write
 

@@ -4,10 +4,10 @@
 module flusi_body_series
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use flusi_opening, only: opening_t
   use fsi_flyer, only: flyer_t
   use fsi_quaternion, only: angles_of
   use io_series, only: series_t
-  use parallel_world, only: world_t
   implicit none
   private
   public :: body_series_t
@@ -26,13 +26,10 @@ module flusi_body_series
 
 contains
 
-  !> Opens both files; with `restart_time` the records before it are kept. Collective.
-  subroutine series_open(self, world, note, failure, restart_time)
+  !> Opens both files. Collective.
+  subroutine series_open(self, opening)
     class(body_series_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
-    character(*), intent(in) :: note !< second line of every file
-    type(failure_t), intent(inout) :: failure
-    real(rp), intent(in), optional :: restart_time
+    type(opening_t), intent(inout) :: opening
     character(40) :: state(14), loads(22)
     integer :: c
     self%is_open = .true.
@@ -51,8 +48,8 @@ contains
       loads(19 + c) = 'angular momentum '//XYZ(c:c)//' [rho L^5/T]'
     end do
     state(8) = 'quaternion 0 [-]'
-    call self%state%open(world, 'rigidsolidsolver.t', state, failure, restart_time=restart_time, note=note)
-    call self%loads%open(world, 'free_flight.t', loads, failure, restart_time=restart_time, note=note)
+    call opening%open(self%state, 'rigidsolidsolver.t', state)
+    call opening%open(self%loads, 'free_flight.t', loads)
   end subroutine series_open
 
   !> One record. The forces are those that the flow exerts on the solids by the penalization and on markers; momenta are

@@ -7,11 +7,12 @@ module flusi_coupling_series
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use fluid_solver, only: fluid_t
+  use flusi_opening, only: opening_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_flight_params, only: flight_params_t
   use fsi_wing_loads, only: wing_loads, wing_loads_t
   use io_series, only: series_t
-  use parallel_world, only: world_t
   implicit none
   private
   public :: coupling_series_t
@@ -32,21 +33,18 @@ module flusi_coupling_series
 
 contains
 
-  !> Opens one file for each wing; with `restart_time` the records before it are kept. Collective.
-  subroutine series_open(self, world, wings, note, failure, restart_time)
+  !> Opens one file for each wing. Collective.
+  subroutine series_open(self, opening, flight)
     class(coupling_series_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
-    type(flapping_wings_t), intent(in) :: wings
-    character(*), intent(in) :: note !< second line of every file
-    type(failure_t), intent(inout) :: failure
-    real(rp), intent(in), optional :: restart_time
+    type(opening_t), intent(inout) :: opening
+    type(flight_params_t), intent(in) :: flight
     character(40) :: columns(N_LOADS + 2)
     character(:), allocatable :: load, flow, evaluations
     integer :: i, c
     load = 'pressure'
     flow = 'penalty'
     evaluations = 'evaluations of the flow'
-    if (wings%params%thin%is_thin) then
+    if (flight%thin%is_thin) then
       load = 'markers'
       flow = 'flow'
       evaluations = 'passes of the wings'
@@ -58,10 +56,9 @@ contains
     end do
     columns(8:) = [character(40) :: 'power to the flow [rho L^5/T^3]', 'power '//load//' - '//flow//' [rho L^5/T^3]', &
                    'factorisations', evaluations]
-    allocate (self%wing(size(wings%surfaces)), self%loads(N_LOADS, size(wings%surfaces)))
+    allocate (self%wing(size(flight%wings)), self%loads(N_LOADS, size(flight%wings)))
     do i = 1, size(self%wing)
-      call self%wing(i)%open(world, 'coupling_'//trim(wings%params%wings(i)%side)//'.t', columns, failure, &
-                             restart_time=restart_time, note=note)
+      call opening%open(self%wing(i), 'coupling_'//trim(flight%wings(i)%side)//'.t', columns)
     end do
   end subroutine series_open
 

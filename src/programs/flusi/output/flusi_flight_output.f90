@@ -17,6 +17,7 @@ module flusi_flight_output
   use fsi_rotation, only: cross
   use fsi_surface, only: surface_t
   use fsi_wing_sides, only: wing_sides_t
+  use flusi_opening, only: opening_t
   use io_attributes, only: put_attribute
   use io_datasets, only: write_integers, write_slab
   use io_fields, only: field_file
@@ -39,20 +40,18 @@ module flusi_flight_output
 
 contains
 
-  !> Opens the indices of the run called `name`; with `restart_time` earlier entries are kept. Collective.
-  subroutine output_init(self, world, wings, name, failure, restart_time)
+  !> Opens the indices of the run. Collective.
+  subroutine output_init(self, opening, wings)
     class(flight_output_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
+    type(opening_t), intent(inout) :: opening
     type(flapping_wings_t), intent(in) :: wings
-    character(*), intent(in) :: name
-    type(failure_t), intent(inout) :: failure
-    real(rp), intent(in), optional :: restart_time
     integer :: i
-    self%world = world
-    call self%body%init(world, wings, name, failure, restart_time)
+    self%world = opening%world
+    call self%body%init(opening, wings)
     allocate (self%index(size(wings%surfaces)))
     do i = 1, size(wings%surfaces)
-      call self%index(i)%open(world, name//'_'//trim(wings%params%wings(i)%side)//'.xmf', failure, restart_time)
+      call self%index(i)%open(opening%world, opening%name//'_'//trim(wings%params%wings(i)%side)//'.xmf', opening%failure, &
+                              opening%restart_time)
     end do
   end subroutine output_init
 
@@ -83,7 +82,7 @@ contains
         allocate (cells(0))
         if (present(coupler)) cells = [character(16) :: 'pressure_jump']
         if (present(sides)) cells = [character(16) :: cells, 'pressure_dorsal', 'pressure_ventral']
-        call self%index(i)%add_surface(wings%time, label, path, n, m, vectors, failure, cells)
+        call self%index(i)%add_surface(wings%time, label, path, [n, m], vectors, failure, cells)
         deallocate (cells)
       end associate
     end do

@@ -4,13 +4,14 @@
 module flusi_flight_series
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use flusi_opening, only: opening_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_flight_params, only: flight_params_t
   use fsi_kinematics, only: swap_flusi_wing
   use fsi_wing_loads, only: wing_loads_t
   use fsi_wing_shape, only: section_t, SPAN, wing_shape_t
   use io_series, only: series_t
-  use parallel_world, only: world_t
   use solid_inertia, only: momenta_t
   implicit none
   private
@@ -33,36 +34,28 @@ module flusi_flight_series
 
 contains
 
-  !> Opens all files; with `restart_time` the records before it are kept. Collective.
-  subroutine series_open(self, world, wings, flexible, note, failure, restart_time)
+  !> Opens all files; of flexible wings, too. Without `wings` nothing can be written. Collective.
+  subroutine series_open(self, opening, flight, flexible, wings)
     class(flight_series_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
-    type(flapping_wings_t), intent(in) :: wings
+    type(opening_t), intent(inout) :: opening
+    type(flight_params_t), intent(in) :: flight
     logical, intent(in) :: flexible
-    character(*), intent(in) :: note !< second line of every file
-    type(failure_t), intent(inout) :: failure
-    real(rp), intent(in), optional :: restart_time
+    type(flapping_wings_t), intent(in), optional :: wings
     character(*), parameter :: T = 'time [T]', P = ' power [rho L^5/T^3]'
     integer :: i
-    call open_one(self%kinematics, 'kinematics.t', kinematics_columns())
-    call open_one(self%power, 'aero_power.t', [character(40) :: T, 'aerodynamic'//P, 'inertial'//P])
-    allocate (self%wing(size(wings%params%wings)), self%loads(size(wings%params%wings)))
-    if (flexible) allocate (self%bending(size(wings%params%wings)), self%shapes(size(wings%params%wings)))
+    call opening%open(self%kinematics, 'kinematics.t', kinematics_columns())
+    call opening%open(self%power, 'aero_power.t', [character(40) :: T, 'aerodynamic'//P, 'inertial'//P])
+    allocate (self%wing(size(flight%wings)), self%loads(size(flight%wings)))
+    if (flexible) allocate (self%bending(size(flight%wings)), self%shapes(size(flight%wings)))
     do i = 1, size(self%wing)
-      associate (wing => wings%params%wings(i))
-        if (flexible) call self%shapes(i)%init(wing%points, wing%triangles, SPAN, wing%mount%dorsal_sign())
-      end associate
-     if (flexible) call open_one(self%bending(i), 'bending_'//trim(wings%params%wings(i)%side)//'.t', bending_columns())
-      call open_one(self%wing(i), 'wing_'//trim(wings%params%wings(i)%side)//'.t', wing_columns())
+      if (flexible .and. present(wings)) then
+        associate (wing => wings%params%wings(i))
+          call self%shapes(i)%init(wing%points, wing%triangles, SPAN, wing%mount%dorsal_sign())
+        end associate
+      end if
+      if (flexible) call opening%open(self%bending(i), 'bending_'//trim(flight%wings(i)%side)//'.t', bending_columns())
+      call opening%open(self%wing(i), 'wing_'//trim(flight%wings(i)%side)//'.t', wing_columns())
     end do
-
-  contains
-
-    subroutine open_one(series, path, columns)
-      type(series_t), intent(inout) :: series
-      character(*), intent(in) :: path, columns(:)
-      call series%open(world, path, columns, failure, restart_time=restart_time, note=note)
-    end subroutine open_one
   end subroutine series_open
 
   function kinematics_columns() result(columns)

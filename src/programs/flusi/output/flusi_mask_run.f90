@@ -22,13 +22,13 @@ contains
     type(flapping_wings_t), intent(inout), optional :: wings
     integer :: k
     associate (state => fluid%rhs%state, p => settings%output)
-      do k = 0, int(settings%fluid%time%t_max/p%t_save + 1.0e-9_rp)
+      do k = 0, int(settings%fluid%time%t_max/p%fields%interval + 1.0e-9_rp)
         if (k >= settings%fluid%time%nt .or. failure%failed) exit
-        state%time = k*p%t_save
+        state%time = k*p%fields%interval
         state%step = k + 1 ! what is written belongs to the step before
         fluid%sums_time = state%time
         if (present(wings)) call wings%place(state%time, fluid%rhs%penalty, failure)
-        output%fields_due = .not. failure%failed .and. state%time >= p%t_save_first
+        output%fields_due = .not. failure%failed .and. state%time >= p%fields%first
         call output%write(fluid, failure, wings)
       end do
     end associate

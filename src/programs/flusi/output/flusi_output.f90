@@ -11,16 +11,16 @@ module flusi_output
   use fluid_timestep, only: is_due
   use flusi_averages, only: averages_t, MOST_AVERAGES
   use flusi_flight_output, only: flight_output_t
-  use flusi_settings, only: output_params_t
+  use flusi_opening, only: opening_t
+  use flusi_output_params, only: output_params_t
   use flusi_slices, only: slices_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_wing_sides, only: wing_sides_t
-  use io_fields, only: field_meta_t, write_field, write_slice, field_label, finest_naming, PRECISION_SINGLE, &
+  use io_fields, only: field_form_t, field_meta_t, write_field, write_slice, field_label, finest_naming, PRECISION_SINGLE, &
                        PRECISION_DOUBLE
   use io_xdmf, only: xdmf_index_t
   use parallel_block, only: allocate_fields
-  use parallel_world, only: world_t
   implicit none
   private
   public :: output_t
@@ -44,35 +44,37 @@ module flusi_output
     procedure :: write_failed => output_write_failed
   end type output_t
 
+  !> How the fields of a step are written, and which have been.
+  type :: saving_t
+    type(field_meta_t) :: meta
+    type(field_form_t) :: form
+    integer :: n = 0
+    character(8) :: prefixes(16 + MOST_AVERAGES) = ''
+  end type saving_t
+
   character(*), parameter :: AXES = 'xyz'
 
 contains
 
-  !> Opens the index of fields, `name`.xmf; with `restart_time` earlier entries are kept. Collective.
-  subroutine output_init(self, world, params, fluid, name, note, failure, wings, restart_time)
+  !> Opens the indices of fields and of wings. Collective.
+  subroutine output_init(self, opening, params, fluid, wings)
     class(output_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
+    type(opening_t), intent(inout) :: opening
     type(output_params_t), intent(in) :: params
     type(fluid_t), intent(in) :: fluid
-    character(*), intent(in) :: name
-    character(*), intent(in) :: note !< on the units, stored with every field and surface unless it is empty
-    type(failure_t), intent(inout) :: failure
     type(flapping_wings_t), intent(in), optional :: wings
-    real(rp), intent(in), optional :: restart_time
     self%params = params
-    self%note = note
-    if (present(wings)) call self%wings%init(world, wings, name, failure, restart_time)
-    if (present(wings) .and. params%wing_sides) call self%sides%init(world, fluid, wings)
+    self%note = opening%note
     self%saves_wings = present(wings)
-    associate (b => fluid%transform%block)
-      if (params%needs_scratch()) call allocate_fields(self%scratch, b, 1, 'a field to be written')
-    end associate
-    if (params%slices .and. params%stack > 1) then
+    if (present(wings)) call self%wings%init(opening, wings)
+    if (present(wings) .and. params%fields%wing_sides) call self%sides%init(opening%world, fluid, wings)
+    if (params%needs_scratch()) call allocate_fields(self%scratch, fluid%transform%block, 1, 'a field to be written')
+    if (params%slices%is_on .and. params%slices%stack > 1) then
       allocate (self%stack)
-      call self%stack%init(world, fluid%transform%block, params%slice, params%stack, failure, restart_time)
+      call self%stack%init(opening, fluid%transform%block, params%slices%plane, params%slices%stack)
     end if
     if (.not. allocated(self%scratch)) return
-    call self%index%open(world, name//'.xmf', failure, restart_time)
+    call self%index%open(opening%world, opening%name//'.xmf', opening%failure, opening%restart_time)
   end subroutine output_init
 
   !> Decides what has to be written for the state of `fluid`, and what its next pass must provide. Takes what the step
@@ -86,18 +88,18 @@ contains
     associate (p => self%params, t => fluid%rhs%state%time, dt => fluid%rhs%state%dt_old, &
                step => fluid%rhs%state%step)
       self%last = is_last
-      self%fields_due = (is_due(t, dt, p%t_save) .or. is_last) .and. t >= p%t_save_first .and. &
+      self%fields_due = (is_due(t, dt, p%fields%interval) .or. is_last) .and. t >= p%fields%first .and. &
                         (allocated(self%scratch) .or. self%saves_wings)
-      self%slices_due = p%slices .and. t >= p%t_slice_first .and. &
-                        (is_due(t, dt, p%t_slice) .or. mod(step, p%it_slice) == 0)
+      self%slices_due = p%slices%is_on .and. t >= p%slices%first .and. &
+                        (is_due(t, dt, p%slices%interval) .or. mod(step, p%slices%every) == 0)
       self%integrals_due = is_due(t, dt, p%t_integral) .or. mod(step, p%it_integral) == 0 .or. is_last
       request%integrals = self%integrals_due
       request%fields = self%slices_due
       request%flow = self%fields_due .and. p%needs_flow()
       if (present(averages)) request%fields = request%fields .or. averages%wants(t)
-      request%pressure = self%fields_due .and. (p%pressure .or. p%wing_sides)
+      request%pressure = self%fields_due .and. (p%fields%pressure .or. p%fields%wing_sides)
     end associate
-    if (self%fields_due .and. self%params%q_criterion) &
+    if (self%fields_due .and. self%params%fields%q_criterion) &
       call q_criterion(fluid%transform, fluid%rhs%state%u, self%scratch(:, :, :, 1))
   end subroutine output_request_fields
 
@@ -109,108 +111,155 @@ contains
     type(flapping_wings_t), intent(in), optional :: wings
     type(coupler_t), intent(in), optional :: coupler !< of flexible wings
     type(averages_t), intent(in), optional :: averages
-    character(:), allocatable :: label
-    type(field_meta_t) :: meta
-    character(8) :: saved(16 + MOST_AVERAGES) !< prefixes written so far
-    integer :: c, i, n_saved, step
+    type(saving_t) :: saving
+    integer :: step
     if (.not. (self%fields_due .or. self%slices_due)) return
-    meta = meta_of(fluid, fluid%sums_time)
-    if (self%note /= '') meta%units = self%note
-    associate (p => self%params, rhs => fluid%rhs)
+    call begin_saving(self, fluid, saving)
+    associate (p => self%params, form => saving%form)
       step = fluid%rhs%state%step - merge(0, 1, self%last)
-      label = label_of(p, fluid%sums_time, step, p%t_save)
+      saving%form%label = label_of(p, fluid%sums_time, step, p%fields%interval)
       if (self%fields_due) then
-        n_saved = 0
-        if (p%q_criterion) call save('Q', self%scratch(:, :, :, 1)) ! before the scratch is used for others
-        do c = 1, 3
-          if (p%velocity) call save_flow('u'//AXES(c:c), c)
-        end do
-        do c = 1, 3
-          if (p%vorticity) call save_flow('vor'//AXES(c:c), 3 + c)
-        end do
-        if (p%vorticity_magnitude) call save_flow('vorabs', VORTICITY_MAGNITUDE)
-        if (p%pressure) then
-          call fluid%pressure_field(self%scratch)
-          call save('p', self%scratch(:, :, :, 1))
-        end if
-        if (p%mask) then
-          call mask_field(rhs%penalty, self%scratch(:, :, :, 1))
-          call save('mask', self%scratch(:, :, :, 1))
-        end if
-        do c = 1, 3
-          if (.not. p%solid_velocity) cycle
-          call solid_velocity_field(rhs%penalty, c, self%scratch(:, :, :, 1))
-          call save('us'//AXES(c:c), self%scratch(:, :, :, 1))
-        end do
-        if (present(averages)) call save_averages(averages)
-        if (present(wings) .and. p%wing_sides) then
+        call save_fields(self, fluid, saving, failure)
+        if (present(averages)) call save_averages(self, fluid, averages, saving, failure)
+        if (present(wings) .and. p%fields%wing_sides) then
           call self%sides%sample(fluid, wings)
-          call self%wings%write(wings, label, self%note, failure, coupler, self%sides)
+          call self%wings%write(wings, form%label, self%note, failure, coupler, self%sides)
         else if (present(wings)) then
-          call self%wings%write(wings, label, self%note, failure, coupler)
+          call self%wings%write(wings, form%label, self%note, failure, coupler)
         end if
-        if (n_saved > 0) call self%index%add(fluid%sums_time, label, saved(1:n_saved), fluid%transform%block%n, &
-                                             meta%domain_size, meta%origin, p%stride, precision_of(p), failure)
+        if (saving%n > 0) call self%index%add(saving%prefixes(:saving%n), saving%meta, saving%form, failure)
       end if
-      if (self%slices_due .and. allocated(self%stack)) then
-        call self%stack%add(fluid, meta, precision_of(p), failure)
-      else if (self%slices_due) then
-        label = label_of(p, fluid%sums_time, step, min(p%t_save, p%t_slice))
-        do i = 1, size(p%slice)
-          if (p%slice(i) < 0) cycle
-          do c = 1, 3
-            call write_slice(rhs%world, '.', 'u'//achar(iachar('0') + c), p%slice(i), label, fluid%transform%block, &
-                             rhs%fields(:, :, :, c), meta, precision_of(p), failure)
-          end do
-        end do
+      if (.not. self%slices_due) return
+      saving%form%label = label_of(p, fluid%sums_time, step, min(p%fields%interval, p%slices%interval))
+      call save_slices(self, fluid, saving, failure)
+    end associate
+  end subroutine output_write
+
+  !> What is the same for all files of the present step but the label.
+  subroutine begin_saving(self, fluid, saving)
+    class(output_t), intent(in) :: self
+    type(fluid_t), intent(in) :: fluid
+    type(saving_t), intent(out) :: saving
+    saving%meta = meta_of(fluid, fluid%sums_time)
+    if (self%note /= '') saving%meta%units = self%note
+    saving%form%directory = '.'
+    saving%form%precision = precision_of(self%params)
+    saving%form%stride = self%params%fields%stride
+  end subroutine begin_saving
+
+  !> All fields of this time that the user wants.
+  subroutine save_fields(self, fluid, saving, failure)
+    class(output_t), intent(inout) :: self
+    type(fluid_t), intent(inout) :: fluid
+    type(saving_t), intent(inout) :: saving
+    type(failure_t), intent(inout) :: failure
+    integer :: c
+    associate (p => self%params, penalty => fluid%rhs%penalty)
+      if (p%fields%q_criterion) call save('Q') ! before the scratch is used for others
+      do c = 1, 3
+        if (p%fields%velocity) call save_flow('u'//AXES(c:c), c)
+      end do
+      do c = 1, 3
+        if (p%fields%vorticity) call save_flow('vor'//AXES(c:c), 3 + c)
+      end do
+      if (p%fields%vorticity_magnitude) call save_flow('vorabs', VORTICITY_MAGNITUDE)
+      if (p%fields%pressure) then
+        call fluid%pressure_field(self%scratch)
+        call save('p')
       end if
+      if (p%fields%mask) then
+        call mask_field(penalty, self%scratch(:, :, :, 1))
+        call save('mask')
+      end if
+      do c = 1, 3
+        if (.not. p%fields%solid_velocity) cycle
+        call solid_velocity_field(penalty, c, self%scratch(:, :, :, 1))
+        call save('us'//AXES(c:c))
+      end do
     end associate
 
   contains
-
-    subroutine save_averages(averages)
-      type(averages_t), intent(in) :: averages
-      integer :: i
-      if (.not. averages%has(fluid%sums_time)) return
-      do i = 1, averages%n
-        call averages%mean(fluid, i, self%scratch(:, :, :, 1))
-        if (.not. averages%params%one_only) then
-          call save(trim(averages%name(i)), self%scratch(:, :, :, 1))
-        else if (.not. failure%failed) then
-          call write_field(fluid%rhs%world, '.', trim(averages%name(i)), '000', fluid%transform%block, &
-                           self%scratch(:, :, :, 1), meta, precision_of(self%params), self%params%stride, failure)
-        end if
-      end do
-    end subroutine save_averages
 
     subroutine save_flow(prefix, which)
       character(*), intent(in) :: prefix
       integer, intent(in) :: which
       call fluid%flow_field(which, self%scratch)
-      call save(prefix, self%scratch(:, :, :, 1))
+      call save(prefix)
     end subroutine save_flow
 
-    subroutine save(prefix, data)
+    subroutine save(prefix)
       character(*), intent(in) :: prefix
-      real(rp), intent(in) :: data(:, :, :)
-      if (failure%failed) return
-      call write_field(fluid%rhs%world, '.', prefix, label, fluid%transform%block, data, meta, &
-                       precision_of(self%params), self%params%stride, failure)
-      n_saved = n_saved + 1
-      saved(n_saved) = prefix
+      call save_scratch(self, fluid, prefix, saving, failure)
     end subroutine save
-  end subroutine output_write
+  end subroutine save_fields
+
+  !> Writes the scratch and remembers its name for the index.
+  subroutine save_scratch(self, fluid, prefix, saving, failure)
+    class(output_t), intent(in) :: self
+    type(fluid_t), intent(in) :: fluid
+    character(*), intent(in) :: prefix
+    type(saving_t), intent(inout) :: saving
+    type(failure_t), intent(inout) :: failure
+    if (failure%failed) return
+    call write_field(fluid%rhs%world, prefix, fluid%transform%block, self%scratch(:, :, :, 1), saving%meta, saving%form, failure)
+    saving%n = saving%n + 1
+    saving%prefixes(saving%n) = prefix
+  end subroutine save_scratch
+
+  !> Means over time: in files of their own, or the newest ones alone.
+  subroutine save_averages(self, fluid, averages, saving, failure)
+    class(output_t), intent(inout) :: self
+    type(fluid_t), intent(inout) :: fluid
+    type(averages_t), intent(in) :: averages
+    type(saving_t), intent(inout) :: saving
+    type(failure_t), intent(inout) :: failure
+    type(field_form_t) :: newest
+    integer :: i
+    if (.not. averages%has(fluid%sums_time)) return
+    newest = saving%form
+    newest%label = '000'
+    do i = 1, averages%n
+      call averages%mean(fluid, i, self%scratch(:, :, :, 1))
+      if (.not. averages%params%one_only) then
+        call save_scratch(self, fluid, trim(averages%name(i)), saving, failure)
+      else if (.not. failure%failed) then
+        call write_field(fluid%rhs%world, trim(averages%name(i)), fluid%transform%block, self%scratch(:, :, :, 1), &
+                         saving%meta, newest, failure)
+      end if
+    end do
+  end subroutine save_averages
+
+  !> The planes of the velocity, or puts them on the stack.
+  subroutine save_slices(self, fluid, saving, failure)
+    class(output_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    type(saving_t), intent(in) :: saving
+    type(failure_t), intent(inout) :: failure
+    integer :: c, i
+    if (allocated(self%stack)) then
+      call self%stack%add(fluid, saving%meta, saving%form%precision, failure)
+      return
+    end if
+    associate (place => self%params%slices%plane, rhs => fluid%rhs)
+      do i = 1, size(place)
+        if (place(i) < 0) cycle
+        do c = 1, 3
+          call write_slice(rhs%world, 'u'//achar(iachar('0') + c), place(i), fluid%transform%block, &
+                           rhs%fields(:, :, :, c), saving%meta, saving%form, failure)
+        end do
+      end do
+    end associate
+  end subroutine save_slices
 
   !> Writes what waits to be stacked, before a backup and at the end. Collective.
   subroutine output_flush(self, fluid, failure)
     class(output_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
     type(failure_t), intent(inout) :: failure
-    type(field_meta_t) :: meta
+    type(saving_t) :: saving
     if (.not. allocated(self%stack)) return
-    meta = meta_of(fluid, fluid%sums_time)
-    if (self%note /= '') meta%units = self%note
-    call self%stack%flush(fluid, meta, precision_of(self%params), failure)
+    call begin_saving(self, fluid, saving)
+    call self%stack%flush(fluid, saving%meta, saving%form%precision, failure)
   end subroutine output_flush
 
   !> Writes the velocity that made the run fail, as failed-ux_*.h5 and so on. Collective.
@@ -219,15 +268,16 @@ contains
     type(fluid_t), intent(inout) :: fluid
     type(failure_t), intent(inout) :: failure
     real(rp), allocatable :: u(:, :, :, :)
+    type(field_form_t) :: form
     type(failure_t) :: writing
     integer :: c
     associate (b => fluid%transform%block, state => fluid%rhs%state)
       call allocate_fields(u, b, 3, 'the velocity to be written')
       call fluid%transform%backward(state%u, u)
+      form%directory = '.'
+      form%label = label_of(self%params, state%time, state%step, self%params%fields%interval)
       do c = 1, 3
-        call write_field(fluid%rhs%world, '.', 'failed-u'//AXES(c:c), label_of(self%params, state%time, state%step, &
-                                                                               self%params%t_save), b, &
-                         u(:, :, :, c), meta_of(fluid, state%time), PRECISION_DOUBLE, 1, writing)
+        call write_field(fluid%rhs%world, 'failed-u'//AXES(c:c), b, u(:, :, :, c), meta_of(fluid, state%time), form, writing)
       end do
     end associate
     if (writing%failed) failure%reason = failure%reason//'; moreover: '//writing%reason
@@ -253,12 +303,12 @@ contains
     real(rp) :: shown
     shown = time
     ! A whole number of periods is 0 whatever its round-off.
-    if (p%one_period) shown = max(0.0_rp, time - p%period*aint(time/p%period + 1.0e-9_rp))
-    label = field_label(shown, int(step, i8), finest_naming(p%naming, interval))
+    if (p%fields%one_period) shown = max(0.0_rp, time - p%fields%period*aint(time/p%fields%period + 1.0e-9_rp))
+    label = field_label(shown, int(step, i8), finest_naming(p%fields%naming, interval))
   end function label_of
 
   pure integer function precision_of(p) result(precision)
     type(output_params_t), intent(in) :: p
-    precision = merge(PRECISION_SINGLE, PRECISION_DOUBLE, p%single_precision)
+    precision = merge(PRECISION_SINGLE, PRECISION_DOUBLE, p%fields%single_precision)
   end function precision_of
 end module flusi_output

@@ -9,6 +9,7 @@ module flusi_report
   use base_timers, only: timers_t
   use fluid_params, only: fluid_params_t, SCHEME_NAMES
   use fluid_solver, only: fluid_t
+  use fsi_body_keys, only: body_choices, body_choices_t
   use flusi_settings, only: settings_t
   use fsi_coupler, only: coupler_t
   use fsi_coupler_params, only: COUPLING_STRONG, COUPLING_WEAK
@@ -101,11 +102,13 @@ contains
   subroutine print_flight(unit, settings)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
+    type(body_choices_t) :: body
     real(rp) :: r, f, chord, tip, wind, low, high
     integer :: i
+    body = body_choices(settings%config)
     associate (solid => settings%flight%solid)
-      if (solid%exists()) write (unit, '(a,g0.5,a,3(1x,f0.4))') 'body      '//settings%config%get_word('Insects', &
-        'BodyType')//': volume in the mask ', solid%displaced%mass, ' L^3, size', solid%high - solid%low
+      if (solid%exists()) write (unit, '(a,g0.5,a,3(1x,f0.4))') 'body      '//body%type//': volume in the mask ', &
+        solid%displaced%mass, ' L^3, size', solid%high - solid%low
     end associate
     if (size(settings%flight%wings) == 0) return
     associate (flight => settings%flight, p => settings%fluid, u => settings%units)
@@ -123,7 +126,7 @@ contains
         end associate
       end do
       write (unit, '(3(a,g0.5),a)') '          f = ', f, ', mean tip speed = ', tip, ', u_inf = ', wind
-    if (p%nu > 0) write (unit, '(a,f0.1,a)') 'Reynolds  Re = (u_tip + u_inf) chord / nu = ', (tip + wind)*chord/p%nu, ''
+      if (p%nu > 0) write (unit, '(a,f0.1,a)') 'Reynolds  Re = (u_tip + u_inf) chord / nu = ', (tip + wind)*chord/p%nu, ''
       if (tip > 0) write (unit, '(a,f0.3)') '          advance ratio u_inf/u_tip = ', wind/tip
       if (.not. flight%thin%is_thin) write (unit, '(2(a,f0.2),a)') 'thickness ', &
         2*flight%half_thickness/p%grid%max_spacing(), ' cells, smoothing ', &

@@ -8,6 +8,8 @@ module flusi_series
   use flusi_body_series, only: body_series_t
   use flusi_coupling_series, only: coupling_series_t
   use flusi_flight_series, only: flight_series_t
+  use flusi_opening, only: opening_t
+  use flusi_settings, only: settings_t
   use flusi_spectra, only: spectra_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
@@ -20,7 +22,7 @@ module flusi_series
   private
   public :: run_series_t
 
-  character(*), parameter :: XYZ = 'xyz'
+  character(*), parameter :: XYZ = 'xyz', T = 'time [T]'
 
   type :: run_series_t
     private
@@ -47,64 +49,77 @@ module flusi_series
 
 contains
 
-  !> Opens all files; with `restart_time` the records before it are kept. Moving wings must be placed.
-  !> Collective.
-  subroutine series_open(self, world, fluid, note, failure, with_spectra, wings, flexible, restart_time)
+  !> Opens all files. Moving wings must be placed. Without `fluid`, and for wings `wings`, there is no run, and `opening` must
+  !> only gather names. Collective.
+  subroutine series_open(self, opening, settings, fluid, wings)
     class(run_series_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
-    type(fluid_t), intent(in) :: fluid
-    character(*), intent(in) :: note !< second line of every file
-    type(failure_t), intent(inout) :: failure
-    logical, intent(in) :: with_spectra
+    type(opening_t), intent(inout) :: opening
+    type(settings_t), intent(in) :: settings
+    type(fluid_t), intent(in), optional :: fluid
     type(flapping_wings_t), intent(in), optional :: wings
-    logical, intent(in), optional :: flexible !< whether they bend; only with `wings`
-    real(rp), intent(in), optional :: restart_time
-    character(*), parameter :: T = 'time [T]'
-    character(16) :: name
-    integer :: c
-    call find_colors(self, world, fluid, wings)
-    call open_one(self%dt, 'dt.t', [character(40) :: T, 'dt [T]', 'CFL [-]', 'dt*nu/dx^2 [-]', 'dt/eps [-]'])
-    call open_one(self%timesteps, 'timesteps_info.t', [character(40) :: T, 'wall time per step [s]', 'step', &
-                                                       'dt [T]', 'ranks'])
-    call open_one(self%ekin, 'ekin.t', [character(40) :: T, 'kinetic energy [rho L^5/T^2]'])
-    call open_one(self%energy, 'energy.t', energy_columns())
-    call open_one(self%divergence, 'divu.t', [character(40) :: T, 'max |div u| [1/T]', 'max |div u|(1-chi) [1/T]'])
-    call open_one(self%mean_flow, 'meanflow.t', [character(40) :: T, 'mean ux [L/T]', 'mean uy [L/T]', 'mean uz [L/T]'])
-    if (self%solids) then
-      call open_one(self%mask_volume, 'mask_volume.t', [character(40) :: T, 'int chi [L^3]', 'int chi usx [L^4/T]', &
-                                                        'int chi usy [L^4/T]', 'int chi usz [L^4/T]'])
-      call open_one(self%residual, 'u_residual.t', &
-                    [character(40) :: T, ('rms |u-us| color '//achar(iachar('0') + c)//' [L/T]', c=0, N_COLORS - 1)])
-    end if
-    if (self%compute_forces) then
-      call open_one(self%forces, 'forces.t', force_columns(present(wings)))
-      do c = COLOR_BODY, N_COLORS - 1
-        if (.not. self%has_color(c)) cycle
-        write (name, '(a,i1,a)') 'forces_part', c, '.t'
-        call open_one(self%part(c), trim(name), force_columns(is_wing(wings, c) .or. is_body(wings, c)))
-      end do
-    end if
-    if (with_spectra) call self%spectra%open(world, fluid, note, failure, restart_time)
-    self%has_wings = present(wings)
-    if (.not. present(wings)) return
-    if (wings%params%thin%is_thin) call open_one(self%slip, 'slip.t', &
-      [character(40) :: T, 'largest slip after the step [L/T]', 'before its forces [L/T]', 'largest wing speed [L/T]', &
-                        'power to the flow [rho L^5/T^3]', 'iterations of the forces', 'share of the slip that they leave'])
-    call self%flight%open(world, wings, flexible, note, failure, restart_time)
-    if (allocated(wings%flyer)) call self%body%open(world, note, failure, restart_time)
-    if (flexible) call self%coupling%open(world, wings, note, failure, restart_time)
-
-  contains
-
-    subroutine open_one(series, path, columns)
-      type(series_t), intent(inout) :: series
-      character(*), intent(in) :: path, columns(:)
-      ! After a failure the others are opened in name only, so that all of them can be closed.
-      call series%open(world, path, columns, failure, restart_time=restart_time, note=note)
-    end subroutine open_one
+    associate (p => settings%fluid%solids)
+      self%solids = p%is_on
+      self%has_wings = p%is_moving
+      self%compute_forces = (p%is_on .or. p%is_moving) .and. p%compute_forces
+    end associate
+    call opening%open(self%dt, 'dt.t', [character(40) :: T, 'dt [T]', 'CFL [-]', 'dt*nu/dx^2 [-]', 'dt/eps [-]'])
+    call opening%open(self%timesteps, 'timesteps_info.t', [character(40) :: T, 'wall time per step [s]', 'step', &
+                                                           'dt [T]', 'ranks'])
+    call opening%open(self%ekin, 'ekin.t', [character(40) :: T, 'kinetic energy [rho L^5/T^2]'])
+    call opening%open(self%energy, 'energy.t', energy_columns())
+    call opening%open(self%divergence, 'divu.t', [character(40) :: T, 'max |div u| [1/T]', 'max |div u|(1-chi) [1/T]'])
+    call opening%open(self%mean_flow, 'meanflow.t', [character(40) :: T, 'mean ux [L/T]', 'mean uy [L/T]', 'mean uz [L/T]'])
+    if (self%solids) call open_solids(self, opening)
+    if (self%compute_forces) call open_forces(self, opening, fluid, wings)
+    if (settings%output%spectra) call self%spectra%open(opening, fluid)
+    if (self%has_wings) call open_wings(self, opening, settings, wings)
   end subroutine series_open
 
-  !> What the solids are, and which colors they have. Collective.
+  subroutine open_solids(self, opening)
+    class(run_series_t), intent(inout) :: self
+    type(opening_t), intent(inout) :: opening
+    integer :: c
+    call opening%open(self%mask_volume, 'mask_volume.t', [character(40) :: T, 'int chi [L^3]', 'int chi usx [L^4/T]', &
+                                                          'int chi usy [L^4/T]', 'int chi usz [L^4/T]'])
+    call opening%open(self%residual, 'u_residual.t', &
+                      [character(40) :: T, ('rms |u-us| color '//achar(iachar('0') + c)//' [L/T]', c=0, N_COLORS - 1)])
+  end subroutine open_solids
+
+  !> Forces on everything, and on the parts that there are: only a run knows them.
+  subroutine open_forces(self, opening, fluid, wings)
+    class(run_series_t), intent(inout) :: self
+    type(opening_t), intent(inout) :: opening
+    type(fluid_t), intent(in), optional :: fluid
+    type(flapping_wings_t), intent(in), optional :: wings
+    character(16) :: name
+    integer :: c
+    call opening%open(self%forces, 'forces.t', force_columns(self%has_wings))
+    if (.not. present(fluid)) then
+      call opening%list('forces_part*.t')
+      return
+    end if
+    call find_colors(self, opening%world, fluid, wings)
+    do c = COLOR_BODY, N_COLORS - 1
+      if (.not. self%has_color(c)) cycle
+      write (name, '(a,i1,a)') 'forces_part', c, '.t'
+      call opening%open(self%part(c), trim(name), force_columns(is_wing(wings, c) .or. is_body(wings, c)))
+    end do
+  end subroutine open_forces
+
+  subroutine open_wings(self, opening, settings, wings)
+    class(run_series_t), intent(inout) :: self
+    type(opening_t), intent(inout) :: opening
+    type(settings_t), intent(in) :: settings
+    type(flapping_wings_t), intent(in), optional :: wings
+    if (settings%flight%thin%is_thin) call opening%open(self%slip, 'slip.t', &
+      [character(40) :: T, 'largest slip after the step [L/T]', 'before its forces [L/T]', 'largest wing speed [L/T]', &
+                        'power to the flow [rho L^5/T^3]', 'iterations of the forces', 'share of the slip that they leave'])
+    call self%flight%open(opening, settings%flight, settings%flexible, wings)
+    if (settings%flight%flyer%is_free) call self%body%open(opening)
+    if (settings%flexible) call self%coupling%open(opening, settings%flight)
+  end subroutine open_wings
+
+  !> Which colors the solids have. Collective.
   subroutine find_colors(self, world, fluid, wings)
     class(run_series_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -112,10 +127,6 @@ contains
     type(flapping_wings_t), intent(in), optional :: wings
     real(rp) :: points(0:N_COLORS - 1)
     integer :: c
-    associate (p => fluid%rhs%params)
-      self%solids = p%solids%is_on
-      self%compute_forces = (p%solids%is_on .or. present(wings)) .and. p%solids%compute_forces
-    end associate
     points = fluid%rhs%penalty%count_colors()
     call world%sum_reals(points)
     self%has_color = points > 0.5_rp

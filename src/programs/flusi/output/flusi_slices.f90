@@ -7,11 +7,11 @@ module flusi_slices
   use base_kinds, only: rp
   use base_memory, only: check_allocation, REAL_BYTES
   use fluid_solver, only: fluid_t
-  use io_fields, only: field_meta_t, write_field
+  use flusi_opening, only: opening_t
+  use io_fields, only: field_form_t, field_meta_t, write_field
   use io_series, only: series_t
   use io_series_read, only: read_series
   use parallel_block, only: block_t
-  use parallel_world, only: world_t
   implicit none
   private
   public :: slices_t
@@ -35,27 +35,24 @@ module flusi_slices
 
 contains
 
-  !> Room for `most` planes at each of the places `place`, and the list of times; with `restart_time` the files before it
-  !> are kept. Collective.
-  subroutine slices_init(self, world, block, place, most, failure, restart_time)
+  !> Room for `most` planes at each of the places `place`, and the list of times. Collective.
+  subroutine slices_init(self, opening, block, place, most)
     class(slices_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
+    type(opening_t), intent(inout) :: opening
     type(block_t), intent(in) :: block
     integer, intent(in) :: place(:), most
-    type(failure_t), intent(inout) :: failure
-    real(rp), intent(in), optional :: restart_time
     real(rp), allocatable :: known(:, :)
     type(failure_t) :: unread
     integer :: status
     self%place = pack(place, place >= 0)
     allocate (self%time(most), self%cache(most, block%count(2), block%count(3), 3, size(self%place)), stat=status)
     call check_allocation(status, [most, block%count(2:3), 3, size(self%place)], REAL_BYTES, 'slices that wait to be written')
-    if (world%is_root .and. present(restart_time) .and. file_exists(TIMES)) then
+    if (opening%world%is_root .and. allocated(opening%restart_time) .and. file_exists(TIMES)) then
       call read_series(TIMES, 2, known, unread)
-      if (.not. unread%failed) self%number = 1 + nint(maxval([-1.0_rp, pack(known(2, :), known(1, :) < restart_time)]))
+      if (.not. unread%failed) self%number = 1 + nint(maxval([-1.0_rp, pack(known(2, :), known(1, :) < opening%restart_time)]))
     end if
-    call world%broadcast_integer(self%number)
-    call self%times%open(world, TIMES, ['time [T]', 'file [-]'], failure, restart_time)
+    call opening%world%broadcast_integer(self%number)
+    call self%times%open(opening%world, TIMES, ['time [T]', 'file [-]'], opening%failure, opening%restart_time)
   end subroutine slices_init
 
   !> Takes the planes of the velocity that `fluid` keeps, and writes the cache if it is full. Collective.
@@ -98,8 +95,8 @@ contains
     do i = 1, size(self%place)
       do c = 1, 3
         write (name, '(a,i1,a,i4.4)') 'sliceu', c, '-ix', self%place(i)
-        call write_field(fluid%rhs%world, '.', name, label, block, self%cache(:self%n_held, :, :, c, i), of_stack, &
-                         precision, 1, failure)
+        call write_field(fluid%rhs%world, name, block, self%cache(:self%n_held, :, :, c, i), of_stack, &
+                         field_form_t('.', label, precision, 1), failure)
       end do
     end do
     do i = 1, self%n_held

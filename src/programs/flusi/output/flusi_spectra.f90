@@ -7,8 +7,8 @@ module flusi_spectra
   use base_text_file, only: write_text
   use fluid_shells, only: count_shells, shell_energies, shell_width
   use fluid_solver, only: fluid_t
+  use flusi_opening, only: opening_t
   use io_series, only: series_t
-  use parallel_world, only: world_t
   implicit none
   private
   public :: spectra_t
@@ -28,23 +28,22 @@ module flusi_spectra
 
 contains
 
-  !> Opens all files; with `restart_time` the records before it are kept. Without this call all others do nothing.
-  !> Collective.
-  subroutine spectra_open(self, world, fluid, note, failure, restart_time)
+  !> Opens all files; without `fluid` nothing can be written. Without this call all others do nothing. Collective.
+  subroutine spectra_open(self, opening, fluid)
     class(spectra_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
-    type(fluid_t), intent(in) :: fluid
-    character(*), intent(in) :: note !< second line of every series
-    type(failure_t), intent(inout) :: failure
-    real(rp), intent(in), optional :: restart_time
+    type(opening_t), intent(inout) :: opening
+    type(fluid_t), intent(in), optional :: fluid
     character(40), allocatable :: columns(:)
     character(16) :: number
     character(:), allocatable :: numbers
     real(rp) :: width
     integer :: i, n
     logical :: ok
-    width = shell_width(fluid%rhs%params%grid)
-    n = count_shells(world, fluid%rhs%params%grid, fluid%transform%sticks)
+    n = 0
+    if (present(fluid)) then
+      width = shell_width(fluid%rhs%params%grid)
+      n = count_shells(opening%world, fluid%rhs%params%grid, fluid%transform%sticks)
+    end if
     allocate (self%energies(0:n - 1, 3), columns(0:n))
     columns(0) = 'time [T]'
     numbers = ''
@@ -55,14 +54,15 @@ contains
       columns(i + 1) = 'E('//trim(adjustl(number))//') [L^2/T^2]'
     end do
     do i = 1, size(NAMES)
-      call self%series(i)%open(world, 'spectrum_'//trim(NAMES(i))//'.t', columns, failure, restart_time=restart_time, &
-                               note=note)
+      call opening%open(self%series(i), 'spectrum_'//trim(NAMES(i))//'.t', columns)
     end do
-    if (failure%failed) return
+    call opening%list('spectrum_k.t')
+    if (opening%failure%failed .or. opening%is_listing) return
     ok = .true.
-    if (world%is_root) call write_text('spectrum_k.t', '% wavenumbers [1/L] of the columns behind the time'// &
-                                       new_line('a')//numbers//new_line('a'), ok)
-    if (world%max_integer(merge(0, 1, ok)) > 0) call failure%raise('spectrum_k.t: cannot be written; is the disk full?')
+    if (opening%world%is_root) call write_text('spectrum_k.t', '% wavenumbers [1/L] of the columns behind the time'// &
+                                               new_line('a')//numbers//new_line('a'), ok)
+    if (opening%world%max_integer(merge(0, 1, ok)) > 0) &
+      call opening%failure%raise('spectrum_k.t: cannot be written; is the disk full?')
   end subroutine spectra_open
 
   !> Remembers the spectra of the present state, which a step changes. Collective.

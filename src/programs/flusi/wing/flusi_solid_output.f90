@@ -76,7 +76,7 @@ contains
   pure integer function shape_number(settings, time) result(number)
     type(solid_settings_t), intent(in) :: settings
     real(rp), intent(in) :: time
-    number = int((time + PART*settings%dt)/settings%output%t_save)
+    number = int((time + PART*settings%dt)/settings%output%fields%interval)
   end function shape_number
 
   !> Whether a shape is to be saved at `time`.

@@ -9,7 +9,7 @@ module flusi_solid_settings
   use base_text, only: number_text
   use common_wing_effects, only: refuse_root_compliance
   use common_wing_settings, only: read_damping, check_name, find_beside, load_wing
-  use flusi_settings, only: output_params_t
+  use flusi_output_params, only: output_params_t
   use flusi_solid_keys, only: load_keys, motion_keys, register_solid_keys, solid_choices_t, solid_keys
   use flusi_wing_sites, only: add_force, force_group_t, point_force_t, read_force_groups
   use fsi_body_motion_keys, only: read_body_motion
@@ -88,7 +88,7 @@ contains
     case ('rotation')
       call read_rotation(s, errors)
     case ('flapping')
-      call read_flapping(s, path, errors, notices)
+      call read_flapping(s, errors, notices)
     case default
       call read_rest(s)
     end select
@@ -121,13 +121,13 @@ contains
     s%law%ramp = s%load_ramp
     s%law%frequency = s%load_frequency
     s%law%phase = s%load_phase
-    s%output%t_save = s%t_save
+    s%output%fields%interval = s%t_save
     s%output%backup = s%backup
     s%output%limits = s%limits
     s%output%progress_seconds = s%progress_seconds
     associate (c => s%config)
       call check_name(c, s%name, errors)
-      if (s%t_max > MOST_SHAPES*s%output%t_save) &
+      if (s%t_max > MOST_SHAPES*s%output%fields%interval) &
         call c%complain(errors, 'Saving', 't_save', 'means more than '//number_text(MOST_SHAPES)//' shapes')
       if (s%dt > s%t_max .and. c%is_given('Time', 't_max')) &
         call c%complain(errors, 'Time', 'dt', 'is longer than the run; valid: at most t_max')
@@ -180,9 +180,8 @@ contains
   end subroutine read_rotation
 
   !> One wing of [Insects].
-  subroutine read_flapping(s, path, errors, notices)
+  subroutine read_flapping(s, errors, notices)
     type(solid_settings_t), intent(inout) :: s
-    character(*), intent(in) :: path
     type(message_list_t), intent(inout) :: errors, notices
     type(flapping_motion_t) :: flapping
     type(wing_mount_t) :: mounts(2)
@@ -201,12 +200,12 @@ contains
       flapping%length = s%unit_length
       flapping%frequency = s%unit_frequency
       flapping%gravity = s%gravity
-      call read_body_motion(c, path, flapping%body, s%t_max*flapping%frequency, flapping%carrier, errors, notices)
+      call read_body_motion(c, flapping%body, s%t_max*flapping%frequency, flapping%carrier, errors, notices)
       if (flapping%carrier%word == 'free_flight') call c%complain(errors, 'Insects', 'BodyMotion', &
         'is free_flight, which needs a flow; valid here: the other motions')
       text = ''
       file = motion_file(c, wing)
-      if (file /= '') call find_beside(path, motion_file(c, wing), file, problem)
+      if (file /= '') call find_beside(c%file_name(), motion_file(c, wing), file, problem)
       if (.not. allocated(problem) .and. file /= '') call read_text_file(file, text, problem)
       if (allocated(problem)) then
         call c%complain(errors, 'Insects', key, problem)

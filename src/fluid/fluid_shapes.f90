@@ -1,0 +1,105 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Bodies of simple shape that do not move: their names, what their sizes must be, and how far a point is from their surface.
+!> A new one needs a name in SHAPES and a case in `shape_distance`, and in `shape_mistake` if it has sizes of its own.
+module fluid_shapes
+  use base_constants, only: PI
+  use base_kinds, only: rp
+  use spectral_grid, only: grid_t
+  implicit none
+  private
+  public :: shape_t, SHAPES, OBSTACLES, SHAPE_HELP
+
+  !> Words of the input; names that begin with a capital are older ones of the same shape.
+  character(*), parameter :: SHAPES = 'sphere|Sphere|cylinder|cylinder_x|plate|Plate|couette'
+  character(*), parameter :: OBSTACLES = 'sphere|cylinder|cylinder_x' !< those that may be beside an insect
+  character(*), parameter :: SHAPE_HELP = 'sphere; cylinder along z (2-D: along x); cylinder along x; square plate; '// &
+                                          'Couette device'
+
+  !> One of them, as the user gives it.
+  type :: shape_t
+    character(:), allocatable :: name !< of SHAPES without capitals, or another word: no shape
+    real(rp) :: size = 0              !< diameter, or side of the plate, L
+    real(rp) :: alpha = 0             !< turning of the plate about z, degree
+    real(rp) :: r1 = 1, r2 = 1        !< inner and outer radius of the Couette device, L
+    real(rp) :: omega = 0             !< of its inner cylinder, rad/T
+  contains
+    procedure :: mistake => shape_mistake
+    procedure :: reach => shape_reach
+    procedure :: distance => shape_distance
+  end type shape_t
+
+contains
+
+  !> What is wrong with the sizes, and with which key of [Geometry]; both empty if nothing is.
+  pure subroutine shape_mistake(self, key, text)
+    class(shape_t), intent(in) :: self
+    character(:), allocatable, intent(out) :: key, text
+    key = ''
+    text = ''
+    select case (self%name)
+    case ('sphere', 'cylinder', 'cylinder_x', 'plate')
+      if (self%size > 0) return
+      key = 'Size'
+      text = 'the body needs a size above 0'
+    case ('couette')
+      if (self%r2 > self%r1) return
+      key = 'r2'
+      text = 'the outer radius must be larger than r1'
+    end select
+  end subroutine shape_mistake
+
+  !> [L] No point of the surface is farther than this from the centre in y or in z; huge of bodies without such an end.
+  pure real(rp) function shape_reach(self) result(reach)
+    class(shape_t), intent(in) :: self
+    select case (self%name)
+    case ('sphere')
+      reach = self%size/2
+    case ('plate')
+      reach = self%size/2*sqrt(2.0_rp)
+    case default
+      reach = huge(reach)
+    end select
+  end function shape_reach
+
+  !> Signed distance [L] from the surface, negative inside, of a point that is `point` away from the centre; huge without a
+  !> shape. `velocity` [L/T] is set where the body has one of its own.
+  pure subroutine shape_distance(self, point, grid, distance, velocity)
+    class(shape_t), intent(in) :: self
+    real(rp), intent(in) :: point(3)
+    type(grid_t), intent(in) :: grid
+    real(rp), intent(out) :: distance
+    real(rp), intent(inout) :: velocity(3)
+    real(rp) :: r
+    distance = huge(distance)
+    select case (self%name)
+    case ('sphere')
+      distance = norm2(point(merge(2, 1, grid%is_2d):)) - self%size/2
+    case ('cylinder', 'cylinder_x')
+      r = merge(hypot(point(2), point(3)), hypot(point(1), point(2)), self%name == 'cylinder_x' .or. grid%is_2d)
+      distance = r - self%size/2
+    case ('plate')
+      ! In 2-D the plate is a line in the plane, its normal along y.
+      if (grid%is_2d) then
+        distance = plate_distance([point(2), point(3), 0.0_rp], self%alpha*PI/180, self%size, 2*grid%max_spacing())
+      else
+        distance = plate_distance(point, self%alpha*PI/180, self%size, 2*grid%max_spacing())
+      end if
+    case ('couette')
+      r = hypot(point(2), point(3))
+      distance = min(r - self%r1, self%r2 - r)
+      velocity = 0
+      if (r < (self%r1 + self%r2)/2) velocity = self%omega*[0.0_rp, -point(3), point(2)]
+    end select
+  end subroutine shape_distance
+
+  !> Signed distance from a square plate of side `side` and half-thickness `half`, normal along x, turned
+  !> by `angle` about z.
+  pure real(rp) function plate_distance(point, angle, side, half) result(d)
+    real(rp), intent(in) :: point(3), angle, side, half
+    real(rp) :: q(3)
+    q(1) = abs(cos(angle)*point(1) + sin(angle)*point(2)) - half
+    q(2) = abs(-sin(angle)*point(1) + cos(angle)*point(2)) - side/2
+    q(3) = abs(point(3)) - side/2
+    d = norm2(max(q, 0.0_rp)) + min(maxval(q), 0.0_rp)
+  end function plate_distance
+end module fluid_shapes
