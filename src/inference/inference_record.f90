@@ -33,7 +33,7 @@ module inference_record
     logical :: finds_intervals = .true.
   end type diagnosis_options_t
 
-  !> A leader that was fitted in full.
+  !> A top candidate that was fitted without linearisation.
   type :: refit_t
     integer :: candidate = 0
     type(nested_fit_t) :: found
@@ -53,7 +53,7 @@ module inference_record
   type :: diagnosis_t
     type(whitener_t) :: whitener
     type(nested_fit_t) :: initial_baseline !< the baseline for itself
-    type(nested_fit_t) :: baseline       !< the same with the nuisances of the refits, which may be those at the leader
+    type(nested_fit_t) :: baseline       !< the same with the nuisances of the refits, which may be those about the top candidate
     real(rp), allocatable :: spread(:)   !< of the starts, see fit_baseline
     type(design_t) :: design
     type(calibration_t) :: calibration

@@ -80,7 +80,8 @@ contains
     call simulator%get_state(d%baseline%state)
   end subroutine relinearise
 
-  !> The fit of the leader and the nuisances at it, in turn, until it stays or becomes less probable: the larger the errors
+  !> Alternates between the fit of the top candidate and the nuisances about it, until it stays or becomes less probable: the larger
+  !> the errors
   !> that a cause brings with it, the better it fits, which the determinant of the covariance counts against it. The simulator
   !> stands where the fit has ended, before and after. `is_new` false: it has not become more probable.
   subroutine iterate_relinearisation(simulator, options, scale, whitener, top_fit, nuisances, is_new, model_error)

@@ -3,7 +3,7 @@
 !> results. All ranks make the decision to stop together.
 !>
 !>     if (world%is_root) then
-!>       ... call pool%run_costs / run_full / look as often as needed, then call pool%shut_down()
+!>       ... call pool%run_costs / run_full / poll as often as needed, then call pool%shut_down()
 !>     else
 !>       call pool%serve()
 !>     end if

@@ -58,9 +58,9 @@ module fsi_coupler
     type(dynamic_state_t), allocatable :: states(:)
     type(wing_energy_t), allocatable :: energies(:)      !< at the end of the last step
     type(coupling_history_t) :: history
-    type(surface_load_t), allocatable :: loads(:), friction(:) !< of the last look, in space; the viscous part of it
+    type(surface_load_t), allocatable :: loads(:), friction(:) !< of the last sample, in space; its viscous part
     type(coupling_report_t) :: report
-    type(pressure_load_t), allocatable :: surfaces(:)    !< of the last look: pressure jumps, forces on the points
+    type(pressure_load_t), allocatable :: surfaces(:)    !< of the last sample: pressure jumps, forces on the points
     type(wing_solver_t), allocatable :: wings(:)         !< for their reports
     type(energy_meter_t), allocatable, private :: meters(:)
     type(sampler_t), private :: sampler
@@ -135,7 +135,7 @@ contains
     end do
   end subroutine coupler_init
 
-  !> Adds to `request` what the pass before a `look` must have kept.
+  !> Adds to `request` what the pass before `sample_load` must have kept.
   pure subroutine coupler_add_request(self, request)
     class(coupler_t), intent(in) :: self
     type(request_t), intent(inout) :: request
@@ -204,7 +204,7 @@ contains
     end do
   end subroutine sample
 
-  !> Takes the wings over a step dt [T] that `fluid` has just made, under the load last looked at and what the
+  !> Takes the wings over a step dt [T] that `fluid` has just made, under the load sampled last and what the
   !> coupling makes of it; gives their new deformation to `wings`, for their next placing. Fails if Newton's method
   !> does, if the sub-iterations do not converge, and if a wing bends beyond the limit; then the run cannot go on
   !> from this state. Only the strong coupling, which leaves the wings at the end of the step, and wings without thickness,
@@ -372,7 +372,7 @@ contains
     if (self%wings(i)%motion%is_mirrored) momenta = mirror_momenta(momenta)
   end function coupler_measure
 
-  !> Total force of the load last looked at on wing i, in space, rho L^4/T^2.
+  !> Total force of the load sampled last on wing i, in space, rho L^4/T^2.
   function coupler_surface_load(self, i) result(force)
     class(coupler_t), intent(in) :: self
     integer, intent(in) :: i

@@ -73,7 +73,7 @@ contains
     call shell_energies(fluid%rhs%world, fluid%rhs%params%grid, fluid%transform%sticks, fluid%rhs%state%u, self%energies)
   end subroutine spectra_record
 
-  !> Writes what the last `look` has seen, which was at `time`.
+  !> Writes what the last `record` has computed, which was at `time`.
   subroutine spectra_write(self, time)
     class(spectra_t), intent(inout) :: self
     real(rp), intent(in) :: time
