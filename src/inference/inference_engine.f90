@@ -78,8 +78,9 @@ contains
     if (failure%failed) return
     call refit_top_candidates(simulator, options, d)
     call d%restore_baseline(simulator)
-    if (options%validates) call validate(simulator, d%initial_baseline%active, d%initial_baseline%q, &
-                                         d%design%nuisances, options%fit, d%prediction%baseline)
+    if (options%validates) &
+      call validate(simulator, d%initial_baseline%active, d%initial_baseline%q, d%design%nuisances, options%fit, &
+                    d%prediction%baseline)
     call relinearise(simulator, options, d, is_new, model_error)
     if (is_new) then
       call test_hypotheses(simulator, options, is_scale_known, d, failure)

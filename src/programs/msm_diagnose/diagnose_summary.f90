@@ -57,8 +57,7 @@ contains
     if (size(zeros%value) > 1) call print_zeros(unit, zeros)
     if (d%prediction%has_gain) then
       write (unit, '(a)') 'gain      of log predictive density '//fixed(d%prediction%gain, 2)//' +- '// &
-        fixed(d%prediction%gain_error, 2)// &
-        ' for a location that was left out'
+        fixed(d%prediction%gain_error, 2)//' for a location that was left out'
     end if
     call print_modes(unit, s, d)
     if (size(next%order) > 0) call print_next(unit, s, d, next)
