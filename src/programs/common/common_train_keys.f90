@@ -114,8 +114,8 @@ contains
       call keys%integer('max_restarts', c%max_restarts, 9, 'at most', min=0, max=1000)
       call keys%integer('max_generations', o%max_iterations, 0, 'of a run; 0: without limit, paper: 100', min=0)
       call keys%integer('max_evaluations', o%max_evaluations, 0, &
-                        'of candidates in a search, restarts included; 0: 15 for every parameter at most, and if [Polish] moves '// &
-                        'follow the first generation that has a candidate that bears all loads; paper: without limit', min=0)
+                        'of candidates in a search, restarts included; 0: if [Polish] moves follow, until one of them bears '// &
+                        'all loads, and at most 15 for every parameter; paper: without limit', min=0)
       call keys%real('target', o%f_target, -1.0_rp, 'the search ends at a cost below; -1: none, paper: 1e-6 m', min=-1.0_rp)
       call keys%real('tolfun', o%tolfun, 1.0e-3_rp, &
                      'the run ends when costs of a generation and best costs of recent '// &
