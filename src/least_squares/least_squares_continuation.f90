@@ -73,7 +73,7 @@ contains
       narrowed%prior_sd = unknowns%prior_sd/s
       from = report%p
       call fit(problem, narrowed, from, rough, report)
-      call add_stage(s)
+      call add_stage(s, report, n_evaluations, path)
       if (size(report%path) == 0) return
       s = min(s/STEP, sqrt(report%chi2))
     end do
@@ -86,22 +86,23 @@ contains
     end if
     from = report%p
     call fit(problem, unknowns, from, options, report)
-    call add_stage(1.0_rp)
-
-  contains
-
-    subroutine add_stage(s)
-      real(rp), intent(in) :: s
-      real(rp), allocatable :: rows(:, :)
-      report%path(1, :) = report%path(1, :) + n_evaluations
-      n_evaluations = n_evaluations + report%n_evaluations
-      report%n_evaluations = n_evaluations
-      allocate (rows(4, size(report%path, 2)))
-      rows(:2, :) = report%path(:2, :)
-      rows(3, :) = report%path(3, :)/s**2
-      rows(4, :) = s
-      path = reshape([path, rows], [4, size(path, 2) + size(rows, 2)])
-    end subroutine add_stage
-
+    call add_stage(1.0_rp, report, n_evaluations, path)
   end subroutine fit_by_continuation
+
+  !> Appends what a stage accepted to the path, and counts its evaluations in the report too.
+  subroutine add_stage(s, report, n_evaluations, path)
+    real(rp), intent(in) :: s
+    type(fit_report_t), intent(inout) :: report
+    integer, intent(inout) :: n_evaluations
+    real(rp), allocatable, intent(inout) :: path(:, :)
+    real(rp), allocatable :: rows(:, :)
+    report%path(1, :) = report%path(1, :) + n_evaluations
+    n_evaluations = n_evaluations + report%n_evaluations
+    report%n_evaluations = n_evaluations
+    allocate (rows(4, size(report%path, 2)))
+    rows(:2, :) = report%path(:2, :)
+    rows(3, :) = report%path(3, :)/s**2
+    rows(4, :) = s
+    path = reshape([path, rows], [4, size(path, 2) + size(rows, 2)])
+  end subroutine add_stage
 end module least_squares_continuation

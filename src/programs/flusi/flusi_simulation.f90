@@ -89,10 +89,8 @@ contains
       return
     end if
     call self%files%settle(self%outcome)
-    if (self%outcome%failure%failed) then
-      call print_reason(self)
-      return
-    end if
+    if (self%outcome%failure%failed) call print_reason(self)
+    if (self%outcome%failure%failed) return
     call open_results(self, restarts, opening)
     if (self%outcome%failure%failed) then
       call self%fail(OUTCOME_UNWRITABLE)
