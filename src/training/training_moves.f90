@@ -39,6 +39,7 @@ contains
     type(trained_t) :: one
     type(fit_report_t) :: report
     real(rp) :: first_chi2
+    character(15) :: fall
     integer :: i, n, n_tried, n_in_vain, n_lower
     n = size(unknowns%prior)
     first_chi2 = trained%chi2
@@ -67,8 +68,9 @@ contains
       n_in_vain = 0
       n_lower = n_lower + 1
     end do
+    write (fall, '(f0.1)') first_chi2 - trained%chi2
     call log%say('polish    '//counted(n_tried, 'move')//' of single parameters, '//number_text(n_lower)// &
-                 ' of them to a lower minimum; chi^2 fell by '//number_text(first_chi2 - trained%chi2))
+                 ' of them to a lower minimum'//trim(merge('; chi^2 fell by '//fall, repeat(' ', 31), n_lower > 0)))
   end subroutine try_moves
 
   !> A fit by continuation from `trained` with unknown i one standard deviation of its prior on the other side of it.

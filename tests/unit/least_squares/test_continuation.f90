@@ -4,7 +4,7 @@
 program test_continuation
   use base_kinds, only: rp
   use curve_problems, only: two_wells_t
-  use least_squares_continuation, only: fit_by_continuation
+  use least_squares_continuation, only: fit_by_continuation, KNOWN_MINIMUM
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use least_squares_problem, only: unknowns_t
   use testkit, only: testkit_t
@@ -17,6 +17,7 @@ program test_continuation
   call t%start(parallel=.false.)
   call leave_wrong_minimum()
   call keep_declared_problem()
+  call leave_known_minimum()
   call keep_report_of_failure()
   call t%finish()
 
@@ -108,6 +109,25 @@ contains
     call t%check('so has any if stages are not wanted',.not. any(abs(path(4, :) - 1) > 0) .and. &
                  .not. abs(report%p(1) - plain%p(1)) > 0 .and. report%n_evaluations == plain%n_evaluations)
   end subroutine keep_declared_problem
+
+  !> From a known minimum: a start in the other well ends there, where the priors alone would lead back; one in the same well says
+  !> that it knows the minimum, after fewer evaluations.
+  subroutine leave_known_minimum()
+    type(two_wells_t) :: problem
+    type(fit_report_t) :: known, report
+    type(fit_options_t) :: options
+    real(rp), allocatable :: path(:, :)
+    problem%n_residuals = M
+    problem%error = ERROR
+    call fit_by_continuation(problem, some_unknowns(), [-2.0_rp], options, .true., known, path)
+    call t%check('stages about the prior lead to its well', known%p(1) > 0)
+    call fit_by_continuation(problem, some_unknowns(), [-2.0_rp], options, .true., report, path, known%p, [ERROR])
+    call t%check('stages about a start in the other well stay there', report%p(1) < 0 .and. report%is_converged)
+    call t%check_close('  and end in its minimum', report%p(1), -known%p(1), atol=ERROR)
+    call fit_by_continuation(problem, some_unknowns(), [1.5_rp], options, .true., report, path, known%p, [ERROR])
+    call t%check('a start in the same well meets the known minimum', report%reason == KNOWN_MINIMUM .and. &
+                 .not. report%is_converged .and. .not. any(abs(path(4, :) - 1) < ROUND_OFF))
+  end subroutine leave_known_minimum
 
   subroutine keep_report_of_failure()
     type(two_wells_t) :: problem

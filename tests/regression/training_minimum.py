@@ -1,0 +1,62 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A wing on which least squares that begin near [Wing] end in a minimum that is not the lowest: moves of single parameters
+leave it. The measurement is made by tools/make_measurement, whose mechanics are not the solver's.
+
+usage: training_minimum.py <msm_train> <h5dump> [tests]
+"""
+import json
+import re
+
+from whole_program import SOURCE, check, main
+
+from flusi_msm.measurement.case import read_case
+from flusi_msm.measurement.file import write_test
+from flusi_msm.measurement.synthesis import synthesise
+
+WING = SOURCE / "wings/calliphora_small.h5"
+YOUNG = 1.4258e9  # Pa
+JOINTS = {"A1+CuA2_CuA2": 1.827e-6, "C_h": 2.352e-5, "C_Sc": 2.259e-4, "M1+2_bm-cu": 8.245e-6, "M1+2_bend": 2.126e-7,
+          "R1_Rs": 1.8716e-5, "R4+5_r-m": 8.757e-6, "CuA1_base": 1.7345e-5, "R2+3_base": 1.6786e-5, "R4+5_base": 1.7634e-5}  # N m/rad
+
+
+def measure(path):
+    """Ten loads, errors of 10 um."""
+    description = SOURCE / "ini/train.json"
+    designed = json.loads(description.read_text())["stiffness"]["E"]
+    case = read_case(description, [f"wing={json.dumps(str(WING))}", "noise.reference_scans=100"], drop=("stiffness",))
+    case.stiffness.plate = "edges"
+    case.stiffness.E = YOUNG
+    case.stiffness.joints = dict(JOINTS)
+    case.loads = [(point, vector * (YOUNG / designed)) for point, vector in case.loads]
+    case.seed = 11
+    content, _ = synthesise(case)
+    write_test(path, content)
+
+
+def train(case, name, moves, ranks=0):
+    """What msm_train says, and the sum of squares where it ends."""
+    case.write(f"{name}.ini", {
+        "Wing": {"file": WING}, "Measurement": {"file": "measurement.h5"},
+        "Train": {"parameters": "E 1e8 1e12, joint:* 1e-8 1e-2", "seed": 11},
+        "CMAES": {"max_evaluations": 11}, "Polish": {"moves": moves, "starts": 1, "intervals": "no"},
+        "Saving": {"name": name, "result": f"{name}_trained.ini", "progress_interval": 1e6}})
+    done = case.run(f"{name}.ini", ranks=ranks)
+    found = re.search(r"chi\^2 = +(\S+) of", done.out)
+    check(found is not None, f"the sum of squares is told:\n{done.out}")
+    return done.out, float(found[1])
+
+
+def test_moves(case):
+    """Without moves the training ends 44 above the lowest minimum, within the declared errors."""
+    measure(case.folder / "measurement.h5")
+    text, stuck = train(case, "stuck", "no")
+    check("moves of single parameters" not in text, f"moves = no makes none:\n{text}")
+    text, lowest = train(case, "free", "yes")
+    check(lowest < stuck - 20, f"moves lead lower: {stuck} without them, {lowest} with them\n{text}")
+    check("to a lower minimum" in text and "first of all in joint:R4+5_base" in text, f"and that is told:\n{text}")
+    _, again = train(case, "ranks", "yes", ranks=2)
+    check(again == lowest, f"two ranks find the same: {again}")
+
+
+main(globals())
