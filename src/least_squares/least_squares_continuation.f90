@@ -15,6 +15,7 @@
 !> Kaltenbacher, Neubauer and Scherzer, Iterative Regularization Methods for Nonlinear Ill-Posed Problems, 2008.)
 module least_squares_continuation
   use base_kinds, only: rp
+  use base_lapack, only: solve_least_squares
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use least_squares_problem, only: least_squares_t, unknowns_t
   implicit none
@@ -35,8 +36,8 @@ contains
   !> errors has no stage but the last; one that is not valid has none.
   !>
   !> With a `known` minimum, whose unknowns have the standard deviations known_sd, the start is a trial whether there is
-  !> another one: stages narrow the priors about the start, and a fit that comes as near to the known minimum as its errors
-  !> tell skips the last stage. The reason in its report is then KNOWN_MINIMUM, and it is not converged.
+  !> another one: stages narrow the priors about the start, and there are no more of them once a step of Gauss and Newton would
+  !> lead to the known minimum. The reason in the report is then KNOWN_MINIMUM, and it is not converged.
   subroutine fit_by_continuation(problem, unknowns, start, options, has_stages, report, path, known, known_sd)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
@@ -75,19 +76,40 @@ contains
       call fit(problem, narrowed, from, rough, report)
       call add_stage(s, report, n_evaluations, path)
       if (size(report%path) == 0) return
+      if (present(known)) then
+        if (leads_to(known, known_sd, unknowns, report)) return
+      end if
       s = min(s/STEP, sqrt(report%chi2))
     end do
-    if (present(known)) then
-      if (all(abs(report%p - known) <= known_sd)) then
-        report%is_converged = .false.
-        report%reason = KNOWN_MINIMUM
-        return
-      end if
-    end if
     from = report%p
     call fit(problem, unknowns, from, options, report)
     call add_stage(1.0_rp, report, n_evaluations, path)
   end subroutine fit_by_continuation
+
+  !> Whether the declared problem, linear about the point of the report, has its minimum within the errors of the known one;
+  !> says so in the report.
+  logical function leads_to(known, known_sd, unknowns, report)
+    real(rp), intent(in) :: known(:), known_sd(:)
+    type(unknowns_t), intent(in) :: unknowns
+    type(fit_report_t), intent(inout) :: report
+    real(rp), allocatable :: rows(:, :), right(:)
+    real(rp) :: step(size(known))
+    integer :: i, m
+    m = size(report%residuals)
+    allocate (rows(m + size(known), size(known)), right(m + size(known)), source=0.0_rp)
+    rows(:m, :) = report%jacobian
+    right(:m) = -report%residuals
+    do i = 1, size(known)
+      if (.not. unknowns%prior_sd(i) > 0) cycle
+      rows(m + i, i) = 1/unknowns%prior_sd(i)
+      right(m + i) = -(report%p(i) - unknowns%prior(i))/unknowns%prior_sd(i)
+    end do
+    call solve_least_squares(rows, right, step, leads_to)
+    if (leads_to) leads_to = all(abs(report%p + step - known) <= known_sd)
+    if (.not. leads_to) return
+    report%is_converged = .false.
+    report%reason = KNOWN_MINIMUM
+  end function leads_to
 
   !> Appends what a stage accepted to the path, and counts its evaluations in the report too.
   subroutine add_stage(s, report, n_evaluations, path)

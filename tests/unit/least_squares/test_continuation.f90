@@ -125,8 +125,8 @@ contains
     call t%check('stages about a start in the other well stay there', report%p(1) < 0 .and. report%is_converged)
     call t%check_close('  and end in its minimum', report%p(1), -known%p(1), atol=ERROR)
     call fit_by_continuation(problem, some_unknowns(), [1.5_rp], options, .true., report, path, known%p, [ERROR])
-    call t%check('a start in the same well meets the known minimum', report%reason == KNOWN_MINIMUM .and. &
-                 .not. report%is_converged .and. .not. any(abs(path(4, :) - 1) < ROUND_OFF))
+    call t%check('a start in the same well meets the known minimum', report%reason == KNOWN_MINIMUM)
+    call t%check('  without the last stage',.not. (report%is_converged .or. any(abs(path(4, :) - 1) < ROUND_OFF)))
   end subroutine leave_known_minimum
 
   subroutine keep_report_of_failure()
