@@ -24,6 +24,7 @@ module least_squares_continuation
 
   character(*), parameter, public :: KNOWN_MINIMUM = 'it leads to the known minimum'
 
+  integer, parameter :: FEW = 3 !< steps of the last stage between looks whether it leads to the known minimum
   real(rp), parameter :: STEP = 10 !< s falls by this factor at least, so that there are finitely many stages
   ! A stage needs to end only where the next one can begin.
   real(rp), parameter :: STAGE_REDUCTION = 1.0e-3_rp, STAGE_STEP = 1.0e-2_rp
@@ -51,7 +52,7 @@ contains
     type(fit_options_t) :: rough
     real(rp), allocatable :: from(:)
     real(rp) :: s
-    integer :: n_evaluations
+    integer :: n_evaluations, i
     allocate (path(4, 0))
     n_evaluations = 0
     report%p = start
@@ -81,9 +82,22 @@ contains
       end if
       s = min(s/STEP, sqrt(report%chi2))
     end do
-    from = report%p
-    call fit(problem, unknowns, from, options, report)
-    call add_stage(1.0_rp, report, n_evaluations, path)
+    if (present(known)) then
+      ! The last stage is long, and most of them lead back.
+      rough = options
+      rough%most_iterations = FEW
+      do i = 1, options%most_iterations/FEW
+        from = report%p
+        call fit(problem, unknowns, from, rough, report)
+        call add_stage(1.0_rp, report, n_evaluations, path)
+        if (report%is_converged .or. report%n_accepted == 0) return
+        if (leads_to(known, known_sd, unknowns, report)) return
+      end do
+    else
+      from = report%p
+      call fit(problem, unknowns, from, options, report)
+      call add_stage(1.0_rp, report, n_evaluations, path)
+    end if
   end subroutine fit_by_continuation
 
   !> Whether the declared problem, linear about the point of the report, has its minimum within the errors of the known one;

@@ -224,11 +224,11 @@ def test_mistakes(case):
                               ({"CMAES": {"c_sigma": 1.5}}, "[CMAES] c_sigma"),
                               ({"CMAES": {"alpha_minus": 1, "weights": "positive"}}, "alpha_minus needs active"),
                               ({"Saving": {"result": "train.ini"}}, "train.ini is an input file and would be overwritten"),
-                              ({"Saving": {"result": "twin.h5"}}, "[Saving] result: twin.h5 is read"),
-                              ({"Saving": {"result": str(WING)}}, f"{WING} is read"),
-                              ({"include": {"file": "part.ini"}, "Saving": {"result": "part.ini"}}, "part.ini is read"),
+                              ({"Saving": {"result": "twin.h5"}}, "[Saving] result: twin.h5 is an input file"),
+                              ({"Saving": {"result": str(WING)}}, f"{WING} is an input file"),
+                              ({"include": {"file": "part.ini"}, "Saving": {"result": "part.ini"}}, "part.ini is an input file"),
                               ({"Train": {"parameters": "joint:*", "stages": 2}}, "second stage fixes E"),
-                              ({"Train": {"parameters": "D, thickness"}}, "are one parameter"),
+                              ({"Train": {"parameters": "D, thickness"}}, "change the same stiffness"),
                               ({"Train": {"parameters": ","}}, "the list is empty")):
         case.write("train.ini", training(**changed))
         done = case.run("train.ini", ranks=0, code=EXIT_USER)
