@@ -5,7 +5,7 @@ the gain that the true cause would bring. The last line is JSON.
 usage: bench/diagnosis/run [--cases 762] [--seed S] [--folder runs/bench_diagnosis] [--program build/release/bin/msm_diagnose]
                        [--jobs 1] [--ranks 1] [--shard K/N] [--only generate|diagnose|score] [--hours H]
                        [--archive bench/diagnosis/diagnosis_study.jsonl] [--figure docs/images/diagnosis_confusion.png]
-                       [--write-map src/inference/inference_probability_table.f90]
+                       [--write-map src/inference/probability/inference_probability_table.f90]
 
 762 cases are the whole study: 250 nulls, 200 causes outside the catalogue and 60 causes of it in each of five ranges of
 the signal-to-noise ratio on the small blowfly wing, and 12 cases on the one of 1015 points. They are mixed so that the

@@ -79,7 +79,7 @@ class Map(unittest.TestCase):
         self.assertEqual(tried["maps"], {})
         self.assertEqual(tried["ece_raw"], tried["ece_mapped"])
         self.assertIn("none", table_of(tried))
-        shipped = (SOURCE / "src/inference/inference_probability_table.f90").read_text()
+        shipped = (SOURCE / "src/inference/probability/inference_probability_table.f90").read_text()
         empty = fortran_of(tried, {"seed": 1, "cases": 40, "program": "0"})
         self.assertIn("KNOTS = 0", empty)
         if "KNOTS = 0" in shipped:

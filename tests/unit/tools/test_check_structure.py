@@ -142,6 +142,17 @@ end module base_case
         self.assertEqual(check(source(58))[0], 0)
         self.assert_found(source(59), ":9: procedure long has 61 lines; at most 60")
 
+    def test_crowded_folder(self):
+        for count in (25, 26):
+            with tempfile.TemporaryDirectory() as root:
+                folder = Path(root) / "src" / "base"
+                folder.mkdir(parents=True)
+                for i in range(count):
+                    (folder / f"base_{i}.f90").write_text(module(f"base_{i}"))
+                done = subprocess.run([sys.executable, str(TOOL), root], capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, count > 25, done.stdout)
+            self.assertEqual("src/base:0: 26 files; at most 25" in done.stdout, count > 25, done.stdout)
+
     def test_no_sources(self):
         with tempfile.TemporaryDirectory() as root:
             done = subprocess.run([sys.executable, str(TOOL), root], capture_output=True, text=True, check=False)

@@ -67,7 +67,7 @@ def table_of(tried):
 
 
 def fortran_of(tried, facts):
-    """Source of src/inference/inference_probability_table.f90. facts: {"seed": .., "program": .., "cases": ..}."""
+    """Source of src/inference/probability/inference_probability_table.f90. facts: {"seed": .., "program": .., "cases": ..}."""
     rows = [(CODES[word], p, value) for word, knots in tried["maps"].items() for p, value in knots]
 
     def array(values):
