@@ -20,7 +20,7 @@ contains
 
   !> Puts the state into an open checkpoint. Collective.
   subroutine save_fluid(writer, params, sticks, state)
-    type(checkpoint_writer_t), intent(inout) :: writer
+    type(checkpoint_writer_t), intent(inout), target :: writer
     type(fluid_params_t), intent(in) :: params
     type(sticks_t), intent(in) :: sticks
     type(fluid_state_t), intent(inout) :: state !< stays as it is
@@ -42,7 +42,7 @@ contains
   !> Restores the state from an open checkpoint. Fails, naming the difference, if it belongs to another
   !> grid, box, truncation or scheme. Collective.
   subroutine load_fluid(reader, params, sticks, state, failure)
-    type(checkpoint_reader_t), intent(inout) :: reader
+    type(checkpoint_reader_t), intent(inout), target :: reader
     type(fluid_params_t), intent(in) :: params
     type(sticks_t), intent(in) :: sticks
     type(fluid_state_t), intent(inout) :: state

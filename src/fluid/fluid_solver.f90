@@ -216,6 +216,7 @@ contains
     class(moving_solids_t), intent(inout) :: moving
     real(rp), intent(in) :: time
     call moving%place(time, self%rhs%penalty, self%rhs%failure)
+    if (self%rhs%failure%failed) return
     call moving%refer(self%rhs%params%solids%centre)
     self%rhs%solid_speed = moving%max_speed()
   end subroutine place_solids

@@ -97,7 +97,7 @@ contains
     end if
   end subroutine diagnosis_restore_extended
 
-  !> z and rest of the data at the point q.
+  !> z and the residual sum of squares of the data at the point q.
   subroutine compress_at(simulator, q, design, z, residual_square, failure)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)

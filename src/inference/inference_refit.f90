@@ -131,7 +131,7 @@ contains
     end do
   end function nested_unknowns
 
-  !> Fits the parameters `active` over the observations of the whitener, from q. usual(parameters), where given, is a
+  !> Fits the parameters `active` over the observations of the whitener, from q. typical(parameters), where given, is a
   !> point as far from their null as effects are expected to be.
   subroutine fit_nested(simulator, whitener, active, q, options, found, typical)
     class(simulator_t), intent(inout), target :: simulator

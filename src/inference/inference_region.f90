@@ -41,7 +41,7 @@ module inference_region
 
 contains
 
-  !> The region for z(k), in units of the noise. place(2, patterns) [m] of the simulator's patterns, `distance` [m] of
+  !> The region for z(k), in units of the noise. site(2, patterns) [m] of the simulator's patterns, `distance` [m] of
   !> neighbours on their lattice.
   subroutine find_region(design, z, site, distance, region)
     type(design_t), intent(in) :: design

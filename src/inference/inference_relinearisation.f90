@@ -107,7 +107,7 @@ contains
       trial_whitener = whitener
       call simulator%evaluate(top_fit%q, [integer ::], residuals, nothing, is_valid)
       if (is_valid) call simulator%accept()
-      ! Twice: what the errors did for the baseline is another thing than what they do for the leader.
+      ! Twice: what the errors did for the baseline is another thing than what they do for the top candidate.
       if (is_valid) call relinearise_nuisances(simulator, trial_whitener, top_fit%q, is_valid)
       if (is_valid) call relinearise_nuisances(simulator, trial_whitener, top_fit%q, is_valid)
       if (is_valid .and. present(model_error)) call model_error%renew(trial_whitener, top_fit%q)

@@ -15,16 +15,13 @@
 !> Kaltenbacher, Neubauer and Scherzer, Iterative Regularization Methods for Nonlinear Ill-Posed Problems, 2008.)
 module least_squares_continuation
   use base_kinds, only: rp
-  use base_lapack, only: solve_least_squares
-  use least_squares_fit, only: fit, fit_options_t, fit_report_t
+  use least_squares_fit, only: fit
   use least_squares_problem, only: least_squares_t, unknowns_t
+  use least_squares_report, only: fit_options_t, fit_report_t, leads_to_known
   implicit none
   private
   public :: fit_by_continuation
 
-  character(*), parameter, public :: KNOWN_MINIMUM = 'it leads to the known minimum'
-
-  integer, parameter :: FEW = 3 !< steps of the last stage between looks whether it leads to the known minimum
   real(rp), parameter :: STEP = 10 !< s falls by this factor at least, so that there are finitely many stages
   ! A stage needs to end only where the next one can begin.
   real(rp), parameter :: STAGE_REDUCTION = 1.0e-3_rp, STAGE_STEP = 1.0e-2_rp
@@ -37,8 +34,8 @@ contains
   !> errors has no stage but the last; one that is not valid has none.
   !>
   !> With a `known` minimum, whose unknowns have the standard deviations known_sd, the start is a trial whether there is
-  !> another one: stages narrow the priors about the start, and there are no more of them once a step of Gauss and Newton would
-  !> lead to the known minimum. The reason in the report is then KNOWN_MINIMUM, and it is not converged.
+  !> another one: stages narrow the priors about the start, and the fit ends once it leads to the known minimum, see
+  !> `leads_to_known`.
   subroutine fit_by_continuation(problem, unknowns, start, options, has_stages, report, path, known, known_sd)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
@@ -49,10 +46,10 @@ contains
     real(rp), allocatable, intent(out) :: path(:, :)
     real(rp), intent(in), optional :: known(:), known_sd(:)
     type(unknowns_t) :: narrowed
-    type(fit_options_t) :: rough
+    type(fit_options_t) :: rough, last
     real(rp), allocatable :: from(:)
     real(rp) :: s
-    integer :: n_evaluations, i
+    integer :: n_evaluations
     allocate (path(4, 0))
     n_evaluations = 0
     report%p = start
@@ -78,52 +75,17 @@ contains
       call add_stage(s, report, n_evaluations, path)
       if (size(report%path) == 0) return
       if (present(known)) then
-        if (leads_to(known, known_sd, unknowns, report)) return
+        if (leads_to_known(known, known_sd, unknowns, report)) return
       end if
       s = min(s/STEP, sqrt(report%chi2))
     end do
-    if (present(known)) then
-      ! The last stage is long, and most of them lead back.
-      rough = options
-      rough%most_iterations = FEW
-      do i = 1, options%most_iterations/FEW
-        from = report%p
-        call fit(problem, unknowns, from, rough, report)
-        call add_stage(1.0_rp, report, n_evaluations, path)
-        if (report%is_converged .or. report%n_accepted == 0) return
-        if (leads_to(known, known_sd, unknowns, report)) return
-      end do
-    else
-      from = report%p
-      call fit(problem, unknowns, from, options, report)
-      call add_stage(1.0_rp, report, n_evaluations, path)
-    end if
+    last = options
+    if (present(known)) last%known = known
+    if (present(known)) last%known_sd = known_sd
+    from = report%p
+    call fit(problem, unknowns, from, last, report)
+    call add_stage(1.0_rp, report, n_evaluations, path)
   end subroutine fit_by_continuation
-
-  !> Whether the declared problem, linear about the point of the report, has its minimum within the errors of the known one;
-  !> says so in the report.
-  logical function leads_to(known, known_sd, unknowns, report)
-    real(rp), intent(in) :: known(:), known_sd(:)
-    type(unknowns_t), intent(in) :: unknowns
-    type(fit_report_t), intent(inout) :: report
-    real(rp), allocatable :: rows(:, :), right(:)
-    real(rp) :: step(size(known))
-    integer :: i, m
-    m = size(report%residuals)
-    allocate (rows(m + size(known), size(known)), right(m + size(known)), source=0.0_rp)
-    rows(:m, :) = report%jacobian
-    right(:m) = -report%residuals
-    do i = 1, size(known)
-      if (.not. unknowns%prior_sd(i) > 0) cycle
-      rows(m + i, i) = 1/unknowns%prior_sd(i)
-      right(m + i) = -(report%p(i) - unknowns%prior(i))/unknowns%prior_sd(i)
-    end do
-    call solve_least_squares(rows, right, step, leads_to)
-    if (leads_to) leads_to = all(abs(report%p + step - known) <= known_sd)
-    if (.not. leads_to) return
-    report%is_converged = .false.
-    report%reason = KNOWN_MINIMUM
-  end function leads_to
 
   !> Appends what a stage accepted to the path, and counts its evaluations in the report too.
   subroutine add_stage(s, report, n_evaluations, path)

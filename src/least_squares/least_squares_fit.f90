@@ -9,39 +9,10 @@ module least_squares_fit
   use base_kinds, only: rp
   use base_lapack, only: solve_least_squares, triangle_of
   use least_squares_problem, only: least_squares_t, unknowns_t
+  use least_squares_report, only: fit_options_t, fit_report_t, leads_to_known
   implicit none
   private
   public :: fit, fit_options_t, fit_report_t
-
-  !> Choices of the algorithm.
-  type :: fit_options_t
-    real(rp) :: damping = 1.0e-3_rp       !< of the first step; 0: a full Gauss-Newton step
-    real(rp) :: step_tolerance = 1.0e-9_rp      !< of an unknown, in its unit (1 where it is a logarithm)
-    real(rp) :: reduction_tolerance = 1.0e-12_rp !< relative, of the sum of squares
-    real(rp) :: largest_step = 2.0_rp           !< of an unknown, in its unit
-    integer :: most_iterations = 100            !< steps tried
-    !> Rejected steps in a row after which the sum of squares is said to jump, as where a load stands at a fold, and the best
-    !> point is taken for the minimum.
-    integer :: most_rejections = huge(1)
-    logical :: is_smooth = .false. !< a point to which the residuals jump is not valid, see least_squares_t
-  end type fit_options_t
-
-  !> What came out. Everything belongs to the point p.
-  type :: fit_report_t
-    logical :: is_converged = .false.
-    logical :: has_jumped = .false.             !< it ended as residuals jump: at the start, or wherever a step leads
-    character(:), allocatable :: reason         !< why it ended
-    real(rp), allocatable :: p(:)
-    real(rp), allocatable :: residuals(:), jacobian(:, :) !< those of the problem, without priors
-    real(rp) :: chi2 = 0                        !< sum of their squares
-    real(rp) :: prior_chi2 = 0                  !< the same of the priors
-    logical, allocatable :: is_at_bound(:)
-    integer :: n_accepted = 0, n_evaluations = 0
-    real(rp) :: last_step = 0                   !< largest change of an unknown, in its unit, in the last step tried
-    real(rp), allocatable :: path(:, :)         !< (3, 0:n_accepted) evaluations so far, chi2, prior_chi2
-  contains
-    procedure :: cost => report_cost
-  end type fit_report_t
 
   !> The step that is tried, and how far steps may go.
   type :: trial_t
@@ -87,6 +58,9 @@ contains
       end if
       if (trial%ratio(report%cost()) > 1.0e-4_rp) then
         call accept_step(problem, unknowns, options, report, trial)
+        if (allocated(options%known)) then
+          if (leads_to_known(options%known, options%known_sd, unknowns, report)) exit
+        end if
       else
         call reject_step(options, report, trial, is_end)
         if (is_end) exit
@@ -244,12 +218,6 @@ contains
     is_end = report%last_step <= options%step_tolerance
     if (is_end) report%reason = 'even the smallest steps fail'
   end subroutine reject_step
-
-  !> The sum of squares with priors.
-  pure real(rp) function report_cost(self) result(cost)
-    class(fit_report_t), intent(in) :: self
-    cost = self%chi2 + self%prior_chi2
-  end function report_cost
 
   !> Adds the present point to the path.
   pure subroutine remember(report)

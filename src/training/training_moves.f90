@@ -4,10 +4,12 @@
 !> is moved to the other side of its prior, and the fit is repeated from there. On rank 0.
 module training_moves
   use base_kinds, only: rp
+  use base_process, only: wall_seconds
   use base_text, only: number_text
-  use least_squares_continuation, only: fit_by_continuation, KNOWN_MINIMUM
-  use least_squares_fit, only: fit_report_t
+  use least_squares_continuation, only: fit_by_continuation
   use least_squares_problem, only: unknowns_t
+  use least_squares_profile, only: THRESHOLD_90
+  use least_squares_report, only: fit_report_t, KNOWN_MINIMUM
   use training_case, only: training_case_t
   use training_fit, only: counted, polish_from_start
   use training_listener, only: training_listener_t
@@ -18,15 +20,17 @@ module training_moves
   private
   public :: try_moves
 
-  real(rp), parameter :: LOWER = 0.1_rp !< of chi^2: minima that differ less are one minimum, with 1 as the change of one sd
+  !> Of chi^2: minima that differ by less, or by less than a millionth of it, are one minimum; one sd changes it by 1.
+  real(rp), parameter :: LOWER = 0.1_rp, RELATIVELY_LOWER = 1.0e-6_rp
   integer, parameter :: MOST_ROUNDS = 5 !< every parameter is moved so often at most
 
 contains
 
-  !> Replaces `trained`, which must be polished and solved, by the lowest minimum that moves lead to, and appends what it
-  !> meets on the way to local_minima(1 + unknowns, :), see trained_t. A lower minimum is the next one from which all
-  !> parameters are moved. It ends when no move leads lower, or if the pool is stopped. Parameters that are fixed or have no prior
-  !> are not moved. n_evaluations grows by the points that were solved. Every move begins cold: it depends on the minimum alone.
+  !> Replaces `trained`, which must be polished and solved, by the lowest minimum that moves lead to, and appends to
+  !> local_minima(1 + unknowns, :), see trained_t, all others that fit as well as it, within the 90 % interval by chi^2. A lower
+  !> minimum is the next one from which all parameters are moved. It ends when no move leads lower, or if the pool is stopped.
+  !> Parameters that are fixed or have no prior are not moved. n_evaluations grows by the points that were solved. Every move
+  !> begins cold: it depends on the minimum alone.
   subroutine try_moves(settings, problem, unknowns, objective, log, trained, local_minima, n_evaluations)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem
@@ -39,39 +43,52 @@ contains
     type(trained_t) :: one
     type(fit_report_t) :: report
     real(rp) :: first_chi2
-    character(15) :: fall
-    integer :: i, n, n_tried, n_in_vain, n_lower
+    integer :: i, k, n, n_tried, n_in_vain, n_lower
+    if (trained%chi2 <= LOWER) return
     n = size(unknowns%prior)
     first_chi2 = trained%chi2
     n_tried = 0
     n_in_vain = 0
     n_lower = 0
-    i = 0
     problem%n_parts = n
-    do while (n_in_vain < n .and. n_tried < MOST_ROUNDS*n)
-      i = modulo(i, n) + 1
-      n_tried = n_tried + 1
+    problem%begun = wall_seconds()
+    do k = 1, MOST_ROUNDS*n
+      if (n_in_vain >= n) exit
+      i = modulo(k - 1, n) + 1
       n_in_vain = n_in_vain + 1
       if (unknowns%is_fixed(i) .or. .not. unknowns%prior_sd(i) > 0) cycle
+      n_tried = n_tried + 1
       problem%part = n_in_vain
       call move(settings, problem, unknowns, i, trained, report)
       n_evaluations = n_evaluations + report%n_evaluations
       if (problem%pool%is_stopped) return
-      if (.not. leads_lower(report, trained)) cycle
-      call polish_from_start(settings, problem, unknowns, objective, report%p, .false., .false., log, one)
+      if (.not. ends_elsewhere(report, trained)) cycle
+      call polish_from_start(settings, problem, unknowns, objective, report%p, .false., report%chi2 >= trained%chi2, log, one)
       n_evaluations = n_evaluations + one%n_evaluations
       if (problem%pool%is_stopped) return
       if (.not. (one%is_solved .and. one%is_polished)) cycle
       local_minima = reshape([local_minima, one%chi2, one%coordinates], [1 + n, size(local_minima, 2) + 1])
-      if (one%chi2 >= trained%chi2 - LOWER) cycle
+      if (one%chi2 >= trained%chi2 - max(LOWER, RELATIVELY_LOWER*trained%chi2)) cycle
       trained = one
       n_in_vain = 0
       n_lower = n_lower + 1
     end do
-    write (fall, '(f0.1)') first_chi2 - trained%chi2
-    call log%say('polish    '//counted(n_tried, 'move')//' of single parameters, '//number_text(n_lower)// &
-                 ' of them to a lower minimum'//trim(merge('; chi^2 fell by '//fall, repeat(' ', 31), n_lower > 0)))
+    if (n_tried > 0) call tell_moves(log, n_tried, n_lower, first_chi2 - trained%chi2)
   end subroutine try_moves
+
+  subroutine tell_moves(log, n_tried, n_lower, fall)
+    class(training_listener_t), intent(inout) :: log
+    integer, intent(in) :: n_tried, n_lower
+    real(rp), intent(in) :: fall !< of chi^2
+    character(20) :: text
+    write (text, '(f0.1)') fall
+    if (n_lower > 0) then
+      call log%say('polish    '//counted(n_tried, 'move')//' of single parameters, '//number_text(n_lower)// &
+                   ' of them to a lower minimum; chi^2 fell by '//trim(text))
+    else
+      call log%say('polish    '//counted(n_tried, 'move')//' of single parameters, none to a lower minimum')
+    end if
+  end subroutine tell_moves
 
   !> A fit by continuation from `trained` with unknown i one standard deviation of its prior on the other side of it.
   subroutine move(settings, problem, unknowns, i, trained, report)
@@ -86,6 +103,9 @@ contains
     start = trained%coordinates
     start(i) = unknowns%prior(i) - sign(unknowns%prior_sd(i), start(i) - unknowns%prior(i))
     start = max(unknowns%lower, min(unknowns%upper, start))
+    ! A parameter at a bound, where its prior is too, has but one side.
+    if (abs(start(i) - trained%coordinates(i)) < unknowns%prior_sd(i)/10) &
+      start(i) = max(unknowns%lower(i), min(unknowns%upper(i), unknowns%prior(i) + unknowns%prior_sd(i)))
     problem%is_cold = .false.
     problem%is_start = .false.
     problem%lowest = huge(1.0_rp)
@@ -93,12 +113,14 @@ contains
                              trained%posterior%sd)
   end subroutine move
 
-  !> Whether a fit ended somewhere else, with a smaller sum of squares.
-  pure logical function leads_lower(report, trained)
+  !> Whether a fit ended in another point that is lower, or that fits as well.
+  pure logical function ends_elsewhere(report, trained)
     type(fit_report_t), intent(in) :: report
     type(trained_t), intent(in) :: trained
-    leads_lower = .false.
+    ends_elsewhere = .false.
     if (report%reason == KNOWN_MINIMUM .or. size(report%path) == 0) return
-    leads_lower = report%chi2 < trained%chi2 - LOWER
-  end function leads_lower
+    ends_elsewhere = report%chi2 <= trained%chi2 + THRESHOLD_90
+    if (report%chi2 >= trained%chi2 - LOWER) &
+      ends_elsewhere = ends_elsewhere .and. any(abs(report%p - trained%coordinates) > trained%posterior%sd)
+  end function ends_elsewhere
 end module training_moves

@@ -149,7 +149,7 @@ contains
     type(identity_t), intent(out) :: was
     type(failure_t), intent(inout) :: failure
     type(world_t) :: alone
-    type(checkpoint_reader_t) :: reader
+    type(checkpoint_reader_t), target :: reader
     character(:), allocatable :: name, text
     integer(i8) :: number
     logical :: found
@@ -183,7 +183,7 @@ contains
   subroutine load_state(self, settings, reader, failure)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in) :: settings
-    type(checkpoint_reader_t), intent(inout) :: reader
+    type(checkpoint_reader_t), intent(inout), target :: reader
     type(failure_t), intent(inout) :: failure
     type(checkpoint_loader_t) :: loader
     real(rp), allocatable :: numbers(:)
@@ -368,7 +368,7 @@ contains
   !> Writes the next of the two alternating checkpoints.
   subroutine search_back_up(self)
     class(train_search_t), intent(inout) :: self
-    type(checkpoint_writer_t) :: writer
+    type(checkpoint_writer_t), target :: writer
     type(checkpoint_saver_t) :: saver
     call self%slots%begin(writer, self%failure)
     call self%identity%save(writer)

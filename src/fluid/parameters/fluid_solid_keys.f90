@@ -177,7 +177,10 @@ contains
     if (s%obstacle /= 'none' .and. w%has_inflow) call c%complain(errors, 'Penalization', 'obstacle', &
       'is of no use with iChannel = turek, which has a cylinder of its own; valid: none')
     shape = s%shape()
-    if (s%obstacle /= 'none') shape%name = s%obstacle
+    call shape%mistake(key, text)
+    if (key /= '') call c%complain(errors, 'Geometry', key, text)
+    if (s%obstacle == 'none' .or. shape%name == s%obstacle) return
+    shape%name = s%obstacle
     call shape%mistake(key, text)
     if (key /= '') call c%complain(errors, 'Geometry', key, text)
   end subroutine check_bodies

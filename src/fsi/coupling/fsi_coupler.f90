@@ -244,7 +244,7 @@ contains
         end if
       end if
       do i = 1, size(self%wings)
-        if (sqrt(maxval(sum(wings%deformation(i)%u**2, 1))) <= p%largest_deflection*wings%params%wings(i)%length()) cycle
+        if (.not. sqrt(maxval(sum(wings%deformation(i)%u**2, 1))) > p%largest_deflection*wings%params%wings(i)%length()) cycle
         call failure%raise('the '//trim(wings%params%wings(i)%side)//' wing bends beyond the limit [Flexible_wing] '// &
                            'largest_deflection: check the stiffness in [Wing] and [units], or raise the limit')
       end do

@@ -21,7 +21,7 @@ contains
 
   !> Puts the states of the wings into an open checkpoint. Collective.
   subroutine save_wings(writer, wings, coupler)
-    type(checkpoint_writer_t), intent(inout) :: writer
+    type(checkpoint_writer_t), intent(inout), target :: writer
     type(flapping_wings_t), intent(in) :: wings
     type(coupler_t), intent(in) :: coupler
     character(:), allocatable :: side
@@ -56,7 +56,7 @@ contains
   !> Restores the states and gives the deformation to `wings`. Fails if the checkpoint has no flexible wings or
   !> others. Collective.
   subroutine load_wings(reader, wings, coupler, failure)
-    type(checkpoint_reader_t), intent(inout) :: reader
+    type(checkpoint_reader_t), intent(inout), target :: reader
     type(flapping_wings_t), intent(inout) :: wings
     type(coupler_t), intent(inout) :: coupler
     type(failure_t), intent(inout) :: failure
@@ -79,7 +79,7 @@ contains
 
   !> Restores wing i, whose entries have names that begin with `side`.
   subroutine load_wing(reader, side, coupler, i, failure)
-    type(checkpoint_reader_t), intent(inout) :: reader
+    type(checkpoint_reader_t), intent(inout), target :: reader
     character(*), intent(in) :: side
     type(coupler_t), intent(inout) :: coupler
     integer, intent(in) :: i
@@ -106,7 +106,7 @@ contains
 
   !> Whether an open checkpoint holds flexible wings.
   logical function has_flexible_wings(reader)
-    type(checkpoint_reader_t), intent(inout) :: reader
+    type(checkpoint_reader_t), intent(inout), target :: reader
     has_flexible_wings = reader%has('wing_mesh')
   end function has_flexible_wings
 end module fsi_restart

@@ -53,7 +53,7 @@ contains
     allocate (self%force(3, n), self%friction(3, n), source=0.0_rp)
   end subroutine load_init
 
-  !> Sets the `lines` of the grid (ny_local, nz_local) at which `look` will look for the surface where it is now, with
+  !> Sets the `lines` of the grid (ny_local, nz_local) at which `sample` will look for the surface where it is now, with
   !> the same arguments; leaves the others as they are.
   subroutine load_select_lines(self, surface, sampler, distance, extrapolates, lines)
     class(pressure_load_t), intent(inout) :: self
@@ -136,7 +136,7 @@ contains
     end do
   end subroutine load_show
 
-  !> Adds the viscous traction on both sides to `force`, at the places of the last `look`; it is in `friction`, too.
+  !> Adds the viscous traction on both sides to `force`, at the places of the last `sample`; it is in `friction`, too.
   !> Collective.
   subroutine load_add_friction(self, surface, sampler, velocity, nu, distance, half_thickness)
     class(pressure_load_t), intent(inout) :: self
@@ -144,7 +144,7 @@ contains
     type(sampler_t), intent(in) :: sampler
     real(rp), contiguous, intent(in) :: velocity(:, :, :, :) !< (nx, ny_local, nz_local, at least 3) L/T
     real(rp), intent(in) :: nu             !< L^2/T
-    real(rp), intent(in) :: distance       !< of the last `look`, L
+    real(rp), intent(in) :: distance       !< of the last `sample`, L
     real(rp), intent(in) :: half_thickness !< of the sheet, L, less than `distance`
     real(rp) :: centre(3), twice_area(3), normal(3), wall(3), slip(3)
     integer :: i, c, m

@@ -352,7 +352,7 @@ contains
   end subroutine assign
 
   !> The places of the sheet next to markers x (3, m), without the first `n_fixed`, in the triangles of the samples that
-  !> are nearest to each; `places` (m) of markers without samples stay.
+  !> are nearest to each; `sites` (m) of markers without samples stay.
   subroutine cloud_project(self, points, triangles, x, n_fixed, sites)
     class(cloud_t), intent(inout) :: self
     real(rp), intent(in) :: points(:, :), x(:, :)

@@ -110,7 +110,7 @@ contains
     checks = [checks, make_check(name, statistic, log_p, yes, no)]
   end subroutine append
 
-  !> The check that speaks most_significant against the model, 0: there is none.
+  !> The check that speaks most against the model, 0: there is none.
   pure integer function most_significant(checks) result(at)
     type(residual_check_t), intent(in) :: checks(:)
     integer :: i

@@ -16,7 +16,7 @@ module common_wing_effects
   !> Where effects act, in the user's words.
   type :: effect_sites_t
     real(rp) :: disc(3) = 0                  !< x, y, radius [m]
-    character(:), allocatable :: soft_place  !< VEIN SHARE
+    character(:), allocatable :: soft_place  !< VEIN FRACTION
     logical :: sided_joints = .false., sided_veins = .false.
   end type effect_sites_t
 
@@ -48,7 +48,7 @@ contains
     if (sites%soft_place /= '') call take_soft_place(c, sites%soft_place, params, errors)
   end subroutine take_effect_sites
 
-  !> `text` is VEIN SHARE.
+  !> `text` is VEIN FRACTION.
   subroutine take_soft_place(c, text, params, errors)
     type(config_t), intent(in) :: c
     character(*), intent(in) :: text

@@ -28,7 +28,7 @@ module flusi_settings
 
   type :: settings_t
     type(fluid_params_t) :: fluid
-    type(flight_params_t) :: flight   !< set if fluid%moving
+    type(flight_params_t) :: flight   !< set if fluid%solids%is_moving
     type(coupler_params_t) :: coupler !< set if flexible
     logical :: flexible = .false.     !< the flow bends the wings
     type(output_params_t) :: output

@@ -248,7 +248,7 @@ contains
     if (100*probability < 1) text = 'below 1'
   end function percent_text
 
-  !> The most_significant check of the residuals of the baseline, if all together speak against it; else 0.
+  !> The most significant check of the residuals of the baseline, if all together speak against it; else 0.
   pure integer function alarm_of(d) result(at)
     type(diagnosis_t), intent(in) :: d
     at = 0

@@ -201,7 +201,7 @@ contains
     if (step > 0) decimals = max(0, min(MOST, -floor(log10(0.5_rp*step) + 1.0e-6_rp)))
   end function decimals_for
 
-  !> x with `places` digits behind the point.
+  !> x with `decimals` digits behind the point.
   function fixed(x, decimals) result(text)
     real(rp), intent(in) :: x
     integer, intent(in) :: decimals

@@ -90,29 +90,18 @@ contains
   subroutine training_lead(self, command)
     class(training_t), intent(inout), target :: self
     type(train_command_t), intent(in) :: command
-    real(rp), allocatable :: u(:), starts(:, :)
-    real(rp) :: cost
     logical :: has_best
     call open_files(self, command)
     if (self%outcome%failure%failed) return
     call self%pool%stop_rules%listen(self%world)
     call tell_what(self)
     if (.not. self%search%is_done) call self%search%choose_start(self%settings, self%pool, self%log)
-    call self%search%run(self%settings, self%pool, self%log)
+    call search_and_polish(self, has_best)
     if (take_failure(self)) return
-    call write_history(self%settings, self%search%space, self%search%history, self%outcome%failure)
-    if (.not. self%pool%is_stopped) then
-      call tell_effort(self)
-      call self%search%best(has_best, cost, u)
-      if (.not. has_best) then
-        call self%outcome%end_as(OUTCOME_NOT_CONVERGED)
-        call self%log%say('failed    no candidate was feasible: are the bounds or the forces wrong?')
-        return
-      end if
-      call self%log%say('search    best cost '//number_text(cost))
-      call self%search%starts(self%settings, u, starts)
-      call polish_points(self%settings, self%pool, self%search%space, self%search%objective, starts, self%log, &
-                         self%trained)
+    if (.not. (has_best .or. self%pool%is_stopped)) then
+      call self%outcome%end_as(OUTCOME_NOT_CONVERGED)
+      call self%log%say('failed    no candidate was feasible: are the bounds or the forces wrong?')
+      return
     end if
     if (self%pool%is_stopped) then
       call self%outcome%end_as(OUTCOME_STOPPED)
@@ -123,6 +112,33 @@ contains
     end if
     call tell_outcome(self, self%trained)
   end subroutine training_lead
+
+  !> A search, and least squares behind it. A short search goes on if least squares find no minimum from where it ended.
+  !> `has_best` is false if no candidate was feasible. Not complete if the pool is stopped or files failed.
+  subroutine search_and_polish(self, has_best)
+    class(training_t), intent(inout), target :: self
+    logical, intent(out) :: has_best
+    real(rp), allocatable :: u(:), starts(:, :)
+    real(rp) :: cost
+    has_best = .false.
+    do
+      call self%search%run(self%settings, self%pool, self%log)
+      if (self%search%failure%failed) return
+      call write_history(self%settings, self%search%space, self%search%history, self%outcome%failure)
+      if (self%pool%is_stopped) return
+      call tell_effort(self)
+      call self%search%best(has_best, cost, u)
+      if (.not. has_best) return
+      call self%log%say('search    best cost '//number_text(cost))
+      call self%search%starts(self%settings, u, starts)
+      call polish_points(self%settings, self%pool, self%search%space, self%search%objective, starts, self%log, self%trained)
+      if (self%pool%is_stopped .or. .not. self%settings%search_is_short) return
+      if (self%trained%is_polished .and. self%trained%is_solved) return
+      call self%log%say('search    goes on, as least squares found no minimum from where it ended')
+      self%settings%search_is_short = .false.
+      self%search%is_done = .false.
+    end do
+  end subroutine search_and_polish
 
   !> Rank 0: locks the files, restores the search if wanted, and makes place for results. No result that looks final stays.
   subroutine open_files(self, command)

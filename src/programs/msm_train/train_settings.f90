@@ -157,7 +157,8 @@ contains
     s%restarts = s%choices%restarts
     s%max_restarts = s%choices%max_restarts
     s%search_is_short = s%moves .and. s%choices%search%max_evaluations == 0 .and. s%choices%search%max_iterations == 0 .and. &
-                        s%n_stages == 1 .and. s%restarts == 'none' .and. .not. s%is_paper
+                        s%n_stages == 1 .and. s%restarts == 'none' .and. .not. (s%is_paper .or. s%choices%has_tolfun .or. &
+                        s%choices%search%f_target >= 0)
     associate (o => s%search)
       if (o%lambda == 0 .and. s%is_paper) o%lambda = 16
       o%weights = preset_word(s, s%choices%weights, 'active')

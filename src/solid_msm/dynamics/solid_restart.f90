@@ -16,7 +16,7 @@ contains
 
   !> Puts the state into an open checkpoint, under names that begin with `prefix`. Collective.
   subroutine save_motion(writer, prefix, state)
-    type(checkpoint_writer_t), intent(inout) :: writer
+    type(checkpoint_writer_t), intent(inout), target :: writer
     character(*), intent(in) :: prefix
     type(dynamic_state_t), intent(inout) :: state !< stays as it is
     type(checkpoint_saver_t) :: saver
@@ -26,7 +26,7 @@ contains
 
   !> Restores an initialised state from an open checkpoint. Fails if it has another number of points. Collective.
   subroutine load_motion(reader, prefix, state, failure)
-    type(checkpoint_reader_t), intent(inout) :: reader
+    type(checkpoint_reader_t), intent(inout), target :: reader
     character(*), intent(in) :: prefix
     type(dynamic_state_t), intent(inout) :: state
     type(failure_t), intent(inout) :: failure

@@ -187,7 +187,7 @@ contains
     call refused('/loads/tip/sigma', '10 standard deviations of known heights are missing or not positive')
     call sample()
     call w%delete('/reference')
-    call refused('/loads/tip/z', 'means nothing without /reference')
+    call refused('/loads/tip/z', 'needs the unloaded heights in /reference')
   end subroutine refuse_datasets
 
   subroutine refuse_attributes()

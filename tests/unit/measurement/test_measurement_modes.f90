@@ -128,7 +128,7 @@ contains
     call refused('/modes/one', "unknown attribute 'frequncy'; did you mean 'frequency'?")
     call sample()
     call w%delete_attribute('/modes/two', 'number')
-    call refused('/modes/two', 'has neither a shape (points, shape, sigma) nor the attribute number')
+    call refused('/modes/two', 'cannot be identified: give it a shape (points, shape, sigma) or the attribute number')
     call sample()
     call w%delete('/modes/one/sigma')
     call refused('/modes/one/sigma', 'missing; it must hold a list of real numbers')

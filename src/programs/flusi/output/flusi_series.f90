@@ -205,7 +205,7 @@ contains
   end subroutine series_record_spectra
 
   !> Records of every step, at the time at which it began; `seconds` is the wall time that the step took. With a coupler
-  !> `look` must have been called in this step.
+  !> `record` must have been called in this step.
   subroutine series_write_step(self, fluid, seconds, ranks, coupler, thin)
     class(run_series_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid

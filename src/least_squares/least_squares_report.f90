@@ -1,0 +1,83 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a fit is asked for, what came out of it, and whether that leads to a minimum that is known.
+module least_squares_report
+  use base_kinds, only: rp
+  use base_lapack, only: solve_least_squares
+  use least_squares_problem, only: unknowns_t
+  implicit none
+  private
+  public :: fit_options_t, fit_report_t, leads_to_known
+
+  character(*), parameter, public :: KNOWN_MINIMUM = 'it leads to the known minimum'
+
+  !> Choices of the algorithm.
+  type :: fit_options_t
+    real(rp) :: damping = 1.0e-3_rp       !< of the first step; 0: a full Gauss-Newton step
+    real(rp) :: step_tolerance = 1.0e-9_rp      !< of an unknown, in its unit (1 where it is a logarithm)
+    real(rp) :: reduction_tolerance = 1.0e-12_rp !< relative, of the sum of squares
+    real(rp) :: largest_step = 2.0_rp           !< of an unknown, in its unit
+    integer :: most_iterations = 100            !< steps tried
+    !> Rejected steps in a row after which the sum of squares is said to jump, as where a load stands at a fold, and the best
+    !> point is taken for the minimum.
+    integer :: most_rejections = huge(1)
+    logical :: is_smooth = .false. !< a point to which the residuals jump is not valid, see least_squares_t
+    !> A minimum, and the standard deviations there: the fit ends once it leads to it. Not allocated: none is known.
+    real(rp), allocatable :: known(:), known_sd(:)
+  end type fit_options_t
+
+  !> What came out. Everything belongs to the point p.
+  type :: fit_report_t
+    logical :: is_converged = .false.
+    logical :: has_jumped = .false.             !< it ended as residuals jump: at the start, or wherever a step leads
+    character(:), allocatable :: reason         !< why it ended
+    real(rp), allocatable :: p(:)
+    real(rp), allocatable :: residuals(:), jacobian(:, :) !< those of the problem, without priors
+    real(rp) :: chi2 = 0                        !< sum of their squares
+    real(rp) :: prior_chi2 = 0                  !< the same of the priors
+    logical, allocatable :: is_at_bound(:)
+    integer :: n_accepted = 0, n_evaluations = 0
+    real(rp) :: last_step = 0                   !< largest change of an unknown, in its unit, in the last step tried
+    real(rp), allocatable :: path(:, :)         !< (3, 0:n_accepted) evaluations so far, chi2, prior_chi2
+  contains
+    procedure :: cost => report_cost
+  end type fit_report_t
+
+contains
+
+  !> The sum of squares with priors.
+  pure real(rp) function report_cost(self) result(cost)
+    class(fit_report_t), intent(in) :: self
+    cost = self%chi2 + self%prior_chi2
+  end function report_cost
+
+  !> Whether the problem, linear about the point of the report, has its minimum at the known one: no unknown differs by
+  !> more than its known_sd or a quarter of its prior's standard deviation, and at the known point the linear problem costs no
+  !> more than 1 above its minimum. Says so in the report, by the reason KNOWN_MINIMUM, without convergence.
+  logical function leads_to_known(known, known_sd, unknowns, report)
+    real(rp), intent(in) :: known(:), known_sd(:)
+    type(unknowns_t), intent(in) :: unknowns
+    type(fit_report_t), intent(inout) :: report
+    real(rp), parameter :: PART_OF_PRIOR = 0.25_rp, COST = 1
+    real(rp), allocatable :: rows(:, :), right(:)
+    real(rp) :: change(size(known)), near(size(known))
+    integer :: i, m
+    m = size(report%residuals)
+    allocate (rows(m + size(known), size(known)), right(m + size(known)), source=0.0_rp)
+    rows(:m, :) = report%jacobian
+    right(:m) = -report%residuals
+    near = known_sd
+    do i = 1, size(known)
+      if (.not. unknowns%prior_sd(i) > 0) cycle
+      near(i) = min(near(i), PART_OF_PRIOR*unknowns%prior_sd(i))
+      rows(m + i, i) = 1/unknowns%prior_sd(i)
+      right(m + i) = -(report%p(i) - unknowns%prior(i))/unknowns%prior_sd(i)
+    end do
+    call solve_least_squares(rows, right, change, leads_to_known)
+    if (.not. leads_to_known) return
+    change = max(unknowns%lower, min(unknowns%upper, report%p + change)) - known
+    leads_to_known = all(abs(change) <= near) .and. sum(matmul(rows, change)**2) <= COST
+    if (.not. leads_to_known) return
+    report%is_converged = .false.
+    report%reason = KNOWN_MINIMUM
+  end function leads_to_known
+end module least_squares_report
