@@ -85,6 +85,7 @@ contains
                  trim(merge(', all cold; ', ';           ', trained%is_cold))//' '//report%reason)
     if (.not. trained%is_polished) return
     trained%coordinates = report%p
+    trained%prior_chi2 = report%prior_chi2
     trained%posterior = find_posterior(unknowns, report)
     trained%prior_sd = unknowns%prior_sd
   end subroutine polish_once

@@ -20,7 +20,8 @@ module training_moves
   private
   public :: try_moves
 
-  !> Of chi^2: minima that differ by less, or by less than a millionth of it, are one minimum; one sd changes it by 1.
+  !> Of chi^2 and the priors' sum of squares, which least squares make small: minima that differ by less, or by less than a
+  !> millionth of it, are one minimum; one sd changes it by 1.
   real(rp), parameter :: LOWER = 0.1_rp, RELATIVELY_LOWER = 1.0e-6_rp
   integer, parameter :: MOST_ROUNDS = 5 !< every parameter is moved so often at most
 
@@ -63,12 +64,12 @@ contains
       n_evaluations = n_evaluations + report%n_evaluations
       if (problem%pool%is_stopped) return
       if (.not. ends_elsewhere(report, trained)) cycle
-      call polish_from_start(settings, problem, unknowns, objective, report%p, .false., report%chi2 >= trained%chi2, log, one)
+      call polish_from_start(settings, problem, unknowns, objective, report%p, .false., report%cost() >= cost(trained), log, one)
       n_evaluations = n_evaluations + one%n_evaluations
       if (problem%pool%is_stopped) return
       if (.not. (one%is_solved .and. one%is_polished)) cycle
       local_minima = reshape([local_minima, one%chi2, one%coordinates], [1 + n, size(local_minima, 2) + 1])
-      if (one%chi2 >= trained%chi2 - max(LOWER, RELATIVELY_LOWER*trained%chi2)) cycle
+      if (cost(one) >= cost(trained) - max(LOWER, RELATIVELY_LOWER*cost(trained))) cycle
       trained = one
       n_in_vain = 0
       n_lower = n_lower + 1
@@ -119,8 +120,14 @@ contains
     type(trained_t), intent(in) :: trained
     ends_elsewhere = .false.
     if (report%reason == KNOWN_MINIMUM .or. size(report%path) == 0) return
-    ends_elsewhere = report%chi2 <= trained%chi2 + THRESHOLD_90
-    if (report%chi2 >= trained%chi2 - LOWER) &
+    ends_elsewhere = report%cost() <= cost(trained) + THRESHOLD_90
+    if (report%cost() >= cost(trained) - LOWER) &
       ends_elsewhere = ends_elsewhere .and. any(abs(report%p - trained%coordinates) > trained%posterior%sd)
   end function ends_elsewhere
+
+  !> What least squares make small.
+  pure real(rp) function cost(trained)
+    type(trained_t), intent(in) :: trained
+    cost = trained%chi2 + trained%prior_chi2
+  end function cost
 end module training_moves

@@ -28,6 +28,7 @@ module training_outcome
     type(evaluation_t), allocatable :: evaluations(:) !< (loads) of the cold solution
     real(rp) :: h = 0                        !< [m] of the cold solution
     real(rp) :: chi2 = 0
+    real(rp) :: prior_chi2 = 0               !< sum of squares of the priors
     logical :: fits = .false.                !< within the declared errors: chi2 is no more than three sd too large
     real(rp) :: cold_difference = 0          !< [m] largest distance of a point between warm and cold solution
     integer :: n_evaluations = 0             !< points at which all loads were solved
