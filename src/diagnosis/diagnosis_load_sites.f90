@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes what loads that nobody has applied yet would tell about the unknowns of a diagnosis: the whitened normal matrix of
-!> their tangents, at sites all over the wing, upward and downward.
+!> Computes how much a further load would tell about the unknowns of a diagnosis. For each site of a lattice over the wing, and
+!> for a force up and a force down, it gives the whitened normal matrix of the tangents.
 !>
 !> At a place at the distance r from the root the force is that of the nearest load that was applied, at r0, times r0/r:
 !> the moment at the root is one that the wing has borne. The scan is that of this load.

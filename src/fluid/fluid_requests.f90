@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tells one pass over the right-hand side what it should do besides computing it.
+!> A request lists what a pass over the right-hand side computes in addition to the right-hand side: sums, fields, pressure.
 module fluid_requests
   use base_kinds, only: rp
   implicit none

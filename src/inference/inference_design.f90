@@ -358,8 +358,8 @@ contains
     end do
   end subroutine family_posterior
 
-  !> z(k) and the sum of squares of what baseline and z do not span, of residuals(n) of the simulator where its baseline
-  !> unknowns have the values p(:).
+  !> Compresses residuals(n), which the simulator has at the baseline unknowns p(:), to z(k). residual_square is the sum of
+  !> squares of the part that lies neither in the span of the baseline nor in that of z.
   subroutine design_compress(self, residuals, p, z, residual_square)
     class(design_t), intent(in) :: self
     real(rp), intent(in) :: residuals(:), p(:)

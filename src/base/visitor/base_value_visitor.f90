@@ -13,7 +13,7 @@ module base_value_visitor
 
   !> What is done with the components. A visit after a failure does nothing; what was to be read is then undefined.
   type, abstract :: value_visitor_t
-    logical :: is_reading = .false.    !< components get what the visitor has; otherwise it takes what they hold
+    logical :: is_reading = .false.    !< the visitor sets the components; otherwise it copies them
     type(failure_t) :: failure         !< something was missing or of another size while reading
     character(:), allocatable :: path  !< first part of all names, or none
   contains

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tells which data an effect needs to be visible. Each function returns what an experiment lacks, '' if nothing.
+!> Knows which data each effect needs before a diagnosis can see it. Each function names what an experiment lacks; '' means that
+!> nothing is missing.
 module diagnosis_wing_needs
   use base_kinds, only: rp
   use measurement_experiment, only: experiment_t

@@ -43,7 +43,8 @@ contains
     call keys%text('inicond_spectrum_file', p%spectrum_file, 'none', 'text file with columns k, E(k) for random-given-spectrum')
   end subroutine initial_keys
 
-  !> Adds mistakes to `errors`: what a flow needs and does not have. `ring_radius` is [Geometry] Size.
+  !> Checks that the initial flow has the keys that it needs, and adds a mistake to `errors` for each that is missing or wrong.
+  !> `ring_radius` is [Geometry] Size.
   subroutine check_initial(c, p, is_2d, ring_radius, errors)
     type(config_t), intent(in) :: c
     type(initial_params_t), intent(in) :: p

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes what the flow does to a flexible wing without thickness during a time step: the load of the markers as a function of
-!> the unknown motion of the wing in this step.
+!> Computes the load of the flow on a flexible wing without thickness. The load is a linear function of the motion of the wing
+!> in the present step, which the solid does not know yet.
 !>
 !> Let s be the velocities that the flow would have at the markers without the wing, W the weights that tie markers to
 !> points, and M the response of the flow to forces at the markers. The forces on the flow that let it follow a wing
