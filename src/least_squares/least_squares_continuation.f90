@@ -33,10 +33,9 @@ contains
   !> chi^2 as declared, and s. Within a stage chi^2/s^2 plus the priors' falls. A start that fits within the declared
   !> errors has no stage but the last; one that is not valid has none.
   !>
-  !> With a `known` minimum, whose unknowns have the standard deviations known_sd, the start is a trial whether there is
-  !> another one: stages narrow the priors about the start, and the fit ends once it leads to the known minimum, see
-  !> `leads_to_known`.
-  subroutine fit_by_continuation(problem, unknowns, start, options, has_stages, report, path, known, known_sd)
+  !> If the options have a known minimum, the fit looks for another one: stages narrow the priors about the start, and the fit
+  !> ends once it leads to the known minimum (`leads_to_known`).
+  subroutine fit_by_continuation(problem, unknowns, start, options, has_stages, report, path)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     real(rp), intent(in) :: start(:)
@@ -44,9 +43,8 @@ contains
     logical, intent(in) :: has_stages !< otherwise there is but the last
     type(fit_report_t), intent(out) :: report
     real(rp), allocatable, intent(out) :: path(:, :)
-    real(rp), intent(in), optional :: known(:), known_sd(:)
     type(unknowns_t) :: narrowed
-    type(fit_options_t) :: rough, last
+    type(fit_options_t) :: rough
     real(rp), allocatable :: from(:)
     real(rp) :: s
     integer :: n_evaluations
@@ -66,7 +64,8 @@ contains
     rough%reduction_tolerance = max(options%reduction_tolerance, STAGE_REDUCTION)
     rough%step_tolerance = max(options%step_tolerance, STAGE_STEP)
     narrowed = unknowns
-    if (present(known)) narrowed%prior = start
+    if (allocated(options%known)) narrowed%prior = start
+    if (allocated(rough%known)) deallocate (rough%known, rough%known_sd) ! their priors are not the declared ones
     do while (s > 1)
       if (report%chi2 <= size(report%residuals)) exit
       narrowed%prior_sd = unknowns%prior_sd/s
@@ -74,16 +73,13 @@ contains
       call fit(problem, narrowed, from, rough, report)
       call add_stage(s, report, n_evaluations, path)
       if (size(report%path) == 0) return
-      if (present(known)) then
-        if (leads_to_known(known, known_sd, unknowns, report)) return
+      if (allocated(options%known)) then
+        if (leads_to_known(options%known, options%known_sd, unknowns, report)) return
       end if
       s = min(s/STEP, sqrt(report%chi2))
     end do
-    last = options
-    if (present(known)) last%known = known
-    if (present(known)) last%known_sd = known_sd
     from = report%p
-    call fit(problem, unknowns, from, last, report)
+    call fit(problem, unknowns, from, options, report)
     call add_stage(1.0_rp, report, n_evaluations, path)
   end subroutine fit_by_continuation
 

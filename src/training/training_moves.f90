@@ -9,7 +9,7 @@ module training_moves
   use least_squares_continuation, only: fit_by_continuation
   use least_squares_problem, only: unknowns_t
   use least_squares_profile, only: THRESHOLD_90
-  use least_squares_report, only: fit_report_t, KNOWN_MINIMUM
+  use least_squares_report, only: fit_options_t, fit_report_t, KNOWN_MINIMUM
   use training_case, only: training_case_t
   use training_fit, only: counted, polish_from_start
   use training_listener, only: training_listener_t
@@ -20,8 +20,7 @@ module training_moves
   private
   public :: try_moves
 
-  !> Of chi^2 and the priors' sum of squares, which least squares make small: minima that differ by less, or by less than a
-  !> millionth of it, are one minimum; one sd changes it by 1.
+  !> Of the cost: minima that differ by less, or by less than a millionth of it, are one minimum. One sd changes it by 1.
   real(rp), parameter :: LOWER = 0.1_rp, RELATIVELY_LOWER = 1.0e-6_rp
   integer, parameter :: MOST_ROUNDS = 5 !< every parameter is moved so often at most
 
@@ -64,12 +63,12 @@ contains
       n_evaluations = n_evaluations + report%n_evaluations
       if (problem%pool%is_stopped) return
       if (.not. ends_elsewhere(report, trained)) cycle
-      call polish_from_start(settings, problem, unknowns, objective, report%p, .false., report%cost() >= cost(trained), log, one)
+      call polish_from_start(settings, problem, unknowns, objective, report%p, .false., report%cost() >= trained%cost(), log, one)
       n_evaluations = n_evaluations + one%n_evaluations
       if (problem%pool%is_stopped) return
       if (.not. (one%is_solved .and. one%is_polished)) cycle
       local_minima = reshape([local_minima, one%chi2, one%coordinates], [1 + n, size(local_minima, 2) + 1])
-      if (cost(one) >= cost(trained) - max(LOWER, RELATIVELY_LOWER*cost(trained))) cycle
+      if (one%cost() >= trained%cost() - max(LOWER, RELATIVELY_LOWER*trained%cost())) cycle
       trained = one
       n_in_vain = 0
       n_lower = n_lower + 1
@@ -82,10 +81,10 @@ contains
     integer, intent(in) :: n_tried, n_lower
     real(rp), intent(in) :: fall !< of chi^2
     character(20) :: text
-    write (text, '(f0.1)') fall
+    write (text, '(f20.1)') fall
     if (n_lower > 0) then
       call log%say('polish    '//counted(n_tried, 'move')//' of single parameters, '//number_text(n_lower)// &
-                   ' of them to a lower minimum; chi^2 fell by '//trim(text))
+                   ' of them to a lower minimum; chi^2 fell by '//trim(adjustl(text)))
     else
       call log%say('polish    '//counted(n_tried, 'move')//' of single parameters, none to a lower minimum')
     end if
@@ -99,6 +98,7 @@ contains
     integer, intent(in) :: i
     type(trained_t), intent(in) :: trained
     type(fit_report_t), intent(out) :: report
+    type(fit_options_t) :: options
     real(rp), allocatable :: path(:, :)
     real(rp) :: start(size(unknowns%prior))
     start = trained%coordinates
@@ -110,8 +110,10 @@ contains
     problem%is_cold = .false.
     problem%is_start = .false.
     problem%lowest = huge(1.0_rp)
-    call fit_by_continuation(problem, unknowns, start, settings%fit, .true., report, path, trained%coordinates, &
-                             trained%posterior%sd)
+    options = settings%fit
+    options%known = trained%coordinates
+    options%known_sd = trained%posterior%sd
+    call fit_by_continuation(problem, unknowns, start, options, .true., report, path)
   end subroutine move
 
   !> Whether a fit ended in another point that is lower, or that fits as well.
@@ -120,14 +122,8 @@ contains
     type(trained_t), intent(in) :: trained
     ends_elsewhere = .false.
     if (report%reason == KNOWN_MINIMUM .or. size(report%path) == 0) return
-    ends_elsewhere = report%cost() <= cost(trained) + THRESHOLD_90
-    if (report%cost() >= cost(trained) - LOWER) &
+    ends_elsewhere = report%cost() <= trained%cost() + THRESHOLD_90
+    if (report%cost() >= trained%cost() - LOWER) &
       ends_elsewhere = ends_elsewhere .and. any(abs(report%p - trained%coordinates) > trained%posterior%sd)
   end function ends_elsewhere
-
-  !> What least squares make small.
-  pure real(rp) function cost(trained)
-    type(trained_t), intent(in) :: trained
-    cost = trained%chi2 + trained%prior_chi2
-  end function cost
 end module training_moves

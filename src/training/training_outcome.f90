@@ -33,12 +33,19 @@ module training_outcome
     real(rp) :: cold_difference = 0          !< [m] largest distance of a point between warm and cold solution
     integer :: n_evaluations = 0             !< points at which all loads were solved
   contains
+    procedure :: cost => trained_cost
     procedure :: determines => trained_determines
     procedure :: has_failed_polish => trained_has_failed_polish
     procedure :: bound => trained_bound
   end type trained_t
 
 contains
+
+  !> What least squares minimise: chi^2 and the priors' sum of squares.
+  pure real(rp) function trained_cost(self) result(cost)
+    class(trained_t), intent(in) :: self
+    cost = self%chi2 + self%prior_chi2
+  end function trained_cost
 
   !> Whether the data determine unknown i: its interval has two ends, or, if intervals were not asked, the data take
   !> away half of the standard deviation that it had before, and it is not its box that holds it. A polish that failed

@@ -122,10 +122,12 @@ contains
     problem%error = ERROR
     call fit_by_continuation(problem, some_unknowns(), [-2.0_rp], options, .true., known, path)
     call t%check('stages about the prior lead to its well', known%p(1) > 0)
-    call fit_by_continuation(problem, some_unknowns(), [-2.0_rp], options, .true., report, path, known%p, [ERROR])
+    options%known = known%p
+    options%known_sd = [ERROR]
+    call fit_by_continuation(problem, some_unknowns(), [-2.0_rp], options, .true., report, path)
     call t%check('stages about a start in the other well stay there', report%p(1) < 0 .and. report%is_converged)
     call t%check_close('  and end in its minimum', report%p(1), -known%p(1), atol=ERROR)
-    call fit_by_continuation(problem, some_unknowns(), [1.5_rp], options, .true., report, path, known%p, [ERROR])
+    call fit_by_continuation(problem, some_unknowns(), [1.5_rp], options, .true., report, path)
     call t%check('a start in the same well meets the known minimum', report%reason == KNOWN_MINIMUM)
     call t%check('  and is not converged',.not. report%is_converged)
   end subroutine leave_known_minimum
