@@ -4,17 +4,16 @@
 !> surface and a fold by itself. Without modes there are no observations here.
 module diagnosis_wing_modes
   use base_kinds, only: rp
-  use base_parameter, only: parameter_t
   use diagnosis_wing_labels, only: append_surface
-  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_MASS, KIND_POINT_MASS
-  use diagnosis_wing_rest, only: mass_effects_at, put_mass_at, wing_rest_t
+  use diagnosis_wing_parameters, only: wing_parameter_t
+  use diagnosis_wing_rest, only: mass_effects_at, wing_rest_t
+  use diagnosis_wing_tangents, only: mechanics_tangent, site_tangents
   use inference_simulator, only: labels_t
   use measurement_experiment, only: experiment_t
   use measurement_mode_simulation, only: mode_simulation_t
-  use solid_mass_effects, only: describe_mass_effect, mass_effects_t, mass_parts_t, MASS_POINT
+  use solid_mass_effects, only: mass_effects_t, mass_parts_t
   use solid_model, only: solid_model_t
   use solid_stiffness, only: stiffness_t
-  use solid_stiffness_effects, only: damage_direction
   use solid_wing, only: wing_t
   implicit none
   private
@@ -95,28 +94,7 @@ contains
     real(rp), intent(in) :: q(:)
     integer, intent(in) :: i
     real(rp), intent(out) :: column(:)
-    type(solid_model_t), pointer :: model
-    type(mass_effects_t) :: effects
-    logical :: is_any, is_joint
-    model => self%simulation%model()
-    column = 0
-    associate (one => self%rest%parameters(i))
-      select case (one%kind)
-      case (KIND_MASS)
-        call self%simulation%mass_tangent(one%number, self%effects, column)
-      case (KIND_POINT_MASS)
-        effects = self%effects
-        call put_mass_at(self%rest%bare, one%disc(:2), effects)
-        call self%simulation%mass_tangent(MASS_POINT, effects, column)
-      case default
-        if (self%rest%clamp(model, i) > 0) then
-          call self%simulation%clamp_tangent(self%rest%clamp(model, i), column)
-        else
-          call self%rest%direction(model, q, i, self%direction, is_any, is_joint)
-          if (is_any) call self%simulation%stiffness_tangent(self%direction, column)
-        end if
-      end select
-    end associate
+    call mechanics_tangent(self%simulation, self%rest, self%effects, q, i, self%direction, column)
   end subroutine modes_tangent
 
   !> jacobian(n, size(columns)) with respect to the parameters `columns`.
@@ -131,9 +109,8 @@ contains
     end do
   end subroutine modes_tangents
 
-  !> At q: nuisance(n), what D in error by membrane_sd does, if parameter `membrane` is D (0: none), and, unless patterns(n, :)
-  !> has no columns, in the first ones what unit stiffness around each place(2, :) [m] does. Without bending tests the forces of
-  !> unknown causes are those of inertia: in the next ones a mass of the usual prior at each place.
+  !> At q: nuisance(n) is what an error of D of membrane_sd does, where parameter `membrane` is D (0: D is no nuisance);
+  !> patterns(n, :) are those of unknown causes, see `site_tangents`.
   subroutine modes_directions(self, q, membrane, membrane_sd, site, radius, nuisance, patterns, ok)
     class(wing_modes_t), intent(inout) :: self
     real(rp), intent(in) :: q(:), membrane_sd, site(:, :), radius
@@ -141,39 +118,14 @@ contains
     real(rp), intent(inout) :: nuisance(:), patterns(:, :)
     logical, intent(out) :: ok
     real(rp) :: residuals(self%n)
-    type(mass_effects_t) :: effects
-    type(parameter_t) :: p
-    integer :: i, n
     call self%evaluate(q, residuals, ok)
     if (.not. ok) return
     if (membrane > 0) then
       call self%tangent(q, membrane, nuisance)
       nuisance = membrane_sd*nuisance
     end if
-    do i = 1, min(size(site, 2), size(patterns, 2))
-      call damage_tangent(self, [site(:, i), radius], patterns(:, i))
-    end do
-    n = size(site, 2)
-    if (size(self%rest%bare%loads) > 0 .or. size(patterns, 2) < 2*n) return
-    p = describe_mass_effect(MASS_POINT, sum(self%rest%bare%masses))
-    effects = self%effects
-    do i = 1, n
-      call put_mass_at(self%rest%bare, site(:, i), effects)
-      call self%simulation%mass_tangent(MASS_POINT, effects, patterns(:, n + i))
-      patterns(:, n + i) = p%prior_sd*patterns(:, n + i)
-    end do
+    call site_tangents(self%simulation, self%rest, self%effects, site, radius, self%direction, patterns)
   end subroutine modes_directions
-
-  !> The derivative with respect to the logarithm of a damage in disc = (x, y, radius) [m] that the wing does not have.
-  subroutine damage_tangent(self, disc, column)
-    class(wing_modes_t), intent(inout) :: self
-    real(rp), intent(in) :: disc(3)
-    real(rp), intent(out) :: column(:)
-    type(solid_model_t), pointer :: model
-    model => self%simulation%model()
-    call damage_direction(model, disc, self%direction)
-    call self%simulation%stiffness_tangent(self%direction, column)
-  end subroutine damage_tangent
 
   !> Every mode is a surface with a fold and a block of its own. What was observed has no size.
   subroutine modes_append_labels(self, labels)

@@ -4,20 +4,18 @@
 !> surface and a fold by itself. Without records there are no observations here.
 module diagnosis_wing_series
   use base_kinds, only: rp
-  use base_parameter, only: parameter_t
   use diagnosis_wing_labels, only: append_surface
-  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_DAMPING, KIND_MASS, KIND_POINT_MASS, KIND_RELAXATION, &
-                                       KIND_RELAXATION_TIME
-  use diagnosis_wing_rest, only: damping_at, mass_effects_at, put_mass_at, wing_rest_t
+  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME
+  use diagnosis_wing_rest, only: damping_at, mass_effects_at, wing_rest_t
+  use diagnosis_wing_tangents, only: mechanics_tangent, site_tangents
   use inference_simulator, only: labels_t
   use measurement_experiment, only: experiment_t
   use measurement_series_simulation, only: series_simulation_t
   use solid_damping_effects, only: DAMPING_RELAXATION, DAMPING_TIME
-  use solid_mass_effects, only: describe_mass_effect, mass_effects_t, mass_parts_t, MASS_POINT
+  use solid_mass_effects, only: mass_effects_t, mass_parts_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t
   use solid_stiffness, only: stiffness_t
-  use solid_stiffness_effects, only: damage_direction
   use solid_wing, only: wing_t
   implicit none
   private
@@ -105,19 +103,9 @@ contains
     real(rp), intent(in) :: q(:)
     integer, intent(in) :: i
     real(rp), intent(out) :: column(:)
-    type(solid_model_t), pointer :: model
-    type(mass_effects_t) :: effects
-    logical :: is_any, is_joint
-    model => self%simulation%model()
     column = 0
     associate (one => self%rest%parameters(i))
       select case (one%kind)
-      case (KIND_MASS)
-        call self%simulation%mass_tangent(one%number, self%effects, column)
-      case (KIND_POINT_MASS)
-        effects = self%effects
-        call put_mass_at(self%rest%bare, one%disc(:2), effects)
-        call self%simulation%mass_tangent(MASS_POINT, effects, column)
       case (KIND_DAMPING)
         call self%simulation%damping_tangent(one%number, 0.0_rp, column)
         if (one%is_log) column = exp(q(i))*column
@@ -126,12 +114,7 @@ contains
       case (KIND_RELAXATION_TIME)
         if (abs(q(one%number)) > 0) call self%simulation%damping_tangent(DAMPING_TIME, 0.0_rp, column)
       case default
-        if (self%rest%clamp(model, i) > 0) then
-          call self%simulation%clamp_tangent(self%rest%clamp(model, i), column)
-        else
-          call self%rest%direction(model, q, i, self%direction, is_any, is_joint)
-          if (is_any) call self%simulation%stiffness_tangent(self%direction, is_joint, column)
-        end if
+        call mechanics_tangent(self%simulation, self%rest, self%effects, q, i, self%direction, column)
       end select
     end associate
   end subroutine series_tangent
@@ -149,9 +132,8 @@ contains
   end subroutine series_tangents
 
   !> At q: membrane(n) is what an error of D of membrane_sd does, where parameter `number` is D (0: D is no nuisance);
-  !> record_nuisances(n, n_nuisances) are errors of the excitations. If patterns(n, :) has columns, the first of them are the
-  !> effects of unit stiffness around each site(2, :) [m]. Without bending tests the next ones are the effects of a mass of the
-  !> default prior at each site.
+  !> record_nuisances(n, n_nuisances) are errors of the excitations; patterns(n, :) are those of unknown causes, see
+  !> `site_tangents`.
   subroutine series_directions(self, q, number, membrane_sd, site, radius, membrane, record_nuisances, patterns, ok)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(in) :: q(:), membrane_sd, site(:, :), radius
@@ -159,10 +141,6 @@ contains
     real(rp), intent(inout) :: membrane(:), record_nuisances(:, :), patterns(:, :)
     logical, intent(out) :: ok
     real(rp) :: residuals(self%n)
-    type(solid_model_t), pointer :: model
-    type(mass_effects_t) :: effects
-    type(parameter_t) :: p
-    integer :: i, n
     call self%evaluate(q, residuals, ok)
     if (.not. ok) return
     if (number > 0) then
@@ -170,20 +148,7 @@ contains
       membrane = membrane_sd*membrane
     end if
     call self%simulation%nuisances(record_nuisances)
-    n = size(site, 2)
-    model => self%simulation%model()
-    do i = 1, min(n, size(patterns, 2))
-      call damage_direction(model, [site(:, i), radius], self%direction)
-      call self%simulation%stiffness_tangent(self%direction, .false., patterns(:, i))
-    end do
-    if (size(self%rest%bare%loads) > 0 .or. size(patterns, 2) < 2*n) return
-    p = describe_mass_effect(MASS_POINT, sum(self%rest%bare%masses))
-    effects = self%effects
-    do i = 1, n
-      call put_mass_at(self%rest%bare, site(:, i), effects)
-      call self%simulation%mass_tangent(MASS_POINT, effects, patterns(:, n + i))
-      patterns(:, n + i) = p%prior_sd*patterns(:, n + i)
-    end do
+    call site_tangents(self%simulation, self%rest, self%effects, site, radius, self%direction, patterns)
   end subroutine series_directions
 
   !> Every trace is a surface with a fold and a block of its own.

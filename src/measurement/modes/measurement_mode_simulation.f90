@@ -10,6 +10,7 @@ module measurement_mode_simulation
   use measurement_data, only: measurement_t
   use measurement_mode_target, only: mode_target_t
   use measurement_modes, only: MEDIUM_AIR
+  use measurement_motion_simulation, only: motion_simulation_t
   use solid_mass_effects, only: mass_effects_t, mass_parts_t
   use solid_modal, only: modal_t, mode_slopes_t
   use solid_model, only: solid_model_t
@@ -25,7 +26,7 @@ module measurement_mode_simulation
   integer, parameter :: BESIDE = 3       !< further modes that are known when derivatives are taken
 
   !> One per process. Nothing of an evaluation enters the next one.
-  type :: mode_simulation_t
+  type, extends(motion_simulation_t) :: mode_simulation_t
     integer :: n = 0                                  !< observations
     type(mode_target_t), allocatable :: targets(:)    !< (modes)
     integer, allocatable :: first(:)                  !< (modes) their first observation
@@ -183,12 +184,15 @@ contains
     end do
   end subroutine find_clusters
 
-  !> column(n): derivative of the residuals when all stiffness changes along `direction`. This and those below after `evaluate`.
-  subroutine simulation_stiffness_tangent(self, direction, column)
+  !> This and those below: see motion_simulation_t. A change of joints is no other one here.
+  subroutine simulation_stiffness_tangent(self, direction, is_joint, column)
     class(mode_simulation_t), intent(inout) :: self
     type(stiffness_t), intent(in) :: direction
+    logical, intent(in) :: is_joint
     real(rp), intent(out) :: column(:)
     integer :: m
+    associate (unused => is_joint)
+    end associate
     do m = 1, 2
       if (self%n_modes(m) == 0) cycle
       call note_clusters(self, m)
@@ -197,7 +201,6 @@ contains
     end do
   end subroutine simulation_stiffness_tangent
 
-  !> The same for the coordinate of effect `number` of the masses; a point mass at the place of `effects`.
   subroutine simulation_mass_tangent(self, number, effects, column)
     class(mode_simulation_t), intent(inout) :: self
     integer, intent(in) :: number
@@ -213,7 +216,6 @@ contains
     end do
   end subroutine simulation_mass_tangent
 
-  !> The same for the compliance of the clamp about x (k = 1) or y (2).
   subroutine simulation_clamp_tangent(self, k, column)
     class(mode_simulation_t), intent(inout) :: self
     integer, intent(in) :: k

@@ -11,6 +11,7 @@ module measurement_series_simulation
   use measurement_data, only: measurement_t
   use measurement_modes, only: MEDIUM_AIR
   use measurement_material_point, only: find_material_point, material_point_t
+  use measurement_motion_simulation, only: motion_simulation_t
   use measurement_series, only: measured_series_t
   use measurement_series_projections, only: displacement_along, apply_joints, inertia_along, no_matrix, products
   use solid_damping_effects, only: damping_effects_t, DAMPING_RELAXATION
@@ -28,7 +29,7 @@ module measurement_series_simulation
   integer, parameter :: BESIDE = 6   !< further modes that are known when derivatives are taken
 
   !> One per process. Nothing of an evaluation enters the next one.
-  type :: series_simulation_t
+  type, extends(motion_simulation_t) :: series_simulation_t
     integer :: n = 0                                   !< observations
     type(measured_series_t), allocatable :: series(:)
     integer, allocatable :: first(:)                   !< (series) their first observation: trace by trace, in time
@@ -252,8 +253,7 @@ contains
     end do
   end subroutine simulation_nuisances
 
-  !> column(n): derivative of the residuals when all stiffness changes along `direction`, which also is a change of the joints
-  !> if `is_joint`. This and those below after `evaluate`.
+  !> This and those below: see motion_simulation_t.
   subroutine simulation_stiffness_tangent(self, direction, is_joint, column)
     class(series_simulation_t), intent(inout) :: self
     type(stiffness_t), intent(in) :: direction
@@ -268,7 +268,6 @@ contains
     end do
   end subroutine simulation_stiffness_tangent
 
-  !> The same for the compliance of the clamp about x (k = 1) or y (2).
   subroutine simulation_clamp_tangent(self, k, column)
     class(series_simulation_t), intent(inout) :: self
     integer, intent(in) :: k
@@ -294,7 +293,6 @@ contains
     call project_change(self, m, change, is_joint, column)
   end subroutine project_stiffness_change
 
-  !> The same for the coordinate of effect `number` of the masses; a point mass at the place of `effects`.
   subroutine simulation_mass_tangent(self, number, effects, column)
     class(series_simulation_t), intent(inout) :: self
     integer, intent(in) :: number

@@ -136,7 +136,7 @@ contains
       call simulation%evaluate(other, effects, r, ok)
       p = other%describe(other%find(trim(NAMES(i))))
       call parameter_direction(simulation%model(), other%find(trim(NAMES(i))), direction)
-      call simulation%stiffness_tangent(direction, column)
+      call simulation%stiffness_tangent(direction, .false., column)
       call compare(other, effects, column, other%find(trim(NAMES(i))), 0, 1.0e-3_rp, p%is_log, what//' to '//trim(NAMES(i)), &
                    1.0_rp, limit)
     end do

@@ -1,0 +1,56 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What simulations of a moving wing have in common, natural modes and records: derivatives of their residuals with respect to
+!> stiffness, mass and clamp. All derivatives are at the last evaluation.
+module measurement_motion_simulation
+  use base_kinds, only: rp
+  use solid_mass_effects, only: mass_effects_t
+  use solid_model, only: solid_model_t
+  use solid_stiffness, only: stiffness_t
+  implicit none
+  private
+  public :: motion_simulation_t
+
+  type, abstract :: motion_simulation_t
+  contains
+    procedure(stiffness_interface), deferred :: stiffness_tangent
+    procedure(mass_interface), deferred :: mass_tangent
+    procedure(clamp_interface), deferred :: clamp_tangent
+    procedure(model_interface), deferred :: model
+  end type motion_simulation_t
+
+  abstract interface
+    !> column(n): derivative when all stiffness changes along `direction`, which also changes joints if `is_joint`.
+    subroutine stiffness_interface(self, direction, is_joint, column)
+      import :: motion_simulation_t, rp, stiffness_t
+      class(motion_simulation_t), intent(inout) :: self
+      type(stiffness_t), intent(in) :: direction
+      logical, intent(in) :: is_joint
+      real(rp), intent(out) :: column(:)
+    end subroutine stiffness_interface
+
+    !> column(n): derivative with respect to the coordinate of effect `number` of the masses; a point mass is where `effects`
+    !> has it.
+    subroutine mass_interface(self, number, effects, column)
+      import :: mass_effects_t, motion_simulation_t, rp
+      class(motion_simulation_t), intent(inout) :: self
+      integer, intent(in) :: number
+      type(mass_effects_t), intent(in) :: effects
+      real(rp), intent(out) :: column(:)
+    end subroutine mass_interface
+
+    !> column(n): derivative with respect to the compliance of the clamp about x (k = 1) or y (2).
+    subroutine clamp_interface(self, k, column)
+      import :: motion_simulation_t, rp
+      class(motion_simulation_t), intent(inout) :: self
+      integer, intent(in) :: k
+      real(rp), intent(out) :: column(:)
+    end subroutine clamp_interface
+
+    !> The model with the parameters of the last evaluation, from which directions of stiffness are made.
+    function model_interface(self) result(model)
+      import :: motion_simulation_t, solid_model_t
+      class(motion_simulation_t), intent(in), target :: self
+      type(solid_model_t), pointer :: model
+    end function model_interface
+  end interface
+end module measurement_motion_simulation
