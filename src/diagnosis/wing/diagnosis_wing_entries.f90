@@ -9,6 +9,7 @@ module diagnosis_wing_entries
   use inference_simulator, only: effect_t, variant_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: missing_for
+  use solid_effect, only: effect_text_t
   implicit none
   private
   public :: catalogue_t, append_variant, enter_named, enter_instrument, percent, millimetres
@@ -26,13 +27,15 @@ module diagnosis_wing_entries
 
 contains
 
-  !> Enters the parameters that match one of `names` (NAME or NAME:*), released together or one after another; as not
-  !> testable if the wing has none of them or the baseline seeks them.
-  subroutine enter_named(c, e, numbers, name, title, names, is_joint, sentence, missing)
+  !> Enters the effect of this text, with the parameters that match one of `names` (NAME or NAME:*), released together if
+  !> `is_joint`, else one after another. It is not testable if `missing` says what the data lack, if the wing has no such
+  !> parameter, or if the baseline seeks it as one of the parameters `numbers`.
+  subroutine enter_named(c, e, numbers, text, names, is_joint, missing)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
     integer, intent(in) :: numbers(:)
-    character(*), intent(in) :: name, title, names(:), sentence, missing
+    type(effect_text_t), intent(in) :: text !< its cause, title and sentence
+    character(*), intent(in) :: names(:), missing
     logical, intent(in) :: is_joint
     type(parameter_t) :: p
     type(variant_t), allocatable :: variants(:)
@@ -56,14 +59,14 @@ contains
       end do
     end do
     if (size(columns) == 0) then
-      call c%enter(name, title, sentence, .false., lacks_parameters(e, numbers, names(1)), variants)
+      call c%enter(text%cause, text%title, text%sentence, .false., lacks_parameters(e, numbers, names(1)), variants)
       return
     end if
     if (is_joint) then
       call append_variant(variants, '', 0, [0.0_rp, 0.0_rp])
       variants(1)%columns = columns
     end if
-    call c%enter(name, title, sentence, .false., missing, variants)
+    call c%enter(text%cause, text%title, text%sentence, .false., missing, variants)
   end subroutine enter_named
 
   !> Why no parameter that matches `name` can be released.

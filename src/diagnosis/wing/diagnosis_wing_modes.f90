@@ -33,7 +33,7 @@ module diagnosis_wing_modes
     procedure :: evaluate => modes_evaluate
     procedure :: tangent => modes_tangent
     procedure :: tangents => modes_tangents
-    procedure :: directions => modes_directions
+    procedure :: patterns => modes_patterns
     procedure :: append_labels => modes_append_labels
   end type wing_modes_t
 
@@ -109,23 +109,13 @@ contains
     end do
   end subroutine modes_tangents
 
-  !> At q: nuisance(n) is what an error of D of membrane_sd does, where parameter `membrane` is D (0: D is no nuisance);
-  !> patterns(n, :) are those of unknown causes, see `site_tangents`.
-  subroutine modes_directions(self, q, membrane, membrane_sd, site, radius, nuisance, patterns, ok)
+  !> patterns(n, :): what unknown causes at site(2, :) [m] do, see `site_tangents`; after `evaluate`, where that was.
+  subroutine modes_patterns(self, site, radius, patterns)
     class(wing_modes_t), intent(inout) :: self
-    real(rp), intent(in) :: q(:), membrane_sd, site(:, :), radius
-    integer, intent(in) :: membrane
-    real(rp), intent(inout) :: nuisance(:), patterns(:, :)
-    logical, intent(out) :: ok
-    real(rp) :: residuals(self%n)
-    call self%evaluate(q, residuals, ok)
-    if (.not. ok) return
-    if (membrane > 0) then
-      call self%tangent(q, membrane, nuisance)
-      nuisance = membrane_sd*nuisance
-    end if
+    real(rp), intent(in) :: site(:, :), radius
+    real(rp), intent(inout) :: patterns(:, :)
     call site_tangents(self%simulation, self%rest, self%effects, site, radius, self%direction, patterns)
-  end subroutine modes_directions
+  end subroutine modes_patterns
 
   !> Every mode is a surface with a fold and a block of its own. What was observed has no size.
   subroutine modes_append_labels(self, labels)

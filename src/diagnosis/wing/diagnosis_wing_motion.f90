@@ -23,7 +23,8 @@ module diagnosis_wing_motion
     procedure :: init => motion_init
     procedure :: free => motion_free
     procedure :: evaluate => motion_evaluate
-    procedure :: directions => motion_directions
+    procedure :: nuisances => motion_nuisances
+    procedure :: patterns => motion_patterns
     procedure :: append_labels => motion_append_labels
   end type wing_motion_t
 
@@ -67,23 +68,33 @@ contains
     if (ok) call self%series%tangents(q, columns, jacobian(n + 1:, :))
   end subroutine motion_evaluate
 
-  !> At q: membrane(n) is what an error of D of membrane_sd does, where parameter `number` is D (0: D is no nuisance);
-  !> record_nuisances(n, n_nuisances) are those of the records; patterns(n, :) those of unknown causes, with no columns if they are
-  !> not wanted.
-  subroutine motion_directions(self, q, number, membrane_sd, site, radius, membrane, record_nuisances, patterns, ok)
+  !> At q: nuisances(n, 1 + n_nuisances). The first column is what an error of `membrane_sd` of the coordinate of D does to the
+  !> residuals, where parameter `membrane` is D; without D as a nuisance (0) it stays what it was. The others are errors of the
+  !> records. `ok` false: the wing at rest is not stable.
+  subroutine motion_nuisances(self, q, membrane, membrane_sd, nuisances, ok)
     class(wing_motion_t), intent(inout) :: self
-    real(rp), intent(in) :: q(:), membrane_sd, site(:, :), radius
-    integer, intent(in) :: number
-    real(rp), intent(inout) :: membrane(:), record_nuisances(:, :), patterns(:, :)
+    real(rp), intent(in) :: q(:), membrane_sd
+    integer, intent(in) :: membrane
+    real(rp), intent(inout) :: nuisances(:, :)
     logical, intent(out) :: ok
+    real(rp) :: residuals(self%n), derivative(self%n, merge(1, 0, membrane > 0))
+    call self%evaluate(q, pack([membrane], [membrane > 0]), residuals, derivative, ok)
+    if (.not. ok) return
+    if (membrane > 0) nuisances(:, 1) = membrane_sd*derivative(:, 1)
+    if (self%series%n > 0) call self%series%nuisances(nuisances(self%modes%n + 1:, 2:))
+  end subroutine motion_nuisances
+
+  !> patterns(n, :): what unknown causes at site(2, :) [m] do, see `site_tangents`; after `nuisances` or `evaluate`, where that
+  !> was.
+  subroutine motion_patterns(self, site, radius, patterns)
+    class(wing_motion_t), intent(inout) :: self
+    real(rp), intent(in) :: site(:, :), radius
+    real(rp), intent(inout) :: patterns(:, :)
     integer :: n
     n = self%modes%n
-    ok = .true.
-    if (n > 0) call self%modes%directions(q, number, membrane_sd, site, radius, membrane(:n), patterns(:n, :), ok)
-    if (self%series%n == 0 .or. .not. ok) return
-    call self%series%directions(q, number, membrane_sd, site, radius, membrane(n + 1:), record_nuisances(n + 1:, :), &
-                                patterns(n + 1:, :), ok)
-  end subroutine motion_directions
+    if (n > 0) call self%modes%patterns(site, radius, patterns(:n, :))
+    if (self%series%n > 0) call self%series%patterns(site, radius, patterns(n + 1:, :))
+  end subroutine motion_patterns
 
   !> Adds their surfaces, folds and blocks.
   subroutine motion_append_labels(self, labels)

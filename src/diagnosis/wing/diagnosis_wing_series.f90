@@ -35,7 +35,8 @@ module diagnosis_wing_series
     procedure :: free => series_free
     procedure :: evaluate => series_evaluate
     procedure :: tangents => series_tangents
-    procedure :: directions => series_directions
+    procedure :: nuisances => series_nuisances
+    procedure :: patterns => series_patterns
     procedure :: append_labels => series_append_labels
     procedure, private :: tangent => series_tangent
     procedure, private :: prepare => series_prepare
@@ -131,25 +132,21 @@ contains
     end do
   end subroutine series_tangents
 
-  !> At q: membrane(n) is what an error of D of membrane_sd does, where parameter `number` is D (0: D is no nuisance);
-  !> record_nuisances(n, n_nuisances) are errors of the excitations; patterns(n, :) are those of unknown causes, see
-  !> `site_tangents`.
-  subroutine series_directions(self, q, number, membrane_sd, site, radius, membrane, record_nuisances, patterns, ok)
+  !> nuisances(n, n_nuisances): what errors of one sd of the sizes and times of the excitations do to the residuals; after
+  !> `evaluate`, where that was.
+  subroutine series_nuisances(self, nuisances)
     class(wing_series_t), intent(inout) :: self
-    real(rp), intent(in) :: q(:), membrane_sd, site(:, :), radius
-    integer, intent(in) :: number
-    real(rp), intent(inout) :: membrane(:), record_nuisances(:, :), patterns(:, :)
-    logical, intent(out) :: ok
-    real(rp) :: residuals(self%n)
-    call self%evaluate(q, residuals, ok)
-    if (.not. ok) return
-    if (number > 0) then
-      call self%tangent(q, number, membrane)
-      membrane = membrane_sd*membrane
-    end if
-    call self%simulation%nuisances(record_nuisances)
+    real(rp), intent(inout) :: nuisances(:, :)
+    call self%simulation%nuisances(nuisances)
+  end subroutine series_nuisances
+
+  !> patterns(n, :): what unknown causes at site(2, :) [m] do, see `site_tangents`; after `evaluate`, where that was.
+  subroutine series_patterns(self, site, radius, patterns)
+    class(wing_series_t), intent(inout) :: self
+    real(rp), intent(in) :: site(:, :), radius
+    real(rp), intent(inout) :: patterns(:, :)
     call site_tangents(self%simulation, self%rest, self%effects, site, radius, self%direction, patterns)
-  end subroutine series_directions
+  end subroutine series_patterns
 
   !> Every trace is a surface with a fold and a block of its own.
   subroutine series_append_labels(self, labels)

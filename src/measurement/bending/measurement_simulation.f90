@@ -28,7 +28,7 @@ module measurement_simulation
   !> What a simulation works in; one per process. Nothing of it enters the next one; derivatives are those of the last.
   type :: simulation_t
     type(bent_wing_t) :: loaded                      !< the wing under the load
-    type(view_t) :: view                             !< what is shown; positions of the points
+    type(view_t) :: view                             !< what is shown
     type(bent_wing_t), private :: rest               !< without a load, if its weight bends it
     type(applied_t), private :: applied
     type(solid_params_t), private :: params          !< without drying and creep
@@ -95,8 +95,7 @@ contains
     self%params = params
     call self%view%set(experiment%instrument_at(coordinates))
     associate (load => experiment%measurement%loads(l))
-      call apply_load(self%view%instrument, load, experiment%sites(l), experiment%model%points, &
-                      experiment%model%triangles, experiment%model%size, off, self%applied, self%force)
+      call apply_load(self%view%instrument, load, experiment%sites(l), experiment%model, off, self%applied, self%force)
       factor = stiffness_factor(self%view%instrument, load)
     end associate
     if (.not. self%applied%is_valid) report%reason = 'the force acts beside the wing'

@@ -8,6 +8,7 @@ module measurement_forces
                                     FORCE_OFFSET, FORCE_TILT_X, FORCE_TILT_Y, GRAVITY_X, GRAVITY_Z, LOAD_SHIFT_X, &
                                     LOAD_SHIFT_Y
   use measurement_material_point, only: find_material_point, material_point_t, weight_gradient
+  use solid_model, only: solid_model_t
   use solid_rotation, only: rotation_derivative, rotation_matrix
   implicit none
   private
@@ -25,21 +26,23 @@ module measurement_forces
 
 contains
 
-  !> The force of `load`, of which `place` is the stated place, on the wing of points(3, :) and triangles and of
-  !> `length` [m]. force(3, :) [N] gets it, and nothing else. It acts `load_offset` [m] of where the instrument lets it act.
-  subroutine apply_load(instrument, load, site, points, triangles, length, load_offset, applied, force)
+  !> The force of `load` on the points of `model`: force(3, :) [N] gets it, and nothing else. `site` is the stated place of the
+  !> load. The force acts at the distance load_offset(2) [m] from where the instrument lets it act. If that is beside the wing,
+  !> `applied` is not valid and the force is zero.
+  subroutine apply_load(instrument, load, site, model, load_offset, applied, force)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
     type(material_point_t), intent(in) :: site
-    real(rp), intent(in) :: points(:, :), length, load_offset(2)
-    integer, intent(in) :: triangles(:, :)
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: load_offset(2)
     type(applied_t), intent(out) :: applied
     real(rp), intent(inout) :: force(:, :)
     real(rp) :: shift(2)
     integer :: c
     shift = instrument%values([LOAD_SHIFT_X, LOAD_SHIFT_Y]) + load_offset
     applied%site = site
-    if (any(abs(shift) > 0)) applied%site = find_material_point(points, triangles, length, load%point + shift)
+    if (any(abs(shift) > 0)) &
+      applied%site = find_material_point(model%points, model%triangles, model%size, load%point + shift)
     applied%is_valid = applied%site%is_found
     applied%is_applied = load%force > 0 .and. applied%is_valid
     applied%direction = load%direction
