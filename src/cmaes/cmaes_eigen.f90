@@ -32,7 +32,7 @@ contains
     if (is_good) is_good = all(ieee_is_finite(work%eigenvalues)) ! before any comparison
     if (is_good) is_good = all(work%eigenvalues > 0)
     if (.not. is_good) then
-      state%n_repairs = state%n_repairs + 1
+      state%counts%n_repairs = state%counts%n_repairs + 1
       call rebuild(state)
       return
     end if
@@ -41,7 +41,7 @@ contains
     state%b = work%matrix
     state%d = sqrt(max(work%eigenvalues, FLOOR*largest))
     if (state%condition > 1/FLOOR) then
-      state%n_floored = state%n_floored + 1
+      state%counts%n_floored = state%counts%n_floored + 1
       call rebuild(state)
     end if
     call build_roots(state, work)

@@ -144,7 +144,7 @@ contains
     self%state%best_f = best_f
     self%state%best_x = best_x
     self%state%best_evaluation = best_evaluation
-    spent = self%run%state%evaluations
+    spent = self%run%state%counts%evaluations
     self%state%evaluations = self%state%evaluations + spent
     if (self%state%regime == LARGE_RUN) then
       self%state%spent_large = self%state%spent_large + spent
@@ -152,7 +152,7 @@ contains
     else if (self%state%regime == SMALL_RUN) then
       self%state%spent_small = self%state%spent_small + spent
     end if
-    self%state%f_scale = self%run%state%f_scale
+    self%state%f_scale = self%run%state%history%f_scale
     self%state%last_stop = self%run%state%stop_code
     left = self%options%max_evaluations - self%state%evaluations
     if (self%state%last_stop == FTARGET .or. self%state%last_stop == TOO_MANY_FAILED .or. &
@@ -194,7 +194,7 @@ contains
   pure integer(i8) function search_evaluations(self) result(n)
     class(cmaes_search_t), intent(in) :: self
     n = self%state%evaluations
-    if (self%state%stop_code == RUNNING) n = n + self%run%state%evaluations
+    if (self%state%stop_code == RUNNING) n = n + self%run%state%counts%evaluations
   end function search_evaluations
 
   !> The best feasible candidate of the whole search, as it was evaluated; the first of equals.
@@ -207,12 +207,12 @@ contains
     f = self%state%best_f
     x = self%state%best_x
     evaluation = self%state%best_evaluation
-    if (self%state%stop_code /= RUNNING .or. .not. self%run%state%has_best) return
-    if (has_best .and. self%run%state%best_f >= f) return
+    if (self%state%stop_code /= RUNNING .or. .not. self%run%state%best%is_seen) return
+    if (has_best .and. self%run%state%best%f >= f) return
     has_best = .true.
-    f = self%run%state%best_f
-    x = self%run%state%best_x
-    evaluation = self%state%evaluations + self%run%state%best_evaluation
+    f = self%run%state%best%f
+    x = self%run%state%best%x
+    evaluation = self%state%evaluations + self%run%state%best%evaluation
   end subroutine search_best
 
   !> Why the search, or the last run before a restart, ended.
@@ -221,9 +221,9 @@ contains
     character(:), allocatable :: text
     text = stop_text(merge(self%state%last_stop, self%state%stop_code, self%state%stop_code == RUNNING))
     associate (state => self%run%state)
-      if (state%n_repairs + state%n_floored > 0) text = text//'; in the last run the covariance was taken back '// &
-                                                     number_text(state%n_repairs)//' times and raised to its floor '// &
-                                                        number_text(state%n_floored)//' times'
+      if (state%counts%n_repairs + state%counts%n_floored > 0) text = text//'; in the last run the covariance was taken back '// &
+                                                     number_text(state%counts%n_repairs)//' times and raised to its floor '// &
+                                                        number_text(state%counts%n_floored)//' times'
     end associate
   end function search_stop_sentence
 

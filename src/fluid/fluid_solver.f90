@@ -18,7 +18,7 @@ module fluid_solver
   use fluid_sums, only: sums_t
   use parallel_block, only: allocate_fields
   use parallel_world, only: world_t
-  use spectral_backends, only: make_transform
+  use spectral_backends, only: make_transform, transform_choices_t
   use spectral_transform, only: transform_t
   implicit none
   private
@@ -71,9 +71,11 @@ contains
     if (present(keeps_rhs)) rhs = keeps_rhs
     pressure = keeps_fields
     if (present(keeps_pressure)) pressure = keeps_pressure
-    call make_transform(self%transform, params%resolution%transform, world, params%grid, params%resolution%dealias, &
-                        params%resolution%process_rows, params%resolution%planner, 7, &
-                        merge(6, 3, params%sponge%is_on) + merge(1, 0, pressure), failure)
+    associate (r => params%resolution)
+      call make_transform(self%transform, world, params%grid, transform_choices_t(r%transform, r%dealias, r%process_rows, &
+                                                                                  r%planner), 7, &
+                          merge(6, 3, params%sponge%is_on) + merge(1, 0, pressure), failure)
+    end associate
     call self%rhs%init(world, params, self%transform%sticks, self%transform%block, keeps_fields, pressure, rhs)
     self%rhs%sponge = make_sponge(params, self%transform%block)
     call draw_bodies(world, params, self%transform%block, self%rhs%penalty, failure)
