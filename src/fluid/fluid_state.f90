@@ -82,7 +82,7 @@ contains
     self%dt = -1
   end subroutine factor_init
 
-  !> Makes the tables valid for `dt`.
+  !> Makes the tables valid for the step `dt` [T].
   subroutine factor_update(self, sticks, nu, dt)
     class(viscous_factor_t), intent(inout) :: self
     type(sticks_t), intent(in) :: sticks

@@ -46,7 +46,7 @@ contains
     mirrored%alpha = mirror_axial(frame%alpha)
   end function mirror_frame
 
-  !> Sums over a wing, mirrored.
+  !> Mirrors the sums over a wing.
   pure type(momenta_t) function mirror_momenta(m) result(mirrored)
     type(momenta_t), intent(in) :: m
     mirrored = m

@@ -31,7 +31,7 @@ module fsi_marker_response
 
 contains
 
-  !> Room for n markers. With `is_2d` they are given in the frame of a wing that a plane flow sees as a section, whose y
+  !> Makes room for n markers. With `is_2d` they are given in the frame of a wing that a plane flow sees as a section, whose y
   !> axis is that across the plane.
   subroutine response_init(self, n, is_2d)
     class(marker_response_t), intent(inout) :: self
@@ -66,7 +66,7 @@ contains
     call factorise(self%factor, has_factor)
   end subroutine response_build
 
-  !> All markers have turned by `rotation` about any point since M was made.
+  !> Says that all markers have turned by `rotation` about any point since M was made.
   pure subroutine response_turn(self, rotation)
     class(marker_response_t), intent(inout) :: self
     real(rp), intent(in) :: rotation(3, 3)
@@ -74,7 +74,7 @@ contains
     self%has_turned = .true.
   end subroutine response_turn
 
-  !> The forces f(3, n) with M f = v for velocities v(3, n), along the axes of the frame in which M was made.
+  !> Returns the forces f(3, n) with M f = v for velocities v(3, n), along the axes of the frame in which M was made.
   subroutine response_solve(self, v, f)
     class(marker_response_t), intent(inout) :: self
     real(rp), intent(in) :: v(:, :)
@@ -94,7 +94,7 @@ contains
     end do
   end subroutine response_solve
 
-  !> Bytes of the matrix.
+  !> Returns the bytes of the matrix.
   pure real(rp) function response_memory_bytes(self) result(bytes)
     class(marker_response_t), intent(in) :: self
     bytes = 0
