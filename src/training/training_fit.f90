@@ -117,12 +117,13 @@ contains
     trained%h = problem%experiment%cost(residuals)
   end subroutine solve_cold
 
+  !> Tells whether the first outcome is better: all its loads are solved, and those of the other are not, or its chi^2 is smaller.
   pure logical function is_better(one, other)
     type(trained_t), intent(in) :: one, other
     is_better = one%is_solved .and. (.not. other%is_solved .or. one%chi2 < other%chi2)
   end function is_better
 
-  !> '1 stage', '2 stages'.
+  !> Returns a number with its noun: '1 stage', '2 stages'.
   function counted(n, thing) result(text)
     integer, intent(in) :: n
     character(*), intent(in) :: thing

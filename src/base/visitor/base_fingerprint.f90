@@ -46,6 +46,7 @@ contains
     call require(.not. self%is_reading, 'base_fingerprint: nothing can be read of it')
   end subroutine fingerprint_extents
 
+  !> Adds these reals, with their name, to what the fingerprint is of.
   subroutine fingerprint_reals(self, name, values)
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -56,6 +57,7 @@ contains
     call add(self, mark)
   end subroutine fingerprint_reals
 
+  !> Adds these integers, with their name, to what the fingerprint is of.
   subroutine fingerprint_integers(self, name, values)
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -66,6 +68,7 @@ contains
     call add(self, mark)
   end subroutine fingerprint_integers
 
+  !> Adds this text, with its name, to what the fingerprint is of.
   subroutine fingerprint_text(self, name, text)
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name

@@ -72,6 +72,7 @@ contains
     end if
   end subroutine unpack_value
 
+  !> Appends these reals to the packed values.
   subroutine packer_reals(self, name, values)
     class(packer_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -87,6 +88,7 @@ contains
     self%n = self%n + size(values)
   end subroutine packer_reals
 
+  !> Appends these integers to the packed values.
   subroutine packer_integers(self, name, values)
     class(packer_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -97,6 +99,7 @@ contains
     call self%carry_reals(name, halves)
   end subroutine packer_integers
 
+  !> Appends this text to the packed values, with its length.
   subroutine packer_text(self, name, text)
     class(packer_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -113,6 +116,7 @@ contains
     most = size(self%words) - self%at
   end function unpacker_most
 
+  !> Takes the next reals of the packed values.
   subroutine unpacker_reals(self, name, values)
     class(unpacker_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -125,6 +129,7 @@ contains
     self%at = self%at + size(values)
   end subroutine unpacker_reals
 
+  !> Takes the next integers of the packed values.
   subroutine unpacker_integers(self, name, values)
     class(unpacker_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -139,6 +144,7 @@ contains
     end if
   end subroutine unpacker_integers
 
+  !> Takes the next text of the packed values, and allocates it to its length.
   subroutine unpacker_text(self, name, text)
     class(unpacker_t), intent(inout) :: self
     character(*), intent(in) :: name

@@ -110,6 +110,7 @@ contains
     value = values(1)
   end subroutine visitor_carry_real
 
+  !> Carries one integer as a list of one.
   subroutine visitor_carry_integer(self, name, value)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name

@@ -329,12 +329,15 @@ contains
     is_finite = iand(transfer(x, 0_i8), EXPONENT_BITS) /= EXPONENT_BITS
   end function is_finite
 
+  !> Switches all floating-point traps off and remembers which were on. The HDF5 library raises exceptions while it converts
+  !> numbers.
   subroutine traps_silence(self)
     class(traps_t), intent(inout) :: self
     call ieee_get_halting_mode(ieee_all, self%halting)
     call ieee_set_halting_mode(ieee_all, .false.)
   end subroutine traps_silence
 
+  !> Clears the flags of all floating-point exceptions, and switches the traps on again that `silence` found on.
   subroutine traps_restore(self)
     class(traps_t), intent(in) :: self
     call ieee_set_flag(ieee_all, .false.)

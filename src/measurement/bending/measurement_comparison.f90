@@ -63,7 +63,7 @@ contains
     call self%sample%init(n_places)
   end subroutine shape_init
 
-  !> Load number `l` of a checked measurement of `wing`, whose outline is edges(2, :) and whose length is `length` [m].
+  !> Takes load number `l` of a checked measurement of `wing`, whose outline is edges(2, :) and whose length is `length` [m].
   subroutine comparison_init(self, m, l, wing, edges, length)
     class(comparison_t), intent(out) :: self
     type(measurement_t), intent(in) :: m
@@ -162,7 +162,7 @@ contains
       call sample_surface(shape%seen, triangles, edges, x, y, self%number, self%node, shape%sample)
   end subroutine comparison_locate
 
-  !> heights(n_heights) [m] of what is seen of `shape` at the places of this load, after `locate`.
+  !> Returns the heights(n_heights) [m] of what is seen of `shape` at the places of this load, after `locate`.
   pure subroutine comparison_heights(self, shape, heights)
     class(comparison_t), intent(in) :: self
     type(observed_shape_t), intent(in) :: shape
@@ -173,7 +173,8 @@ contains
     end do
   end subroutine comparison_heights
 
-  !> slopes(n_heights): derivatives of the heights if the points that are seen move by motion(3, n_points), after `locate`.
+  !> Returns slopes(n_heights), by how much the heights change if the points that are seen move by motion(3, n_points); after
+  !> `locate`.
   pure subroutine comparison_height_slopes(self, x, y, shape, motion, slopes)
     class(comparison_t), intent(in) :: self
     real(rp), intent(in) :: x(:), y(:), motion(:, :)
@@ -190,7 +191,7 @@ contains
     end do
   end subroutine comparison_height_slopes
 
-  !> residuals(n): computed minus measured, after `locate`. Heights are those of what is seen of `shape`, less the heights
+  !> Returns residuals(n), computed minus measured, after `locate`. Heights are those of what is seen of `shape`, less the heights
   !> rest(n_heights) [m] without the load. Scalar observations are those of its positions, which are points(3, n_points) [m] in
   !> the wing file, with the unknown offsets zeros(:). What moves counts `factor` times.
   pure subroutine comparison_residuals(self, points, shape, rest, factor, zeros, residuals)
@@ -222,8 +223,8 @@ contains
     end do
   end subroutine comparison_residuals
 
-  !> derivatives(n) of the residuals if the positions of `shape` move by motion(3, n_points), which is seen as
-  !> seen_motion(3, n_points); after `residuals` with the same shape. What changes at rest is not in them.
+  !> Returns derivatives(n), by how much the residuals change if the positions of `shape` move by motion(3, n_points), which is
+  !> seen as seen_motion(3, n_points); after `residuals` with the same shape. It leaves out what changes at rest.
   pure subroutine comparison_derivatives(self, x, y, shape, motion, seen_motion, derivatives)
     class(comparison_t), intent(in) :: self
     real(rp), intent(in) :: x(:), y(:), motion(:, :), seen_motion(:, :)

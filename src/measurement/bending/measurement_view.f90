@@ -32,7 +32,7 @@ module measurement_view
 
 contains
 
-  !> Room for this experiment.
+  !> Makes room for this experiment.
   subroutine view_init(self, experiment)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -59,7 +59,8 @@ contains
     self%scale = instrument%load_scale()
   end subroutine view_set
 
-  !> The heights of the wing without a load at the places of load l; moved(3, :) [m] by its weight, if that bends it.
+  !> Finds the heights of the wing without a load at the places of load l. Its weight has moved it by moved(3, :) [m], if that
+  !> bends it.
   subroutine view_observe_rest(self, experiment, l, moved)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -76,8 +77,8 @@ contains
     end associate
   end subroutine view_observe_rest
 
-  !> residuals(n) under load l without the plane of the scan: the wing is moved(3, :) [m], and `observe_rest` was done
-  !> if the experiment moves the wing without a load; zeros(:) are unknown offsets.
+  !> Returns residuals(n) under load l without the plane of the scan. The wing is moved by moved(3, :) [m]; zeros(:) are unknown
+  !> offsets. Call `observe_rest` before if the experiment moves the wing without a load.
   subroutine view_residuals(self, experiment, l, moved, zeros, residuals)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -111,7 +112,7 @@ contains
     end associate
   end subroutine view_add_plane
 
-  !> column(n): derivative of the plane with respect to parameter `number`; 0 if it has no part in it.
+  !> Returns column(n), the derivative of the plane with respect to parameter `number`; 0 if it has no part in it.
   subroutine view_plane(self, experiment, l, number, column)
     class(view_t), intent(in) :: self
     type(experiment_t), intent(in) :: experiment
@@ -126,7 +127,7 @@ contains
     end associate
   end subroutine view_plane
 
-  !> column(n): what motion(3, :) [m per unit] of the loaded wing does to the residuals.
+  !> Returns column(n), what motion(3, :) [m per unit] of the loaded wing does to the residuals.
   subroutine view_loaded_tangent(self, experiment, l, motion, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -142,7 +143,7 @@ contains
     column = column/self%scale
   end subroutine view_loaded_tangent
 
-  !> Adds what motion(3, :) of the wing without a load does; after `observe_rest`.
+  !> Adds to column(n) what motion(3, :) [m per unit] of the wing without a load does; after `observe_rest`.
   subroutine view_rest_tangent(self, experiment, l, motion, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -153,7 +154,7 @@ contains
     call subtract_rest(self, experiment, l, column)
   end subroutine view_rest_tangent
 
-  !> column(n): what parameter `number` of the map does to both; 0 if it has no part in it.
+  !> Returns column(n), what parameter `number` of the map does to both; 0 if it has no part in it.
   subroutine view_map_tangent(self, experiment, l, number, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment

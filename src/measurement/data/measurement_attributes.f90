@@ -21,13 +21,13 @@ module measurement_attributes
 
 contains
 
-  !> All numbers above zero, up to `highest`.
+  !> Returns the range of all numbers above zero, up to `highest`.
   pure type(valid_range_t) function above_zero(highest) result(range)
     real(rp), intent(in) :: highest
     range = valid_range_t(0.0_rp, highest, .true.)
   end function above_zero
 
-  !> Zero and all numbers above it, up to `highest`.
+  !> Returns the range from zero up to `highest`.
   pure type(valid_range_t) function from_zero(highest) result(range)
     real(rp), intent(in) :: highest
     range = valid_range_t(0.0_rp, highest, .false.)
@@ -46,8 +46,8 @@ contains
     call report_unknown('attribute', object, names, known, report)
   end subroutine check_names
 
-  !> A real (or integer) attribute in `unit`, in the range that is valid. If it is left out, it is `default`; without a default
-  !> that is a mistake. After a mistake, which goes to `report`, it is the default or the lowest value of the range.
+  !> Reads a real (or integer) attribute in `unit`, in the range that is valid. If it is left out, it is `default`; without a
+  !> default that is a mistake. After a mistake, which goes to `report`, the value is the default or the lowest one of the range.
   subroutine read_real(file, object, name, unit, valid, value, report, default)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name, unit
@@ -71,7 +71,7 @@ contains
     end if
   end subroutine read_real
 
-  !> A required attribute of several reals, at most `highest` in size.
+  !> Reads a required attribute of several reals, of size `highest` or less. After a mistake, which goes to `report`, they are 0.
   subroutine read_vector(file, object, name, unit, highest, values, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name, unit
@@ -87,7 +87,7 @@ contains
     values = 0
   end subroutine read_vector
 
-  !> A required direction, made a unit vector; (0, 0, 1) after a mistake.
+  !> Reads a required direction and makes it a unit vector. After a mistake, which goes to `report`, it is (0, 0, 1).
   subroutine read_direction(file, object, name, direction, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -138,7 +138,8 @@ contains
     if (.not. ok) values = 0
   end subroutine read_numbers
 
-  !> An optional integer between `lowest` and `highest`.
+  !> Reads an optional integer between `lowest` and `highest`. It is `default` if it is left out, or after a mistake, which goes
+  !> to `report`.
   subroutine read_whole(file, object, name, lowest, highest, default, value, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -160,7 +161,8 @@ contains
     end if
   end subroutine read_whole
 
-  !> A text; if it is missing it is empty, which is a mistake if `is_required`.
+  !> Reads a text. If it is left out it is empty, which is a mistake if `is_required`. After a mistake, which goes to `report`, it
+  !> is empty.
   subroutine read_word(file, object, name, is_required, text, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name

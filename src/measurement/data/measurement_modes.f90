@@ -56,7 +56,7 @@ contains
     call visitor%visit_allocatable('sigma', self%sigma)
   end subroutine mode_visit
 
-  !> The modes of a file, in alphabetical order, none if it has none, and the density of the air [kg/m^3].
+  !> Reads the modes of a file, in alphabetical order, and the density of the air [kg/m^3]. A file without modes gives none.
   subroutine read_modes(file, modes, density, report)
     type(hdf5_file_t), intent(in) :: file
     type(measured_mode_t), allocatable, intent(out) :: modes(:)
@@ -71,7 +71,8 @@ contains
     end do
   end subroutine read_modes
 
-  !> The names in a group of what moved, in alphabetical order, none if there is no such group, and the density of the air [kg/m^3].
+  !> Reads the names in a group of what moved, in alphabetical order, and the density of the air [kg/m^3]. A file without such a
+  !> group gives none.
   subroutine read_names_and_air(file, group, names, density, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -85,7 +86,7 @@ contains
     call read_real(file, group, 'air_density', 'kg/m^3', above_zero(1.0e3_rp), density, report, AIR_DENSITY)
   end subroutine read_names_and_air
 
-  !> The attribute `medium` of a group; a mistake leaves `medium` as it is.
+  !> Reads the attribute `medium` of a group. A mistake leaves `medium` as it is.
   subroutine read_medium(file, group, medium, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group

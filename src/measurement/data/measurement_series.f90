@@ -77,20 +77,20 @@ contains
     call visitor%visit_allocatable('base', self%base)
   end subroutine series_visit
 
-  !> Numbers that are known.
+  !> Returns how many numbers are known.
   pure integer function series_count(self) result(n)
     class(measured_series_t), intent(in) :: self
     n = 0
     if (allocated(self%is_known)) n = count(self%is_known)
   end function series_count
 
-  !> [s] From the excitation to the last sample.
+  !> Returns the time [s] from the excitation to the last sample.
   pure real(rp) function series_length(self) result(length)
     class(measured_series_t), intent(in) :: self
     length = self%start + (size(self%values, 1) - 1)/self%rate
   end function series_length
 
-  !> The records of a file, in alphabetical order, none if it has none, and the density of the air [kg/m^3].
+  !> Reads the records of a file, in alphabetical order, and the density of the air [kg/m^3]. A file without records gives none.
   subroutine read_series(file, series, density, report)
     type(hdf5_file_t), intent(in) :: file
     type(measured_series_t), allocatable, intent(out) :: series(:)

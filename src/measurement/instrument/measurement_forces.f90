@@ -26,9 +26,9 @@ module measurement_forces
 
 contains
 
-  !> The force of `load` on the points of `model`: force(3, :) [N] gets it, and nothing else. `site` is the stated place of the
-  !> load. The force acts at the distance load_offset(2) [m] from where the instrument lets it act. If that is beside the wing,
-  !> `applied` is not valid and the force is zero.
+  !> Sets force(3, :) [N] to the force of `load` on the points of `model`. `site` is the stated place of the load. The force acts
+  !> at the distance load_offset(2) [m] from where the instrument lets it act. If that is beside the wing, `applied` is not valid
+  !> and the force is zero.
   subroutine apply_load(instrument, load, site, model, load_offset, applied, force)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
@@ -75,8 +75,8 @@ contains
     end do
   end subroutine add_weight
 
-  !> derivative(3, :) [N per unit] of the force with respect to the coordinate of parameter `number`, per log unit of
-  !> the gain; 0 for parameters that leave the force alone.
+  !> Returns derivative(3, :) [N per unit] of the force with respect to the coordinate of parameter `number`, per log unit of the
+  !> gain; 0 for parameters that leave the force alone.
   subroutine force_derivative(instrument, load, applied, masses, points, number, derivative)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
@@ -104,7 +104,7 @@ contains
     end select
   end subroutine force_derivative
 
-  !> The same with respect to the magnitude of this force alone.
+  !> Returns derivative(3, :) of the force with respect to the magnitude of this force alone.
   subroutine magnitude_derivative(applied, derivative)
     type(applied_t), intent(in) :: applied
     real(rp), intent(out) :: derivative(:, :)
@@ -112,7 +112,7 @@ contains
     call spread_force(applied, applied%direction, derivative)
   end subroutine magnitude_derivative
 
-  !> The same with respect to x (axis 1) or y of its place; 0 on a structure without triangles.
+  !> Returns derivative(3, :) [N/m] of the force with respect to x (axis 1) or y of its place; 0 on a structure without triangles.
   subroutine position_derivative(applied, points, axis, derivative)
     type(applied_t), intent(in) :: applied
     real(rp), intent(in) :: points(:, :)
@@ -141,7 +141,7 @@ contains
     end do
   end subroutine spread_force
 
-  !> Factors under this load: (1) on all bending stiffness, (2) on the veins' E beside it.
+  !> Returns the factors under this load: (1) on all bending stiffness, (2) on the veins' E beside it.
   pure function stiffness_factor(instrument, load) result(factor)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
@@ -153,7 +153,7 @@ contains
     end associate
   end function stiffness_factor
 
-  !> Derivatives of their logarithms with respect to the coordinate of parameter `number`.
+  !> Returns the derivatives of the logarithms of these factors with respect to the coordinate of parameter `number`.
   pure function stiffness_slopes(instrument, load, number) result(slope)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
