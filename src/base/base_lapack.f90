@@ -94,8 +94,8 @@ module base_lapack
 
 contains
 
-  !> Singular values, largest first, of a matrix, such as the stacked derivatives of all observations;
-  !> their ratios tell which combinations of parameters the data can see.
+  !> Returns the singular values, largest first, of a matrix, such as the stacked derivatives of all observations; their ratios
+  !> tell which combinations of parameters the data can see.
   function singular_values(matrix) result(values)
     real(rp), intent(in) :: matrix(:, :)
     real(rp), allocatable :: values(:), a(:, :), work(:)
@@ -147,7 +147,7 @@ contains
     length = 34*n + 64
   end function symmetric_eigen_work
 
-  !> The triangle R(n, n) of the QR factorisation of a(m, n); R^T R = a^T a. Rows of zeros if m < n.
+  !> Returns the triangle R(n, n) of the QR factorisation of a(m, n); R^T R = a^T a. Rows of zeros if m < n.
   function triangle_of(a) result(r)
     real(rp), intent(in) :: a(:, :)
     real(rp), allocatable :: r(:, :), copy(:, :), tau(:), work(:)

@@ -42,7 +42,7 @@ module base_outcome
 
 contains
 
-  !> Whether the program has reached its end, or may go on to it.
+  !> Tells whether the program has reached its end, or may go on to it.
   pure logical function outcome_is_good(self) result(is_good)
     class(outcome_t), intent(in) :: self
     is_good = self%kind == OUTCOME_DONE .and. .not. self%failure%failed
@@ -74,14 +74,14 @@ contains
     self%has_cause = .true.
   end subroutine outcome_classify
 
-  !> The exit code of the program.
+  !> Returns the exit code of the program.
   pure integer function outcome_exit_code(self) result(code)
     class(outcome_t), intent(in) :: self
     code = self%verdict
     if (self%kind /= OUTCOME_VERDICT) code = exit_code_of(self%kind)
   end function outcome_exit_code
 
-  !> The exit code of a program that ends as `kind` says, which is not OUTCOME_VERDICT.
+  !> Returns the exit code of a program that ends as `kind` says, which is not OUTCOME_VERDICT.
   pure integer function exit_code_of(kind) result(code)
     integer, intent(in) :: kind
     code = CODES(kind)

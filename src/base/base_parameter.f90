@@ -48,8 +48,8 @@ contains
     p%prior_sd = prior_sd
   end subroutine define_effect
 
-  !> The same with coordinates for values, and the coordinate of `value` for its null. What is varied by factors and has no
-  !> positive lower bound reaches down to the least positive number.
+  !> Returns the same with coordinates for values, and the coordinate of `value` for its null. What is varied by factors and has
+  !> no positive lower bound reaches down to the least positive number.
   pure function parameter_as_coordinate(self, value) result(p)
     class(parameter_t), intent(in) :: self
     real(rp), intent(in) :: value

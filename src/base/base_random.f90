@@ -65,8 +65,7 @@ contains
     low = iand(product, WORD)
   end subroutine multiply
 
-  !> A real number strictly between 0 and 1 from two 32-bit words: the middle of one of 2**52 equal
-  !> intervals.
+  !> Returns a real number strictly between 0 and 1 from two 32-bit words: the middle of one of 2**52 equal intervals.
   pure elemental real(rp) function unit_real(high, low)
     integer(i8), intent(in) :: high, low
     unit_real = (real(ior(shiftl(high, 20), shiftr(low, 12)), rp) + 0.5_rp)*2.0_rp**(-52)
@@ -108,7 +107,7 @@ contains
     end do
   end subroutine fill_gaussians
 
-  !> The next number, uniform in (0, 1).
+  !> Returns the next number, uniform in (0, 1).
   real(rp) function stream_uniform(self) result(u)
     class(random_stream_t), intent(inout) :: self
     real(rp) :: pair(2)
@@ -118,7 +117,7 @@ contains
     self%position = self%position + 1
   end function stream_uniform
 
-  !> The next number, of mean 0 and variance 1.
+  !> Returns the next number, of mean 0 and variance 1.
   real(rp) function stream_gaussian(self) result(g)
     class(random_stream_t), intent(inout) :: self
     real(rp) :: pair(2)

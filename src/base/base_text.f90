@@ -63,7 +63,7 @@ contains
     position = last + 1
   end subroutine next_word
 
-  !> Number of words in `text`.
+  !> Returns the number of words in `text`.
   pure integer function count_words(text, separators) result(n)
     character(*), intent(in) :: text, separators
     integer :: position, first, last
@@ -109,9 +109,9 @@ contains
     is_it = ichar(byte) >= 128 .and. ichar(byte) < 192
   end function is_utf8_continuation
 
-  !> Number of single-character insertions, deletions, replacements and swaps of neighbours that turn
-  !> `a` into `b` (Damerau-Levenshtein, each place edited once). Names longer than 64 characters are
-  !> not compared: the result is then their summed length.
+  !> Returns the number of single-character insertions, deletions, replacements and swaps of neighbours that turn `a` into `b`
+  !> (Damerau-Levenshtein, each place edited once). Names longer than 64 characters are not compared: the result is then their
+  !> summed length.
   pure integer function edit_distance(a, b) result(distance)
     character(*), intent(in) :: a, b
     integer, parameter :: LIMIT = 64

@@ -17,7 +17,7 @@ module cmaes_eigen
 
 contains
 
-  !> B, d and both roots for the present C; `condition` is the one before the floor was applied.
+  !> Finds B, d and both roots for the present C. `condition` is the one before the floor was applied.
   subroutine decompose(state, work)
     type(cmaes_state_t), intent(inout) :: state
     type(cmaes_work_t), intent(inout) :: work
@@ -53,7 +53,7 @@ contains
     call build(state%b, state%d**2, state%c)
   end subroutine rebuild
 
-  !> Both roots from B and d; needed once after a state was restored.
+  !> Makes both roots from B and d. Call it once after a state was restored.
   subroutine build_roots(state, work)
     type(cmaes_state_t), intent(in) :: state
     type(cmaes_work_t), intent(inout) :: work

@@ -39,8 +39,7 @@ module cmaes_optimiser
 
 contains
 
-  !> Begins at `mean(n)`. `restart` is the number of the run in a search, from 0: runs have different
-  !> random numbers.
+  !> Begins a run at `mean(n)`. `restart` is the number of the run in a search, from 0: runs have different random numbers.
   subroutine cmaes_start(self, options, params, mean, has_box, restart)
     class(cmaes_t), intent(out) :: self
     type(cmaes_options_t), intent(in) :: options
@@ -61,14 +60,14 @@ contains
     call build_roots(self%state, self%work)
   end subroutine cmaes_start
 
-  !> Must be called when `state` was restored from a checkpoint.
+  !> Completes a run whose `state` was restored from a checkpoint.
   subroutine cmaes_restored(self)
     class(cmaes_t), intent(inout) :: self
     call build_roots(self%state, self%work)
   end subroutine cmaes_restored
 
-  !> The candidates x(n, lambda) of the present generation as they are to be evaluated, that is clipped to
-  !> the box. Changes nothing but work space: after a restart it gives the same again.
+  !> Returns the candidates x(n, lambda) of the present generation as they are to be evaluated, that is clipped to the box. It
+  !> changes nothing but work space: after a restart it gives the same again.
   subroutine cmaes_ask(self, x)
     class(cmaes_t), intent(inout) :: self
     real(rp), intent(out) :: x(:, :)

@@ -108,7 +108,7 @@ contains
                         self%region%is_box, self%state%restart)
   end subroutine begin_run
 
-  !> Candidates of the present generation; x(n, lambda) is reallocated when lambda has changed.
+  !> Returns the candidates of the present generation. x(n, lambda) is reallocated when lambda has changed.
   subroutine search_ask(self, x)
     class(cmaes_search_t), intent(inout) :: self
     real(rp), allocatable, intent(inout) :: x(:, :)
@@ -120,7 +120,7 @@ contains
     call self%run%ask(x)
   end subroutine search_ask
 
-  !> As `cmaes_t%tell`; when the run ends the next one begins, or the search ends: state%stop_code.
+  !> Learns as `cmaes_t%tell` does. When the run ends the next one begins, or the search ends: state%stop_code.
   subroutine search_tell(self, f, violation, has_failed)
     class(cmaes_search_t), intent(inout) :: self
     real(rp), intent(in) :: f(:)
@@ -190,14 +190,14 @@ contains
     end associate
   end subroutine choose_next
 
-  !> Evaluations of the whole search so far.
+  !> Returns the number of evaluations of the whole search so far.
   pure integer(i8) function search_evaluations(self) result(n)
     class(cmaes_search_t), intent(in) :: self
     n = self%state%evaluations
     if (self%state%stop_code == RUNNING) n = n + self%run%state%counts%evaluations
   end function search_evaluations
 
-  !> The best feasible candidate of the whole search, as it was evaluated; the first of equals.
+  !> Returns the best feasible candidate of the whole search, as it was evaluated; the first of equals.
   subroutine search_best(self, has_best, f, x, evaluation)
     class(cmaes_search_t), intent(in) :: self
     logical, intent(out) :: has_best
@@ -215,7 +215,7 @@ contains
     evaluation = self%state%evaluations + self%run%state%best%evaluation
   end subroutine search_best
 
-  !> Why the search, or the last run before a restart, ended.
+  !> Returns why the search, or the last run before a restart, ended.
   function search_stop_sentence(self) result(text)
     class(cmaes_search_t), intent(in) :: self
     character(:), allocatable :: text

@@ -96,7 +96,7 @@ module cmaes_state
 
 contains
 
-  !> The state before the first generation, at `mean` with C = 1.
+  !> Makes the state before the first generation, at `mean` with C = 1. Allocates.
   subroutine state_reset(self, params, mean, seed, restart)
     class(cmaes_state_t), intent(out) :: self
     type(cmaes_params_t), intent(in) :: params

@@ -19,7 +19,7 @@ module cmaes_stop
 
 contains
 
-  !> The name of a criterion, `running` for 0.
+  !> Returns the name of a criterion, `running` for 0.
   pure function stop_name(code) result(name)
     integer, intent(in) :: code
     character(:), allocatable :: name
@@ -31,7 +31,7 @@ contains
     if (code >= 0 .and. code <= N_STOPS) name = trim(NAMES(code))
   end function stop_name
 
-  !> The name and what it means.
+  !> Returns the name and what it means.
   pure function stop_text(code) result(text)
     integer, intent(in) :: code
     character(:), allocatable :: text
@@ -105,7 +105,7 @@ contains
 
   end subroutine note_history
 
-  !> The first criterion of the list above that holds after a generation, or RUNNING.
+  !> Returns the first criterion of the list above that holds after a generation, or RUNNING.
   integer function find_stop(options, p, state, work, f) result(code)
     type(cmaes_options_t), intent(in) :: options
     type(cmaes_params_t), intent(in) :: p

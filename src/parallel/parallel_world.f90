@@ -89,7 +89,7 @@ contains
     call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_MIN, self%comm)
   end subroutine world_min_reals
 
-  !> Sum of a 64-bit integer over the ranks, modulo 2**64 (checksums). Collective.
+  !> Returns the sum of a 64-bit integer over the ranks, modulo 2**64 (checksums). Collective.
   integer(i8) function world_sum_int8(self, value) result(total)
     class(world_t), intent(in) :: self
     integer(i8), intent(in) :: value
@@ -99,7 +99,7 @@ contains
     total = buffer(1)
   end function world_sum_int8
 
-  !> Largest integer over the ranks. Collective.
+  !> Returns the largest integer over the ranks. Collective.
   integer function world_max_integer(self, value) result(largest)
     class(world_t), intent(in) :: self
     integer, intent(in) :: value

@@ -34,13 +34,13 @@ contains
     grid%spacing = grid%length/n
   end function make_grid
 
-  !> Smallest spacing of the resolved directions.
+  !> Returns the smallest spacing of the resolved directions.
   pure real(rp) function grid_min_spacing(self) result(h)
     class(grid_t), intent(in) :: self
     h = minval(self%spacing(merge(2, 1, self%is_2d):))
   end function grid_min_spacing
 
-  !> Largest spacing of the resolved directions.
+  !> Returns the largest spacing of the resolved directions.
   pure real(rp) function grid_max_spacing(self) result(h)
     class(grid_t), intent(in) :: self
     h = maxval(self%spacing(merge(2, 1, self%is_2d):))
@@ -58,7 +58,7 @@ contains
     volume = product(self%length)
   end function grid_volume
 
-  !> Whether `n` is 2^a 3^b 5^c 7^d, the sizes FFTW transforms fast.
+  !> Tells whether `n` is 2^a 3^b 5^c 7^d, the sizes FFTW transforms fast.
   pure logical function is_fft_friendly(n) result(friendly)
     integer, intent(in) :: n
     integer, parameter :: PRIMES(4) = [2, 3, 5, 7]

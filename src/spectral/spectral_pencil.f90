@@ -129,7 +129,7 @@ contains
     call self%far%release()
   end subroutine pencil_release
 
-  !> Bytes of this rank's exchange buffers.
+  !> Returns the bytes of this rank's exchange buffers.
   pure real(rp) function pencil_memory_bytes(self) result(bytes)
     class(pencil_t), intent(in) :: self
     bytes = self%near%bytes() + self%far%bytes()
@@ -178,7 +178,7 @@ contains
     if (kernels%n_out > 0) call planes_to_sticks(self, kernels)
   end subroutine pencil_pipeline_part
 
-  !> The least number of planes that a rank has.
+  !> Returns the least number of planes that a rank has.
   pure integer function pencil_most_parts(self) result(most)
     class(pencil_t), intent(in) :: self
     most = self%grid%n(3)/self%columns

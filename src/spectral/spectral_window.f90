@@ -34,7 +34,7 @@ contains
     end do
   end subroutine window_weights
 
-  !> The transform int g(x) cos(theta x) dx for a phase of `theta` radians per cell.
+  !> Returns the transform int g(x) cos(theta x) dx for a phase of `theta` radians per cell.
   elemental real(rp) function window_transform(theta) result(transform)
     real(rp), intent(in) :: theta
     integer, parameter :: N = 128

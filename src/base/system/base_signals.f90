@@ -43,8 +43,8 @@ contains
     end do
   end subroutine catch_signals
 
-  !> Number of the last signal caught on this process, 0 if none came. Other ranks may know nothing of
-  !> it: reduce it over the ranks before acting on it.
+  !> Returns the number of the last signal caught on this process, 0 if none came. Other ranks may know nothing of it: reduce it
+  !> over the ranks before acting on it.
   integer function signal_caught()
     signal_caught = int(caught)
   end function signal_caught

@@ -103,7 +103,7 @@ contains
     i = 0
   end function place
 
-  !> The numbers of a component, logicals as 0 and 1. Its owner sums them.
+  !> Returns the numbers of a component, logicals as 0 and 1. Its owner sums them.
   function fingerprint_numbers(self, name) result(numbers)
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -115,7 +115,7 @@ contains
     numbers = self%marks(i)%numbers
   end function fingerprint_numbers
 
-  !> A text, as long as its component. Its owner sums it.
+  !> Returns a text, as long as its component. Its owner sums it.
   function fingerprint_one_text(self, name) result(text)
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -127,7 +127,7 @@ contains
     text = self%marks(i)%text
   end function fingerprint_one_text
 
-  !> The sum of all components that nobody asked for; 0 if there are none.
+  !> Returns the sum of all components that nobody asked for; 0 if there are none.
   integer(i8) function fingerprint_rest(self) result(total)
     class(fingerprint_t), intent(in) :: self
     integer :: i

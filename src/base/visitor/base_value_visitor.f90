@@ -72,7 +72,7 @@ contains
     if (self%failure%failed) most = 0
   end function visitor_most
 
-  !> The name with those of the parts before it.
+  !> Returns the name with those of the parts before it.
   pure function visitor_full_name(self, name) result(full)
     class(value_visitor_t), intent(in) :: self
     character(*), intent(in) :: name

@@ -102,7 +102,7 @@ contains
     call self%visit(name, values)
   end subroutine any_texts
 
-  !> Length of a list that is read: the caller allocates it before `visit_list`. 0 after a failure.
+  !> Returns the length of a list that is read: the caller allocates it before `visit_list`. 0 after a failure.
   integer function visitor_count_of(self, name) result(n)
     class(visitor_t), intent(inout) :: self
     character(*), intent(in) :: name

@@ -85,7 +85,7 @@ contains
     end do
   end function lacks_parameters
 
-  !> Enters parameters of the instrument, released together.
+  !> Enters parameters of the instrument, released together. `missing` says what the data lack, if that is known.
   subroutine enter_instrument(c, e, name, title, numbers, is_measurement, sentence, missing)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -112,7 +112,7 @@ contains
     call c%enter(name, title, sentence, is_measurement, lacking, variants)
   end subroutine enter_instrument
 
-  !> Adds a parameter and gives its number.
+  !> Adds a parameter and returns its number.
   integer function catalogue_add(self, parameter) result(n)
     class(catalogue_t), intent(inout) :: self
     type(wing_parameter_t), intent(in) :: parameter
@@ -127,7 +127,7 @@ contains
     call move_alloc(parameters, self%parameters)
   end function catalogue_add
 
-  !> Adds a parameter of the wing, once; its null is where the wing has it.
+  !> Adds a parameter of the wing, once, and returns its number. Its null is where the wing has it.
   integer function catalogue_add_parameter(self, e, number) result(n)
     class(catalogue_t), intent(inout) :: self
     type(experiment_t), intent(in) :: e
@@ -142,6 +142,7 @@ contains
     n = self%add(wing_parameter(p, KIND_PARAMETER, number))
   end function catalogue_add_parameter
 
+  !> Enters an effect with its texts and variants. An empty `missing` makes it testable.
   subroutine catalogue_enter(self, name, title, sentence, is_measurement, missing, variants)
     class(catalogue_t), intent(inout) :: self
     character(*), intent(in) :: name, title, sentence, missing
@@ -184,12 +185,14 @@ contains
     call move_alloc(longer, variants)
   end subroutine append_variant
 
+  !> Returns the fraction as words: '25 % of its length'.
   function percent(fraction) result(text)
     real(rp), intent(in) :: fraction
     character(:), allocatable :: text
     text = number_text(nint(100*fraction))//' % of its length'
   end function percent
 
+  !> Returns a length [m] as text in millimetres, with one decimal.
   function millimetres(x) result(text)
     real(rp), intent(in) :: x
     character(:), allocatable :: text

@@ -39,7 +39,7 @@ module diagnosis_wing_modes
 
 contains
 
-  !> The modes of the measurement of `bare`, on a wing of these masses; both must live as long as this.
+  !> Takes the modes of the measurement of `bare`, on a wing of these masses. Both must live as long as this.
   subroutine modes_init(self, bare, wing, parameters, parts)
     class(wing_modes_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: bare
@@ -74,7 +74,7 @@ contains
     if (allocated(model)) call self%simulation%init(self%rest%bare%measurement, model, self%parts)
   end subroutine prepare
 
-  !> residuals(n) at q; `ok` false: the wing at rest is not stable. Tangents are those there.
+  !> Returns residuals(n) at q. `ok` is false if the wing at rest is not stable. Tangents are those there.
   subroutine modes_evaluate(self, q, residuals, ok)
     class(wing_modes_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -88,7 +88,7 @@ contains
     call self%simulation%evaluate(self%rest%params(model, q), self%effects, residuals, ok)
   end subroutine modes_evaluate
 
-  !> column(n): derivative of the residuals with respect to parameter i at q, after `evaluate` there.
+  !> Returns column(n), the derivative of the residuals with respect to parameter i at q, after `evaluate` there.
   subroutine modes_tangent(self, q, i, column)
     class(wing_modes_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -97,7 +97,7 @@ contains
     call mechanics_tangent(self%simulation, self%rest, self%effects, q, i, self%direction, column)
   end subroutine modes_tangent
 
-  !> jacobian(n, size(columns)) with respect to the parameters `columns`.
+  !> Returns jacobian(n, size(columns)) with respect to the parameters `columns`, after `evaluate`.
   subroutine modes_tangents(self, q, columns, jacobian)
     class(wing_modes_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -109,7 +109,7 @@ contains
     end do
   end subroutine modes_tangents
 
-  !> patterns(n, :): what unknown causes at site(2, :) [m] do, see `site_tangents`; after `evaluate`, where that was.
+  !> Returns patterns(n, :), what unknown causes at site(2, :) [m] do, at the last `evaluate`; see `site_tangents`.
   subroutine modes_patterns(self, site, radius, patterns)
     class(wing_modes_t), intent(inout) :: self
     real(rp), intent(in) :: site(:, :), radius
@@ -117,7 +117,7 @@ contains
     call site_tangents(self%simulation, self%rest, self%effects, site, radius, self%direction, patterns)
   end subroutine modes_patterns
 
-  !> Every mode is a surface with a fold and a block of its own. What was observed has no size.
+  !> Adds labels. Every mode is a surface with a fold and a block of its own. What was observed has no size.
   subroutine modes_append_labels(self, labels)
     class(wing_modes_t), intent(in) :: self
     type(labels_t), intent(inout) :: labels

@@ -30,7 +30,7 @@ module diagnosis_wing_motion
 
 contains
 
-  !> What the measurement of `bare` holds, on a wing of these masses; both must live as long as this.
+  !> Takes what the measurement of `bare` holds, on a wing of these masses. Both must live as long as this.
   subroutine motion_init(self, bare, wing, parameters, parts)
     class(wing_motion_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: bare
@@ -51,7 +51,7 @@ contains
     self%n = 0
   end subroutine motion_free
 
-  !> residuals(n) at q and their derivatives jacobian(n, size(columns)); `ok` false: the wing at rest is not stable.
+  !> Returns residuals(n) at q and their derivatives jacobian(n, size(columns)). `ok` is false if the wing at rest is not stable.
   subroutine motion_evaluate(self, q, columns, residuals, jacobian, ok)
     class(wing_motion_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -68,9 +68,9 @@ contains
     if (ok) call self%series%tangents(q, columns, jacobian(n + 1:, :))
   end subroutine motion_evaluate
 
-  !> At q: nuisances(n, 1 + n_nuisances). The first column is what an error of `membrane_sd` of the coordinate of D does to the
-  !> residuals, where parameter `membrane` is D; without D as a nuisance (0) it stays what it was. The others are errors of the
-  !> records. `ok` false: the wing at rest is not stable.
+  !> Returns nuisances(n, 1 + n_nuisances) at q. The first column is what an error of `membrane_sd` of the coordinate of D does to
+  !> the residuals, where parameter `membrane` is D; if D is no nuisance (0), the column stays what it was. The others are errors
+  !> of the records. `ok` is false if the wing at rest is not stable.
   subroutine motion_nuisances(self, q, membrane, membrane_sd, nuisances, ok)
     class(wing_motion_t), intent(inout) :: self
     real(rp), intent(in) :: q(:), membrane_sd
@@ -84,8 +84,7 @@ contains
     if (self%series%n > 0) call self%series%nuisances(nuisances(self%modes%n + 1:, 2:))
   end subroutine motion_nuisances
 
-  !> patterns(n, :): what unknown causes at site(2, :) [m] do, see `site_tangents`; after `nuisances` or `evaluate`, where that
-  !> was.
+  !> Returns patterns(n, :), what unknown causes at site(2, :) [m] do, at the last `nuisances` or `evaluate`; see `site_tangents`.
   subroutine motion_patterns(self, site, radius, patterns)
     class(wing_motion_t), intent(inout) :: self
     real(rp), intent(in) :: site(:, :), radius

@@ -44,7 +44,7 @@ module diagnosis_wing_series
 
 contains
 
-  !> The records of the measurement of `bare`, on a wing of these masses; both must live as long as this.
+  !> Takes the records of the measurement of `bare`, on a wing of these masses. Both must live as long as this.
   subroutine series_init(self, bare, wing, parameters, parts)
     class(wing_series_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: bare
@@ -81,7 +81,7 @@ contains
     if (allocated(model)) call self%simulation%init(self%rest%bare%measurement, model, self%parts)
   end subroutine series_prepare
 
-  !> residuals(n) at q; `ok` false: the wing at rest is not stable. Tangents are those there.
+  !> Returns residuals(n) at q. `ok` is false if the wing at rest is not stable. Tangents are those there.
   subroutine series_evaluate(self, q, residuals, ok)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -120,7 +120,7 @@ contains
     end associate
   end subroutine series_tangent
 
-  !> jacobian(n, size(columns)) with respect to the parameters `columns`.
+  !> Returns jacobian(n, size(columns)) with respect to the parameters `columns`, after `evaluate`.
   subroutine series_tangents(self, q, columns, jacobian)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -132,15 +132,15 @@ contains
     end do
   end subroutine series_tangents
 
-  !> nuisances(n, n_nuisances): what errors of one sd of the sizes and times of the excitations do to the residuals; after
-  !> `evaluate`, where that was.
+  !> Returns nuisances(n, n_nuisances), what errors of one sd of the sizes and times of the excitations do to the residuals, at
+  !> the last `evaluate`.
   subroutine series_nuisances(self, nuisances)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(inout) :: nuisances(:, :)
     call self%simulation%nuisances(nuisances)
   end subroutine series_nuisances
 
-  !> patterns(n, :): what unknown causes at site(2, :) [m] do, see `site_tangents`; after `evaluate`, where that was.
+  !> Returns patterns(n, :), what unknown causes at site(2, :) [m] do, at the last `evaluate`; see `site_tangents`.
   subroutine series_patterns(self, site, radius, patterns)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(in) :: site(:, :), radius
@@ -148,7 +148,7 @@ contains
     call site_tangents(self%simulation, self%rest, self%effects, site, radius, self%direction, patterns)
   end subroutine series_patterns
 
-  !> Every trace is a surface with a fold and a block of its own.
+  !> Adds labels. Every trace is a surface with a fold and a block of its own.
   subroutine series_append_labels(self, labels)
     class(wing_series_t), intent(in) :: self
     type(labels_t), intent(inout) :: labels

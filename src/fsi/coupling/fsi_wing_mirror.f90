@@ -36,7 +36,7 @@ contains
     call mirror_vectors(state%a)
   end subroutine mirror_state
 
-  !> The motion of a frame, mirrored.
+  !> Returns the motion of a frame, mirrored.
   pure type(frame_t) function mirror_frame(frame) result(mirrored)
     type(frame_t), intent(in) :: frame
     mirrored%velocity = mirror_wing(frame%velocity)

@@ -51,7 +51,7 @@ module io_arrays
 
 contains
 
-  !> Whether the file holds a group of this name.
+  !> Tells whether the file holds a group of this name.
   logical function is_group(file, name)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -322,8 +322,7 @@ contains
     ok = .not. failure%failed
   end subroutine read_attribute_integer
 
-  !> Whether x is a number: neither infinite nor NaN. Looks at the bits only and so raises no
-  !> floating-point exception.
+  !> Tells whether x is a number: neither infinite nor NaN. Looks at the bits only and so raises no floating-point exception.
   pure elemental logical function is_finite(x)
     real(rp), intent(in) :: x
     is_finite = iand(transfer(x, 0_i8), EXPONENT_BITS) /= EXPONENT_BITS

@@ -80,7 +80,7 @@ contains
     if (.not. found) call failure%raise('there is no valid backup to restart from: '//self%reason(0)//'; '//self%reason(1))
   end subroutine slots_must_find
 
-  !> Name of the file that the next checkpoint replaces, without folder.
+  !> Returns the name of the file that the next checkpoint replaces, without folder.
   function slots_choose_oldest_or_invalid(self) result(name)
     class(checkpoint_slots_t), intent(in) :: self
     character(:), allocatable :: name

@@ -243,7 +243,7 @@ contains
     call self%agree(error >= 0, 'group '''//name//''' cannot be made; is the disk full?', failure)
   end subroutine file_make_group
 
-  !> Whether the file holds an object of this name.
+  !> Tells whether the file holds an object of this name.
   logical function file_has(self, name) result(has)
     class(hdf5_file_t), intent(in) :: self
     character(*), intent(in) :: name

@@ -82,7 +82,7 @@ contains
     end subroutine sum_planes
   end subroutine field_keys
 
-  !> The line that FLUSI prints: six numbers in es15.8, one blank apart.
+  !> Returns the line that FLUSI prints: six numbers in es15.8, one blank apart.
   function key_line(keys) result(line)
     real(rp), intent(in) :: keys(N_KEYS)
     character(:), allocatable :: line

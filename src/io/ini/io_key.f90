@@ -87,7 +87,7 @@ contains
     new%upper = limit
   end subroutine set_upper
 
-  !> Whether `x` respects the limits.
+  !> Tells whether `x` respects the limits.
   pure logical function key_is_in_range(self, x) result(is_in)
     class(key_t), intent(in) :: self
     real(rp), intent(in) :: x
@@ -97,7 +97,7 @@ contains
       is_in = is_in .and. (x < self%upper .or. (.not. self%is_upper_open .and. x <= self%upper))
   end function key_is_in_range
 
-  !> The limits in words, '> 0 and <= 1'; empty if there are none.
+  !> Returns the limits in words, '> 0 and <= 1'; empty if there are none.
   function key_range_text(self) result(text)
     class(key_t), intent(in) :: self
     character(:), allocatable :: text
@@ -180,7 +180,7 @@ contains
     end do
   end function spaced_choices
 
-  !> Whether `word` is `pattern`, or begins with what stands in front of a final '*'.
+  !> Tells whether `word` is `pattern`, or begins with what stands in front of a final '*'.
   pure logical function matches_pattern(word, pattern) result(matches)
     character(*), intent(in) :: word, pattern
     integer :: n
@@ -194,7 +194,7 @@ contains
     end if
   end function matches_pattern
 
-  !> Whether `word` matches one of the patterns a|b|c*.
+  !> Tells whether `word` matches one of the patterns a|b|c*.
   pure logical function matches_any(word, patterns) result(matches)
     character(*), intent(in) :: word, patterns
     integer :: position, first, last

@@ -300,8 +300,8 @@ contains
     end associate
   end subroutine registry_set_lattice
 
-  !> Index of the section in `sections`, 0 if it is unknown. An inert pattern counts only if no
-  !> section has exactly this name.
+  !> Returns the index of the section in `sections`, 0 if it is unknown. An inert pattern counts only if no section has exactly
+  !> this name.
   integer function registry_find_section(self, section) result(found)
     class(registry_t), intent(in) :: self
     character(*), intent(in) :: section
@@ -316,8 +316,8 @@ contains
     end do
   end function registry_find_section
 
-  !> Index in `keys` of the key with this exact name or alias, or of the inert pattern that it matches;
-  !> 0 if there is none.
+  !> Returns the index in `keys` of the key with this exact name or alias, or of the inert pattern that it matches; 0 if there is
+  !> none.
   recursive integer function registry_find(self, section, name) result(found)
     class(registry_t), intent(in) :: self
     character(*), intent(in) :: section, name

@@ -46,13 +46,13 @@ contains
     self%version = BUILD_VERSION//' ('//BUILD_COMMIT//')'
   end subroutine identity_start
 
-  !> Whether it is known which run this is.
+  !> Tells whether it is known which run this is.
   pure logical function identity_is_known(self) result(is_known)
     class(identity_t), intent(in) :: self
     is_known = allocated(self%id)
   end function identity_is_known
 
-  !> A number that differs if the inputs do.
+  !> Returns a number that differs if the inputs do.
   function identity_fingerprint(self) result(text)
     class(identity_t), intent(in) :: self
     character(16) :: text

@@ -55,7 +55,7 @@ module measurement_comparison
 
 contains
 
-  !> Room for n_points points and n_places places or fewer; the points are at the origin.
+  !> Makes room for n_points points and n_places places or fewer; the points are at the origin.
   subroutine shape_init(self, n_points, n_places)
     class(observed_shape_t), intent(out) :: self
     integer, intent(in) :: n_points, n_places

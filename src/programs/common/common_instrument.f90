@@ -120,7 +120,7 @@ contains
     text = text//suggestion%hint()
   end function instrument_hint
 
-  !> The section as text of an ini file; '' if the instrument does nothing.
+  !> Returns the section as text of an ini file; '' if the instrument does nothing.
   function instrument_lines(instrument) result(text)
     type(instrument_t), intent(in) :: instrument
     character(:), allocatable :: text

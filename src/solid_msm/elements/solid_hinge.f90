@@ -206,7 +206,7 @@ contains
     law(2) = (k + k3*g(0))*g(2) + k3*g(1)**2
   end function cubic_law
 
-  !> The turning angle Theta >= 0 [rad] from the rest direction at displacements u(3, 7).
+  !> Returns the turning angle Theta >= 0 [rad] from the rest direction at displacements u(3, 7).
   pure real(rp) function hinge_angle(self, u) result(angle)
     type(hinge_t), intent(in) :: self
     real(rp), intent(in) :: u(3, HINGE_NODES)

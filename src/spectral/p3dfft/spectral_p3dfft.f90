@@ -276,7 +276,7 @@ contains
     if (allocated(self%stick_of)) deallocate (self%stick_of)
   end subroutine p3dfft_free
 
-  !> Bytes of this rank's buffers, of which P3DFFT itself has three, each for all modes of its lines along x.
+  !> Returns the bytes of this rank's buffers, of which P3DFFT itself has three, each for all modes of its lines along x.
   pure real(rp) function p3dfft_memory_bytes(self) result(bytes)
     class(p3dfft_t), intent(in) :: self
     bytes = self%staged_bytes()
