@@ -110,9 +110,11 @@ contains
     trained%h = problem%experiment%cost(residuals)
   end subroutine solve_cold
 
+  !> Whether `one` is the better end of two fits: all its shapes were found, and what least squares minimise, chi^2 and priors,
+  !> is lower.
   pure logical function is_better(one, other)
     type(trained_t), intent(in) :: one, other
-    is_better = one%is_solved .and. (.not. other%is_solved .or. one%chi2 < other%chi2)
+    is_better = one%is_solved .and. (.not. other%is_solved .or. one%cost() < other%cost())
   end function is_better
 
   !> '1 stage', '2 stages'.
