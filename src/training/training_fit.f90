@@ -117,10 +117,11 @@ contains
     trained%h = problem%experiment%cost(residuals)
   end subroutine solve_cold
 
-  !> Tells whether the first outcome is better: all its loads are solved, and those of the other are not, or its chi^2 is smaller.
+  !> Tells whether `one` is the better end of two fits: all its shapes were found, and those of the other were not, or what least
+  !> squares minimise, chi^2 and priors, is lower.
   pure logical function is_better(one, other)
     type(trained_t), intent(in) :: one, other
-    is_better = one%is_solved .and. (.not. other%is_solved .or. one%chi2 < other%chi2)
+    is_better = one%is_solved .and. (.not. other%is_solved .or. one%cost() < other%cost())
   end function is_better
 
   !> Returns a number with its noun: '1 stage', '2 stages'.

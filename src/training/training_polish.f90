@@ -47,6 +47,7 @@ contains
     problem%pool => pool
     if (settings%polish) problem%log => log
     problem%n_parts = size(starts, 2)
+    problem%kind_of_part = 'start'
     problem%begun = wall_seconds()
     unknowns = make_unknowns(settings, space)
     n_evaluations = 0
