@@ -81,7 +81,7 @@ contains
     end do
   end subroutine message_list_print
 
-  !> Marks the failure; the first reason given is kept.
+  !> Marks the failure. The first reason given is kept.
   subroutine failure_raise(self, reason)
     class(failure_t), intent(inout) :: self
     character(*), intent(in) :: reason

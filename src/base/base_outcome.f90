@@ -48,14 +48,14 @@ contains
     is_good = self%kind == OUTCOME_DONE .and. .not. self%failure%failed
   end function outcome_is_good
 
-  !> The program ends as `kind` says, unless a failure has decided how it ends.
+  !> Makes the program end as `kind` says, unless a failure has decided how it ends.
   pure subroutine outcome_end_as(self, kind)
     class(outcome_t), intent(inout) :: self
     integer, intent(in) :: kind
     if (.not. self%has_cause) self%kind = kind
   end subroutine outcome_end_as
 
-  !> The program ends by a failure of this kind. The first failure counts.
+  !> Makes the program end by a failure of this kind. The first failure counts.
   subroutine outcome_fail(self, kind, reason)
     class(outcome_t), intent(inout) :: self
     integer, intent(in) :: kind

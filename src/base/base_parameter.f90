@@ -23,7 +23,7 @@ module base_parameter
 
 contains
 
-  !> A parameter that every wing has.
+  !> Makes a parameter that every wing has.
   pure subroutine define_parameter(p, name, unit, is_log, lower, upper)
     type(parameter_t), intent(out) :: p
     character(*), intent(in) :: name, unit
@@ -36,7 +36,7 @@ contains
     p%upper = upper
   end subroutine define_parameter
 
-  !> An effect; it vanishes at 1 if it is varied by factors and at 0 otherwise.
+  !> Makes the parameter of an effect. The effect vanishes at 1 if it is varied by factors and at 0 otherwise.
   pure subroutine define_effect(p, name, unit, is_log, lower, upper, prior_sd)
     type(parameter_t), intent(out) :: p
     character(*), intent(in) :: name, unit

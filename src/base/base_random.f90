@@ -29,7 +29,7 @@ module base_random
 
 contains
 
-  !> Four random 32-bit words from a key of two and a counter of four 32-bit words.
+  !> Returns four random 32-bit words from a key of two and a counter of four 32-bit words.
   pure function philox(key, counter) result(words)
     integer(i8), intent(in) :: key(2), counter(4)
     integer(i8) :: words(4)
@@ -71,7 +71,7 @@ contains
     unit_real = (real(ior(shiftl(high, 20), shiftr(low, 12)), rp) + 0.5_rp)*2.0_rp**(-52)
   end function unit_real
 
-  !> Two independent numbers, uniform in (0, 1), at a place of a stream.
+  !> Returns two independent numbers, uniform in (0, 1), at a place of a stream.
   pure function random_uniforms(seed, stream, position) result(u)
     integer(i8), intent(in) :: seed, stream, position
     real(rp) :: u(2)
@@ -82,7 +82,7 @@ contains
     u(2) = unit_real(words(3), words(4))
   end function random_uniforms
 
-  !> Two independent numbers of mean 0 and variance 1 at a place of a stream (Box and Muller).
+  !> Returns two independent numbers of mean 0 and variance 1 at a place of a stream (Box and Muller).
   pure function random_gaussians(seed, stream, position) result(g)
     integer(i8), intent(in) :: seed, stream, position
     real(rp) :: g(2), radius, angle

@@ -16,7 +16,7 @@ contains
     call sort_order(keys, order, merged)
   end function sorting_order
 
-  !> The same without allocations (merge sort); `merged` is work space as large as `keys`.
+  !> Finds the same order without allocations (merge sort); `merged` is work space as large as `keys`.
   pure subroutine sort_order(keys, order, merged)
     integer(i8), intent(in) :: keys(:)
     integer, intent(out) :: order(:), merged(:)

@@ -27,7 +27,7 @@ module base_text
 
 contains
 
-  !> ASCII letters in lower case, everything else unchanged.
+  !> Returns the text with ASCII letters in lower case, everything else unchanged.
   pure function to_lower(text) result(lower)
     character(*), intent(in) :: text
     character(len(text)) :: lower
@@ -77,7 +77,7 @@ contains
     end do
   end function count_words
 
-  !> `text` fit for a message: control bytes become '?', more than `limit` bytes are cut to '...'.
+  !> Returns `text` fit for a message: control bytes become '?', more than `limit` bytes are cut to '...'.
   pure function printable(text, limit) result(shown)
     character(*), intent(in) :: text
     integer, intent(in) :: limit
@@ -97,7 +97,7 @@ contains
     if (n < len(text)) shown = shown//'...'
   end function printable
 
-  !> `printable`, at most 60 bytes, between quotes.
+  !> Returns `printable`, at most 60 bytes, between quotes.
   pure function quoted(text) result(shown)
     character(*), intent(in) :: text
     character(:), allocatable :: shown

@@ -83,7 +83,7 @@ contains
     name = trim(self%names(id))
   end function timers_name
 
-  !> How often region `id` was left.
+  !> Returns how often region `id` was left.
   pure integer(i8) function timers_calls(self, id) result(calls)
     class(timers_t), intent(in) :: self
     integer, intent(in) :: id

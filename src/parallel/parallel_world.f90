@@ -62,7 +62,7 @@ contains
     self%is_root = self%rank == 0
   end subroutine world_adopt
 
-  !> A world of the calling process alone, for files that it writes while others do something else.
+  !> Returns a world of the calling process alone, for files that it writes while others do something else.
   subroutine world_isolate(self)
     class(world_t), intent(inout) :: self
     call self%adopt(MPI_COMM_SELF)
@@ -156,7 +156,7 @@ contains
     call move_alloc(buffer, text)
   end subroutine world_broadcast_text
 
-  !> How many ranks share the memory of this machine. Collective.
+  !> Returns how many ranks share the memory of this machine. Collective.
   integer function world_count_here(self) result(n)
     class(world_t), intent(in) :: self
     type(MPI_Comm) :: here

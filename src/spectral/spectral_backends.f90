@@ -42,8 +42,8 @@ contains
     end select
   end subroutine make_transform
 
-  !> A second transform, of up to seven fields backward and one forward at once, over the same points as `main`, which
-  !> keeps all modes; free it before `main`. Collective.
+  !> Makes a second transform, of up to seven fields backward and one forward at once, over the same points as `main`, which keeps
+  !> all modes. Free it before `main`. Collective.
   subroutine make_full_transform(main, full)
     class(transform_t), intent(in) :: main
     class(transform_t), allocatable, intent(out) :: full

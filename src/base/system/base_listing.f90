@@ -28,8 +28,8 @@ module base_listing
 
 contains
 
-  !> The names of all entries of the folder at `path`, in no order, without those that begin with a dot; none if it
-  !> cannot be read.
+  !> Returns the names of all entries of the folder at `path`, in no order, without those that begin with a dot; none if it cannot
+  !> be read.
   subroutine list_folder(path, names)
     character(*), intent(in) :: path
     type(message_list_t), intent(out) :: names

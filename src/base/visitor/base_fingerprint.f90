@@ -37,7 +37,7 @@ module base_fingerprint
 
 contains
 
-  !> Sizes are left out.
+  !> Leaves sizes out.
   subroutine fingerprint_extents(self, name, n)
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name

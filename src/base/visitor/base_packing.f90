@@ -36,7 +36,7 @@ module base_packing
 
 contains
 
-  !> All of `value`, which is left as it is.
+  !> Packs all of `value`, which is left as it is.
   subroutine pack_value(value, words)
     class(visited_t), intent(inout) :: value
     real(rp), allocatable, intent(out) :: words(:)
@@ -46,7 +46,7 @@ contains
     words = packer%words(:packer%n)
   end subroutine pack_value
 
-  !> How many words `pack_value` makes of it.
+  !> Returns how many words `pack_value` makes of it.
   integer function count_packed(value) result(n)
     class(visited_t), intent(inout) :: value
     type(packer_t) :: packer
@@ -55,7 +55,7 @@ contains
     n = packer%n
   end function count_packed
 
-  !> The inverse of `pack_value`. Fails if the words are too few or too many, or no value of this kind can be made of them.
+  !> Does the inverse of `pack_value`. Fails if the words are too few or too many, or no value of this kind can be made of them.
   subroutine unpack_value(words, value, failure)
     real(rp), intent(in) :: words(:)
     class(visited_t), intent(inout) :: value
@@ -110,7 +110,7 @@ contains
     call self%carry_reals(name, codes)
   end subroutine packer_text
 
-  !> Words that are left.
+  !> Returns how many words are left.
   pure integer(i8) function unpacker_most(self) result(most)
     class(unpacker_t), intent(in) :: self
     most = size(self%words) - self%at

@@ -65,7 +65,7 @@ module base_value_visitor
 
 contains
 
-  !> How many numbers can still be read: a size above it is a mistake of the source.
+  !> Returns how many numbers can still be read: a size above it is a mistake of the source.
   pure integer(i8) function visitor_most(self) result(most)
     class(value_visitor_t), intent(in) :: self
     most = huge(1)
@@ -99,7 +99,7 @@ contains
     if (self%failure%failed) n = -1
   end subroutine visitor_extents
 
-  !> One number: an array of one, unless a visitor makes a difference.
+  !> Carries one real as a list of one, unless a visitor makes a difference.
   subroutine visitor_carry_real(self, name, value)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name

@@ -314,7 +314,7 @@ contains
     call h5aclose_f(attribute, ignored)
   end function attribute_size
 
-  !> Names of all attributes of an object, in alphabetical order, blank-padded.
+  !> Returns the names of all attributes of an object, in alphabetical order, blank-padded.
   subroutine attribute_names(file, object, names, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object

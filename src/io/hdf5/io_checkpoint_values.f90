@@ -46,7 +46,7 @@ module io_checkpoint_values
 
 contains
 
-  !> All names will begin with `prefix`. The writer outlives the visits.
+  !> Begins to save. All names will begin with `prefix`. The writer must outlive the visits.
   subroutine saver_begin(self, writer, prefix, reals_are_tables)
     class(checkpoint_saver_t), intent(out) :: self
     type(checkpoint_writer_t), intent(inout), target :: writer
@@ -102,7 +102,7 @@ contains
     call self%writer%put_text(name, text)
   end subroutine saver_text
 
-  !> As `begin` of the saver that wrote the values.
+  !> Begins to load, with the arguments of `begin` of the saver that wrote the values.
   subroutine loader_begin(self, reader, prefix, reals_are_tables)
     class(checkpoint_loader_t), intent(out) :: self
     type(checkpoint_reader_t), intent(inout), target :: reader

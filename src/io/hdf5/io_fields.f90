@@ -226,8 +226,8 @@ contains
     call file%close(failure)
   end subroutine read_field
 
-  !> Name of the field in an open file: what its file name says before the first underscore, or else the
-  !> only dataset in it. Collective on a parallel file.
+  !> Returns the name of the field in an open file: what its file name says before the first underscore, or else the only dataset
+  !> in it. Collective on a parallel file.
   subroutine find_dataset(file, dataset, failure)
     type(hdf5_file_t), intent(in) :: file
     character(:), allocatable, intent(out) :: dataset
@@ -244,8 +244,8 @@ contains
     if (.not. failure%failed) dataset = trim(names(1))
   end subroutine find_dataset
 
-  !> Attributes of a field; those that the file does not have keep their defaults. nxyz is the shape of
-  !> the dataset, (1, ny, nz) for a slice. Collective on a parallel file.
+  !> Reads the attributes of a field. Those that the file does not have keep their defaults. nxyz is the shape of the dataset, (1,
+  !> ny, nz) for a slice. Collective on a parallel file.
   subroutine read_meta(file, dataset, meta, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: dataset

@@ -254,7 +254,7 @@ contains
     has = has .and. error >= 0
   end function file_has
 
-  !> Names of the objects at the top of the file, blank-padded.
+  !> Returns the names of the objects at the top of the file, blank-padded.
   subroutine file_dataset_names(self, names, failure)
     class(hdf5_file_t), intent(in) :: self
     character(NAME_LENGTH), allocatable, intent(out) :: names(:)
@@ -277,7 +277,7 @@ contains
     call self%agree(ok, 'has no readable list of contents', failure)
   end subroutine file_dataset_names
 
-  !> Shape of a dataset, first Fortran index first.
+  !> Returns the shape of a dataset, first Fortran index first.
   subroutine file_dataset_shape(self, name, dims, failure)
     class(hdf5_file_t), intent(in) :: self
     character(*), intent(in) :: name

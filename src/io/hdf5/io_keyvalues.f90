@@ -25,7 +25,7 @@ module io_keyvalues
 
 contains
 
-  !> The six numbers of the field in `path`, read plane by plane.
+  !> Returns the six numbers of the field in `path`, which is read plane by plane.
   subroutine field_keys(path, keys, failure)
     character(*), intent(in) :: path
     real(rp), intent(out) :: keys(N_KEYS)

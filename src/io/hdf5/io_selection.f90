@@ -23,7 +23,7 @@ module io_selection
 
 contains
 
-  !> Global 0-based indices of the local rows, in local order.
+  !> Returns the global 0-based indices of the local rows, in local order.
   function row_indices(rows) result(indices)
     type(rows_t), intent(in) :: rows
     integer, allocatable :: indices(:)

@@ -60,7 +60,7 @@ module io_config
 
 contains
 
-  !> `load_text` of the file at `path`, which is read by the calling rank.
+  !> Reads the file at `path` on the calling rank; see `load_text`.
   subroutine config_load_file(self, path, registry, errors, notices, flusi_compat)
     class(config_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -222,8 +222,8 @@ contains
     value = self%values(value_index(self, section, key, KEY_MATRIX, KEY_MATRIX))%matrix
   end function config_get_matrix
 
-  !> From now on the numbers of the file are understood in the other system of units of `scales`, and are
-  !> delivered in L, T and M. Defaults always are in L, T and M.
+  !> Takes the numbers of the file, from now on, in the other system of units of `scales`, and delivers them in L, T and M.
+  !> Defaults always are in L, T and M.
   subroutine config_set_units(self, scales)
     class(config_t), intent(inout) :: self
     type(unit_scales_t), intent(in) :: scales
@@ -334,8 +334,8 @@ contains
     end do
   end subroutine config_print_effective
 
-  !> All values in one text, of which each line is `[section] key = value`, in L, T and M; behind the name of a file is
-  !> what tells its content. The names of what a run writes are left out. Not collective: the calling rank reads the files.
+  !> Returns all values in one text, of which each line is `[section] key = value`, in L, T and M. Behind the name of a file is
+  !> what tells its content. The names of what a run writes are left out. The calling rank reads the files; not collective.
   function config_inputs(self) result(text)
     class(config_t), intent(in) :: self
     character(:), allocatable :: text, line

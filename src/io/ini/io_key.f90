@@ -35,7 +35,7 @@ module io_key
 
 contains
 
-  !> A new key with the parts that keys of every kind have.
+  !> Makes a new key with the parts that keys of every kind have.
   subroutine describe(new, kind, section, name, default_text, help, unit, required)
     type(key_t), intent(out) :: new
     integer, intent(in) :: kind
@@ -55,7 +55,7 @@ contains
     if (present(required)) new%is_required = required
   end subroutine describe
 
-  !> min <= value <= max or above < value < below, each once.
+  !> Sets the limits: min <= value <= max or above < value < below. Each may be given once.
   subroutine set_limits(new, min, max, above, below)
     type(key_t), intent(inout) :: new
     real(rp), intent(in), optional :: min, max, above, below
@@ -65,7 +65,7 @@ contains
     if (present(below)) call set_upper(new, below, is_open=.true.)
   end subroutine set_limits
 
-  !> The value is at least `limit`, or larger if it is open.
+  !> Sets the lower limit: the value is at least `limit`, or larger if it is open.
   subroutine set_lower(new, limit, is_open)
     type(key_t), intent(inout) :: new
     real(rp), intent(in) :: limit
@@ -76,7 +76,7 @@ contains
     new%lower = limit
   end subroutine set_lower
 
-  !> The value is at most `limit`, or smaller if it is open.
+  !> Sets the upper limit: the value is at most `limit`, or smaller if it is open.
   subroutine set_upper(new, limit, is_open)
     type(key_t), intent(inout) :: new
     real(rp), intent(in) :: limit
@@ -120,7 +120,7 @@ contains
     end if
   end function limit_text
 
-  !> What kind of value the key takes, in words.
+  !> Returns what kind of value the key takes, in words.
   function key_kind_text(self) result(text)
     class(key_t), intent(in) :: self
     character(:), allocatable :: text
@@ -148,7 +148,7 @@ contains
     end select
   end function key_kind_text
 
-  !> What may stand in a file: 'a | b | c', 'integer >= 1', '3 reals'.
+  !> Returns what may stand in a file: 'a | b | c', 'integer >= 1', '3 reals'.
   function key_choices_text(self) result(text)
     class(key_t), intent(in) :: self
     character(:), allocatable :: text, limits
@@ -164,7 +164,7 @@ contains
     end select
   end function key_choices_text
 
-  !> 'a|b' as 'a | b'.
+  !> Returns 'a|b' as 'a | b'.
   pure function spaced_choices(choices) result(text)
     character(*), intent(in) :: choices
     character(:), allocatable :: text

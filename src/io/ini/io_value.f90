@@ -331,8 +331,8 @@ contains
     end select
   end function value_text
 
-  !> `key = value`, and behind ';' the unit and where the value comes from, the file `name` or the default. With
-  !> `scale`, what one unit of the key is in SI units, the file is in these, and so is what is written.
+  !> Returns `key = value`, and behind ';' the unit and where the value comes from, the file `name` or the default. With `scale`,
+  !> what one unit of the key is in SI units, the file is in these, and so is what is written.
   function effective_line(key, value, scale) result(text)
     type(key_t), intent(in) :: key
     type(value_t), intent(in) :: value

@@ -24,7 +24,7 @@ module common_progress
 
 contains
 
-  !> `speaks` on root only. `quantity` names the number that `step_done` gets as u_max.
+  !> Begins to tell progress. `speaks` on root only. `quantity` names the number that `step_done` gets as u_max.
   subroutine progress_init(self, speaks, interval, quantity)
     class(progress_t), intent(inout) :: self
     logical, intent(in) :: speaks
