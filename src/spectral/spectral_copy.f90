@@ -20,7 +20,7 @@ module spectral_copy
 
 contains
 
-  !> spectral(nkz, n, nf) -> physical(nx, ny_local, nz_local, nf) by pipelines of `most` fields at most. Collective.
+  !> Transforms spectral(nkz, n, nf) to physical(nx, ny_local, nz_local, nf) by pipelines of `most` fields at most. Collective.
   subroutine copy_backward(transform, most, spectral, physical)
     class(transform_t), intent(inout) :: transform
     integer, intent(in) :: most
@@ -36,7 +36,7 @@ contains
     end do
   end subroutine copy_backward
 
-  !> physical(nx, ny_local, nz_local, nf) -> spectral(nkz, n, nf) by pipelines of `most` fields at most. Collective.
+  !> Transforms physical(nx, ny_local, nz_local, nf) to spectral(nkz, n, nf) by pipelines of `most` fields at most. Collective.
   subroutine copy_forward(transform, most, physical, spectral)
     class(transform_t), intent(inout) :: transform
     integer, intent(in) :: most

@@ -21,7 +21,7 @@ module spectral_grid
 
 contains
 
-  !> Box of `length` with `n` points. With n(1) = 1 the box is two-dimensional; as in FLUSI its length
+  !> Returns the grid of a box of `length` [L] with `n` points. With n(1) = 1 the box is two-dimensional. As in FLUSI its length
   !> in x is then 1, so that integrals are per unit depth.
   pure function make_grid(n, length) result(grid)
     integer, intent(in) :: n(3)
@@ -46,13 +46,13 @@ contains
     h = maxval(self%spacing(merge(2, 1, self%is_2d):))
   end function grid_max_spacing
 
-  !> Volume of one cell (area per unit depth in 2-D).
+  !> Returns the volume of one cell [L^3] (area per unit depth in 2-D).
   pure real(rp) function grid_cell_volume(self) result(volume)
     class(grid_t), intent(in) :: self
     volume = product(self%spacing)
   end function grid_cell_volume
 
-  !> Volume of the box.
+  !> Returns the volume of the box [L^3].
   pure real(rp) function grid_volume(self) result(volume)
     class(grid_t), intent(in) :: self
     volume = product(self%length)

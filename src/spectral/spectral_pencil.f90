@@ -135,7 +135,7 @@ contains
     bytes = self%near%bytes() + self%far%bytes()
   end function pencil_memory_bytes
 
-  !> The fused pipeline; see `spectral_transform` for the contract. Collective.
+  !> Runs the fused pipeline; see `spectral_transform` for the contract. Collective.
   subroutine pencil_pipeline(self, kernels)
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
@@ -379,7 +379,7 @@ contains
                   merge(line_side, plane_side, to_lines), n_fields, self%n_fields, self%traffic)
   end subroutine row_exchange
 
-  !> spectral(nkz, n, nf) -> physical(nx, ny_local, nz_local, nf). Collective.
+  !> Transforms spectral(nkz, n, nf) to physical(nx, ny_local, nz_local, nf). Collective.
   subroutine pencil_backward(self, spectral, physical)
     class(pencil_t), intent(inout) :: self
     complex(rp), contiguous, target, intent(in) :: spectral(:, :, :)
@@ -387,7 +387,7 @@ contains
     call copy_backward(self, size(self%fields_in, 3), spectral, physical)
   end subroutine pencil_backward
 
-  !> physical(nx, ny_local, nz_local, nf) -> spectral(nkz, n, nf). Collective.
+  !> Transforms physical(nx, ny_local, nz_local, nf) to spectral(nkz, n, nf). Collective.
   subroutine pencil_forward(self, physical, spectral)
     class(pencil_t), intent(inout) :: self
     real(rp), contiguous, target, intent(in) :: physical(:, :, :, :)

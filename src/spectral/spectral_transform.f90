@@ -186,7 +186,7 @@ contains
     call self%pipeline(kernels)
   end subroutine transform_pipeline_part
 
-  !> Into how many parts a pipeline may be divided.
+  !> Returns into how many parts a pipeline may be divided.
   pure integer function transform_most_parts(self) result(most)
     class(transform_t), intent(in) :: self
     most = 1

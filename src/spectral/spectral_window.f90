@@ -19,7 +19,7 @@ module spectral_window
 
 contains
 
-  !> The weights w(1:W) of the cells first .. first + W - 1 (0-based, not wrapped) for a point at `s` cells from the
+  !> Returns the weights w(1:W) of the cells first .. first + W - 1 (0-based, not wrapped) for a point at `s` cells from the
   !> origin.
   pure subroutine window_weights(s, first, w)
     real(rp), intent(in) :: s
