@@ -18,7 +18,7 @@ module fsi_thin_coupling
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_kinematics, only: pose_wing, wing_pose_t
   use fsi_rigid_fit, only: fit_rotation
-  use fsi_thin_wings, only: thin_wing_t, thin_wings_t
+  use fsi_thin_wings, only: thin_wings_t
   use fsi_wing_deformation, only: predict_deformation, set_deformation
   use fsi_wing_mirror, only: mirror_vectors
   use fsi_wing_solver, only: wing_solver_t
@@ -142,7 +142,8 @@ contains
     end associate
   end subroutine update_response
 
-  !> On the owner: the step of one wing in the flow that its markers have met. A wing that is held keeps its shape.
+  !> On the owner: the step of one wing in the flow that its markers have met. A wing that is held keeps its shape. The helpers
+  !> of the owner serve the solutions that it needs.
   subroutine advance_wing(thin, i, pose, dt, params, is_held, solver, state, force)
     type(thin_wings_t), intent(inout) :: thin
     integer, intent(in) :: i
@@ -155,7 +156,8 @@ contains
     real(rp), intent(inout) :: force(:, :) !< other than that of the flow there is none
     integer :: m
     associate (wing => thin%wings(i))
-      if (wing%owner /= thin%world%rank) return
+      if (wing%is_helper) call wing%end_solutions()
+      if (.not. wing%is_owner) return
       do m = 1, wing%markers%n
         wing%work(:, m) = pose%vector_to_wing(thin%flow(:, wing%first + m - 1))
       end do
@@ -167,6 +169,7 @@ contains
         force = 0
         call solver%solve(params%model, params%inertia, params%options, force, dt*params%units%time, state, wing%reaction)
       end if
+      call wing%end_solutions()
     end associate
   end subroutine advance_wing
 
