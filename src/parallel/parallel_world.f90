@@ -5,7 +5,7 @@ module parallel_world
   use mpi_f08, only: MPI_Comm, MPI_COMM_WORLD, MPI_COMM_SELF, MPI_Init, MPI_Finalize, MPI_Initialized, &
                      MPI_Comm_rank, MPI_Comm_size, MPI_Allreduce, MPI_Bcast, MPI_Barrier, MPI_IN_PLACE, &
                      MPI_DOUBLE_PRECISION, MPI_INTEGER8, MPI_INTEGER, MPI_SUM, MPI_MAX, MPI_MIN, &
-                     MPI_CHARACTER, MPI_COMM_TYPE_SHARED, MPI_Comm_free, MPI_Comm_split_type, MPI_INFO_NULL
+                     MPI_CHARACTER, MPI_COMM_TYPE_SHARED, MPI_Comm_free, MPI_Comm_split, MPI_Comm_split_type, MPI_INFO_NULL
   implicit none
   private
   public :: world_t
@@ -21,6 +21,7 @@ module parallel_world
     procedure :: stop => world_stop
     procedure :: adopt => world_adopt
     procedure :: isolate => world_isolate
+    procedure :: divide => world_divide
     procedure :: sum_reals => world_sum_reals
     procedure :: max_reals => world_max_reals
     procedure :: min_reals => world_min_reals
@@ -67,6 +68,16 @@ contains
     class(world_t), intent(inout) :: self
     call self%adopt(MPI_COMM_SELF)
   end subroutine world_isolate
+
+  !> A world of the ranks that give the same number, in the order of their ranks here. It stays until MPI ends. Collective.
+  subroutine world_divide(self, number, part)
+    class(world_t), intent(in) :: self
+    integer, intent(in) :: number
+    type(world_t), intent(out) :: part
+    type(MPI_Comm) :: comm
+    call MPI_Comm_split(self%comm, number, self%rank, comm)
+    call part%adopt(comm)
+  end subroutine world_divide
 
   !> Replaces `values` by their sums over the ranks. Collective.
   subroutine world_sum_reals(self, values)

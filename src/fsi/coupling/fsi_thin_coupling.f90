@@ -18,7 +18,7 @@ module fsi_thin_coupling
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_kinematics, only: pose_wing, wing_pose_t
   use fsi_rigid_fit, only: fit_rotation
-  use fsi_thin_wings, only: thin_wing_t, thin_wings_t
+  use fsi_thin_wings, only: thin_wings_t
   use fsi_wing_deformation, only: predict_deformation, set_deformation
   use fsi_wing_mirror, only: mirror_vectors
   use fsi_wing_solver, only: wing_solver_t
@@ -152,7 +152,8 @@ contains
     end associate
   end subroutine update_response
 
-  !> On the owner of wing i: its reaction begins the step of `dt` with the flow that its markers have met.
+  !> On the owner of wing i: its reaction begins the step of `dt` with the flow that its markers have met. The helpers of the owner
+  !> serve the solutions that it then needs for the wing, and return when it ends them.
   subroutine meet_flow(thin, i, pose, dt)
     type(thin_wings_t), intent(inout) :: thin
     integer, intent(in) :: i
@@ -160,7 +161,8 @@ contains
     real(rp), intent(in) :: dt
     integer :: m
     associate (wing => thin%wings(i))
-      if (wing%owner /= thin%world%rank) return
+      if (wing%is_helper) call wing%end_solutions()
+      if (.not. wing%is_owner) return
       do m = 1, wing%markers%n
         wing%work(:, m) = pose%vector_to_wing(thin%flow(:, wing%first + m - 1))
       end do
@@ -177,8 +179,9 @@ contains
     type(dynamic_state_t), intent(in) :: state
     real(rp), intent(inout) :: force(:, :)
     associate (wing => thin%wings(i))
-      if (wing%owner == thin%world%rank) &
-        call wing%reaction%force(solver%motion%at(state%time), state%u, state%v, force)
+      if (.not. wing%is_owner) return
+      call wing%reaction%force(solver%motion%at(state%time), state%u, state%v, force)
+      call wing%end_solutions()
     end associate
   end subroutine hold_wing
 
@@ -192,9 +195,10 @@ contains
     type(dynamic_state_t), intent(inout) :: state
     real(rp), intent(inout) :: force(:, :) !< other than that of the flow there is none
     associate (wing => thin%wings(i))
-      if (wing%owner /= thin%world%rank) return
+      if (.not. wing%is_owner) return
       force = 0
       call solver%solve(params%model, params%inertia, params%options, force, dt*params%units%time, state, wing%reaction)
+      call wing%end_solutions()
     end associate
   end subroutine advance_wing
 
