@@ -12,7 +12,7 @@ program prepazy
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use least_squares_posterior, only: find_posterior, posterior_t
   use least_squares_problem, only: unknowns_t
-  use least_squares_profile, only: interval_t, profile_interval, THRESHOLD_90
+  use least_squares_profile, only: interval_t, linear_guess_t, profile_interval, THRESHOLD_90
   use measurement_data, only: measurement_t
   use measurement_experiment, only: experiment_t
   use measurement_file, only: read_measurement
@@ -65,7 +65,7 @@ program prepazy
   end if
   posterior = find_posterior(unknowns, report)
   do i = 1, experiment%count()
-    call profile_interval(problem, unknowns, report%p, i, posterior%sd(i), THRESHOLD_90, fit_options, interval)
+    call profile_interval(problem, unknowns, report%p, i, linear_guess_t(posterior%sd(i)), THRESHOLD_90, fit_options, interval)
     unknown = experiment%describe(i)
     best = report%p(i)
     ends = [interval%lower, interval%upper]

@@ -13,7 +13,7 @@ module bench_coverage
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use least_squares_posterior, only: find_posterior, posterior_t
   use least_squares_problem, only: unknowns_t
-  use least_squares_profile, only: interval_t, profile_interval, THRESHOLD_90
+  use least_squares_profile, only: interval_t, linear_guess_t, profile_interval, THRESHOLD_90
   use measurement_experiment, only: experiment_t
   use measurement_problem, only: ONE_DECADE, wing_problem_t, wing_unknowns
   implicit none
@@ -122,7 +122,7 @@ contains
     do i = 1, N_UNKNOWNS
       problem%shapes = shapes
       problem%is_start = is_start
-      call profile_interval(problem, unknowns, report%p, i, posterior%sd(i), THRESHOLD_90, options, interval)
+      call profile_interval(problem, unknowns, report%p, i, linear_guess_t(posterior%sd(i)), THRESHOLD_90, options, interval)
       if (.not. interval%is_complete) then
         tally%n_incomplete = tally%n_incomplete + 1
         cycle

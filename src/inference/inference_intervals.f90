@@ -9,7 +9,7 @@ module inference_intervals
   use inference_simulator, only: simulator_t
   use inference_whitener, only: whitener_t
   use least_squares_fit, only: fit_options_t
-  use least_squares_profile, only: interval_t, profile_interval, THRESHOLD_90
+  use least_squares_profile, only: interval_t, linear_guess_t, profile_interval, THRESHOLD_90
   use least_squares_state, only: solver_state_t
   implicit none
   private
@@ -45,8 +45,9 @@ contains
     do i = first, n
       call simulator%set_state(start)
       call profile_interval(problem, nested_unknowns(simulator, extended%active, extended%q), &
-                            extended%q(extended%active), i, sqrt(extended%covariance(i, i)), THRESHOLD_90*scale, fits, &
-                            intervals(i - first + 1), extended%covariance(:, i)/extended%covariance(i, i))
+                            extended%q(extended%active), i, linear_guess_t(sqrt(extended%covariance(i, i)), &
+                            extended%covariance(:, i)/extended%covariance(i, i)), THRESHOLD_90*scale, fits, &
+                            intervals(i - first + 1))
     end do
     call simulator%set_state(start)
   end subroutine find_intervals

@@ -17,20 +17,26 @@ module least_squares_profile
   use least_squares_state, only: solver_state_t
   implicit none
   private
-  public :: interval_t, profile_interval, profile_sentence
+  public :: interval_t, linear_guess_t, profile_interval, profile_sentence
 
   real(rp), parameter, public :: THRESHOLD_90 = 2.705543454095404_rp !< 90 % of chi^2 with one degree of freedom
   integer, parameter :: MOST_REFITS = 25
   real(rp), parameter :: ACCURACY = 0.01_rp     !< of the root of the threshold
   real(rp), parameter :: RESOLUTION = 1.0e-3_rp !< of the threshold, left in the sums of squares of refits
 
+  !> What the linear approximation says of an unknown: where the ends of its interval may be.
+  type :: linear_guess_t
+    real(rp) :: sd = 0                !< its standard deviation
+    real(rp), allocatable :: slope(:) !< how all unknowns follow it, if that is known
+  end type linear_guess_t
+
   !> What a search works on.
   type :: search_t
     integer :: i = 0                     !< the unknown
-    real(rp) :: sd = 0, threshold = 0
+    type(linear_guess_t) :: guess
+    real(rp) :: threshold = 0
     type(unknowns_t) :: unknowns         !< without the prior of unknown i
     type(fit_options_t) :: options
-    real(rp), allocatable :: slope(:)    !< of all unknowns over unknown i, see profile_interval
     type(fit_report_t) :: report         !< of the last fit
     real(rp), allocatable :: best(:)     !< where the sum of squares is least so far
     real(rp) :: least = 0
@@ -68,28 +74,26 @@ module least_squares_profile
 
 contains
 
-  !> Finds the interval of unknown i about the optimum p of a fit with the same unknowns. `sd` is its standard deviation in the
-  !> linear approximation, a guess where to look. `threshold` is that of the sum of squares in units of the residuals' variance. A
-  !> point where the others cannot be fitted counts as outside. slope(unknowns), where given, is how all unknowns follow unknown i
-  !> in the linear approximation; the first fits of each side begin from it.
-  subroutine profile_interval(problem, unknowns, p, i, sd, threshold, options, interval, slope)
+  !> Finds the interval of unknown i about the optimum p of a fit with the same unknowns. The first fits of each side begin from
+  !> what the linear approximation guesses. `threshold` is that of the sum of squares in units of the residuals' variance. A point
+  !> where the others cannot be fitted counts as outside. The problem then stands where the last fit has ended.
+  subroutine profile_interval(problem, unknowns, p, i, guess, threshold, options, interval)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
-    real(rp), intent(in) :: p(:), sd, threshold
+    real(rp), intent(in) :: p(:), threshold
     integer, intent(in) :: i
+    type(linear_guess_t), intent(in) :: guess
     type(fit_options_t), intent(in) :: options
     type(interval_t), intent(out) :: interval
-    real(rp), intent(in), optional :: slope(:)
     type(search_t) :: search
     logical :: is_less
     search%i = i
-    search%sd = sd
+    search%guess = guess
     search%threshold = threshold
     search%unknowns = unknowns
     search%unknowns%prior_sd(i) = 0
     search%options = options
     search%options%is_smooth = .true.
-    if (present(slope)) search%slope = slope
     call problem%get_state(search%state_at_best)
     do
       search%unknowns%is_fixed(i) = unknowns%is_fixed(i)
@@ -173,7 +177,7 @@ contains
       bracket%at_inside = best
       bracket%outside = bound
       call problem%get_state(bracket%state_inside)
-      step = min(search%sd*goal, 2*max(search%options%largest_step, 1.0_rp)*search%unknowns%unit(i))
+      step = min(search%guess%sd*goal, 2*max(search%options%largest_step, 1.0_rp)*search%unknowns%unit(i))
       x = best(i) + direction*min(room, max(step, 1.0e-6_rp*min(room, search%unknowns%unit(i))))
       do n = 1, MOST_REFITS
         at = search%start_at(x, bracket)
@@ -298,8 +302,8 @@ contains
       at = bracket%at_inside
       if (abs(bracket%inside - best(i)) > 0) then
         at = best + (bracket%at_inside - best)*((x - best(i))/(bracket%inside - best(i)))
-      else if (allocated(self%slope)) then
-        at = best + self%slope*(x - best(i))
+      else if (allocated(self%guess%slope)) then
+        at = best + self%guess%slope*(x - best(i))
       end if
       at(i) = x
     end associate

@@ -3,7 +3,7 @@
 module training_intervals
   use base_process, only: wall_seconds
   use least_squares_problem, only: unknowns_t
-  use least_squares_profile, only: profile_interval, profile_sentence, THRESHOLD_90
+  use least_squares_profile, only: linear_guess_t, profile_interval, profile_sentence, THRESHOLD_90
   use least_squares_state, only: solver_state_t
   use measurement_experiment, only: experiment_t
   use training_case, only: training_case_t
@@ -40,7 +40,7 @@ contains
       problem%is_left_out = .false.
       problem%part = i
       problem%name = trim(space%names(i))
-      call profile_interval(problem, unknowns, trained%coordinates, i, trained%posterior%sd(i), THRESHOLD_90, &
+      call profile_interval(problem, unknowns, trained%coordinates, i, linear_guess_t(trained%posterior%sd(i)), THRESHOLD_90, &
                             settings%fit, trained%intervals(i))
       if (pool%is_stopped) return
       trained%n_evaluations = trained%n_evaluations + trained%intervals(i)%n_evaluations

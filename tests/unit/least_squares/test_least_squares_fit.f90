@@ -7,7 +7,7 @@ program test_least_squares_fit
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use least_squares_posterior, only: find_posterior, posterior_t
   use least_squares_problem, only: least_squares_t, unknowns_t
-  use least_squares_profile, only: interval_t, profile_interval, profile_sentence, THRESHOLD_90
+  use least_squares_profile, only: interval_t, linear_guess_t, profile_interval, profile_sentence, THRESHOLD_90
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: M = 30, N = 4
@@ -183,7 +183,7 @@ contains
     most = 0
     do g = 1, 3
       do i = 1, N
-        call profile_interval(problem, unknowns, report%p, i, GUESSES(g)*posterior%sd(i), THRESHOLD_90, options, &
+        call profile_interval(problem, unknowns, report%p, i, linear_guess_t(GUESSES(g)*posterior%sd(i)), THRESHOLD_90, options, &
                               interval)
         if (.not. (interval%has_lower .and. interval%has_upper .and. interval%is_complete)) worst = huge(worst)
         worst = max(worst, abs(interval%upper - report%p(i) - sqrt(THRESHOLD_90)*posterior%sd(i))/posterior%sd(i), &
@@ -218,7 +218,7 @@ contains
       problem%noise = SCATTER(i)
       call fit(problem, unknowns, [1.0_rp], options, report)
       posterior = find_posterior(unknowns, report)
-      call profile_interval(problem, unknowns, report%p, 1, posterior%sd(1), THRESHOLD_90, options, interval)
+      call profile_interval(problem, unknowns, report%p, 1, linear_guess_t(posterior%sd(1)), THRESHOLD_90, options, interval)
       sentence = profile_sentence('joint:7', 'N m/rad', .true., interval)
       call t%check('the search is complete', interval%is_complete)
       select case (i)
@@ -260,7 +260,7 @@ contains
     unknowns%upper = 8
     call fit(problem, unknowns, [-3.0_rp], options, report)
     call t%check_close('the fit goes around it', report%p(1), 1.0_rp, atol=1.0e-6_rp)
-    call profile_interval(problem, unknowns, report%p, 1, 3.0_rp, THRESHOLD_90, options, interval)
+    call profile_interval(problem, unknowns, report%p, 1, linear_guess_t(3.0_rp), THRESHOLD_90, options, interval)
     call t%check('the interval ends there', interval%has_upper .and. interval%is_complete)
     call t%check_close('  at its edge', interval%upper, 1.2_rp, atol=1.0e-3_rp)
     problem%valid_below = 0.9_rp

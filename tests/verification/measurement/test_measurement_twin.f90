@@ -10,7 +10,7 @@ program test_measurement_twin
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use least_squares_posterior, only: find_posterior, posterior_t
   use least_squares_problem, only: unknowns_t
-  use least_squares_profile, only: interval_t, profile_interval, profile_sentence, THRESHOLD_90
+  use least_squares_profile, only: interval_t, linear_guess_t, profile_interval, profile_sentence, THRESHOLD_90
   use measurement_data, only: measurement_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
@@ -207,7 +207,7 @@ contains
     end do
     call problem%cold_difference(report%p, difference)
     call t%check_below('cold shapes are the same', difference, 1.0e-9_rp)
-    call profile_interval(problem, unknowns, report%p, 1, posterior%sd(1), THRESHOLD_90, options, interval)
+    call profile_interval(problem, unknowns, report%p, 1, linear_guess_t(posterior%sd(1)), THRESHOLD_90, options, interval)
     call t%check('the interval of E has two ends', interval%has_lower .and. interval%has_upper .and. &
                  interval%is_complete)
     call t%check_close('  as wide as the covariance says', interval%upper - interval%lower, &

@@ -11,7 +11,7 @@ program test_profile_jumps
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use least_squares_posterior, only: find_posterior, posterior_t
   use least_squares_problem, only: unknowns_t
-  use least_squares_profile, only: interval_t, profile_interval, THRESHOLD_90
+  use least_squares_profile, only: interval_t, linear_guess_t, profile_interval, THRESHOLD_90
   use measurement_data, only: measurement_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
@@ -160,7 +160,7 @@ contains
       parameter = experiment%describe(i)
       name = trim(parameter%name)
       call evaluate_at_truth(problem, unknowns, .false., all_loads)
-      call profile_interval(problem, unknowns, truth, i, all_loads%sd(i), THRESHOLD_90, options, interval)
+      call profile_interval(problem, unknowns, truth, i, linear_guess_t(all_loads%sd(i)), THRESHOLD_90, options, interval)
       call t%check(name//': the interval has two ends, none of them a jump', interval%is_complete .and. &
                    interval%has_lower .and. interval%has_upper .and. .not. any(interval%is_jump))
       call t%check('  it holds the truth', interval%lower < truth(i) .and. interval%upper > truth(i))
@@ -176,7 +176,7 @@ contains
       call evaluate_at_truth(problem, unknowns, is_without, others)
       problem%is_left_out(JUMPING) = is_without
       problem%is_cold = .false.
-      call profile_interval(problem, unknowns, truth, i, others%sd(i), THRESHOLD_90, options, reference)
+      call profile_interval(problem, unknowns, truth, i, linear_guess_t(others%sd(i)), THRESHOLD_90, options, reference)
       problem%is_cold = .true.
       call t%check_close('  the loads that count say the same alone: the lower end', interval%lower - truth(i), &
                          reference%lower - truth(i), rtol=ACCURACY)
