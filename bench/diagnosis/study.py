@@ -12,8 +12,8 @@ the signal-to-noise ratio on the small blowfly wing, and 12 cases on the one of 
 first N cases are a sample of all, and each has random numbers of its own. Every case that is finished is a file; what was
 stopped, at any instant, is continued by the same command. Shards K/N of one study may run on several machines with a
 common folder. Verdicts of different programs, told by their SHA-256, are kept apart in the same folder. The archive is one
-file with all verdicts and truths, from which the study is scored, or continued without what the folder had. docs/guide/diagnosis.md
-has results.
+file with all verdicts and truths, from which the study is scored, or continued without what the folder had.
+Results are in docs/results/diagnosis-results.md.
 """
 import argparse
 import hashlib

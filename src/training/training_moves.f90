@@ -11,7 +11,7 @@ module training_moves
   use least_squares_profile, only: THRESHOLD_90
   use least_squares_report, only: fit_options_t, fit_report_t, KNOWN_MINIMUM
   use training_case, only: training_case_t
-  use training_fit, only: counted, polish_from_start
+  use training_fit, only: counted, polish_from_start, start_t
   use training_listener, only: training_listener_t
   use training_objective, only: train_objective_t
   use training_outcome, only: trained_t
@@ -66,7 +66,8 @@ contains
       n_evaluations = n_evaluations + report%n_evaluations
       if (problem%pool%is_stopped) return
       if (.not. ends_elsewhere(report, trained)) cycle
-      call polish_from_start(settings, problem, unknowns, objective, report%p, .false., report%cost() >= trained%cost(), log, one)
+      call polish_from_start(settings, problem, unknowns, objective, &
+                             start_t(report%p, is_check=report%cost() >= trained%cost()), log, one)
       n_before = n_evaluations
       n_evaluations = n_evaluations + one%n_evaluations
       if (problem%pool%is_stopped) return

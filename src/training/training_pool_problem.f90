@@ -63,7 +63,7 @@ contains
     call self%log%polish_progress(self%kind_of_part, self%part, self%n_parts, self%n_solved, self%lowest, self%begun)
   end subroutine tell_progress
 
-  !> The box and the priors about the values of [Wing], as coordinates of the experiment.
+  !> Returns the box and the priors about the values of [Wing], as coordinates of the experiment.
   function make_unknowns(settings, space) result(unknowns)
     class(training_case_t), intent(in) :: settings
     type(search_space_t), intent(in) :: space

@@ -74,7 +74,7 @@ contains
     end do
   end subroutine inertia_keys
 
-  !> What the user chose here.
+  !> Returns what the user chose in these keys.
   function flight_choices(config) result(c)
     type(config_t), intent(in), target :: config
     type(flight_choices_t) :: c

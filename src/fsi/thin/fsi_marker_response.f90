@@ -42,7 +42,7 @@ module fsi_marker_response
 
 contains
 
-  !> Room for n markers. With `is_2d` they are given in the frame of a wing that a plane flow sees as a section, whose y
+  !> Makes room for n markers. With `is_2d` they are given in the frame of a wing that a plane flow sees as a section, whose y
   !> axis is that across the plane. With `group` its ranks share the response; else the calling rank has it alone. Collective
   !> over the group.
   subroutine response_init(self, n, is_2d, group)
@@ -99,7 +99,7 @@ contains
     call factorise(self%factor, has_factor)
   end subroutine response_build
 
-  !> All markers have turned by `rotation` about any point since M was made.
+  !> Says that all markers have turned by `rotation` about any point since M was made.
   pure subroutine response_turn(self, rotation)
     class(marker_response_t), intent(inout) :: self
     real(rp), intent(in) :: rotation(3, 3)
@@ -107,8 +107,8 @@ contains
     self%has_turned = .true.
   end subroutine response_turn
 
-  !> The forces f(3, n) with M f = v for velocities v(3, n), along the axes of the frame in which M was made. On the first rank
-  !> of the group that shares M^-1, while the others `serve`.
+  !> Returns the forces f(3, n) with M f = v for velocities v(3, n), along the axes of the frame in which M was made. On the first
+  !> rank of the group that shares M^-1, while the others `serve`.
   subroutine response_solve(self, v, f)
     class(marker_response_t), intent(inout) :: self
     real(rp), intent(in) :: v(:, :)
@@ -145,7 +145,7 @@ contains
     if (allocated(self%inverse)) call self%inverse%release()
   end subroutine response_release
 
-  !> Bytes of what this rank has of the matrix.
+  !> Returns the bytes of what this rank has of the matrix.
   pure real(rp) function response_memory_bytes(self) result(bytes)
     class(marker_response_t), intent(in) :: self
     bytes = 0

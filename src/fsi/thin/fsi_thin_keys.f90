@@ -30,7 +30,7 @@ module fsi_thin_keys
 
 contains
 
-  !> The keys; `surface` and `sharing` are the user's words.
+  !> Declares and reads the keys; `surface` and `sharing` are the user's words.
   subroutine thin_keys(keys, surface, sharing, p)
     type(keys_t), intent(inout) :: keys
     character(:), allocatable, intent(inout) :: surface, sharing
@@ -50,7 +50,7 @@ contains
                    'groups if they have eight ranks or more and wings a thousand markers or more')
   end subroutine thin_keys
 
-  !> Takes the keys from `config`.
+  !> Takes the values of the keys from `config`.
   subroutine read_thin_keys(config, grid, params, notices)
     type(config_t), intent(in), target :: config
     type(grid_t), intent(in) :: grid
@@ -70,7 +70,7 @@ contains
       call notices%add('[Insects] WingThickness, t_wing and wing_smoothing are of no effect with surface = thin')
   end subroutine read_thin_keys
 
-  !> The user's word for how the flow sees the wings.
+  !> Returns the user's word for how the flow sees the wings.
   function surface_word(config) result(surface)
     type(config_t), intent(in), target :: config
     character(:), allocatable :: surface
@@ -81,7 +81,7 @@ contains
     call thin_keys(keys, surface, sharing, unused)
   end function surface_word
 
-  !> Whether the flow sees wings without thickness, if there are wings.
+  !> Tells whether the flow sees wings without thickness, if there are wings.
   logical function wants_thin_wings(config) result(wants)
     type(config_t), intent(in) :: config
     type(mask_choices_t) :: mask

@@ -151,8 +151,8 @@ contains
     end do
   end subroutine thin_init_flexible
 
-  !> Makes the response of wing i for markers at its `shape`. It has no factor, on no rank, if markers are too close, or
-  !> farther from each other than they can be. Collective.
+  !> Makes the response of wing i for markers at its `shape`. It has no factor, on no rank, if markers are too close to each
+  !> other, or farther from each other than they can be. Collective.
   subroutine thin_rebuild_response(self, i, has_factor)
     class(thin_wings_t), intent(inout) :: self
     integer, intent(in) :: i
@@ -344,7 +344,7 @@ contains
     end do
   end function largest
 
-  !> Bytes of the responses that this rank owns.
+  !> Returns the bytes of the responses that this rank owns.
   pure real(rp) function thin_memory_bytes(self) result(bytes)
     class(thin_wings_t), intent(in) :: self
     integer :: i

@@ -12,7 +12,7 @@ module diagnose_series
 
 contains
 
-  !> The section [Damping] of a wing at q; nothing without records of motion.
+  !> Returns the section [Damping] of a wing at q; nothing without records of motion.
   function damping_lines(s, q) result(text)
     type(diagnose_settings_t), intent(in) :: s
     real(rp), intent(in) :: q(:)

@@ -168,6 +168,7 @@ contains
     self%is_line_open = .false.
   end subroutine log_end_line
 
+  !> Ends the live line and closes the log. A log that cannot be closed is ignored.
   subroutine log_close(self)
     class(train_log_t), intent(inout) :: self
     logical :: ignored
