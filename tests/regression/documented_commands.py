@@ -41,6 +41,7 @@ ELSEWHERE = {
     "*sbatch *": "needs a cluster; test_slurm_chain has a pretended one", "mkdir my_run *": "with the job that follows",
     "mpirun -n 4 msm_diagnose ini/diagnose.ini": "long; test msm_diagnose", "tools/plot_diagnosis *": "reads that; test tutorial",
     "msm_diagnose ini/vibration.ini": "test vibration_diagnose", "tools/make_modes *": "test vibration_diagnose",
+    "tools/make_flight *": "test_make_flight",
     "tools/reproduce_paper": "a night",
     "tools/reproduce_paper --dry-run": "measures its time; test_reproduce_paper",
     "tools/reproduce_paper --individuals 128": "a night; test_reproduce_paper",
