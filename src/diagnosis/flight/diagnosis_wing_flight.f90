@@ -43,7 +43,8 @@ module diagnosis_wing_flight
   contains
     procedure :: init => flight_init
     procedure :: evaluate => flight_evaluate
-    procedure :: directions => flight_directions
+    procedure :: nuisances => flight_nuisances
+    procedure :: patterns => flight_patterns
     procedure :: append_labels => flight_append_labels
     procedure :: covariance => flight_covariance
     procedure, private :: show => flight_show
