@@ -8,18 +8,13 @@ usage: flight_records.py <msm_diagnose> <h5dump> <flusi> [tests]
 import functools
 import json
 import math
-import os
-import re
-import shutil
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 import h5py
 import numpy as np
-from synthetic_bending import ADEQUATE, NAMED, SET
-from whole_program import SOURCE, check, main
+from whole_program import SOURCE
 
 RE, STROKE, BOX, BEATS = 75, 2.0, 6, 2
 PERIOD = math.pi * STROKE  # c/U, with U = pi f A0 = 1
