@@ -21,7 +21,8 @@ module parallel_world
     procedure :: stop => world_stop
     procedure :: adopt => world_adopt
     procedure :: isolate => world_isolate
-    procedure :: divide => world_divide
+    procedure :: split => world_split
+    procedure :: release => world_release
     procedure :: sum_reals => world_sum_reals
     procedure :: max_reals => world_max_reals
     procedure :: min_reals => world_min_reals
@@ -69,15 +70,21 @@ contains
     call self%adopt(MPI_COMM_SELF)
   end subroutine world_isolate
 
-  !> A world of the ranks that give the same number, in the order of their ranks here. It stays until MPI ends. Collective.
-  subroutine world_divide(self, number, part)
+  !> `part` has those ranks of this world that give the same number `group`, >= 0, in the same order. Collective.
+  subroutine world_split(self, group, part)
     class(world_t), intent(in) :: self
-    integer, intent(in) :: number
+    integer, intent(in) :: group
     type(world_t), intent(out) :: part
     type(MPI_Comm) :: comm
-    call MPI_Comm_split(self%comm, number, self%rank, comm)
+    call MPI_Comm_split(self%comm, group, self%rank, comm)
     call part%adopt(comm)
-  end subroutine world_divide
+  end subroutine world_split
+
+  !> Gives back what `split` has made. Collective over this world.
+  subroutine world_release(self)
+    class(world_t), intent(inout) :: self
+    call MPI_Comm_free(self%comm)
+  end subroutine world_release
 
   !> Replaces `values` by their sums over the ranks. Collective.
   subroutine world_sum_reals(self, values)

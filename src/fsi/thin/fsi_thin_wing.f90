@@ -67,7 +67,7 @@ contains
     is_shared = n_ranks >= FEWEST_RANKS .and. maxval(n_markers) >= FEWEST_MARKERS
     if (sharing == SHARING_GROUP) is_shared = n_ranks > 1
     if (sharing == SHARING_ONE) is_shared = .false.
-    if (is_shared) call world%divide(mod(world%rank, size(n_markers)), group)
+    if (is_shared) call world%split(mod(world%rank, size(n_markers)), group)
   end subroutine form_group
 
   !> Room for the response of this wing, number i of n_wings, on the ranks that hold it: those of `group`, see form_group, if it

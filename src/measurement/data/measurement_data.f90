@@ -7,6 +7,7 @@ module measurement_data
   use base_text, only: number_text
   use base_visitor, only: visited_t, visitor_t
   use io_hdf5, only: NAME_LENGTH
+  use measurement_flight, only: measured_flight_t, COMPONENT_NAMES
   use measurement_modes, only: measured_mode_t, AIR_DENSITY, MEDIUM_AIR
   use measurement_series, only: measured_series_t
   implicit none
@@ -87,6 +88,7 @@ module measurement_data
     real(rp) :: air_density = AIR_DENSITY             !< [kg/m^3] around modes in air
     type(measured_series_t), allocatable :: series(:) !< records of a wing that rings, or none
     real(rp) :: series_air_density = AIR_DENSITY      !< [kg/m^3] around those in air
+    type(measured_flight_t), allocatable :: flights(:) !< records of forces over the beat, or none
     logical :: is_plan = .false.                      !< of an experiment: all heights are 0, none has been measured
   contains
     procedure :: visit => measurement_visit
@@ -96,6 +98,8 @@ module measurement_data
     procedure :: is_in_air => measurement_is_in_air
     procedure :: count_series => measurement_count_series
     procedure :: count_series_observations => measurement_count_series_observations
+    procedure :: count_flights => measurement_count_flights
+    procedure :: count_flight_observations => measurement_count_flight_observations
     procedure :: surface_name => measurement_surface_name
     procedure :: site => measurement_site
     procedure :: deformation => measurement_deformation
@@ -159,12 +163,13 @@ contains
     call visitor%visit('zero', self%zero)
   end subroutine observation_visit
 
-  !> Shows every component to the visitor; `modes` and `series` are allocated afterwards.
+  !> Shows every component to the visitor; `modes`, `series` and `flights` are allocated afterwards.
   subroutine measurement_visit(self, visitor)
     class(measurement_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor
     if (.not. visitor%is_reading .and. .not. allocated(self%modes)) allocate (self%modes(0))
     if (.not. visitor%is_reading .and. .not. allocated(self%series)) allocate (self%series(0))
+    if (.not. visitor%is_reading .and. .not. allocated(self%flights)) allocate (self%flights(0))
     call visitor%visit_allocatable('x', self%x)
     call visitor%visit_allocatable('y', self%y)
     call visitor%visit_allocatable('has_unloaded', self%has_unloaded)
@@ -183,6 +188,8 @@ contains
     if (visitor%is_reading) allocate (self%series(visitor%count_of('series')))
     call visitor%visit_list('series', self%series)
     call visitor%visit('series_air_density', self%series_air_density)
+    if (visitor%is_reading) allocate (self%flights(visitor%count_of('flights')))
+    call visitor%visit_list('flights', self%flights)
     call visitor%visit('is_plan', self%is_plan)
   end subroutine measurement_visit
 
@@ -241,8 +248,25 @@ contains
     end do
   end function measurement_count_series_observations
 
+  !> Number of records of forces over the beat.
+  pure integer function measurement_count_flights(self) result(n)
+    class(measurement_t), intent(in) :: self
+    n = 0
+    if (allocated(self%flights)) n = size(self%flights)
+  end function measurement_count_flights
+
+  !> Numbers in them.
+  pure integer function measurement_count_flight_observations(self) result(n)
+    class(measurement_t), intent(in) :: self
+    integer :: i
+    n = 0
+    do i = 1, self%count_flights()
+      n = n + self%flights(i)%count()
+    end do
+  end function measurement_count_flight_observations
+
   !> Returns the name of load l or, behind the loads, of a mode, or behind these of a trace: the name of its record and its number
-  !> there.
+  !> there, or behind these of a component of a flight.
   pure function measurement_surface_name(self, l) result(name)
     class(measurement_t), intent(in) :: self
     integer, intent(in) :: l
@@ -258,6 +282,15 @@ contains
         name = self%series(i)%name//':'//number_text(k)
         if (k <= size(self%series(i)%sigma)) return
         k = k - size(self%series(i)%sigma)
+      end do
+      do i = 1, self%count_flights()
+        associate (f => self%flights(i))
+          if (k <= size(f%component)) then
+            name = f%name//':'//trim(COMPONENT_NAMES(f%component(k)))
+            return
+          end if
+          k = k - size(f%component)
+        end associate
       end do
     end if
   end function measurement_surface_name

@@ -15,6 +15,7 @@ module measurement_file
   use measurement_data, only: measurement_t, measured_load_t, observation_t, NOT_STATED, QUANTITY_DISPLACEMENT, &
                               QUANTITY_ROTATION
   use measurement_heights, only: read_reference, read_surface
+  use measurement_flight, only: read_flights
   use measurement_modes, only: read_modes
   use measurement_series, only: read_series
   use solid_wing, only: wing_t
@@ -74,12 +75,13 @@ contains
     call check_schema(file, 'measurement', SCHEMA, VERSION, report)
     is_read = report%is_clean()
     if (is_read) then
-      call check_members(file, '/', [character(11) :: 'reference', 'loads', 'points', 'modes', 'series', 'accuracy', &
-                                     'calibration', 'extra'], report)
+      call check_members(file, '/', [character(11) :: 'reference', 'loads', 'points', 'modes', 'series', 'flight', &
+                                     'accuracy', 'calibration', 'extra'], report)
       call read_accuracy(file, measurement, report)
       call read_calibration(file, measurement, report)
       call read_modes(file, measurement%modes, measurement%air_density, report)
       call read_series(file, measurement%series, measurement%series_air_density, report)
+      call read_flights(file, measurement%flights, report)
       call read_all_heights(file, may_be_plan, measurement, report)
       call read_observations(file, measurement, report)
     end if
@@ -126,12 +128,13 @@ contains
     type(wing_report_t), intent(inout) :: report
     character(NAME_LENGTH), allocatable :: names(:)
     logical :: has_reference
-    integer :: l
+    integer :: l, n_moving
     has_reference = is_group(file, '/reference')
     call read_names(file, '/loads', names, report)
-    if (size(names) + m%count_modes() + m%count_series() == 0) &
-      call report%add('/loads', 'there is no load, no mode in /modes and no record in /series')
-    m%is_plan = .not. has_heights(file, has_reference, names) .and. m%count_modes() + m%count_series() == 0
+    n_moving = m%count_modes() + m%count_series() + m%count_flights()
+    if (size(names) + n_moving == 0) &
+      call report%add('/loads', 'there is no load, no mode in /modes and no record in /series and /flight')
+    m%is_plan = .not. has_heights(file, has_reference, names) .and. n_moving == 0
     if (m%is_plan .and. .not. may_be_plan) then
       m%is_plan = has_reference
       if (has_reference) call report%add('/reference/z', 'missing; without heights a file is the plan of an '// &

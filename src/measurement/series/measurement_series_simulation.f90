@@ -232,12 +232,17 @@ contains
     end associate
   end subroutine subtract_measured
 
-  !> Returns seen(samples, traces) of record i, after `evaluate`.
-  function simulation_computed(self, i) result(seen)
+  !> Returns seen(samples, traces) of record i, after `evaluate`; with `errors` of the size and the time of its excitation, in sd.
+  function simulation_computed(self, i, errors) result(seen)
     class(series_simulation_t), intent(in) :: self
     integer, intent(in) :: i
+    real(rp), intent(in), optional :: errors(2)
     real(rp), allocatable :: seen(:, :)
     seen = self%rings(i)%seen
+    if (.not. present(errors)) return
+    associate (s => self%series(i))
+      seen = seen + errors(1)*s%size_sigma/s%size*seen + errors(2)*s%trigger_sigma*self%rings(i)%rate
+    end associate
   end function simulation_computed
 
   !> columns(n, 2*series): what one sd of the size of the excitation, and of its time, does to each record, after `evaluate`.

@@ -9,6 +9,7 @@ module diagnose_json
   use diagnose_json_parts, only: put_discretisation, put_next
   use diagnose_findings, only: cause_finding, effect_finding, parameter_finding, shows_from
   use diagnose_modes, only: put_modes
+  use diagnose_series, only: put_series
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence
   use diagnose_unknown, only: put_unknown
@@ -64,6 +65,7 @@ contains
     call put_validation(json, d)
     call put_zeros(json, zeros)
     call put_modes(json, s, d)
+    call put_series(json, s, d)
     if (allocated(d%checks)) call put_checks(json, 'questions', d%checks)
     if (.not. allocated(d%checks)) call put_checks(json, 'questions', [residual_check_t ::])
     call put_rivals(json, s, d, next)
@@ -180,7 +182,7 @@ contains
     type(diagnosis_t), intent(in) :: d
     call json%open_object('baseline')
     call json%put('observations', s%bins%n + s%measurement%count_mode_observations() + &
-                  s%measurement%count_series_observations())
+                  s%measurement%count_series_observations() + s%measurement%count_flight_observations())
     call json%put('loads', size(s%measurement%loads))
     call json%put('square_m', s%bins%size)
     call json%put('chi2', d%initial_baseline%chi2)
