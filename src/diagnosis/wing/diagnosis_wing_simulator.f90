@@ -18,7 +18,7 @@ module diagnosis_wing_simulator
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_motion, only: wing_motion_t
   use diagnosis_wing_parameters, only: find_parameter, without_sites, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
-  use diagnosis_wing_state, only: wing_state_t
+  use diagnosis_wing_state, only: offset_on_wing, wing_state_t
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, NUISANCE_KIND, &
                                  NUISANCE_NAMES
   use inference_simulator, only: simulator_t
@@ -154,9 +154,8 @@ contains
     self%current%error_directions = directions
   end subroutine wing_set_error_directions
 
-  !> Takes the shapes at which `other`, the same loads on a mesh of half or of twice the size, stands as starts of warm
-  !> solutions, and the errors about which its nuisances are. parents(2, points of the finer mesh): the points of the
-  !> coarser one between which each lies.
+  !> Takes shapes, as starts of warm solutions, and errors from `other`, the same loads on a mesh of half or of twice the size.
+  !> parents(2, points of the finer mesh) are the points of the coarser one between which each lies.
   subroutine wing_start_from_mesh(self, other, parents)
     class(wing_simulator_t), intent(inout) :: self
     class(wing_simulator_t), intent(in) :: other
@@ -193,6 +192,7 @@ contains
     self%was_evaluated(loads) = .true.
   end subroutine run_all
 
+  !> See `simulator_t`. Rank 0 calls it; the others serve.
   subroutine wing_evaluate(self, q, columns, residuals, jacobian, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -238,12 +238,14 @@ contains
     where (self%was_evaluated) self%current%is_start = self%was_snap_free
   end subroutine wing_accept
 
+  !> See `simulator_t`.
   subroutine wing_get_state(self, state)
     class(wing_simulator_t), intent(in) :: self
     class(solver_state_t), allocatable, intent(out) :: state
     allocate (state, source=self%current)
   end subroutine wing_get_state
 
+  !> See `simulator_t`. A state that is not one of a wing stops the program.
   subroutine wing_set_state(self, state, only_shapes)
     class(wing_simulator_t), intent(inout) :: self
     class(solver_state_t), intent(in) :: state
@@ -262,19 +264,18 @@ contains
     end select
   end subroutine wing_set_state
 
+  !> Makes the next solutions begin at rest; see `simulator_t`.
   subroutine wing_forget_warm_starts(self)
     class(wing_simulator_t), intent(inout) :: self
     self%current%is_start = .false.
   end subroutine wing_forget_warm_starts
 
-  !> Errors of the places of the loads: what one does is not linear in it where a load meets a soft place or the edge of a
-  !> triangle. They are taken up to MOST sd, and less where a place would not be on the wing.
+  !> See `simulator_t`. Errors of places are not linear where a load meets a soft place or the edge of a triangle.
   subroutine wing_linearise_at(self, errors, q, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: errors(:), q(:)
     logical, intent(out) :: is_valid
-    real(rp), parameter :: MOST = 5.0_rp, LEAST = 0.01_rp
-    real(rp) :: before(2, size(self%current%load_offset, 2)), was_linear(size(self%current%linear)), e(2)
+    real(rp) :: before(2, size(self%current%load_offset, 2)), was_linear(size(self%current%linear))
     real(rp) :: residuals(self%n_observations), nothing(self%n_observations, 0)
     real(rp) :: nuisances(self%n_observations, self%n_nuisances)
     integer :: l, first, last, v
@@ -285,11 +286,7 @@ contains
       was_linear = self%current%linear
       do l = 1, size(self%current%load_offset, 2)
         v = (l - 1)*N_LOAD_NUISANCES + 1
-        e = max(-MOST, min(MOST, errors(v + 1:v + 2)))
-        do while (.not. self%experiment%acts_on_wing(l, sd*e) .and. maxval(abs(e)) > LEAST)
-          e = e/2
-        end do
-        self%current%load_offset(:, l) = sd*merge(e, 0.0_rp, maxval(abs(e)) > LEAST)
+        self%current%load_offset(:, l) = offset_on_wing(self%experiment, l, errors(v + 1:v + 2))
       end do
       call self%evaluate(q, [integer ::], residuals, nothing, is_valid)
       if (is_valid) call self%directions(q, nuisances, nothing, is_valid)
@@ -324,6 +321,7 @@ contains
     values = outputs(N_FACTS + 1:N_FACTS + maxval(self%experiment%comparisons%n), :)
   end subroutine wing_pixels
 
+  !> See `simulator_t`.
   subroutine wing_covariance(self, rows, c)
     class(wing_simulator_t), intent(in) :: self
     integer, intent(in) :: rows(:)
@@ -335,11 +333,13 @@ contains
     end if
   end subroutine wing_covariance
 
+  !> See `simulator_t`: the part of correlated errors; negative if no correlation length is declared.
   pure real(rp) function wing_common_fraction(self) result(fraction)
     class(wing_simulator_t), intent(in) :: self
     fraction = merge(1 - self%noise%white, -1.0_rp, self%noise%length > 0)
   end function wing_common_fraction
 
+  !> Sets that part; the variance of white errors stays.
   subroutine wing_set_common_fraction(self, fraction)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: fraction

@@ -4,9 +4,10 @@
 module diagnosis_wing_state
   use base_kinds, only: rp
   use least_squares_state, only: solver_state_t
+  use measurement_experiment, only: experiment_t
   implicit none
   private
-  public :: wing_state_t
+  public :: offset_on_wing, wing_state_t
 
   type, extends(solver_state_t) :: wing_state_t
     real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, loads) [m]
@@ -46,4 +47,21 @@ contains
     self%load_offset = other%load_offset
     self%linear = other%linear
   end subroutine state_start_from_mesh
+
+  !> Returns the distance(2) [m] from its stated place at which load l is taken to act, for errors(2) of that place in units of
+  !> their sd. They are taken up to MOST sd, and less where the place would not be on the wing.
+  function offset_on_wing(experiment, l, errors) result(offset)
+    type(experiment_t), intent(in) :: experiment
+    integer, intent(in) :: l
+    real(rp), intent(in) :: errors(2)
+    real(rp), parameter :: MOST = 5.0_rp, LEAST = 0.01_rp
+    real(rp) :: offset(2), e(2)
+    associate (sd => experiment%measurement%accuracy%position)
+      e = max(-MOST, min(MOST, errors))
+      do while (.not. experiment%acts_on_wing(l, sd*e) .and. maxval(abs(e)) > LEAST)
+        e = e/2
+      end do
+      offset = sd*merge(e, 0.0_rp, maxval(abs(e)) > LEAST)
+    end associate
+  end function offset_on_wing
 end module diagnosis_wing_state

@@ -45,6 +45,9 @@ module diagnose_flights
 
 contains
 
+  !> Flies the requests whose folders have no flight that has ended, one group of ranks for each at a time, and reads the records
+  !> on rank 0. Fails if a flight cannot be made or begun; a flight that ends by itself without a record says why in it.
+  !> Collective.
   subroutine runner_fly(self, world, requests, records, failure)
     class(flusi_runner_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -92,6 +95,7 @@ contains
     if (.not. failure%failed) call failure%raise(reason)
   end subroutine agree
 
+  !> Returns how many of the requests have not been flown. On one rank.
   integer function runner_count_missing(self, requests) result(n)
     class(flusi_runner_t), intent(inout) :: self
     type(flight_request_t), intent(in) :: requests(:)
