@@ -2,7 +2,7 @@
 """Descriptions of synthetic experiments in JSON files: read, changed by key, and turned into dataclasses."""
 import difflib
 import json
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 
 import numpy as np
@@ -54,9 +54,9 @@ def build(kind, data, section):
     values = {}
     for key, value in data.items():
         values[key] = convert(known[key], value, section + key)
-    for name in ("wing", "loads"):
-        if name in known and name not in values:
-            raise InputError(f"{name}: required")
+    for name, item in known.items():
+        if name not in values and item.default is MISSING and item.default_factory is MISSING:
+            raise InputError(f"{section}{name}: required")
     return kind(**values)
 
 

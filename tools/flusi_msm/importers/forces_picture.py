@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The picture of imported forces: all beats over each other, their mean and spread."""
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+from flusi_msm.style import COLOURS, save, use_style
+
+MOST_BEATS = 60
+
+
+def draw(found, components, units, path):
+    use_style()
+    figure, axes = plt.subplots(len(components), 1, figsize=(8, 2.2 * len(components) + 0.6), sharex=True, squeeze=False)
+    mean, spread = found.mean(), found.spread()
+    for k, (axis, name, unit) in enumerate(zip(axes[:, 0], components, units)):
+        for beat in found.beats[:MOST_BEATS]:
+            axis.plot(found.phase, beat[:, k], color="0.8", lw=0.5)
+        axis.fill_between(found.phase, mean[:, k] - spread[:, k], mean[:, k] + spread[:, k], color=COLOURS[0], alpha=0.3, lw=0)
+        axis.plot(found.phase, mean[:, k], color=COLOURS[0])
+        axis.set_ylabel(f"{name} [{unit}]")
+    axes[-1, 0].set(xlabel="time in beats", xlim=(0, 1))
+    figure.tight_layout()
+    save(figure, path)
+    plt.close(figure)

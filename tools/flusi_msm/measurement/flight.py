@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Records of forces on a synthetic flapping section with the errors of an experiment, for `make_flight` alone: a plane flow and a
+balance of its own. Nothing is shared with the solver in src or with what is fitted to the data."""
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+
+from flusi_msm.errors import InputError
+from flusi_msm.flow2d.beat import Beat
+from flusi_msm.flow2d.grid import Resolution
+from flusi_msm.flow2d.hover import Effort, Section, fly
+from flusi_msm.measurement.balance import Balance, Scatter, averaged, check_names, shown, units_of
+from flusi_msm.measurement.case_file import build, read_json
+
+
+@dataclass
+class Wing:
+    """An ellipse."""
+    chord: float = 8.0e-4             # [m]
+    thickness: float = 0.05           # over the chord
+    hinge: float = 0.5                # from the leading end, in chords
+
+
+@dataclass
+class Motion:
+    """The hinge at centre + stroke/2 cos(2 pi s) along y, the chord at mean_angle + pitch sin(2 pi s + lead) from y toward z, s the time
+    in beats."""
+    frequency: float = 200.0          # [Hz]
+    stroke: float = 2.24e-3           # [m] from one end to the other
+    pitch: float = 45.0               # [deg]
+    lead: float = 0.0                 # [deg]
+    mean_angle: float = 90.0          # [deg]
+    centre: tuple = (0.0, 0.0)        # [m] y and z
+
+
+@dataclass
+class Fluid:
+    density: float = 1.2              # [kg/m^3]
+    viscosity: float = 1.5e-5         # [m^2/s]
+    wind: tuple = (0.0, 0.0)          # [m/s] along y and z
+
+
+@dataclass
+class Hidden:
+    """What is not as `kinematics`, `fluid` and `wing` say."""
+    stroke: float = 1.0               # factor
+    pitch: float = 1.0                # factor
+    lead: float = 0.0                 # [deg] more
+    mean_angle: float = 0.0           # [deg] more
+    plane: float = 0.0                # [deg] everything is turned from y toward z
+    deviation: float = 0.0            # [m] sin(4 pi s) of this size along z: the path is an eight
+    phase: float = 0.0                # of the beat: the wing is so much before the record
+    wind: tuple = (0.0, 0.0)          # [m/s] more
+    viscosity: float = 1.0            # factor
+    chord: float = 1.0                # factor
+    hinge: float = 0.0                # [chords] more
+    free_play: float = 0.0            # [deg] of the pitch between its stops: outside every catalogue, as the next two
+    asymmetry: float = 0.0            # a: the drive is at s + a (1 - cos 2 pi s)/(2 pi)
+    third_harmonic: float = 0.0       # h: cos 2 pi s + h cos 6 pi s
+
+
+@dataclass
+class Flow:
+    """How the flow is computed."""
+    beats: int = 3                    # from rest; the last one is recorded
+    steps: int = 0                    # in a beat; 0: as many as are stable
+    modes: int = 64
+    radial: int = 100
+    radius: float = 15.0              # [chords]
+
+
+@dataclass
+class Case:
+    seed: int = 1
+    title: str = ""
+    name: str = "hover"               # of the record
+    components: str = "Fy, Fz"        # of Fy, Fz, Mx, power
+    samples: int = 50                 # in a beat
+    beats: int = 20                   # that were averaged
+    state: str = "spread"             # or sd
+    wing: Wing = field(default_factory=Wing)
+    kinematics: Motion = field(default_factory=Motion)
+    fluid: Fluid = field(default_factory=Fluid)
+    hidden: Hidden = field(default_factory=Hidden)
+    balance: Balance = field(default_factory=Balance)
+    noise: Scatter = field(default_factory=Scatter)
+    flow: Flow = field(default_factory=Flow)
+
+
+def read_case(path, changes=()):
+    """The case in a JSON file, with changes `section.key=value`."""
+    case = build(Case, read_json(path, changes), "")
+    check(case)
+    return case
+
+
+def check(case):
+    check_names(case.components)
+    if case.state not in ("spread", "sd"):
+        raise InputError(f"state is spread or sd, not {case.state}")
+    for section, keys in (("wing", ("chord",)), ("kinematics", ("frequency",)), ("fluid", ("density", "viscosity")),
+                          ("hidden", ("viscosity", "chord"))):
+        for key in keys:
+            if not getattr(getattr(case, section), key) > 0:
+                raise InputError(f"{section}.{key}: must be positive")
+    for section in "kinematics", "fluid", "hidden", "balance":
+        for key, value in vars(getattr(case, section)).items():
+            wanted = 3 if key in ("offset", "reference") else 2
+            if isinstance(value, tuple) and len(value) != wanted:
+                raise InputError(f"{section}.{key}: needs {wanted} numbers")
+    if not 0.01 <= case.wing.thickness <= 0.9:
+        raise InputError("wing.thickness: between 0.01 and 0.9 of the chord")
+    if not 0 <= case.wing.hinge + case.hidden.hinge <= 1:
+        raise InputError("wing.hinge: between 0, the leading end, and 1")
+    if case.samples < 4 or case.beats < (2 if case.state == "spread" else 1) or case.flow.beats < 1 or case.seed < 0:
+        raise InputError("samples at least 4, beats at least 2 for a spread, flow.beats at least 1, seed not negative")
+    if case.flow.modes < 16 or case.flow.radial < 20 or case.flow.radius < 4 or case.flow.steps < 0:
+        raise InputError("flow: at least 16 modes, 20 radial intervals and a radius of 4 chords")
+    if abs(case.hidden.asymmetry) >= 1 or case.hidden.free_play < 0:
+        raise InputError("hidden: asymmetry between -1 and 1, free_play not negative")
+
+
+def follow(wanted, play):
+    """What is driven through a play: it stands still until a stop pushes it. One beat that repeats."""
+    out, here = np.empty_like(wanted), wanted[0]
+    for _ in range(2):
+        for n, value in enumerate(wanted):
+            here = min(max(here, value - play / 2), value + play / 2)
+            out[n] = here
+    return out
+
+
+def beat_of(case):
+    """The motion as it is."""
+    k, hidden = case.kinematics, case.hidden
+    tilt = np.radians(hidden.plane)
+
+    def drive(s):
+        s = s + hidden.phase
+        return 2 * np.pi * s + hidden.asymmetry * (1 - np.cos(2 * np.pi * s))
+
+    def place(s):
+        w = drive(s)
+        along = k.stroke / 2 * hidden.stroke * (np.cos(w) + hidden.third_harmonic * np.cos(3 * w))
+        across = hidden.deviation * np.sin(2 * w)
+        return (k.centre[0] + along * np.cos(tilt) - across * np.sin(tilt),
+                k.centre[1] + along * np.sin(tilt) + across * np.cos(tilt))
+
+    def angle(s):
+        turn = k.pitch * hidden.pitch * np.sin(drive(s) + np.radians(k.lead + hidden.lead))
+        return np.radians(k.mean_angle + hidden.mean_angle + hidden.plane + follow(turn, hidden.free_play))
+
+    return Beat(place, angle, 1 / k.frequency)
+
+
+def section_of(case):
+    wing, fluid, hidden = case.wing, case.fluid, case.hidden
+    return Section(wing.chord * hidden.chord, wing.thickness, wing.hinge + hidden.hinge, fluid.viscosity * hidden.viscosity,
+                   fluid.density, tuple(np.add(fluid.wind, hidden.wind)))
+
+
+def clean(case):
+    """What a perfect balance would show from the start on: times [s] and, by name, Fy, Fz [N/m], Mx [N], power [W/m]; and the motion."""
+    flow = case.flow
+    try:
+        found = fly(section_of(case), beat_of(case), flow.beats, Effort(flow.steps, Resolution(flow.modes, flow.radial, flow.radius)))
+    except ArithmeticError as error:
+        raise InputError(f"flow.steps: {error}") from None
+    y, z = case.balance.reference[1:]
+    force = found["force"]
+    torque = found["torque"] + (found["place"][:, 0] - y) * force[:, 1] - (found["place"][:, 1] - z) * force[:, 0]
+    return {"time": found["time"], "Fy": force[:, 0], "Fz": force[:, 1], "Mx": torque, "power": found["power"],
+            "place": found["place"], "acceleration": found["acceleration"]}
+
+
+def synthesise(case):
+    """What would be recorded, and the truth."""
+    names = check_names(case.components)
+    exact = clean(case)
+    seen = shown(exact, case.balance)
+    phase = np.arange(case.samples) / case.samples
+    record = averaged(case, exact["time"] * case.kinematics.frequency, np.stack([seen[name] for name in names], 1), phase)
+    last = case.flow.beats - 1 + phase
+    truth = {"seed": case.seed, "hidden": asdict(case.hidden), "balance": asdict(case.balance), "kinematics": asdict(case.kinematics),
+             "fluid": asdict(case.fluid), "wing": asdict(case.wing), "noise": asdict(case.noise), "components": list(names),
+             "reynolds": np.pi * case.kinematics.frequency * case.kinematics.stroke * case.wing.chord / case.fluid.viscosity,
+             "on_the_wing": {name: np.interp(last, exact["time"] * case.kinematics.frequency, exact[name]).tolist() for name in names},
+             "sd": record["sd"].tolist()}
+    return {"time": phase, **record}, truth
+
+
+def write_flight(path, case, record):
+    """Writes a measurement file, or adds the record to one that is there (docs/formats/measurement-format.md)."""
+    from flusi_msm.measurement.flight_file import write_record
+    names = check_names(case.components)
+    write_record(path, case.name, {"frequency": case.kinematics.frequency, "beats": case.beats, "reference": case.balance.reference,
+                                   "components": ", ".join(names), "units": ", ".join(units_of(names, True)), "per_length": 1,
+                                   "correlation_time": case.noise.correlation_time if case.noise.correlated else 0.0},
+                 {"time": record["time"], "mean": record["mean"], case.state: record[case.state]})
