@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """tools/make_flight: the balance does what it says, noise has the size that is stated, motions are hidden where they should be, and
-the file holds all of it."""
+the file holds all of it.
+
+usage: test_make_flight.py [reader of measurement files]
+"""
 import json
 import subprocess
 import sys
@@ -22,6 +25,7 @@ from flusi_msm.seal import check_seal
 SOURCE = Path(__file__).resolve().parents[3]
 COARSE = Computed(beats=1, modes=24, radial=40, radius=10.0)
 F = 200.0
+READER = ""
 
 
 def sines(beats=6, steps=2000):
@@ -191,6 +195,9 @@ class Flights(unittest.TestCase):
             with h5py.File(folder / "flight.h5") as file:
                 np.testing.assert_array_equal(file["flight/again/mean"][()], first)
                 self.assertEqual(set(file["flight/again"]), {"time", "mean", "sd"})
+            if READER:  # that of what fits measurements
+                done = subprocess.run([READER, SOURCE / "wings/calliphora_small.h5", folder / "flight.h5"], capture_output=True, text=True)
+                self.assertIn("flight.h5 is accepted", done.stdout)
             self.assertIn("did you mean lead", make("--set", "hidden.led=3", code=2))
 
     def test_refused(self):
@@ -207,4 +214,5 @@ class Flights(unittest.TestCase):
 
 
 if __name__ == "__main__":
+    READER = str(Path(sys.argv.pop(1)).resolve()) if sys.argv[1:] and Path(sys.argv[1]).is_file() else ""
     unittest.main()

@@ -173,10 +173,10 @@ def clean(case):
             "place": found["place"], "acceleration": found["acceleration"]}
 
 
-def synthesise(case):
-    """What would be recorded, and the truth."""
+def synthesise(case, exact=None):
+    """What would be recorded, and the truth; exact: clean(case), where it is known."""
     names = check_names(case.components)
-    exact = clean(case)
+    exact = clean(case) if exact is None else exact
     seen = shown(exact, case.balance)
     phase = np.arange(case.samples) / case.samples
     record = averaged(case, exact["time"] * case.kinematics.frequency, np.stack([seen[name] for name in names], 1), phase)
