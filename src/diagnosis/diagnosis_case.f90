@@ -7,6 +7,7 @@ module diagnosis_case
   use diagnosis_noise, only: noise_estimate_t
   use diagnosis_wing_bins, only: bins_t
   use diagnosis_wing_catalogue, only: catalogue_t
+  use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_task, only: wing_patterns_t
   use inference_engine, only: diagnosis_options_t
   use measurement_bending_case, only: bending_case_t
@@ -26,9 +27,20 @@ module diagnosis_case
     type(noise_estimate_t) :: noise
     type(mass_parts_t) :: parts             !< of the mass of the wing, if it has one
     type(diagnosis_options_t) :: options
+    type(flight_data_t) :: flights          !< of records of forces over the beat
     type(mode_row_t), allocatable :: modes(:) !< for reports, if natural modes were measured
     logical :: fits_finer = .false.         !< everything is fitted on the wing of the file with a mesh of half the size
     type(wing_t) :: file_wing               !< as in the file and the input, where `wing_case` has the finer one
     type(solid_params_t) :: file_requested
+  contains
+    procedure :: only_flies => case_only_flies
   end type diagnosis_case_t
+
+contains
+
+  !> Whether the measurement holds nothing but records of forces over the beat, so that the mechanics of the wing do not matter.
+  pure logical function case_only_flies(self) result(only_flies)
+    class(diagnosis_case_t), intent(in) :: self
+    only_flies = size(self%measurement%loads) == 0 .and. .not. self%measurement%moves() .and. self%measurement%count_flights() > 0
+  end function case_only_flies
 end module diagnosis_case

@@ -110,9 +110,10 @@ contains
       call failure%raise('the mesh of another size maps to a different set of height samples')
       return
     end if
-    call make_catalogue(self%experiment, self%wing, s%free_parameters%numbers, s%prior_decades, self%catalogue)
+    call make_catalogue(self%experiment, self%wing, s%free_parameters%numbers, s%prior_decades, self%catalogue, s%flights)
     allocate (patterns%site(2, 0))
-    call self%simulator%init(world, self%experiment, self%wing, self%catalogue, bins, patterns, parts)
+    call self%simulator%init(world, self%experiment, self%wing, self%catalogue, bins, patterns, parts, &
+                             s%flights)
     self%simulator%noise = s%noise%model
     self%simulator%membrane_sd = s%membrane_sd
   end subroutine discretisation_init

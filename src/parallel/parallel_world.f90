@@ -5,7 +5,7 @@ module parallel_world
   use mpi_f08, only: MPI_Comm, MPI_COMM_WORLD, MPI_COMM_SELF, MPI_Init, MPI_Finalize, MPI_Initialized, &
                      MPI_Comm_rank, MPI_Comm_size, MPI_Allreduce, MPI_Bcast, MPI_Barrier, MPI_IN_PLACE, &
                      MPI_DOUBLE_PRECISION, MPI_INTEGER8, MPI_INTEGER, MPI_SUM, MPI_MAX, MPI_MIN, &
-                     MPI_CHARACTER, MPI_COMM_TYPE_SHARED, MPI_Comm_free, MPI_Comm_split_type, MPI_INFO_NULL
+                     MPI_CHARACTER, MPI_COMM_TYPE_SHARED, MPI_Comm_free, MPI_Comm_split, MPI_Comm_split_type, MPI_INFO_NULL
   implicit none
   private
   public :: world_t
@@ -21,6 +21,8 @@ module parallel_world
     procedure :: stop => world_stop
     procedure :: adopt => world_adopt
     procedure :: isolate => world_isolate
+    procedure :: split => world_split
+    procedure :: release => world_release
     procedure :: sum_reals => world_sum_reals
     procedure :: max_reals => world_max_reals
     procedure :: min_reals => world_min_reals
@@ -67,6 +69,22 @@ contains
     class(world_t), intent(inout) :: self
     call self%adopt(MPI_COMM_SELF)
   end subroutine world_isolate
+
+  !> `part` has those ranks of this world that give the same number `group`, >= 0, in the same order. Collective.
+  subroutine world_split(self, group, part)
+    class(world_t), intent(in) :: self
+    integer, intent(in) :: group
+    type(world_t), intent(out) :: part
+    type(MPI_Comm) :: comm
+    call MPI_Comm_split(self%comm, group, self%rank, comm)
+    call part%adopt(comm)
+  end subroutine world_split
+
+  !> Gives back what `split` has made. Collective over this world.
+  subroutine world_release(self)
+    class(world_t), intent(inout) :: self
+    call MPI_Comm_free(self%comm)
+  end subroutine world_release
 
   !> Replaces `values` by their sums over the ranks. Collective.
   subroutine world_sum_reals(self, values)

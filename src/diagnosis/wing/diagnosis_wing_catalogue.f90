@@ -4,8 +4,10 @@
 module diagnosis_wing_catalogue
   use base_kinds, only: rp
   use base_parameter, only: define_parameter, parameter_t
+  use diagnosis_flight_catalogue, only: enter_flights
   use diagnosis_wing_entries, only: append_variant, catalogue_t, enter_instrument, enter_named, millimetres, percent
   use diagnosis_wing_damping, only: add_damping, enter_damping
+  use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_inertia, only: add_air, enter_inertia
   use diagnosis_wing_lattice, only: lattice
   use diagnosis_wing_needs, only: missing_of, needs_holds, needs_levels, needs_mass, needs_membrane, &
@@ -34,12 +36,13 @@ contains
 
   !> The catalogue for an experiment without unknowns of its own on `wing`; the baseline seeks the parameters of these
   !> numbers, with `decades` as sd of their priors.
-  subroutine make_catalogue(experiment, wing, numbers, decades, catalogue)
+  subroutine make_catalogue(experiment, wing, numbers, decades, catalogue, flights)
     type(experiment_t), intent(in) :: experiment
     type(wing_t), intent(in) :: wing
     integer, intent(in) :: numbers(:)
     real(rp), intent(in) :: decades
     type(catalogue_t), intent(out) :: catalogue
+    type(flight_data_t), intent(in), optional :: flights !< of records of forces over the beat
     type(parameter_t) :: p
     integer :: i, n
     allocate (catalogue%parameters(0), catalogue%effects(0))
@@ -56,6 +59,11 @@ contains
       n = catalogue%add(wing_parameter(p, KIND_ZERO, i))
     end do
     catalogue%n_baseline = size(catalogue%parameters)
+    if (present(flights)) then
+      if (flights%has_records) call enter_flights(catalogue, flights%facts, experiment%measurement%flights, flights%effects)
+      ! Nothing else is seen in forces on a wing whose motion is prescribed.
+      if (flights%has_records .and. size(experiment%loads) == 0 .and. .not. experiment%measurement%moves()) return
+    end if
     call enter_structure(catalogue, experiment, numbers)
     call enter_scans(catalogue, experiment, wing)
     call enter_inertia(catalogue, experiment, wing)

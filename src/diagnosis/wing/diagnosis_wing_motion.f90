@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Collects all observations of a wing in motion: natural modes, then the records of a wing that rings. In vectors of
-!> observations they follow bending tests. Rank 0 computes them.
+!> Collects all observations of a wing in motion: natural modes, then the records of a wing that rings, then records of the forces
+!> on a wing that flaps. In vectors of observations they follow bending tests. Rank 0 computes them.
 module diagnosis_wing_motion
   use base_kinds, only: rp
+  use diagnosis_wing_flight, only: flight_data_t, wing_flight_t
   use diagnosis_wing_modes, only: wing_modes_t
   use diagnosis_wing_parameters, only: wing_parameter_t
   use diagnosis_wing_series, only: wing_series_t
@@ -19,27 +20,32 @@ module diagnosis_wing_motion
     integer :: n_nuisances = 0 !< of records
     type(wing_modes_t) :: modes
     type(wing_series_t) :: series
+    type(wing_flight_t) :: flight
   contains
     procedure :: init => motion_init
     procedure :: free => motion_free
     procedure :: evaluate => motion_evaluate
     procedure :: directions => motion_directions
     procedure :: append_labels => motion_append_labels
+    procedure :: covariance => motion_covariance
+    procedure :: append_patterns => motion_append_patterns
   end type wing_motion_t
 
 contains
 
   !> What the measurement of `bare` holds, on a wing of these masses; both must live as long as this.
-  subroutine motion_init(self, bare, wing, parameters, parts)
+  subroutine motion_init(self, bare, wing, parameters, parts, flights)
     class(wing_motion_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: bare
     type(wing_t), intent(in), target :: wing
     type(wing_parameter_t), intent(in) :: parameters(:)
     type(mass_parts_t), intent(in) :: parts
+    type(flight_data_t), intent(in) :: flights !< counts if it is ready
     if (bare%measurement%count_modes() > 0) call self%modes%init(bare, wing, parameters, parts)
     if (bare%measurement%count_series() > 0) call self%series%init(bare, wing, parameters, parts)
-    self%n = self%modes%n + self%series%n
-    self%n_nuisances = self%series%n_nuisances
+    if (flights%is_ready) call self%flight%init(bare%measurement%flights, parameters, flights)
+    self%n = self%modes%n + self%series%n + self%flight%n
+    self%n_nuisances = self%series%n_nuisances + self%flight%n_nuisances
   end subroutine motion_init
 
   !> Releases everything.
@@ -57,14 +63,16 @@ contains
     integer, intent(in) :: columns(:)
     real(rp), intent(out) :: residuals(:), jacobian(:, :)
     logical, intent(out) :: ok
-    integer :: n
+    integer :: n, m
     n = self%modes%n
+    m = n + self%series%n
     ok = .true.
+    if (self%flight%n > 0) call self%flight%evaluate(q, columns, residuals(m + 1:), jacobian(m + 1:, :))
     if (n > 0) call self%modes%evaluate(q, residuals(:n), ok)
     if (n > 0 .and. ok) call self%modes%tangents(q, columns, jacobian(:n, :))
     if (self%series%n == 0 .or. .not. ok) return
-    call self%series%evaluate(q, residuals(n + 1:), ok)
-    if (ok) call self%series%tangents(q, columns, jacobian(n + 1:, :))
+    call self%series%evaluate(q, residuals(n + 1:m), ok)
+    if (ok) call self%series%tangents(q, columns, jacobian(n + 1:m, :))
   end subroutine motion_evaluate
 
   !> At q: membrane(n) is what an error of D of membrane_sd does, where parameter `number` is D (0: D is no nuisance);
@@ -76,13 +84,17 @@ contains
     integer, intent(in) :: number
     real(rp), intent(inout) :: membrane(:), record_nuisances(:, :), patterns(:, :)
     logical, intent(out) :: ok
-    integer :: n
+    integer :: n, m, k
     n = self%modes%n
+    m = n + self%series%n
+    k = self%series%n_nuisances
     ok = .true.
+    if (self%flight%n > 0) call self%flight%directions(q, record_nuisances(m + 1:, k + 1:), &
+                                                       patterns(m + 1:, max(1, size(patterns, 2) - self%flight%n_patterns + 1):))
     if (n > 0) call self%modes%directions(q, number, membrane_sd, site, radius, membrane(:n), patterns(:n, :), ok)
     if (self%series%n == 0 .or. .not. ok) return
-    call self%series%directions(q, number, membrane_sd, site, radius, membrane(n + 1:), record_nuisances(n + 1:, :), &
-                                patterns(n + 1:, :), ok)
+    call self%series%directions(q, number, membrane_sd, site, radius, membrane(n + 1:m), record_nuisances(n + 1:m, :k), &
+                                patterns(n + 1:m, :), ok)
   end subroutine motion_directions
 
   !> Adds their surfaces, folds and blocks.
@@ -91,5 +103,42 @@ contains
     type(labels_t), intent(inout) :: labels
     if (self%modes%n > 0) call self%modes%append_labels(labels)
     if (self%series%n > 0) call self%series%append_labels(labels)
+    if (self%flight%n > 0) call self%flight%append_labels(labels)
   end subroutine motion_append_labels
+
+  !> Adds those of unknown causes in flights behind the others, as a family of their own: `family` and `site` go on with what is no
+  !> pattern, and keep that at their ends.
+  subroutine motion_append_patterns(self, n_patterns, family, site, names)
+    class(wing_motion_t), intent(in) :: self
+    integer, intent(inout) :: n_patterns
+    integer, allocatable, intent(inout) :: family(:)
+    real(rp), allocatable, intent(inout) :: site(:, :)
+    character(*), allocatable, intent(inout) :: names(:)
+    integer :: n, m
+    n = self%flight%n_patterns
+    if (n == 0) return
+    m = 0
+    if (size(family) > 0) m = maxval(family)
+    names = [names(:m), [character(len(names)) :: 'flight']]
+    family = [family(:n_patterns), spread(m + 1, 1, n), family(n_patterns + 1:)]
+    site = reshape([site(:, :n_patterns), spread([0.0_rp, 0.0_rp], 2, n), site(:, n_patterns + 1:)], [2, size(family)])
+    n_patterns = n_patterns + n
+  end subroutine motion_append_patterns
+
+  !> c: covariance of the observations `rows`, which are of one block.
+  subroutine motion_covariance(self, rows, c)
+    class(wing_motion_t), intent(in) :: self
+    integer, intent(in) :: rows(:)
+    real(rp), intent(out) :: c(:, :)
+    integer :: i, m
+    m = self%modes%n + self%series%n
+    if (minval(rows) > m) then
+      call self%flight%covariance(rows - m, c)
+      return
+    end if
+    c = 0
+    do i = 1, size(rows)
+      c(i, i) = 1
+    end do
+  end subroutine motion_covariance
 end module diagnosis_wing_motion

@@ -13,6 +13,8 @@
 !> | DAMPING | of an effect of the damping, by its number in solid_damping_effects; records of motion alone feel it |
 !> | RELAXATION | share of the stiffness that relaxes with a time, the same; `number` is that of this time's quantity |
 !> | RELAXATION_TIME | log of a factor on that time; `number` is that of the share |
+!> | FLIGHT | a change of kinematics or flow, by its number in diagnosis_flight_runner; records of forces alone feel it |
+!> | BALANCE | an error of the force balance, by its number in measurement_balance, the same |
 !>
 !> Soft hinges, damage, point masses and relaxations have the same parameter at many places, or times, of which one at a time may
 !> differ from its null; an experiment is made for those that do.
@@ -33,10 +35,11 @@ module diagnosis_wing_parameters
 
   integer, parameter, public :: KIND_PARAMETER = 1, KIND_INSTRUMENT = 2, KIND_SOFT = 3, KIND_DAMAGE = 4, KIND_ZERO = 5, &
                                 KIND_MASS = 6, KIND_POINT_MASS = 7, KIND_DAMPING = 8, KIND_RELAXATION = 9, &
-                                KIND_RELAXATION_TIME = 10
+                                KIND_RELAXATION_TIME = 10, KIND_FLIGHT = 11, KIND_BALANCE = 12
 
   !> A wing at rest feels none of these.
-  integer, parameter :: OF_MOTION(5) = [KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME]
+  integer, parameter :: OF_MOTION(7) = [KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME, &
+                                        KIND_FLIGHT, KIND_BALANCE]
 
   !> A parameter by its coordinates: its null is where it does nothing, or where the wing has it.
   type, extends(parameter_t) :: wing_parameter_t
@@ -212,7 +215,8 @@ contains
         else
           call simulation%damage_tangent(e, l, one%disc, column)
         end if
-      case (KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME) ! a wing at rest does not feel them
+      case (KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME, KIND_FLIGHT, KIND_BALANCE)
+        ! A wing at rest does not feel them.
         column = 0
       case default
         do k = 1, size(fit_case%order)

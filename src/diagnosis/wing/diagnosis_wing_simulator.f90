@@ -14,6 +14,7 @@ module diagnosis_wing_simulator
   use diagnosis_journalled_tasks, only: run_journalled_tasks
   use diagnosis_wing_bins, only: bin_distortions, bin_covariance, bins_t, noise_model_t, N_DISTORTIONS
   use diagnosis_wing_entries, only: catalogue_t
+  use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_motion, only: wing_motion_t
   use diagnosis_wing_parameters, only: find_parameter, without_sites, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
@@ -36,7 +37,7 @@ module diagnosis_wing_simulator
   public :: wing_simulator_t
 
   !> Of unknown causes: stiffness and forces around places of the wing, stiffness along the veins, errors of single scans.
-  character(*), parameter, public :: FAMILY_NAMES(4) = [character(9) :: 'stiffness', 'force', 'veins', 'scans']
+  character(*), parameter :: FAMILY_NAMES(4) = [character(9) :: 'stiffness', 'force', 'veins', 'scans']
   integer, parameter, public :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
 
   type, extends(simulator_t) :: wing_simulator_t
@@ -49,6 +50,7 @@ module diagnosis_wing_simulator
     type(journal_t), pointer :: journal => null() !< of what a farm has answered, on rank 0
     type(farm_t), private :: farm
     real(rp) :: membrane_sd = 0                  !< of log D, which a mesh changes
+    character(9), allocatable :: family_names(:) !< of unknown causes
     !> Parameters that are the gain of all forces, and D, if the baseline does not seek it; 0: none.
     integer, private :: gain = 0, membrane = 0
     type(wing_state_t), private :: current
@@ -78,7 +80,7 @@ module diagnosis_wing_simulator
 contains
 
   !> The experiment, without unknowns of its own, and the wing must live as long as the simulator. Collective.
-  subroutine wing_init(self, world, experiment, wing, catalogue, bins, patterns, parts)
+  subroutine wing_init(self, world, experiment, wing, catalogue, bins, patterns, parts, flights)
     class(wing_simulator_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(experiment_t), intent(in), target :: experiment
@@ -87,13 +89,14 @@ contains
     type(bins_t), intent(in) :: bins
     type(wing_patterns_t), intent(in) :: patterns
     type(mass_parts_t), intent(in) :: parts !< of the wing's mass, for what moves
+    type(flight_data_t), intent(in) :: flights
     integer :: l, n, n_smooth_errors
     self%experiment => experiment
     self%parameters = without_sites(catalogue%parameters)
     self%effects = catalogue%effects
     self%bins = bins
     self%n_baseline = catalogue%n_baseline
-    if (world%is_root) call self%motion%init(experiment, wing, catalogue%parameters, parts)
+    if (world%is_root) call self%motion%init(experiment, wing, catalogue%parameters, parts, flights)
     self%n_observations = bins%n + self%motion%n
     n = size(patterns%site, 2)
     n_smooth_errors = merge(N_DISTORTIONS, 0, any(bins%cell(1, :bins%n) > 0))
@@ -106,6 +109,8 @@ contains
                                     l=1, size(experiment%loads))], &
                                   experiment%model%layout%hinge_site(:, catalogue%parameters(self%field)%number)], &
                                  [2, self%n_patterns + size(self%field)])
+    self%family_names = FAMILY_NAMES
+    call self%motion%append_patterns(self%n_patterns, self%family, self%pattern_site, self%family_names)
     call self%runner%init(experiment, wing, catalogue%parameters, bins, patterns)
     call self%farm%start(world, self%runner%input_size(), self%runner%most_output())
     n = size(experiment%loads)
@@ -323,14 +328,10 @@ contains
     class(wing_simulator_t), intent(in) :: self
     integer, intent(in) :: rows(:)
     real(rp), intent(out) :: c(:, :)
-    integer :: i
     if (minval(rows) <= self%bins%n) then ! a block has loads or a mode
       call bin_covariance(self%bins, self%noise, rows, c)
     else
-      c = 0
-      do i = 1, size(rows)
-        c(i, i) = 1
-      end do
+      call self%motion%covariance(rows - self%bins%n, c)
     end if
   end subroutine wing_covariance
 
@@ -384,7 +385,7 @@ contains
         patterns(first:first + b - 1, i) = outputs(at + 1:at + b, l)
         at = at + b
       end do
-      if (self%n_patterns == self%n_alone) cycle
+      if (.not. any(self%bins%cell(1, :self%bins%n) > 0)) cycle
       i = self%n_alone + N_DISTORTIONS*(l - 1)
       call bin_distortions(self%bins, l, self%experiment%root, self%experiment%model%size, &
                            patterns(first:first + b - 1, i + 1:i + N_DISTORTIONS))

@@ -4,7 +4,7 @@
 module diagnosis_wing_tangents
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use diagnosis_wing_parameters, only: KIND_MASS, KIND_POINT_MASS
+  use diagnosis_wing_parameters, only: KIND_BALANCE, KIND_FLIGHT, KIND_MASS, KIND_POINT_MASS
   use diagnosis_wing_rest, only: put_mass_at, wing_rest_t
   use measurement_motion_simulation, only: motion_simulation_t
   use solid_mass_effects, only: describe_mass_effect, mass_effects_t, MASS_POINT
@@ -35,6 +35,7 @@ contains
     column = 0
     associate (one => rest%parameters(i))
       select case (one%kind)
+      case (KIND_FLIGHT, KIND_BALANCE) ! forces of the air alone feel them
       case (KIND_MASS)
         call simulation%mass_tangent(one%number, effects, column)
       case (KIND_POINT_MASS)

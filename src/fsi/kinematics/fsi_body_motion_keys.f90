@@ -23,6 +23,7 @@ module fsi_body_motion_keys
     character(:), allocatable :: word      !< BodyMotion
     character(:), allocatable :: from_file !< yes: a take-off in a table
     real(rp) :: x_takeoff = 0, z_takeoff = 0, velocity(3) = 0
+    real(rp) :: factor = 1                 !< of the way in a table
   end type body_motion_choices_t
 
 contains
@@ -47,6 +48,8 @@ contains
     call keys%text('KineFromFile', c%from_file, 'no', 'BodyMotion = takeoff: yes, as in a table, data_kin.dat or infile')
     call keys%real('x_takeoff', c%x_takeoff, 2.0_rp, 'BodyMotion = takeoff: x from which the way counts', unit='L')
     call keys%real('z_takeoff', c%z_takeoff, 0.86_rp, 'BodyMotion = takeoff: z from which the way counts', unit='L')
+    call keys%real('body_motion_factor', c%factor, 1.0_rp, 'BodyMotion = from_file::*: factor on the way of the body about its '// &
+                   'mean place', min=0.0_rp)
     call keys%reals('v0', c%velocity, ZERO, 'velocity of the body at the start', unit='L/T')
   end subroutine body_motion_keys
 
@@ -108,8 +111,27 @@ contains
                              number_text(motion%table(1, size(motion%table, 2)))//', the run goes from 0 to '// &
                              number_text(t_end))
       end if
+      if (errors%count() == errors_before .and. abs(choices%factor - 1) > 0) call scale_way(choices%factor, motion%table)
     end associate
   end subroutine read_body_motion
+
+  !> Moves the centres of a table, all about their mean over time; velocities follow.
+  pure subroutine scale_way(factor, table)
+    real(rp), intent(in) :: factor
+    real(rp), intent(inout) :: table(:, :)
+    real(rp) :: mean(3)
+    integer :: i, n
+    n = size(table, 2)
+    mean = 0
+    do i = 2, n
+      mean = mean + (table(1, i) - table(1, i - 1))*(table(2:4, i) + table(2:4, i - 1))/2
+    end do
+    mean = mean/(table(1, n) - table(1, 1))
+    do i = 1, n
+      table(2:4, i) = mean + factor*(table(2:4, i) - mean)
+      table(5:7, i) = factor*table(5:7, i)
+    end do
+  end subroutine scale_way
 
   !> The rows (14, n) of a rigidsolidsolver.t; lines that begin with % are skipped, and columns behind the 14th. Mistakes go
   !> to `errors` as name:line: problem.

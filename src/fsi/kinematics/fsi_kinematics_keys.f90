@@ -41,6 +41,7 @@ module fsi_kinematics_keys
     real(rp) :: hinge(3, 2) = 0                !< L; counts if `has_hinge`
     logical :: has_hinge(2) = .false.
     real(rp) :: frequency = 1, ramp = 0        !< 1/T, T
+    real(rp) :: factor(3) = 1, offset(3) = 0, lead(3) = 0 !< of phi, alpha, theta: 1, degrees, beats
   end type kinematics_choices_t
 
 contains
@@ -77,6 +78,11 @@ contains
     call keys%real('wing_frequency', c%frequency, 1.0_rp, 'wing beats per unit of time', unit='1/T', above=0.0_rp)
     call keys%real('wing_ramp', c%ramp, 0.0_rp, 'the wings start at rest and reach their motion after this time; 0: at once', &
                    unit='T', min=0.0_rp)
+    call keys%reals('kinematics_factor', c%factor, [1.0_rp, 1.0_rp, 1.0_rp], 'factors on phi (position in the stroke plane), '// &
+                    'alpha (feathering) and theta (deviation) of all wings, each about its mean over the beat')
+    call keys%reals('kinematics_offset', c%offset, ZERO, 'angles that are added to phi, alpha and theta of all wings', &
+                    unit='degree')
+    call keys%reals('kinematics_lead', c%lead, ZERO, 'phi, alpha and theta of all wings are this much before their time, in beats')
   end subroutine kinematics_keys
 
   !> Declares these keys.
@@ -177,13 +183,23 @@ contains
     type(wing_motion_t), intent(inout) :: motion
     type(message_list_t), intent(inout) :: errors, notices
     type(kinematics_choices_t) :: c
-    type(body_motion_choices_t) :: of_body
-    character(:), allocatable :: word
     logical :: known
     c = kinematics_choices(config)
-    word = c%motion(wing)%word
-    call set_named_motion(word, c%resting(1)*(PI/180), motion, known)
-    if (known) return
+    call set_named_motion(c%motion(wing)%word, c%resting(1)*(PI/180), motion, known)
+    if (.not. known) call read_file_motion(config, wing, c%motion(wing)%word, text, name, motion, errors, notices)
+    call motion%phi%alter(c%factor(1), c%offset(1)*(PI/180), c%lead(1))
+    call motion%alpha%alter(c%factor(2), c%offset(2)*(PI/180), c%lead(2))
+    call motion%theta%alter(c%factor(3), c%offset(3)*(PI/180), c%lead(3))
+  end subroutine read_motion
+
+  !> The motion that `word` asks for, from the text of its file.
+  subroutine read_file_motion(config, wing, word, text, name, motion, errors, notices)
+    type(config_t), intent(in) :: config
+    integer, intent(in) :: wing
+    character(*), intent(in) :: word, text, name
+    type(wing_motion_t), intent(inout) :: motion
+    type(message_list_t), intent(inout) :: errors, notices
+    type(body_motion_choices_t) :: of_body
     if (word == 'takeoff') then
       of_body = body_motion_choices(config)
       if (of_body%word /= 'takeoff') call config%complain(errors, SECTION, &
@@ -195,5 +211,5 @@ contains
     else
       call read_motion_file(text, name, motion, errors, notices)
     end if
-  end subroutine read_motion
+  end subroutine read_file_motion
 end module fsi_kinematics_keys

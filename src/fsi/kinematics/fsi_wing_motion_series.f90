@@ -9,6 +9,8 @@
 !>     spin-up    r x^2/(2 c) until x = c, then r (x - c/2): uniform acceleration to the rate r
 !>     flip       A tanh(c sin(2 pi x))/tanh(c)
 !>
+!> An angle f may be altered: it is then mean + factor (f(x + lead) - mean) + offset, where `mean` is that over a typical cycle.
+!>
 !> The cubic pieces join with value and slope; the second derivative jumps where they meet, and there
 !> belongs to the later piece. Forms and factor 1/2 as FLUSI's kinematics files.
 module fsi_wing_motion_series
@@ -31,6 +33,9 @@ module fsi_wing_motion_series
     real(rp), allocatable :: a(:)    !< rad
     real(rp), allocatable :: b(:)    !< rad; of cubics rad per cycle
     real(rp), allocatable :: x(:)    !< cycles, increasing; only of a table
+    logical :: is_altered = .false.
+    real(rp) :: factor = 1, offset = 0, lead = 0 !< of an altered angle: 1, rad, cycles
+    real(rp) :: centre = 0                       !< its mean as it was, rad
   contains
     procedure :: set_constant => series_set_constant
     procedure :: set_fourier => series_set_fourier
@@ -39,6 +44,7 @@ module fsi_wing_motion_series
     procedure :: set_start => series_set_start
     procedure :: set_spin_up => series_set_spin_up
     procedure :: set_flip => series_set_flip
+    procedure :: alter => series_alter
     procedure :: evaluate => series_evaluate
     procedure :: is_periodic => series_is_periodic
     procedure :: last => series_last
@@ -129,6 +135,7 @@ contains
     integer, intent(in) :: kind
     self%kind = kind
     self%mean = 0
+    self%is_altered = .false.
     if (allocated(self%a)) deallocate (self%a)
     if (allocated(self%b)) deallocate (self%b)
     if (allocated(self%x)) deallocate (self%x)
@@ -157,9 +164,44 @@ contains
     if (any(self%kind == [START, SPIN_UP])) limits = limits + SETTLED*self%scale
   end function series_typical_cycle
 
+  !> Alters the angle: `factor` on its departure from its mean, `offset` (rad), `lead` (cycles) before its time. All that
+  !> was altered before is forgotten.
+  subroutine series_alter(self, factor, offset, lead)
+    class(angle_series_t), intent(inout) :: self
+    real(rp), intent(in) :: factor, offset, lead
+    integer, parameter :: N = 1000
+    real(rp) :: f(0:2), limits(2)
+    integer :: i
+    self%is_altered = .false.
+    limits = self%typical_cycle()
+    self%centre = 0
+    do i = 0, N - 1
+      call self%evaluate(limits(1) + i*(limits(2) - limits(1))/N, f)
+      self%centre = self%centre + f(0)/N
+    end do
+    self%factor = factor
+    self%offset = offset
+    self%lead = lead
+    self%is_altered = abs(factor - 1) + abs(offset) + abs(lead) > 0
+  end subroutine series_alter
+
   !> f = value, first and second derivative with respect to x: rad, rad/cycle, rad/cycle^2. Outside a
   !> table its first or last cubic goes on.
   pure subroutine series_evaluate(self, x, f)
+    class(angle_series_t), intent(in) :: self
+    real(rp), intent(in) :: x
+    real(rp), intent(out) :: f(0:2)
+    if (.not. self%is_altered) then
+      call evaluate_original(self, x, f)
+      return
+    end if
+    call evaluate_original(self, x + self%lead, f)
+    f(0) = f(0) - self%centre
+    f = self%factor*f
+    f(0) = f(0) + self%centre + self%offset
+  end subroutine series_evaluate
+
+  pure subroutine evaluate_original(self, x, f)
     class(angle_series_t), intent(in) :: self
     real(rp), intent(in) :: x
     real(rp), intent(out) :: f(0:2)
@@ -194,7 +236,7 @@ contains
     case default
       f = [self%mean, 0.0_rp, 0.0_rp]
     end select
-  end subroutine series_evaluate
+  end subroutine evaluate_original
 
   pure subroutine evaluate_fourier(a, b, x, f)
     real(rp), intent(in) :: a(:), b(:), x

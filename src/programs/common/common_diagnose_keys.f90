@@ -14,7 +14,14 @@ module common_diagnose_keys
   use solid_statics, only: static_options_t
   implicit none
   private
-  public :: diagnose_choices_t, diagnose_keys, register_diagnose_keys, write_diagnose_reference
+  public :: diagnose_choices_t, flight_choices_t, diagnose_keys, register_diagnose_keys, write_diagnose_reference
+
+  !> Of the simulation of flights.
+  type :: flight_choices_t
+    character(:), allocatable :: file, folder, effects
+    integer :: ranks = 0, beats = 1, harmonics = 1
+    logical :: refine = .true.
+  end type flight_choices_t
 
   !> What a user chooses.
   type :: diagnose_choices_t
@@ -23,6 +30,7 @@ module common_diagnose_keys
     character(:), allocatable :: refine, noise
     integer :: n_starts = 1
     integer :: observations = 0             !< at most
+    type(flight_choices_t) :: flight
     type(diagnosis_options_t) :: options
     type(static_options_t) :: solver
     character(:), allocatable :: name, draws !< `draws` is not allocated unless the input has it
@@ -84,10 +92,27 @@ contains
     call keys%integer('seed', c%options%seed, 1, 'of all random numbers', min=0)
     call keys%integer('iterations', c%options%fit%most_iterations, 60, 'steps of a fit tried at most', min=1, max=10000)
     call solver_keys(keys, c%solver, 300)
+    call flight_keys(keys, c%flight)
     call keys%section('Saving', 'what is written')
     call keys%text('name', c%name, 'diagnosis', 'first part of the names of all files, with a folder if wanted')
     call keys%text('draws', c%draws, 'NAME_draws.h5', &
                    'file in which the draws of the bootstrap are kept for runs with the same loads and '// &
                    'baseline; the word none: they are not kept', computed=.true.)
   end subroutine diagnose_keys
+
+  !> [Flight].
+  subroutine flight_keys(keys, c)
+    type(keys_t), intent(inout) :: keys
+    type(flight_choices_t), intent(inout) :: c
+    call keys%section('Flight', 'simulation of an experiment whose forces are in /flight of the measurement')
+    call keys%text('file', c%file, '', 'case of flusi that simulates it, with the kinematics as measured and with [units]')
+    call keys%text('folder', c%folder, 'flights', 'folder of the flights; what was flown there is not flown again')
+    call keys%integer('ranks', c%ranks, 0, 'of each flight, so that several are flown at a time; 0: all ranks fly together', min=0)
+    call keys%integer('beats', c%beats, 3, 'that are flown; the last one is compared', min=1, max=1000)
+    call keys%text('effects', c%effects, '', 'names of the effects of kinematics, flow and balance that are sought, '// &
+                   'with commas; empty: all that can be (docs/theory/flight-records.md)')
+    call keys%switch('refine', c%refine, .true., 'fly the case on a grid of half as many points again too, and count the '// &
+                     'difference as an error')
+    call keys%integer('harmonics', c%harmonics, 40, 'of the beat up to which the simulated forces are compared', min=1, max=99)
+  end subroutine flight_keys
 end module common_diagnose_keys

@@ -16,7 +16,7 @@ module diagnose_files
   use diagnose_summary, only: cause_name, verdict_sentence
   use diagnosis_next_measurement, only: next_measurement_t
   use diagnosis_wing_parameters, only: fit_case_coordinates, fit_case_params, fit_case_t
-  use diagnosis_wing_simulator, only: wing_simulator_t, FAMILY_NAMES
+  use diagnosis_wing_simulator, only: wing_simulator_t
   use inference_decision, only: verdict_word
   use inference_engine, only: diagnosis_t
   use io_attributes, only: put_attribute
@@ -139,7 +139,7 @@ contains
       do k = 1, size(mean)
         rows(:, k) = [simulator%pattern_site(:, d%design%families(f)%patterns(k)), mean(k), sd(k)]
       end do
-      call put_table(file, '/unknown/'//trim(FAMILY_NAMES(f)), rows, 'x y mean sd', failure)
+      call put_table(file, '/unknown/'//trim(simulator%family_names(f)), rows, 'x y mean sd', failure)
       deallocate (rows)
     end do
   end subroutine write_unknown

@@ -12,6 +12,7 @@ module diagnose_job
   use diagnose_command, only: diagnose_command_t, DIAGNOSE_CHECK, DIAGNOSE_PLAN
   use diagnose_draws, only: draws_file_t
   use diagnose_files, only: write_fragments, write_maps, write_next
+  use diagnose_flight_settings, only: fly_all, print_cost
   use diagnose_json, only: write_diagnosis_json
   use diagnose_plan_report, only: print_plan
   use diagnose_settings, only: diagnose_settings_t, load_diagnose_settings
@@ -44,6 +45,7 @@ module diagnose_job
     type(diagnosis_t) :: diagnosis
     type(discretisation_error_t) :: discretisation
     logical :: has_discretisation = .false. !< the band can be sought
+    logical :: is_over = .false.            !< nothing is left to do
     type(lock_t), private :: lock !< of the files, on rank 0
     type(journal_t), private :: journal !< of what was computed, on rank 0
     type(outcome_t) :: outcome  !< of the program
@@ -82,9 +84,11 @@ contains
     class(diagnose_t), intent(inout), target :: self
     type(diagnose_command_t), intent(in) :: command
     type(failure_t) :: failure
+    call fly(self, command)
+    if (self%is_over) return
     associate (s => self%settings)
       call self%simulator%init(self%world, s%experiment, s%wing_case%wing, s%catalogue, s%bins, &
-                               s%patterns, s%parts)
+                               s%patterns, s%parts, s%flights)
       if (s%options%is_scale_known .and. .not. s%measurement%is_plan) then
         s%noise%model%factor = 1
         s%noise%model%unloaded = 1
@@ -100,6 +104,22 @@ contains
       write (error_unit, '(a)') 'notice: the error of the mesh is not estimated: '//failure%reason
   end subroutine diagnose_begin
 
+  !> Tells what flights cost, and flies them unless this is a plan. Collective.
+  subroutine fly(self, command)
+    class(diagnose_t), intent(inout) :: self
+    type(diagnose_command_t), intent(in) :: command
+    associate (s => self%settings)
+      if (.not. s%flights%has_records) return
+      if (self%world%is_root) call print_cost(output_unit, s%runner, s%flights, self%world)
+      flush (output_unit)
+      self%is_over = command%action == DIAGNOSE_PLAN .and. s%only_flies()
+      if (command%action == DIAGNOSE_PLAN) return
+      call fly_all(self%world, s%runner, s%flights, s%catalogue, self%outcome%failure)
+      call self%outcome%classify(OUTCOME_NOT_CONVERGED)
+      self%is_over = self%outcome%failure%failed
+    end associate
+  end subroutine fly
+
   !> Rank 0: diagnoses, prints and writes, or tells what the loads could show.
   subroutine diagnose_lead(self, command)
     class(diagnose_t), intent(inout), target :: self
@@ -109,6 +129,7 @@ contains
     type(unknown_t) :: unknown
     type(draws_file_t) :: store
     character(:), allocatable :: warning
+    if (self%is_over) return
     store%path = self%settings%draws_path
     call prepare_files(self, command%action == DIAGNOSE_PLAN)
     if (self%outcome%failure%failed) return
@@ -190,6 +211,7 @@ contains
   !> Does tasks for rank 0. On the other ranks.
   subroutine diagnose_serve(self)
     class(diagnose_t), intent(inout) :: self
+    if (self%is_over) return
     if (self%has_discretisation) then
       call self%discretisation%serve(self%simulator)
     else
@@ -200,6 +222,7 @@ contains
   !> Ends `serve`. On rank 0.
   subroutine diagnose_shut_down(self)
     class(diagnose_t), intent(inout) :: self
+    if (self%is_over) return
     if (self%has_discretisation) then
       call self%discretisation%shut_down(self%simulator)
     else

@@ -180,7 +180,7 @@ contains
     type(diagnosis_t), intent(in) :: d
     call json%open_object('baseline')
     call json%put('observations', s%bins%n + s%measurement%count_mode_observations() + &
-                  s%measurement%count_series_observations())
+                  s%measurement%count_series_observations() + s%measurement%count_flight_observations())
     call json%put('loads', size(s%measurement%loads))
     call json%put('square_m', s%bins%size)
     call json%put('chi2', d%initial_baseline%chi2)

@@ -10,6 +10,8 @@ module diagnose_settings
   use common_overwrite_guard, only: refuse_overwriting
   use common_wing_keys, only: read_wing_keys, wing_choices_t
   use common_wing_settings, only: check_name
+  use diagnose_flight_settings, only: load_flights
+  use diagnose_flights, only: flusi_runner_t
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_noise, only: estimate_noise, assume_noise
   use diagnosis_wing_bins, only: make_bins, default_bin_size
@@ -33,6 +35,7 @@ module diagnose_settings
     type(diagnose_choices_t) :: choices
     logical :: finds_discretisation = .false. !< what another mesh changes counts as an error
     character(:), allocatable :: name       !< first part of the names of the files to write
+    type(flusi_runner_t) :: runner          !< of flights
     character(:), allocatable :: draws_path !< of the file with the null distribution; empty: it is not kept
   end type diagnose_settings_t
 
@@ -70,6 +73,8 @@ contains
     if (errors%count() > 0) return
     if (s%fits_finer) call take_finer(s)
     call check_modes(s, errors)
+    if (errors%count() == 0) call load_flights(s%config, s%choices%flight, s%measurement, world, s%runner, s%flights, &
+                                               errors, notices)
     if (errors%count() == 0) call make_all(s, errors, notices)
   end subroutine load_diagnose_settings
 
@@ -157,6 +162,10 @@ contains
     if (is_loaded_from_both_sides(s%measurement) .and. size(s%wing_case%wing%joints) > 0) &
       s%wing_case%requested%effects%has_sides = .true.
     if (s%wing_case%has_mass) call s%parts%init(s%wing_case%wing, s%wing_case%mass)
+    if (s%only_flies()) then ! the mechanics do not matter, nor does the mesh
+      s%free_parameters%numbers = [integer ::]
+      s%finds_discretisation = .false.
+    end if
     call s%experiment%init(s%measurement, s%wing_case%wing, s%wing_case%requested, [integer ::], s%choices%solver, failure, &
                            s%instrument, masses=s%masses())
     if (failure%failed) then
@@ -165,8 +174,9 @@ contains
     end if
     s%wing_case%model = s%experiment%model
     call make_bins(s%experiment, default_bin_size(s%experiment, s%choices%observations), s%bins)
-    call make_catalogue(s%experiment, s%wing_case%wing, s%free_parameters%numbers, s%prior_decades, s%catalogue)
+    call make_catalogue(s%experiment, s%wing_case%wing, s%free_parameters%numbers, s%prior_decades, s%catalogue, s%flights)
     call make_patterns(s%experiment, s%wing_case%wing, s%patterns)
+    if (s%only_flies()) s%patterns%site = s%patterns%site(:, :0)
     if (s%measurement%is_plan) then
       call assume_noise(s%experiment, s%noise)
       return

@@ -74,7 +74,8 @@ contains
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     integer :: n
-    n = s%bins%n + s%measurement%count_mode_observations() + s%measurement%count_series_observations()
+    n = s%bins%n + s%measurement%count_mode_observations() + s%measurement%count_series_observations() + &
+        s%measurement%count_flight_observations()
     write (unit, '(a)') 'baseline  chi^2 = '//fixed(d%initial_baseline%chi2, 1)//' of '//number_text(n)// &
       ' numbers; variance over that of the noise model '//fixed(d%scale, 3)
     write (unit, '(a)') 'misfit    chance alone does this with p = '//probability_text(d%decision%log_p_global)// &
@@ -176,6 +177,8 @@ contains
                                                 number_text(s%measurement%count_mode_observations())//' numbers), '
     if (s%measurement%count_series() > 0) what = what//number_text(s%measurement%count_series())//' records of motion ('// &
                                                  number_text(s%measurement%count_series_observations())//' numbers), '
+    if (s%measurement%count_flights() > 0) what = what//number_text(s%measurement%count_flights())// &
+                                      ' records of forces ('//number_text(s%measurement%count_flight_observations())//' numbers), '
     if (size(s%measurement%loads) == 0) then
       write (unit, '(a)') what(:len(what) - 2)//'; '//s%measurement_path
       return

@@ -5,7 +5,6 @@ module diagnose_unknown
   use base_text, only: number_text
   use diagnose_settings, only: diagnose_settings_t
   use diagnosis_unknown, only: unknown_t
-  use diagnosis_wing_simulator, only: FAMILY_NAMES
   use inference_region, only: REGION_LEVEL
   use io_json, only: json_t
   implicit none
@@ -31,7 +30,7 @@ contains
     call json%close()
     if (.not. unknown%region%is_found) return
     call json%open_object('region')
-    call json%put('of', trim(FAMILY_NAMES(unknown%region%family)))
+    call json%put('of', unknown%family)
     call json%put('form', trim(merge('one_place', 'field    ', unknown%region%is_one_site)))
     call json%put('level', REGION_LEVEL)
     call json%put('cell_m', unknown%cell)
@@ -73,7 +72,9 @@ contains
     character(:), allocatable :: text
     real(rp) :: middle(2)
     text = 'not on the wing: scans are bent, each in another way (the rig, or what the scan before has left)'
-    if (FAMILY_NAMES(unknown%region%family) == 'scans') return
+    if (unknown%family == 'scans') return
+    text = 'in the forces over the beat'
+    if (unknown%family == 'flight') return
     text = 'no place stands out'
     if (unknown%region%n_parts == 0) return
     middle = unknown%centre(1)

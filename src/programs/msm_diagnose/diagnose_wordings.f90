@@ -3,6 +3,7 @@
 !> parameters that every wing has, of the measurement and of masses. The scales are those of solid_wording.
 module diagnose_wordings
   use base_kinds, only: rp
+  use diagnose_flight_wordings, only: word_flight
   use solid_effects, only: effect_wording
   use solid_wording, only: displayed, factor => word_factor, plain => word_plain, fraction => word_fraction, wording_t, DEGREES, &
                            SCALE_EXPONENT, SCALE_FACTOR, SCALE_HALF, SCALE_LINEAR, SCALE_PLAIN
@@ -28,6 +29,7 @@ contains
     if (.not. allocated(w%up)) call word_maps(w, name)
     if (.not. allocated(w%up)) call word_course(w, name)
     if (.not. allocated(w%up)) call word_masses(w, name, site)
+    if (.not. allocated(w%up)) call word_flight(w, name, unit)
     if (.not. allocated(w%up)) then
       w%is_known = .false.
       call plain(w, unit, name//' is', name//' is', 'more', 'less', ASSUMED)

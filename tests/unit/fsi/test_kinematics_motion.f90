@@ -26,6 +26,7 @@ program test_kinematics_motion
   call check_table(kit)
   call check_frequency(kit)
   call check_ramp(kit)
+  call check_alteration(kit)
   call check_extremes(kit)
   call check_change_of_kind(kit)
   call kit%finish()
@@ -51,6 +52,34 @@ contains
       f = f + A(i)*cos(TWO_PI*i*x) + B(i)*sin(TWO_PI*i*x)
     end do
   end function direct_sum
+
+  !> mean + factor (f(x + lead) - mean) + offset, of a Fourier and of a Hermite series; then as it was.
+  subroutine check_alteration(kit)
+    type(testkit_t), intent(inout) :: kit
+    type(angle_series_t) :: series, original
+    real(rp), parameter :: FACTOR = 1.3_rp, OFFSET = -0.2_rp, LEAD = 0.07_rp, AT(3) = [-0.4_rp, 0.31_rp, 2.9_rp]
+    real(rp) :: f(0:2), g(0:2), worst, mean
+    integer :: i, k
+    do k = 1, 2
+      if (k == 1) call series%set_fourier(A0, A, B)
+      if (k == 2) call series%set_hermite(VALUES, SLOPES)
+      mean = sum(VALUES)/size(VALUES) ! slopes at both ends of all intervals cancel
+      if (k == 1) mean = A0/2
+      original = series
+      call series%alter(FACTOR, OFFSET, LEAD)
+      worst = 0
+      do i = 1, size(AT)
+        call original%evaluate(AT(i) + LEAD, f)
+        call series%evaluate(AT(i), g)
+        worst = max(worst, maxval(abs(g - FACTOR*f - [mean - FACTOR*mean + OFFSET, 0.0_rp, 0.0_rp])))
+      end do
+      call kit%check_below('an altered angle is that about its mean, earlier and aside', worst, 1.0e-5_rp)
+    end do
+    call series%alter(1.0_rp, 0.0_rp, 0.0_rp)
+    call series%evaluate(AT(2), g)
+    call original%evaluate(AT(2), f)
+    call kit%check_below('without alterations it is what it was, to the bit', maxval(abs(f - g)), 0.0_rp)
+  end subroutine check_alteration
 
   subroutine check_fourier(kit)
     type(testkit_t), intent(inout) :: kit

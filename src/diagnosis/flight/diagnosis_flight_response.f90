@@ -1,0 +1,166 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What simulated flights say about forces of other kinematics and another flow: value, first and diagonal second derivative at the
+!> case, from central differences,
+!>
+!>     F(c) = F_0 + sum_j (F_j+ - F_j-)/(2 h_j) c_j + (F_j+ - 2 F_0 + F_j-)/(2 h_j^2) c_j^2.
+!>
+!> A beat that is exp(e) as fast, of a rigid wing, needs no flight of its own: it is the case in a fluid of the viscosity nu exp(-e)
+!> and a wind that is exp(-e) times that of the case, with forces exp(2 e) times and power exp(3 e) times as large.
+module diagnosis_flight_response
+  use base_kinds, only: rp
+  use diagnosis_flight_runner, only: flight_record_t, flight_request_t, FLOW_VISCOSITY, FLOW_WIND, N_FLOW
+  use measurement_balance, only: balance_harmonics
+  use measurement_flight, only: COMPONENT_POWER, N_COMPONENTS
+  implicit none
+  private
+  public :: flight_response_t
+
+  integer, parameter, public :: FLOW_FREQUENCY = N_FLOW + 1, N_CHANGES = N_FLOW + 1 !< beside those that are flown
+
+  type :: flight_response_t
+    integer :: n_harmonics = 0
+    ! Fourier series over the beat (measurement_balance), harmonics along the first axis, components along the second.
+    complex(rp), allocatable :: value(:, :)                      !< SI units
+    complex(rp), allocatable :: slope(:, :, :)                   !< per unit of each change
+    complex(rp), allocatable :: curvature(:, :, :)
+    complex(rp), allocatable :: of_grid(:, :)                    !< what a finer grid changes
+    logical :: is_known(N_FLOW) = .false.                        !< both flights came to their end
+    character(200) :: reason(N_FLOW) = ''                        !< why not
+    real(rp) :: wind(3) = 0                                      !< [m/s] of the case
+  contains
+    procedure :: requests => response_requests
+    procedure :: take => response_take
+    procedure :: at => response_at
+    procedure :: derivative => response_derivative
+  end type flight_response_t
+
+contains
+
+  !> The flights that are needed: the case, perhaps on a finer grid, and two for each change with a step > 0.
+  pure function response_requests(self, steps, is_refined) result(requests)
+    class(flight_response_t), intent(in) :: self
+    real(rp), intent(in) :: steps(N_FLOW)
+    logical, intent(in) :: is_refined
+    type(flight_request_t), allocatable :: requests(:)
+    integer :: j, n
+    associate (unused => self)
+    end associate
+    n = merge(2, 1, is_refined)
+    allocate (requests(n + 2*count(steps > 0)))
+    if (is_refined) requests(2)%is_refined = .true.
+    do j = 1, N_FLOW
+      if (.not. steps(j) > 0) cycle
+      requests(n + 1)%change(j) = steps(j)
+      requests(n + 2)%change(j) = -steps(j)
+      n = n + 2
+    end do
+  end function response_requests
+
+  !> Takes the records of these flights. If that of the case itself, or of its finer grid, is missing, `reason` is why.
+  subroutine response_take(self, steps, is_refined, records, reason)
+    class(flight_response_t), intent(inout) :: self
+    real(rp), intent(in) :: steps(N_FLOW)
+    logical, intent(in) :: is_refined
+    type(flight_record_t), intent(in) :: records(:)
+    character(:), allocatable, intent(out) :: reason
+    complex(rp), dimension(0:self%n_harmonics, N_COMPONENTS) :: above, below
+    integer :: j, n
+    reason = ''
+    n = merge(2, 1, is_refined)
+    do j = n, 1, -1
+      if (.not. records(j)%is_flown) reason = records(j)%reason
+    end do
+    if (reason /= '') return
+    self%value = series(self, records(1))
+    self%of_grid = 0*self%value
+    if (is_refined) self%of_grid = series(self, records(2)) - self%value
+    if (allocated(self%slope)) deallocate (self%slope, self%curvature)
+    allocate (self%slope(size(self%value, 1), N_COMPONENTS, N_FLOW), source=cmplx(0, kind=rp))
+    allocate (self%curvature, source=self%slope)
+    do j = 1, N_FLOW
+      self%is_known(j) = .false.
+      if (.not. steps(j) > 0) cycle
+      self%is_known(j) = records(n + 1)%is_flown .and. records(n + 2)%is_flown
+      if (self%is_known(j)) then
+        above = series(self, records(n + 1))
+        below = series(self, records(n + 2))
+        self%slope(:, :, j) = (above - below)/(2*steps(j))
+        self%curvature(:, :, j) = (above - 2*self%value + below)/steps(j)**2
+      else
+        self%reason(j) = records(merge(n + 2, n + 1, records(n + 1)%is_flown))%reason
+      end if
+      n = n + 2
+    end do
+  end subroutine response_take
+
+  pure function series(self, record) result(x)
+    class(flight_response_t), intent(in) :: self
+    type(flight_record_t), intent(in) :: record
+    complex(rp) :: x(0:self%n_harmonics, N_COMPONENTS)
+    x = balance_harmonics(record%values, self%n_harmonics)
+  end function series
+
+  !> Forces, torques and power of the changes c.
+  pure function response_at(self, c) result(values)
+    class(flight_response_t), intent(in) :: self
+    real(rp), intent(in) :: c(N_CHANGES)
+    complex(rp) :: values(0:self%n_harmonics, N_COMPONENTS)
+    real(rp) :: seen(N_FLOW)
+    integer :: j
+    seen = seen_by_flow(self, c)
+    values = self%value
+    do j = 1, N_FLOW
+      if (abs(seen(j)) > 0) values = values + seen(j)*self%slope(:, :, j) + seen(j)**2/2*self%curvature(:, :, j)
+    end do
+    if (abs(c(FLOW_FREQUENCY)) > 0) values = values*sizes(self, c(FLOW_FREQUENCY))
+  end function response_at
+
+  !> Their derivative with respect to change j.
+  pure function response_derivative(self, c, j) result(values)
+    class(flight_response_t), intent(in) :: self
+    real(rp), intent(in) :: c(N_CHANGES)
+    integer, intent(in) :: j
+    complex(rp) :: values(0:self%n_harmonics, N_COMPONENTS)
+    real(rp) :: seen(N_FLOW)
+    integer :: i
+    seen = seen_by_flow(self, c)
+    if (j <= N_FLOW) then
+      values = self%slope(:, :, j) + seen(j)*self%curvature(:, :, j)
+      if (j > FLOW_WIND .and. j <= FLOW_WIND + 3) values = values*exp(-c(FLOW_FREQUENCY))
+      values = values*sizes(self, c(FLOW_FREQUENCY))
+      return
+    end if
+    values = 2*self%at(c)
+    values(:, COMPONENT_POWER) = 1.5_rp*values(:, COMPONENT_POWER)
+    associate (e => c(FLOW_FREQUENCY))
+      values = values - sizes(self, e)*(self%slope(:, :, FLOW_VISCOSITY) + &
+                                        seen(FLOW_VISCOSITY)*self%curvature(:, :, FLOW_VISCOSITY))
+      do i = 1, 3
+        values = values - sizes(self, e)*(self%wind(i) + c(FLOW_WIND + i))*exp(-e)* &
+                 (self%slope(:, :, FLOW_WIND + i) + seen(FLOW_WIND + i)*self%curvature(:, :, FLOW_WIND + i))
+      end do
+    end associate
+  end function response_derivative
+
+  !> The changes of the flow in the units of a beat of another frequency.
+  pure function seen_by_flow(self, c) result(seen)
+    class(flight_response_t), intent(in) :: self
+    real(rp), intent(in) :: c(N_CHANGES)
+    real(rp) :: seen(N_FLOW)
+    integer :: i
+    seen = c(:N_FLOW)
+    if (.not. abs(c(FLOW_FREQUENCY)) > 0) return
+    seen(FLOW_VISCOSITY) = seen(FLOW_VISCOSITY) - c(FLOW_FREQUENCY)
+    do i = 1, 3
+      seen(FLOW_WIND + i) = (self%wind(i) + c(FLOW_WIND + i))*exp(-c(FLOW_FREQUENCY)) - self%wind(i)
+    end do
+  end function seen_by_flow
+
+  pure function sizes(self, e) result(factors)
+    class(flight_response_t), intent(in) :: self
+    real(rp), intent(in) :: e
+    real(rp) :: factors(0:self%n_harmonics, N_COMPONENTS)
+    factors = exp(2*e)
+    factors(:, COMPONENT_POWER) = exp(3*e)
+  end function sizes
+end module diagnosis_flight_response

@@ -1,0 +1,69 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a diagnosis needs of a program that simulates flights: it changes the kinematics or the flow of a given case, flies, and
+!> gives forces, torques and power over the last beat. A diagnosis does not know the fluid; a program implements `flight_runner_t`.
+module diagnosis_flight_runner
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use measurement_flight, only: N_COMPONENTS
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: flight_facts_t, flight_record_t, flight_request_t, flight_runner_t
+
+  !> What may change. Amplitudes: relative; angles: degrees; lead: beats; wind: m/s; viscosity: log of a factor.
+  integer, parameter, public :: FLOW_STROKE = 1, FLOW_STROKE_MEAN = 2, FLOW_PITCH = 3, FLOW_PITCH_MEAN = 4, FLOW_LEAD = 5, &
+                                FLOW_DEVIATION = 6, FLOW_PLANE = 7, FLOW_WIND = 7, FLOW_VISCOSITY = 11, N_FLOW = 11
+  integer, parameter, public :: N_PHASES = 200 !< samples of a beat, at 0, 1/N_PHASES, ..
+
+  !> One flight: the case with these changes, perhaps on a finer grid.
+  type :: flight_request_t
+    real(rp) :: change(N_FLOW) = 0
+    logical :: is_refined = .false.
+  end type flight_request_t
+
+  !> What came of it.
+  type :: flight_record_t
+    logical :: is_flown = .false.
+    character(:), allocatable :: reason                !< why not
+    real(rp) :: values(N_PHASES, N_COMPONENTS) = 0     !< SI units, torques about the origin of the box; per metre of a section
+  end type flight_record_t
+
+  !> What is known of the case before anything flies. SI units.
+  type :: flight_facts_t
+    character(:), allocatable :: path
+    logical :: is_section = .false.                    !< two-dimensional
+    real(rp) :: frequency = 0                          !< [Hz] of the beat
+    real(rp) :: speed = 0                              !< [m/s] mean of the wing tip, of the plate in a section
+    real(rp) :: wind(3) = 0                            !< [m/s]
+    character(100) :: missing(N_FLOW) = ''             !< why this change cannot be made
+    real(rp) :: inertia(N_PHASES, N_COMPONENTS) = 0    !< of the wings per kg of their mass, torques as in records
+    real(rp) :: steps = 0, seconds = 0                 !< of one flight, as far as they can be foreseen
+  end type flight_facts_t
+
+  type, abstract :: flight_runner_t
+    type(flight_facts_t) :: facts
+  contains
+    procedure(fly_interface), deferred :: fly
+    procedure(count_interface), deferred :: count_missing
+  end type flight_runner_t
+
+  abstract interface
+    !> Flies all requests that were not flown before. On rank 0 records(i) is that of requests(i), and depends on nothing
+    !> else; `failure` is that of the machine or a wanted stop, the same on all ranks. Collective.
+    subroutine fly_interface(self, world, requests, records, failure)
+      import :: flight_runner_t, flight_request_t, flight_record_t, world_t, failure_t
+      class(flight_runner_t), intent(inout) :: self
+      type(world_t), intent(in) :: world
+      type(flight_request_t), intent(in) :: requests(:)
+      type(flight_record_t), allocatable, intent(out) :: records(:)
+      type(failure_t), intent(inout) :: failure
+    end subroutine fly_interface
+
+    !> How many of the requests have not been flown before. Not collective.
+    integer function count_interface(self, requests) result(n)
+      import :: flight_runner_t, flight_request_t
+      class(flight_runner_t), intent(inout) :: self
+      type(flight_request_t), intent(in) :: requests(:)
+    end function count_interface
+  end interface
+end module diagnosis_flight_runner

@@ -1,0 +1,252 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Computes the residuals of records of forces over the beat in units of their sd, and their derivatives, from what flights have
+!> shown (diagnosis_flight_response) and what a balance makes of that (measurement_balance). Each component of each record is a
+!> surface, a fold and a block by itself. What a finer grid changes is a nuisance. Without records there are no observations here.
+module diagnosis_wing_flight
+  use base_constants, only: TWO_PI
+  use base_kinds, only: rp
+  use diagnosis_flight_response, only: flight_response_t, N_CHANGES
+  use diagnosis_flight_runner, only: flight_facts_t
+  use diagnosis_wing_labels, only: append_surface
+  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_BALANCE, KIND_FLIGHT
+  use inference_simulator, only: labels_t
+  use measurement_balance, only: apply_balance, balance_harmonics, balance_values, BALANCE_MASS, BALANCE_OFFSET, &
+                                 N_BALANCE
+  use measurement_flight, only: measured_flight_t, N_COMPONENTS
+  implicit none
+  private
+  public :: flight_data_t, wing_flight_t
+
+  integer, parameter :: N_WAVES = 6           !< harmonics of an unknown cause
+  real(rp), parameter :: UNKNOWN_SHARE = 0.1_rp !< of a component's root mean square: its size
+
+  !> Everything that is known of flights before the statistics begin.
+  type :: flight_data_t
+    logical :: has_records = .false. !< there are any; the rest counts then
+    type(flight_response_t) :: response
+    type(flight_facts_t) :: facts
+    character(:), allocatable :: effects !< of the catalogue that are sought; empty: all
+    logical :: is_refined = .false. !< what a finer grid changes is known
+    logical :: is_ready = .false.   !< flights have been flown
+  end type flight_data_t
+
+  type :: wing_flight_t
+    integer :: n = 0                !< observations
+    integer :: n_nuisances = 0
+    integer :: n_patterns = 0       !< of unknown causes: waves over the beat in each component
+    type(flight_data_t), private :: data
+    type(measured_flight_t), allocatable, private :: flights(:)
+    integer, allocatable, private :: kind(:), number(:) !< of the parameters
+    complex(rp), allocatable, private :: inertia(:, :)
+    integer, allocatable, private :: record(:)          !< (n) to which an observation belongs,
+    real(rp), allocatable, private :: time(:)           !< (n) and when in the beat it is
+  contains
+    procedure :: init => flight_init
+    procedure :: evaluate => flight_evaluate
+    procedure :: directions => flight_directions
+    procedure :: append_labels => flight_append_labels
+    procedure :: covariance => flight_covariance
+    procedure, private :: show => flight_show
+  end type wing_flight_t
+
+contains
+
+  !> The records, and what flights have shown.
+  subroutine flight_init(self, flights, parameters, data)
+    class(wing_flight_t), intent(inout) :: self
+    type(measured_flight_t), intent(in) :: flights(:)
+    type(wing_parameter_t), intent(in) :: parameters(:)
+    type(flight_data_t), intent(in) :: data
+    integer :: r, k
+    self%data = data
+    self%flights = flights
+    self%kind = parameters%kind
+    self%number = parameters%number
+    allocate (self%inertia(0:data%response%n_harmonics, N_COMPONENTS))
+    self%inertia = balance_harmonics(data%facts%inertia, data%response%n_harmonics)
+    allocate (self%record(0), self%time(0))
+    do r = 1, size(flights)
+      do k = 1, size(flights(r)%component)
+        associate (known => flights(r)%is_known(:, k))
+          self%time = [self%time, pack(flights(r)%time, known)]
+          self%record = [self%record, spread(r, 1, count(known))]
+        end associate
+      end do
+    end do
+    self%n = size(self%time)
+    self%n_nuisances = merge(1, 0, data%is_refined)
+    self%n_patterns = (2*N_WAVES + 1)*sum([(size(flights(r)%component), r=1, size(flights))])
+  end subroutine flight_init
+
+  !> values(n): what the balance with the coordinates p shows of `series`, in sd; with `number` the derivative with respect
+  !> to this coordinate.
+  subroutine flight_show(self, p, series, values, number)
+    class(wing_flight_t), intent(in) :: self
+    real(rp), intent(in) :: p(N_BALANCE)
+    complex(rp), intent(in) :: series(0:, :)
+    real(rp), intent(out) :: values(:)
+    integer, intent(in), optional :: number
+    complex(rp), dimension(0:ubound(series, 1), N_COMPONENTS) :: x, a, y
+    integer :: r, k, at, n
+    at = 0
+    do r = 1, size(self%flights)
+      associate (f => self%flights(r))
+        x = series
+        a = self%inertia
+        call move_torques(x, f%reference)
+        call move_torques(a, f%reference)
+        call apply_balance(p, f%frequency, x, a, y, number)
+        do k = 1, size(f%component)
+          n = count(f%is_known(:, k))
+          values(at + 1:at + n) = balance_values(y(:, f%component(k)), self%time(at + 1:at + n))/pack(f%sd(:, k), f%is_known(:, k))
+          at = at + n
+        end do
+      end associate
+    end do
+  end subroutine flight_show
+
+  !> Torques about the origin become torques about `reference` [m].
+  pure subroutine move_torques(x, reference)
+    complex(rp), intent(inout) :: x(0:, :)
+    real(rp), intent(in) :: reference(3)
+    integer :: i, j, k
+    do i = 1, 3
+      j = modulo(i, 3) + 1
+      k = modulo(i + 1, 3) + 1
+      x(:, 3 + i) = x(:, 3 + i) - (reference(j)*x(:, k) - reference(k)*x(:, j))
+    end do
+  end subroutine move_torques
+
+  !> Changes of the flight and coordinates of the balance at q.
+  pure subroutine split(self, q, c, p)
+    class(wing_flight_t), intent(in) :: self
+    real(rp), intent(in) :: q(:)
+    real(rp), intent(out) :: c(N_CHANGES), p(N_BALANCE)
+    integer :: i
+    c = 0
+    p = 0
+    do i = 1, size(q)
+      if (self%kind(i) == KIND_FLIGHT) c(self%number(i)) = q(i)
+      if (self%kind(i) == KIND_BALANCE) p(self%number(i)) = q(i)
+    end do
+  end subroutine split
+
+  !> residuals(n) at q and their derivatives jacobian(n, size(columns)).
+  subroutine flight_evaluate(self, q, columns, residuals, jacobian)
+    class(wing_flight_t), intent(in) :: self
+    real(rp), intent(in) :: q(:)
+    integer, intent(in) :: columns(:)
+    real(rp), intent(out) :: residuals(:), jacobian(:, :)
+    complex(rp) :: series(0:self%data%response%n_harmonics, N_COMPONENTS)
+    real(rp) :: c(N_CHANGES), p(N_BALANCE)
+    integer :: k, i
+    call split(self, q, c, p)
+    series = self%data%response%at(c)
+    call self%show(p, series, residuals)
+    residuals = residuals - observed(self)
+    do k = 1, size(columns)
+      i = columns(k)
+      jacobian(:, k) = 0
+      if (self%kind(i) == KIND_FLIGHT) &
+        call self%show(without_additions(p), self%data%response%derivative(c, self%number(i)), jacobian(:, k))
+      if (self%kind(i) == KIND_BALANCE) call self%show(p, series, jacobian(:, k), self%number(i))
+    end do
+  end subroutine flight_evaluate
+
+  !> The balance without what it adds to the forces of a flight.
+  pure function without_additions(p) result(rest)
+    real(rp), intent(in) :: p(N_BALANCE)
+    real(rp) :: rest(N_BALANCE)
+    rest = p
+    rest(BALANCE_MASS) = 0
+    rest(BALANCE_OFFSET + 1:BALANCE_OFFSET + N_COMPONENTS) = 0
+  end function without_additions
+
+  !> The measured means in sd.
+  pure function observed(self) result(values)
+    class(wing_flight_t), intent(in) :: self
+    real(rp) :: values(self%n)
+    integer :: r, k, at, n
+    at = 0
+    do r = 1, size(self%flights)
+      associate (f => self%flights(r))
+        do k = 1, size(f%component)
+          n = count(f%is_known(:, k))
+          values(at + 1:at + n) = pack(f%mean(:, k)/f%sd(:, k), f%is_known(:, k))
+          at = at + n
+        end do
+      end associate
+    end do
+  end function observed
+
+  !> At q: nuisances(n, n_nuisances), what a finer grid changes; patterns(n, n_patterns), waves of each
+  !> component, or patterns(n, 0).
+  subroutine flight_directions(self, q, nuisances, patterns)
+    class(wing_flight_t), intent(in) :: self
+    real(rp), intent(in) :: q(:)
+    real(rp), intent(inout) :: nuisances(:, :), patterns(:, :)
+    real(rp) :: c(N_CHANGES), p(N_BALANCE)
+    if (size(patterns, 2) > 0) call put_waves(self, patterns)
+    if (self%n_nuisances == 0) return
+    call split(self, q, c, p)
+    call self%show(without_additions(p), self%data%response%of_grid, nuisances(:, 1))
+  end subroutine flight_directions
+
+  subroutine put_waves(self, patterns)
+    class(wing_flight_t), intent(in) :: self
+    real(rp), intent(inout) :: patterns(:, :)
+    integer :: r, k, at, n, h, column
+    real(rp), allocatable :: share(:), angle(:)
+    patterns = 0
+    at = 0
+    column = 0
+    do r = 1, size(self%flights)
+      associate (f => self%flights(r))
+        do k = 1, size(f%component)
+          n = count(f%is_known(:, k))
+          share = UNKNOWN_SHARE*sqrt(sum(f%mean(:, k)**2, f%is_known(:, k))/n)/pack(f%sd(:, k), f%is_known(:, k))
+          do h = 0, N_WAVES
+            angle = TWO_PI*h*self%time(at + 1:at + n)
+            column = column + 1
+            patterns(at + 1:at + n, column) = share*cos(angle)
+            if (h == 0) cycle
+            column = column + 1
+            patterns(at + 1:at + n, column) = share*sin(angle)
+          end do
+          at = at + n
+        end do
+      end associate
+    end do
+  end subroutine put_waves
+
+  !> A surface with a fold and a block for each component of each record.
+  subroutine flight_append_labels(self, labels)
+    class(wing_flight_t), intent(in) :: self
+    type(labels_t), intent(inout) :: labels
+    integer :: r, k
+    do r = 1, size(self%flights)
+      do k = 1, size(self%flights(r)%component)
+        call append_surface(labels, count(self%flights(r)%is_known(:, k)), [0.0_rp, 0.0_rp])
+      end do
+    end do
+  end subroutine flight_append_labels
+
+  !> c: covariance of the observations `rows` of one block.
+  pure subroutine flight_covariance(self, rows, c)
+    class(wing_flight_t), intent(in) :: self
+    integer, intent(in) :: rows(:)
+    real(rp), intent(out) :: c(:, :)
+    real(rp) :: apart
+    integer :: i, j
+    do j = 1, size(rows)
+      associate (f => self%flights(self%record(rows(j))))
+        do i = 1, size(rows)
+          apart = abs(self%time(rows(i)) - self%time(rows(j)))
+          apart = min(apart, 1 - apart)/f%frequency ! a beat follows itself
+          c(i, j) = merge(1.0_rp, 0.0_rp, i == j)
+          if (f%correlation_time > 0) c(i, j) = exp(-apart/f%correlation_time)
+        end do
+      end associate
+    end do
+  end subroutine flight_covariance
+end module diagnosis_wing_flight

@@ -1,0 +1,278 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The `flusi` case of an experiment, and what it becomes with other kinematics, another flow or a finer grid: an ini file that
+!> includes the case and has the keys that change. All ranks hold the same.
+module diagnose_flight_case
+  use base_checksum, only: checksum_text
+  use base_build, only: BUILD_VERSION
+  use base_constants, only: PI
+  use base_errors, only: message_list_t
+  use base_files, only: folder_of, join_path, name_of, real_path
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use diagnosis_flight_runner, only: flight_facts_t, flight_request_t, FLOW_DEVIATION, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, &
+                                     FLOW_PLANE, FLOW_STROKE, FLOW_STROKE_MEAN, FLOW_VISCOSITY, FLOW_WIND, N_PHASES
+  use flusi_plans, only: expected_steps
+  use flusi_settings, only: load_settings, settings_t
+  use fsi_body_motion_keys, only: body_motion_choices, body_motion_choices_t
+  use fsi_kinematics, only: body_t, pose_wing, wing_pose_t
+  use fsi_kinematics_keys, only: kinematics_choices, kinematics_choices_t
+  use fsi_rotation, only: cross
+  use io_broadcast_text, only: read_broadcast_text
+  use measurement_flight, only: N_COMPONENTS
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: flight_case_t
+
+  real(rp), parameter :: REFINEMENT = 1.5_rp !< of points and steps of a finer grid
+  real(rp), parameter :: SECONDS = 6.0e-7_rp !< of one point and step on one rank, roughly
+  character(*), parameter :: NL = new_line('a')
+
+  type :: flight_case_t
+    character(:), allocatable :: path         !< from the root
+    integer :: beats = 1                      !< that are flown
+    type(settings_t) :: settings              !< of the case as it is
+    type(kinematics_choices_t) :: kinematics
+    type(body_motion_choices_t) :: body
+  contains
+    procedure :: load => case_load
+    procedure :: tell => case_tell
+    procedure :: text => case_text
+    procedure :: name => case_name
+    procedure :: read => case_read
+    procedure :: fingerprint => case_fingerprint
+  end type flight_case_t
+
+contains
+
+  !> Reads the case at `path`; mistakes go to `errors`. Collective.
+  subroutine case_load(self, path, beats, world, errors, notices)
+    class(flight_case_t), intent(inout) :: self
+    character(*), intent(in) :: path
+    integer, intent(in) :: beats
+    type(world_t), intent(in) :: world
+    type(message_list_t), intent(inout) :: errors, notices
+    character(:), allocatable :: text, problem
+    integer :: before
+    before = errors%count()
+    self%path = real_path(path)
+    call world%broadcast_text(self%path)
+    self%beats = beats
+    call read_broadcast_text(self%path, text, problem, world)
+    if (allocated(problem)) then
+      call errors%add(problem)
+      return
+    end if
+    call load_settings(text, self%path, .false., self%settings, errors, notices, world)
+    if (errors%count() > before) return
+    associate (s => self%settings)
+      if (.not. s%units%given) call errors%add(self%path//': [units] is missing: give length, frequency and density, '// &
+                                               'so that forces can be compared in newtons')
+      if (.not. s%fluid%solids%is_moving .or. .not. allocated(s%flight%wings)) &
+        call errors%add(self%path//': has no flapping wings: [Penalization] iMask = Insect')
+      if (s%flight%flyer%is_free) call errors%add(self%path//': is a free flight; a wing on a balance is tethered')
+      if (.not. s%fluid%solids%compute_forces) call errors%add(self%path//': computes no forces')
+      if (errors%count() > before) return
+      self%kinematics = kinematics_choices(s%config)
+      self%body = body_motion_choices(s%config)
+    end associate
+  end subroutine case_load
+
+  !> What is known before anything flies.
+  subroutine case_tell(self, facts)
+    class(flight_case_t), intent(in) :: self
+    type(flight_facts_t), intent(inout) :: facts
+    real(rp) :: dt, speed
+    logical :: has_table
+    associate (s => self%settings, u => self%settings%units)
+      facts%path = self%path
+      facts%is_section = s%fluid%grid%is_2d
+      facts%frequency = s%flight%frequency()*u%frequency
+      facts%speed = (s%flight%tip_speed() + s%flight%motion%mean_speed())*u%length*u%frequency
+      facts%wind = s%fluid%mean%velocity*u%length*u%frequency
+      has_table = s%flight%motion%word == 'table'
+      facts%missing = ''
+      if (facts%is_section) then
+        if (.not. has_table) facts%missing(FLOW_STROKE) = 'needs a plate that moves as a table says'
+        facts%missing(FLOW_STROKE_MEAN) = 'needs a wing that turns about a hinge, not a section'
+        facts%missing(FLOW_DEVIATION) = facts%missing(FLOW_STROKE_MEAN)
+        facts%missing(FLOW_PLANE) = facts%missing(FLOW_STROKE_MEAN)
+        facts%missing(FLOW_WIND + 1) = 'needs flow in space, not in a section'
+      end if
+      if (any(s%fluid%mean%kind /= 'fixed')) facts%missing(FLOW_WIND + 1:FLOW_WIND + 3) = &
+        'needs a prescribed mean flow: [MeanFlow] iMeanFlow = 1'
+      call expected_steps(s, dt, speed, facts%steps)
+      facts%steps = self%beats/s%flight%frequency()/dt
+      facts%seconds = facts%steps*product(real(s%fluid%grid%n, rp))*SECONDS
+    end associate
+    call find_inertia(self, facts%inertia)
+  end subroutine case_tell
+
+  !> Forces and torques about the origin of the wings per unit mass of all of them, spread evenly over their area, on what holds
+  !> them [m/s^2, m^2/s^2]. Bending is left out.
+  subroutine find_inertia(self, inertia)
+    class(flight_case_t), intent(in) :: self
+    real(rp), intent(out) :: inertia(N_PHASES, N_COMPONENTS)
+    type(body_t) :: body
+    type(wing_pose_t) :: pose
+    real(rp) :: t, centroid(3), force(3), at(3)
+    integer :: i, w
+    inertia = 0
+    associate (s => self%settings, u => self%settings%units)
+      do i = 1, N_PHASES
+        t = (self%beats - 1 + real(i - 1, rp)/N_PHASES)/s%flight%frequency()
+        do w = 1, size(s%flight%wings)
+          associate (wing => s%flight%wings(w))
+            centroid = centroid_of(wing%points, wing%triangles)
+            body = s%flight%motion%at(t, s%flight%body)
+            call pose_wing(body, wing%mount, wing%motion, t, pose)
+            at = pose%point_to_space(centroid)
+            force = -pose%acceleration_at(centroid)/size(s%flight%wings)
+            inertia(i, 1:3) = inertia(i, 1:3) + force*u%length*u%frequency**2
+            inertia(i, 4:6) = inertia(i, 4:6) + cross(at, force)*(u%length*u%frequency)**2
+          end associate
+        end do
+      end do
+    end associate
+  end subroutine find_inertia
+
+  pure function centroid_of(points, triangles) result(centroid)
+    real(rp), intent(in) :: points(:, :)
+    integer, intent(in) :: triangles(:, :)
+    real(rp) :: centroid(3), area, total
+    integer :: k
+    centroid = 0
+    total = 0
+    do k = 1, size(triangles, 2)
+      associate (a => points(:, triangles(1, k)), b => points(:, triangles(2, k)), c => points(:, triangles(3, k)))
+        area = norm2(cross(b - a, c - a))/2
+        centroid = centroid + area*(a + b + c)/3
+        total = total + area
+      end associate
+    end do
+    if (total > 0) centroid = centroid/total
+  end function centroid_of
+
+  !> The ini file of a flight.
+  function case_text(self, request) result(text)
+    class(flight_case_t), intent(in) :: self
+    type(flight_request_t), intent(in) :: request
+    character(:), allocatable :: text
+    real(rp) :: length, time, period, interval
+    associate (s => self%settings, u => self%settings%units, c => request%change)
+      length = merge(u%length, 1.0_rp, u%si_input)       ! of one L in the file
+      time = merge(1/u%frequency, 1.0_rp, u%si_input)
+      period = 1/s%flight%frequency()
+      interval = period/N_PHASES
+      text = '; A flight of msm_diagnose. Files that the case names are looked for beside the case.'//NL// &
+             '[include]'//NL//'file = '//self%path//NL//NL// &
+             '[Time]'//NL//'Tmax = '//number_text(self%beats*period*time)//NL
+      if (s%config%is_given('Time', 'nt')) text = text//'nt = 1000000000'//NL
+      if (request%is_refined .and. s%fluid%time%dt_fixed > 0) &
+        text = text//'dt_fixed = '//number_text(s%fluid%time%dt_fixed/REFINEMENT*time)//NL
+      text = text//'[Saving]'//NL//'tintegral = '//number_text(interval*time)//NL
+      if (request%is_refined) text = text//finer_grid(s)
+      if (abs(c(FLOW_VISCOSITY)) > 0) text = text//'[ReynoldsNumber]'//NL//'nu = '// &
+        number_text(s%fluid%nu*exp(c(FLOW_VISCOSITY))*length**2/time)//NL
+      if (any(abs(c(FLOW_WIND + 1:FLOW_WIND + 3)) > 0)) text = text//'[MeanFlow]'//NL// &
+        numbers([character(4) :: 'ux', 'uy', 'uz'], (s%fluid%mean%velocity + c(FLOW_WIND + 1:FLOW_WIND + 3)/ &
+                                                     (u%length*u%frequency))*length/time)
+    end associate
+    text = text//kinematics_text(self, request)
+  end function case_text
+
+  function kinematics_text(self, request) result(text)
+    class(flight_case_t), intent(in) :: self
+    type(flight_request_t), intent(in) :: request
+    character(:), allocatable :: text
+    real(rp) :: factor(3), offset(3), lead(3)
+    integer :: pitch
+    factor = self%kinematics%factor
+    offset = self%kinematics%offset
+    lead = self%kinematics%lead
+    pitch = merge(1, 2, self%settings%fluid%grid%is_2d)
+    text = NL//'[Insects]'//NL
+    associate (c => request%change)
+      if (self%settings%fluid%grid%is_2d) then
+        if (abs(c(FLOW_STROKE)) > 0) text = text//'body_motion_factor = '//number_text(self%body%factor*(1 + c(FLOW_STROKE)))//NL
+      else
+        factor(1) = factor(1)*(1 + c(FLOW_STROKE))
+        offset(1) = offset(1) + c(FLOW_STROKE_MEAN)
+        factor(3) = factor(3)*(1 + c(FLOW_DEVIATION))
+        if (abs(c(FLOW_PLANE)) > 0) text = text//'eta0 = '//number_text(self%kinematics%eta + c(FLOW_PLANE))//NL
+      end if
+      factor(pitch) = factor(pitch)*(1 + c(FLOW_PITCH))
+      offset(pitch) = offset(pitch) + c(FLOW_PITCH_MEAN)
+      lead(pitch) = lead(pitch) + c(FLOW_LEAD)
+    end associate
+    text = text//'kinematics_factor = '//three(factor)//NL//'kinematics_offset = '//three(offset)//NL// &
+           'kinematics_lead = '//three(lead)//NL
+  end function kinematics_text
+
+  function three(x) result(text)
+    real(rp), intent(in) :: x(3)
+    character(:), allocatable :: text
+    text = number_text(x(1))//' '//number_text(x(2))//' '//number_text(x(3))
+  end function three
+
+  function numbers(keys, values) result(text)
+    character(*), intent(in) :: keys(:)
+    real(rp), intent(in) :: values(:)
+    character(:), allocatable :: text
+    integer :: i
+    text = ''
+    do i = 1, size(keys)
+      text = text//trim(keys(i))//' = '//number_text(values(i))//NL
+    end do
+  end function numbers
+
+  !> Half as many points again, even, and a sponge of the same size.
+  function finer_grid(s) result(text)
+    type(settings_t), intent(in) :: s
+    character(:), allocatable :: text
+    character(2), parameter :: NAMES(3) = ['nx', 'ny', 'nz']
+    integer :: i
+    text = '[Resolution]'//NL
+    do i = 1, 3
+      if (s%fluid%grid%n(i) == 1) cycle
+      text = text//NAMES(i)//' = '//number_text(2*nint(REFINEMENT*s%fluid%grid%n(i)/2))//NL
+    end do
+    if (s%fluid%sponge%thickness > 0) text = text//'[Sponge]'//NL//'sponge_thickness = '// &
+                                             number_text(nint(REFINEMENT*s%fluid%sponge%thickness))//NL
+  end function finer_grid
+
+  !> The name under which the ini file of a flight is read: beside the case, where it is not, so that the names of files in the case
+  !> hold.
+  function case_name(self) result(name)
+    class(flight_case_t), intent(in) :: self
+    character(:), allocatable :: name
+    name = join_path(folder_of(self%path), 'flight-of-'//name_of(self%path))
+  end function case_name
+
+  !> The settings of a flight; mistakes go to `errors`. Collective if `world` is there.
+  subroutine case_read(self, request, settings, errors, world)
+    class(flight_case_t), intent(in) :: self
+    type(flight_request_t), intent(in) :: request
+    type(settings_t), intent(out) :: settings
+    type(message_list_t), intent(inout) :: errors
+    type(world_t), intent(in), optional :: world
+    type(message_list_t) :: notices
+    call load_settings(self%text(request), self%name(), .false., settings, errors, notices, world)
+  end subroutine case_read
+
+  !> A word that differs where inputs of a flight, or the version of the program, do; `reason` is allocated if they are not
+  !> valid. By the calling rank alone.
+  subroutine case_fingerprint(self, request, word, reason)
+    class(flight_case_t), intent(in) :: self
+    type(flight_request_t), intent(in) :: request
+    character(:), allocatable, intent(out) :: word, reason
+    type(settings_t), allocatable :: settings
+    type(message_list_t) :: errors
+    character(16) :: digits
+    allocate (settings)
+    call self%read(request, settings, errors)
+    if (errors%count() > 0) reason = errors%text(1)
+    write (digits, '(z16.16)') checksum_text(settings%config%inputs()//BUILD_VERSION)
+    word = digits
+  end subroutine case_fingerprint
+end module diagnose_flight_case

@@ -1,0 +1,186 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> [Flight] of a diagnosis: the case that simulates the experiment in which forces were recorded, whether both fit together, what
+!> the flights cost, and flying them.
+module diagnose_flight_settings
+  use base_errors, only: failure_t, message_list_t
+  use base_kinds, only: rp
+  use base_text, only: next_word, number_text, quoted
+  use common_diagnose_keys, only: flight_choices_t
+  use common_wing_settings, only: find_beside
+  use diagnose_flights, only: flusi_runner_t
+  use diagnosis_flight_catalogue, only: exclude_unflown, flight_steps, FLIGHT_EFFECTS
+  use diagnosis_flight_runner, only: flight_record_t, flight_request_t
+  use diagnosis_wing_entries, only: catalogue_t
+  use diagnosis_wing_flight, only: flight_data_t
+  use io_config, only: config_t
+  use io_suggest, only: suggestion_t
+  use measurement_data, only: measurement_t
+  use measurement_flight, only: COMPONENT_NAMES, COMPONENT_POWER
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: fly_all, load_flights, print_cost
+
+  real(rp), parameter :: SAME_FREQUENCY = 0.01_rp !< relative
+
+contains
+
+  !> Reads the case that the records of the measurement need; mistakes go to `errors`. Collective.
+  subroutine load_flights(config, c, measurement, world, runner, data, errors, notices)
+    type(config_t), intent(in) :: config
+    type(flight_choices_t), intent(in) :: c
+    type(measurement_t), intent(in) :: measurement
+    type(world_t), intent(in) :: world
+    type(flusi_runner_t), intent(inout) :: runner
+    type(flight_data_t), intent(inout) :: data
+    type(message_list_t), intent(inout) :: errors, notices
+    type(message_list_t) :: of_case, remarks
+    character(:), allocatable :: path, problem
+    integer :: i
+    if (measurement%count_flights() == 0) return
+    if (c%file == '') then
+      call config%complain(errors, 'Flight', 'file', 'is missing: the measurement holds records of forces in /flight; name the '// &
+                           'flusi case that simulates this experiment')
+      return
+    end if
+    call find_beside(config%file_name(), c%file, path, problem, world)
+    if (allocated(problem)) then
+      call config%complain(errors, 'Flight', 'file', problem)
+      return
+    end if
+    call check_effects(config, c%effects, errors)
+    call runner%case%load(path, c%beats, world, of_case, remarks)
+    do i = 1, of_case%count()
+      call errors%add(of_case%text(i))
+    end do
+    if (of_case%count() > 0 .or. errors%count() > 0) return
+    do i = 1, remarks%count()
+      call notices%add(path//': '//remarks%text(i))
+    end do
+    runner%folder = c%folder
+    runner%ranks = c%ranks
+    call runner%case%tell(runner%facts)
+    call check_records(measurement, runner, errors)
+    data%has_records = .true.
+    data%facts = runner%facts
+    data%effects = c%effects
+    data%is_refined = c%refine
+    data%response%n_harmonics = c%harmonics
+    data%response%wind = runner%facts%wind
+  end subroutine load_flights
+
+  subroutine check_effects(config, effects, errors)
+    type(config_t), intent(in) :: config
+    character(*), intent(in) :: effects
+    type(message_list_t), intent(inout) :: errors
+    type(suggestion_t) :: suggestion
+    integer :: position, first, last, at, begin, finish
+    logical :: found, is_known
+    position = 1
+    do
+      call next_word(effects, ' ,', position, first, last, found)
+      if (.not. found) return
+      call suggestion%start(effects(first:last))
+      is_known = .false.
+      at = 1
+      do
+        call next_word(FLIGHT_EFFECTS, ' ', at, begin, finish, found)
+        if (.not. found) exit
+        is_known = is_known .or. FLIGHT_EFFECTS(begin:finish) == effects(first:last)
+        call suggestion%offer(FLIGHT_EFFECTS(begin:finish))
+      end do
+      if (.not. is_known) call config%complain(errors, 'Flight', 'effects', 'there is no effect '//quoted(effects(first:last))// &
+                                               suggestion%hint()//'; valid: '//FLIGHT_EFFECTS)
+    end do
+  end subroutine check_effects
+
+  !> The records must be of this case.
+  subroutine check_records(measurement, runner, errors)
+    type(measurement_t), intent(in) :: measurement
+    type(flusi_runner_t), intent(in) :: runner
+    type(message_list_t), intent(inout) :: errors
+    character(:), allocatable :: object
+    integer :: r, k
+    associate (facts => runner%facts)
+      do r = 1, measurement%count_flights()
+        associate (f => measurement%flights(r))
+          object = '/flight/'//f%name
+          if (abs(f%frequency/facts%frequency - 1) > SAME_FREQUENCY) &
+            call errors%add(object//': attribute frequency is '//number_text(f%frequency)//' Hz, but the wings of '//facts%path// &
+                            ' beat with '//number_text(facts%frequency)//' Hz: wing_frequency times the frequency of [units]')
+          if (f%is_per_length .neqv. facts%is_section) &
+            call errors%add(object//': attribute per_length must be '//trim(merge('1, as', '0, as', facts%is_section))//' '// &
+                            facts%path//' is '//trim(merge('two-dimensional', 'a wing in space', facts%is_section)))
+          if (.not. facts%is_section) cycle
+          do k = 1, size(f%component)
+            if (all(f%component(k) /= [2, 3, 4, COMPONENT_POWER])) &
+              call errors%add(object//': component '//trim(COMPONENT_NAMES(f%component(k)))//' is not one of a section; valid: '// &
+                              'Fy, Fz, Mx, power')
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine check_records
+
+  !> Tells on `unit` how many flights are needed and what they may cost. On rank 0.
+  subroutine print_cost(unit, runner, data, world)
+    integer, intent(in) :: unit
+    type(flusi_runner_t), intent(inout) :: runner
+    type(flight_data_t), intent(in) :: data
+    type(world_t), intent(in) :: world
+    type(flight_request_t), allocatable :: requests(:)
+    integer :: n, ranks, rounds
+    requests = data%response%requests(flight_steps(data%facts, data%effects), data%is_refined)
+    n = runner%count_missing(requests)
+    ranks = world%size
+    if (runner%ranks > 0) ranks = min(ranks, runner%ranks)
+    rounds = (n + world%size/ranks - 1)/(world%size/ranks)
+    write (unit, '(a)') 'flights   '//number_text(size(requests))//' of '//data%facts%path//', of which '//number_text(n)// &
+      ' are to be flown, '//number_text(world%size/ranks)//' at a time on '//number_text(ranks)//' ranks each'
+    write (unit, '(a)') '          about '//number_text(nint(data%facts%steps))//' steps each, '// &
+      time_text(rounds*data%facts%seconds/ranks)//' for all, very roughly'
+  end subroutine print_cost
+
+  function time_text(seconds) result(text)
+    real(rp), intent(in) :: seconds
+    character(:), allocatable :: text
+    if (seconds < 120) then
+      text = number_text(ceiling(seconds))//' s'
+    else if (seconds < 7200) then
+      text = number_text(ceiling(seconds/60))//' min'
+    else
+      text = number_text(ceiling(seconds/3600))//' h'
+    end if
+  end function time_text
+
+  !> Flies what is needed, and puts it into `data`; effects of flights that failed are excluded. If the flight of the case itself
+  !> failed, `failure` says why on all ranks. Collective.
+  subroutine fly_all(world, runner, data, catalogue, failure)
+    type(world_t), intent(in) :: world
+    type(flusi_runner_t), intent(inout) :: runner
+    type(flight_data_t), intent(inout) :: data
+    type(catalogue_t), intent(inout) :: catalogue
+    type(failure_t), intent(inout) :: failure
+    type(flight_record_t), allocatable :: records(:)
+    character(:), allocatable :: reason
+    real(rp) :: steps(size(data%response%is_known))
+    integer :: j
+    steps = flight_steps(data%facts, data%effects)
+    call runner%fly(world, data%response%requests(steps, data%is_refined), records, failure)
+    if (failure%failed) return
+    reason = ''
+    if (world%is_root) call data%response%take(steps, data%is_refined, records, reason)
+    call world%broadcast_text(reason)
+    if (reason /= '') then
+      call failure%raise('the flight of '//data%facts%path//' cannot be compared with records: '//reason)
+      return
+    end if
+    do j = 1, size(steps)
+      reason = data%response%reason(j)
+      call world%broadcast_text(reason)
+      data%response%reason(j) = reason
+    end do
+    call exclude_unflown(catalogue, data%response%reason)
+    data%is_ready = .true.
+  end subroutine fly_all
+end module diagnose_flight_settings

@@ -1,0 +1,265 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Flies flights with `flusi` in this program, whole flights by groups of ranks, each in a folder of its own that its inputs name.
+!> A flight that has ended is read and not flown again; one that was interrupted goes on, from its backup if it has one.
+module diagnose_flights
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use base_errors, only: failure_t, message_list_t
+  use base_files, only: file_exists, join_path, make_folder, real_path
+  use base_kinds, only: rp
+  use base_outcome, only: outcome_t, OUTCOME_COLLISION, OUTCOME_DIVERGED, OUTCOME_DONE, OUTCOME_NOT_CONVERGED
+  use base_redirection, only: change_folder, redirection_t
+  use base_text, only: number_text
+  use base_text_file, only: write_text
+  use diagnose_flight_case, only: flight_case_t
+  use diagnosis_flight_runner, only: flight_record_t, flight_request_t, flight_runner_t, N_PHASES
+  use flusi_command, only: command_t
+  use flusi_machine, only: check_machine
+  use flusi_memory, only: estimate_memory, memory_t
+  use flusi_settings, only: settings_t
+  use flusi_simulation, only: simulation_t
+  use fsi_rotation, only: cross
+  use io_broadcast_text, only: read_text_file
+  use io_series_read, only: read_series
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: flusi_runner_t
+
+  character(*), parameter :: INI = 'flight.ini', LOG = 'log', ENDED = 'ended', FLOWN = 'flown', SERIES = 'forces.t'
+  integer, parameter :: COLUMNS = 15 !< of this series: time, F, F unsteady, M, M unsteady, two powers
+
+  type, extends(flight_runner_t) :: flusi_runner_t
+    type(flight_case_t) :: case
+    character(:), allocatable :: folder !< of the folders of all flights
+    integer :: ranks = 0                !< of a flight; 0: all
+    logical :: is_quiet = .false.
+  contains
+    procedure :: fly => runner_fly
+    procedure :: count_missing => runner_count_missing
+  end type flusi_runner_t
+
+  type :: name_t
+    character(:), allocatable :: folder, reason
+    logical :: has_ended = .false.
+  end type name_t
+
+contains
+
+  subroutine runner_fly(self, world, requests, records, failure)
+    class(flusi_runner_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(flight_request_t), intent(in) :: requests(:)
+    type(flight_record_t), allocatable, intent(out) :: records(:)
+    type(failure_t), intent(inout) :: failure
+    type(name_t), allocatable :: names(:)
+    type(world_t) :: group
+    integer :: i, k, ranks, n_groups, own
+    allocate (records(size(requests)), names(size(requests)))
+    if (world%is_root) call find_names(self, requests, names)
+    call share_names(world, names)
+    ranks = world%size
+    if (self%ranks > 0) ranks = min(ranks, self%ranks)
+    n_groups = world%size/ranks
+    own = min(world%rank/ranks, n_groups) ! the last group has those that are left over, and does not fly
+    call world%split(own, group)
+    k = 0
+    do i = 1, size(requests)
+      if (names(i)%has_ended .or. names(i)%reason /= '') cycle
+      if (any([(names(i)%folder == names(k)%folder, k=1, i - 1)])) cycle
+      k = count(.not. names(:i - 1)%has_ended) ! static order: groups take turns
+      if (modulo(k, n_groups) /= own .or. failure%failed) cycle
+      call fly_one(self, group, requests(i), names(i)%folder, failure)
+    end do
+    call group%release()
+    call agree(world, failure)
+    if (failure%failed .or. .not. world%is_root) return
+    do i = 1, size(requests)
+      call read_record(self, names(i), records(i))
+    end do
+  end subroutine runner_fly
+
+  !> The first failure of any rank is that of all. Collective.
+  subroutine agree(world, failure)
+    type(world_t), intent(in) :: world
+    type(failure_t), intent(inout) :: failure
+    character(:), allocatable :: reason
+    integer :: first
+    first = world%max_integer(merge(world%size - world%rank, 0, failure%failed))
+    if (first == 0) return
+    reason = ''
+    if (failure%failed) reason = failure%reason
+    call world%broadcast_text(reason, from=world%size - first)
+    if (.not. failure%failed) call failure%raise(reason)
+  end subroutine agree
+
+  integer function runner_count_missing(self, requests) result(n)
+    class(flusi_runner_t), intent(inout) :: self
+    type(flight_request_t), intent(in) :: requests(:)
+    type(name_t), allocatable :: names(:)
+    allocate (names(size(requests)))
+    call find_names(self, requests, names)
+    n = count(.not. names%has_ended)
+  end function runner_count_missing
+
+  !> Where each flight is or will be, and whether it has ended. By the calling rank alone.
+  subroutine find_names(self, requests, names)
+    class(flusi_runner_t), intent(in) :: self
+    type(flight_request_t), intent(in) :: requests(:)
+    type(name_t), intent(inout) :: names(:)
+    character(:), allocatable :: word, reason
+    integer :: i
+    do i = 1, size(requests)
+      call self%case%fingerprint(requests(i), word, reason)
+      names(i)%folder = join_path(self%folder, word)
+      names(i)%reason = ''
+      if (allocated(reason)) names(i)%reason = reason
+      names(i)%has_ended = file_exists(join_path(names(i)%folder, ENDED))
+    end do
+  end subroutine find_names
+
+  subroutine share_names(world, names)
+    type(world_t), intent(in) :: world
+    type(name_t), intent(inout) :: names(:)
+    integer :: i, has_ended
+    do i = 1, size(names)
+      call world%broadcast_text(names(i)%folder)
+      call world%broadcast_text(names(i)%reason)
+      has_ended = merge(1, 0, names(i)%has_ended)
+      call world%broadcast_integer(has_ended)
+      names(i)%has_ended = has_ended == 1
+    end do
+  end subroutine share_names
+
+  !> Flies in the folder; what that prints is in the file `log` there. A flight that diverges has ended too. Collective over
+  !> the group.
+  subroutine fly_one(self, group, request, folder, failure)
+    class(flusi_runner_t), intent(in) :: self
+    type(world_t), intent(in) :: group
+    type(flight_request_t), intent(in) :: request
+    character(*), intent(in) :: folder
+    type(failure_t), intent(inout) :: failure
+    type(settings_t), allocatable :: settings
+    type(message_list_t) :: errors
+    type(redirection_t) :: redirection
+    type(outcome_t) :: outcome
+    type(memory_t) :: memory
+    character(:), allocatable :: here
+    logical :: ok
+    allocate (settings)
+    call self%case%read(request, settings, errors, group)
+    memory = estimate_memory(settings, group%size)
+    if (.not. memory%possible) then
+      call failure%raise('the grid of a flight cannot be shared among '//number_text(group%size)//' ranks: give [Flight] ranks')
+      return
+    end if
+    ok = .true.
+    if (group%is_root) call write_start(self, request, folder, ok)
+    call group%barrier()
+    here = real_path('.')
+    if (group%max_integer(merge(0, 1, ok)) == 1) then
+      call failure%raise(folder//': cannot be written; is the folder read-only or the disk full?')
+      return
+    end if
+    if (group%is_root .and. .not. self%is_quiet) write (output_unit, '(a)') 'flight    '//folder
+    call change_folder(folder)
+    if (group%is_root) call redirection%begin(LOG)
+    call check_machine(group, settings, outcome)
+    if (outcome%is_good()) call simulate(group, settings, outcome)
+    if (group%is_root) call redirection%finish()
+    if (group%is_root) call write_end(outcome, ok)
+    call change_folder(here)
+    if (any(outcome%kind == [OUTCOME_DONE, OUTCOME_DIVERGED, OUTCOME_COLLISION, OUTCOME_NOT_CONVERGED])) return
+    call failure%raise('a flight did not come to its end; '//join_path(folder, LOG)//' tells why. Start again to go on')
+  end subroutine fly_one
+
+  subroutine write_start(self, request, folder, ok)
+    class(flusi_runner_t), intent(in) :: self
+    type(flight_request_t), intent(in) :: request
+    character(*), intent(in) :: folder
+    logical, intent(out) :: ok
+    if (.not. file_exists(self%folder//'/.')) call make_folder(self%folder, ok)
+    if (.not. file_exists(folder//'/.')) call make_folder(folder, ok)
+    call write_text(join_path(folder, INI), self%case%text(request), ok)
+  end subroutine write_start
+
+  !> In the current folder.
+  subroutine simulate(group, settings, outcome)
+    type(world_t), intent(in) :: group
+    type(settings_t), intent(in) :: settings
+    type(outcome_t), intent(inout) :: outcome
+    type(simulation_t), pointer :: simulation !< too large for the stack
+    type(command_t) :: command
+    integer :: has_backup
+    command%ini = INI
+    command%restart_file = ''
+    has_backup = 0
+    if (group%is_root) has_backup = merge(1, 0, file_exists('runtime_backup0.h5') .or. file_exists('runtime_backup1.h5'))
+    call group%broadcast_integer(has_backup)
+    command%restart = has_backup == 1
+    command%overwrite = .not. command%restart
+    allocate (simulation)
+    call simulation%init(group, settings, command)
+    call simulation%run()
+    call simulation%finish()
+    outcome = simulation%outcome
+    deallocate (simulation)
+  end subroutine simulate
+
+  !> The mark of a flight that need not be flown again.
+  subroutine write_end(outcome, ok)
+    type(outcome_t), intent(in) :: outcome
+    logical, intent(out) :: ok
+    ok = .true.
+    select case (outcome%kind)
+    case (OUTCOME_DONE)
+      call write_text(ENDED, FLOWN, ok)
+    case (OUTCOME_DIVERGED, OUTCOME_COLLISION, OUTCOME_NOT_CONVERGED)
+      call write_text(ENDED, outcome%failure%reason, ok)
+    end select
+  end subroutine write_end
+
+  !> What the flight of this name has left: straight lines between the records of its last beat.
+  subroutine read_record(self, name, record)
+    class(flusi_runner_t), intent(in) :: self
+    type(name_t), intent(in) :: name
+    type(flight_record_t), intent(inout) :: record
+    character(:), allocatable :: text, problem
+    real(rp), allocatable :: rows(:, :)
+    type(failure_t) :: failure
+    real(rp) :: t, share, x(COLUMNS), scale, period
+    integer :: i, k
+    record%reason = name%reason
+    if (name%reason /= '') return
+    call read_text_file(join_path(name%folder, ENDED), text, problem)
+    if (allocated(problem)) text = problem
+    if (index(text, FLOWN) /= 1) then
+      record%reason = 'a flight failed: '//text
+      return
+    end if
+    call read_series(join_path(name%folder, SERIES), COLUMNS, rows, failure)
+    if (failure%failed .or. size(rows, 2) < 2) then
+      record%reason = join_path(name%folder, SERIES)//': cannot be read; delete this folder to fly again'
+      return
+    end if
+    associate (u => self%case%settings%units, s => self%case%settings)
+      period = 1/s%flight%frequency()
+      scale = u%density*u%length**4*u%frequency**2
+      if (s%fluid%grid%is_2d) scale = scale/u%length
+      k = 1
+      do i = 1, N_PHASES
+        t = (self%case%beats - 1 + real(i - 1, rp)/N_PHASES)*period
+        do while (k < size(rows, 2) - 1 .and. rows(1, k + 1) < t)
+          k = k + 1
+        end do
+        share = (t - rows(1, k))/(rows(1, k + 1) - rows(1, k))
+        x = (1 - share)*rows(:, k) + share*rows(:, k + 1)
+        associate (force => x(2:4) + x(5:7), torque => x(8:10) + x(11:13))
+          record%values(i, 1:3) = scale*force
+          record%values(i, 4:6) = scale*u%length*(torque + cross(s%fluid%solids%centre, force))
+          record%values(i, 7) = scale*u%length*u%frequency*x(14)
+        end associate
+      end do
+    end associate
+    record%is_flown = .true.
+  end subroutine read_record
+end module diagnose_flights
