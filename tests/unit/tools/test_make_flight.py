@@ -18,7 +18,7 @@ import numpy as np
 
 from flusi_msm.errors import InputError
 from flusi_msm.measurement.balance import Balance, Scatter, averaged, shown
-from flusi_msm.measurement.flight import Case, Hidden, Motion, beat_of, check, clean, follow, read_case, synthesise
+from flusi_msm.measurement.flight import Case, Hidden, Motion, beat_of, beats_of, check, clean, follow, read_case, synthesise
 from flusi_msm.measurement.flight import Flow as Computed
 from flusi_msm.seal import check_seal
 
@@ -159,6 +159,14 @@ class Flights(unittest.TestCase):
         exact = clean(case)
         other = clean(replace(case, balance=Balance(reference=(0.0, 2e-3, -1e-3))))
         np.testing.assert_allclose(other["Mx"], exact["Mx"] - 2e-3 * exact["Fz"] - 1e-3 * exact["Fy"], atol=1e-15)
+
+    def test_frequency(self):
+        """A wing that beats faster with the same Reynolds number has the same coefficients: forces grow with the square."""
+        case = Case(flow=COARSE)
+        slow, fast = clean(case), clean(replace(case, hidden=Hidden(frequency=1.1, viscosity=1.1)))
+        at = np.linspace(0.1, 0.9, 50)
+        a, b = (np.interp(at, beats_of(c, x), x["Fz"]) for c, x in ((case, slow), (replace(case, hidden=Hidden(frequency=1.1)), fast)))
+        np.testing.assert_allclose(b, 1.21 * a, atol=1e-6 * np.abs(a).max())
 
     def test_wind_is_motion(self):
         """A wind along y is felt as if the hinge moved against it: a faster half stroke drags more, a slower one less."""

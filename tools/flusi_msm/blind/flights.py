@@ -15,7 +15,7 @@ from flusi_msm.blind.ledger import Ledger, digest, dump, read, write
 from flusi_msm.errors import InputError
 from flusi_msm.measurement.balance import check_names, shown
 from flusi_msm.measurement.case_file import build
-from flusi_msm.measurement.flight import Case, check, clean, synthesise, write_flight
+from flusi_msm.measurement.flight import Case, check, clean, in_last_beat, synthesise, write_flight
 
 FLOWN = ("wing", "kinematics", "fluid", "hidden", "flow")   # sections on which the flow depends
 # The second rig, relative to the noise of the design; its spread is stated up to STATED wrong.
@@ -38,8 +38,7 @@ def curve(case):
     """(n, k): what the balance shows at the phases of the record, without noise."""
     exact = flight_of(case)
     seen = shown(exact, case.balance)
-    at = case.flow.beats - 1 + np.arange(case.samples) / case.samples
-    return np.stack([np.interp(at, exact["time"] * case.kinematics.frequency, seen[name]) for name in check_names(case.components)], 1)
+    return np.stack([in_last_beat(case, exact, seen[name]) for name in check_names(case.components)], 1)
 
 
 def visibility(case, base):
