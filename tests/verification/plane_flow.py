@@ -138,6 +138,19 @@ class Hover(unittest.TestCase):
         np.testing.assert_allclose(found["force"], base["force"] * density * length**3 / clock**2, rtol=1e-8, atol=1e-12)
         np.testing.assert_allclose(found["power"], base["power"] * density * length**4 / clock**3, rtol=1e-8, atol=1e-12)
 
+    def test_steps(self):
+        """Where the steps that should do do not, as for a thin section that reverses fast, more are taken; given ones are not changed."""
+        period = 2.8 * np.pi
+        def turn(s):
+            return 2 * np.pi * s
+        fast = Beat(lambda s: (1.4 * (np.cos(turn(s)) + 0.06 * np.cos(3 * turn(s))), 0 * s),
+                    lambda s: np.pi / 2 + np.pi / 4 * np.sin(turn(s)), period)
+        section, coarse = Section(ratio=0.02, nu=1 / 75), Resolution(24, 40, 10.0)
+        found = fly(section, fast, 1, Effort(0, coarse))
+        self.assertTrue(np.isfinite(found["force"]).all())
+        with self.assertRaises(ArithmeticError):
+            fly(section, fast, 1, Effort(300, coarse))
+
     def test_hinge(self):
         """The hinge is where the motion is given: a plate held at its leading end and one held at its centre that move alike."""
         period, effort, offset = 6.0, Effort(600, Resolution(24, 40, 10.0)), -0.5
