@@ -8,8 +8,6 @@ usage: flight_records.py <msm_diagnose> <h5dump> <flusi> [tests]
 import functools
 import json
 import math
-import os
-import re
 import shutil
 import subprocess
 import sys
@@ -26,6 +24,7 @@ PERIOD = math.pi * STROKE  # c/U, with U = pi f A0 = 1
 LENGTH, FREQUENCY, DENSITY = 0.01, 50.0, 1.2  # SI values of chord and beat; of the case: one T is c/U
 UNIT_FREQUENCY = FREQUENCY * PERIOD
 TIMES = (np.arange(30) + 0.5) / 30
+ERROR = 0.12  # of the root mean square of each component
 FORCE = DENSITY * LENGTH**3 * UNIT_FREQUENCY**2  # N/m
 
 INI = """\
@@ -87,8 +86,8 @@ bi_theta = 0.0
 """
 
 
-def write_case(folder, points, surface="thin", more=""):
-    """A case with so many points per chord."""
+def write_case(folder, points, surface="thin", more="", step=0.2):
+    """A case with so many points per chord and steps of `step` dx/U."""
     folder.mkdir(parents=True, exist_ok=True)
     middle = BOX / 2
     (folder / "plate.ini").write_text(PLATE)
@@ -100,7 +99,7 @@ def write_case(folder, points, surface="thin", more=""):
         y, v = middle + STROKE / 2 * math.cos(w), -STROKE / 2 * (2 * math.pi / PERIOD) * math.sin(w)
         rows.append(f"{t:.12e} 0 {y:.12e} {middle} 0 {v:.12e} 0  1 0 0 0  0 0 0\n")
     (folder / "stroke.t").write_text("".join(rows))
-    dt = 0.2 / points
+    dt = step / points
     (folder / "hover.ini").write_text(INI.format(
         length=LENGTH, unit=UNIT_FREQUENCY, density=DENSITY, cells=BOX * points, box=BOX, end=BEATS * PERIOD, dt=dt, nu=1 / RE, eps=1.2 * dt,
         surface=surface, thickness="" if surface == "thin" else f"WingThickness = {4 / points!r}\n", middle=middle, beat=1 / PERIOD,
@@ -108,31 +107,35 @@ def write_case(folder, points, surface="thin", more=""):
 
 
 @functools.lru_cache(maxsize=None)
-def flown(flusi, points, more=""):
-    """Fy, Fz [N/m] at TIMES of the last beat of a flight of its own."""
+def flown(points, more=""):
+    """Fy, Fz [N/m] and power [W/m] at TIMES of the last beat of a flight of its own."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         write_case(folder, points, more=more)
-        subprocess.run([flusi, "hover.ini"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([FLUSI, "hover.ini"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
         lines = (folder / "forces.t").read_text().splitlines()
         rows = np.array([[float(x) for x in line.split()] for line in lines if not line.lstrip().startswith("%")])
     t = rows[:, 0] / PERIOD - (BEATS - 1)
-    return FORCE * np.stack([np.interp(TIMES, t, rows[:, 1 + c] + rows[:, 4 + c]) for c in (1, 2)], axis=1)
+    columns = [rows[:, 2] + rows[:, 5], rows[:, 3] + rows[:, 6], LENGTH * UNIT_FREQUENCY * rows[:, 13]]
+    return FORCE * np.stack([np.interp(TIMES, t, column) for column in columns], axis=1)
 
 
-def write_data(path, mean, sd, seed):
+def write_data(path, mean, seed, **attributes):
+    """A measurement of nothing else, with errors that cover what grids of 8 and 12 points per chord differ by."""
     rng = np.random.default_rng(seed)
+    sd = ERROR * np.sqrt(np.mean(mean**2, axis=0)) * np.ones_like(mean)
     with h5py.File(path, "w", libver=("v108", "v108")) as f:
         f.attrs.update(schema="flusi-msm measurement", version=1)
         flight = f.create_group("flight/hover")
-        flight.attrs.update(frequency=FREQUENCY, beats=16, frame="lab", reference=np.zeros(3), components="Fy, Fz", units="N/m, N/m",
-                            per_length=1)
+        flight.attrs.update(frequency=FREQUENCY, beats=16, frame="lab", reference=np.zeros(3), 
+                            components="Fy, Fz, power", units="N/m, N/m, W/m", per_length=1)
+        flight.attrs.update(attributes)
         flight["time"] = TIMES
         flight["mean"] = mean + sd * rng.standard_normal(mean.shape)
-        flight["sd"] = np.full(mean.shape, sd)
+        flight["sd"] = sd
 
 
-def diagnose(case, data, name, more="", ranks=1, flags=(), cache="flights"):
+def diagnose(case, data, name, more="", ranks=0, flags=(), cache="../flights"):
     """Exit code, JSON (or none) and what was printed."""
     case_folder = case.folder / "case"
     if not case_folder.exists():
@@ -141,7 +144,101 @@ def diagnose(case, data, name, more="", ranks=1, flags=(), cache="flights"):
         f"[Wing]\nfile = {SOURCE}/wings/calliphora_small.h5\nE = 12.58e9\nD = 2e-7\n[Measurement]\nfile = {data}\n"
         f"[Flight]\nfile = case/hover.ini\nbeats = {BEATS}\nharmonics = 12\nfolder = {cache}\n{more}"
         f"[Diagnose]\nnoise = declared\ndraws = 1000\nstarts = 1\n[Saving]\nname = {name}\n")
-    command = [*(["mpirun", "-n", str(ranks)] if ranks > 1 else []), str(case.program), f"{name}.ini", "--exit-code", *flags]
-    done = subprocess.run(command, cwd=case.folder, capture_output=True, text=True, check=False)
+    done = case.flusi(f"{name}.ini", "--exit-code", *flags, ranks=ranks, timeout=300)
     path = case.folder / f"{name}.json"
-    return done.returncode, json.loads(path.read_text()) if path.exists() else None, done.stdout + done.stderr
+    found = json.loads(path.read_text()) if path.exists() else None
+    print(f"    {name}: {done.code} {found['verdict']['sentence'] if found else done.err}", flush=True)
+    return done.code, found, done.out + done.err
+
+
+def names(found):
+    return found["verdict"]["set"] or [cause["effect"] for cause in found["verdict"]["causes"]]
+
+
+def test_lead(case):
+    """The plate turns 0.04 beats before its time, seen through a finer grid; the interval leaves room for what the grids differ by."""
+    lead = 0.04
+    write_data(case.folder / "data.h5", flown(12, f"kinematics_lead = {lead} 0 0\n"), 1)
+    code, found, text = diagnose(case, "data.h5", "lead")
+    check(code == NAMED and names(found) == ["pitch_lead"], found["verdict"]["sentence"])
+    check("The pitch was early by" in text, "the terminal says where and how much")
+    lower, best, upper = found["extended"]["intervals_90"][0]["lower_best_upper"]
+    check(abs(best - lead) < upper - lower, f"a lead of {lower} {best} {upper} beats")
+
+
+def test_gain(case):
+    """A balance that shows a quarter too much; power, which grows otherwise with a faster beat, tells it from that."""
+    write_data(case.folder / "data.h5", 1.25 * flown(12), 2)
+    code, found, _ = diagnose(case, "data.h5", "gain")
+    check(code in (NAMED, SET) and "balance_gain" in names(found), found["verdict"]["sentence"])
+
+
+def test_null(case):
+    """Another grid alone is no discovery."""
+    write_data(case.folder / "data.h5", flown(12), 3)
+    code, found, _ = diagnose(case, "data.h5", "null")
+    check(code == ADEQUATE, found["verdict"]["sentence"])
+
+
+def forces(folder):
+    """The numbers of all flights in a cache, by name."""
+    return {path.parent.name: path.read_text() for path in sorted(folder.glob("*/forces.t"))}
+
+
+def test_cache(case):
+    """What was flown is not flown again, what did not end is; groups, ranks and their number change nothing."""
+    few = "effects = pitch_lead, balance_gain\nrefine = no\n"
+    write_data(case.folder / "data.h5", flown(12), 4)
+    code, _, text = diagnose(case, "data.h5", "plan", few, flags=("--plan",), cache="mine")
+    check(code == 0 and "3 are to be flown" in text, f"a plan tells what flights there are: {text}")
+    check(not (case.folder / "mine").exists(), "a plan flies nothing")
+    _, _, text = diagnose(case, "data.h5", "one", few + "ranks = 1\n", ranks=2, cache="mine")
+    check("3 are to be flown, 2 at a time on 1 ranks" in text, text)
+    flights = forces(case.folder / "mine")
+    check(len(flights) == 3, f"three flights: {list(flights)}")
+    _, _, text = diagnose(case, "data.h5", "one", few, flags=("--exit-code",), cache="mine")
+    check("0 are to be flown" in text and "flight    " not in text, f"nothing is flown again: {text}")
+    first = (case.folder / "one.json").read_bytes()
+    diagnose(case, "data.h5", "one", few, ranks=2, cache="mine")
+    check((case.folder / "one.json").read_bytes() == first, "the same flights make the same diagnosis on two ranks, to the bit")
+    again = case.folder / "mine" / sorted(flights)[0]
+    (again / "ended").unlink()
+    _, _, text = diagnose(case, "data.h5", "one", few, cache="mine")
+    check("1 are to be flown" in text and text.count("flight    ") == 1, f"what did not end is flown again: {text}")
+    check((case.folder / "one.json").read_bytes() == first and forces(case.folder / "mine") == flights, "with the same numbers")
+    diagnose(case, "data.h5", "one", few, ranks=2, cache="shared")
+    shared = forces(case.folder / "shared")
+    check(list(shared) == list(flights), "the name of a flight does not depend on ranks")
+    for name, text in shared.items():
+        for line, other in zip(text.splitlines(), flights[name].splitlines()):
+            if not line.lstrip().startswith("%"):
+                check(np.allclose(np.array(line.split(), float), np.array(other.split(), float), rtol=1e-7, atol=1e-9), f"{line} {other}")
+
+
+def test_refused(case):
+    """Records that are not of the case, and a case that cannot be flown."""
+    good = flown(12)
+    write_data(case.folder / "data.h5", good, 5)
+    code, _, text = diagnose(case, "data.h5", "wrong", "effects = pitch_lad\n")
+    check(code == 2 and "there is no effect 'pitch_lad'; did you mean 'pitch_lead'?" in text, text)
+    write_data(case.folder / "data.h5", good, 5, frequency=60.0)
+    code, _, text = diagnose(case, "data.h5", "wrong")
+    check(code == 2 and "attribute frequency is 60.0 Hz, but the wings of" in text and "beat with 50.0 Hz" in text, text)
+    write_data(case.folder / "data.h5", good, 5, components="Fy, Fx, power")
+    code, _, text = diagnose(case, "data.h5", "wrong")
+    check(code == 2 and "component Fx is not one of a section; valid: Fy, Fz, Mx, power" in text, text)
+    write_data(case.folder / "data.h5", good, 5, components="Fy, Fz, Mx", units="N/m, N/m, N")
+    (case.folder / "none.ini").write_text(f"[Wing]\nfile = {SOURCE}/wings/calliphora_small.h5\n[Measurement]\nfile = data.h5\n")
+    done = case.flusi("none.ini")
+    check(done.code == 2 and "[Flight] file: is missing: the measurement holds records of forces in /flight" in done.err, done.err)
+    write_case(case.folder / "case", 8, step=2.5)
+    code, _, text = diagnose(case, "data.h5", "wild", "effects = balance_gain\nrefine = no\n", cache="wild-flights")
+    check(code == 3 and "cannot be compared with records: a flight failed" in text, text)
+    code, _, text = diagnose(case, "data.h5", "wild", "effects = balance_gain\nrefine = no\n", cache="wild-flights")
+    check(code == 3 and "0 are to be flown" in text, f"a flight that diverged has ended: {text}")
+
+
+if __name__ == "__main__":
+    shutil.rmtree("flights", ignore_errors=True)  # those of this program alone
+    FLUSI = str(Path(sys.argv.pop(3)).resolve())
+    main(globals())

@@ -21,6 +21,7 @@ module diagnosis_flight_response
     integer :: n_harmonics = 0
     ! Fourier series over the beat (measurement_balance), harmonics along the first axis, components along the second.
     complex(rp), allocatable :: value(:, :)                      !< SI units
+    real(rp), allocatable :: samples(:, :)                       !< (N_PHASES, components) of the case
     complex(rp), allocatable :: slope(:, :, :)                   !< per unit of each change
     complex(rp), allocatable :: curvature(:, :, :)
     complex(rp), allocatable :: of_grid(:, :)                    !< what a finer grid changes
@@ -72,6 +73,7 @@ contains
     end do
     if (reason /= '') return
     self%value = series(self, records(1))
+    self%samples = records(1)%values
     self%of_grid = 0*self%value
     if (is_refined) self%of_grid = series(self, records(2)) - self%value
     if (allocated(self%slope)) deallocate (self%slope, self%curvature)

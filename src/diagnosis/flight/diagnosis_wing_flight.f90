@@ -6,7 +6,7 @@ module diagnosis_wing_flight
   use base_constants, only: TWO_PI
   use base_kinds, only: rp
   use diagnosis_flight_response, only: flight_response_t, N_CHANGES
-  use diagnosis_flight_runner, only: flight_facts_t
+  use diagnosis_flight_runner, only: flight_facts_t, N_PHASES
   use diagnosis_wing_labels, only: append_surface
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_BALANCE, KIND_FLIGHT
   use inference_simulator, only: labels_t
@@ -40,6 +40,7 @@ module diagnosis_wing_flight
     complex(rp), allocatable, private :: inertia(:, :)
     integer, allocatable, private :: record(:)          !< (n) to which an observation belongs,
     real(rp), allocatable, private :: time(:)           !< (n) and when in the beat it is
+    real(rp), allocatable, private :: rest(:)           !< (n) of the case, what its series leaves, in sd
   contains
     procedure :: init => flight_init
     procedure :: evaluate => flight_evaluate
@@ -74,9 +75,40 @@ contains
       end do
     end do
     self%n = size(self%time)
+    call find_rest(self)
     self%n_nuisances = merge(1, 0, data%is_refined)
     self%n_patterns = (2*N_WAVES + 1)*sum([(size(flights(r)%component), r=1, size(flights))])
   end subroutine flight_init
+
+  !> What the flight of the case has between its samples, straight, and its series up to the last harmonic has not: a beat that is
+  !> not quite periodic, and what is quicker.
+  subroutine find_rest(self)
+    type(wing_flight_t), intent(inout) :: self
+    complex(rp), allocatable :: samples(:, :)
+    real(rp) :: shown(self%n), share, nothing(N_BALANCE)
+    integer :: r, k, at, i, j
+    nothing = 0
+    call self%show(nothing, self%data%response%value, shown)
+    allocate (self%rest(self%n))
+    at = 0
+    do r = 1, size(self%flights)
+      associate (f => self%flights(r))
+        samples = cmplx(self%data%response%samples, kind=rp)
+        call move_torques(samples, f%reference)
+        do k = 1, size(f%component)
+          do j = 1, size(f%time)
+            if (.not. f%is_known(j, k)) cycle
+            at = at + 1
+            i = min(int(f%time(j)*N_PHASES), N_PHASES - 2)
+            share = f%time(j)*N_PHASES - i
+            associate (x => real(samples(i + 1:i + 2, f%component(k)), rp))
+              self%rest(at) = ((1 - share)*x(1) + share*x(2))/f%sd(j, k) - shown(at)
+            end associate
+          end do
+        end do
+      end associate
+    end do
+  end subroutine find_rest
 
   !> values(n): what the balance with the coordinates p shows of `series`, in sd; with `number` the derivative with respect
   !> to this coordinate.
@@ -143,7 +175,7 @@ contains
     call split(self, q, c, p)
     series = self%data%response%at(c)
     call self%show(p, series, residuals)
-    residuals = residuals - observed(self)
+    residuals = residuals + self%rest - observed(self)
     do k = 1, size(columns)
       i = columns(k)
       jacobian(:, k) = 0

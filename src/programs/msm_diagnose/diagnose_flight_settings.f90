@@ -55,7 +55,7 @@ contains
     end do
     if (of_case%count() > 0 .or. errors%count() > 0) return
     do i = 1, remarks%count()
-      call notices%add(path//': '//remarks%text(i))
+      call notices%add('of [Flight] file: '//remarks%text(i))
     end do
     runner%folder = c%folder
     runner%ranks = c%ranks

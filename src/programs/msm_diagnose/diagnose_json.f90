@@ -7,6 +7,7 @@ module diagnose_json
   use base_kinds, only: rp
   use base_text_file, only: write_text
   use diagnose_json_parts, only: put_discretisation, put_next
+  use diagnose_flight_json, only: put_flights
   use diagnose_findings, only: cause_finding, effect_finding, parameter_finding, shows_from
   use diagnose_modes, only: put_modes
   use diagnose_settings, only: diagnose_settings_t
@@ -64,6 +65,7 @@ contains
     call put_validation(json, d)
     call put_zeros(json, zeros)
     call put_modes(json, s, d)
+    call put_flights(json, s, d)
     if (allocated(d%checks)) call put_checks(json, 'questions', d%checks)
     if (.not. allocated(d%checks)) call put_checks(json, 'questions', [residual_check_t ::])
     call put_rivals(json, s, d, next)

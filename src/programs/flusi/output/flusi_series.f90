@@ -35,7 +35,7 @@ module flusi_series
     type(spectra_t) :: spectra
     type(coupling_series_t) :: coupling                   !< every step
     logical :: has_color(0:N_COLORS - 1) = .false.
-    logical :: solids = .false., compute_forces = .false., has_wings = .false.
+    logical :: solids = .false., compute_forces = .false., has_wings = .false., has_slip = .false.
   contains
     procedure :: open => series_open
     procedure :: record => series_record
@@ -111,7 +111,8 @@ contains
     type(opening_t), intent(inout) :: opening
     type(settings_t), intent(in) :: settings
     type(flapping_wings_t), intent(in), optional :: wings
-    if (settings%flight%thin%is_thin) call opening%open(self%slip, 'slip.t', &
+    self%has_slip = settings%flight%thin%is_thin
+    if (self%has_slip) call opening%open(self%slip, 'slip.t', &
       [character(40) :: T, 'largest slip after the step [L/T]', 'before its forces [L/T]', 'largest wing speed [L/T]', &
                         'power to the flow [rho L^5/T^3]', 'iterations of the forces', 'share of the slip that they leave'])
     call self%flight%open(opening, settings%flight, settings%flexible, wings)
@@ -365,7 +366,7 @@ contains
     end if
     call self%spectra%close(failure)
     if (self%has_wings) call self%flight%close(failure)
-    call self%slip%close(failure)
+    if (self%has_slip) call self%slip%close(failure)
     call self%body%close(failure)
     call self%coupling%close(failure)
   end subroutine series_close
