@@ -2,18 +2,21 @@
 """How well msm_diagnose finds what is hidden: a study of many blind cases, their scores with 95 % bounds, and the share of
 the gain that the true cause would bring. The last line is JSON.
 
-usage: bench/diagnosis/run [--cases 762] [--seed S] [--folder runs/bench_diagnosis] [--program build/release/bin/msm_diagnose]
+usage: bench/diagnosis/run [--kind bending|vibration|joint] [--cases N] [--seed S] [--folder runs/bench_diagnosis]
+                       [--program build/release/bin/msm_diagnose]
                        [--jobs 1] [--ranks 1] [--shard K/N] [--only generate|diagnose|score] [--hours H]
                        [--archive bench/diagnosis/diagnosis_study.jsonl] [--figure docs/images/diagnosis_confusion.png]
                        [--write-map src/inference/probability/inference_probability_table.f90]
 
 762 cases are the whole study: 250 nulls, 200 causes outside the catalogue and 60 causes of it in each of five ranges of
-the signal-to-noise ratio on the small blowfly wing, and 12 cases on the one of 1015 points. They are mixed so that the
+the signal-to-noise ratio on the small blowfly wing, and 12 cases on the one of 1015 points. --kind vibration has 300 cases with
+natural modes, a record of a wing that rings, or both: 100 nulls, 50 causes outside the catalogue, 150 of it; --kind joint 150 with
+bending tests and modes of the same wing. Cases are mixed so that the
 first N cases are a sample of all, and each has random numbers of its own. Every case that is finished is a file; what was
 stopped, at any instant, is continued by the same command. Shards K/N of one study may run on several machines with a
 common folder. Verdicts of different programs, told by their SHA-256, are kept apart in the same folder. The archive is one
-file with all verdicts and truths, from which the study is scored, or continued without what the folder had. docs/guide/diagnosis.md
-has results.
+file with all verdicts and truths, from which the study is scored, or continued without what the folder had.
+Results are in docs/results/diagnosis-results.md.
 """
 import argparse
 import hashlib
@@ -37,13 +40,16 @@ DESIGN = ROOT / "ini/blind.json"
 VERDICT_CODES = (0, 10, 11, 12, 20)
 INPUT = {"Wing": {"E": "12.58e9", "D": "2.0e-7"}, "Measurement": {}, "Instrument": {},
          "Diagnose": {"parameters": "E, joint:*"}, "Saving": {"name": "diagnosis"}}
+# Lines of the kinds of study: modes and records say too little of ten joints, and their errors are those that are declared.
+LINES = {"bending": {}, "vibration": {"parameters": "E", "noise": "declared"}, "joint": {}}
 
 
-def ini_text(case, wing, measurement, more=None):
+def ini_text(case, wing, measurement, more=None, kind="bending"):
     """Input of msm_diagnose. The band of the mesh is asked for where the data come from another mesh than the wing's."""
     sections = {name: dict(keys) for name, keys in INPUT.items()}
     sections["Wing"]["file"] = wing
     sections["Measurement"]["file"] = measurement
+    sections["Diagnose"].update(LINES[kind])
     sections["Diagnose"]["refine"] = "yes" if case["mesh"] == "finer" else "no"
     for name, keys in (more or {}).items():
         sections[name].update(keys)
@@ -82,7 +88,7 @@ class Diagnoses:
             write(path, dump({"program": self.sha256, **self.once(number, facts["mesh"], facts["wing"])}))
         place = self.folder / f"{number:04d}.oracle.json"
         truth = self.study.truth(number)
-        if truth["kind"] == "single" and truth["snr"] >= 8 and not place.exists():
+        if self.study.wants_oracle(truth) and not place.exists():
             write(place, dump(self.oracle(number, truth, read(path))))
 
     def once(self, number, mesh, wing, more=None):
@@ -91,7 +97,7 @@ class Diagnoses:
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
         (folder / "diagnose.ini").write_text(ini_text({"mesh": mesh}, self.study.designs[wing].wing,
-                                                      self.study.measurement(number), more))
+                                                      self.study.measurement(number), more, self.study.kind))
         command = [str(self.program), "diagnose.ini", "--exit-code"]
         if self.ranks > 1:
             command = ["mpirun", "-n", str(self.ranks), *command]
@@ -171,27 +177,30 @@ def begin(options):
     if options.archive and options.only == "score":
         if not archive.rows:
             raise InputError(f"{options.archive}: there is no archive with cases")
-        return ArchivedStudy(options.folder, designs, archive.facts["seed"], archive)
+        return ArchivedStudy(options.folder, designs, archive.facts["seed"], archive, options.kind)
     place, known = options.folder / "study.json", {}
     if place.exists():
         known = read(place)
     seed = next((seed for seed in (options.seed, known.get("seed"), archive.facts.get("seed")) if seed is not None),
                 secrets.randbits(31))
-    facts = {"seed": seed, "generator": sources_digest(),
+    facts = {"seed": seed, "generator": sources_digest(options.kind),
              "design": digest(dump([{**asdict(d), "wing": digest(Path(d.wing).read_bytes())} for d in designs.values()]))}
+    if options.kind != "bending":
+        facts["kind"] = options.kind
     for key, value in facts.items():
-        if known and known[key] != value:
+        if known and known.get(key) != value:
             raise InputError(f"{options.folder}: holds a study of another {key}; use another folder")
     archive.begin({**facts, "program": program_digest(ROOT)})
     write(place, dump(facts))
-    return ArchivedStudy(options.folder, designs, seed, archive)
+    return ArchivedStudy(options.folder, designs, seed, archive, options.kind)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cases", type=int, default=762, metavar="N")
+    parser.add_argument("--kind", choices=("bending", "vibration", "joint"), default="bending", help="of the data")
+    parser.add_argument("--cases", type=int, metavar="N", help="the first N; default: all of the study")
     parser.add_argument("--seed", type=int, help="of everything; default: that of the folder, or from the operating system")
-    parser.add_argument("--folder", type=Path, default=ROOT / "runs/bench_diagnosis")
+    parser.add_argument("--folder", type=Path, help="default: runs/bench_diagnosis, with the kind behind it")
     parser.add_argument("--design", default=str(DESIGN), help="of the bending test (docs/results/blind-tests.md)")
     parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/msm_diagnose")
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="cases at the same time")
@@ -208,10 +217,15 @@ def main():
         shard, shards = map(int, options.shard.split("/"))
     except ValueError:
         shard = shards = 0
+    from flusi_msm.blind.strata import plan, whole_study
+    if options.cases is None:
+        options.cases = whole_study(options.kind)
+    if options.folder is None:
+        options.folder = ROOT / "runs" / ("bench_diagnosis" + ("" if options.kind == "bending" else f"_{options.kind}"))
     if not 1 <= shard <= shards or min(options.cases, options.jobs, options.ranks) < 1:
         raise InputError("--shard is K/N with 1 <= K <= N; --cases, --jobs and --ranks are at least 1")
     from flusi_msm.blind.report import print_report
-    from flusi_msm.blind.study import Study, plan
+    from flusi_msm.blind.study import Study
     if not options.program.exists() and (options.only != "generate") and not (options.only == "score" and options.archive):
         raise InputError(f"{options.program}: not there; build it or give --program")
     options.folder = options.folder.resolve()
@@ -223,11 +237,11 @@ def main():
         folder = diagnoses.folder
         folder.mkdir(exist_ok=True)
     deadline = time.time() + 3600 * options.hours
-    plain = Study(study.folder, study.designs, study.seed)  # what workers need
+    plain = Study(study.folder, study.designs, study.seed, study.kind)  # what workers need
     if diagnoses:
         diagnoses.study = plain
     tasks = [(plain, diagnoses, number, *row, stages, deadline)
-             for number, row in enumerate(plan(options.cases), 1)
+             for number, row in enumerate(plan(options.cases, options.kind), 1)
              if number % shards == shard % shards and number not in study.archive.rows]
     if options.only != "score":
         with Pool(options.jobs) as pool:

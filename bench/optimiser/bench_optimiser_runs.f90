@@ -56,7 +56,7 @@ contains
         if (any(f <= target)) exit
       end do
       counts(s) = NEVER
-      if (any(f <= target)) counts(s) = run%state%evaluations - lambda + findloc_first(f)
+      if (any(f <= target)) counts(s) = run%state%counts%evaluations - lambda + findloc_first(f)
     end do
   end subroutine evaluations_to_target
 

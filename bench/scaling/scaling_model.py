@@ -131,7 +131,8 @@ WING_SECONDS = 0.012
 WINGS_PENALIZED = 0.083  # mask, pressure and its sampling
 WINGS_THIN = 0.45  # three pruned passes
 SOLVES = 24  # with the response of the flow, in a step of a wing
-RENEWALS = 1.0  # of the response, in a step
+RENEWALS = 0.2  # of the response, in a step of the blowfly on 96 points; displacements are the same part of a spacing on any grid
+FEWEST_RANKS, FEWEST_MARKERS, PANEL = 8, 1000, 96  # that share a response; rows of a block of its inverse
 
 
 def markers(spacing):
@@ -139,14 +140,25 @@ def markers(spacing):
     return 0.334 * 0.234 / spacing**2 + 0.62 / spacing
 
 
-def wing_seconds(spacing, surface, machine=MACHINE):
-    """What one rank computes for its wing while the others wait, and the bytes that it needs for that."""
+def wing_seconds(spacing, surface, ranks, machine=MACHINE):
+    """How long the wings take while the flow waits, and the bytes of a rank for it: each of two wings has one rank, or a
+    group of half of the ranks that shares the inverse of the response (src/fsi/thin/fsi_thin_wing.f90 has the rule)."""
     if surface == "penalized":
         return WING_SECONDS, 0.0
-    unknowns = 3 * markers(spacing)
-    solve = 8 * unknowns**2 / machine["stream"]  # both triangles of a factor are read once
+    unknowns, group = 3 * markers(spacing), ranks // 2
+    matrix = 8 * unknowns**2
+    solve = matrix / machine["stream"]  # both triangles of a factor are read once
     renew = unknowns**3 / 3 / machine["lapack"]
-    return WING_SECONDS + SOLVES * solve + RENEWALS * renew, 8 * unknowns**2
+    if group >= FEWEST_RANKS and unknowns >= 3 * FEWEST_MARKERS:
+        nodes = ceil(ranks / machine["cores"])
+        # A broadcast goes through a tree; every node has ranks of both groups, and every rank of a node keeps a copy.
+        tree = ceil(log2(group)) * machine["latency"]
+        vector = 8 * unknowns * (2 / machine["network"] * (nodes > 1) + min(ranks, machine["cores"]) / machine["memory"])
+        panels = ceil(unknowns / PANEL)
+        solve = matrix / group / machine["stream"] + 2 * (tree + vector)
+        renew = 2 * unknowns**3 / group / machine["lapack"] + panels * (tree + PANEL * vector)
+        matrix /= group
+    return WING_SECONDS + SOLVES * solve + RENEWALS * renew, matrix
 
 
 def fitted(measurements, machine):

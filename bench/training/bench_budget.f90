@@ -106,7 +106,7 @@ contains
         violation(k) = costs(2)
       end do
       call search%tell(f, violation, has_failed)
-      call report(name, g, n_loads, search%run%state%best_f, search%run%state%sigma, counts, seconds)
+      call report(name, g, n_loads, search%run%state%best%f, search%run%state%sigma, counts, seconds)
       if (search%state%stop_code /= RUNNING) exit
     end do
     call work%free()

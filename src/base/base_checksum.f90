@@ -18,7 +18,7 @@ module base_checksum
 
 contains
 
-  !> Checksum of real words; `first` is the 0-based global position of the first one.
+  !> Returns the checksum of real words; `first` is the 0-based global position of the first one.
   pure integer(i8) function checksum_reals(values, first) result(total)
     real(rp), intent(in) :: values(:)
     integer(i8), intent(in) :: first
@@ -29,7 +29,7 @@ contains
     end do
   end function checksum_reals
 
-  !> Checksum of integer words; `first` is the 0-based global position of the first one.
+  !> Returns the checksum of integer words; `first` is the 0-based global position of the first one.
   pure integer(i8) function checksum_integers(values, first) result(total)
     integer(i8), intent(in) :: values(:)
     integer(i8), intent(in) :: first
@@ -40,7 +40,7 @@ contains
     end do
   end function checksum_integers
 
-  !> Checksum of a text: its length, then its characters.
+  !> Returns the checksum of a text: its length, then its characters.
   pure integer(i8) function checksum_text(text) result(total)
     character(*), intent(in) :: text
     integer :: i

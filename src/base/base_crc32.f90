@@ -46,7 +46,7 @@ contains
     self%is_ready = .true.
   end subroutine fill
 
-  !> The sum as eight hexadecimal digits, in lower case.
+  !> Returns the sum as eight hexadecimal digits, in lower case.
   pure function crc32_value(self) result(digits)
     class(crc32_t), intent(in) :: self
     character(8) :: digits

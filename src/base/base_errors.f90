@@ -55,13 +55,13 @@ contains
     self%items(self%n)%text = text
   end subroutine message_list_add
 
-  !> Number of messages.
+  !> Returns the number of messages.
   pure integer function message_list_count(self) result(n)
     class(message_list_t), intent(in) :: self
     n = self%n
   end function message_list_count
 
-  !> Text of message `i`, 1 <= i <= count().
+  !> Returns the text of message `i`, 1 <= i <= count().
   function message_list_text(self, i) result(text)
     class(message_list_t), intent(in) :: self
     integer, intent(in) :: i
@@ -81,7 +81,7 @@ contains
     end do
   end subroutine message_list_print
 
-  !> Marks the failure; the first reason given is kept.
+  !> Marks the failure. The first reason given is kept.
   subroutine failure_raise(self, reason)
     class(failure_t), intent(inout) :: self
     character(*), intent(in) :: reason

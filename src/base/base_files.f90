@@ -71,7 +71,7 @@ module base_files
 
 contains
 
-  !> Whether `path` names an existing file.
+  !> Tells whether `path` names an existing file.
   logical function file_exists(path)
     character(*), intent(in) :: path
     inquire (file=path, exist=file_exists)
@@ -154,7 +154,7 @@ contains
     end if
   end function join_path
 
-  !> The folder part of a path, '.' if it has none.
+  !> Returns the folder part of a path, '.' if it has none.
   pure function folder_of(path) result(folder)
     character(*), intent(in) :: path
     character(:), allocatable :: folder
@@ -169,14 +169,14 @@ contains
     end if
   end function folder_of
 
-  !> The last part of a path.
+  !> Returns the last part of a path.
   pure function name_of(path) result(name)
     character(*), intent(in) :: path
     character(:), allocatable :: name
     name = trim(path(index(path, '/', back=.true.) + 1:))
   end function name_of
 
-  !> The last part of a path up to `ending`, if that is in it.
+  !> Returns the last part of a path up to `ending`, if that is in it.
   pure function stem_of(path, ending) result(stem)
     character(*), intent(in) :: path, ending
     character(:), allocatable :: stem
@@ -184,7 +184,7 @@ contains
     if (index(stem, ending, back=.true.) > 1) stem = stem(:index(stem, ending, back=.true.) - 1)
   end function stem_of
 
-  !> The one name of an existing file: absolute, without links and dots; `path` itself if there is no such file.
+  !> Returns the one name of an existing file: absolute, without links and dots; `path` itself if there is no such file.
   function real_path(path) result(real_name)
     character(*), intent(in) :: path
     character(:), allocatable :: real_name

@@ -94,8 +94,8 @@ module base_lapack
 
 contains
 
-  !> Singular values, largest first, of a matrix, such as the stacked derivatives of all observations;
-  !> their ratios tell which combinations of parameters the data can see.
+  !> Returns the singular values, largest first, of a matrix, such as the stacked derivatives of all observations; their ratios
+  !> tell which combinations of parameters the data can see.
   function singular_values(matrix) result(values)
     real(rp), intent(in) :: matrix(:, :)
     real(rp), allocatable :: values(:), a(:, :), work(:)
@@ -113,8 +113,7 @@ contains
     call require(info == 0, 'the singular values did not converge')
   end function singular_values
 
-  !> Eigenvalues, smallest first, of the symmetric matrix a(n, n), which is replaced by the
-  !> eigenvectors.
+  !> Finds the eigenvalues, smallest first, of the symmetric matrix a(n, n), which is replaced by the eigenvectors.
   subroutine symmetric_eigen(a, values)
     real(rp), intent(inout), contiguous :: a(:, :)
     real(rp), intent(out), contiguous :: values(:)
@@ -125,9 +124,8 @@ contains
     call require(converged, 'the eigenvalues did not converge')
   end subroutine symmetric_eigen
 
-  !> As `symmetric_eigen`, with work space of `symmetric_eigen_work(n)` numbers from the caller;
-  !> if not `converged`, `a` and `values` are undefined. Reads the upper triangle only, which must be
-  !> finite.
+  !> Does what `symmetric_eigen` does, with work space of `symmetric_eigen_work(n)` numbers from the caller. If not `converged`,
+  !> `a` and `values` are undefined. Reads the upper triangle only, which must be finite.
   subroutine try_symmetric_eigen(a, values, work, converged)
     real(rp), intent(inout), contiguous :: a(:, :)
     real(rp), intent(out), contiguous :: values(:), work(:)
@@ -141,13 +139,13 @@ contains
     converged = info == 0
   end subroutine try_symmetric_eigen
 
-  !> Work space for eigenproblems of order n: enough for LAPACK's blocks of up to 32 columns.
+  !> Returns the size of the work space for eigenproblems of order n: enough for LAPACK's blocks of up to 32 columns.
   pure integer function symmetric_eigen_work(n) result(length)
     integer, intent(in) :: n
     length = 34*n + 64
   end function symmetric_eigen_work
 
-  !> The triangle R(n, n) of the QR factorisation of a(m, n); R^T R = a^T a. Rows of zeros if m < n.
+  !> Returns the triangle R(n, n) of the QR factorisation of a(m, n); R^T R = a^T a. Rows of zeros if m < n.
   function triangle_of(a) result(r)
     real(rp), intent(in) :: a(:, :)
     real(rp), allocatable :: r(:, :), copy(:, :), tau(:), work(:)
@@ -167,7 +165,7 @@ contains
     end do
   end function triangle_of
 
-  !> x(n) that minimises |a x - b|, a(m, n) with m >= n. `ok` is false if the columns of a are dependent.
+  !> Finds x(n) that minimises |a x - b|, a(m, n) with m >= n. `ok` is false if the columns of a are dependent.
   subroutine solve_least_squares(a, b, x, ok)
     real(rp), intent(in) :: a(:, :), b(:)
     real(rp), intent(out) :: x(:)
@@ -191,7 +189,7 @@ contains
     if (ok) x = right(:size(x), 1)
   end subroutine solve_least_squares
 
-  !> Singular values(n), largest first, and right singular vectors(n, n), one a column, of a(n, n).
+  !> Finds the singular values(n), largest first, and right singular vectors(n, n), one a column, of a(n, n).
   subroutine singular_vectors(a, values, vectors)
     real(rp), intent(in) :: a(:, :)
     real(rp), intent(out) :: values(:), vectors(:, :)
@@ -227,7 +225,7 @@ contains
     ok = info == 0
   end subroutine factorise
 
-  !> b(n, :) becomes L^-1 b, with the factor l(n, n) of `factorise`.
+  !> Replaces b(n, :) by L^-1 b, with the factor l(n, n) of `factorise`.
   subroutine solve_lower(l, b)
     real(rp), intent(in), contiguous :: l(:, :)
     real(rp), intent(inout), contiguous :: b(:, :)
@@ -242,7 +240,7 @@ contains
     call require(info == 0, 'base_lapack: dtrtrs')
   end subroutine solve_lower
 
-  !> b becomes A^-1 b, by the factor of A that `factorise` has left in the lower triangle of `a`.
+  !> Replaces b by A^-1 b, by the factor of A that `factorise` has left in the lower triangle of `a`.
   subroutine solve_factorised(a, b)
     real(rp), intent(in), contiguous :: a(:, :)
     real(rp), intent(inout), contiguous :: b(:)
@@ -252,7 +250,7 @@ contains
     call require(info == 0, 'base_lapack: dpotrs')
   end subroutine solve_factorised
 
-  !> The QR factorisation of a(m, n): q(m, k) with orthonormal columns, r(k, n), k = min(m, n).
+  !> Finds the QR factorisation of a(m, n): q(m, k) with orthonormal columns, r(k, n), k = min(m, n).
   subroutine orthogonalise(a, q, r)
     real(rp), intent(in) :: a(:, :)
     real(rp), allocatable, intent(out) :: q(:, :), r(:, :)
@@ -278,7 +276,7 @@ contains
     call require(info == 0, 'base_lapack: dgeqrf or dorgqr')
   end subroutine orthogonalise
 
-  !> a(m, n) = u diag(s) vt with u(m, k), s(k) from the largest, vt(k, n), k = min(m, n).
+  !> Finds the singular value decomposition a(m, n) = u diag(s) vt with u(m, k), s(k) from the largest, vt(k, n), k = min(m, n).
   subroutine decompose(a, u, s, vt)
     real(rp), intent(in) :: a(:, :)
     real(rp), allocatable, intent(out) :: u(:, :), s(:), vt(:, :)
@@ -299,7 +297,7 @@ contains
     call require(info == 0, 'the singular values did not converge')
   end subroutine decompose
 
-  !> The upper triangle of c(n, n) becomes that of a^T a, a(m, n); the rest becomes 0.
+  !> Sets the upper triangle of c(n, n) to that of a^T a, a(m, n), and the rest to 0.
   subroutine gram_upper(a, c)
     real(rp), intent(in), contiguous :: a(:, :)
     real(rp), intent(out), contiguous :: c(:, :)
@@ -312,7 +310,7 @@ contains
     call ieee_set_halting_mode(ieee_usual, halting)
   end subroutine gram_upper
 
-  !> c(m, n) = c + factor a(m, k) b(k, n).
+  !> Adds factor a(m, k) b(k, n) to c(m, n).
   subroutine multiply(factor, a, b, c)
     real(rp), intent(in) :: factor
     real(rp), intent(in), contiguous :: a(:, :), b(:, :)
@@ -326,7 +324,7 @@ contains
     call ieee_set_halting_mode(ieee_usual, halting)
   end subroutine multiply
 
-  !> c(k, n) = a^T b, a(m, k), b(m, n).
+  !> Sets c(k, n) to a^T b, a(m, k), b(m, n).
   subroutine multiply_transposed(a, b, c)
     real(rp), intent(in), contiguous :: a(:, :), b(:, :)
     real(rp), intent(out), contiguous :: c(:, :)

@@ -36,7 +36,8 @@ module base_linear_flow
 
 contains
 
-  !> For a(n, n) [1/s] and an interval [s] >= 0. If the flow `is_driven` the last two states are those of an input.
+  !> Prepares the flow of a(n, n) [1/s] over an interval [s] >= 0. If the flow `is_driven` the last two states are those of an
+  !> input.
   subroutine flow_init(self, a, interval, is_driven)
     class(linear_flow_t), intent(inout) :: self
     real(rp), intent(in) :: a(:, :), interval
@@ -69,7 +70,7 @@ contains
     self%step = self%powers(:, :, self%squarings)
   end subroutine flow_init
 
-  !> x(n, :) at the times 0, h, 2 h, .. from x(:, 1), which is given, under the input(size(x, 2)) of a driven flow.
+  !> Computes x(n, :) at the times 0, h, 2 h, .. from x(:, 1), which is given, under the input(size(x, 2)) of a driven flow.
   subroutine flow_march(self, x, input)
     class(linear_flow_t), intent(in) :: self
     real(rp), intent(inout) :: x(:, :)
@@ -81,7 +82,7 @@ contains
     end do
   end subroutine flow_march
 
-  !> dx(n, :) for a change da(n, n) of A along x(n, :), which `march` has given, from dx(:, 1), which is given.
+  !> Computes dx(n, :) for a change da(n, n) of A along x(n, :), which `march` has given, from dx(:, 1), which is given.
   subroutine flow_tangent(self, da, x, dx)
     class(linear_flow_t), intent(in) :: self
     real(rp), intent(in) :: da(:, :), x(:, :)

@@ -37,7 +37,7 @@ contains
     end if
   end function magnitude_doubt
 
-  !> The positive number `x` with its first `digits` digits; others as they are.
+  !> Returns the positive number `x` with its first `digits` digits; others as they are.
   elemental real(rp) function rounded(x, digits) result(y)
     real(rp), intent(in) :: x
     integer, intent(in) :: digits

@@ -42,20 +42,20 @@ module base_outcome
 
 contains
 
-  !> Whether the program has reached its end, or may go on to it.
+  !> Tells whether the program has reached its end, or may go on to it.
   pure logical function outcome_is_good(self) result(is_good)
     class(outcome_t), intent(in) :: self
     is_good = self%kind == OUTCOME_DONE .and. .not. self%failure%failed
   end function outcome_is_good
 
-  !> The program ends as `kind` says, unless a failure has decided how it ends.
+  !> Makes the program end as `kind` says, unless a failure has decided how it ends.
   pure subroutine outcome_end_as(self, kind)
     class(outcome_t), intent(inout) :: self
     integer, intent(in) :: kind
     if (.not. self%has_cause) self%kind = kind
   end subroutine outcome_end_as
 
-  !> The program ends by a failure of this kind. The first failure counts.
+  !> Makes the program end by a failure of this kind. The first failure counts.
   subroutine outcome_fail(self, kind, reason)
     class(outcome_t), intent(inout) :: self
     integer, intent(in) :: kind
@@ -74,14 +74,14 @@ contains
     self%has_cause = .true.
   end subroutine outcome_classify
 
-  !> The exit code of the program.
+  !> Returns the exit code of the program.
   pure integer function outcome_exit_code(self) result(code)
     class(outcome_t), intent(in) :: self
     code = self%verdict
     if (self%kind /= OUTCOME_VERDICT) code = exit_code_of(self%kind)
   end function outcome_exit_code
 
-  !> The exit code of a program that ends as `kind` says, which is not OUTCOME_VERDICT.
+  !> Returns the exit code of a program that ends as `kind` says, which is not OUTCOME_VERDICT.
   pure integer function exit_code_of(kind) result(code)
     integer, intent(in) :: kind
     code = CODES(kind)

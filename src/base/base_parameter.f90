@@ -23,7 +23,7 @@ module base_parameter
 
 contains
 
-  !> A parameter that every wing has.
+  !> Makes a parameter that every wing has.
   pure subroutine define_parameter(p, name, unit, is_log, lower, upper)
     type(parameter_t), intent(out) :: p
     character(*), intent(in) :: name, unit
@@ -36,7 +36,7 @@ contains
     p%upper = upper
   end subroutine define_parameter
 
-  !> An effect; it vanishes at 1 if it is varied by factors and at 0 otherwise.
+  !> Makes the parameter of an effect. The effect vanishes at 1 if it is varied by factors and at 0 otherwise.
   pure subroutine define_effect(p, name, unit, is_log, lower, upper, prior_sd)
     type(parameter_t), intent(out) :: p
     character(*), intent(in) :: name, unit
@@ -48,8 +48,8 @@ contains
     p%prior_sd = prior_sd
   end subroutine define_effect
 
-  !> The same with coordinates for values, and the coordinate of `value` for its null. What is varied by factors and has no
-  !> positive lower bound reaches down to the least positive number.
+  !> Returns the same with coordinates for values, and the coordinate of `value` for its null. What is varied by factors and has
+  !> no positive lower bound reaches down to the least positive number.
   pure function parameter_as_coordinate(self, value) result(p)
     class(parameter_t), intent(in) :: self
     real(rp), intent(in) :: value

@@ -29,7 +29,7 @@ module base_random
 
 contains
 
-  !> Four random 32-bit words from a key of two and a counter of four 32-bit words.
+  !> Returns four random 32-bit words from a key of two and a counter of four 32-bit words.
   pure function philox(key, counter) result(words)
     integer(i8), intent(in) :: key(2), counter(4)
     integer(i8) :: words(4)
@@ -65,14 +65,13 @@ contains
     low = iand(product, WORD)
   end subroutine multiply
 
-  !> A real number strictly between 0 and 1 from two 32-bit words: the middle of one of 2**52 equal
-  !> intervals.
+  !> Returns a real number strictly between 0 and 1 from two 32-bit words: the middle of one of 2**52 equal intervals.
   pure elemental real(rp) function unit_real(high, low)
     integer(i8), intent(in) :: high, low
     unit_real = (real(ior(shiftl(high, 20), shiftr(low, 12)), rp) + 0.5_rp)*2.0_rp**(-52)
   end function unit_real
 
-  !> Two independent numbers, uniform in (0, 1), at a place of a stream.
+  !> Returns two independent numbers, uniform in (0, 1), at a place of a stream.
   pure function random_uniforms(seed, stream, position) result(u)
     integer(i8), intent(in) :: seed, stream, position
     real(rp) :: u(2)
@@ -83,7 +82,7 @@ contains
     u(2) = unit_real(words(3), words(4))
   end function random_uniforms
 
-  !> Two independent numbers of mean 0 and variance 1 at a place of a stream (Box and Muller).
+  !> Returns two independent numbers of mean 0 and variance 1 at a place of a stream (Box and Muller).
   pure function random_gaussians(seed, stream, position) result(g)
     integer(i8), intent(in) :: seed, stream, position
     real(rp) :: g(2), radius, angle
@@ -108,7 +107,7 @@ contains
     end do
   end subroutine fill_gaussians
 
-  !> The next number, uniform in (0, 1).
+  !> Returns the next number, uniform in (0, 1).
   real(rp) function stream_uniform(self) result(u)
     class(random_stream_t), intent(inout) :: self
     real(rp) :: pair(2)
@@ -118,7 +117,7 @@ contains
     self%position = self%position + 1
   end function stream_uniform
 
-  !> The next number, of mean 0 and variance 1.
+  !> Returns the next number, of mean 0 and variance 1.
   real(rp) function stream_gaussian(self) result(g)
     class(random_stream_t), intent(inout) :: self
     real(rp) :: pair(2)

@@ -8,7 +8,7 @@ module base_sort
 
 contains
 
-  !> The order in which `keys` increase; equal keys keep their order.
+  !> Returns the order in which `keys` increase; equal keys keep their order.
   pure function sorting_order(keys) result(order)
     integer(i8), intent(in) :: keys(:)
     integer, allocatable :: order(:), merged(:)
@@ -16,7 +16,7 @@ contains
     call sort_order(keys, order, merged)
   end function sorting_order
 
-  !> The same without allocations (merge sort); `merged` is work space as large as `keys`.
+  !> Finds the same order without allocations (merge sort); `merged` is work space as large as `keys`.
   pure subroutine sort_order(keys, order, merged)
     integer(i8), intent(in) :: keys(:)
     integer, intent(out) :: order(:), merged(:)
@@ -53,7 +53,7 @@ contains
     end do
   end subroutine sort_order
 
-  !> An integer that increases with a finite number; both zeros have the same.
+  !> Returns an integer that increases with a finite number; both zeros have the same.
   pure elemental integer(i8) function key_of_real(value) result(key)
     real(rp), intent(in) :: value
     ! The bits of a positive number increase with it, those of a negative one decrease. -0 + 0 is 0.

@@ -27,7 +27,7 @@ module base_text
 
 contains
 
-  !> ASCII letters in lower case, everything else unchanged.
+  !> Returns the text with ASCII letters in lower case, everything else unchanged.
   pure function to_lower(text) result(lower)
     character(*), intent(in) :: text
     character(len(text)) :: lower
@@ -63,7 +63,7 @@ contains
     position = last + 1
   end subroutine next_word
 
-  !> Number of words in `text`.
+  !> Returns the number of words in `text`.
   pure integer function count_words(text, separators) result(n)
     character(*), intent(in) :: text, separators
     integer :: position, first, last
@@ -77,7 +77,7 @@ contains
     end do
   end function count_words
 
-  !> `text` fit for a message: control bytes become '?', more than `limit` bytes are cut to '...'.
+  !> Returns `text` fit for a message: control bytes become '?', more than `limit` bytes are cut to '...'.
   pure function printable(text, limit) result(shown)
     character(*), intent(in) :: text
     integer, intent(in) :: limit
@@ -97,7 +97,7 @@ contains
     if (n < len(text)) shown = shown//'...'
   end function printable
 
-  !> `printable`, at most 60 bytes, between quotes.
+  !> Returns `printable`, at most 60 bytes, between quotes.
   pure function quoted(text) result(shown)
     character(*), intent(in) :: text
     character(:), allocatable :: shown
@@ -109,9 +109,9 @@ contains
     is_it = ichar(byte) >= 128 .and. ichar(byte) < 192
   end function is_utf8_continuation
 
-  !> Number of single-character insertions, deletions, replacements and swaps of neighbours that turn
-  !> `a` into `b` (Damerau-Levenshtein, each place edited once). Names longer than 64 characters are
-  !> not compared: the result is then their summed length.
+  !> Returns the number of single-character insertions, deletions, replacements and swaps of neighbours that turn `a` into `b`
+  !> (Damerau-Levenshtein, each place edited once). Names longer than 64 characters are not compared: the result is then their
+  !> summed length.
   pure integer function edit_distance(a, b) result(distance)
     character(*), intent(in) :: a, b
     integer, parameter :: LIMIT = 64

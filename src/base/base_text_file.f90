@@ -77,7 +77,7 @@ contains
     ok = c_associated(self%stream)
   end subroutine text_file_append
 
-  !> Whether the file is open.
+  !> Tells whether the file is open.
   logical function text_file_is_open(self) result(is_open)
     class(text_file_t), intent(in) :: self
     is_open = c_associated(self%stream)

@@ -27,7 +27,7 @@ contains
     found = status == iostat_eor
   end subroutine read_line
 
-  !> Whether the last line of a file is ended, as every line written completely is.
+  !> Tells whether the last line of a file is ended, as every line written completely is.
   logical function ends_with_newline(path) result(ended)
     character(*), intent(in) :: path
     character(1) :: last
@@ -45,7 +45,7 @@ contains
     close (unit)
   end function ends_with_newline
 
-  !> Number of words separated by blanks or tabs.
+  !> Returns the number of words separated by blanks or tabs.
   pure integer function count_words(text) result(n)
     character(*), intent(in) :: text
     logical :: inside, blank
@@ -59,7 +59,7 @@ contains
     end do
   end function count_words
 
-  !> A real number with all its digits, without blanks.
+  !> Returns a real number with all its digits, without blanks.
   pure function real_text(x) result(text)
     real(rp), intent(in) :: x
     character(:), allocatable :: text

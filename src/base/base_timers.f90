@@ -32,7 +32,7 @@ module base_timers
 
 contains
 
-  !> Number of the region `name` (up to 32 characters), which is new if there was none. At most 64.
+  !> Returns the number of the region `name` (up to 32 characters), which is new if there was none. At most 64.
   integer function timers_region(self, name) result(id)
     class(timers_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -69,13 +69,13 @@ contains
     self%running(id) = .false.
   end subroutine timers_stop
 
-  !> Number of regions.
+  !> Returns the number of regions.
   pure integer function timers_count(self) result(n)
     class(timers_t), intent(in) :: self
     n = self%n
   end function timers_count
 
-  !> Name of region `id`.
+  !> Returns the name of region `id`.
   pure function timers_name(self, id) result(name)
     class(timers_t), intent(in) :: self
     integer, intent(in) :: id
@@ -83,14 +83,14 @@ contains
     name = trim(self%names(id))
   end function timers_name
 
-  !> How often region `id` was left.
+  !> Returns how often region `id` was left.
   pure integer(i8) function timers_calls(self, id) result(calls)
     class(timers_t), intent(in) :: self
     integer, intent(in) :: id
     calls = self%calls_of(id)
   end function timers_calls
 
-  !> Elapsed time in region `id` [s], up to now if it is running.
+  !> Returns the elapsed time in region `id` [s], up to now if it is running.
   real(rp) function timers_seconds(self, id) result(seconds)
     class(timers_t), intent(in) :: self
     integer, intent(in) :: id

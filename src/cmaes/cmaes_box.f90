@@ -23,7 +23,7 @@ module cmaes_box
 
 contains
 
-  !> What is wrong with the bounds of one parameter: empty, or a sentence.
+  !> Returns what is wrong with the bounds of one parameter: empty, or a sentence.
   function box_problem(lower, upper, is_log) result(problem)
     real(rp), intent(in) :: lower, upper
     logical, intent(in) :: is_log
@@ -38,7 +38,7 @@ contains
     end if
   end function box_problem
 
-  !> A box whose bounds have no problems.
+  !> Returns a box whose bounds have no problems.
   function make_box(lower, upper, is_log) result(box)
     real(rp), intent(in) :: lower(:), upper(:)
     logical, intent(in) :: is_log(:)
@@ -53,7 +53,7 @@ contains
     box%is_log = is_log
   end function make_box
 
-  !> Physical values of the coordinates u(n); exactly the bounds at 0 and 1, and not confined to them.
+  !> Returns the physical values of the coordinates u(n): exactly the bounds at 0 and 1, and not confined to them.
   pure function box_value(self, u) result(value)
     class(cmaes_box_t), intent(in) :: self
     real(rp), intent(in) :: u(:)
@@ -72,7 +72,7 @@ contains
     end do
   end function box_value
 
-  !> Coordinates of physical values, which are positive where the scale is logarithmic.
+  !> Returns the coordinates of physical values, which are positive where the scale is logarithmic.
   function box_coordinate(self, value) result(u)
     class(cmaes_box_t), intent(in) :: self
     real(rp), intent(in) :: value(:)
@@ -88,14 +88,14 @@ contains
     end do
   end function box_coordinate
 
-  !> The nearest coordinate in [0, 1].
+  !> Returns the nearest coordinate in [0, 1].
   pure elemental real(rp) function clip(u)
     real(rp), intent(in) :: u
     clip = min(max(u, 0.0_rp), 1.0_rp)
   end function clip
 
-  !> -1, 0 or 1: u lies at or below the lower bound, inside, at or above the upper one, within
-  !> `tolerance`; the data do not limit such a parameter on that side.
+  !> Returns -1, 0 or 1: u lies at or below the lower bound, inside, at or above the upper one, within `tolerance`. The data do
+  !> not limit such a parameter on that side.
   pure elemental integer function bound_side(u, tolerance) result(side)
     real(rp), intent(in) :: u, tolerance
     side = 0

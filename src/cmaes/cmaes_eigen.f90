@@ -17,7 +17,7 @@ module cmaes_eigen
 
 contains
 
-  !> B, d and both roots for the present C; `condition` is the one before the floor was applied.
+  !> Finds B, d and both roots for the present C. `condition` is the one before the floor was applied.
   subroutine decompose(state, work)
     type(cmaes_state_t), intent(inout) :: state
     type(cmaes_work_t), intent(inout) :: work
@@ -32,7 +32,7 @@ contains
     if (is_good) is_good = all(ieee_is_finite(work%eigenvalues)) ! before any comparison
     if (is_good) is_good = all(work%eigenvalues > 0)
     if (.not. is_good) then
-      state%n_repairs = state%n_repairs + 1
+      state%counts%n_repairs = state%counts%n_repairs + 1
       call rebuild(state)
       return
     end if
@@ -41,7 +41,7 @@ contains
     state%b = work%matrix
     state%d = sqrt(max(work%eigenvalues, FLOOR*largest))
     if (state%condition > 1/FLOOR) then
-      state%n_floored = state%n_floored + 1
+      state%counts%n_floored = state%counts%n_floored + 1
       call rebuild(state)
     end if
     call build_roots(state, work)
@@ -53,7 +53,7 @@ contains
     call build(state%b, state%d**2, state%c)
   end subroutine rebuild
 
-  !> Both roots from B and d; needed once after a state was restored.
+  !> Makes both roots from B and d. Call it once after a state was restored.
   subroutine build_roots(state, work)
     type(cmaes_state_t), intent(in) :: state
     type(cmaes_work_t), intent(inout) :: work

@@ -39,8 +39,7 @@ module cmaes_optimiser
 
 contains
 
-  !> Begins at `mean(n)`. `restart` is the number of the run in a search, from 0: runs have different
-  !> random numbers.
+  !> Begins a run at `mean(n)`. `restart` is the number of the run in a search, from 0: runs have different random numbers.
   subroutine cmaes_start(self, options, params, mean, has_box, restart)
     class(cmaes_t), intent(out) :: self
     type(cmaes_options_t), intent(in) :: options
@@ -56,19 +55,19 @@ contains
     self%params = params
     self%has_box = has_box
     call self%state%reset(params, mean, options%seed, number)
-    self%state%f_scale = options%f_scale
+    self%state%history%f_scale = options%f_scale
     call self%work%allocate(params)
     call build_roots(self%state, self%work)
   end subroutine cmaes_start
 
-  !> Must be called when `state` was restored from a checkpoint.
+  !> Completes a run whose `state` was restored from a checkpoint.
   subroutine cmaes_restored(self)
     class(cmaes_t), intent(inout) :: self
     call build_roots(self%state, self%work)
   end subroutine cmaes_restored
 
-  !> The candidates x(n, lambda) of the present generation as they are to be evaluated, that is clipped to
-  !> the box. Changes nothing but work space: after a restart it gives the same again.
+  !> Returns the candidates x(n, lambda) of the present generation as they are to be evaluated, that is clipped to the box. It
+  !> changes nothing but work space: after a restart it gives the same again.
   subroutine cmaes_ask(self, x)
     class(cmaes_t), intent(inout) :: self
     real(rp), intent(out) :: x(:, :)
@@ -97,10 +96,10 @@ contains
     associate (p => self%params, state => self%state, work => self%work)
       call classify(f, violation, has_failed, work%classes, work%keys)
       n_failed = count(work%classes == FAILED)
-      state%n_failed = state%n_failed + n_failed
-      state%n_infeasible = state%n_infeasible + count(work%classes == INFEASIBLE)
+      state%counts%n_failed = state%counts%n_failed + n_failed
+      state%counts%n_infeasible = state%counts%n_infeasible + count(work%classes == INFEASIBLE)
       call note_best(state, work, f, self%has_box)
-      state%evaluations = state%evaluations + p%lambda
+      state%counts%evaluations = state%counts%evaluations + p%lambda
       if (2*n_failed > p%lambda) then
         call repeat_generation(self%options, p%lambda, state)
         return
@@ -118,13 +117,13 @@ contains
     type(cmaes_options_t), intent(in) :: options
     integer, intent(in) :: lambda
     type(cmaes_state_t), intent(inout) :: state
-    if (state%evaluations > options%max_evaluations - lambda) state%stop_code = MAXFEVALS
+    if (state%counts%evaluations > options%max_evaluations - lambda) state%stop_code = MAXFEVALS
     if (state%attempt == MOST_ATTEMPTS) then
       state%stop_code = TOO_MANY_FAILED
       return
     end if
     state%attempt = state%attempt + 1
-    state%n_redone = state%n_redone + 1
+    state%counts%n_redone = state%counts%n_redone + 1
     state%sigma = state%sigma/2
   end subroutine repeat_generation
 
@@ -137,12 +136,12 @@ contains
     integer :: k
     do k = 1, size(f)
       if (work%classes(k) /= FEASIBLE) cycle
-      if (state%has_best .and. f(k) >= state%best_f) cycle
-      state%has_best = .true.
-      state%best_f = f(k)
-      state%best_x = work%x(:, k)
-      if (has_box) state%best_x = clip(state%best_x)
-      state%best_evaluation = state%evaluations + k
+      if (state%best%is_seen .and. f(k) >= state%best%f) cycle
+      state%best%is_seen = .true.
+      state%best%f = f(k)
+      state%best%x = work%x(:, k)
+      if (has_box) state%best%x = clip(state%best%x)
+      state%best%evaluation = state%counts%evaluations + k
     end do
   end subroutine note_best
 end module cmaes_optimiser

@@ -67,14 +67,14 @@ contains
     call visitor%leave_out('tolstagnation max_iterations max_evaluations')
   end subroutine options_visit
 
-  !> The population of the tutorial: 4 + floor(3 ln n).
+  !> Returns the population of the tutorial: 4 + floor(3 ln n).
   pure integer function default_lambda(n) result(lambda)
     integer, intent(in) :: n
     lambda = 4 + int(3*log(real(n, rp)))
   end function default_lambda
 
-  !> What is wrong with the options for n parameters: empty, or a sentence that names the first mistake
-  !> and what is valid. It begins with the name of the component.
+  !> Returns what is wrong with the options for n parameters: empty, or a sentence that names the first mistake and what is valid.
+  !> It begins with the name of the component.
   function option_problem(options, n) result(problem)
     type(cmaes_options_t), intent(in) :: options
     integer, intent(in) :: n

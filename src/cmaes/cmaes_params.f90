@@ -32,8 +32,8 @@ module cmaes_params
 
 contains
 
-  !> Constants for n parameters; `lambda` and `sigma0` replace those of the options (restarts). The
-  !> options must be without mistakes.
+  !> Returns the constants for n parameters; `lambda` and `sigma0` replace those of the options (restarts). The options must be
+  !> without mistakes.
   function derive_params(options, n, lambda, sigma0) result(p)
     type(cmaes_options_t), intent(in) :: options
     integer, intent(in) :: n
@@ -95,8 +95,8 @@ contains
     end do
   end subroutine raw_weights
 
-  !> Weights for a generation of which only size(weights) candidates are valid: those of a population of
-  !> that size, as if the failed ones had not been drawn. At least two are.
+  !> Returns the weights for a generation of which only size(weights) candidates are valid: those of a population of that size, as
+  !> if the failed ones had not been drawn. At least two are.
   pure subroutine weights_of_valid(p, weights, mu, mu_eff)
     type(cmaes_params_t), intent(in) :: p
     real(rp), intent(out) :: weights(:)

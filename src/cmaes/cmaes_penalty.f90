@@ -27,7 +27,7 @@ contains
     integer :: i, k
     call note_spread(p, state, work)
     call adapt_weights(p, state, work)
-    if (.not. state%has_penalty) return
+    if (.not. state%penalty%is_on) return
     mean_log = 0
     do i = 1, p%n
       mean_log = mean_log + log(state%c(i, i))
@@ -35,7 +35,7 @@ contains
     mean_log = mean_log/p%n
     work%distances = 0
     do i = 1, p%n
-      scale = state%penalty_weights(i)/exp(0.9_rp*(log(state%c(i, i)) - mean_log))
+      scale = state%penalty%weights(i)/exp(0.9_rp*(log(state%c(i, i)) - mean_log))
       do k = 1, p%lambda
         work%distances(k) = work%distances(k) + scale*excess(work%x(i, k))**2
       end do
@@ -66,8 +66,8 @@ contains
       variance = variance + state%sigma**2*state%c(i, i)/p%n
     end do
     if (.not. range > 0) return
-    state%spreads(modulo(state%n_spread, size(state%spreads)) + 1) = range/variance
-    state%n_spread = state%n_spread + 1
+    state%penalty%spreads(modulo(state%penalty%n, size(state%penalty%spreads)) + 1) = range/variance
+    state%penalty%n = state%penalty%n + 1
   end subroutine note_spread
 
   !> Weights begin when the mean is outside, and grow in coordinates whose mean is far outside.
@@ -77,22 +77,22 @@ contains
     type(cmaes_work_t), intent(inout) :: work
     real(rp) :: limit, factor
     integer :: i, n
-    if (state%n_spread == 0) return
+    if (state%penalty%n == 0) return
     do i = 1, p%n
       if (abs(excess(state%mean(i))) > 0) exit
     end do
     if (i > p%n) return
-    if (.not. state%has_penalty) then
-      n = min(state%n_spread, size(state%spreads))
-      work%sorted(:n) = state%spreads(:n)
+    if (.not. state%penalty%is_on) then
+      n = min(state%penalty%n, size(state%penalty%spreads))
+      work%sorted(:n) = state%penalty%spreads(:n)
       call sort_values(work%sorted(:n))
-      state%penalty_weights = 2*(work%sorted((n + 1)/2) + work%sorted(n/2 + 1))/(2*p%n)
-      state%has_penalty = .true.
+      state%penalty%weights = 2*(work%sorted((n + 1)/2) + work%sorted(n/2 + 1))/(2*p%n)
+      state%penalty%is_on = .true.
     end if
     factor = 1.1_rp**max(1.0_rp, p%mu_eff/(10*p%n))
     do i = 1, p%n
       limit = 3*state%sigma*sqrt(state%c(i, i))*max(1.0_rp, sqrt(real(p%n, rp))/p%mu_eff)
-      if (abs(excess(state%mean(i))) > limit) state%penalty_weights(i) = factor*state%penalty_weights(i)
+      if (abs(excess(state%mean(i))) > limit) state%penalty%weights(i) = factor*state%penalty%weights(i)
     end do
   end subroutine adapt_weights
 end module cmaes_penalty

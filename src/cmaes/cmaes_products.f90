@@ -11,7 +11,7 @@ module cmaes_products
 
 contains
 
-  !> product(n) = a(n, n) v(n).
+  !> Computes product(n) = a(n, n) v(n).
   pure subroutine multiply(a, v, product)
     real(rp), intent(in), contiguous :: a(:, :)
     real(rp), intent(in), contiguous :: v(:)

@@ -13,8 +13,8 @@ module cmaes_ranking
 
 contains
 
-  !> The class and the key of every candidate. Infeasible: violation > 0, and then f does not count.
-  !> Failed: marked so, or f (or a violation) that is no finite number.
+  !> Finds the class and the key of every candidate. Infeasible: violation > 0, and then f does not count. Failed: marked so, or f
+  !> (or a violation) that is no finite number.
   pure subroutine classify(f, violation, has_failed, classes, keys)
     real(rp), intent(in) :: f(:)
     real(rp), intent(in), optional :: violation(:)
@@ -42,7 +42,8 @@ contains
     end do
   end subroutine classify
 
-  !> order(1) is the best candidate, order(lambda) the worst. `merged` and `bits` are the caller's work space, as large.
+  !> Ranks the candidates: order(1) is the best one, order(lambda) the worst. `merged` and `bits` are the caller's work space, as
+  !> large.
   pure subroutine rank(classes, keys, order, merged, bits)
     integer, intent(in) :: classes(:)
     real(rp), intent(in) :: keys(:)

@@ -17,7 +17,7 @@ module cmaes_sampling
 
 contains
 
-  !> Candidate k of the present generation, x(n), from the roots in `work`.
+  !> Draws candidate k of the present generation, x(n), from the roots in `work`.
   subroutine draw_candidate(state, work, k, x)
     type(cmaes_state_t), intent(in) :: state
     type(cmaes_work_t), intent(inout) :: work
@@ -28,8 +28,8 @@ contains
     x = state%mean + state%sigma*x
   end subroutine draw_candidate
 
-  !> Independent numbers of mean 0 and variance 1. `restart` below 2^23, `attempt` below 2^8, the others
-  !> not negative.
+  !> Draws independent numbers of mean 0 and variance 1. `restart` is below 2^23, `attempt` below 2^8; the others are not
+  !> negative.
   pure subroutine draw_normals(seed, restart, generation, attempt, candidate, z)
     integer(i8), intent(in) :: seed
     integer, intent(in) :: restart, generation, attempt, candidate
@@ -39,8 +39,8 @@ contains
     call fill_gaussians(seed, stream, shiftl(int(candidate, i8), 32), z)
   end subroutine draw_normals
 
-  !> Independent numbers in (0, 1) for the start of run `restart`; no candidate has the same numbers, for
-  !> generations count from 1. `purpose` separates different uses.
+  !> Draws independent numbers in (0, 1) for the start of run `restart`. No candidate has the same numbers, for generations count
+  !> from 1. `purpose` separates different uses.
   pure subroutine draw_uniforms(seed, restart, purpose, u)
     integer(i8), intent(in) :: seed
     integer, intent(in) :: restart, purpose

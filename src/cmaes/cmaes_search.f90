@@ -108,7 +108,7 @@ contains
                         self%region%is_box, self%state%restart)
   end subroutine begin_run
 
-  !> Candidates of the present generation; x(n, lambda) is reallocated when lambda has changed.
+  !> Returns the candidates of the present generation. x(n, lambda) is reallocated when lambda has changed.
   subroutine search_ask(self, x)
     class(cmaes_search_t), intent(inout) :: self
     real(rp), allocatable, intent(inout) :: x(:, :)
@@ -120,7 +120,7 @@ contains
     call self%run%ask(x)
   end subroutine search_ask
 
-  !> As `cmaes_t%tell`; when the run ends the next one begins, or the search ends: state%stop_code.
+  !> Learns as `cmaes_t%tell` does. When the run ends the next one begins, or the search ends: state%stop_code.
   subroutine search_tell(self, f, violation, has_failed)
     class(cmaes_search_t), intent(inout) :: self
     real(rp), intent(in) :: f(:)
@@ -144,7 +144,7 @@ contains
     self%state%best_f = best_f
     self%state%best_x = best_x
     self%state%best_evaluation = best_evaluation
-    spent = self%run%state%evaluations
+    spent = self%run%state%counts%evaluations
     self%state%evaluations = self%state%evaluations + spent
     if (self%state%regime == LARGE_RUN) then
       self%state%spent_large = self%state%spent_large + spent
@@ -152,7 +152,7 @@ contains
     else if (self%state%regime == SMALL_RUN) then
       self%state%spent_small = self%state%spent_small + spent
     end if
-    self%state%f_scale = self%run%state%f_scale
+    self%state%f_scale = self%run%state%history%f_scale
     self%state%last_stop = self%run%state%stop_code
     left = self%options%max_evaluations - self%state%evaluations
     if (self%state%last_stop == FTARGET .or. self%state%last_stop == TOO_MANY_FAILED .or. &
@@ -190,14 +190,14 @@ contains
     end associate
   end subroutine choose_next
 
-  !> Evaluations of the whole search so far.
+  !> Returns the number of evaluations of the whole search so far.
   pure integer(i8) function search_evaluations(self) result(n)
     class(cmaes_search_t), intent(in) :: self
     n = self%state%evaluations
-    if (self%state%stop_code == RUNNING) n = n + self%run%state%evaluations
+    if (self%state%stop_code == RUNNING) n = n + self%run%state%counts%evaluations
   end function search_evaluations
 
-  !> The best feasible candidate of the whole search, as it was evaluated; the first of equals.
+  !> Returns the best feasible candidate of the whole search, as it was evaluated; the first of equals.
   subroutine search_best(self, has_best, f, x, evaluation)
     class(cmaes_search_t), intent(in) :: self
     logical, intent(out) :: has_best
@@ -207,23 +207,23 @@ contains
     f = self%state%best_f
     x = self%state%best_x
     evaluation = self%state%best_evaluation
-    if (self%state%stop_code /= RUNNING .or. .not. self%run%state%has_best) return
-    if (has_best .and. self%run%state%best_f >= f) return
+    if (self%state%stop_code /= RUNNING .or. .not. self%run%state%best%is_seen) return
+    if (has_best .and. self%run%state%best%f >= f) return
     has_best = .true.
-    f = self%run%state%best_f
-    x = self%run%state%best_x
-    evaluation = self%state%evaluations + self%run%state%best_evaluation
+    f = self%run%state%best%f
+    x = self%run%state%best%x
+    evaluation = self%state%evaluations + self%run%state%best%evaluation
   end subroutine search_best
 
-  !> Why the search, or the last run before a restart, ended.
+  !> Returns why the search, or the last run before a restart, ended.
   function search_stop_sentence(self) result(text)
     class(cmaes_search_t), intent(in) :: self
     character(:), allocatable :: text
     text = stop_text(merge(self%state%last_stop, self%state%stop_code, self%state%stop_code == RUNNING))
     associate (state => self%run%state)
-      if (state%n_repairs + state%n_floored > 0) text = text//'; in the last run the covariance was taken back '// &
-                                                     number_text(state%n_repairs)//' times and raised to its floor '// &
-                                                        number_text(state%n_floored)//' times'
+      if (state%counts%n_repairs + state%counts%n_floored > 0) text = text//'; in the last run the covariance was taken back '// &
+                                                     number_text(state%counts%n_repairs)//' times and raised to its floor '// &
+                                                        number_text(state%counts%n_floored)//' times'
     end associate
   end function search_stop_sentence
 

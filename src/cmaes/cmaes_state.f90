@@ -11,37 +11,67 @@ module cmaes_state
 
   integer, parameter :: WINDOW = 20 !< generations at both ends of the history that stagnation compares
 
+  !> What has been counted since the run began.
+  type, extends(visited_t) :: cmaes_counts_t
+    integer(i8) :: evaluations = 0              !< told so far, failed ones included
+    integer(i8) :: n_infeasible = 0, n_failed = 0
+    integer :: n_repairs = 0                    !< decompositions that failed and were replaced by an older one
+    integer :: n_floored = 0                    !< decompositions with eigenvalues raised to the floor
+    integer :: n_redone = 0                     !< generations repeated with half the step
+  contains
+    procedure :: visit => counts_visit
+  end type cmaes_counts_t
+
+  !> The best feasible candidate so far.
+  type, extends(visited_t) :: cmaes_best_t
+    logical :: is_seen = .false.                !< there was one
+    real(rp) :: f = huge(1.0_rp)
+    real(rp), allocatable :: x(:)               !< as it was evaluated, inside the box
+    integer(i8) :: evaluation = 0               !< its number, from 1
+  contains
+    procedure :: visit => best_visit
+  end type cmaes_best_t
+
+  !> The course of f, from which the tests of `cmaes_stop` see that a run stagnates.
+  type, extends(visited_t) :: cmaes_history_t
+    integer :: n = 0                            !< generations put into the rings
+    real(rp), allocatable :: best(:), median(:) !< rings of f of generations; huge where nothing was feasible
+    integer :: n_flat = 0                       !< successive generations with equal parents
+    real(rp) :: f_scale = -1                    !< unit of the tolerances of f; negative: not known yet
+  contains
+    procedure :: visit => history_visit
+  end type cmaes_history_t
+
+  !> What leaving the box costs, see `cmaes_penalty`.
+  type, extends(visited_t) :: cmaes_box_penalty_t
+    logical :: is_on = .false.
+    real(rp), allocatable :: weights(:)         !< by coordinate; 0 until it is on
+    integer :: n = 0                            !< generations put into the ring
+    real(rp), allocatable :: spreads(:)         !< ring of interquartile ranges of f, over the sample's variance
+  contains
+    procedure :: visit => penalty_visit
+  end type cmaes_box_penalty_t
+
   !> After generation `generation`. B and d describe C at its last decomposition: C = B diag(d)^2 B^T.
   type, extends(visited_t) :: cmaes_state_t
+    ! The normal distribution from which candidates are drawn.
     real(rp), allocatable :: mean(:)            !< m
+    real(rp) :: sigma = 0                       !< step size
     real(rp), allocatable :: p_sigma(:), p_c(:) !< evolution paths
     real(rp), allocatable :: c(:, :)            !< covariance matrix over sigma^2
     real(rp), allocatable :: b(:, :), d(:)      !< eigenvectors, roots of the eigenvalues in rising order
-    real(rp) :: sigma = 0                       !< step size
     real(rp) :: condition = 1                   !< of C, at its last decomposition
+    integer :: last_eigen = 0                   !< generation of the last decomposition
+    ! Where the run is.
     integer(i8) :: seed = 0                     !< key of the random numbers
     integer :: restart = 0                      !< number of the run in the search, from 0
     integer :: generation = 0                   !< finished generations
     integer :: attempt = 0                      !< how often the present generation is being repeated
-    integer :: last_eigen = 0                   !< generation of the last decomposition
-    integer :: n_repairs = 0                    !< decompositions that failed and were replaced by an older one
-    integer :: n_floored = 0                    !< decompositions with eigenvalues raised to the floor
-    integer :: n_redone = 0                     !< generations repeated with half the step
-    integer :: n_flat = 0                       !< successive generations with equal parents
     integer :: stop_code = 0                    !< of `cmaes_stop`; 0: the run goes on
-    integer(i8) :: evaluations = 0              !< told so far, failed ones included
-    integer(i8) :: n_infeasible = 0, n_failed = 0
-    real(rp) :: f_scale = -1                    !< unit of the tolerances of f; negative: not known yet
-    logical :: has_best = .false.               !< a feasible candidate was seen
-    real(rp) :: best_f = huge(1.0_rp)
-    real(rp), allocatable :: best_x(:)          !< as it was evaluated, inside the box
-    integer(i8) :: best_evaluation = 0          !< its number, from 1
-    integer :: n_history = 0                    !< generations put into the histories
-    real(rp), allocatable :: best_history(:), median_history(:) !< rings; huge where nothing was feasible
-    real(rp), allocatable :: penalty_weights(:) !< of leaving the box, by coordinate; 0 until it matters
-    logical :: has_penalty = .false.
-    integer :: n_spread = 0                     !< generations put into the ring of spreads
-    real(rp), allocatable :: spreads(:)         !< ring of interquartile ranges of f, over the sample's variance
+    type(cmaes_counts_t) :: counts
+    type(cmaes_best_t) :: best
+    type(cmaes_history_t) :: history
+    type(cmaes_box_penalty_t) :: penalty
   contains
     procedure :: reset => state_reset
     procedure :: visit => state_visit
@@ -66,7 +96,7 @@ module cmaes_state
 
 contains
 
-  !> The state before the first generation, at `mean` with C = 1.
+  !> Makes the state before the first generation, at `mean` with C = 1. Allocates.
   subroutine state_reset(self, params, mean, seed, restart)
     class(cmaes_state_t), intent(out) :: self
     type(cmaes_params_t), intent(in) :: params
@@ -76,12 +106,12 @@ contains
     integer :: n, i, longest
     n = params%n
     longest = max(params%tolstagnation + WINDOW, params%n_recent)
-    allocate (self%mean(n), self%p_sigma(n), self%p_c(n), self%c(n, n), self%b(n, n), self%d(n), self%best_x(n), &
-              self%penalty_weights(n))
-    allocate (self%best_history(longest), self%median_history(longest), &
-              self%spreads(20 + ceiling(3*real(n, rp)/params%lambda)))
+    allocate (self%mean(n), self%p_sigma(n), self%p_c(n), self%c(n, n), self%b(n, n), self%d(n), self%best%x(n), &
+              self%penalty%weights(n))
+    allocate (self%history%best(longest), self%history%median(longest), &
+              self%penalty%spreads(20 + ceiling(3*real(n, rp)/params%lambda)))
     self%mean = mean
-    self%best_x = mean
+    self%best%x = mean
     self%p_sigma = 0
     self%p_c = 0
     self%c = 0
@@ -90,10 +120,10 @@ contains
     end do
     self%b = self%c
     self%d = 1
-    self%penalty_weights = 0
-    self%best_history = huge(1.0_rp)
-    self%median_history = huge(1.0_rp)
-    self%spreads = 0
+    self%penalty%weights = 0
+    self%history%best = huge(1.0_rp)
+    self%history%median = huge(1.0_rp)
+    self%penalty%spreads = 0
     self%sigma = params%sigma0
     self%seed = seed
     self%restart = restart
@@ -116,27 +146,56 @@ contains
     call visitor%visit('generation', self%generation)
     call visitor%visit('attempt', self%attempt)
     call visitor%visit('last_eigen', self%last_eigen)
+    call visitor%visit('stop_code', self%stop_code)
+    ! All names stand side by side in a checkpoint.
+    call self%counts%visit(visitor)
+    call self%best%visit(visitor)
+    call self%history%visit(visitor)
+    call self%penalty%visit(visitor)
+  end subroutine state_visit
+
+  !> Shows every component to the visitor.
+  subroutine counts_visit(self, visitor)
+    class(cmaes_counts_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
     call visitor%visit('n_repairs', self%n_repairs)
     call visitor%visit('n_floored', self%n_floored)
     call visitor%visit('n_redone', self%n_redone)
-    call visitor%visit('n_flat', self%n_flat)
-    call visitor%visit('stop_code', self%stop_code)
     call visitor%visit('evaluations', self%evaluations)
     call visitor%visit('n_infeasible', self%n_infeasible)
     call visitor%visit('n_failed', self%n_failed)
+  end subroutine counts_visit
+
+  !> Shows every component to the visitor; `x` has its size.
+  subroutine best_visit(self, visitor)
+    class(cmaes_best_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('has_best', self%is_seen)
+    call visitor%visit('best_f', self%f)
+    call visitor%visit('best_x', self%x)
+    call visitor%visit('best_evaluation', self%evaluation)
+  end subroutine best_visit
+
+  !> Shows every component to the visitor; the rings have their size.
+  subroutine history_visit(self, visitor)
+    class(cmaes_history_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('n_flat', self%n_flat)
     call visitor%visit('f_scale', self%f_scale)
-    call visitor%visit('has_best', self%has_best)
-    call visitor%visit('best_f', self%best_f)
-    call visitor%visit('best_x', self%best_x)
-    call visitor%visit('best_evaluation', self%best_evaluation)
-    call visitor%visit('n_history', self%n_history)
-    call visitor%visit('best_history', self%best_history)
-    call visitor%visit('median_history', self%median_history)
-    call visitor%visit('penalty_weights', self%penalty_weights)
-    call visitor%visit('has_penalty', self%has_penalty)
-    call visitor%visit('n_spread', self%n_spread)
+    call visitor%visit('n_history', self%n)
+    call visitor%visit('best_history', self%best)
+    call visitor%visit('median_history', self%median)
+  end subroutine history_visit
+
+  !> Shows every component to the visitor; the arrays have their size.
+  subroutine penalty_visit(self, visitor)
+    class(cmaes_box_penalty_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('penalty_weights', self%weights)
+    call visitor%visit('has_penalty', self%is_on)
+    call visitor%visit('n_spread', self%n)
     call visitor%visit('spreads', self%spreads)
-  end subroutine state_visit
+  end subroutine penalty_visit
 
   !> Allocates what generations with these parameters need.
   subroutine work_allocate(self, params)

@@ -19,7 +19,7 @@ module cmaes_stop
 
 contains
 
-  !> The name of a criterion, `running` for 0.
+  !> Returns the name of a criterion, `running` for 0.
   pure function stop_name(code) result(name)
     integer, intent(in) :: code
     character(:), allocatable :: name
@@ -31,7 +31,7 @@ contains
     if (code >= 0 .and. code <= N_STOPS) name = trim(NAMES(code))
   end function stop_name
 
-  !> The name and what it means.
+  !> Returns the name and what it means.
   pure function stop_text(code) result(text)
     integer, intent(in) :: code
     character(:), allocatable :: text
@@ -80,18 +80,18 @@ contains
     type(cmaes_work_t), intent(inout) :: work
     real(rp), intent(in) :: f(:)
     integer :: place, last
-    place = modulo(state%n_history, size(state%best_history)) + 1
-    state%best_history(place) = f_at(1)
-    state%median_history(place) = f_at((p%lambda + 1)/2)
-    state%n_history = state%n_history + 1
-    if (state%f_scale < 0 .and. f_at((p%lambda + 1)/2) < huge(1.0_rp)) &
-      state%f_scale = abs(f_at((p%lambda + 1)/2))
+    place = modulo(state%history%n, size(state%history%best)) + 1
+    state%history%best(place) = f_at(1)
+    state%history%median(place) = f_at((p%lambda + 1)/2)
+    state%history%n = state%history%n + 1
+    if (state%history%f_scale < 0 .and. f_at((p%lambda + 1)/2) < huge(1.0_rp)) &
+      state%history%f_scale = abs(f_at((p%lambda + 1)/2))
     last = work%order(p%mu)
     if (work%classes(work%order(1)) == work%classes(last) .and. &
         work%keys(work%order(1)) >= work%keys(last)) then
-      state%n_flat = state%n_flat + 1
+      state%history%n_flat = state%history%n_flat + 1
     else
-      state%n_flat = 0
+      state%history%n_flat = 0
     end if
 
   contains
@@ -105,7 +105,7 @@ contains
 
   end subroutine note_history
 
-  !> The first criterion of the list above that holds after a generation, or RUNNING.
+  !> Returns the first criterion of the list above that holds after a generation, or RUNNING.
   integer function find_stop(options, p, state, work, f) result(code)
     type(cmaes_options_t), intent(in) :: options
     type(cmaes_params_t), intent(in) :: p
@@ -116,13 +116,13 @@ contains
     integer :: i, axis
     logical :: holds(N_STOPS)
     holds = .false.
-    if (state%has_best) holds(FTARGET) = state%best_f <= options%f_target
-    holds(MAXFEVALS) = state%evaluations > options%max_evaluations - p%lambda
+    if (state%best%is_seen) holds(FTARGET) = state%best%f <= options%f_target
+    holds(MAXFEVALS) = state%counts%evaluations > options%max_evaluations - p%lambda
     holds(MAXITER) = state%generation >= p%max_iterations
-    if (state%n_history >= N_HISTORY .and. state%f_scale >= 0) then
+    if (state%history%n >= N_HISTORY .and. state%history%f_scale >= 0) then
       range = recent_range(p, state)
-      holds(TOLFUNHIST) = range <= options%tolfunhist*state%f_scale
-      holds(TOLFUN) = max(range, generation_range(work, f)) <= options%tolfun*state%f_scale
+      holds(TOLFUNHIST) = range <= options%tolfunhist*state%history%f_scale
+      holds(TOLFUN) = max(range, generation_range(work, f)) <= options%tolfun*state%history%f_scale
     end if
     holds(TOLX) = .true.
     axis = modulo(state%generation, p%n) + 1
@@ -138,7 +138,7 @@ contains
     end do
     holds(TOLUPSIGMA) = state%sigma/p%sigma0 > options%tolupsigma*maxval(state%d)
     holds(STAGNATION) = is_stagnant(p, state, work)
-    holds(FLAT_FITNESS) = state%n_flat > options%tolflatfitness
+    holds(FLAT_FITNESS) = state%history%n_flat > options%tolflatfitness
     holds(CONDITIONCOV) = state%condition > options%condition_limit
     code = RUNNING
     do i = N_STOPS, 1, -1
@@ -159,8 +159,8 @@ contains
     integer :: i
     low = huge(1.0_rp)
     high = -huge(1.0_rp)
-    do i = 1, min(p%n_recent, state%n_history)
-      value = state%best_history(modulo(state%n_history - i, size(state%best_history)) + 1)
+    do i = 1, min(p%n_recent, state%history%n)
+      value = state%history%best(modulo(state%history%n - i, size(state%history%best)) + 1)
       low = min(low, value)
       high = max(high, value)
     end do
@@ -183,10 +183,10 @@ contains
     type(cmaes_state_t), intent(in) :: state
     type(cmaes_work_t), intent(inout) :: work
     is_stagnant = .false.
-    if (state%n_history < p%tolstagnation + WINDOW) return
-    is_stagnant = window_median(state%best_history, 0) >= window_median(state%best_history, p%tolstagnation)
-    if (is_stagnant) is_stagnant = window_median(state%median_history, 0) >= &
-      window_median(state%median_history, p%tolstagnation)
+    if (state%history%n < p%tolstagnation + WINDOW) return
+    is_stagnant = window_median(state%history%best, 0) >= window_median(state%history%best, p%tolstagnation)
+    if (is_stagnant) is_stagnant = window_median(state%history%median, 0) >= &
+      window_median(state%history%median, p%tolstagnation)
 
   contains
 
@@ -196,7 +196,7 @@ contains
       integer, intent(in) :: back
       integer :: i
       do i = 1, WINDOW
-        work%window(i) = history(modulo(state%n_history - back - i, size(history)) + 1)
+        work%window(i) = history(modulo(state%history%n - back - i, size(history)) + 1)
       end do
       call sort_values(work%window)
       window_median = work%window(WINDOW/2)/2 + work%window(WINDOW/2 + 1)/2

@@ -4,6 +4,7 @@
 module diagnosis_case
   use base_kinds, only: rp
   use diagnosis_mode_row, only: mode_row_t
+  use diagnosis_series_row, only: series_row_t
   use diagnosis_noise, only: noise_estimate_t
   use diagnosis_wing_bins, only: bins_t
   use diagnosis_wing_catalogue, only: catalogue_t
@@ -29,6 +30,7 @@ module diagnosis_case
     type(diagnosis_options_t) :: options
     type(flight_data_t) :: flights          !< of records of forces over the beat
     type(mode_row_t), allocatable :: modes(:) !< for reports, if natural modes were measured
+    type(series_row_t), allocatable :: series(:) !< for reports, if records of motion were
     logical :: fits_finer = .false.         !< everything is fitted on the wing of the file with a mesh of half the size
     type(wing_t) :: file_wing               !< as in the file and the input, where `wing_case` has the finer one
     type(solid_params_t) :: file_requested

@@ -33,7 +33,7 @@ module diagnosis_detectability
 
 contains
 
-  !> On rank 0; the others serve. `store` keeps what is drawn.
+  !> Finds from which strength on each effect shows in these data. `store` keeps what is drawn. Rank 0 calls it; the others serve.
   subroutine find_detectability(s, simulator, found, failure, store)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
@@ -93,7 +93,7 @@ contains
     end do
   end subroutine find_best_loads
 
-  !> The candidate of effect e and the number of its parameter that shows from the smallest share of the prior's sd,
+  !> Returns the candidate of effect e and the number of its parameter that shows from the smallest share of the prior's sd,
   !> `least`; 0 if none does.
   subroutine most_detectable(s, design, e, snr, best, least)
     class(diagnosis_case_t), intent(in) :: s

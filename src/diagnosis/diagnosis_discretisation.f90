@@ -70,7 +70,7 @@ module diagnosis_discretisation
 
 contains
 
-  !> Makes the other wing on all ranks. Collective. `failure` says why there is none.
+  !> Makes the wing of the other mesh on all ranks. `failure` says why there is none. Collective.
   subroutine discretisation_init(self, world, s, failure)
     class(discretisation_error_t), intent(inout), target :: self
     type(world_t), intent(in) :: world
@@ -118,14 +118,15 @@ contains
     self%simulator%membrane_sd = s%membrane_sd
   end subroutine discretisation_init
 
-  !> What the farm of the other mesh answers goes into `journal`, too. On rank 0.
+  !> Makes the farm of the other mesh keep its answers in `journal`, too. On rank 0.
   subroutine discretisation_use_journal(self, journal)
     class(discretisation_error_t), intent(inout) :: self
     type(journal_t), pointer, intent(in) :: journal
     self%simulator%journal => journal
   end subroutine discretisation_use_journal
 
-  !> Rank 0: fits both and gives the directions of the error to the simulator of the diagnosis. The others are in `serve`.
+  !> Fits the baseline on both meshes and gives the directions of the error to the simulator of the diagnosis. Rank 0 calls it;
+  !> the others are in `serve`.
   subroutine discretisation_find(self, s, simulator)
     class(discretisation_error_t), intent(inout), target :: self
     class(diagnosis_case_t), intent(in) :: s
@@ -282,7 +283,7 @@ contains
     length = norm2(a - matmul(q, matmul(a, q)))
   end function length_after_projection
 
-  !> The counterpart of `find`, of the diagnosis and of `renew` on the other ranks, until `shut down`.
+  !> Does on the other ranks what `find`, the diagnosis and `renew` ask for, until `shut_down`.
   subroutine discretisation_serve(self, simulator)
     class(discretisation_error_t), intent(inout) :: self
     type(wing_simulator_t), intent(inout) :: simulator

@@ -14,8 +14,8 @@ module diagnosis_journalled_tasks
 
 contains
 
-  !> One batch of tasks inputs(:, n) about wings in these `shapes`: results(:, n), 0 unless all tasks have one (`is_valid`).
-  !> Without a journal the farm does them all. On rank 0; the others serve.
+  !> Does one batch of tasks inputs(:, n) about wings in these `shapes`. results(:, n) are 0 unless all tasks have one
+  !> (`is_valid`). Without a journal the farm does them all. Rank 0 calls it; the others serve.
   subroutine run_journalled_tasks(farm, runner, journal, shapes, inputs, results, is_valid)
     type(farm_t), intent(inout) :: farm
     type(wing_runner_t), intent(inout) :: runner

@@ -56,8 +56,8 @@ module diagnosis_load_sites
 
 contains
 
-  !> The loads that the wing at q carries without a snap, with their normal matrices of the parameters `columns`. On
-  !> rank 0 alone.
+  !> Returns the loads that the wing at q carries without a snap, with their normal matrices of the parameters `columns`. On rank
+  !> 0 alone.
   subroutine try_loads(s, simulator, q, columns, loads)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(in) :: simulator
@@ -98,7 +98,8 @@ contains
     self%n = size(self%m%loads)
   end subroutine trial_begin
 
-  !> Applies load l: `one` with the normal matrix of the parameters `columns`. Not `ok` if the wing does not carry it.
+  !> Applies load l, and returns in `one` its normal matrix of the parameters `columns`. `ok` is false if the wing does not carry
+  !> it.
   subroutine trial_apply(self, simulator, l, columns, one, ok)
     class(trial_t), intent(inout) :: self
     type(wing_simulator_t), intent(in) :: simulator
@@ -112,6 +113,7 @@ contains
     call find_normal(self, simulator, columns, l, one%normal, ok)
   end subroutine trial_apply
 
+  !> Releases what `begin` made.
   subroutine trial_end(self)
     class(trial_t), intent(inout) :: self
     if (self%n > 0) call self%work%free()
@@ -208,7 +210,7 @@ contains
     normal = matmul(transpose(white), white)
   end subroutine find_normal
 
-  !> Quantities that all loads share and that are known by their sd.
+  !> Returns the quantities that all loads share and that are known by their sd.
   subroutine common_columns(s, columns, sd)
     class(diagnosis_case_t), intent(in) :: s
     integer, allocatable, intent(out) :: columns(:)
@@ -228,9 +230,9 @@ contains
     end do
   end subroutine common_columns
 
-  !> The normal matrix of all loads of the measurement. columns(:) are the n_baseline of the baseline, as many as
-  !> common_sd(:) that are shared, and others; the first two have priors. `whitened`(n_observations, columns) are the tangents
-  !> of which it is made. The other ranks serve.
+  !> Returns the normal matrix of all loads of the measurement. columns(:) are the n_baseline of the baseline, as many as
+  !> common_sd(:) that are shared, and others; the first two have priors. `whitened`(n_observations, columns) are the tangents of
+  !> which it is made. Rank 0 calls it; the others serve.
   subroutine normal_matrix(simulator, q, columns, common_sd, normal, ok, whitened)
     type(wing_simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:), common_sd(:)
@@ -268,7 +270,7 @@ contains
     end do
   end subroutine normal_matrix
 
-  !> Length in sd of the direction p(:) of the last size(p) columns beside all that the columns before them can do.
+  !> Returns the length in sd of the direction p(:) of the last size(p) columns beside all that the columns before them can do.
   real(rp) function separation(normal, p) result(length)
     real(rp), intent(in) :: normal(:, :), p(:)
     real(rp), parameter :: RIDGE = 1.0e-10_rp ! of what determines a column

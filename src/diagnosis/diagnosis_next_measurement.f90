@@ -52,7 +52,7 @@ module diagnosis_next_measurement
 
 contains
 
-  !> Ranks the loads of the measurement, and loads at new places. On rank 0; the others serve.
+  !> Ranks the loads of the measurement, and loads at new places. Rank 0 calls it; the others serve.
   subroutine rank_loads(s, simulator, d, next)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
@@ -135,7 +135,7 @@ contains
     few = pack(few, few > 0)
   end function nearest_of_each
 
-  !> All rivals against the cause, with the loads that have been applied.
+  !> Takes all rivals against the cause, with the loads that have been applied.
   subroutine discrimination_init(self, s, simulator, d, next, ok)
     class(discrimination_t), intent(inout) :: self
     class(diagnosis_case_t), intent(in) :: s
@@ -173,7 +173,7 @@ contains
     end do
   end subroutine discrimination_init
 
-  !> Places in `columns` of what is fitted beside the cause where rival r is in its stead, then those of the cause.
+  !> Returns the places in `columns` of what is fitted beside the cause where rival r is in its stead, then those of the cause.
   pure function discrimination_block(self, r) result(block)
     class(discrimination_t), intent(in) :: self
     integer, intent(in) :: r
@@ -182,7 +182,7 @@ contains
     block = [[(i, i=1, self%n_common)], self%sites(r)%list, [(i, i=self%n_common + 1, self%n_common + self%n_cause)]]
   end function discrimination_block
 
-  !> Places in `columns` that these rivals need.
+  !> Returns the places in `columns` that these rivals need.
   pure function discrimination_needed(self, rivals) result(needed)
     class(discrimination_t), intent(in) :: self
     integer, intent(in) :: rivals(:)
@@ -196,8 +196,8 @@ contains
     needed = pack([(r, r=1, size(is_needed))], is_needed)
   end function discrimination_needed
 
-  !> Least separation of these rivals with a further load, of which `normal` is the normal matrix of the columns that they
-  !> need.
+  !> Returns the least separation of these rivals with a further load, of which `normal` is the normal matrix of the columns that
+  !> they need.
   real(rp) function discrimination_separation(self, rivals, normal) result(least)
     class(discrimination_t), intent(in) :: self
     integer, intent(in) :: rivals(:)

@@ -30,8 +30,8 @@ module diagnosis_noise
 
 contains
 
-  !> Estimates from deformations less a smooth model: values(pixels, loads) are residuals of any fit, or measured
-  !> deformations.
+  !> Estimates the noise from deformations less a smooth model. values(pixels, loads) are residuals of any fit, or measured
+  !> deformations [m].
   subroutine estimate_noise(experiment, values, estimate)
     type(experiment_t), intent(in) :: experiment
     real(rp), intent(in) :: values(:, :)
@@ -196,9 +196,9 @@ contains
     fraction = fraction/max(whole, tiny(whole))
   end function unloaded_fraction
 
-  !> Before there are heights. How much of correlated errors is independent from pixel to pixel is not known then: they count as
-  !> independent and as correlated ones of the declared sd together, which no mix of both exceeds (w 1 + (1 - w) C <= 1 + C as
-  !> matrices, for every share w and covariance C).
+  !> Assumes the noise before there are heights. How much of correlated errors is independent from pixel to pixel is not known
+  !> then: they count as independent and as correlated ones of the declared sd together, which no mix of both exceeds (w 1 + (1 -
+  !> w) C <= 1 + C as matrices, for every share w and covariance C).
   subroutine assume_noise(experiment, estimate)
     type(experiment_t), intent(in) :: experiment
     type(noise_estimate_t), intent(out) :: estimate

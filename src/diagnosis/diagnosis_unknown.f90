@@ -27,7 +27,7 @@ module diagnosis_unknown
 
 contains
 
-  !> Seeks both.
+  !> Finds the region of the unknown cause and the related entries of the catalogue.
   function describe_unknown(s, simulator, d) result(unknown)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(in) :: simulator
@@ -51,7 +51,7 @@ contains
     end do
   end function describe_unknown
 
-  !> Title and place of a candidate.
+  !> Returns title and place of a candidate.
   function candidate_name(s, d, c) result(text)
     class(diagnosis_case_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
@@ -65,7 +65,7 @@ contains
     end associate
   end function candidate_name
 
-  !> Mean (2) [m] of the places of part i, weighted with their shares.
+  !> Returns the mean (2) [m] of the places of part i, weighted with their shares.
   pure function unknown_centre(self, i) result(centre)
     class(unknown_t), intent(in) :: self
     integer, intent(in) :: i
@@ -74,7 +74,7 @@ contains
     centre = matmul(self%site, weight)/sum(weight)
   end function unknown_centre
 
-  !> [m] of the circle about the centre that holds the cells of all places of part i.
+  !> Returns the radius [m] of the circle about the centre that holds the cells of all places of part i.
   pure real(rp) function unknown_radius(self, i) result(radius)
     class(unknown_t), intent(in) :: self
     integer, intent(in) :: i

@@ -27,8 +27,8 @@ module diagnosis_zeros
 
 contains
 
-  !> Compares the offsets of the first sensor that has more than one, in the extended wing if there is one and in the
-  !> baseline otherwise. On rank 0; the others serve.
+  !> Compares the offsets of the first sensor that has more than one, in the extended wing if there is one and in the baseline
+  !> otherwise. Rank 0 calls it; the others serve.
   subroutine compare_zeros(s, simulator, d, zeros)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator

@@ -9,14 +9,14 @@ module fluid_fields
 
 contains
 
-  !> The mask chi on this rank's block, (nx, ny_local, nz_local).
+  !> Sets the field to the mask chi on this rank's block, (nx, ny_local, nz_local).
   subroutine mask_field(penalty, field)
     type(penalty_t), intent(in) :: penalty
     real(rp), intent(inout) :: field(:, :, :)
     call spread_points(penalty, penalty%chi, field)
   end subroutine mask_field
 
-  !> Component `c` of the solid velocity where chi > 0, zero elsewhere.
+  !> Sets the field to component `c` of the velocity of the solids [L/T] where chi > 0, and to zero elsewhere.
   subroutine solid_velocity_field(penalty, c, field)
     type(penalty_t), intent(in) :: penalty
     integer, intent(in) :: c

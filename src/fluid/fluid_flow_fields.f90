@@ -26,9 +26,9 @@ module fluid_flow_fields
 
 contains
 
-  !> The field `which` of the velocity with the spectrum `u`, on all points of this rank or on the lines that are wanted;
-  !> it is undefined on others. To the bit what a pass of the right-hand side has. Works through `parts` parts of the
-  !> planes, for less memory. Collective.
+  !> Computes the field `which` (1 to 3: velocity, 4 to 6: vorticity, or VORTICITY_MAGNITUDE) of the velocity with the spectrum
+  !> `u`, on all points of this rank or on the lines that are wanted; it is undefined on others. The result is to the bit that of
+  !> a pass of the right-hand side. The work is done in `parts` parts of the planes, for less memory. Collective.
   subroutine flow_field(transform, u, which, parts, field, lines)
     class(transform_t), intent(inout) :: transform
     complex(rp), contiguous, target, intent(in) :: u(:, :, :)            !< (nkz, sticks, 3)
@@ -55,6 +55,7 @@ contains
     end do
   end subroutine flow_field
 
+  !> Fills `fields` with velocity and vorticity, as far as the field needs them; see kernels_t.
   subroutine flow_spectral_in(self, first, count, fields)
     class(flow_kernels_t), intent(inout) :: self
     integer, intent(in) :: first, count
@@ -76,6 +77,7 @@ contains
     end do
   end subroutine flow_spectral_in
 
+  !> Stores the field on the lines of this batch; see kernels_t.
   subroutine flow_product(self, first, count, z, in, out)
     class(flow_kernels_t), intent(inout) :: self
     integer, intent(in) :: first, count, z
@@ -92,6 +94,7 @@ contains
     end associate
   end subroutine flow_product
 
+  !> Does nothing, since nothing is transformed forward; see kernels_t.
   subroutine flow_spectral_out(self, first, count, fields)
     class(flow_kernels_t), intent(inout) :: self
     integer, intent(in) :: first, count
@@ -100,6 +103,7 @@ contains
     end associate
   end subroutine flow_spectral_out
 
+  !> Does nothing; see kernels_t.
   subroutine flow_reduce(self)
     class(flow_kernels_t), intent(inout) :: self
     associate (nothing_to_reduce => self)

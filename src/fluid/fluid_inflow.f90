@@ -26,7 +26,7 @@ module fluid_inflow
 
 contains
 
-  !> Finds the points of the inflow in `penalty`, which has its solids without motion and no overlay.
+  !> Finds the points of the inflow in `penalty`, which has its solids without motion and no overlay yet.
   subroutine inflow_init(self, penalty)
     class(inflow_t), intent(inout) :: self
     type(penalty_t), intent(in) :: penalty
@@ -40,7 +40,7 @@ contains
     self%growth = 1
   end subroutine inflow_init
 
-  !> Gives the points their u_s at `time`.
+  !> Gives the points of the inflow their velocity u_s at `time` [T].
   subroutine inflow_set(self, params, time, penalty)
     class(inflow_t), intent(inout) :: self
     type(fluid_params_t), intent(in) :: params
@@ -56,7 +56,7 @@ contains
     self%growth = growth
   end subroutine inflow_set
 
-  !> Velocity of the parabola at height `z`, over its mean; 0 in the wall.
+  !> Returns the velocity of the parabola at height `z` [L], over its mean; 0 in the wall.
   pure real(rp) function inflow_profile(params, z) result(profile)
     type(fluid_params_t), intent(in) :: params
     real(rp), intent(in) :: z !< L
@@ -66,7 +66,7 @@ contains
     profile = 6*max(0.0_rp, s*(height - s))/height**2
   end function inflow_profile
 
-  !> Share of its velocity that the inflow has at `time` [T]: 0 to 1.
+  !> Returns the share of its final velocity that the inflow has at `time` [T], 0 to 1.
   pure real(rp) function inflow_growth(params, time) result(growth)
     type(fluid_params_t), intent(in) :: params
     real(rp), intent(in) :: time

@@ -63,13 +63,13 @@ contains
     end if
   end subroutine initial_velocity
 
-  !> Whether the flow begins at rest or with its mean flow alone, which no truncation changes.
+  !> Tells whether the flow begins at rest or with its mean flow alone. No truncation changes such a flow.
   pure logical function is_uniform(params)
     type(fluid_params_t), intent(in) :: params
     is_uniform = any(params%initial%flow == [character(16) :: 'quiescent', 'MeanFlow'])
   end function is_uniform
 
-  !> Makes `mean` the mean of the velocity with the spectrum `u` of the transform `full`.
+  !> Sets the mean of the velocity with the spectrum `u` of the transform `full` to `mean` [L/T].
   subroutine set_mean(full, mean, u)
     class(transform_t), intent(in) :: full
     real(rp), intent(in) :: mean(3)

@@ -44,8 +44,8 @@ module fluid_initial_flow
 
 contains
 
-  !> The flow at t = 0 over the points of `main`. Fails if a file cannot be read. If the transform knows no parts all
-  !> fields are made at once, and `main` can be used at once again. Collective.
+  !> Makes the flow at t = 0 over the points of `main`. Fails if a file cannot be read. If the transform knows no parts, all
+  !> fields are made at once, and `main` can be used again at once. Collective.
   subroutine initial_begin(self, main, params, time, failure)
     class(initial_flow_t), intent(inout) :: self
     class(transform_t), intent(in) :: main
@@ -98,7 +98,7 @@ contains
     call move_alloc(full, self%full)
   end subroutine load
 
-  !> One field (nx, ny_local, nz_local, 1), numbered as in `flow_field`. Collective.
+  !> Computes one field (nx, ny_local, nz_local, 1), numbered as in `flow_field`. Collective.
   subroutine initial_field(self, which, field)
     class(initial_flow_t), intent(inout) :: self
     integer, intent(in) :: which
@@ -112,7 +112,7 @@ contains
     end if
   end subroutine initial_field
 
-  !> Gives back the memory that only a pass needs.
+  !> Releases the memory that only a pass needs.
   subroutine initial_rest(self)
     class(initial_flow_t), intent(inout) :: self
     if (self%parts == 1) return
@@ -130,6 +130,7 @@ contains
     if (allocated(self%u)) deallocate (self%u)
   end subroutine initial_free
 
+  !> Fills `fields` with velocity and vorticity of these sticks; see kernels_t.
   subroutine initial_spectral_in(self, first, count, fields)
     class(initial_flow_t), intent(inout) :: self
     integer, intent(in) :: first, count
@@ -146,6 +147,7 @@ contains
     end do
   end subroutine initial_spectral_in
 
+  !> Stores the fields on the lines of this batch; see kernels_t.
   subroutine initial_product(self, first, count, z, in, out)
     class(initial_flow_t), intent(inout) :: self
     integer, intent(in) :: first, count, z
@@ -156,6 +158,7 @@ contains
     end associate
   end subroutine initial_product
 
+  !> Does nothing, since nothing is transformed forward; see kernels_t.
   subroutine initial_spectral_out(self, first, count, fields)
     class(initial_flow_t), intent(inout) :: self
     integer, intent(in) :: first, count
@@ -164,6 +167,7 @@ contains
     end associate
   end subroutine initial_spectral_out
 
+  !> Does nothing; see kernels_t.
   subroutine initial_reduce(self)
     class(initial_flow_t), intent(inout) :: self
     associate (nothing_to_reduce => self)

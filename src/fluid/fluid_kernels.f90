@@ -11,7 +11,7 @@ module fluid_kernels
 
 contains
 
-  !> One stick of u and of the vorticity i k x u along x and y.
+  !> Copies one stick of u, and computes the vorticity i k x u along x and y on it.
   pure subroutine stick_fields(nkz, kx, ky, kz, u, v, w, u_out, v_out, w_out, omega_x, omega_y)
     integer, intent(in) :: nkz
     real(rp), intent(in) :: kx, ky, kz(nkz)
@@ -27,7 +27,7 @@ contains
     end do
   end subroutine stick_fields
 
-  !> One stick of the vorticity along z.
+  !> Computes the vorticity along z on one stick.
   pure subroutine stick_curl(nkz, kx, ky, u, v, omega_z)
     integer, intent(in) :: nkz
     real(rp), intent(in) :: kx, ky
@@ -39,7 +39,7 @@ contains
     end do
   end subroutine stick_curl
 
-  !> One stick of i k . u.
+  !> Computes i k . u on one stick.
   pure subroutine stick_divergence(nkz, kx, ky, kz, u, v, w, divergence)
     integer, intent(in) :: nkz
     real(rp), intent(in) :: kx, ky, kz(nkz)
@@ -57,7 +57,7 @@ contains
     b = cmplx(-aimag(a), real(a), rp)
   end function times_i
 
-  !> N = u x omega on one line, the largest |u|^2 and the sum of |u|^2 per x.
+  !> Computes N = u x omega on one line, the largest |u|^2, and the sum of |u|^2 per x.
   pure subroutine line_product(n, u, v, w, a, b, c, out1, out2, out3, q_max, q_sum)
     integer, intent(in) :: n
     real(rp), intent(in) :: u(n), v(n), w(n), a(n), b(n), c(n)
@@ -74,7 +74,7 @@ contains
     end do
   end subroutine line_product
 
-  !> N -> N - k (k.N)/k^2 and the total pressure -i k.N/k^2; the mean is left as it is.
+  !> Replaces N by N - k (k.N)/k^2 and computes the total pressure -i k.N/k^2 on one stick. The mean stays as it is.
   pure subroutine project_stick(nkz, kx, ky, kz, n1, n2, n3, pressure)
     integer, intent(in) :: nkz
     real(rp), intent(in) :: kx, ky, kz(nkz)
@@ -90,7 +90,7 @@ contains
     end do
   end subroutine project_stick
 
-  !> Adds the velocity term i k x q/k^2 of the damped vorticity q; nothing for k = 0.
+  !> Adds the velocity term i k x q/k^2 of the damped vorticity q to N on one stick; nothing for k = 0.
   pure subroutine add_sponge(nkz, kx, ky, kz, q1, q2, q3, n1, n2, n3)
     integer, intent(in) :: nkz
     real(rp), intent(in) :: kx, ky, kz(nkz)
@@ -106,7 +106,7 @@ contains
     end do
   end subroutine add_sponge
 
-  !> One component of the AB2 update on a stick: u = E (u + b10 N + b11 H), then H = E N.
+  !> Updates one component by AB2 on one stick: u = E (u + b10 N + b11 H), then H = E N.
   pure subroutine ab2_stick(nkz, factor, along, b10, b11, n, u, h)
     integer, intent(in) :: nkz
     real(rp), intent(in) :: factor, along(nkz), b10, b11 !< E = factor*along
@@ -121,7 +121,7 @@ contains
     end do
   end subroutine ab2_stick
 
-  !> out = factor_a along_a a + weight factor_b along_b b, the building block of the Runge-Kutta stages.
+  !> Computes out = factor_a along_a a + weight factor_b along_b b on one stick, the building block of the Runge-Kutta stages.
   pure subroutine weighted_sum(nkz, factor_a, along_a, a, weight, factor_b, along_b, b, out)
     integer, intent(in) :: nkz
     real(rp), intent(in) :: factor_a, along_a(nkz), weight, factor_b, along_b(nkz)
@@ -133,7 +133,7 @@ contains
     end do
   end subroutine weighted_sum
 
-  !> out = out + weight factor along a.
+  !> Adds weight factor along a to `out` on one stick.
   pure subroutine add_weighted(nkz, weight, factor, along, a, out)
     integer, intent(in) :: nkz
     real(rp), intent(in) :: weight, factor, along(nkz)
@@ -145,7 +145,7 @@ contains
     end do
   end subroutine add_weighted
 
-  !> Velocity i k x omega/k^2 of a vorticity on one stick, without mean.
+  !> Computes the velocity i k x omega/k^2 of a vorticity on one stick, without a mean.
   pure subroutine biot_savart(nkz, kx, ky, kz, omega_x, omega_y, omega_z, u, v, w)
     integer, intent(in) :: nkz
     real(rp), intent(in) :: kx, ky, kz(nkz)

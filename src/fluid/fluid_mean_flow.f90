@@ -12,7 +12,7 @@ module fluid_mean_flow
 
 contains
 
-  !> Right-hand side of the mean: `n` as computed, or -F/m_fluid where the mean flow is dynamic.
+  !> Returns the right-hand side of the mean flow: `n` as computed, or -F/m_fluid in directions where the mean flow is dynamic.
   pure function mean_acceleration(p, time, force, n) result(a)
     type(fluid_params_t), intent(in) :: p
     real(rp), intent(in) :: time
@@ -23,8 +23,8 @@ contains
     where (p%mean%kind == 'dynamic') a = cmplx(-force/p%mean%mass*ramp(p, time), 0.0_rp, rp)
   end function mean_acceleration
 
-  !> How a force on the fluid at points accelerates its mean, 1/(rho L^3), in each direction: by its mass where the mean
-  !> flow is free, by the given mass of fluid where it is dynamic, not at all where it is prescribed.
+  !> Returns how a force on the fluid at points accelerates the mean flow, 1/(rho L^3), in each direction: by the mass of the
+  !> fluid where the mean flow is free, by the given mass of fluid where it is dynamic, not at all where it is prescribed.
   pure function mean_response(p, time) result(response)
     type(fluid_params_t), intent(in) :: p
     real(rp), intent(in) :: time
@@ -35,7 +35,7 @@ contains
     if (p%walls%has_inflow) response(2) = 0
   end function mean_response
 
-  !> The mean velocity `u` at `time` with prescribed components replaced.
+  !> Returns the mean velocity `u` [L/T] at `time` [T] with its prescribed components replaced.
   pure function imposed_mean_flow(p, time, u) result(mean)
     type(fluid_params_t), intent(in) :: p
     real(rp), intent(in) :: time

@@ -39,7 +39,7 @@ module fluid_pressure
 
 contains
 
-  !> Room for this rank's share.
+  !> Allocates this rank's share.
   subroutine pressure_init(self, sticks)
     class(pressure_t), intent(inout) :: self
     type(sticks_t), intent(in) :: sticks
@@ -48,7 +48,7 @@ contains
     call check_allocation(status, [sticks%nkz, sticks%n], COMPLEX_BYTES, 'the pressure')
   end subroutine pressure_init
 
-  !> Keeps p on stick `s`.
+  !> Keeps the spectrum of p on stick `s`.
   subroutine pressure_keep(self, sticks, s, total, kinetic)
     class(pressure_t), intent(inout) :: self
     type(sticks_t), intent(in) :: sticks
@@ -59,8 +59,8 @@ contains
     call sticks%truncate(s, self%spectrum(:, s))
   end subroutine pressure_keep
 
-  !> The static pressure p (nx, ny_local, nz_local), on other lines than those that are wanted undefined. A pass must
-  !> have kept it. Collective.
+  !> Computes the static pressure p (nx, ny_local, nz_local) from what a pass has kept. On lines that are not wanted it is
+  !> undefined. Collective.
   subroutine pressure_field(self, transform, p, lines)
     class(pressure_t), target, intent(in) :: self
     class(transform_t), intent(inout) :: transform
@@ -75,13 +75,14 @@ contains
     call transform%pipeline(kernels)
   end subroutine pressure_field
 
-  !> Bytes of its large array.
+  !> Returns the bytes of its large array.
   pure real(rp) function pressure_memory_bytes(self) result(bytes)
     class(pressure_t), intent(in) :: self
     bytes = 0
     if (allocated(self%spectrum)) bytes = 16*real(size(self%spectrum), rp)
   end function pressure_memory_bytes
 
+  !> Fills `fields` with the kept spectrum; see kernels_t.
   subroutine kernels_spectral_in(self, first, count, fields)
     class(pressure_kernels_t), intent(inout) :: self
     integer, intent(in) :: first, count
@@ -89,6 +90,7 @@ contains
     fields(:, 1:count, 1) = self%spectrum(:, first:first + count - 1)
   end subroutine kernels_spectral_in
 
+  !> Stores the pressure on the lines of this batch; see kernels_t.
   subroutine kernels_product(self, first, count, z, in, out)
     class(pressure_kernels_t), intent(inout) :: self
     integer, intent(in) :: first, count, z
@@ -99,6 +101,7 @@ contains
     end associate
   end subroutine kernels_product
 
+  !> Does nothing, since nothing is transformed forward; see kernels_t.
   subroutine kernels_spectral_out(self, first, count, fields)
     class(pressure_kernels_t), intent(inout) :: self
     integer, intent(in) :: first, count
@@ -107,6 +110,7 @@ contains
     end associate
   end subroutine kernels_spectral_out
 
+  !> Does nothing; see kernels_t.
   subroutine kernels_reduce(self)
     class(pressure_kernels_t), intent(inout) :: self
     associate (nothing_to_reduce => self)

@@ -30,7 +30,7 @@ module fluid_q_criterion
 
 contains
 
-  !> Q of the velocity with the spectrum `u` on all points of this rank. Collective.
+  !> Computes Q of the velocity with the spectrum `u` on all points of this rank [1/T^2]. Collective.
   subroutine q_criterion(transform, u, q)
     class(transform_t), intent(inout) :: transform
     complex(rp), contiguous, target, intent(in) :: u(:, :, :)   !< (nkz, sticks, 3)
@@ -48,7 +48,7 @@ contains
     call transform%pipeline(kernels)
   end subroutine q_criterion
 
-  !> The derivatives of this round.
+  !> Fills `fields` with the derivatives of this round; see kernels_t.
   subroutine q_spectral_in(self, first, count, fields)
     class(q_kernels_t), intent(inout) :: self
     integer, intent(in) :: first, count
@@ -81,7 +81,7 @@ contains
     end select
   end subroutine differentiate
 
-  !> What this round gives to Q.
+  !> Adds the part of this round to Q; see kernels_t.
   subroutine q_product(self, first, count, z, in, out)
     class(q_kernels_t), intent(inout) :: self
     integer, intent(in) :: first, count, z
@@ -100,6 +100,7 @@ contains
     end associate
   end subroutine q_product
 
+  !> Does nothing, since nothing is transformed forward; see kernels_t.
   subroutine q_spectral_out(self, first, count, fields)
     class(q_kernels_t), intent(inout) :: self
     integer, intent(in) :: first, count
@@ -108,6 +109,7 @@ contains
     end associate
   end subroutine q_spectral_out
 
+  !> Does nothing; see kernels_t.
   subroutine q_reduce(self)
     class(q_kernels_t), intent(inout) :: self
     associate (nothing_to_reduce => self)

@@ -25,7 +25,7 @@ module fluid_requests
 
 contains
 
-  !> The time at which a pass evaluates the right-hand side, behind the beginning of its step, in steps.
+  !> Returns the time at which a pass evaluates the right-hand side, counted from the beginning of its step, in steps.
   pure real(rp) function pass_begin(pass) result(part)
     integer, intent(in) :: pass
     part = 0
@@ -33,14 +33,14 @@ contains
     if (any(pass == [PASS_RK_FOURTH, PASS_HEUN_SECOND])) part = 1
   end function pass_begin
 
-  !> The time that the state has after a pass, behind the beginning of its step, in steps.
+  !> Returns the time that the state has after a pass, counted from the beginning of its step, in steps.
   pure real(rp) function pass_end(pass) result(part)
     integer, intent(in) :: pass
     part = 1
     if (any(pass == [PASS_RK_FIRST, PASS_RK_SECOND])) part = 0.5_rp
   end function pass_end
 
-  !> Whether a pass that did what `self` asks for has done what `other` asks for.
+  !> Tells whether a pass that did what `self` asks for has done what `other` asks for.
   pure logical function request_covers(self, other) result(covers)
     class(request_t), intent(in) :: self
     type(request_t), intent(in) :: other

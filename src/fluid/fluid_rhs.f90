@@ -81,7 +81,7 @@ module fluid_rhs
 
 contains
 
-  !> Allocates state and tables; penalty and sponge are set by the caller.
+  !> Allocates state and tables. The caller sets penalty and sponge.
   subroutine rhs_init(self, world, params, sticks, block, keeps_fields, keeps_pressure, keeps_rhs)
     class(rhs_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -103,7 +103,7 @@ contains
     if (keeps_fields) call allocate_fields(self%fields, block, 6, 'velocity and vorticity in space')
   end subroutine rhs_init
 
-  !> Sets up the next pass.
+  !> Prepares the next pass. Call it before the pipeline runs.
   subroutine rhs_prepare(self, pass, request)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: pass
@@ -122,7 +122,7 @@ contains
     self%along_x%sum = 0
   end subroutine rhs_prepare
 
-  !> Velocity, vorticity i k x u, and on request the divergence.
+  !> Fills `fields` with velocity, vorticity i k x u and, on request, the divergence; see kernels_t.
   subroutine rhs_spectral_in(self, first, count, fields)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: first, count
@@ -140,7 +140,8 @@ contains
     end associate
   end subroutine rhs_spectral_in
 
-  !> u x omega, penalization, sponge, and last |u|^2/2 on a batch of lines; integrals and copies on request.
+  !> Computes u x omega, penalization, sponge and, last, |u|^2/2 on a batch of lines, and integrals and copies on request; see
+  !> kernels_t.
   subroutine rhs_product(self, first, count, z, in, out)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: first, count, z
@@ -276,8 +277,8 @@ contains
     call self%stepper%choose(self%sticks, self%pass, self%dt)
   end subroutine choose_step
 
-  !> Makes the AB2 step for which the last pass, an evaluation, kept the right-hand side: the state becomes to
-  !> the bit what PASS_AB2 in its place would have made of it, without a transform.
+  !> Makes the AB2 step for which the last pass, an evaluation, kept the right-hand side. The state becomes to the bit what
+  !> PASS_AB2 in its place would have made of it, without a transform.
   subroutine rhs_advance_kept(self)
     class(rhs_t), intent(inout) :: self
     integer :: s
@@ -288,7 +289,7 @@ contains
     end do
   end subroutine rhs_advance_kept
 
-  !> Projects the right-hand side and advances the state by it; an evaluation keeps it on request.
+  !> Projects the right-hand side and advances the state by it; an evaluation keeps it on request. See kernels_t.
   subroutine rhs_spectral_out(self, first, count, fields)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: first, count
@@ -335,7 +336,7 @@ contains
                                                                          self%state%u(1, s, :))
   end subroutine advance
 
-  !> The time at which pass `pass` evaluates the right-hand side; dt must be that of its step.
+  !> Returns the time [T] at which pass `pass` evaluates the right-hand side. dt must be that of its step.
   pure real(rp) function rhs_time_of(self, pass) result(time)
     class(rhs_t), intent(in) :: self
     integer, intent(in) :: pass

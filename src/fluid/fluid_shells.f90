@@ -17,13 +17,13 @@ module fluid_shells
 
 contains
 
-  !> dk, the difference of the wavenumbers of neighbouring shells, 1/L.
+  !> Returns dk [1/L], the difference of the wavenumbers of neighbouring shells.
   pure real(rp) function shell_width(grid) result(width)
     type(grid_t), intent(in) :: grid
     width = TWO_PI/maxval(grid%length, mask=grid%n > 1)
   end function shell_width
 
-  !> Number of shells, with that of k = 0; the same on all ranks. Collective.
+  !> Returns the number of shells, with that of k = 0, the same on all ranks. Collective.
   integer function count_shells(world, grid, sticks) result(n)
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
@@ -38,8 +38,8 @@ contains
     n = world%max_integer(n) + 1
   end function count_shells
 
-  !> Energies (0:shells-1, 3) of the components of the velocity with the spectrum `u`, L^2/T^2, the same on all ranks.
-  !> Collective.
+  !> Returns the energies (0:shells-1, 3) [L^2/T^2] of the components of the velocity with the spectrum `u`, the same on all
+  !> ranks. Collective.
   subroutine shell_energies(world, grid, sticks, u, energies)
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid

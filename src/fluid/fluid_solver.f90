@@ -18,7 +18,7 @@ module fluid_solver
   use fluid_sums, only: sums_t
   use parallel_block, only: allocate_fields
   use parallel_world, only: world_t
-  use spectral_backends, only: make_transform
+  use spectral_backends, only: make_transform, transform_choices_t
   use spectral_transform, only: transform_t
   implicit none
   private
@@ -71,9 +71,11 @@ contains
     if (present(keeps_rhs)) rhs = keeps_rhs
     pressure = keeps_fields
     if (present(keeps_pressure)) pressure = keeps_pressure
-    call make_transform(self%transform, params%resolution%transform, world, params%grid, params%resolution%dealias, &
-                        params%resolution%process_rows, params%resolution%planner, 7, &
-                        merge(6, 3, params%sponge%is_on) + merge(1, 0, pressure), failure)
+    associate (r => params%resolution)
+      call make_transform(self%transform, world, params%grid, transform_choices_t(r%transform, r%dealias, r%process_rows, &
+                                                                                  r%planner), 7, &
+                          merge(6, 3, params%sponge%is_on) + merge(1, 0, pressure), failure)
+    end associate
     call self%rhs%init(world, params, self%transform%sticks, self%transform%block, keeps_fields, pressure, rhs)
     self%rhs%sponge = make_sponge(params, self%transform%block)
     call draw_bodies(world, params, self%transform%block, self%rhs%penalty, failure)
@@ -180,8 +182,8 @@ contains
     if (self%rhs%failure%failed) call failure%raise(self%rhs%failure%reason)
   end subroutine fluid_try
 
-  !> The solids are where they were in the last trial, and will be when the next step begins: an AB2 or Euler step then
-  !> begins with that trial instead of repeating it, unless it is asked for more. The result is the same to the bit.
+  !> Says that the solids are where they were in the last trial, and will be there when the next step begins. An AB2 or Euler step
+  !> then begins with that trial instead of repeating it, unless it is asked for more. The result is the same to the bit.
   subroutine fluid_accept(self)
     class(fluid_t), intent(inout) :: self
     call require(self%rhs%request%rhs, 'fluid_t: the last pass was no trial')
@@ -280,7 +282,7 @@ contains
     end if
   end subroutine fluid_flow_field
 
-  !> Room for up to `most` points at which others look at the flow and push it; `points%place` says where they are.
+  !> Makes room for up to `most` points at which others look at the flow and push it; `points%place` says where they are.
   subroutine fluid_hold_points(self, most)
     class(fluid_t), intent(inout) :: self
     integer, intent(in) :: most
@@ -290,7 +292,7 @@ contains
     end associate
   end subroutine fluid_hold_points
 
-  !> Velocities (3, n) of the present flow at the points, L/T, the same on all ranks. Collective.
+  !> Returns the velocities (3, n) [L/T] of the present flow at the points, the same on all ranks. Collective.
   subroutine fluid_velocities_at_points(self, velocities)
     class(fluid_t), intent(inout) :: self
     real(rp), intent(inout) :: velocities(:, :)
@@ -325,7 +327,7 @@ contains
     call self%transform%free()
   end subroutine fluid_free
 
-  !> Bytes of this rank's large arrays.
+  !> Returns the bytes of this rank's large arrays.
   real(rp) function fluid_memory_bytes(self) result(bytes)
     class(fluid_t), intent(in) :: self
     bytes = self%transform%memory_bytes() + 16*real(size(self%rhs%state%u) + size(self%rhs%state%history), rp)

@@ -24,7 +24,7 @@ module fluid_sponge
 
 contains
 
-  !> q = -chi_sp/C_sp omega on the line (y, z), for omega and q of (nx, 3).
+  !> Sets q to -chi_sp/C_sp omega on the line (y, z), for omega and q of (nx, 3).
   pure subroutine sponge_damp(self, y, z, omega, q)
     class(sponge_t), intent(in) :: self
     integer, intent(in) :: y, z
@@ -41,7 +41,7 @@ contains
     end if
   end subroutine sponge_damp
 
-  !> Sponge of `params` on this rank's block.
+  !> Returns the sponge of `params` on this rank's block.
   function make_sponge(params, block) result(sponge)
     type(fluid_params_t), intent(in) :: params
     type(block_t), intent(in) :: block

@@ -64,7 +64,7 @@ contains
     call visitor%leave_out('u history')
   end subroutine state_visit
 
-  !> Room for the spectra of three fields, which hold `what`, on the sticks of this rank. Ends the program if there is none.
+  !> Makes room for the spectra of three fields, which hold `what`, on the sticks of this rank. Ends the program if there is none.
   subroutine allocate_spectra(spectra, sticks, what)
     complex(rp), allocatable, intent(out) :: spectra(:, :, :)
     type(sticks_t), intent(in) :: sticks
@@ -82,7 +82,7 @@ contains
     self%dt = -1
   end subroutine factor_init
 
-  !> Makes the tables valid for `dt`.
+  !> Makes the tables valid for the step `dt` [T].
   subroutine factor_update(self, sticks, nu, dt)
     class(viscous_factor_t), intent(inout) :: self
     type(sticks_t), intent(in) :: sticks

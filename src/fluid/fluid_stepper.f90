@@ -28,7 +28,7 @@ module fluid_stepper
 
 contains
 
-  !> Allocates tables and the base of stages.
+  !> Allocates the tables and the base of the stages.
   subroutine stepper_init(self, params, sticks)
     class(stepper_t), intent(inout) :: self
     type(fluid_params_t), intent(in) :: params
@@ -43,7 +43,7 @@ contains
     if (params%time%scheme == SCHEME_RK4) call allocate_spectra(self%stage_base, sticks, 'a stage of the time step')
   end subroutine stepper_init
 
-  !> Makes the viscous factors of a step dt that begins with pass `pass`.
+  !> Makes the viscous factors of a step dt [T] that begins with pass `pass`.
   subroutine stepper_choose(self, sticks, pass, dt)
     class(stepper_t), intent(inout) :: self
     type(sticks_t), intent(in) :: sticks
@@ -53,7 +53,7 @@ contains
     if (pass == PASS_RK_FIRST) call self%half%update(sticks, self%nu, dt/2)
   end subroutine stepper_choose
 
-  !> Component `c` of the update of pass `pass` on stick `s` by the projected right-hand side `n`; `full` was chosen for `s`.
+  !> Updates component `c` on stick `s` by pass `pass` with the projected right-hand side `n`; `full` was chosen for `s`.
   subroutine stepper_advance(self, state, sticks, pass, dt, s, c, n)
     class(stepper_t), intent(inout) :: self
     type(fluid_state_t), intent(inout) :: state
@@ -101,7 +101,7 @@ contains
     end associate
   end subroutine stepper_advance
 
-  !> Bytes of its large array.
+  !> Returns the bytes of its large array.
   pure real(rp) function stepper_memory_bytes(self) result(bytes)
     class(stepper_t), intent(in) :: self
     bytes = 0

@@ -45,15 +45,15 @@ module fluid_sums
 
 contains
 
-  !> Sets everything to zero.
+  !> Sets all sums to zero.
   subroutine sums_clear(self)
     class(sums_t), intent(out) :: self
     associate (all_components_take_their_defaults => self)
     end associate
   end subroutine sums_clear
 
-  !> Adds the penalized points of line `line` of `penalty`: forces, moments, and what belongs to the mask; `lever` is that of
-  !> the line. `n` receives the penalization term of the velocity u. Not yet multiplied by the cell volume.
+  !> Adds the penalized points of line `line` of `penalty` to forces, moments and what belongs to the mask; `lever` is that of the
+  !> line. Adds the penalization term of the velocity u to `n`. The sums are not yet multiplied by the cell volume.
   subroutine sums_add_solid_line(self, penalty, line, c_eta, lever, u, n)
     class(sums_t), intent(inout) :: self
     type(penalty_t), intent(in) :: penalty

@@ -16,13 +16,13 @@ module fluid_timestep
 
 contains
 
-  !> FLUSI's rule. dt = CFL min(dx)/max|u|, rounded to two significant digits so that it stays constant
-  !> for many steps, then limited by dt_max, by the explicit penalization (CFL_eta C_eta dt_fraction) and by the
-  !> explicit sponge (C_sp). A prescribed dt_fixed replaces all that. The last step ends at t_max; with
-  !> intelligent_dt the time left to the next event of any interval in `intervals` (0 = none) is spread
-  !> over equal steps, and no step is more than twice the one before: where events of several intervals
-  !> lie close together a step may be tiny, and AB2 would extrapolate over dt/dt_old. With even_end the last two steps
-  !> are equal, so that none is tiny.
+  !> Returns the length [T] of the next step, by FLUSI's rule. dt = CFL min(dx)/max|u|, rounded to two significant digits so that
+  !> it stays constant for many steps, then limited by dt_max, by the explicit penalization (CFL_eta C_eta dt_fraction) and by the
+  !> explicit sponge (C_sp). A prescribed dt_fixed replaces all that. The last step ends at t_max.
+  !>
+  !> With intelligent_dt the time left to the next event of any interval in `intervals` (0 = none) is spread over equal steps, and
+  !> no step is more than twice the one before: where events of several intervals lie close together a step may be tiny, and AB2
+  !> would extrapolate over dt/dt_old. With even_end the last two steps are equal, so that none is tiny.
   pure real(rp) function next_step_length(p, u_max, time, dt_old, intervals) result(dt)
     type(fluid_params_t), intent(in) :: p
     real(rp), intent(in) :: u_max !< largest |u| in the box at `time`
@@ -72,8 +72,7 @@ contains
     k = aint(time/interval + 1.0e-9_rp)
   end function floor_of
 
-  !> Whether an event of `interval` lies in (time - dt_old, time]; before the first step (dt_old = 0) one
-  !> always does.
+  !> Tells whether an event of `interval` lies in (time - dt_old, time]. Before the first step (dt_old = 0) one always does.
   pure logical function is_due(time, dt_old, interval) result(due)
     real(rp), intent(in) :: time, dt_old, interval
     due = .false.
@@ -82,7 +81,7 @@ contains
     if (.not. due) due = floor_of(time, interval) > floor_of(time - dt_old, interval)
   end function is_due
 
-  !> Rounds to two significant digits as the format es7.1 does.
+  !> Returns the number rounded to two significant digits, as the format es7.1 rounds.
   pure real(rp) function two_digits(x) result(rounded)
     real(rp), intent(in) :: x
     character(12) :: text

@@ -76,7 +76,7 @@ module inference_design
 
 contains
 
-  !> Whether a candidate releases a part of what another does.
+  !> Tells whether a candidate releases a part of what another does.
   pure logical function is_part_of(one, other)
     type(candidate_t), intent(in) :: one, other
     integer :: k
@@ -84,10 +84,12 @@ contains
                  all([(any(other%columns == one%columns(k)), k=1, size(one%columns))])
   end function is_part_of
 
-  !> The design of a simulator at q. Candidates whose data are missing, and finer variants that are not released, are left
-  !> out. Fails if the simulator has no result at q. `known` is a design of the same simulator at the same q, of which only
-  !> some effects, or variants, are missing, or at a q close by, whose tangents and patterns are kept; nuisances(n, :), where
-  !> given, take the place of its own, and no direction of a candidate that `known` has is lost to these.
+  !> Builds the design of a simulator at q. It leaves out candidates whose data are missing, and finer variants that are not
+  !> released. Fails if the simulator has no result at q.
+  !>
+  !> `known` is a design of the same simulator at the same q, of which only some effects, or variants, are missing, or at a q
+  !> close by, whose tangents and patterns are kept. nuisances(n, :), where given, take the place of its own; no direction of a
+  !> candidate that `known` has is lost to these.
   subroutine build_design(simulator, q, design, failure, known, nuisances)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
@@ -339,7 +341,7 @@ contains
     end do
   end subroutine make_families
 
-  !> Posterior mean(patterns) and sd(patterns) of the amplitudes, given z(k), at the most likely common strength.
+  !> Returns the posterior mean(patterns) and sd(patterns) of the amplitudes, given z(k), at the most likely common strength.
   subroutine family_posterior(self, z, mean, sd)
     class(family_t), intent(in) :: self
     real(rp), intent(in) :: z(:)
@@ -375,7 +377,7 @@ contains
     residual_square = max(0.0_rp, sum(r**2) - sum(z**2))
   end subroutine design_compress
 
-  !> Whitened columns (n, :) without what the baseline, held by its priors, imitates of them.
+  !> Takes from whitened columns (n, :) what the baseline, held by its priors, imitates of them.
   function design_project_out_baseline(self, columns) result(projected)
     class(design_t), intent(in) :: self
     real(rp), intent(in) :: columns(:, :)
@@ -385,7 +387,7 @@ contains
     end associate
   end function design_project_out_baseline
 
-  !> What z(k) is among the whitened observations (n).
+  !> Returns what z(k) is among the whitened observations (n).
   function design_observed(self, z) result(r)
     class(design_t), intent(in) :: self
     real(rp), intent(in) :: z(:)

@@ -31,8 +31,8 @@ module inference_engine
 contains
 
   !> Diagnoses from starts(parameters, :) of the baseline. Fails if the baseline has no fit. `store` keeps what is drawn,
-  !> `model_error` renews directions of errors. The simulator then stands where the extended fit has ended, or the baseline's
-  !> without one.
+  !> `model_error` renews directions of errors. Afterwards the simulator stands where the extended fit has ended, or that of the
+  !> baseline if there is none.
   subroutine run_diagnosis(simulator, starts, options, d, failure, store, model_error)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)

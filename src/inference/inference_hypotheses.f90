@@ -49,7 +49,7 @@ module inference_hypotheses
 
 contains
 
-  !> For z(k), in units of the noise.
+  !> Evaluates all hypotheses for z(k), in units of the noise, in the linear approximation.
   subroutine hypotheses_init(self, design, n_effects, z)
     class(hypotheses_t), intent(out) :: self
     type(design_t), intent(in) :: design
@@ -72,8 +72,8 @@ contains
     self%unknown_linear = self%unknown
   end subroutine hypotheses_init
 
-  !> For z(k): the variant of effect e that has the largest evidence, 0: none, the logarithm of its evidence, and that of the
-  !> effect, which is averaged over its variants by their weights.
+  !> Returns, for z(k), the variant of effect e that has the largest evidence, 0: none; the logarithm of its evidence; and that of
+  !> the effect, which is averaged over its variants by their weights.
   pure subroutine average_variants(design, e, z, best, most, average)
     type(design_t), intent(in) :: design
     integer, intent(in) :: e
@@ -95,8 +95,8 @@ contains
     end do
   end subroutine average_variants
 
-  !> log of the prior probability that these n_causes (1, 2 or more) of n_effects are there, and no others: each one beyond
-  !> the second has the odds of a second one, spread over the catalogue.
+  !> Returns the logarithm of the prior probability that these n_causes (1, 2 or more) of n_effects are there, and no others. Each
+  !> one beyond the second has the odds of a second one, spread over the catalogue.
   pure real(rp) function log_prior(n_causes, n_effects)
     integer, intent(in) :: n_causes, n_effects
     if (n_causes == 1) then
@@ -107,7 +107,7 @@ contains
     end if
   end function log_prior
 
-  !> log of the odds of an unknown cause, whatever its family, with these log evidences(families).
+  !> Returns the logarithm of the odds of an unknown cause, whatever its family, with these log evidences(families).
   pure real(rp) function log_odds_unknown(unknown) result(log_odds)
     real(rp), intent(in) :: unknown(:)
     integer :: f
@@ -150,7 +150,8 @@ contains
     end do
   end subroutine hypotheses_correct_unknown
 
-  !> An unknown cause is as likely a field over the whole wing as one place of it.
+  !> Returns the log evidence of one family of unknown causes. Such a cause is as likely a field over the whole wing as one place
+  !> of it.
   pure real(rp) function unknown_evidence(family, z) result(log_evidence)
     type(family_t), intent(in) :: family
     real(rp), intent(in) :: z(:)
@@ -165,7 +166,7 @@ contains
     log_evidence = log_add(log_evidence, one - log(real(size(family%alone, 2), rp))) - log(2.0_rp)
   end function unknown_evidence
 
-  !> What candidates, each in the space that those before it leave, explain of z(k).
+  !> Finds what candidates, each in the space that those before it leave, explain of z(k).
   subroutine explain(design, members, z, explained)
     type(design_t), intent(in) :: design
     integer, intent(in) :: members(:)
@@ -202,7 +203,7 @@ contains
     if (m > 0) call remainder%size_prior%init(s(:m)/s(1))
   end function orthogonal_to
 
-  !> The candidates of `known` and the variant of effect e that explains most beside them; the evidence is averaged over all
+  !> Adds to the candidates of `known` the variant of effect e that explains most beside them. The evidence is averaged over all
   !> variants, so that an effect that may be at many places pays for the choice.
   subroutine add_effect(design, known, e, explained)
     type(design_t), intent(in) :: design
@@ -239,7 +240,7 @@ contains
     explained%square = known%square + sum(matmul(known%left, best%basis)**2)
   end subroutine add_effect
 
-  !> log p of the hypothesis that what is left(k) of z behind some candidates is noise, against unknown causes. The
+  !> Returns log p of the hypothesis that what is left(k) of z behind some candidates is noise, against unknown causes. The
   !> reference distribution is that of z itself, which makes the test a little conservative.
   real(rp) function remainder_log_p(design, calibration, left) result(log_p)
     type(design_t), intent(in) :: design
@@ -255,8 +256,8 @@ contains
     end do
   end function remainder_log_p
 
-  !> How much log likelihood candidate b is expected to lack behind a if a is true with the strength that was found, and the
-  !> `fraction` of all that a adds to the baseline. No prior takes part: causes that only priors tell apart are not told
+  !> Returns how much log likelihood candidate b is expected to lack behind a if a is true with the strength that was found, and
+  !> the `fraction` of all that a adds to the baseline. No prior takes part: causes that only priors tell apart are not told
   !> apart.
   subroutine expect_loss(design, a, b, z, loss, fraction)
     type(design_t), intent(in) :: design

@@ -17,9 +17,9 @@ module inference_intervals
 
 contains
 
-  !> Intervals of the parameters that `extended`, a fit over the observations of the whitener, has beside those of the
-  !> baseline, in the order in which they are active. The simulator stands where the fit has ended, before and after.
-  !> `scale` is the variance of the noise over that of the whitener.
+  !> Finds intervals of the parameters that `extended`, a fit over the observations of the whitener, has beside those of the
+  !> baseline, in the order in which they are active. `scale` is the variance of the noise over that of the whitener. The
+  !> simulator stands where the fit has ended, before and after.
   subroutine find_intervals(simulator, whitener, scale, options, extended, intervals)
     class(simulator_t), intent(inout), target :: simulator
     type(whitener_t), intent(in), target :: whitener
@@ -58,7 +58,7 @@ contains
     is_outside = (interval%has_lower .and. null < interval%lower) .or. (interval%has_upper .and. null > interval%upper)
   end function is_null_outside
 
-  !> Whether every one of `causes`, which `extended` fits together, has a parameter whose interval excludes its null; and
+  !> Tells whether every one of `causes`, which `extended` fits together, has a parameter whose interval excludes its null; and
   !> whether a parameter that does so stands at a bound of its box.
   pure subroutine find_support(parameters, causes, n_baseline, extended, intervals, is_null_excluded, is_at_bound)
     type(parameter_t), intent(in) :: parameters(:)
@@ -80,8 +80,8 @@ contains
                       abs(extended%q(columns) - parameters(columns)%null) > 0)
   end subroutine find_support
 
-  !> Where a profile has met a smaller sum of squares than the fit, whose value then lies beside its own interval, the causes
-  !> are fitted again from there.
+  !> Fits the causes again from where a profile has met a smaller sum of squares than the fit, whose value then lies beside its
+  !> own interval.
   subroutine refit_from_better(simulator, whitener, options, intervals, extended, is_better)
     class(simulator_t), intent(inout), target :: simulator
     type(whitener_t), intent(in), target :: whitener

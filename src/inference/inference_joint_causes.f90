@@ -16,9 +16,9 @@ module inference_joint_causes
 
 contains
 
-  !> The best two or three of the effects `order`, the most probable one first; log_joint is the logarithm of their odds.
-  !> What the nonlinear fit of the first has left is what the others have to explain. No members, and IMPOSSIBLE, where
-  !> there are no two.
+  !> Finds the best two or three of the effects `order`, the most probable one first. log_joint is the logarithm of their odds.
+  !> What the nonlinear fit of the first has left is what the others have to explain. Where there are no two, it returns no
+  !> members and IMPOSSIBLE.
   subroutine find_joint_causes(design, hypotheses, order, joint, log_joint)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses

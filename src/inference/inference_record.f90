@@ -79,14 +79,14 @@ module inference_record
 
 contains
 
-  !> The simulator stands where the fit of the baseline has ended and all refits begin.
+  !> Makes the simulator stand where the fit of the baseline has ended and all refits begin.
   subroutine diagnosis_restore_baseline(self, simulator)
     class(diagnosis_t), intent(in) :: self
     class(simulator_t), intent(inout) :: simulator
     call simulator%set_state(self%baseline%state)
   end subroutine diagnosis_restore_baseline
 
-  !> The simulator stands where the extended model's fit has ended, or where the baseline's has if there is none.
+  !> Makes the simulator stand where the fit of the extended model has ended, or that of the baseline if there is none.
   subroutine diagnosis_restore_extended(self, simulator)
     class(diagnosis_t), intent(in) :: self
     class(simulator_t), intent(inout) :: simulator
@@ -97,7 +97,7 @@ contains
     end if
   end subroutine diagnosis_restore_extended
 
-  !> z and the residual sum of squares of the data at the point q.
+  !> Returns z and the residual sum of squares of the data at the point q.
   subroutine compress_at(simulator, q, design, z, residual_square, failure)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)

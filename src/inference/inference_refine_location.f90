@@ -17,9 +17,8 @@ module inference_refine_location
 
 contains
 
-  !> The candidate `next` of the same effect that promises the smallest sum of squares if it takes the place of candidate
-  !> `c`, whose fit is `found`, and by how much it is then smaller;
-  !> 0 if there is none. Effects of one parameter only.
+  !> Finds the candidate `next` of the same effect that promises the smallest sum of squares if it takes the place of candidate
+  !> `c`, whose fit is `found`; 0 if there is none. Returns by how much the sum is then smaller. Effects of one parameter only.
   subroutine refine_location(simulator, design, whitener, c, found, next, gain)
     class(simulator_t), intent(inout) :: simulator
     type(design_t), intent(in) :: design

@@ -52,7 +52,8 @@ module inference_refit
 
 contains
 
-  !> The problem over the observations of the whitener, from the point q. Both must live as long as the problem.
+  !> Makes the problem over the observations of the whitener, from the point q. Simulator and whitener must live as long as the
+  !> problem.
   subroutine nested_init(self, simulator, whitener, active, q)
     class(nested_problem_t), intent(inout) :: self
     class(simulator_t), intent(in), target :: simulator
@@ -68,6 +69,7 @@ contains
     allocate (self%raw(simulator%n_observations), self%raw_jacobian(simulator%n_observations, size(active)))
   end subroutine nested_init
 
+  !> Returns whitened residuals and derivatives with the active parameters at p; see `least_squares_t`.
   subroutine nested_evaluate(self, p, residuals, jacobian, is_valid)
     class(nested_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)
@@ -86,30 +88,33 @@ contains
     jacobian = both(:, 2:)
   end subroutine nested_evaluate
 
+  !> Tells the simulator that it now stands at the last point; see `least_squares_t`.
   subroutine nested_accept(self)
     class(nested_problem_t), intent(inout) :: self
     call self%simulator%accept()
   end subroutine nested_accept
 
+  !> Returns the state of the simulator; see `least_squares_t`.
   subroutine nested_get_state(self, state)
     class(nested_problem_t), intent(in) :: self
     class(solver_state_t), allocatable, intent(out) :: state
     call self%simulator%get_state(state)
   end subroutine nested_get_state
 
+  !> Gives the simulator its state back; see `least_squares_t`.
   subroutine nested_set_state(self, state)
     class(nested_problem_t), intent(inout) :: self
     class(solver_state_t), intent(in) :: state
     call self%simulator%set_state(state)
   end subroutine nested_set_state
 
-  !> Sum of squares with priors.
+  !> Returns the sum of squares with priors.
   pure real(rp) function nested_cost(self) result(cost)
     class(nested_fit_t), intent(in) :: self
     cost = self%chi2 + self%prior_chi2
   end function nested_cost
 
-  !> Bounds and priors of the parameters `active`, and usual changes for a search that starts at q.
+  !> Returns bounds and priors of the parameters `active`, and usual changes for a search that starts at q.
   function nested_unknowns(simulator, active, q) result(unknowns)
     class(simulator_t), intent(in) :: simulator
     integer, intent(in) :: active(:)
@@ -305,7 +310,7 @@ contains
     call simulator%get_state(found%state)
   end subroutine fit_loosely
 
-  !> The same choices, with an end where little is gained.
+  !> Returns the same choices, but with an end where little is gained.
   pure function loose_options(options) result(loose)
     type(fit_options_t), intent(in) :: options
     type(fit_options_t) :: loose
@@ -313,9 +318,9 @@ contains
     loose%reduction_tolerance = max(LOOSE_TOLERANCE, options%reduction_tolerance)
   end function loose_options
 
-  !> Takes the nuisances about their most probable errors at q, where the simulator stands: what they do is not linear. The
-  !> directions of the whitener, over all observations, are then those at q before that, if there is anything to settle. If
-  !> there is no result (`is_valid` false) errors are as before.
+  !> Takes the nuisances about their most probable errors at q, where the simulator stands, since what they do is not linear. If
+  !> there is anything to settle, the directions of the whitener, over all observations, are then those at q before that. If there
+  !> is no result (`is_valid` false), errors are as before.
   subroutine relinearise_nuisances(simulator, whitener, q, is_valid)
     class(simulator_t), intent(inout) :: simulator
     type(whitener_t), intent(inout) :: whitener

@@ -41,8 +41,8 @@ module inference_region
 
 contains
 
-  !> The region for z(k), in units of the noise. site(2, patterns) [m] of the simulator's patterns, `distance` [m] of
-  !> neighbours on their lattice.
+  !> Finds the region for z(k), in units of the noise. site(2, patterns) [m] are the places of the simulator's patterns,
+  !> `distance` [m] that of neighbours on their lattice.
   subroutine find_region(design, z, site, distance, region)
     type(design_t), intent(in) :: design
     real(rp), intent(in) :: z(:), site(:, :), distance
@@ -145,7 +145,7 @@ contains
     end do
   end subroutine find_connected_parts
 
-  !> Effects that explain a part of z(k) which chance alone would not, the largest part first; at most MOST_RELATED.
+  !> Finds the effects that explain a part of z(k) which chance alone would not, the largest part first; at most MOST_RELATED.
   subroutine find_related(design, calibration, statistics, z, related)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration

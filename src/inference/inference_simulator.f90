@@ -119,20 +119,20 @@ module inference_simulator
 
 contains
 
-  !> Whether the variant is among the candidates.
+  !> Tells whether the variant is among the candidates.
   pure elemental logical function variant_is_tried(self) result(is_tried)
     class(variant_t), intent(in) :: self
     is_tried = self%is_released .or. .not. self%is_finer
   end function variant_is_tried
 
-  !> Whether the data can show the effect at all.
+  !> Tells whether the data can show the effect at all.
   pure logical function effect_is_testable(self) result(is_testable)
     class(effect_t), intent(in) :: self
     is_testable = .true.
     if (allocated(self%missing)) is_testable = self%missing == ''
   end function effect_is_testable
 
-  !> Of the variance of a single error, the part that neighbours share; negative where that is not to be asked.
+  !> Returns the part that neighbours share of the variance of a single error; negative where that is not to be asked.
   pure real(rp) function simulator_common_fraction(self) result(fraction)
     class(simulator_t), intent(in) :: self
     fraction = -1
@@ -140,7 +140,7 @@ contains
     end associate
   end function simulator_common_fraction
 
-  !> Sets that part; what neighbours do not share stays.
+  !> Sets that part. What neighbours do not share stays.
   subroutine simulator_set_common_fraction(self, fraction)
     class(simulator_t), intent(inout) :: self
     real(rp), intent(in) :: fraction
@@ -148,15 +148,15 @@ contains
     end associate
   end subroutine simulator_set_common_fraction
 
-  !> The point that was evaluated last is where the solver now stands. A simulator without iterations of its own has nothing
-  !> to remember of it.
+  !> Says that the point that was evaluated last is where the solver now stands. A simulator without iterations of its own has
+  !> nothing to remember of it.
   subroutine simulator_accept(self)
     class(simulator_t), intent(inout) :: self
     associate (unused => self)
     end associate
   end subroutine simulator_accept
 
-  !> Where the solver stands, and the errors about which nuisances are linear.
+  !> Returns where the solver stands, and the errors about which nuisances are linear.
   subroutine simulator_get_state(self, state)
     class(simulator_t), intent(in) :: self
     class(solver_state_t), allocatable, intent(out) :: state
@@ -165,8 +165,8 @@ contains
     end associate
   end subroutine simulator_get_state
 
-  !> The solver and the nuisances are again where they were when this simulator gave the state; if `only_shapes`, the solver
-  !> alone, and errors stay those about which nuisances are now.
+  !> Puts the solver and the nuisances back to where they were when this simulator gave the state. If `only_shapes`, it puts back
+  !> the solver alone; errors stay those about which nuisances are now.
   subroutine simulator_set_state(self, state, only_shapes)
     class(simulator_t), intent(inout) :: self
     class(solver_state_t), intent(in) :: state
@@ -176,17 +176,17 @@ contains
     if (present(only_shapes)) return
   end subroutine simulator_set_state
 
-  !> The solver does not begin where it stands: another equilibrium may have been followed there than the one that a wing
-  !> at rest comes to.
+  !> Makes the solver begin elsewhere than where it stands: it may have followed another equilibrium than the one that a wing at
+  !> rest comes to.
   subroutine simulator_forget_warm_starts(self)
     class(simulator_t), intent(inout) :: self
     associate (unused => self)
     end associate
   end subroutine simulator_forget_warm_starts
 
-  !> Nuisances are about errors(n_nuisances) sd from now on, as far as they are not linear: residuals are those with these
-  !> errors less what the tangents there, which are the new directions, say of them. At q, where the solver stands. If
-  !> that has no result (`is_valid` false) nothing has changed. `whitener_t` needs its directions anew.
+  !> Takes nuisances about errors(n_nuisances) sd, as far as they are not linear: residuals are then those with these errors, less
+  !> what the tangents there, which are the new directions, say of them. The solver stands at q. If that has no result (`is_valid`
+  !> false), nothing has changed. `whitener_t` needs its directions anew.
   subroutine simulator_linearise_at(self, errors, q, is_valid)
     class(simulator_t), intent(inout) :: self
     real(rp), intent(in) :: errors(:), q(:)
@@ -194,7 +194,7 @@ contains
     is_valid = size(errors) == self%n_nuisances .and. size(q) == size(self%parameters)
   end subroutine simulator_linearise_at
 
-  !> Whether nuisances are not linear, so that `linearise_at` does something.
+  !> Tells whether nuisances are not linear, so that `linearise_at` does something.
   pure logical function simulator_has_nonlinear_nuisances(self) result(has_some)
     class(simulator_t), intent(in) :: self
     has_some = .false.
@@ -202,21 +202,21 @@ contains
     end associate
   end function simulator_has_nonlinear_nuisances
 
-  !> From now on nobody looks at these surfaces: a simulator may leave out their results, and `is_valid` says nothing
-  !> of them.
+  !> Leaves these surfaces out: nobody looks at them, a simulator may leave out their results, and `is_valid` says nothing of
+  !> them.
   subroutine simulator_skip(self, is_skipped)
     class(simulator_t), intent(inout) :: self
     logical, intent(in) :: is_skipped(:)
     self%is_skipped = is_skipped
   end subroutine simulator_skip
 
-  !> Everything is wanted again.
+  !> Ends `skip`: everything is wanted again.
   subroutine simulator_skip_none(self)
     class(simulator_t), intent(inout) :: self
     if (allocated(self%is_skipped)) deallocate (self%is_skipped)
   end subroutine simulator_skip_none
 
-  !> All parameters at their null values.
+  !> Returns all parameters at their null values.
   pure function simulator_null_point(self) result(q)
     class(simulator_t), intent(in) :: self
     real(rp) :: q(size(self%parameters))

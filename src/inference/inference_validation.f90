@@ -213,8 +213,8 @@ contains
     step = max(unknowns%lower - full%q(active), min(unknowns%upper - full%q(active), step))
   end subroutine step_without
 
-  !> Mean gain of log predictive density per fold of `other` over `one`, and the standard error of the mean over folds
-  !> that both predict; their number is at least 2 if `ok`.
+  !> Returns the mean gain of log predictive density per fold of `other` over `one`, and the standard error of that mean over
+  !> folds that both predict. `ok` is false if there are fewer than 2.
   subroutine compare_folds(one, other, gain, standard_error, ok)
     type(validation_t), intent(in) :: one, other
     real(rp), intent(out) :: gain, standard_error

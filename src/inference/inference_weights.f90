@@ -11,8 +11,8 @@ module inference_weights
 
 contains
 
-  !> weight(n) of variants at place(2, n), which add up to 1 over those that are shown and are 0 for others. A finer variant
-  !> belongs to the cell of the nearest one of the scan, and a cell has the weight that its variants of the scan would have
+  !> Returns weight(n) of variants at place(2, n). The weights add up to 1 over those that are shown and are 0 for others. A finer
+  !> variant belongs to the cell of the nearest one of the scan. A cell has the weight that its variants of the scan would have
   !> without finer ones; all that are in it, finer or not, share it equally.
   pure function cell_weights(site, is_finer, is_shown) result(weight)
     real(rp), intent(in) :: site(:, :)

@@ -35,7 +35,8 @@ module inference_whitener
 
 contains
 
-  !> For the observations `rows` of the simulator, without nuisances. Fails if a covariance is not positive definite.
+  !> Makes the whitener of the observations `rows` of the simulator, without nuisances. Fails if a covariance is not positive
+  !> definite.
   subroutine whitener_init(self, simulator, rows, failure)
     class(whitener_t), intent(out) :: self
     class(simulator_t), intent(in) :: simulator
@@ -93,7 +94,7 @@ contains
     self%log_determinant = self%noise_log_determinant + sum(log(1 + values))
   end subroutine whitener_add_directions
 
-  !> Maps every column of a(n, :).
+  !> Whitens every column of a(n, :).
   subroutine whitener_apply(self, a)
     class(whitener_t), intent(in) :: self
     real(rp), intent(inout) :: a(:, :)
@@ -116,7 +117,7 @@ contains
     call multiply(-1.0_rp, self%u, part, a)
   end subroutine whitener_apply
 
-  !> The same for one vector a(n).
+  !> Whitens one vector a(n).
   subroutine whitener_apply_one(self, a)
     class(whitener_t), intent(in) :: self
     real(rp), intent(inout) :: a(:)

@@ -33,9 +33,9 @@ contains
     if (.not. ok) call messages%add(join_path(directory, CONTROL_FILE)//': cannot be written')
   end subroutine prepare_control
 
-  !> The request found in `directory`, CONTROL_NOTHING or CONTROL_SAVE_STOP; to be called by rank 0, which
-  !> tells the others. Costs two file look-ups when nothing is asked for. What cannot be
-  !> done or understood is a message, and is answered by setting the file back.
+  !> Returns the request found in `directory`, CONTROL_NOTHING or CONTROL_SAVE_STOP; to be called by rank 0, which tells the
+  !> others. Costs two file look-ups when nothing is asked for. What cannot be done or understood is a message, and is answered by
+  !> setting the file back.
   integer function poll_control(directory, messages) result(request)
     character(*), intent(in) :: directory
     type(message_list_t), intent(inout) :: messages

@@ -105,7 +105,7 @@ contains
     end select
   end subroutine stop_poll
 
-  !> Whether the wall time is used up or the job ends soon, by this rank's clock. Not collective: for rank 0, within work
+  !> Tells whether the wall time is used up or the job ends soon, by this rank's clock. Not collective: for rank 0, within work
   !> that lasts long, before all ranks look.
   logical function stop_is_time_over(self) result(is_over)
     class(stop_rules_t), intent(in) :: self

@@ -28,13 +28,9 @@ module least_squares_continuation
 
 contains
 
-  !> As `fit`, of which `report` is that of the last stage, but for n_evaluations, which counts all, and for its path,
-  !> whose evaluations do. path(4, :) has every point accepted in any stage: evaluations so far, chi^2 and the priors'
-  !> chi^2 as declared, and s. Within a stage chi^2/s^2 plus the priors' falls. A start that fits within the declared
-  !> errors has no stage but the last; one that is not valid has none.
-  !>
-  !> If the options have a known minimum, the fit looks for another one: stages narrow the priors about the start, and the fit
-  !> ends once it leads to the known minimum (`leads_to_known`).
+  !> Fits as `fit` does, in stages. `report` is that of the last stage, but n_evaluations counts those of all stages. path(4, :)
+  !> has every point that any stage has accepted: evaluations so far, chi^2 and the priors' chi^2 as declared, and s. Within a
+  !> stage chi^2/s^2 plus the priors' chi^2 falls.
   subroutine fit_by_continuation(problem, unknowns, start, options, has_stages, report, path)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns

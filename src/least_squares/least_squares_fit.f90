@@ -158,8 +158,8 @@ contains
     end if
   end subroutine try_point
 
-  !> Actual over predicted reduction of the sum of squares `cost`, -1 without residuals. Reductions that the sum cannot resolve
-  !> are believed.
+  !> Returns the actual over the predicted reduction of the sum of squares `cost`, -1 without residuals. Reductions that the sum
+  !> cannot resolve are believed.
   pure real(rp) function trial_ratio(self, cost) result(ratio)
     class(trial_t), intent(in) :: self
     real(rp), intent(in) :: cost

@@ -21,8 +21,8 @@ module least_squares_interval
 
 contains
 
-  !> A sentence about an unknown: its value and interval, or what alone can be said. The interval's numbers are
-  !> logarithms if `is_log`.
+  !> Returns a sentence about an unknown: its value and interval, or what alone can be said. The interval's numbers are logarithms
+  !> if `is_log`.
   function profile_sentence(name, unit, is_log, interval) result(sentence)
     character(*), intent(in) :: name, unit
     logical, intent(in) :: is_log

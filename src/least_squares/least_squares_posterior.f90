@@ -19,7 +19,7 @@ module least_squares_posterior
 
 contains
 
-  !> At the optimum of a fit. Fixed unknowns count as free.
+  !> Returns the posterior distribution in the linear approximation at the optimum of a fit. Fixed unknowns count as free.
   function find_posterior(unknowns, report) result(posterior)
     type(unknowns_t), intent(in) :: unknowns
     type(fit_report_t), intent(in) :: report

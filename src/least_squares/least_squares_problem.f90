@@ -44,15 +44,15 @@ module least_squares_problem
 
 contains
 
-  !> The point that was evaluated last is where the solver now stands. A problem without iterations of its own has nothing
-  !> to remember of it.
+  !> Says that the point that was evaluated last is where the solver now stands. A problem without iterations of its own has
+  !> nothing to remember of it.
   subroutine least_squares_accept(self)
     class(least_squares_t), intent(inout) :: self
     associate (unused => self)
     end associate
   end subroutine least_squares_accept
 
-  !> Where the solver stands.
+  !> Returns where the solver stands.
   subroutine least_squares_get_state(self, state)
     class(least_squares_t), intent(in) :: self
     class(solver_state_t), allocatable, intent(out) :: state
@@ -61,7 +61,7 @@ contains
     end associate
   end subroutine least_squares_get_state
 
-  !> The solver stands where it stood when this problem gave the state.
+  !> Puts the solver back to where it stood when this problem gave the state.
   subroutine least_squares_set_state(self, state)
     class(least_squares_t), intent(inout) :: self
     class(solver_state_t), intent(in) :: state
@@ -69,7 +69,7 @@ contains
     end associate
   end subroutine least_squares_set_state
 
-  !> Whether residuals of the last evaluation are not those to which the ones where the solver stands lead smoothly.
+  !> Tells whether residuals of the last evaluation are not those to which the ones where the solver stands lead smoothly.
   logical function least_squares_has_jumped(self) result(has_jumped)
     class(least_squares_t), intent(in) :: self
     has_jumped = .false.
@@ -77,8 +77,8 @@ contains
     end associate
   end function least_squares_has_jumped
 
-  !> From now on the data whose residuals jumped in the last evaluation count no more. Not `is_done` if there are none
-  !> or no others.
+  !> Leaves out the data whose residuals jumped in the last evaluation, from now on. `is_done` is false if there are none or no
+  !> others.
   subroutine least_squares_leave_out(self, is_done)
     class(least_squares_t), intent(inout) :: self
     logical, intent(out) :: is_done
@@ -87,7 +87,7 @@ contains
     end associate
   end subroutine least_squares_leave_out
 
-  !> n free unknowns without bounds and priors.
+  !> Makes n free unknowns without bounds and priors.
   subroutine unknowns_init(self, n)
     class(unknowns_t), intent(out) :: self
     integer, intent(in) :: n

@@ -68,10 +68,10 @@ module least_squares_profile
 
 contains
 
-  !> The interval of unknown i about the optimum p of a fit with the same unknowns; sd is its standard deviation
-  !> in the linear approximation, a guess where to look. `threshold` is that of the sum of squares in units of the
-  !> residuals' variance. A point where the others cannot be fitted counts as outside. slope(unknowns), where given, is how
-  !> all unknowns follow unknown i in the linear approximation, from which the first fits of each side begin.
+  !> Finds the interval of unknown i about the optimum p of a fit with the same unknowns. `sd` is its standard deviation in the
+  !> linear approximation, a guess where to look. `threshold` is that of the sum of squares in units of the residuals' variance. A
+  !> point where the others cannot be fitted counts as outside. slope(unknowns), where given, is how all unknowns follow unknown i
+  !> in the linear approximation; the first fits of each side begin from it.
   subroutine profile_interval(problem, unknowns, p, i, sd, threshold, options, interval, slope)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
@@ -276,13 +276,13 @@ contains
     self%interval%n_evaluations = self%interval%n_evaluations + self%report%n_evaluations
   end subroutine search_fit_from
 
-  !> Whether the last fit has a result.
+  !> Tells whether the last fit has a result.
   pure logical function search_is_fitted(self) result(is_fitted)
     class(search_t), intent(in) :: self
     is_fitted = self%report%is_converged .or. self%report%n_accepted > 0
   end function search_is_fitted
 
-  !> The sum of squares of the last fit above the minimum.
+  !> Returns the sum of squares of the last fit above the minimum.
   pure real(rp) function search_excess(self) result(excess)
     class(search_t), intent(in) :: self
     excess = self%report%cost() - self%least

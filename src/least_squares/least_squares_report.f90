@@ -44,15 +44,15 @@ module least_squares_report
 
 contains
 
-  !> The sum of squares with priors.
+  !> Returns the sum of squares with priors.
   pure real(rp) function report_cost(self) result(cost)
     class(fit_report_t), intent(in) :: self
     cost = self%chi2 + self%prior_chi2
   end function report_cost
 
-  !> Whether the problem, linear about the point of the report, has its minimum at the known one: no unknown differs by
-  !> more than its known_sd or a quarter of its prior's standard deviation, and at the known point the linear problem costs no
-  !> more than 1 above its minimum. Says so in the report, by the reason KNOWN_MINIMUM, without convergence.
+  !> Tells whether the problem, linear about the point of the report, has its minimum at the known one: no unknown differs by more
+  !> than its known_sd or a quarter of its prior's standard deviation, and at the known point the linear problem costs no more
+  !> than 1 above its minimum. Says so in the report, by the reason KNOWN_MINIMUM, without convergence.
   logical function leads_to_known(known, known_sd, unknowns, report)
     real(rp), intent(in) :: known(:), known_sd(:)
     type(unknowns_t), intent(in) :: unknowns

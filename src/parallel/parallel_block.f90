@@ -26,7 +26,7 @@ module parallel_block
 
 contains
 
-  !> Room for `n` fields, which hold `what`, on the points of this rank. Ends the program if there is none. Not collective.
+  !> Makes room for `n` fields, which hold `what`, on the points of this rank. Ends the program if there is none. Not collective.
   subroutine allocate_fields(fields, block, n, what)
     real(rp), allocatable, intent(out) :: fields(:, :, :, :)
     type(block_t), intent(in) :: block

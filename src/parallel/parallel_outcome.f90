@@ -9,7 +9,7 @@ module parallel_outcome
 
 contains
 
-  !> All ranks get the worst kind of outcome that any of them has. The reason stays on the rank that knows it. Collective.
+  !> Gives all ranks the worst kind of outcome that any of them has. The reason stays on the rank that knows it. Collective.
   subroutine agree_on_outcome(world, outcome)
     type(world_t), intent(in) :: world
     type(outcome_t), intent(inout) :: outcome

@@ -64,7 +64,7 @@ contains
     self%is_root = self%rank == 0
   end subroutine world_adopt
 
-  !> A world of the calling process alone, for files that it writes while others do something else.
+  !> Returns a world of the calling process alone, for files that it writes while others do something else.
   subroutine world_isolate(self)
     class(world_t), intent(inout) :: self
     call self%adopt(MPI_COMM_SELF)
@@ -107,7 +107,7 @@ contains
     call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_MIN, self%comm)
   end subroutine world_min_reals
 
-  !> Sum of a 64-bit integer over the ranks, modulo 2**64 (checksums). Collective.
+  !> Returns the sum of a 64-bit integer over the ranks, modulo 2**64 (checksums). Collective.
   integer(i8) function world_sum_int8(self, value) result(total)
     class(world_t), intent(in) :: self
     integer(i8), intent(in) :: value
@@ -117,7 +117,7 @@ contains
     total = buffer(1)
   end function world_sum_int8
 
-  !> Largest integer over the ranks. Collective.
+  !> Returns the largest integer over the ranks. Collective.
   integer function world_max_integer(self, value) result(largest)
     class(world_t), intent(in) :: self
     integer, intent(in) :: value
@@ -174,7 +174,7 @@ contains
     call move_alloc(buffer, text)
   end subroutine world_broadcast_text
 
-  !> How many ranks share the memory of this machine. Collective.
+  !> Returns how many ranks share the memory of this machine. Collective.
   integer function world_count_here(self) result(n)
     class(world_t), intent(in) :: self
     type(MPI_Comm) :: here

@@ -9,55 +9,61 @@ module spectral_backends
   use spectral_transform, only: transform_t
   implicit none
   private
-  public :: make_transform, make_full_transform, HAS_P3DFFT
+  public :: make_transform, make_full_transform, transform_choices_t, HAS_P3DFFT
+
+  !> Which transform is made, and how.
+  type :: transform_choices_t
+    character(8) :: name = 'builtin'      !< or 'p3dfft'
+    character(9) :: dealias = 'ellipsoid' !< modes that are kept: 'ellipsoid', 'box' or 'none' (all)
+    integer :: wanted_rows = 0            !< rows of the process grid, 0 for the best
+    character(8) :: effort = 'estimate'   !< of FFTW's planning, or 'measure'
+  end type transform_choices_t
 
 contains
 
-  !> A transform of up to `max_in` fields backward and `max_out` fields forward at once. Fails where P3DFFT does, see
-  !> `spectral_p3dfft`; there is a transform then, too, which may be freed. Requires a process grid that exists
-  !> (`process_grid`). Collective.
-  subroutine make_transform(transform, name, world, grid, dealias, wanted_rows, effort, max_in, max_out, failure)
+  !> Makes a transform that takes up to `max_in` fields backward and `max_out` fields forward at once. It fails where P3DFFT
+  !> does, see `spectral_p3dfft`; even then there is a transform, which may be freed. Stops the program unless the process grid
+  !> exists (`process_grid`). Collective.
+  subroutine make_transform(transform, world, grid, choices, max_in, max_out, failure)
     class(transform_t), allocatable, intent(out) :: transform
-    character(*), intent(in) :: name    !< 'builtin' or 'p3dfft'
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
-    character(*), intent(in) :: dealias !< 'ellipsoid', 'box' or 'none'
-    integer, intent(in) :: wanted_rows  !< rows of the process grid, 0 for the best
-    character(*), intent(in) :: effort  !< FFTW planning: 'estimate' or 'measure'
+    type(transform_choices_t), intent(in) :: choices
     integer, intent(in) :: max_in, max_out
     type(failure_t), intent(inout) :: failure
-    select case (name)
+    select case (choices%name)
     case ('builtin')
-      call make_builtin(transform, world, grid, dealias, wanted_rows, effort, max_in, max_out)
+      call make_builtin(transform, world, grid, choices, max_in, max_out)
     case ('p3dfft')
-      call make_external(transform, world, grid, dealias, wanted_rows, effort, max_in + max_out, failure)
+      call make_external(transform, world, grid, trim(choices%dealias), choices%wanted_rows, trim(choices%effort), &
+                         max_in + max_out, failure)
     case default
       call require(.false., 'make_transform: builtin or p3dfft')
     end select
   end subroutine make_transform
 
-  !> A second transform, of up to seven fields backward and one forward at once, over the same points as `main`, which
-  !> keeps all modes; free it before `main`. Collective.
+  !> Makes a second transform, of up to seven fields backward and one forward at once, over the same points as `main`, which keeps
+  !> all modes. Free it before `main`. Collective.
   subroutine make_full_transform(main, full)
     class(transform_t), intent(in) :: main
     class(transform_t), allocatable, intent(out) :: full
     select type (main)
     type is (pencil_t)
-      call make_builtin(full, main%world, main%grid, 'none', main%rows, 'estimate', 7, 1)
+      call make_builtin(full, main%world, main%grid, transform_choices_t(dealias='none', wanted_rows=main%rows), 7, 1)
     class default
       call make_external_full(main, full)
     end select
   end subroutine make_full_transform
 
-  subroutine make_builtin(transform, world, grid, dealias, wanted_rows, effort, max_in, max_out)
+  subroutine make_builtin(transform, world, grid, choices, max_in, max_out)
     class(transform_t), allocatable, intent(out) :: transform
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
-    character(*), intent(in) :: dealias, effort
-    integer, intent(in) :: wanted_rows, max_in, max_out
+    type(transform_choices_t), intent(in) :: choices
+    integer, intent(in) :: max_in, max_out
     type(pencil_t), allocatable :: made
     allocate (made)
-    call made%init(world, grid, dealias, wanted_rows, effort, max_in, max_out)
+    call made%init(world, grid, trim(choices%dealias), choices%wanted_rows, trim(choices%effort), max_in, max_out)
     call move_alloc(made, transform)
   end subroutine make_builtin
 end module spectral_backends

@@ -19,7 +19,7 @@ module spectral_buffer
 
 contains
 
-  !> Room for `words` numbers at least; their values are lost if it grows.
+  !> Makes room for `words` numbers at least; their values are lost if it grows.
   subroutine buffer_grow(self, words)
     class(buffer_t), intent(inout) :: self
     integer(c_size_t), intent(in) :: words
@@ -37,7 +37,7 @@ contains
     nullify (self%data)
   end subroutine buffer_release
 
-  !> Bytes that it has.
+  !> Returns the bytes that it has.
   pure real(rp) function buffer_bytes(self) result(bytes)
     class(buffer_t), intent(in) :: self
     bytes = 0

@@ -20,7 +20,7 @@ module spectral_copy
 
 contains
 
-  !> spectral(nkz, n, nf) -> physical(nx, ny_local, nz_local, nf) by pipelines of `most` fields at most. Collective.
+  !> Transforms spectral(nkz, n, nf) to physical(nx, ny_local, nz_local, nf) by pipelines of `most` fields at most. Collective.
   subroutine copy_backward(transform, most, spectral, physical)
     class(transform_t), intent(inout) :: transform
     integer, intent(in) :: most
@@ -36,7 +36,7 @@ contains
     end do
   end subroutine copy_backward
 
-  !> physical(nx, ny_local, nz_local, nf) -> spectral(nkz, n, nf) by pipelines of `most` fields at most. Collective.
+  !> Transforms physical(nx, ny_local, nz_local, nf) to spectral(nkz, n, nf) by pipelines of `most` fields at most. Collective.
   subroutine copy_forward(transform, most, physical, spectral)
     class(transform_t), intent(inout) :: transform
     integer, intent(in) :: most
@@ -52,6 +52,7 @@ contains
     end do
   end subroutine copy_forward
 
+  !> Gives the pipeline the spectrum on these sticks; see kernels_t.
   subroutine copy_spectral_in(self, first, count, fields)
     class(copy_kernels_t), intent(inout) :: self
     integer, intent(in) :: first, count
@@ -59,6 +60,7 @@ contains
     fields(:, 1:count, :) = self%spectral(:, first:first + count - 1, :)
   end subroutine copy_spectral_in
 
+  !> Takes or gives the fields on the lines of this batch; see kernels_t.
   subroutine copy_product(self, first, count, z, in, out)
     class(copy_kernels_t), intent(inout) :: self
     integer, intent(in) :: first, count, z
@@ -68,6 +70,7 @@ contains
     if (self%n_out > 0) out(:, 1:count, :) = self%physical(:, first:first + count - 1, z, :)
   end subroutine copy_product
 
+  !> Takes the spectrum on these sticks from the pipeline; see kernels_t.
   subroutine copy_spectral_out(self, first, count, fields)
     class(copy_kernels_t), intent(inout) :: self
     integer, intent(in) :: first, count
@@ -75,6 +78,7 @@ contains
     self%spectral(:, first:first + count - 1, :) = fields(:, 1:count, :)
   end subroutine copy_spectral_out
 
+  !> Does nothing; see kernels_t.
   subroutine copy_reduce(self)
     class(copy_kernels_t), intent(inout) :: self
     associate (nothing_to_reduce => self)

@@ -36,7 +36,7 @@ module spectral_fftw
 
 contains
 
-  !> FFTW's planning flag for the ini word `estimate` (reproducible) or `measure` (fast).
+  !> Returns FFTW's planning flag for the ini word `estimate` (reproducible) or `measure` (fast).
   pure integer(c_int) function effort_flag(effort) result(flag)
     character(*), intent(in) :: effort
     flag = merge(FFTW_MEASURE, FFTW_ESTIMATE, effort == 'measure')
@@ -71,7 +71,7 @@ contains
     handle = c_null_ptr
   end subroutine free_buffer
 
-  !> In-place complex transforms of `howmany` contiguous lines of length `n`.
+  !> Plans in-place complex transforms of `howmany` contiguous lines of length `n`.
   subroutine plan_lines(plan, n, howmany, work, sign, flag)
     type(plan_t), intent(out) :: plan
     integer, intent(in) :: n, howmany
@@ -86,7 +86,7 @@ contains
                                      1_c_int, n, merge(FFTW_BACKWARD, FFTW_FORWARD, sign > 0), flag)
   end subroutine plan_lines
 
-  !> In-place complex transforms of length `n` along the second index of an array (width, n).
+  !> Plans in-place complex transforms of length `n` along the second index of an array (width, n).
   subroutine plan_columns(plan, width, n, work, sign, flag)
     type(plan_t), intent(out) :: plan
     integer, intent(in) :: width, n
@@ -102,7 +102,7 @@ contains
                                      width, 1_c_int, merge(FFTW_BACKWARD, FFTW_FORWARD, sign > 0), flag)
   end subroutine plan_columns
 
-  !> Complex-to-real transforms of `howmany` lines (n/2+1 complex in, n real out). Destroys its input.
+  !> Plans complex-to-real transforms of `howmany` lines (n/2+1 complex in, n real out). A transform destroys its input.
   subroutine plan_c2r(plan, n, howmany, in, out, flag)
     type(plan_t), intent(out) :: plan
     integer, intent(in) :: n, howmany
@@ -116,7 +116,7 @@ contains
                                          1_c_int, n, flag)
   end subroutine plan_c2r
 
-  !> Real-to-complex transforms of `howmany` lines (n real in, n/2+1 complex out).
+  !> Plans real-to-complex transforms of `howmany` lines (n real in, n/2+1 complex out).
   subroutine plan_r2c(plan, n, howmany, in, out, flag)
     type(plan_t), intent(out) :: plan
     integer, intent(in) :: n, howmany
@@ -176,7 +176,7 @@ contains
     done = fftw_import_wisdom_from_filename(path//c_null_char) == 1
   end subroutine import_wisdom
 
-  !> What the planner of this process has learnt, as text.
+  !> Returns what the planner of this process has learnt, as text.
   function wisdom_text() result(text)
     character(:), allocatable :: text
     character(kind=c_char), pointer :: letters(:)

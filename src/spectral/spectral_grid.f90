@@ -21,7 +21,7 @@ module spectral_grid
 
 contains
 
-  !> Box of `length` with `n` points. With n(1) = 1 the box is two-dimensional; as in FLUSI its length
+  !> Returns the grid of a box of `length` [L] with `n` points. With n(1) = 1 the box is two-dimensional. As in FLUSI its length
   !> in x is then 1, so that integrals are per unit depth.
   pure function make_grid(n, length) result(grid)
     integer, intent(in) :: n(3)
@@ -34,31 +34,31 @@ contains
     grid%spacing = grid%length/n
   end function make_grid
 
-  !> Smallest spacing of the resolved directions.
+  !> Returns the smallest spacing of the resolved directions.
   pure real(rp) function grid_min_spacing(self) result(h)
     class(grid_t), intent(in) :: self
     h = minval(self%spacing(merge(2, 1, self%is_2d):))
   end function grid_min_spacing
 
-  !> Largest spacing of the resolved directions.
+  !> Returns the largest spacing of the resolved directions.
   pure real(rp) function grid_max_spacing(self) result(h)
     class(grid_t), intent(in) :: self
     h = maxval(self%spacing(merge(2, 1, self%is_2d):))
   end function grid_max_spacing
 
-  !> Volume of one cell (area per unit depth in 2-D).
+  !> Returns the volume of one cell [L^3] (area per unit depth in 2-D).
   pure real(rp) function grid_cell_volume(self) result(volume)
     class(grid_t), intent(in) :: self
     volume = product(self%spacing)
   end function grid_cell_volume
 
-  !> Volume of the box.
+  !> Returns the volume of the box [L^3].
   pure real(rp) function grid_volume(self) result(volume)
     class(grid_t), intent(in) :: self
     volume = product(self%length)
   end function grid_volume
 
-  !> Whether `n` is 2^a 3^b 5^c 7^d, the sizes FFTW transforms fast.
+  !> Tells whether `n` is 2^a 3^b 5^c 7^d, the sizes FFTW transforms fast.
   pure logical function is_fft_friendly(n) result(friendly)
     integer, intent(in) :: n
     integer, parameter :: PRIMES(4) = [2, 3, 5, 7]

@@ -129,13 +129,13 @@ contains
     call self%far%release()
   end subroutine pencil_release
 
-  !> Bytes of this rank's exchange buffers.
+  !> Returns the bytes of this rank's exchange buffers.
   pure real(rp) function pencil_memory_bytes(self) result(bytes)
     class(pencil_t), intent(in) :: self
     bytes = self%near%bytes() + self%far%bytes()
   end function pencil_memory_bytes
 
-  !> The fused pipeline; see `spectral_transform` for the contract. Collective.
+  !> Runs the fused pipeline; see `spectral_transform` for the contract. Collective.
   subroutine pencil_pipeline(self, kernels)
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
@@ -178,7 +178,7 @@ contains
     if (kernels%n_out > 0) call planes_to_sticks(self, kernels)
   end subroutine pencil_pipeline_part
 
-  !> The least number of planes that a rank has.
+  !> Returns the least number of planes that a rank has.
   pure integer function pencil_most_parts(self) result(most)
     class(pencil_t), intent(in) :: self
     most = self%grid%n(3)/self%columns
@@ -379,7 +379,7 @@ contains
                   merge(line_side, plane_side, to_lines), n_fields, self%n_fields, self%traffic)
   end subroutine row_exchange
 
-  !> spectral(nkz, n, nf) -> physical(nx, ny_local, nz_local, nf). Collective.
+  !> Transforms spectral(nkz, n, nf) to physical(nx, ny_local, nz_local, nf). Collective.
   subroutine pencil_backward(self, spectral, physical)
     class(pencil_t), intent(inout) :: self
     complex(rp), contiguous, target, intent(in) :: spectral(:, :, :)
@@ -387,7 +387,7 @@ contains
     call copy_backward(self, size(self%fields_in, 3), spectral, physical)
   end subroutine pencil_backward
 
-  !> physical(nx, ny_local, nz_local, nf) -> spectral(nkz, n, nf). Collective.
+  !> Transforms physical(nx, ny_local, nz_local, nf) to spectral(nkz, n, nf). Collective.
   subroutine pencil_forward(self, physical, spectral)
     class(pencil_t), intent(inout) :: self
     real(rp), contiguous, target, intent(in) :: physical(:, :, :, :)

@@ -13,7 +13,7 @@ module spectral_pencil_planes
 
 contains
 
-  !> Whether any of the lines first .. first+count-1 of plane z is.
+  !> Tells whether any of the lines first .. first+count-1 of plane z is.
   pure logical function is_wanted(kernels, first, count, z)
     class(kernels_t), intent(in) :: kernels
     integer, intent(in) :: first, count, z

@@ -100,7 +100,7 @@ contains
     self%half = 0
   end subroutine stages_init
 
-  !> From now on only part `part` of `parts` of the planes of each column is scattered or gathered.
+  !> Makes what follows scatter or gather only part `part` of `parts` of the planes of each column.
   pure subroutine stages_choose_part(self, part, parts)
     class(stages_t), intent(inout) :: self
     integer, intent(in) :: part, parts
@@ -125,8 +125,8 @@ contains
     call free_buffer(self%half_handle)
   end subroutine stages_free
 
-  !> Inverse z transform of `count` sticks from local stick `first` on, written to the column-exchange
-  !> buffer as field `f` of `n_fields`; `modes` is (nkz, >= count), retained kz only.
+  !> Transforms `count` sticks from local stick `first` on backward in z, and writes them to the column-exchange buffer as field
+  !> `f` of `n_fields`. `modes` is (nkz, >= count), retained kz only.
   subroutine stick_to_buffer(self, modes, nkz, first, count, n_sticks, f, n_fields, buffer)
     class(stages_t), intent(inout) :: self
     integer, intent(in) :: nkz, first, count, n_sticks, f, n_fields
@@ -170,8 +170,8 @@ contains
     end do
   end subroutine scatter_columns
 
-  !> The way back: gathers sticks first .. first+count-1 of field `f`, transforms them forward and
-  !> returns the retained kz, multiplied by `scale`, in modes(nkz, 1:count).
+  !> Gathers sticks first .. first+count-1 of field `f` from the buffer, transforms them forward in z and returns the retained kz,
+  !> multiplied by `scale`, in modes(nkz, 1:count).
   subroutine buffer_to_stick(self, buffer, nkz, first, count, n_sticks, f, n_fields, scale, modes)
     class(stages_t), intent(inout) :: self
     integer, intent(in) :: nkz, first, count, n_sticks, f, n_fields
@@ -220,7 +220,7 @@ contains
     call execute_complex(self%y_backward, plane)
   end subroutine buffer_to_plane
 
-  !> The same for the field i (kx f2 - ky f1), made of the fields 1 and 2 of the buffer.
+  !> Does the same for the field i (kx f2 - ky f1), made of the fields 1 and 2 of the buffer.
   subroutine curl_to_plane(self, buffer, z, n_planes, n_fields, plane)
     class(stages_t), intent(in) :: self
     complex(rp), contiguous, intent(in) :: buffer(:)
@@ -255,7 +255,7 @@ contains
     end do
   end subroutine clear_rows
 
-  !> plane(n_kx, ny) -> blocks per row rank of the row-exchange buffer.
+  !> Copies plane(n_kx, ny) to the blocks per row rank of the row-exchange buffer.
   subroutine plane_to_rows(self, plane, buffer, z, n_planes, f, n_fields)
     class(stages_t), intent(in) :: self
     complex(rp), contiguous, intent(in) :: plane(:)
@@ -270,7 +270,7 @@ contains
     end do
   end subroutine plane_to_rows
 
-  !> The way back of `plane_to_rows`.
+  !> Does the reverse of `plane_to_rows`.
   subroutine rows_to_plane(self, buffer, z, n_planes, f, n_fields, plane)
     class(stages_t), intent(in) :: self
     complex(rp), contiguous, intent(in) :: buffer(:)
@@ -285,7 +285,7 @@ contains
     end do
   end subroutine rows_to_plane
 
-  !> Inverse x transform of lines first .. first+count-1 of `plane` (n_kx, ny) into lines(nx, line_batch), one row of
+  !> Transforms lines first .. first+count-1 of `plane` (n_kx, ny) backward in x into lines(nx, line_batch), with one row of
   !> ranks. Lines beyond `count` are undefined.
   subroutine plane_to_lines(self, plane, first, count, lines)
     class(stages_t), intent(inout) :: self
@@ -302,8 +302,7 @@ contains
     call execute_c2r(self%x_backward, self%half, lines)
   end subroutine plane_to_lines
 
-  !> Forward x transform of `count` of lines(nx, line_batch) into lines first .. first+count-1 of `plane`. All must be
-  !> finite.
+  !> Transforms `count` of lines(nx, line_batch) forward in x into lines first .. first+count-1 of `plane`. All must be finite.
   subroutine lines_to_plane(self, lines, plane, first, count)
     class(stages_t), intent(inout) :: self
     real(rp), contiguous, intent(inout) :: lines(:, :)
@@ -318,8 +317,8 @@ contains
     end do
   end subroutine lines_to_plane
 
-  !> Inverse x transform of lines first .. first+count-1 of plane `z`, field `f`, from the blocks of
-  !> all row ranks into `lines`, as `plane_to_lines` does.
+  !> Transforms lines first .. first+count-1 of plane `z`, field `f`, backward in x from the blocks of all row ranks into `lines`,
+  !> as `plane_to_lines` does.
   subroutine rows_to_lines(self, buffer, first, count, z, n_planes, f, n_fields, lines)
     class(stages_t), intent(inout) :: self
     complex(rp), contiguous, intent(in) :: buffer(:)
@@ -342,7 +341,7 @@ contains
     call execute_c2r(self%x_backward, self%half, lines)
   end subroutine rows_to_lines
 
-  !> Forward x transform of `lines` into the blocks of all row ranks.
+  !> Transforms `lines` forward in x into the blocks of all row ranks.
   subroutine lines_to_rows(self, lines, buffer, first, count, z, n_planes, f, n_fields)
     class(stages_t), intent(inout) :: self
     real(rp), contiguous, intent(inout) :: lines(:, :)

@@ -53,7 +53,7 @@ contains
     self%count = self%count(:n)
   end subroutine runs_init
 
-  !> The sticks of plane `z` of field `f` of the buffer in their places, zeros elsewhere.
+  !> Puts the sticks of plane `z` of field `f` of the buffer in their places, and zeros elsewhere.
   pure subroutine fill_plane(self, buffer, z, n_planes, f, n_fields, plane)
     class(runs_t), intent(in) :: self
     complex(rp), contiguous, intent(in) :: buffer(:)
@@ -76,7 +76,7 @@ contains
     plane(done + 1:) = 0
   end subroutine fill_plane
 
-  !> i (kx f2 - ky f1) of the sticks of plane `z` of the fields 1 and 2 of the buffer in their places, zeros elsewhere.
+  !> Puts i (kx f2 - ky f1) of the sticks of plane `z` of the fields 1 and 2 of the buffer in their places, and zeros elsewhere.
   pure subroutine fill_curl(self, buffer, z, n_planes, n_fields, plane)
     class(runs_t), intent(in) :: self
     complex(rp), contiguous, intent(in) :: buffer(:)
@@ -105,7 +105,7 @@ contains
     plane(done + 1:) = 0
   end subroutine fill_curl
 
-  !> The way back: the sticks of `plane` into the buffer.
+  !> Puts the sticks of `plane` into the buffer: the reverse of `fill_plane`.
   pure subroutine take_plane(self, plane, buffer, z, n_planes, f, n_fields)
     class(runs_t), intent(in) :: self
     complex(rp), contiguous, intent(in) :: plane(:)

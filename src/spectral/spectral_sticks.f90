@@ -77,7 +77,7 @@ contains
     end do
   end subroutine process_grid
 
-  !> The stick table of rank (row, column) (0-based) for a grid and a truncation.
+  !> Returns the stick table of rank (row, column) (0-based) for a grid and a truncation.
   function make_sticks(grid, dealias, rows, columns, row, column) result(s)
     type(grid_t), intent(in) :: grid
     character(*), intent(in) :: dealias !< 'ellipsoid', 'box' or 'none'
@@ -128,7 +128,7 @@ contains
                      top_of_row(start + 1:start + count), global_of_row(start + 1:start + count), global)
   end function make_sticks
 
-  !> The stick table of a rank that owns the blocks first(i) .. first(i)+count(i)-1 of kx (i = 1) and of the FFT indices
+  !> Returns the stick table of a rank that owns the blocks first(i) .. first(i)+count(i)-1 of kx (i = 1) and of the FFT indices
   !> of ky (i = 2), all 0-based.
   function make_block_sticks(grid, dealias, first, count) result(s)
     type(grid_t), intent(in) :: grid
@@ -201,7 +201,7 @@ contains
     s%rows = runs_of(global, n_global)
   end subroutine take_sticks
 
-  !> Number of columns kx that the truncation keeps.
+  !> Returns the number of columns kx that the truncation keeps.
   pure integer function kept_columns(grid, dealias)
     type(grid_t), intent(in) :: grid
     character(*), intent(in) :: dealias
@@ -233,8 +233,8 @@ contains
     k = real(2*(n/2 - 1), rp)/3
   end function cutoff
 
-  !> The largest radius [1/L] of a sphere of wavenumbers inside the ellipsoid, of a circle where the grid has one point
-  !> in x.
+  !> Returns the largest radius [1/L] of a sphere of wavenumbers inside the ellipsoid, of a circle where the grid has one point in
+  !> x.
   pure real(rp) function sphere_radius(grid) result(radius)
     type(grid_t), intent(in) :: grid
     integer :: i

@@ -134,7 +134,7 @@ module spectral_transform
 
 contains
 
-  !> Place of field `f` among those that travel if the backend makes the curl on its way.
+  !> Returns the place of field `f` among those that travel if the backend makes the curl on its way.
   pure integer function kernels_place_of(self, f) result(place)
     class(kernels_t), intent(in) :: self
     integer, intent(in) :: f
@@ -186,7 +186,7 @@ contains
     call self%pipeline(kernels)
   end subroutine transform_pipeline_part
 
-  !> Into how many parts a pipeline may be divided.
+  !> Returns into how many parts a pipeline may be divided.
   pure integer function transform_most_parts(self) result(most)
     class(transform_t), intent(in) :: self
     most = 1
@@ -201,7 +201,7 @@ contains
     end associate
   end subroutine transform_release
 
-  !> Room for pipelines of up to `most` fields, in and out.
+  !> Makes room for pipelines of up to `most` fields, in and out.
   subroutine transform_reserve(self, most)
     class(transform_t), intent(inout) :: self
     integer, intent(in) :: most
@@ -245,7 +245,7 @@ contains
     end do
   end subroutine multiply_all
 
-  !> Bytes of the whole arrays of `pipeline_staged`.
+  !> Returns the bytes of the whole arrays of `pipeline_staged`.
   pure real(rp) function transform_staged_bytes(self) result(bytes)
     class(transform_t), intent(in) :: self
     bytes = 0

@@ -19,7 +19,7 @@ module spectral_window
 
 contains
 
-  !> The weights w(1:W) of the cells first .. first + W - 1 (0-based, not wrapped) for a point at `s` cells from the
+  !> Returns the weights w(1:W) of the cells first .. first + W - 1 (0-based, not wrapped) for a point at `s` cells from the
   !> origin.
   pure subroutine window_weights(s, first, w)
     real(rp), intent(in) :: s
@@ -34,7 +34,7 @@ contains
     end do
   end subroutine window_weights
 
-  !> The transform int g(x) cos(theta x) dx for a phase of `theta` radians per cell.
+  !> Returns the transform int g(x) cos(theta x) dx for a phase of `theta` radians per cell.
   elemental real(rp) function window_transform(theta) result(transform)
     real(rp), intent(in) :: theta
     integer, parameter :: N = 128

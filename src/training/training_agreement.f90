@@ -14,7 +14,7 @@ module training_agreement
 
 contains
 
-  !> A line for every end that is not the best one, and one for how many are if there are several. The best has
+  !> Returns a line for every end that is not the best one, and one for how many are if there are several. The best has
   !> coordinates best(n) and the sum of squares chi2; sd(n) are those of its parameters `names`; local_minima(1 + n, starts) are
   !> chi^2 and coordinates. An end fits as well if it lies within the 90 % interval by its chi^2.
   function agreement_lines(names, best, chi2, sd, local_minima) result(lines)

@@ -30,7 +30,7 @@ contains
     associate (run => search%run, state => search%state, options => search%options)
       of_run = 0
       if (state%stop_code == RUNNING) then
-        of_run = max(0_i8, min(state%run_limit - run%state%evaluations, &
+        of_run = max(0_i8, min(state%run_limit - run%state%counts%evaluations, &
                                int(run%params%max_iterations - run%state%generation, i8)*run%params%lambda))
         if (may_restart(search, state%restart)) &
           budget%is_of_search = options%max_evaluations - search%evaluations() <= of_run

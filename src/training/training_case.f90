@@ -28,8 +28,8 @@ module training_case
 
 contains
 
-  !> Shows to the visitor what determines the search, but not how long it goes on and what follows it. Experiment and
-  !> measurement are known by what is computed of them: see training_fingerprint.
+  !> Shows to the visitor what determines the search, but not how long it goes on and what follows it. Experiment and measurement
+  !> are known by what is computed of them: see training_fingerprint.
   subroutine case_visit(self, visitor)
     class(training_case_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor

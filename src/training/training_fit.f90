@@ -14,20 +14,27 @@ module training_fit
   use training_pool_problem, only: pool_problem_t
   implicit none
   private
-  public :: counted, is_better, polish_from_start
+  public :: counted, is_better, polish_from_start, start_t
+
+  !> Where a fit begins, and how.
+  type :: start_t
+    real(rp), allocatable :: coordinates(:)
+    logical :: has_stages = .false. !< it reaches the measured forces by continuation
+    logical :: is_check = .false.   !< it only shows whether other starts end at the same minimum
+  end type start_t
 
 contains
 
-  !> From one point to an outcome, by continuation if `has_stages`. A wing that snaps has several shapes, of which warm
-  !> solutions may follow a wrong one: if the cold solution of the end is another shape, the fit goes on from there; if
-  !> that ends in the same way, it is repeated with every solution cold. Not so a start that `is_check` only.
-  subroutine polish_from_start(settings, problem, unknowns, objective, start, has_stages, is_check, log, trained)
+  !> Fits from one start to an outcome. A wing that snaps has several shapes, of which warm solutions may follow a wrong one: if
+  !> the cold solution of the end is another shape, the fit goes on from there. If that ends in the same way, the fit is repeated
+  !> with every solution cold. A start that only checks is not continued. `trained` is the outcome, with all evaluations counted;
+  !> it is incomplete if the pool was stopped. On rank 0, while the other ranks serve the pool.
+  subroutine polish_from_start(settings, problem, unknowns, objective, start, log, trained)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     type(train_objective_t), intent(in) :: objective
-    real(rp), intent(in) :: start(:)
-    logical, intent(in) :: has_stages, is_check
+    type(start_t), intent(in) :: start
     class(training_listener_t), intent(inout) :: log
     type(trained_t), intent(out) :: trained
     real(rp), parameter :: SAME = 1.0e-4_rp !< of the wing's size: shapes that differ more are two shapes
@@ -36,15 +43,15 @@ contains
     integer :: n_evaluations, attempt
     n_evaluations = 0
     do attempt = 1, LAST
-      from = start
+      from = start%coordinates
       if (attempt == 2) from = trained%coordinates
       problem%is_cold = attempt == LAST
       problem%is_start = .false.
       trained = trained_t()
       trained%is_cold = problem%is_cold
       trained%coordinates = from
-      if (settings%polish) call polish_once(settings, problem, unknowns, from, has_stages .and. attempt /= 2, log, &
-                                            trained)
+      if (settings%polish) call polish_once(settings, problem, unknowns, from, start%has_stages .and. attempt /= 2, &
+                                            log, trained)
       if (problem%pool%is_stopped) return
       if (.not. trained%is_polished) then ! the search's own solution, warm from its mean
         problem%shapes = objective%shapes
@@ -55,7 +62,7 @@ contains
       call solve_cold(problem, trained)
       if (problem%pool%is_stopped) return
       n_evaluations = n_evaluations + trained%n_evaluations + 1
-      if (is_check .or. .not. settings%polish .or. attempt == LAST) exit
+      if (start%is_check .or. .not. settings%polish .or. attempt == LAST) exit
       if (trained%cold_difference <= SAME*settings%experiment%model%size) exit
       call log%say('          its cold solution is another shape: the wing snaps. '// &
                    trim(merge('It goes on from there        ', 'All loads are now solved cold', attempt == 1)))
@@ -110,12 +117,14 @@ contains
     trained%h = problem%experiment%cost(residuals)
   end subroutine solve_cold
 
+  !> Tells whether `one` is the better end of two fits: all its shapes were found, and those of the other were not, or what least
+  !> squares minimise, chi^2 and priors, is lower.
   pure logical function is_better(one, other)
     type(trained_t), intent(in) :: one, other
-    is_better = one%is_solved .and. (.not. other%is_solved .or. one%chi2 < other%chi2)
+    is_better = one%is_solved .and. (.not. other%is_solved .or. one%cost() < other%cost())
   end function is_better
 
-  !> '1 stage', '2 stages'.
+  !> Returns a number with its noun: '1 stage', '2 stages'.
   function counted(n, thing) result(text)
     integer, intent(in) :: n
     character(*), intent(in) :: thing

@@ -39,6 +39,7 @@ module training_history
 
 contains
 
+  !> Makes an empty history of a search for n_unknowns unknowns.
   subroutine history_init(self, n_unknowns)
     class(train_history_t), intent(out) :: self
     integer, intent(in) :: n_unknowns

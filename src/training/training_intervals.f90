@@ -19,7 +19,7 @@ module training_intervals
 
 contains
 
-  !> 90 % intervals of all unknowns, each from all loads but those that jump between its ends.
+  !> Finds 90 % intervals of all unknowns, each from all loads but those that jump between its ends.
   subroutine find_intervals(settings, pool, problem, unknowns, space, log, trained)
     class(training_case_t), intent(in) :: settings
     type(worker_pool_t), intent(in) :: pool
@@ -55,7 +55,7 @@ contains
     end do
   end subroutine find_intervals
 
-  !> What can be said about parameter i, and from which loads alone.
+  !> Returns what can be said about parameter i, and from which loads alone.
   function interval_sentence(experiment, space, trained, i) result(sentence)
     type(experiment_t), intent(in) :: experiment
     type(search_space_t), intent(in) :: space
@@ -67,7 +67,7 @@ contains
     if (names /= '') sentence = sentence//'; without '//names//', where the shape snaps as the parameter moves'
   end function interval_sentence
 
-  !> Names of the loads that do not count in interval i, with a blank between them; empty if all count.
+  !> Returns the names of the loads that do not count in interval i, with a blank between them; empty if all count.
   function left_out_names(experiment, trained, i) result(names)
     type(experiment_t), intent(in) :: experiment
     type(trained_t), intent(in) :: trained

@@ -33,12 +33,13 @@ module training_listener
       real(rp), intent(in) :: best, sigma, condition
     end subroutine progress
 
-    !> How far least squares is from one of its starts, the first of which began at the wall time `begun` [s]: points
-    !> solved, and the lowest chi^2 so far.
-    subroutine polish_progress(self, start, n_starts, evaluations, chi2, begun)
+    !> How far least squares are. Fits begin from several starts or moves (`kind` says which), the first at the wall time `begun`
+    !> [s]; this is fit number `part`. Tells the points solved so far, and the lowest chi^2 of this fit.
+    subroutine polish_progress(self, kind, part, n_parts, evaluations, chi2, begun)
       import :: rp, training_listener_t
       class(training_listener_t), intent(inout) :: self
-      integer, intent(in) :: start, n_starts !< of so many at most
+      character(*), intent(in) :: kind
+      integer, intent(in) :: part, n_parts !< of so many at most
       integer, intent(in) :: evaluations
       real(rp), intent(in) :: chi2, begun
     end subroutine polish_progress

@@ -11,7 +11,7 @@ module training_moves
   use least_squares_profile, only: THRESHOLD_90
   use least_squares_report, only: fit_options_t, fit_report_t, KNOWN_MINIMUM
   use training_case, only: training_case_t
-  use training_fit, only: counted, polish_from_start
+  use training_fit, only: counted, polish_from_start, start_t
   use training_listener, only: training_listener_t
   use training_objective, only: train_objective_t
   use training_outcome, only: trained_t
@@ -42,8 +42,9 @@ contains
     integer, intent(inout) :: n_evaluations
     type(trained_t) :: one
     type(fit_report_t) :: report
+    real(rp), allocatable :: path(:, :)
     real(rp) :: first_chi2
-    integer :: i, k, n, n_tried, n_in_vain, n_lower
+    integer :: i, k, n, n_tried, n_in_vain, n_lower, n_before
     if (trained%chi2 <= LOWER) return
     n = size(unknowns%prior)
     first_chi2 = trained%chi2
@@ -51,6 +52,7 @@ contains
     n_in_vain = 0
     n_lower = 0
     problem%n_parts = n
+    problem%kind_of_part = 'move'
     problem%begun = wall_seconds()
     do k = 1, MOST_ROUNDS*n
       if (n_in_vain >= n) exit
@@ -59,22 +61,35 @@ contains
       if (unknowns%is_fixed(i) .or. .not. unknowns%prior_sd(i) > 0) cycle
       n_tried = n_tried + 1
       problem%part = n_in_vain
-      call move(settings, problem, unknowns, i, trained, report)
+      call move(settings, problem, unknowns, i, trained, report, path)
+      call delay(path, n_evaluations)
       n_evaluations = n_evaluations + report%n_evaluations
       if (problem%pool%is_stopped) return
       if (.not. ends_elsewhere(report, trained)) cycle
-      call polish_from_start(settings, problem, unknowns, objective, report%p, .false., report%cost() >= trained%cost(), log, one)
+      call polish_from_start(settings, problem, unknowns, objective, &
+                             start_t(report%p, is_check=report%cost() >= trained%cost()), log, one)
+      n_before = n_evaluations
       n_evaluations = n_evaluations + one%n_evaluations
       if (problem%pool%is_stopped) return
       if (.not. (one%is_solved .and. one%is_polished)) cycle
       local_minima = reshape([local_minima, one%chi2, one%coordinates], [1 + n, size(local_minima, 2) + 1])
       if (one%cost() >= trained%cost() - max(LOWER, RELATIVELY_LOWER*trained%cost())) cycle
+      call delay(one%path, n_before)
+      one%path = reshape([trained%path, path, one%path], &
+                         [size(path, 1), size(trained%path, 2) + size(path, 2) + size(one%path, 2)])
       trained = one
       n_in_vain = 0
       n_lower = n_lower + 1
     end do
     if (n_tried > 0) call tell_moves(log, n_tried, n_lower, first_chi2 - trained%chi2)
   end subroutine try_moves
+
+  !> Counts the evaluations of a path from the first one of the whole polish, of which n were before.
+  pure subroutine delay(path, n)
+    real(rp), intent(inout) :: path(:, :)
+    integer, intent(in) :: n
+    path(1, :) = path(1, :) + n
+  end subroutine delay
 
   subroutine tell_moves(log, n_tried, n_lower, fall)
     class(training_listener_t), intent(inout) :: log
@@ -90,16 +105,17 @@ contains
     end if
   end subroutine tell_moves
 
-  !> A fit by continuation from `trained` with unknown i one standard deviation of its prior on the other side of it.
-  subroutine move(settings, problem, unknowns, i, trained, report)
+  !> A fit by continuation from `trained` with unknown i one standard deviation of its prior on the other side of it, and its
+  !> path, see fit_by_continuation.
+  subroutine move(settings, problem, unknowns, i, trained, report, path)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     integer, intent(in) :: i
     type(trained_t), intent(in) :: trained
     type(fit_report_t), intent(out) :: report
+    real(rp), allocatable, intent(out) :: path(:, :)
     type(fit_options_t) :: options
-    real(rp), allocatable :: path(:, :)
     real(rp) :: start(size(unknowns%prior))
     start = trained%coordinates
     start(i) = unknowns%prior(i) - sign(unknowns%prior_sd(i), start(i) - unknowns%prior(i))

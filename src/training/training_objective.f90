@@ -42,7 +42,7 @@ module training_objective
 
 contains
 
-  !> Experiment and pool must live as long as the objective.
+  !> Takes experiment and pool, which must live as long as the objective.
   subroutine objective_init(self, experiment, pool, use_chi2)
     class(train_objective_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: experiment
@@ -58,7 +58,7 @@ contains
     allocate (self%expected(n_loads), source=1.0_rp)
   end subroutine objective_init
 
-  !> The next mean will be solved cold.
+  !> Makes the next mean be solved cold.
   subroutine objective_forget(self)
     class(train_objective_t), intent(inout) :: self
     self%is_start = .false.
@@ -81,7 +81,7 @@ contains
     end do
   end subroutine objective_solve_mean
 
-  !> Costs of the candidates coordinates(n, lambda). If the pool is stopped afterwards they are not complete.
+  !> Returns the costs of the candidates coordinates(n, lambda). If the pool is stopped afterwards they are not complete.
   subroutine objective_evaluate(self, coordinates, costs)
     class(train_objective_t), intent(inout) :: self
     real(rp), intent(in) :: coordinates(:, :)
@@ -146,9 +146,9 @@ contains
     order = sorting_order(keys)
   end function longest_first
 
-  !> All loads at one point with derivatives and shapes(3, n_all, loads) [m], warm from `starts` where `is_start`. Those
-  !> that are left out are not solved; their shapes are `starts`. If the pool is stopped afterwards they are not
-  !> complete, and not solved. On rank 0.
+  !> Solves all loads at one point with derivatives and shapes(3, n_all, loads) [m], warm from `starts` where `is_start`. Loads
+  !> that are left out are not solved; their shapes are `starts`. If the pool is stopped afterwards the results are not complete,
+  !> and not solved. On rank 0.
   subroutine full_results(experiment, pool, coordinates, is_start, starts, evaluations, shapes, &
                           is_left_out)
     type(experiment_t), intent(in) :: experiment

@@ -41,15 +41,15 @@ module training_outcome
 
 contains
 
-  !> What least squares minimise: chi^2 and the priors' sum of squares.
+  !> Returns what least squares minimise: chi^2 and the priors' sum of squares.
   pure real(rp) function trained_cost(self) result(cost)
     class(trained_t), intent(in) :: self
     cost = self%chi2 + self%prior_chi2
   end function trained_cost
 
-  !> Whether the data determine unknown i: its interval has two ends, or, if intervals were not asked, the data take
-  !> away half of the standard deviation that it had before, and it is not its box that holds it. A polish that failed
-  !> determines nothing. If none was asked for, true but at a bound.
+  !> Tells whether the data determine unknown i: its interval has two ends, or, if intervals were not asked, the data take away
+  !> half of the standard deviation that it had before, and it is not its box that holds it. A polish that failed determines
+  !> nothing. If none was asked for, true but at a bound.
   pure logical function trained_determines(self, i) result(is_determined)
     class(trained_t), intent(in) :: self
     integer, intent(in) :: i
@@ -62,7 +62,7 @@ contains
     if (self%prior_sd(i) > 0) is_determined = is_determined .and. self%posterior%sd(i) <= self%prior_sd(i)/2
   end function trained_determines
 
-  !> Whether a polish was asked for, but least squares accepted no step, so that nothing is known but the search's point.
+  !> Tells whether a polish was asked for, but least squares accepted no step, so that nothing is known but the search's point.
   pure logical function trained_has_failed_polish(self) result(has_failed)
     class(trained_t), intent(in) :: self
     has_failed = allocated(self%reason) .and. .not. self%is_polished

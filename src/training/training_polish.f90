@@ -8,7 +8,7 @@ module training_polish
   use least_squares_problem, only: unknowns_t
   use training_agreement, only: agreement_lines, AGREEMENT_LENGTH
   use training_case, only: training_case_t
-  use training_fit, only: is_better, polish_from_start
+  use training_fit, only: is_better, polish_from_start, start_t
   use training_intervals, only: find_intervals
   use training_listener, only: training_listener_t
   use training_moves, only: try_moves
@@ -47,6 +47,7 @@ contains
     problem%pool => pool
     if (settings%polish) problem%log => log
     problem%n_parts = size(starts, 2)
+    problem%kind_of_part = 'start'
     problem%begun = wall_seconds()
     unknowns = make_unknowns(settings, space)
     n_evaluations = 0
@@ -54,7 +55,7 @@ contains
     do i = 1, merge(size(starts, 2), 1, settings%polish)
       problem%part = i
       problem%lowest = huge(1.0_rp)
-      call polish_from_start(settings, problem, unknowns, objective, starts(:, i), i == 1, trained%fits, log, one)
+      call polish_from_start(settings, problem, unknowns, objective, start_t(starts(:, i), i == 1, trained%fits), log, one)
       if (pool%is_stopped) return
       n_evaluations = n_evaluations + one%n_evaluations
       if (i == 1 .or. is_better(one, trained)) trained = one

@@ -51,7 +51,7 @@ module training_pool
 
 contains
 
-  !> Room for n tasks, in the order of their numbers, with inputs and outputs of these sizes.
+  !> Makes room for n tasks, in the order of their numbers, with inputs and outputs of these sizes.
   subroutine batch_init(self, n, n_in, n_out)
     class(batch_t), intent(out) :: self
     integer, intent(in) :: n, n_in, n_out
@@ -60,7 +60,7 @@ contains
     allocate (self%inputs(n_in, n), self%outputs(n_out, n), self%statuses(n), self%seconds(n))
   end subroutine batch_init
 
-  !> The runner, made for the experiment, must live as long as the pool, which it asks for the time. Collective.
+  !> Takes the runner, made for the experiment, which must live as long as the pool and tells it the time. Collective.
   subroutine pool_init(self, world, experiment, runner, limits)
     class(worker_pool_t), intent(inout), target :: self
     type(world_t), intent(in) :: world
@@ -75,14 +75,14 @@ contains
     runner%stop_rules => self%stop_rules
   end subroutine pool_init
 
-  !> Tasks for costs. On rank 0. If `is_stopped` is set afterwards results are missing.
+  !> Does tasks for costs. If `is_stopped` is set afterwards, results are missing. On rank 0.
   subroutine pool_run_costs(self, batch)
     class(worker_pool_t), intent(inout) :: self
     type(batch_t), intent(inout) :: batch
     call run_batch(self, COSTS, self%cost_farm, batch)
   end subroutine pool_run_costs
 
-  !> The same for tasks with everything.
+  !> Does tasks with everything. If `is_stopped` is set afterwards, results are missing. On rank 0.
   subroutine pool_run_full(self, batch)
     class(worker_pool_t), intent(inout) :: self
     type(batch_t), intent(inout) :: batch

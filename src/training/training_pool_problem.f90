@@ -18,11 +18,12 @@ module training_pool_problem
   type, extends(wing_problem_t) :: pool_problem_t
     type(worker_pool_t), pointer :: pool => null()
     class(training_listener_t), pointer :: log => null()
-    integer :: part = 0, n_parts = 0         !< the present start or interval, of so many
+    integer :: part = 0, n_parts = 0         !< the present start, move or interval, of so many
+    character(:), allocatable :: kind_of_part !< 'start' or 'move', in what is told of a fit
     character(:), allocatable :: name        !< of the parameter whose interval is sought, if one is
     integer :: n_solved = 0                  !< points so far
-    real(rp) :: lowest = huge(1.0_rp)        !< chi^2 from the present start
-    real(rp) :: begun = 0           !< [s] wall time of the first start or interval
+    real(rp) :: lowest = huge(1.0_rp)        !< chi^2 from the present start or move
+    real(rp) :: begun = 0           !< [s] wall time of the first start, move or interval
   contains
     procedure :: run => problem_run
   end type pool_problem_t
@@ -59,10 +60,10 @@ contains
       chi2 = chi2 + sum((self%evaluations(l)%residuals/self%experiment%comparisons(l)%sigma)**2)
     end do
     self%lowest = min(self%lowest, chi2)
-    call self%log%polish_progress(self%part, self%n_parts, self%n_solved, self%lowest, self%begun)
+    call self%log%polish_progress(self%kind_of_part, self%part, self%n_parts, self%n_solved, self%lowest, self%begun)
   end subroutine tell_progress
 
-  !> The box and the priors about the values of [Wing], as coordinates of the experiment.
+  !> Returns the box and the priors about the values of [Wing], as coordinates of the experiment.
   function make_unknowns(settings, space) result(unknowns)
     class(training_case_t), intent(in) :: settings
     type(search_space_t), intent(in) :: space

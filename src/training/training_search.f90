@@ -61,7 +61,7 @@ module training_search
 
 contains
 
-  !> The first generation of the first stage. Settings and pool must live as long as the search.
+  !> Makes the first generation of the first stage. Settings and pool must live as long as the search.
   subroutine search_init(self, settings, pool)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(inout), target :: settings
@@ -132,7 +132,7 @@ contains
     call self%objective%forget()
   end subroutine begin_stage
 
-  !> Whether there is a checkpoint from which to go on.
+  !> Tells whether there is a checkpoint from which to go on.
   logical function search_has_backup(self) result(found)
     class(train_search_t), intent(in) :: self
     character(:), allocatable :: name
@@ -214,7 +214,7 @@ contains
     self%is_done = (self%search%state%stop_code /= RUNNING .or. has_enough(self, settings)) .and. self%stage == settings%n_stages
   end subroutine load_state
 
-  !> Generations until the search ends or the pool is stopped; then writes a checkpoint.
+  !> Makes generations until the search ends or the pool is stopped; then writes a checkpoint.
   subroutine search_run(self, settings, pool, log)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in) :: settings
@@ -332,13 +332,13 @@ contains
     call begin_stage(self, settings)
   end subroutine fix_youngs_modulus
 
-  !> Evaluations of candidates in all stages.
+  !> Returns the evaluations of candidates in all stages.
   pure integer(i8) function search_evaluations(self) result(n)
     class(train_search_t), intent(in) :: self
     n = self%spent + self%search%evaluations()
   end function search_evaluations
 
-  !> The best feasible point of all stages, for the space of the present one.
+  !> Returns the best feasible point of all stages, for the space of the present one.
   subroutine search_best(self, has_best, cost, u)
     class(train_search_t), intent(in) :: self
     logical, intent(out) :: has_best
@@ -350,7 +350,7 @@ contains
     if (self%stage > 1) call self%history%improve(self%space, has_best, cost, u)
   end subroutine search_best
 
-  !> Where polishes may begin, as coordinates of the experiment, the best first: the point u, and other good ones.
+  !> Returns where polishes may begin, as coordinates of the experiment, the best first: the point u, and other good ones.
   subroutine search_starts(self, settings, u, starts)
     class(train_search_t), intent(in) :: self
     class(training_case_t), intent(in) :: settings

@@ -28,7 +28,7 @@ module training_space
 
 contains
 
-  !> All unknowns are free: the parameters that are sought, then the offsets of observations.
+  !> Makes all unknowns free: the parameters that are sought, then the offsets of observations.
   subroutine space_init(self, experiment, free_parameters)
     class(search_space_t), intent(out) :: self
     type(experiment_t), intent(in) :: experiment
@@ -57,7 +57,7 @@ contains
     self%free = [(i, i=1, n)]
   end subroutine space_init
 
-  !> Holds unknown i at its place among u, which are the coordinates of the free ones; all are remembered.
+  !> Holds unknown i at its place among u, which are the coordinates of the free ones. All are remembered.
   subroutine space_fix(self, i, u)
     class(search_space_t), intent(inout) :: self
     integer, intent(in) :: i
@@ -66,7 +66,7 @@ contains
     self%free = pack(self%free, self%free /= i)
   end subroutine space_fix
 
-  !> Values of all unknowns, in their units, at the point u of the free ones, clipped to the box.
+  !> Returns the values of all unknowns, in their units, at the point u of the free ones, clipped to the box.
   pure function space_values(self, u) result(values)
     class(search_space_t), intent(in) :: self
     real(rp), intent(in) :: u(:)
@@ -76,7 +76,7 @@ contains
     values = self%box%value(clip(whole))
   end function space_values
 
-  !> The same as coordinates of the experiment.
+  !> Returns the same as coordinates of the experiment.
   pure function space_coordinates(self, u) result(coordinates)
     class(search_space_t), intent(in) :: self
     real(rp), intent(in) :: u(:)
@@ -85,7 +85,7 @@ contains
     where (self%is_log) coordinates = log(merge(coordinates, 1.0_rp, self%is_log))
   end function space_coordinates
 
-  !> The point of the free unknowns that is nearest to these coordinates of the experiment.
+  !> Returns the point of the free unknowns that is nearest to these coordinates of the experiment.
   function space_point(self, coordinates) result(u)
     class(search_space_t), intent(in) :: self
     real(rp), intent(in) :: coordinates(:)

@@ -34,7 +34,7 @@ module training_task
 
 contains
 
-  !> The experiment must live as long as the runner.
+  !> Takes the experiment, which must live as long as the runner.
   subroutine runner_init(self, experiment)
     class(train_runner_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: experiment
@@ -56,7 +56,7 @@ contains
     call self%worker%free()
   end subroutine runner_free
 
-  !> A task: load l at these coordinates, warm or cold, with everything (derivatives, shape) or costs alone.
+  !> Returns a task: load l at these coordinates, warm or cold, with everything (derivatives, shape) or costs alone.
   pure function task_input(coordinates, l, is_warm, is_full) result(input)
     real(rp), intent(in) :: coordinates(:)
     integer, intent(in) :: l
@@ -136,7 +136,7 @@ contains
     output(COST_REDONE) = merge(1, 0, evaluation%was_redone_cold)
   end subroutine sum_up
 
-  !> Whether a signal has asked rank 0 to stop, or its time is over: a generation may last longer than a job has left.
+  !> Tells whether a signal has asked rank 0 to stop, or its time is over: a generation may last longer than a job has left.
   logical function runner_wants_stop(self) result(wants)
     class(train_runner_t), intent(inout) :: self
     if (signal_caught() > 0) self%is_stopping = .true.

@@ -6,7 +6,7 @@
                   that no entry of the catalogue has
     test_random   six cases with a seed from the operating system, which is printed; three at least have an acceptable
                   verdict, as is true in all but 1.3e-3 of all runs of a program that fails in a tenth of its cases, twice
-                  as often as the targets of docs/guide/diagnosis.md allow. One that always says "adequate" passes in 5 % of all runs
+                  as often as the targets of docs/results/diagnosis-results.md allow. One that always says "adequate" passes in 5 % of all runs
     test_controls stated errors of half and twice the true size, nothing hidden in a wing of a finer mesh
     test_tilted   scans that are tilted farther than declared
     test_shuffled scans under each other's names

@@ -16,8 +16,10 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from synthetic_bending import ADEQUATE, NAMED, SET
+from synthetic_bending import ADEQUATE, NAMED, SET, measure
 from whole_program import SOURCE, check, main
+
+from json_schema import validate
 
 RE, STROKE, BOX, BEATS = 75, 2.0, 6, 2
 PERIOD = math.pi * STROKE  # c/U, with U = pi f A0 = 1
@@ -135,7 +137,7 @@ def write_data(path, mean, seed, **attributes):
         flight["sd"] = sd
 
 
-def diagnose(case, data, name, more="", ranks=0, flags=(), cache="../flights"):
+def diagnose(case, data, name, more="", ranks=0, flags=(), cache="../flights", options=""):
     """Exit code, JSON (or none) and what was printed."""
     case_folder = case.folder / "case"
     if not case_folder.exists():
@@ -143,7 +145,7 @@ def diagnose(case, data, name, more="", ranks=0, flags=(), cache="../flights"):
     (case.folder / f"{name}.ini").write_text(
         f"[Wing]\nfile = {SOURCE}/wings/calliphora_small.h5\nE = 12.58e9\nD = 2e-7\n[Measurement]\nfile = {data}\n"
         f"[Flight]\nfile = case/hover.ini\nbeats = {BEATS}\nharmonics = 12\nfolder = {cache}\n{more}"
-        f"[Diagnose]\nnoise = declared\ndraws = 1000\nstarts = 1\n[Saving]\nname = {name}\n")
+        f"[Diagnose]\nnoise = declared\ndraws = 1000\nstarts = 1\n{options}[Saving]\nname = {name}\n")
     done = case.flusi(f"{name}.ini", "--exit-code", *flags, ranks=ranks, timeout=300)
     path = case.folder / f"{name}.json"
     found = json.loads(path.read_text()) if path.exists() else None
@@ -164,6 +166,12 @@ def test_lead(case):
     check("The pitch was early by" in text, "the terminal says where and how much")
     lower, best, upper = found["extended"]["intervals_90"][0]["lower_best_upper"]
     check(abs(best - lead) < upper - lower, f"a lead of {lower} {best} {upper} beats")
+    mistakes = validate(found, SOURCE / "docs/formats/diagnosis.schema.json")
+    check(not mistakes, f"the JSON file is what the schema says: {mistakes}")
+    for record in found["flight"]["records"]:
+        sd = np.array(record["sd"])
+        before, after = (np.mean(((np.array(record[name]) - record["measured"]) / sd) ** 2) for name in ("simulated", "extended"))
+        check(after < 4 and (after < before or before < 4), f"{record['component']}: mean squares over sd {before} and {after}")
 
 
 def test_gain(case):
@@ -178,6 +186,20 @@ def test_null(case):
     write_data(case.folder / "data.h5", flown(12), 3)
     code, found, _ = diagnose(case, "data.h5", "null")
     check(code == ADEQUATE, found["verdict"]["sentence"])
+
+
+def test_joint(case):
+    """Bending tests and forces in one file: both are adequate, and a lead is found beside the stiffness of the veins."""
+    measure(case, "data.h5", protocol={"levels": [1]})
+    write_data(case.folder / "forces.h5", flown(12, "kinematics_lead = 0.05 0 0\n"), 6)
+    with h5py.File(case.folder / "data.h5", "r+") as data, h5py.File(case.folder / "forces.h5") as other:
+        other.copy("flight", data)
+    subprocess.run([sys.executable, "-B", SOURCE / "tools/seal", "data.h5"], cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
+    code, found, text = diagnose(case, "data.h5", "joint", "effects = pitch_lead, balance_gain, balance_delay\n",
+                                 options="parameters = E\nrefine = no\nvalidation = no\n")
+    check(code in (NAMED, SET) and "pitch_lead" in names(found), text)
+    check(found["baseline"]["observations"] > 90, "heights and forces are observations")
+    check([one["name"] for one in found["baseline"]["parameters"]] == ["E"], "the stiffness is fitted beside")
 
 
 def forces(folder):

@@ -160,10 +160,11 @@ def made_for(run):
 
 
 def test_flexible_ranks(case):
-    """The same flight on any number of ranks: each wing has its owner, and the grid is cut both ways."""
+    """The same flight on any number of ranks: each wing has its owner, and the grid is cut both ways. On five ranks groups of
+    three and two share the responses."""
     one = fly(case.sub("n1"))
-    for ranks, rows in ((2, 2), (3, 1)):
-        other = fly(case.sub(f"n{ranks}"), ranks, Resolution={"process_rows": rows})
+    for ranks, rows, response in ((2, 2, "group"), (3, 1, "auto"), (5, 1, "group")):
+        other = fly(case.sub(f"n{ranks}"), ranks, Resolution={"process_rows": rows}, Insects={"marker_response": response})
         for name in BENT_SERIES:
             a, b = table(one, name), table(other, name)
             check(len(a) == len(b) >= 12, f"{name} has the same records on {ranks} ranks")

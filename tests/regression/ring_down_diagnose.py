@@ -12,6 +12,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
+import numpy
 from synthetic_bending import ADEQUATE, NAMED, SET, UNKNOWN, WING, diagnose, measure
 from whole_program import SOURCE, check, main
 
@@ -71,8 +73,24 @@ def test_relaxation(case):
     lower, best, upper = interval(found, "relaxation")
     check(2 * lower - best <= 0.2 <= 2 * upper - best, f"share {best} ({lower} to {upper})")
     check(found["validation"]["gain_per_location"] > 0, "places that were left out are predicted better")
+    check_record(case, found)
     left = {name: sag(case, name, change) for name, change in (("relaxing", ""), ("elastic", "[Damping]\nrelaxation = 0.0;\n"))}
     check(left["relaxing"] < 0.5 * left["elastic"], f"flusi runs the extended wing, which comes to rest by its relaxation: {left}")
+
+
+def check_record(case, found):
+    """What the report says of the record is what its table shows: the extended wing leaves noise, and the force is corrected by less
+    than two of its sd."""
+    record, = found["series"]
+    with h5py.File(case.folder / "relaxation.h5") as file:
+        tables = [numpy.asarray(file[f"series/ring/{number}"]) for number in range(1, 4)]
+    rows = numpy.concatenate([table if table.shape[1] == 5 else table.T for table in tables])
+    check(len(rows) == record["observations"] == 300, "all numbers are there")
+    for column, which in ((3, "baseline"), (4, "extended")):
+        rms = float(numpy.sqrt((((rows[:, column] - rows[:, 1]) / rows[:, 2]) ** 2).mean()))
+        check(abs(rms / record[f"{which}_rms"] - 1) < 1e-6, f"the {which} leaves {record[f'{which}_rms']}, and {rms} by its table")
+    check(record["extended_rms"] < 1.1 < record["baseline_rms"], f"the cause explains what was measured: {record}")
+    check(abs(record["extended_size_error"]) < 0.1 and abs(record["extended_late_s"]) < 1e-5, f"{record}")
 
 
 def sag(case, name, change):

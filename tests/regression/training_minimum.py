@@ -10,6 +10,8 @@ import re
 import signal
 import time
 
+import h5py
+import numpy as np
 from whole_program import EXIT_STOPPED, SOURCE, check, main
 
 from flusi_msm.measurement.case import read_case
@@ -67,6 +69,7 @@ def test_moves(case):
     check("search    ended after 11 evaluations; a candidate bears all loads" in text, f"the search ends with its first generation:\n{text}")
     check(lowest < stuck - 20, f"moves lead lower: {stuck} without them, {lowest} with them\n{text}")
     check("to a lower minimum" in text and "first of all in joint:R4+5_base" in text, f"and that is told:\n{text}")
+    check_path(case.folder / "free_history.h5", lowest)
     case.run(write(case, "ranks", "yes"), ranks=2)
     check(wing(case, "ranks") == wing(case, "free"), "two ranks find the same wing")
     stop_in_moves(case, write(case, "stopped", "yes", progress=0))
@@ -75,11 +78,20 @@ def test_moves(case):
     check(wing(case, "stopped") == wing(case, "free"), "and it ends with the same wing, to the bit")
 
 
+def check_path(file, lowest):
+    """The path goes on through the moves that led lower, and ends in the minimum that is told."""
+    with h5py.File(file) as f:
+        evaluations, chi2, _, stage = np.atleast_2d(f["outcome/path"]).reshape(-1, 4).T
+    check(np.all(np.diff(evaluations) >= 0), f"evaluations are counted through: {evaluations}")
+    check(abs(chi2[-1] - lowest) < 0.01 * lowest and stage[-1] == 1, f"the path ends in chi^2 {lowest}: {chi2}")
+    check(np.count_nonzero(np.diff(stage) > 0) > 0, f"it holds more than one fit by continuation: {stage}")
+
+
 def stop_in_moves(case, ini):
     """SIGTERM once the first fit has ended and a move has begun."""
     case.start(ini)
     end = time.monotonic() + 120
-    while not re.search(r"^polish +\d+ evaluations.*\n(.*\n)*polish from", case.out.read_text(), re.M):
+    while not re.search(r"^polish +\d+ evaluations.*\n(.*\n)*polish from move", case.out.read_text(), re.M):
         check(case.process.poll() is None and time.monotonic() < end, f"a move begins:\n{case.out.read_text()}")
         time.sleep(0.01)
     case.process.send_signal(signal.SIGTERM)

@@ -28,8 +28,8 @@ module base_listing
 
 contains
 
-  !> The names of all entries of the folder at `path`, in no order, without those that begin with a dot; none if it
-  !> cannot be read.
+  !> Returns the names of all entries of the folder at `path`, in no order, without those that begin with a dot; none if it cannot
+  !> be read.
   subroutine list_folder(path, names)
     character(*), intent(in) :: path
     type(message_list_t), intent(out) :: names
@@ -45,7 +45,7 @@ contains
     ignored = c_closedir(folder)
   end subroutine list_folder
 
-  !> Whether `name` is `pattern`, in which a * stands for any text and a # for a number without sign.
+  !> Tells whether `name` is `pattern`, in which a * stands for any text and a # for a number without sign.
   pure recursive logical function matches_name(name, pattern) result(matches)
     character(*), intent(in) :: name, pattern
     integer :: k

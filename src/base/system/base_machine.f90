@@ -15,7 +15,7 @@ module base_machine
 
 contains
 
-  !> What the files below `root` tell, which is empty but for tests.
+  !> Returns what the files below `root` tell of the memory; `root` is empty but for tests.
   function read_machine_memory(root) result(memory)
     character(*), intent(in) :: root
     type(machine_memory_t) :: memory

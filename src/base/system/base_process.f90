@@ -48,12 +48,12 @@ contains
     call c_exit(int(code, c_int))
   end subroutine exit_with
 
-  !> The number of this process on its machine.
+  !> Returns the number of this process on its machine.
   integer function process_id()
     process_id = int(c_getpid())
   end function process_id
 
-  !> Name of the machine; empty if it has none.
+  !> Returns the name of the machine; empty if it has none.
   function host_name() result(name)
     use, intrinsic :: iso_c_binding, only: c_size_t, c_null_char
     character(:), allocatable :: name
@@ -65,8 +65,8 @@ contains
     name = trim(buffer(:index(buffer//c_null_char, c_null_char) - 1))
   end function host_name
 
-  !> When the process `id` of this machine began, in ticks since the machine did; with the number it names a process for
-  !> good. 0 if there is no such process or it has ended; -1 if this system does not tell (it has no /proc).
+  !> Returns when the process `id` of this machine began, in ticks since the machine did; with the number it names a process for
+  !> good. 0: there is no such process, or it has ended; -1: this system does not tell (it has no /proc).
   integer(i8) function process_birth(id) result(birth)
     integer, intent(in) :: id
     integer, parameter :: BEFORE = 19 ! words between the state of a process and its birth, see proc(5)
@@ -100,7 +100,7 @@ contains
     end subroutine read_line
   end function process_birth
 
-  !> The most memory that this process has had so far [byte]; 0 if this system does not tell (it has no /proc).
+  !> Returns the most memory that this process has had so far [byte]; 0 if this system does not tell (it has no /proc).
   integer(i8) function peak_memory() result(bytes)
     character(200) :: line
     integer :: unit, status
@@ -118,7 +118,7 @@ contains
     close (unit)
   end function peak_memory
 
-  !> A number that no other call on any machine returns, as far as chance allows.
+  !> Returns a number that no other call on any machine returns, as far as chance allows.
   integer(i8) function random_word() result(word)
     integer :: unit, status
     integer(i8) :: count
@@ -132,7 +132,7 @@ contains
     word = ieor(ieor(count, shiftl(epoch_seconds(), 24)), shiftl(int(process_id(), i8), 8))
   end function random_word
 
-  !> Date and time of now, as 2020-02-29 23:59:59.
+  !> Returns the date and time of now, as 2020-02-29 23:59:59.
   function date_and_clock() result(text)
     character(19) :: text
     character(8) :: date
@@ -141,13 +141,13 @@ contains
     text = date(1:4)//'-'//date(5:6)//'-'//date(7:8)//' '//time(1:2)//':'//time(3:4)//':'//time(5:6)
   end function date_and_clock
 
-  !> Whether somebody watches: standard output is a terminal, and standard error too, because launchers
-  !> put a pseudo-terminal behind the output of batch jobs.
+  !> Tells whether somebody watches: standard output is a terminal, and standard error too, because launchers put a
+  !> pseudo-terminal behind the output of batch jobs.
   logical function is_terminal()
     is_terminal = c_isatty(1_c_int) == 1 .and. c_isatty(2_c_int) == 1
   end function is_terminal
 
-  !> Value of an environment variable, empty if unset.
+  !> Returns the value of an environment variable, empty if unset.
   function environment_value(name) result(value)
     character(*), intent(in) :: name
     character(:), allocatable :: value
@@ -158,7 +158,7 @@ contains
     if (length > 0) call get_environment_variable(name, value)
   end function environment_value
 
-  !> The rank that a launcher gave this process, also before MPI is started; 0 without a launcher.
+  !> Returns the rank that a launcher gave this process, also before MPI is started; 0 without a launcher.
   integer function launched_rank() result(rank)
     character(20), parameter :: NAMES(4) = [character(20) :: 'OMPI_COMM_WORLD_RANK', 'PMIX_RANK', 'PMI_RANK', &
                                                                                                      'SLURM_PROCID']
@@ -173,14 +173,14 @@ contains
     rank = 0
   end function launched_rank
 
-  !> Seconds on a clock that only differences of are meaningful.
+  !> Returns the seconds on a clock that only differences of are meaningful.
   real(rp) function wall_seconds()
     integer(i8) :: count, rate
     call system_clock(count, rate)
     wall_seconds = real(count, rp)/real(rate, rp)
   end function wall_seconds
 
-  !> Seconds since 1970, as job schedulers tell their deadlines.
+  !> Returns the seconds since 1970, as job schedulers tell their deadlines.
   integer(i8) function epoch_seconds()
     use, intrinsic :: iso_c_binding, only: c_null_ptr
     epoch_seconds = int(c_time(c_null_ptr), i8)

@@ -30,8 +30,8 @@ module base_signals
 
 contains
 
-  !> From now on these signals are remembered instead of ending the program; a second SIGINT ends it. SIGINT and SIGHUP
-  !> remain ignored if the program began so, as behind nohup. Call it after MPI has started.
+  !> Makes the process remember these signals instead of ending. A second SIGINT ends it. SIGINT and SIGHUP remain ignored if the
+  !> program began so, as behind nohup. Call it after MPI has started.
   subroutine catch_signals()
     integer(c_int), parameter :: NUMBERS(4) = [SIGTERM, SIGUSR1, SIGINT, SIGHUP]
     type(c_funptr) :: previous
@@ -43,14 +43,13 @@ contains
     end do
   end subroutine catch_signals
 
-  !> Number of the last signal caught on this process, 0 if none came. Other ranks may know nothing of
-  !> it: reduce it over the ranks before acting on it.
+  !> Returns the number of the last signal caught on this process, 0 if none came. Other ranks may know nothing of it: reduce it
+  !> over the ranks before acting on it.
   integer function signal_caught()
     signal_caught = int(caught)
   end function signal_caught
 
-  !> From now on writing beyond the limit on file sizes fails, like writing to a full disk, instead of
-  !> ending the program.
+  !> Makes writing beyond the limit on file sizes fail, like writing to a full disk, instead of ending the program.
   subroutine ignore_size_limit()
     type(c_funptr) :: previous
     previous = c_signal(SIGXFSZ, transfer(SIG_IGN, previous))

@@ -37,7 +37,7 @@ module base_fingerprint
 
 contains
 
-  !> Sizes are left out.
+  !> Leaves sizes out.
   subroutine fingerprint_extents(self, name, n)
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -46,6 +46,7 @@ contains
     call require(.not. self%is_reading, 'base_fingerprint: nothing can be read of it')
   end subroutine fingerprint_extents
 
+  !> Adds these reals, with their name, to what the fingerprint is of.
   subroutine fingerprint_reals(self, name, values)
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -56,6 +57,7 @@ contains
     call add(self, mark)
   end subroutine fingerprint_reals
 
+  !> Adds these integers, with their name, to what the fingerprint is of.
   subroutine fingerprint_integers(self, name, values)
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -66,6 +68,7 @@ contains
     call add(self, mark)
   end subroutine fingerprint_integers
 
+  !> Adds this text, with its name, to what the fingerprint is of.
   subroutine fingerprint_text(self, name, text)
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -100,7 +103,7 @@ contains
     i = 0
   end function place
 
-  !> The numbers of a component, logicals as 0 and 1. Its owner sums them.
+  !> Returns the numbers of a component, logicals as 0 and 1. Its owner sums them.
   function fingerprint_numbers(self, name) result(numbers)
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -112,7 +115,7 @@ contains
     numbers = self%marks(i)%numbers
   end function fingerprint_numbers
 
-  !> A text, as long as its component. Its owner sums it.
+  !> Returns a text, as long as its component. Its owner sums it.
   function fingerprint_one_text(self, name) result(text)
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -124,7 +127,7 @@ contains
     text = self%marks(i)%text
   end function fingerprint_one_text
 
-  !> The sum of all components that nobody asked for; 0 if there are none.
+  !> Returns the sum of all components that nobody asked for; 0 if there are none.
   integer(i8) function fingerprint_rest(self) result(total)
     class(fingerprint_t), intent(in) :: self
     integer :: i

@@ -36,7 +36,7 @@ module base_packing
 
 contains
 
-  !> All of `value`, which is left as it is.
+  !> Packs all of `value`, which is left as it is.
   subroutine pack_value(value, words)
     class(visited_t), intent(inout) :: value
     real(rp), allocatable, intent(out) :: words(:)
@@ -46,7 +46,7 @@ contains
     words = packer%words(:packer%n)
   end subroutine pack_value
 
-  !> How many words `pack_value` makes of it.
+  !> Returns how many words `pack_value` makes of it.
   integer function count_packed(value) result(n)
     class(visited_t), intent(inout) :: value
     type(packer_t) :: packer
@@ -55,7 +55,7 @@ contains
     n = packer%n
   end function count_packed
 
-  !> The inverse of `pack_value`. Fails if the words are too few or too many, or no value of this kind can be made of them.
+  !> Does the inverse of `pack_value`. Fails if the words are too few or too many, or no value of this kind can be made of them.
   subroutine unpack_value(words, value, failure)
     real(rp), intent(in) :: words(:)
     class(visited_t), intent(inout) :: value
@@ -72,6 +72,7 @@ contains
     end if
   end subroutine unpack_value
 
+  !> Appends these reals to the packed values.
   subroutine packer_reals(self, name, values)
     class(packer_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -87,6 +88,7 @@ contains
     self%n = self%n + size(values)
   end subroutine packer_reals
 
+  !> Appends these integers to the packed values.
   subroutine packer_integers(self, name, values)
     class(packer_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -97,6 +99,7 @@ contains
     call self%carry_reals(name, halves)
   end subroutine packer_integers
 
+  !> Appends this text to the packed values, with its length.
   subroutine packer_text(self, name, text)
     class(packer_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -107,12 +110,13 @@ contains
     call self%carry_reals(name, codes)
   end subroutine packer_text
 
-  !> Words that are left.
+  !> Returns how many words are left.
   pure integer(i8) function unpacker_most(self) result(most)
     class(unpacker_t), intent(in) :: self
     most = size(self%words) - self%at
   end function unpacker_most
 
+  !> Takes the next reals of the packed values.
   subroutine unpacker_reals(self, name, values)
     class(unpacker_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -125,6 +129,7 @@ contains
     self%at = self%at + size(values)
   end subroutine unpacker_reals
 
+  !> Takes the next integers of the packed values.
   subroutine unpacker_integers(self, name, values)
     class(unpacker_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -139,6 +144,7 @@ contains
     end if
   end subroutine unpacker_integers
 
+  !> Takes the next text of the packed values, and allocates it to its length.
   subroutine unpacker_text(self, name, text)
     class(unpacker_t), intent(inout) :: self
     character(*), intent(in) :: name

@@ -65,14 +65,14 @@ module base_value_visitor
 
 contains
 
-  !> How many numbers can still be read: a size above it is a mistake of the source.
+  !> Returns how many numbers can still be read: a size above it is a mistake of the source.
   pure integer(i8) function visitor_most(self) result(most)
     class(value_visitor_t), intent(in) :: self
     most = huge(1)
     if (self%failure%failed) most = 0
   end function visitor_most
 
-  !> The name with those of the parts before it.
+  !> Returns the name with those of the parts before it.
   pure function visitor_full_name(self, name) result(full)
     class(value_visitor_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -99,7 +99,7 @@ contains
     if (self%failure%failed) n = -1
   end subroutine visitor_extents
 
-  !> One number: an array of one, unless a visitor makes a difference.
+  !> Carries one real as a list of one, unless a visitor makes a difference.
   subroutine visitor_carry_real(self, name, value)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -110,6 +110,7 @@ contains
     value = values(1)
   end subroutine visitor_carry_real
 
+  !> Carries one integer as a list of one.
   subroutine visitor_carry_integer(self, name, value)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name

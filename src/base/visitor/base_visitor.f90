@@ -102,7 +102,7 @@ contains
     call self%visit(name, values)
   end subroutine any_texts
 
-  !> Length of a list that is read: the caller allocates it before `visit_list`. 0 after a failure.
+  !> Returns the length of a list that is read: the caller allocates it before `visit_list`. 0 after a failure.
   integer function visitor_count_of(self, name) result(n)
     class(visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -112,7 +112,7 @@ contains
     n = max(0, length(1))
   end function visitor_count_of
 
-  !> A list of parts. Where it is read `count_of` was called before.
+  !> Visits a list of parts. Where it is read `count_of` was called before.
   recursive subroutine visitor_visit_list(self, name, list)
     class(visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -125,8 +125,8 @@ contains
     end do
   end subroutine visitor_visit_list
 
-  !> Components that the visit does not carry, by their names with blanks between them: they follow from others, or are no
-  !> part of what the visit is for. It does nothing; tools/check_structure reads it.
+  !> Names components that the visit does not carry, with blanks between them: they follow from others, or are no part of what the
+  !> visit is for. It does nothing; tools/check_structure reads it.
   subroutine visitor_leave_out(self, names)
     class(visitor_t), intent(in) :: self
     character(*), intent(in) :: names

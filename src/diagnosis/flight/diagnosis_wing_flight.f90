@@ -44,7 +44,8 @@ module diagnosis_wing_flight
   contains
     procedure :: init => flight_init
     procedure :: evaluate => flight_evaluate
-    procedure :: directions => flight_directions
+    procedure :: nuisances => flight_nuisances
+    procedure :: patterns => flight_patterns
     procedure :: append_labels => flight_append_labels
     procedure :: covariance => flight_covariance
     procedure, private :: show => flight_show
@@ -211,20 +212,19 @@ contains
     end do
   end function observed
 
-  !> At q: nuisances(n, n_nuisances), what a finer grid changes; patterns(n, n_patterns), waves of each
-  !> component, or patterns(n, 0).
-  subroutine flight_directions(self, q, nuisances, patterns)
+  !> Returns nuisances(n, n_nuisances) at q, what a finer grid changes.
+  subroutine flight_nuisances(self, q, nuisances)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(in) :: q(:)
-    real(rp), intent(inout) :: nuisances(:, :), patterns(:, :)
+    real(rp), intent(inout) :: nuisances(:, :)
     real(rp) :: c(N_CHANGES), p(N_BALANCE)
-    if (size(patterns, 2) > 0) call put_waves(self, patterns)
     if (self%n_nuisances == 0) return
     call split(self, q, c, p)
     call self%show(without_additions(p), self%data%response%of_grid, nuisances(:, 1))
-  end subroutine flight_directions
+  end subroutine flight_nuisances
 
-  subroutine put_waves(self, patterns)
+  !> Returns patterns(n, n_patterns), waves of each component over the beat: what unknown causes may do.
+  subroutine flight_patterns(self, patterns)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(inout) :: patterns(:, :)
     integer :: r, k, at, n, h, column
@@ -249,7 +249,7 @@ contains
         end do
       end associate
     end do
-  end subroutine put_waves
+  end subroutine flight_patterns
 
   !> A surface with a fold and a block for each component of each record.
   subroutine flight_append_labels(self, labels)

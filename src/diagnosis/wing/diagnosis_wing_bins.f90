@@ -43,7 +43,7 @@ module diagnosis_wing_bins
 
 contains
 
-  !> Lattice with at most `most` observations in all.
+  !> Returns the size [m] of squares with which there are at most `most` observations in all.
   real(rp) function default_bin_size(experiment, most) result(size_of_bin)
     type(experiment_t), intent(in) :: experiment
     integer, intent(in) :: most
@@ -57,6 +57,7 @@ contains
     end do
   end function default_bin_size
 
+  !> Averages the heights of each load over squares of this size [m], and keeps its scalar observations as they are.
   subroutine make_bins(experiment, size_of_bin, bins)
     type(experiment_t), intent(in) :: experiment
     real(rp), intent(in) :: size_of_bin
@@ -118,7 +119,7 @@ contains
     end do
   end subroutine make_bins
 
-  !> Averages(count) of the values of all pixels of load l.
+  !> Returns averages(count) of the values of all pixels of load l.
   subroutine bin_rows(bins, l, values, averages)
     type(bins_t), intent(in) :: bins
     integer, intent(in) :: l
@@ -132,7 +133,7 @@ contains
     end do
   end subroutine bin_rows
 
-  !> Covariance c(:, :) of the observations `rows`.
+  !> Returns the covariance c(:, :) of the observations `rows`.
   subroutine bin_covariance(bins, noise, rows, c)
     type(bins_t), intent(in) :: bins
     type(noise_model_t), intent(in) :: noise
@@ -166,8 +167,8 @@ contains
     end do
   end subroutine bin_covariance
 
-  !> Smooth errors of the scan of load l beside its tilt and height, patterns(count, N_DISTORTIONS): the rig has bent, or the wing
-  !> remembers. Second degree, and the third along the wing, from its root [m] over its size [m].
+  !> Returns smooth errors of the scan of load l beside its tilt and height, patterns(count, N_DISTORTIONS): the rig has bent, or
+  !> the wing remembers. They are of second degree, and of third along the wing, from its root [m] over its size [m].
   subroutine bin_distortions(bins, l, root, size_of_wing, patterns)
     type(bins_t), intent(in) :: bins
     integer, intent(in) :: l

@@ -34,7 +34,7 @@ module diagnosis_wing_catalogue
 
 contains
 
-  !> The catalogue for an experiment without unknowns of its own on `wing`; the baseline seeks the parameters of these
+  !> Makes the catalogue for an experiment without unknowns of its own on `wing`. The baseline seeks the parameters of these
   !> numbers, with `decades` as sd of their priors.
   subroutine make_catalogue(experiment, wing, numbers, decades, catalogue, flights)
     type(experiment_t), intent(in) :: experiment
@@ -114,8 +114,7 @@ contains
     character(len(effect%parameters%name) + 1) :: names(effect%n)
     names = effect%parameters(:effect%n)%name
     if (effect%is_per_joint) names(1) = trim(names(1))//'*'
-    call enter_named(c, e, numbers, text%cause, text%title, names, .not. effect%is_per_joint, text%sentence, &
-                     missing_of(e, effect%needs))
+    call enter_named(c, e, numbers, text, names, .not. effect%is_per_joint, missing_of(e, effect%needs))
   end subroutine enter_effect
 
   !> The entry called `cause` of parameters that every wing has, if it is one of them.
@@ -124,25 +123,30 @@ contains
     type(experiment_t), intent(in) :: e
     integer, intent(in) :: numbers(:)
     character(*), intent(in) :: cause
+    type(effect_text_t) :: text
+    text%cause = cause
     select case (cause)
     case ('root_stiffness')
-      call enter_named(c, e, numbers, cause, 'root of another stiffness', [character(20) :: 'root'], .true., &
-                       'The veins bend more or less easily where the wing is clamped.', '')
+      text%title = 'root of another stiffness'
+      text%sentence = 'The veins bend more or less easily where the wing is clamped.'
+      call enter_named(c, e, numbers, text, [character(20) :: 'root'], .true., '')
     case ('E_per_vein')
-      call enter_named(c, e, numbers, cause, 'a vein of another material', [character(20) :: 'E:*'], .false., &
-                       'One vein is softer or stiffer than the others.', '')
+      text%title = 'a vein of another material'
+      text%sentence = 'One vein is softer or stiffer than the others.'
+      call enter_named(c, e, numbers, text, [character(20) :: 'E:*'], .false., '')
     case ('taper')
-      call enter_named(c, e, numbers, cause, 'other cross-sections of veins', [character(20) :: 'diameter_exponent'], &
-                       .true., 'Thin veins are stiffer or softer against thick ones than solid circles would be: '// &
-                       'hollow or flattened veins.', '')
+      text%title = 'other cross-sections of veins'
+      text%sentence = 'Thin veins are stiffer or softer against thick ones than solid circles would be: hollow or flattened veins.'
+      call enter_named(c, e, numbers, text, [character(20) :: 'diameter_exponent'], .true., '')
     case ('membrane_bending')
-      call enter_named(c, e, numbers, cause, 'stiffer or softer membrane', [character(20) :: 'D'], .true., &
-                       'The membrane resists bending more or less than was assumed.', '')
+      text%title = 'stiffer or softer membrane'
+      text%sentence = 'The membrane resists bending more or less than was assumed.'
+      call enter_named(c, e, numbers, text, [character(20) :: 'D'], .true., '')
     case ('elasticity')
-      call enter_named(c, e, numbers, cause, 'stiffness of membrane and springs', &
-                       [character(20) :: 'D', 'k_vein', 'k_membrane', 'k_cross'], .true., &
-                       'Everything elastic that is not sought, membrane and springs, is stiffer or softer than was '// &
-                       'assumed, as if all forces had another size.', '')
+      text%title = 'stiffness of membrane and springs'
+      text%sentence = 'Everything elastic that is not sought, membrane and springs, is stiffer or softer than was assumed, '// &
+                      'as if all forces had another size.'
+      call enter_named(c, e, numbers, text, [character(20) :: 'D', 'k_vein', 'k_membrane', 'k_cross'], .true., '')
     end select
   end subroutine enter_general
 

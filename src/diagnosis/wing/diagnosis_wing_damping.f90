@@ -54,7 +54,7 @@ contains
     end do
   end subroutine find_times
 
-  !> Entries of damping.
+  !> Enters what may be wrong with the damping.
   subroutine enter_damping(c, e)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e

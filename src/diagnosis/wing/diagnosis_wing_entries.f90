@@ -9,6 +9,7 @@ module diagnosis_wing_entries
   use inference_simulator, only: effect_t, variant_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: missing_for
+  use solid_effect, only: effect_text_t
   implicit none
   private
   public :: catalogue_t, append_variant, enter_named, enter_instrument, percent, millimetres
@@ -26,13 +27,15 @@ module diagnosis_wing_entries
 
 contains
 
-  !> Enters the parameters that match one of `names` (NAME or NAME:*), released together or one after another; as not
-  !> testable if the wing has none of them or the baseline seeks them.
-  subroutine enter_named(c, e, numbers, name, title, names, is_joint, sentence, missing)
+  !> Enters the effect of this text, with the parameters that match one of `names` (NAME or NAME:*), released together if
+  !> `is_joint`, else one after another. It is not testable if `missing` says what the data lack, if the wing has no such
+  !> parameter, or if the baseline seeks it as one of the parameters `numbers`.
+  subroutine enter_named(c, e, numbers, text, names, is_joint, missing)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
     integer, intent(in) :: numbers(:)
-    character(*), intent(in) :: name, title, names(:), sentence, missing
+    type(effect_text_t), intent(in) :: text !< its cause, title and sentence
+    character(*), intent(in) :: names(:), missing
     logical, intent(in) :: is_joint
     type(parameter_t) :: p
     type(variant_t), allocatable :: variants(:)
@@ -56,14 +59,14 @@ contains
       end do
     end do
     if (size(columns) == 0) then
-      call c%enter(name, title, sentence, .false., lacks_parameters(e, numbers, names(1)), variants)
+      call c%enter(text%cause, text%title, text%sentence, .false., lacks_parameters(e, numbers, names(1)), variants)
       return
     end if
     if (is_joint) then
       call append_variant(variants, '', 0, [0.0_rp, 0.0_rp])
       variants(1)%columns = columns
     end if
-    call c%enter(name, title, sentence, .false., missing, variants)
+    call c%enter(text%cause, text%title, text%sentence, .false., missing, variants)
   end subroutine enter_named
 
   !> Why no parameter that matches `name` can be released.
@@ -82,7 +85,7 @@ contains
     end do
   end function lacks_parameters
 
-  !> Enters parameters of the instrument, released together.
+  !> Enters parameters of the instrument, released together. `missing` says what the data lack, if that is known.
   subroutine enter_instrument(c, e, name, title, numbers, is_measurement, sentence, missing)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -109,7 +112,7 @@ contains
     call c%enter(name, title, sentence, is_measurement, lacking, variants)
   end subroutine enter_instrument
 
-  !> Adds a parameter and gives its number.
+  !> Adds a parameter and returns its number.
   integer function catalogue_add(self, parameter) result(n)
     class(catalogue_t), intent(inout) :: self
     type(wing_parameter_t), intent(in) :: parameter
@@ -124,7 +127,7 @@ contains
     call move_alloc(parameters, self%parameters)
   end function catalogue_add
 
-  !> Adds a parameter of the wing, once; its null is where the wing has it.
+  !> Adds a parameter of the wing, once, and returns its number. Its null is where the wing has it.
   integer function catalogue_add_parameter(self, e, number) result(n)
     class(catalogue_t), intent(inout) :: self
     type(experiment_t), intent(in) :: e
@@ -139,6 +142,7 @@ contains
     n = self%add(wing_parameter(p, KIND_PARAMETER, number))
   end function catalogue_add_parameter
 
+  !> Enters an effect with its texts and variants. An empty `missing` makes it testable.
   subroutine catalogue_enter(self, name, title, sentence, is_measurement, missing, variants)
     class(catalogue_t), intent(inout) :: self
     character(*), intent(in) :: name, title, sentence, missing
@@ -181,12 +185,14 @@ contains
     call move_alloc(longer, variants)
   end subroutine append_variant
 
+  !> Returns the fraction as words: '25 % of its length'.
   function percent(fraction) result(text)
     real(rp), intent(in) :: fraction
     character(:), allocatable :: text
     text = number_text(nint(100*fraction))//' % of its length'
   end function percent
 
+  !> Returns a length [m] as text in millimetres, with one decimal.
   function millimetres(x) result(text)
     real(rp), intent(in) :: x
     character(:), allocatable :: text

@@ -36,7 +36,7 @@ contains
     n = c%add(wing_parameter(p%as_coordinate(p%null), KIND_MASS, number))
   end function add_effect
 
-  !> Entries of what the wing weighs, and of a mass at any place.
+  !> Enters what the wing weighs, and a mass at any place.
   subroutine enter_inertia(c, e, wing)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e

@@ -11,7 +11,7 @@ module diagnosis_wing_labels
 
 contains
 
-  !> What belongs together: see `labels_t`. A fold is a location; levels at the same place are of one.
+  !> Returns what belongs together: see `labels_t`. A fold is a location; levels at the same place are of one.
   subroutine make_labels(experiment, bins, labels)
     type(experiment_t), intent(in) :: experiment
     type(bins_t), intent(in) :: bins

@@ -14,7 +14,7 @@ module diagnosis_wing_lattice
 
 contains
 
-  !> Places of unknown causes.
+  !> Returns the places of unknown causes.
   subroutine make_patterns(experiment, wing, patterns)
     type(experiment_t), intent(in) :: experiment
     type(wing_t), intent(in) :: wing
@@ -23,7 +23,7 @@ contains
     call lattice(wing, experiment%model%size, PATTERN_RADIUS, patterns%site)
   end subroutine make_patterns
 
-  !> Points (2, n) [m] of a triangular lattice on the wing, or on its veins if it has no membrane; their distance is a
+  !> Returns points (2, n) [m] of a triangular lattice on the wing, or on its veins if it has no membrane. Their distance is a
   !> share of its size.
   subroutine lattice(wing, length, fraction, sites)
     type(wing_t), intent(in) :: wing

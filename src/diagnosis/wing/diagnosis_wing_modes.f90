@@ -33,13 +33,13 @@ module diagnosis_wing_modes
     procedure :: evaluate => modes_evaluate
     procedure :: tangent => modes_tangent
     procedure :: tangents => modes_tangents
-    procedure :: directions => modes_directions
+    procedure :: patterns => modes_patterns
     procedure :: append_labels => modes_append_labels
   end type wing_modes_t
 
 contains
 
-  !> The modes of the measurement of `bare`, on a wing of these masses; both must live as long as this.
+  !> Takes the modes of the measurement of `bare`, on a wing of these masses. Both must live as long as this.
   subroutine modes_init(self, bare, wing, parameters, parts)
     class(wing_modes_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: bare
@@ -74,7 +74,7 @@ contains
     if (allocated(model)) call self%simulation%init(self%rest%bare%measurement, model, self%parts)
   end subroutine prepare
 
-  !> residuals(n) at q; `ok` false: the wing at rest is not stable. Tangents are those there.
+  !> Returns residuals(n) at q. `ok` is false if the wing at rest is not stable. Tangents are those there.
   subroutine modes_evaluate(self, q, residuals, ok)
     class(wing_modes_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -88,7 +88,7 @@ contains
     call self%simulation%evaluate(self%rest%params(model, q), self%effects, residuals, ok)
   end subroutine modes_evaluate
 
-  !> column(n): derivative of the residuals with respect to parameter i at q, after `evaluate` there.
+  !> Returns column(n), the derivative of the residuals with respect to parameter i at q, after `evaluate` there.
   subroutine modes_tangent(self, q, i, column)
     class(wing_modes_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -97,7 +97,7 @@ contains
     call mechanics_tangent(self%simulation, self%rest, self%effects, q, i, self%direction, column)
   end subroutine modes_tangent
 
-  !> jacobian(n, size(columns)) with respect to the parameters `columns`.
+  !> Returns jacobian(n, size(columns)) with respect to the parameters `columns`, after `evaluate`.
   subroutine modes_tangents(self, q, columns, jacobian)
     class(wing_modes_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -109,25 +109,15 @@ contains
     end do
   end subroutine modes_tangents
 
-  !> At q: nuisance(n) is what an error of D of membrane_sd does, where parameter `membrane` is D (0: D is no nuisance);
-  !> patterns(n, :) are those of unknown causes, see `site_tangents`.
-  subroutine modes_directions(self, q, membrane, membrane_sd, site, radius, nuisance, patterns, ok)
+  !> Returns patterns(n, :), what unknown causes at site(2, :) [m] do, at the last `evaluate`; see `site_tangents`.
+  subroutine modes_patterns(self, site, radius, patterns)
     class(wing_modes_t), intent(inout) :: self
-    real(rp), intent(in) :: q(:), membrane_sd, site(:, :), radius
-    integer, intent(in) :: membrane
-    real(rp), intent(inout) :: nuisance(:), patterns(:, :)
-    logical, intent(out) :: ok
-    real(rp) :: residuals(self%n)
-    call self%evaluate(q, residuals, ok)
-    if (.not. ok) return
-    if (membrane > 0) then
-      call self%tangent(q, membrane, nuisance)
-      nuisance = membrane_sd*nuisance
-    end if
+    real(rp), intent(in) :: site(:, :), radius
+    real(rp), intent(inout) :: patterns(:, :)
     call site_tangents(self%simulation, self%rest, self%effects, site, radius, self%direction, patterns)
-  end subroutine modes_directions
+  end subroutine modes_patterns
 
-  !> Every mode is a surface with a fold and a block of its own. What was observed has no size.
+  !> Adds labels. Every mode is a surface with a fold and a block of its own. What was observed has no size.
   subroutine modes_append_labels(self, labels)
     class(wing_modes_t), intent(in) :: self
     type(labels_t), intent(inout) :: labels

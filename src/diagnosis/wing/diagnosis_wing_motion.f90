@@ -25,7 +25,8 @@ module diagnosis_wing_motion
     procedure :: init => motion_init
     procedure :: free => motion_free
     procedure :: evaluate => motion_evaluate
-    procedure :: directions => motion_directions
+    procedure :: nuisances => motion_nuisances
+    procedure :: patterns => motion_patterns
     procedure :: append_labels => motion_append_labels
     procedure :: covariance => motion_covariance
     procedure :: append_patterns => motion_append_patterns
@@ -33,7 +34,7 @@ module diagnosis_wing_motion
 
 contains
 
-  !> What the measurement of `bare` holds, on a wing of these masses; both must live as long as this.
+  !> Takes what the measurement of `bare` holds, on a wing of these masses. Both must live as long as this.
   subroutine motion_init(self, bare, wing, parameters, parts, flights)
     class(wing_motion_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: bare
@@ -56,7 +57,7 @@ contains
     self%n = 0
   end subroutine motion_free
 
-  !> residuals(n) at q and their derivatives jacobian(n, size(columns)); `ok` false: the wing at rest is not stable.
+  !> Returns residuals(n) at q and their derivatives jacobian(n, size(columns)). `ok` is false if the wing at rest is not stable.
   subroutine motion_evaluate(self, q, columns, residuals, jacobian, ok)
     class(wing_motion_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -75,27 +76,41 @@ contains
     if (ok) call self%series%tangents(q, columns, jacobian(n + 1:m, :))
   end subroutine motion_evaluate
 
-  !> At q: membrane(n) is what an error of D of membrane_sd does, where parameter `number` is D (0: D is no nuisance);
-  !> record_nuisances(n, n_nuisances) are those of the records; patterns(n, :) those of unknown causes, with no columns if they are
-  !> not wanted.
-  subroutine motion_directions(self, q, number, membrane_sd, site, radius, membrane, record_nuisances, patterns, ok)
+  !> Returns nuisances(n, 1 + n_nuisances) at q. The first column is what an error of `membrane_sd` of the coordinate of D does to
+  !> the residuals, where parameter `membrane` is D; if D is no nuisance (0), the column stays what it was. The others are errors
+  !> of the records. `ok` is false if the wing at rest is not stable.
+  subroutine motion_nuisances(self, q, membrane, membrane_sd, nuisances, ok)
     class(wing_motion_t), intent(inout) :: self
-    real(rp), intent(in) :: q(:), membrane_sd, site(:, :), radius
-    integer, intent(in) :: number
-    real(rp), intent(inout) :: membrane(:), record_nuisances(:, :), patterns(:, :)
+    real(rp), intent(in) :: q(:), membrane_sd
+    integer, intent(in) :: membrane
+    real(rp), intent(inout) :: nuisances(:, :)
     logical, intent(out) :: ok
+    real(rp) :: residuals(self%n), derivative(self%n, merge(1, 0, membrane > 0))
     integer :: n, m, k
     n = self%modes%n
     m = n + self%series%n
     k = self%series%n_nuisances
-    ok = .true.
-    if (self%flight%n > 0) call self%flight%directions(q, record_nuisances(m + 1:, k + 1:), &
-                                                       patterns(m + 1:, max(1, size(patterns, 2) - self%flight%n_patterns + 1):))
-    if (n > 0) call self%modes%directions(q, number, membrane_sd, site, radius, membrane(:n), patterns(:n, :), ok)
-    if (self%series%n == 0 .or. .not. ok) return
-    call self%series%directions(q, number, membrane_sd, site, radius, membrane(n + 1:m), record_nuisances(n + 1:m, :k), &
-                                patterns(n + 1:m, :), ok)
-  end subroutine motion_directions
+    call self%evaluate(q, pack([membrane], [membrane > 0]), residuals, derivative, ok)
+    if (.not. ok) return
+    if (membrane > 0) nuisances(:, 1) = membrane_sd*derivative(:, 1)
+    if (self%series%n > 0) call self%series%nuisances(nuisances(n + 1:m, 2:k + 1))
+    if (self%flight%n > 0) call self%flight%nuisances(q, nuisances(m + 1:, k + 2:))
+  end subroutine motion_nuisances
+
+  !> Returns patterns(n, :), what unknown causes do, at the last `nuisances` or `evaluate`: those at site(2, :) [m] to a wing, see
+  !> `site_tangents`, and in the last columns those in flights.
+  subroutine motion_patterns(self, site, radius, patterns)
+    class(wing_motion_t), intent(inout) :: self
+    real(rp), intent(in) :: site(:, :), radius
+    real(rp), intent(inout) :: patterns(:, :)
+    integer :: n, m
+    if (size(patterns, 2) == 0) return
+    n = self%modes%n
+    m = n + self%series%n
+    if (n > 0) call self%modes%patterns(site, radius, patterns(:n, :))
+    if (self%series%n > 0) call self%series%patterns(site, radius, patterns(n + 1:m, :))
+    if (self%flight%n > 0) call self%flight%patterns(patterns(m + 1:, size(patterns, 2) - self%flight%n_patterns + 1:))
+  end subroutine motion_patterns
 
   !> Adds their surfaces, folds and blocks.
   subroutine motion_append_labels(self, labels)

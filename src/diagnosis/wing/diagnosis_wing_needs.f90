@@ -17,7 +17,7 @@ module diagnosis_wing_needs
 
 contains
 
-  !> Creep: two times of holding.
+  !> Returns what the data lack to show creep: two times of holding. Empty if they have them.
   function needs_holds(e) result(missing)
     type(experiment_t), intent(in) :: e
     character(:), allocatable :: missing
@@ -33,7 +33,8 @@ contains
     end associate
   end function needs_holds
 
-  !> What depends on the strength of the force: two of them at one place.
+  !> Returns what the data lack to show what depends on the strength of the force: two levels at one place. Empty if they have
+  !> them.
   function needs_levels(e) result(missing)
     type(experiment_t), intent(in) :: e
     character(:), allocatable :: missing
@@ -49,7 +50,7 @@ contains
     end associate
   end function needs_levels
 
-  !> Of the needs of an effect of the wing the first that is not met.
+  !> Returns the first of the needs of an effect of the wing that is not met, in words; empty if all are.
   function missing_of(e, needs) result(missing)
     type(experiment_t), intent(in) :: e
     integer, intent(in) :: needs(:)
@@ -87,7 +88,7 @@ contains
     end associate
   end function needs_both_directions
 
-  !> A wing with a membrane.
+  !> Returns what is missing if the wing has no membrane; else it is empty.
   function needs_membrane(e) result(missing)
     type(experiment_t), intent(in) :: e
     character(:), allocatable :: missing
@@ -95,7 +96,7 @@ contains
     if (size(e%model%triangles) == 0) missing = 'needs a wing with a membrane'
   end function needs_membrane
 
-  !> Weight: the mass of the wing.
+  !> Returns what is missing to know the weight, the mass of the wing; empty if nothing is.
   function needs_mass(e) result(missing)
     type(experiment_t), intent(in) :: e
     character(:), allocatable :: missing
@@ -103,7 +104,8 @@ contains
     if (size(e%masses) == 0) missing = 'needs the mass of the wing: [Mass]'
   end function needs_mass
 
-  !> Geometric nonlinearity: a baseline of small deflections, and two forces at one place.
+  !> Returns what is missing to show the geometric nonlinearity: a baseline of small deflections, and two forces at one place.
+  !> Empty if nothing is.
   function needs_small_deflections(e) result(missing)
     type(experiment_t), intent(in) :: e
     character(:), allocatable :: missing

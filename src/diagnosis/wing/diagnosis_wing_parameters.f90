@@ -59,7 +59,7 @@ module diagnosis_wing_parameters
 
 contains
 
-  !> A parameter of this kind and number.
+  !> Returns a parameter of this kind and number.
   pure function wing_parameter(parameter, kind, number) result(p)
     type(parameter_t), intent(in) :: parameter
     integer, intent(in) :: kind, number
@@ -69,7 +69,7 @@ contains
     p%number = number
   end function wing_parameter
 
-  !> What the statistics see of the parameters.
+  !> Returns what the statistics see of the parameters.
   pure function without_sites(parameters) result(p)
     type(wing_parameter_t), intent(in) :: parameters(:)
     type(parameter_t), allocatable :: p(:)
@@ -80,7 +80,7 @@ contains
     end do
   end function without_sites
 
-  !> Parameters of the shape under a load that differ from their null at q.
+  !> Returns the parameters of the shape under a load that differ from their null at q.
   pure function differing(parameters, q) result(numbers)
     type(wing_parameter_t), intent(in) :: parameters(:)
     real(rp), intent(in) :: q(:)
@@ -90,7 +90,7 @@ contains
     numbers = pack(numbers, [(all(parameters(numbers(i))%kind /= OF_MOTION), i=1, size(numbers))])
   end function differing
 
-  !> The parameter of this kind and number behind the first `behind`; 0: none.
+  !> Returns the parameter of this kind and number behind the first `behind`; 0: none.
   pure integer function find_parameter(parameters, behind, kind, number) result(found)
     type(wing_parameter_t), intent(in) :: parameters(:)
     integer, intent(in) :: behind, kind, number
@@ -101,8 +101,8 @@ contains
     end do
   end function find_parameter
 
-  !> Whether the unknowns of the experiment are exactly the parameters that differ from their null at q. A parameter at its null
-  !> changes the last bit of a result. Without this rule results would depend on what a rank has computed before.
+  !> Tells whether the unknowns of the experiment are exactly the parameters that differ from their null at q. A parameter at its
+  !> null changes the last bit of a result. Without this rule results would depend on what a rank has computed before.
   pure logical function is_fit_case_for(fit_case, parameters, q) result(is_it)
     type(fit_case_t), intent(in) :: fit_case
     type(wing_parameter_t), intent(in) :: parameters(:)
@@ -116,7 +116,7 @@ contains
     if (is_it) is_it = all([(any(fit_case%order == wanted(i)), i=1, size(wanted))])
   end function is_fit_case_for
 
-  !> The experiment for q, from one without unknowns.
+  !> Makes the experiment for q from one without unknowns.
   subroutine make_fit_case(bare, wing, parameters, q, fit_case)
     type(experiment_t), intent(in) :: bare
     type(wing_t), intent(in) :: wing
@@ -171,7 +171,7 @@ contains
       needs_sided_veins = any(needs_of(params%effects, number - params%count_basic()) == NEED_SIDED_VEINS)
   end function needs_sided_veins
 
-  !> Coordinates of the experiment.
+  !> Returns the coordinates of q in this experiment.
   pure function fit_case_coordinates(fit_case, q) result(coordinates)
     type(fit_case_t), intent(in) :: fit_case
     real(rp), intent(in) :: q(:)
@@ -179,7 +179,7 @@ contains
     coordinates = q(fit_case%order)
   end function fit_case_coordinates
 
-  !> All parameters of the wing at q, with the places of effects.
+  !> Returns all parameters of the wing at q, with the places of effects.
   subroutine fit_case_params(bare, wing, parameters, q, fit_case, params)
     type(experiment_t), intent(in) :: bare
     type(wing_t), intent(in) :: wing
@@ -191,7 +191,7 @@ contains
     params = fit_case%experiment%params(fit_case_coordinates(fit_case, q))
   end subroutine fit_case_params
 
-  !> column(n): derivative of the residuals of load l with respect to parameter i at q, after `residuals` of the
+  !> Returns column(n), the derivative of the residuals of load l with respect to parameter i at q, after `residuals` of the
   !> simulation.
   subroutine wing_parameter_tangent(simulation, fit_case, parameters, q, i, l, column)
     class(simulation_t), intent(inout) :: simulation

@@ -37,7 +37,7 @@ module diagnosis_wing_rest
 
 contains
 
-  !> The experiment `bare`, without unknowns of its own, and the wing must live as long as this.
+  !> Takes the experiment `bare`, without unknowns of its own, and the wing. Both must live as long as this.
   subroutine rest_init(self, bare, wing, parameters)
     class(wing_rest_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: bare
@@ -49,8 +49,8 @@ contains
     self%placed = -1
   end subroutine rest_init
 
-  !> A model with the places of what differs from its null at q, or of the bare wing if q is empty; not allocated if those of the
-  !> last call still are right. `ok` false: there is no such model.
+  !> Makes a model with the places of what differs from its null at q, or of the bare wing if q is empty. It is not allocated if
+  !> those of the last call still are right. `ok` is false if there is no such model.
   subroutine rest_prepare(self, q, model, ok)
     class(wing_rest_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -85,7 +85,7 @@ contains
     if (.not. ok) deallocate (model)
   end subroutine rest_prepare
 
-  !> All parameters at q, of a model that `prepare` has given for it.
+  !> Returns all parameters at q, of a model that `prepare` has made for it.
   function rest_params(self, model, q) result(params)
     class(wing_rest_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
@@ -113,7 +113,7 @@ contains
     end do
   end function rest_params
 
-  !> The axis about which parameter i lets the clamp turn, 1: x, 2: y; 0: it is something else.
+  !> Returns the axis about which parameter i lets the clamp turn, 1: x, 2: y; 0: it is something else.
   integer function rest_clamp(self, model, i) result(axis)
     class(wing_rest_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
@@ -123,7 +123,7 @@ contains
       axis = clamp_axis(model%params%effects, self%parameters(i)%number - model%params%count_basic())
   end function rest_clamp
 
-  !> How all stiffness changes with parameter i at q; `is_any` false: it is none of stiffness.
+  !> Returns how all stiffness changes with parameter i at q. `is_any` is false if it is no parameter of stiffness.
   subroutine rest_direction(self, model, q, i, direction, is_any, is_joint)
     class(wing_rest_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
@@ -154,7 +154,7 @@ contains
     end associate
   end subroutine rest_direction
 
-  !> What the masses are at q.
+  !> Returns the values of the effects on the masses at q.
   function mass_effects_at(bare, parameters, q) result(effects)
     type(experiment_t), intent(in) :: bare
     type(wing_parameter_t), intent(in) :: parameters(:)
@@ -177,7 +177,7 @@ contains
     end do
   end function mass_effects_at
 
-  !> The point mass of `effects` is at this place [m] of the wing.
+  !> Moves the point mass of `effects` to this place [m] of the wing.
   subroutine put_mass_at(bare, site, effects)
     type(experiment_t), intent(in) :: bare
     real(rp), intent(in) :: site(2)
@@ -188,7 +188,7 @@ contains
     effects%weight = found%weight
   end subroutine put_mass_at
 
-  !> Damping at q.
+  !> Returns the damping at q.
   function damping_at(parameters, q) result(damping)
     type(wing_parameter_t), intent(in) :: parameters(:)
     real(rp), intent(in) :: q(:)

@@ -35,7 +35,8 @@ module diagnosis_wing_series
     procedure :: free => series_free
     procedure :: evaluate => series_evaluate
     procedure :: tangents => series_tangents
-    procedure :: directions => series_directions
+    procedure :: nuisances => series_nuisances
+    procedure :: patterns => series_patterns
     procedure :: append_labels => series_append_labels
     procedure, private :: tangent => series_tangent
     procedure, private :: prepare => series_prepare
@@ -43,7 +44,7 @@ module diagnosis_wing_series
 
 contains
 
-  !> The records of the measurement of `bare`, on a wing of these masses; both must live as long as this.
+  !> Takes the records of the measurement of `bare`, on a wing of these masses. Both must live as long as this.
   subroutine series_init(self, bare, wing, parameters, parts)
     class(wing_series_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: bare
@@ -80,7 +81,7 @@ contains
     if (allocated(model)) call self%simulation%init(self%rest%bare%measurement, model, self%parts)
   end subroutine series_prepare
 
-  !> residuals(n) at q; `ok` false: the wing at rest is not stable. Tangents are those there.
+  !> Returns residuals(n) at q. `ok` is false if the wing at rest is not stable. Tangents are those there.
   subroutine series_evaluate(self, q, residuals, ok)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -119,7 +120,7 @@ contains
     end associate
   end subroutine series_tangent
 
-  !> jacobian(n, size(columns)) with respect to the parameters `columns`.
+  !> Returns jacobian(n, size(columns)) with respect to the parameters `columns`, after `evaluate`.
   subroutine series_tangents(self, q, columns, jacobian)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -131,27 +132,23 @@ contains
     end do
   end subroutine series_tangents
 
-  !> At q: membrane(n) is what an error of D of membrane_sd does, where parameter `number` is D (0: D is no nuisance);
-  !> record_nuisances(n, n_nuisances) are errors of the excitations; patterns(n, :) are those of unknown causes, see
-  !> `site_tangents`.
-  subroutine series_directions(self, q, number, membrane_sd, site, radius, membrane, record_nuisances, patterns, ok)
+  !> Returns nuisances(n, n_nuisances), what errors of one sd of the sizes and times of the excitations do to the residuals, at
+  !> the last `evaluate`.
+  subroutine series_nuisances(self, nuisances)
     class(wing_series_t), intent(inout) :: self
-    real(rp), intent(in) :: q(:), membrane_sd, site(:, :), radius
-    integer, intent(in) :: number
-    real(rp), intent(inout) :: membrane(:), record_nuisances(:, :), patterns(:, :)
-    logical, intent(out) :: ok
-    real(rp) :: residuals(self%n)
-    call self%evaluate(q, residuals, ok)
-    if (.not. ok) return
-    if (number > 0) then
-      call self%tangent(q, number, membrane)
-      membrane = membrane_sd*membrane
-    end if
-    call self%simulation%nuisances(record_nuisances)
-    call site_tangents(self%simulation, self%rest, self%effects, site, radius, self%direction, patterns)
-  end subroutine series_directions
+    real(rp), intent(inout) :: nuisances(:, :)
+    call self%simulation%nuisances(nuisances)
+  end subroutine series_nuisances
 
-  !> Every trace is a surface with a fold and a block of its own.
+  !> Returns patterns(n, :), what unknown causes at site(2, :) [m] do, at the last `evaluate`; see `site_tangents`.
+  subroutine series_patterns(self, site, radius, patterns)
+    class(wing_series_t), intent(inout) :: self
+    real(rp), intent(in) :: site(:, :), radius
+    real(rp), intent(inout) :: patterns(:, :)
+    call site_tangents(self%simulation, self%rest, self%effects, site, radius, self%direction, patterns)
+  end subroutine series_patterns
+
+  !> Adds labels. Every trace is a surface with a fold and a block of its own.
   subroutine series_append_labels(self, labels)
     class(wing_series_t), intent(in) :: self
     type(labels_t), intent(inout) :: labels

@@ -392,9 +392,9 @@ contains
     end do
     shared = shared + N_COMMON_NUISANCES
     nuisances(:, shared + self%motion%n_nuisances + 1:) = self%current%error_directions
-    associate (rows => self%bins%n + 1, last => shared + self%motion%n_nuisances)
-      call self%motion%directions(q, self%membrane, self%membrane_sd, self%runner%patterns%site, self%runner%patterns%radius, &
-                                  nuisances(rows:, shared), nuisances(rows:, shared + 1:last), patterns(rows:, :), is_valid)
+    associate (rows => self%bins%n + 1, last => shared + self%motion%n_nuisances, causes => self%runner%patterns)
+      call self%motion%nuisances(q, self%membrane, self%membrane_sd, nuisances(rows:, shared:last), is_valid)
+      if (is_valid) call self%motion%patterns(causes%site, causes%radius, patterns(rows:, :))
     end associate
   end subroutine wing_directions
 end module diagnosis_wing_simulator

@@ -21,7 +21,7 @@ module diagnosis_wing_state
 
 contains
 
-  !> At rest: n observations, of which n_bent are of loads, shapes(3, n_all, n_loads).
+  !> Makes the state at rest, for n observations, of which n_bent are of loads, and shapes(3, n_all, n_loads).
   subroutine state_init(self, n, n_bent, n_all, n_loads)
     class(wing_state_t), intent(out) :: self
     integer, intent(in) :: n, n_bent, n_all, n_loads

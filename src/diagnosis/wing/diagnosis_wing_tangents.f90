@@ -17,9 +17,9 @@ module diagnosis_wing_tangents
 
 contains
 
-  !> column(n): derivative of the residuals of a simulation with respect to parameter i at q, after its evaluation there. The
-  !> parameter is one of mass, stiffness or clamp; the column of another one is 0. `effects` are those of the masses at q,
-  !> `direction` is work.
+  !> Returns column(n), the derivative of the residuals of a simulation with respect to parameter i at q, after its evaluation
+  !> there. The parameter is one of mass, stiffness or clamp; the column of another one is 0. `effects` are those of the masses at
+  !> q, `direction` is work.
   subroutine mechanics_tangent(simulation, rest, effects, q, i, direction, column)
     class(motion_simulation_t), intent(inout) :: simulation
     type(wing_rest_t), intent(in) :: rest
@@ -53,9 +53,9 @@ contains
     end associate
   end subroutine mechanics_tangent
 
-  !> patterns(n, :): in the first columns what unit stiffness around each site(2, :) [m] does. Without bending tests the forces of
-  !> unknown causes are those of inertia: in the next columns a mass of the default prior at each site. Fewer columns: fewer
-  !> patterns. `direction` is work.
+  !> Returns patterns(n, :). The first columns are what unit stiffness around each site(2, :) [m] does. Without bending tests the
+  !> forces of unknown causes are those of inertia: the next columns are a mass of the default prior at each site. Fewer columns
+  !> ask for fewer patterns. `direction` is work.
   subroutine site_tangents(simulation, rest, effects, site, radius, direction, patterns)
     class(motion_simulation_t), intent(inout) :: simulation
     type(wing_rest_t), intent(in) :: rest

@@ -49,7 +49,7 @@ module diagnosis_wing_task
 
 contains
 
-  !> The experiment `bare`, without unknowns, and the wing must live as long as the runner.
+  !> Takes the experiment `bare`, without unknowns, and the wing. Both must live as long as the runner.
   subroutine runner_init(self, bare, wing, parameters, bins, patterns)
     class(wing_runner_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: bare
@@ -74,20 +74,20 @@ contains
     if (allocated(self%fit_case%order)) deallocate (self%fit_case%order)
   end subroutine runner_free
 
-  !> Numbers of an input.
+  !> Returns how many numbers an input has.
   pure integer function runner_input_size(self) result(n)
     class(wing_runner_t), intent(in) :: self
     n = N_HEAD + 2*size(self%parameters)
   end function runner_input_size
 
-  !> Numbers that any task gives back at most.
+  !> Returns how many numbers any task gives back at most.
   pure integer function runner_most_output(self) result(n)
     class(wing_runner_t), intent(in) :: self
     integer :: task
     n = maxval([(self%output_size(task, size(self%parameters)), task=TASK_EVALUATE, TASK_NUISANCES)])
   end function runner_most_output
 
-  !> Numbers that a task with derivatives with respect to `n_columns` parameters gives back at most.
+  !> Returns how many numbers a task with derivatives with respect to `n_columns` parameters gives back at most.
   pure integer function runner_output_size(self, task, n_columns) result(n)
     class(wing_runner_t), intent(in) :: self
     integer, intent(in) :: task, n_columns
@@ -106,8 +106,8 @@ contains
     n = n + N_FACTS
   end function runner_output_size
 
-  !> A task: load l at q, `load_offset` [m] of its place, warm or cold; derivatives with respect to the parameters `columns`,
-  !> each 0 or 1 in the input.
+  !> Returns a task: load l at q, `load_offset` [m] of its place, warm or cold; derivatives with respect to the parameters
+  !> `columns`, each 0 or 1 in the input.
   pure function task_input(task, l, is_warm, load_offset, q, columns) result(input)
     integer, intent(in) :: task, l, columns(:)
     logical, intent(in) :: is_warm

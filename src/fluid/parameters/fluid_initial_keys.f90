@@ -21,7 +21,7 @@ module fluid_initial_keys
 
 contains
 
-  !> [InitialCondition].
+  !> Declares and reads the keys of [InitialCondition].
   subroutine initial_keys(keys, p)
     type(keys_t), intent(inout) :: keys
     type(initial_params_t), intent(inout) :: p

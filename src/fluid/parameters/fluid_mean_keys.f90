@@ -24,7 +24,7 @@ module fluid_mean_keys
 
 contains
 
-  !> [MeanFlow].
+  !> Declares and reads the keys of [MeanFlow].
   subroutine mean_keys(keys, p)
     type(keys_t), intent(inout) :: keys
     type(mean_params_t), intent(inout) :: p
@@ -46,7 +46,7 @@ contains
     call keys%real('T_release_meanflow', p%release, 0.0_rp, 'start of the ramp', unit='T', min=0.0_rp)
   end subroutine mean_keys
 
-  !> Takes FLUSI's old switch for all components; a contradiction goes to `errors`.
+  !> Takes the switch that FLUSI has for all components. A contradiction goes to `errors`.
   subroutine fix_mean_flow(c, p, errors)
     type(config_t), intent(in) :: c
     type(mean_params_t), intent(inout) :: p

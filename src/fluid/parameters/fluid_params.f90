@@ -46,7 +46,7 @@ contains
     call fluid_keys(keys, unused, length)
   end subroutine register_fluid_keys
 
-  !> What the keys say, and nothing that follows from it; `length` is that of the box.
+  !> Takes what the keys say, and nothing that follows from it. `length` is that of the box [L].
   subroutine read_fluid_keys(config, params, length)
     type(config_t), intent(in), target :: config
     type(fluid_params_t), intent(out) :: params
@@ -135,7 +135,7 @@ contains
     p%mean%velocity(2:3) = [p%walls%inflow_velocity*p%channel_height()/p%grid%length(3), 0.0_rp]
   end subroutine set_channel_flow
 
-  !> Distance of the walls of a channel with normal z, L.
+  !> Returns the distance [L] of the walls of a channel with normal z.
   pure real(rp) function channel_height(self)
     class(fluid_params_t), intent(in) :: self
     channel_height = self%grid%length(3) - self%walls%thickness

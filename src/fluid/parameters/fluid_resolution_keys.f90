@@ -22,7 +22,7 @@ module fluid_resolution_keys
 
 contains
 
-  !> [Resolution] and [Parallel].
+  !> Declares and reads the keys of [Resolution] and [Parallel].
   subroutine resolution_keys(keys, p)
     type(keys_t), intent(inout) :: keys
     type(resolution_t), intent(inout) :: p
@@ -42,7 +42,7 @@ contains
     if (allocated(word)) p%transform = word
   end subroutine resolution_keys
 
-  !> [Dealiasing].
+  !> Declares and reads the keys of [Dealiasing].
   subroutine dealiasing_keys(keys, p)
     type(keys_t), intent(inout) :: keys
     type(resolution_t), intent(inout) :: p
@@ -77,7 +77,7 @@ contains
       'this program was built without P3DFFT: set builtin, or build it again with P3DFFT_ROOT (docs/theory/transforms.md)')
   end subroutine check_resolution
 
-  !> Sizes that FFTW transforms, but not fast.
+  !> Adds a notice for each size of the grid that FFTW transforms, but not fast.
   subroutine notice_slow_sizes(c, p, notices)
     type(config_t), intent(in) :: c
     type(resolution_t), intent(in) :: p

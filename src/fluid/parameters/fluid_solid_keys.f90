@@ -43,7 +43,8 @@ module fluid_solid_keys
 
 contains
 
-  !> [Geometry]: the `length` of the box, and the body, whose centre is that of the box where it is not given.
+  !> Declares and reads the keys of [Geometry]: the `length` of the box, and the body. Where the centre of the body is not given,
+  !> it is that of the box.
   subroutine geometry_keys(keys, length, s)
     type(keys_t), intent(inout) :: keys
     real(rp), intent(inout) :: length(3)
@@ -65,7 +66,7 @@ contains
     where (.not. s%has_centre) s%centre = length/2
   end subroutine geometry_keys
 
-  !> [Penalization].
+  !> Declares and reads the keys of [Penalization].
   subroutine penalization_keys(keys, s, w)
     type(keys_t), intent(inout) :: keys
     type(solids_t), intent(inout) :: s
@@ -145,7 +146,7 @@ contains
       call c%complain(errors, 'Penalization', 'cavity_size', 'the cavity walls need a thickness of at least one point')
   end subroutine check_solids
 
-  !> The word for the body: that of the mask, or for an insect's that of the obstacle beside it.
+  !> Returns the word for the body: that of the mask, or, for the body of an insect, that of the obstacle beside it.
   pure function solids_body_name(self) result(name)
     class(solids_t), intent(in) :: self
     character(:), allocatable :: name
@@ -153,7 +154,7 @@ contains
     if (self%mask == 'Insect') name = self%obstacle
   end function solids_body_name
 
-  !> That body.
+  !> Returns that body as a shape.
   pure type(shape_t) function solids_shape(self) result(shape)
     class(solids_t), intent(in) :: self
     shape%name = self%body_name()

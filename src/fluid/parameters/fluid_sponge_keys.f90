@@ -22,7 +22,7 @@ module fluid_sponge_keys
 
 contains
 
-  !> [Sponge].
+  !> Declares and reads the keys of [Sponge].
   subroutine sponge_keys(keys, p)
     type(keys_t), intent(inout) :: keys
     type(sponge_params_t), intent(inout) :: p

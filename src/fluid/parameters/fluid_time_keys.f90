@@ -22,7 +22,7 @@ module fluid_time_keys
 
 contains
 
-  !> [Time] and [ReynoldsNumber]; `nu` is the kinematic viscosity.
+  !> Declares and reads the keys of [Time] and [ReynoldsNumber]; `nu` is the kinematic viscosity [L^2/T].
   subroutine time_keys(keys, p, nu)
     type(keys_t), intent(inout) :: keys
     type(stepping_t), intent(inout) :: p

@@ -88,7 +88,7 @@ contains
     call failure%raise(path//trim(text))
   end subroutine check_box
 
-  !> The smoothed step at signed distance d (negative inside) with half-width h.
+  !> Returns the smoothed step at the signed distance d (negative inside) with half-width h: 1 inside, 0 outside.
   elemental real(rp) function mask_profile(d, h) result(chi)
     real(rp), intent(in) :: d, h
     if (d <= -h) then

@@ -46,7 +46,7 @@ module fluid_penalty
 
 contains
 
-  !> Empties the list; lines must then be added in storage order, every line once.
+  !> Empties the list. The caller must then add every line once, in storage order.
   subroutine penalty_begin(self, block)
     class(penalty_t), intent(inout) :: self
     type(block_t), intent(in) :: block
@@ -80,13 +80,13 @@ contains
     self%n_fixed = self%n_points
   end subroutine penalty_add_line
 
-  !> Checks that all lines were given.
+  !> Stops the program unless all lines were given.
   subroutine penalty_finish(self)
     class(penalty_t), intent(in) :: self
     call require(self%filled == self%n_lines, 'penalty_t: fewer lines than the block has')
   end subroutine penalty_finish
 
-  !> Takes away every overlay: only the solids that never move are left.
+  !> Removes every overlay. Only the solids that never move are left.
   subroutine penalty_erase_overlay(self)
     class(penalty_t), intent(inout) :: self
     integer :: i
@@ -138,7 +138,7 @@ contains
     self%line_last(line) = self%n_points
   end subroutine penalty_overlay_line
 
-  !> Number of visible points of every colour.
+  !> Returns the number of visible points of every colour.
   pure function penalty_count_colors(self) result(points)
     class(penalty_t), intent(in) :: self
     integer :: points(0:N_COLORS - 1)

@@ -70,8 +70,8 @@ module fluid_point_forces
 
 contains
 
-  !> Room for up to `most` points in the flow on this block of the grid. The grid needs at least W points in each
-  !> direction, or one in x, and the truncation 'ellipsoid'.
+  !> Makes room for up to `most` points in the flow on this block of the grid. The grid needs at least W points in each direction,
+  !> or one in x, and the truncation 'ellipsoid'.
   subroutine forces_init(self, world, grid, block, sticks, most)
     class(point_forces_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -106,7 +106,7 @@ contains
     self%stencils%lines = .false.
   end subroutine forces_init
 
-  !> From now on the points are x(3, n) [L], anywhere: the box is periodic.
+  !> Moves the points to x(3, n) [L], anywhere: the box is periodic.
   subroutine forces_place(self, x)
     class(point_forces_t), intent(inout) :: self
     real(rp), intent(in) :: x(:, :)
@@ -166,8 +166,8 @@ contains
     end do
   end subroutine counts_to_starts
 
-  !> The velocities (3, n) of the flow `u` (nkz, sticks, 3) at the points, the same on all ranks. Costs three inverse
-  !> transforms, of them only what leads to the points. Collective.
+  !> Returns the velocities (3, n) [L/T] of the flow `u` (nkz, sticks, 3) at the points, the same on all ranks. It costs three
+  !> inverse transforms, of them only what leads to the points. Collective.
   subroutine forces_sample(self, transform, u, velocities)
     class(point_forces_t), intent(inout), target :: self
     class(transform_t), intent(inout) :: transform
@@ -228,7 +228,7 @@ contains
     end do
   end subroutine set_filter
 
-  !> See kernels_t.
+  !> Fills `fields` with the velocity; see kernels_t.
   subroutine forces_spectral_in(self, first, count, fields)
     class(point_forces_t), intent(inout) :: self
     integer, intent(in) :: first, count
@@ -242,7 +242,7 @@ contains
     end do
   end subroutine forces_spectral_in
 
-  !> See kernels_t: gathers values at the points, or spreads theirs.
+  !> Gathers values at the points, or spreads theirs; see kernels_t.
   subroutine forces_product(self, first, count, z, in, out)
     class(point_forces_t), intent(inout) :: self
     integer, intent(in) :: first, count, z
@@ -303,7 +303,7 @@ contains
     end associate
   end subroutine spread_line
 
-  !> See kernels_t: the projected forces change the flow.
+  !> Changes the flow by the projected forces; see kernels_t.
   subroutine forces_spectral_out(self, first, count, fields)
     class(point_forces_t), intent(inout) :: self
     integer, intent(in) :: first, count
@@ -337,14 +337,14 @@ contains
     end do
   end subroutine forces_spectral_out
 
-  !> See kernels_t: nothing is reduced in between.
+  !> Does nothing; see kernels_t.
   subroutine forces_reduce(self)
     class(point_forces_t), intent(inout) :: self
     associate (nothing_to_reduce => self)
     end associate
   end subroutine forces_reduce
 
-  !> Bytes of its large arrays on this rank.
+  !> Returns the bytes of its large arrays on this rank.
   pure real(rp) function forces_memory_bytes(self) result(bytes)
     class(point_forces_t), intent(in) :: self
     bytes = 0

@@ -30,7 +30,7 @@ module fluid_shapes
 
 contains
 
-  !> What is wrong with the sizes, and with which key of [Geometry]; both empty if nothing is.
+  !> Says what is wrong with the sizes, and with which key of [Geometry]. Both texts are empty if nothing is.
   pure subroutine shape_mistake(self, key, text)
     class(shape_t), intent(in) :: self
     character(:), allocatable, intent(out) :: key, text
@@ -48,7 +48,8 @@ contains
     end select
   end subroutine shape_mistake
 
-  !> [L] No point of the surface is farther than this from the centre in y or in z; huge of bodies without such an end.
+  !> Returns a distance [L] from the centre, in y or in z, beyond which the surface has no point; huge for bodies without such an
+  !> end.
   pure real(rp) function shape_reach(self) result(reach)
     class(shape_t), intent(in) :: self
     select case (self%name)
@@ -61,8 +62,8 @@ contains
     end select
   end function shape_reach
 
-  !> Signed distance [L] from the surface, negative inside, of a point that is `point` away from the centre; huge without a
-  !> shape. `velocity` [L/T] is set where the body has one of its own.
+  !> Returns the signed distance [L] from the surface, negative inside, of a point that is `point` away from the centre; huge
+  !> without a shape. Sets `velocity` [L/T] where the body has one of its own.
   pure subroutine shape_distance(self, point, grid, distance, velocity)
     class(shape_t), intent(in) :: self
     real(rp), intent(in) :: point(3)

@@ -53,6 +53,8 @@ module fsi_bent_body
 
 contains
 
+  !> Returns the body of a fly that is bent along an arc about `centre` (x, z) with radius `bend`; lengths in L. `width` scales
+  !> its radii.
   pure type(fly_t) function make_fly(centre, bend, width, style, margin) result(shape)
     real(rp), intent(in) :: centre(2), bend, width, margin
     integer, intent(in) :: style
@@ -78,6 +80,7 @@ contains
     nearest = self%centre + arm*(self%bend/max(norm2(arm), tiny(1.0_rp)))
   end subroutine arc_place
 
+  !> Returns the signed distance [L] of x from the surface in the section normal to the arc; huge beyond its ends.
   pure real(rp) function fly_level(self, x) result(level)
     class(fly_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
@@ -104,6 +107,7 @@ contains
     level = norm2(stretch*[x(1) - nearest(1), x(2), x(3) - nearest(2)]) - radius
   end function fly_level
 
+  !> Returns the body of a beetle of this `length` [L].
   pure type(beetle_t) function make_beetle(length) result(shape)
     real(rp), intent(in) :: length
     shape%length = length
@@ -115,6 +119,7 @@ contains
     shape%high = length*[0.6_rp, 0.2_rp, 0.35_rp]
   end function make_beetle
 
+  !> Returns the level of x, in parts of the length, as in FLUSI; huge beyond the ends of the arc.
   pure real(rp) function beetle_level(self, x) result(level)
     class(beetle_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
@@ -131,11 +136,13 @@ contains
     level = norm2([p(1) - nearest(1), p(2)*height/HALF_WIDTH, p(3) - nearest(2)]) - radius
   end function beetle_level
 
+  !> Returns FLUSI's straight body of a fly; lengths are in L.
   pure type(straight_fly_t) function make_straight_fly() result(shape)
     shape%low = [-STRAIGHT_SHIFT, -0.22_rp, -0.22_rp]
     shape%high = [STRAIGHT_LENGTH - STRAIGHT_SHIFT, 0.22_rp, 0.22_rp]
   end function make_straight_fly
 
+  !> Returns chi, 0 to 1, at x [L], for half the width h [L] of the step.
   pure real(rp) function straight_fly_mask(self, x, h) result(chi)
     class(straight_fly_t), intent(in) :: self
     real(rp), intent(in) :: x(3), h

@@ -34,7 +34,7 @@ module fsi_body_catalogue
 
 contains
 
-  !> The parts of the body called `name`, one of NAMED_BODIES.
+  !> Returns the parts of the body called `name`, which is one of NAMED_BODIES.
   subroutine make_named_body(name, numbers, parts)
     character(*), intent(in) :: name
     type(body_numbers_t), intent(in) :: numbers
@@ -91,7 +91,7 @@ contains
     end select
   end subroutine make_named_body
 
-  !> Where the wings of a body hang that brings its own hinges: the left one; else beside its middle, L.
+  !> Returns where the left wing hangs [L]: at the hinge of a body that brings its own hinges, else beside the middle of the body.
   pure function named_body_pivot(name, numbers) result(pivot)
     character(*), intent(in) :: name
     type(body_numbers_t), intent(in) :: numbers

@@ -41,7 +41,7 @@ module fsi_body_keys
 
 contains
 
-  !> The keys.
+  !> Declares and reads the keys of the body.
   subroutine body_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(body_choices_t), intent(inout) :: c
@@ -69,7 +69,7 @@ contains
     call keys%inert('HasHead', 'R_head says whether there is a head')
   end subroutine body_keys
 
-  !> What the user chose.
+  !> Returns what the user chose.
   function body_choices(config) result(c)
     type(config_t), intent(in), target :: config
     type(body_choices_t) :: c
@@ -78,7 +78,7 @@ contains
     call body_keys(keys, c)
   end function body_choices
 
-  !> Whether there is a body in the mask.
+  !> Tells whether there is a body in the mask.
   logical function wants_body(config)
     type(config_t), intent(in) :: config
     type(body_choices_t) :: c
@@ -86,7 +86,8 @@ contains
     wants_body = c%type /= 'nobody'
   end function wants_body
 
-  !> Makes the body, if there is one. With `world` root reads files, and this is collective.
+  !> Makes the body, if there is one. Mistakes go to `errors`. With `world` the root rank reads files for all, and the call is
+  !> collective.
   subroutine read_body_shape(config, scene, body, errors, notices, world)
     type(config_t), intent(in) :: config
     type(scene_t), intent(in) :: scene
@@ -138,7 +139,7 @@ contains
     extent = high - low
   end function size_of
 
-  !> Where the left wing hangs if x_pivot_l is not given, L.
+  !> Returns where the left wing hangs [L] if x_pivot_l is not given.
   function body_pivot(config) result(pivot)
     type(config_t), intent(in) :: config
     real(rp) :: pivot(3)

@@ -75,6 +75,7 @@ module fsi_body_parts
 
 contains
 
+  !> Returns the sphere with this centre and radius [L].
   pure type(sphere_t) function make_sphere(centre, radius) result(shape)
     real(rp), intent(in) :: centre(3), radius
     shape%centre = centre
@@ -83,12 +84,14 @@ contains
     shape%high = centre + radius
   end function make_sphere
 
+  !> Returns the signed distance [L] of x from the surface, negative inside.
   pure real(rp) function sphere_level(self, x) result(level)
     class(sphere_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
     level = norm2(x - self%centre) - self%radius
   end function sphere_level
 
+  !> Returns the ellipsoid with this centre and these half axes [L], along the frame.
   pure type(ellipsoid_t) function make_ellipsoid(centre, half_axes) result(shape)
     real(rp), intent(in) :: centre(3), half_axes(3)
     shape%centre = centre
@@ -97,7 +100,7 @@ contains
     shape%high = centre + half_axes
   end function make_ellipsoid
 
-  !> F/|grad F| with F = |x/a|, times F: the distance at the surface to first order.
+  !> Returns the signed distance [L] of x from the surface to first order: F (F - 1)/|grad F| with F = |x/a|.
   pure real(rp) function ellipsoid_level(self, x) result(level)
     class(ellipsoid_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
@@ -112,6 +115,7 @@ contains
     end if
   end function ellipsoid_level
 
+  !> Returns FLUSI's ellipsoid of revolution about x, or about z if `axis` is 3, with these lengths [L]; see `spindle_t`.
   pure type(spindle_t) function make_spindle(centre, half_length, radius, axis, squeeze, tilt) result(shape)
     real(rp), intent(in) :: centre(3), half_length, radius
     integer, intent(in), optional :: axis
@@ -132,6 +136,7 @@ contains
     shape%high = centre + reach
   end function make_spindle
 
+  !> Returns the signed distance [L] of x from the circle in its section, negative inside; huge beyond the ends of the axis.
   pure real(rp) function spindle_level(self, x) result(level)
     class(spindle_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
@@ -150,6 +155,7 @@ contains
     level = across - self%radius*sqrt(1 - (along/self%half_length)**2)
   end function spindle_level
 
+  !> Returns the round rod of this radius between two places [L].
   pure type(rod_t) function make_rod(from, upto, radius) result(shape)
     real(rp), intent(in) :: from(3), upto(3), radius
     shape%from = from
@@ -159,6 +165,7 @@ contains
     shape%high = max(from, upto) + radius
   end function make_rod
 
+  !> Returns the signed distance [L] of x from the surface as FLUSI draws it, negative inside.
   pure real(rp) function rod_level(self, x) result(level)
     class(rod_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
@@ -172,6 +179,7 @@ contains
     end if
   end function rod_level
 
+  !> Returns the body of revolution of profile(2, n): places along x and radii [L].
   pure type(revolution_t) function make_revolution(profile) result(shape)
     real(rp), intent(in) :: profile(:, :) !< (2, n) x ascending and radius >= 0
     real(rp) :: reach
@@ -181,8 +189,8 @@ contains
     shape%high = [profile(1, size(profile, 2)), reach, reach]
   end function make_revolution
 
-  !> In the half plane (x, r) the nearest piece of the polygon, closed to the axis at both ends; inside it is below
-  !> the polygon.
+  !> Returns the signed distance [L] of x from the surface. In the half plane (x, r) the nearest piece of the polygon counts,
+  !> which is closed to the axis at both ends; inside is below the polygon.
   pure real(rp) function revolution_level(self, x) result(level)
     class(revolution_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
@@ -214,6 +222,7 @@ contains
     distance = norm2(p - a - s*(b - a))
   end function from_piece
 
+  !> Returns the rectangular plate about the origin with these half lengths [L].
   pure type(plate_t) function make_plate(half) result(shape)
     real(rp), intent(in) :: half(3)
     shape%half = half
@@ -221,12 +230,14 @@ contains
     shape%high = half
   end function make_plate
 
+  !> Returns the largest of the signed distances [L] of x from the sides, negative inside.
   pure real(rp) function plate_level(self, x) result(level)
     class(plate_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
     level = maxval(abs(x) - self%half)
   end function plate_level
 
+  !> Returns the disk about the origin with this radius and half thickness [L].
   pure type(disk_t) function make_disk(radius, half_thickness) result(shape)
     real(rp), intent(in) :: radius, half_thickness
     shape%radius = radius
@@ -235,12 +246,14 @@ contains
     shape%low = -shape%high
   end function make_disk
 
+  !> Returns the larger of the signed distances [L] of x from rim and faces, negative inside.
   pure real(rp) function disk_level(self, x) result(level)
     class(disk_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
     level = max(abs(x(3)) - self%half_thickness, norm2(x(1:2)) - self%radius)
   end function disk_level
 
+  !> Returns the cylinder along x about the origin with this half length and radius [L].
   pure type(barrel_t) function make_barrel(half_length, radius) result(shape)
     real(rp), intent(in) :: half_length, radius
     shape%half_length = half_length
@@ -249,6 +262,7 @@ contains
     shape%low = -shape%high
   end function make_barrel
 
+  !> Returns the signed distance [L] of x from the side of the cylinder, negative inside; huge beyond its ends.
   pure real(rp) function barrel_level(self, x) result(level)
     class(barrel_t), intent(in) :: self
     real(rp), intent(in) :: x(3)

@@ -14,7 +14,8 @@ module fsi_body_surface
 
 contains
 
-  !> Points (3, 3 m) of the m triangles in the body frame, L: triangle i has the points 3 i - 2, 3 i - 1, 3 i. Allocates.
+  !> Returns the points (3, 3 m) [L] of the m triangles of the surface, in the frame of the body: triangle i has the points 3 i -
+  !> 2, 3 i - 1, 3 i. Allocates.
   subroutine body_surface(body, points)
     type(rigid_body_t), intent(in) :: body
     real(rp), allocatable, intent(out) :: points(:, :)

@@ -30,8 +30,8 @@ module fsi_closed_surface
 
 contains
 
-  !> The solid inside of triangles(3, m), which face outward, between points(3, n), with cells of edge `edge`: the level is
-  !> exact where it is smaller than `edge`. Allocates.
+  !> Returns the solid inside of triangles(3, m), which face outward, between points(3, n) [L], with cells of edge `edge` [L]. The
+  !> level is exact where it is smaller than `edge`. Allocates.
   function make_closed_surface(points, triangles, edge) result(shape)
     real(rp), intent(in) :: points(:, :), edge
     integer, intent(in) :: triangles(:, :)
@@ -212,6 +212,7 @@ contains
     if (on(2) .and. on(3)) feature = 7
   end function feature
 
+  !> Returns the signed distance [L] of x from the surface, negative inside; far from it only the sign is right.
   pure real(rp) function surface_level(self, x) result(level)
     class(closed_surface_t), intent(in) :: self
     real(rp), intent(in) :: x(3)

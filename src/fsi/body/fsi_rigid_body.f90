@@ -72,13 +72,13 @@ contains
     end associate
   end subroutine find_moments
 
-  !> Whether there is a body at all.
+  !> Tells whether there is a body at all.
   pure logical function body_exists(self) result(exists)
     class(rigid_body_t), intent(in) :: self
     exists = allocated(self%parts)
   end function body_exists
 
-  !> chi at x in the frame.
+  !> Returns chi, 0 to 1, at x [L] in the frame of the body.
   pure real(rp) function body_mask_at(self, x) result(chi)
     class(rigid_body_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
@@ -107,7 +107,7 @@ contains
     end associate
   end subroutine body_momentum_rate
 
-  !> d/dt int chi u_s^2/2 dV, rho L^5/T^3.
+  !> Returns d/dt int chi u_s^2/2 dV [rho L^5/T^3] of the fluid in the mask of the body.
   pure real(rp) function body_power_of_fluid(self, frame) result(power)
     class(rigid_body_t), intent(in) :: self
     type(body_t), intent(in) :: frame
@@ -118,7 +118,7 @@ contains
     power = dot_product(frame%velocity, force) + dot_product(frame%rotation%omega, frame%rotation%to_frame(moment))
   end function body_power_of_fluid
 
-  !> A bound of |u_s| in the body.
+  !> Returns a bound [L/T] of |u_s| in the body.
   pure real(rp) function body_max_speed(self, frame) result(speed)
     class(rigid_body_t), intent(in) :: self
     type(body_t), intent(in) :: frame

@@ -32,6 +32,7 @@ module fsi_rigid_mask
 
 contains
 
+  !> Prepares drawing on this rank's `block` of `grid`. Nothing is drawn yet.
   subroutine mask_init(self, grid, block)
     class(rigid_mask_t), intent(inout) :: self
     type(grid_t), intent(in) :: grid
@@ -43,7 +44,8 @@ contains
     allocate (self%lines(3, 64), self%x(1024), self%color(1024), self%chi(1024), self%us(3, 1024))
   end subroutine mask_init
 
-  !> Lays the solid over what `penalty` holds; where chi of that is larger, or equal, that stays. Communicates nothing.
+  !> Lays the solid, whose frame is `frame`, over what `penalty` holds. Where chi of that is larger, or equal, that stays.
+  !> Communicates nothing.
   subroutine mask_draw(self, solid, frame, color, penalty)
     class(rigid_mask_t), intent(inout) :: self
     type(rigid_body_t), intent(in) :: solid

@@ -28,6 +28,7 @@ module fsi_shell_bodies
 
 contains
 
+  !> Returns the shell of a cone with this length of its side [L], half angle [rad] and thickness [L].
   pure type(cone_t) function make_cone(side, half_angle, thickness) result(shape)
     real(rp), intent(in) :: side, half_angle, thickness !< L, rad, L
     real(rp) :: reach
@@ -39,7 +40,8 @@ contains
     shape%high = [reach, reach, shape%height/3]
   end function make_cone
 
-  !> The radius of the shell falls by a sin per unit of z, as in FLUSI.
+  !> Returns chi, 0 to 1, at x [L], for half the width h [L] of the step. The radius of the shell falls by a sin per unit of z, as
+  !> in FLUSI.
   pure real(rp) function cone_mask(self, x, h) result(chi)
     class(cone_t), intent(in) :: self
     real(rp), intent(in) :: x(3), h
@@ -50,6 +52,7 @@ contains
           mask_profile(-z - self%height/3, h)
   end function cone_mask
 
+  !> Returns the shell of a pyramid with this length of its side [L], half angle [rad] and thickness [L].
   pure type(pyramid_t) function make_pyramid(side, half_angle, thickness) result(shape)
     real(rp), intent(in) :: side, half_angle, thickness !< L, rad, L
     real(rp) :: height, half, corners(3, 5)
@@ -69,7 +72,8 @@ contains
     shape%high = [half, half, height/3] + shape%half_thickness
   end function make_pyramid
 
-  !> The pyramid is what is inside of all its sides, the shell what is near its surface.
+  !> Returns the signed distance [L] of x from the shell, negative inside it. The pyramid is what is inside of all its sides; the
+  !> shell is what is near its surface.
   pure real(rp) function pyramid_level(self, x) result(level)
     class(pyramid_t), intent(in) :: self
     real(rp), intent(in) :: x(3)

@@ -48,13 +48,14 @@ module fsi_solid_shape
 
 contains
 
+  !> Returns chi, 0 to 1, at x [L] in the frame: the profile of the level, for half the width h [L] of the step.
   pure real(rp) function shape_mask_at(self, x, h) result(chi)
     class(level_shape_t), intent(in) :: self
     real(rp), intent(in) :: x(3), h
     chi = mask_profile(self%level_at(x), h)
   end function shape_mask_at
 
-  !> Whether x is in the box of the shape, or closer to it than h in every direction.
+  !> Tells whether x is in the box of the shape, or closer to it than h in every direction; lengths in L.
   pure logical function shape_is_near(self, x, h) result(is_near)
     class(solid_shape_t), intent(in) :: self
     real(rp), intent(in) :: x(3), h

@@ -17,8 +17,8 @@ module fsi_stl
 
 contains
 
-  !> Points (3, n) and outward triangles (3, m) from the content of the STL file called `name`; what is wrong goes to
-  !> `errors`, and a surface that was inside out is turned, with a notice.
+  !> Returns the points (3, n) and the outward triangles (3, m) from the content of the STL file called `name`. What is wrong goes
+  !> to `errors`. A surface that is inside out is turned, with a notice.
   subroutine read_stl(text, name, points, triangles, errors, notices)
     character(*), intent(in) :: text, name
     real(rp), allocatable, intent(out) :: points(:, :)
@@ -197,7 +197,7 @@ contains
     end if
   end subroutine check_closed
 
-  !> Volume inside, negative if the triangles face inward.
+  !> Returns the volume inside; it is negative if the triangles face inward.
   pure real(rp) function surface_volume(points, triangles) result(volume)
     real(rp), intent(in) :: points(:, :)
     integer, intent(in) :: triangles(:, :)

@@ -88,7 +88,7 @@ module fsi_coupler
 
 contains
 
-  !> Wings at rest in their frames, unloaded, at time `time` [T]. `wings` becomes deformable. Collective.
+  !> Makes the wings, unloaded and at rest in their frames, at `time` [T]. `wings` becomes deformable. Collective.
   subroutine coupler_init(self, world, params, grid, block, time, wings)
     class(coupler_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -144,8 +144,8 @@ contains
     request%fields = request%fields .or. self%params%friction
   end subroutine coupler_add_request
 
-  !> Takes the load of the fluid's last pass, which must have kept what `add_request` asks for, on the wings, which must
-  !> still be where they were in that pass. Without thickness it is that under which they came there. Collective.
+  !> Takes the load of the fluid's last pass on the wings. That pass must have kept what `add_request` asks for, and the wings
+  !> must still be where they were in it. The load of wings without thickness is that under which they came there. Collective.
   subroutine coupler_sample_load(self, fluid, wings)
     class(coupler_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -204,11 +204,12 @@ contains
     end do
   end subroutine sample
 
-  !> Takes the wings over a step dt [T] that `fluid` has just made, under the load sampled last and what the
-  !> coupling makes of it; gives their new deformation to `wings`, for their next placing. Fails if Newton's method
-  !> does, if the sub-iterations do not converge, and if a wing bends beyond the limit; then the run cannot go on
-  !> from this state. Only the strong coupling, which leaves the wings at the end of the step, and wings without thickness,
-  !> which change the flow, need `fluid`; these need `thin`. Collective.
+  !> Takes the wings over a step dt [T] that `fluid` has just made, under the load sampled last and what the coupling makes of it.
+  !> Gives their new deformation to `wings`, for their next placing. Fails if Newton's method does, if the sub-iterations do not
+  !> converge, or if a wing bends beyond the limit; then the run cannot go on from this state.
+  !>
+  !> Only the strong coupling, which leaves the wings at the end of the step, and wings without thickness, which change the flow,
+  !> need `fluid`. Wings without thickness also need `thin`. Collective.
   subroutine coupler_advance(self, dt, wings, failure, fluid, thin)
     class(coupler_t), intent(inout) :: self
     real(rp), intent(in) :: dt
@@ -257,8 +258,7 @@ contains
     end associate
   end subroutine coupler_advance
 
-  !> After a failed `advance`: the wings have the shape and the rates again that they had before it, at `time` [T].
-  !> Collective.
+  !> Gives the wings the shape and rates that they had before a failed `advance`, at `time` [T]. Collective.
   subroutine coupler_rewind(self, time, wings)
     class(coupler_t), intent(inout) :: self
     real(rp), intent(in) :: time
@@ -362,7 +362,7 @@ contains
     end do
   end subroutine coupler_deform
 
-  !> Energy and momentum of wing i at its present state, SI, components along the wing frame; see solid_inertia.
+  !> Returns energy and momentum of wing i at its present state, in SI units, along the axes of the wing frame; see solid_inertia.
   type(momenta_t) function coupler_measure(self, i) result(momenta)
     class(coupler_t), intent(in) :: self
     integer, intent(in) :: i
@@ -372,7 +372,7 @@ contains
     if (self%wings(i)%motion%is_mirrored) momenta = mirror_momenta(momenta)
   end function coupler_measure
 
-  !> Total force of the load sampled last on wing i, in space, rho L^4/T^2.
+  !> Returns the total force [rho L^4/T^2], in space, of the load sampled last on wing i.
   function coupler_surface_load(self, i) result(force)
     class(coupler_t), intent(in) :: self
     integer, intent(in) :: i
@@ -380,7 +380,7 @@ contains
     force = self%loads(i)%force
   end function coupler_surface_load
 
-  !> Bytes of this rank's array that grows with the grid.
+  !> Returns the bytes of this rank's array that grows with the grid.
   pure real(rp) function coupler_memory_bytes(self) result(bytes)
     class(coupler_t), intent(in) :: self
     bytes = 0

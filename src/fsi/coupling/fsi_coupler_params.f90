@@ -40,22 +40,24 @@ module fsi_coupler_params
 
 contains
 
-  !> Whether the fluid must be able to keep velocities in physical space.
+  !> Tells whether the fluid must be able to keep velocities in physical space.
   pure logical function params_needs_fields(self) result(needs)
     class(coupler_params_t), intent(in) :: self
     needs = self%friction
   end function params_needs_fields
 
-  !> Whether the fluid must be able to make trials.
+  !> Tells whether the fluid must be able to make trials.
   pure logical function params_needs_trials(self) result(needs)
     class(coupler_params_t), intent(in) :: self
     needs = self%coupling == COUPLING_STRONG
   end function params_needs_trials
 
-  !> Largest s = (dt/C_eta) rho t/(mass per area of the wing) that is certainly stable, t the thickness of the sheet.
-  !> The fluid in the mask pulls a point of the wing with rho t/C_eta per velocity; under that alone BDF2 moves it
-  !> by z^n with 3 z^2/2 - (2 - s) z + 1/2 = 0 if the load is that of t(n), and with 3 z^2/2 - (2 - 2 s) z + 1/2 - s
-  !> = 0 if it is extrapolated: |z| < 1 below 4 and 4/3. Sub-iterations have no limit.
+  !> Returns the largest s = (dt/C_eta) rho t/(mass per area of the wing) that is certainly stable, where t is the thickness of
+  !> the sheet.
+  !>
+  !> The fluid in the mask pulls a point of the wing with rho t/C_eta per velocity. Under that alone BDF2 moves it by z^n with 3
+  !> z^2/2 - (2 - s) z + 1/2 = 0 if the load is that of t(n), and with 3 z^2/2 - (2 - 2 s) z + 1/2 - s = 0 if it is extrapolated:
+  !> |z| < 1 below 4 and 4/3. Sub-iterations have no limit.
   pure real(rp) function params_stability_limit(self) result(limit)
     class(coupler_params_t), intent(in) :: self
     select case (self%coupling)

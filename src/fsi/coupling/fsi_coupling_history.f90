@@ -26,14 +26,14 @@ module fsi_coupling_history
 
 contains
 
-  !> No step yet.
+  !> Makes a history without a step.
   subroutine history_init(self, n_points, n_wings)
     class(coupling_history_t), intent(out) :: self
     integer, intent(in) :: n_points, n_wings
     allocate (self%force(3, n_points, n_wings), self%applied(3, n_points, n_wings), source=0.0_rp)
   end subroutine history_init
 
-  !> The load at the end of a step dt [T] that begins under `force`; this one itself in the first step.
+  !> Returns the load at the end of a step dt [T] that begins under `force`; in the first step that is `force` itself.
   pure subroutine history_extrapolate(self, dt, force, later)
     class(coupling_history_t), intent(in) :: self
     real(rp), intent(in) :: dt
@@ -55,8 +55,8 @@ contains
     self%applied = applied
   end subroutine history_record_step
 
-  !> Moves `applied` towards the load found, from which it differs by `residual`, by Aitken's factor; a step begins with
-  !> the last one, but at most 1. Then `old_residual` is `residual`.
+  !> Moves `applied` towards the load found, from which it differs by `residual`, by Aitken's factor. A step begins with the last
+  !> factor, but at most 1. Then `old_residual` is `residual`.
   pure subroutine history_relax(self, is_first, residual, old_residual, applied)
     class(coupling_history_t), intent(inout) :: self
     logical, intent(in) :: is_first

@@ -104,7 +104,7 @@ contains
     call mirror_vectors(coupler%history%applied(:, :, i))
   end subroutine load_wing
 
-  !> Whether an open checkpoint holds flexible wings.
+  !> Tells whether an open checkpoint holds flexible wings.
   logical function has_flexible_wings(reader)
     type(checkpoint_reader_t), intent(inout), target :: reader
     has_flexible_wings = reader%has('wing_mesh')

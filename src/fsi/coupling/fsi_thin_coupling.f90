@@ -18,7 +18,7 @@ module fsi_thin_coupling
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_kinematics, only: pose_wing, wing_pose_t
   use fsi_rigid_fit, only: fit_rotation
-  use fsi_thin_wings, only: thin_wing_t, thin_wings_t
+  use fsi_thin_wings, only: thin_wings_t
   use fsi_wing_deformation, only: predict_deformation, set_deformation
   use fsi_wing_mirror, only: mirror_vectors
   use fsi_wing_solver, only: wing_solver_t
@@ -55,10 +55,7 @@ contains
     logical :: is_held
     is_held = wings%time + fluid%dt <= params%release
     do i = 1, size(solvers)
-      associate (given => wings%params%wings(i))
-        call pose_wing(wings%motion%at(fluid%rhs%state%time, wings%params%body), given%mount, given%motion, &
-                       fluid%rhs%state%time, poses(i))
-      end associate
+      call find_pose(wings, i, fluid%rhs%state%time, poses(i))
       if (is_held) then
         states(i)%time = states(i)%time + fluid%dt*params%units%time
       else
@@ -75,7 +72,9 @@ contains
       if (failure%failed) return
       call thin%sample_flow(fluid, wings)
       do i = 1, size(solvers)
-        call advance_wing(thin, i, poses(i), fluid%dt, params, is_held, solvers(i), states(i), force(:, :, i))
+        call meet_flow(thin, i, poses(i), fluid%dt)
+        if (is_held) call hold_wing(thin, i, solvers(i), states(i), force(:, :, i))
+        if (.not. is_held) call advance_wing(thin, i, fluid%dt, params, solvers(i), states(i), force(:, :, i))
       end do
       do i = 1, size(solvers)
         if (.not. is_held) call solvers(i)%broadcast(thin%world, states(i), failure)
@@ -99,6 +98,17 @@ contains
     end do
     call thin%apply_forces(fluid, wings, poses)
   end subroutine advance_thin_wings
+
+  !> The pose of wing i at `time`.
+  subroutine find_pose(wings, i, time, pose)
+    type(flapping_wings_t), intent(in) :: wings
+    integer, intent(in) :: i
+    real(rp), intent(in) :: time
+    type(wing_pose_t), intent(out) :: pose
+    associate (given => wings%params%wings(i))
+      call pose_wing(wings%motion%at(time, wings%params%body), given%mount, given%motion, time, pose)
+    end associate
+  end subroutine find_pose
 
   !> The markers of wing i where its deformation puts them at the end of the step.
   subroutine place_markers(thin, i, wings, pose)
@@ -142,31 +152,53 @@ contains
     end associate
   end subroutine update_response
 
-  !> On the owner: the step of one wing in the flow that its markers have met. A wing that is held keeps its shape.
-  subroutine advance_wing(thin, i, pose, dt, params, is_held, solver, state, force)
+  !> On the owner of wing i: its reaction begins the step of `dt` with the flow that its markers have met. The helpers of the owner
+  !> serve the solutions that it then needs for the wing, and return when it ends them.
+  subroutine meet_flow(thin, i, pose, dt)
     type(thin_wings_t), intent(inout) :: thin
     integer, intent(in) :: i
     type(wing_pose_t), intent(in) :: pose
     real(rp), intent(in) :: dt
-    type(coupler_params_t), intent(in) :: params
-    logical, intent(in) :: is_held
-    type(wing_solver_t), intent(inout) :: solver
-    type(dynamic_state_t), intent(inout) :: state
-    real(rp), intent(inout) :: force(:, :) !< other than that of the flow there is none
     integer :: m
     associate (wing => thin%wings(i))
-      if (wing%owner /= thin%world%rank) return
+      if (wing%is_helper) call wing%end_solutions()
+      if (.not. wing%is_owner) return
       do m = 1, wing%markers%n
         wing%work(:, m) = pose%vector_to_wing(thin%flow(:, wing%first + m - 1))
       end do
       if (wing%is_mirrored) call mirror_vectors(wing%work)
       call wing%reaction%begin(wing%work, dt)
-      if (is_held) then
-        call wing%reaction%force(solver%motion%at(state%time), state%u, state%v, force)
-      else
-        force = 0
-        call solver%solve(params%model, params%inertia, params%options, force, dt*params%units%time, state, wing%reaction)
-      end if
+    end associate
+  end subroutine meet_flow
+
+  !> On the owner of wing i, which keeps its shape: the force of the flow on it, after `meet_flow`.
+  subroutine hold_wing(thin, i, solver, state, force)
+    type(thin_wings_t), intent(inout) :: thin
+    integer, intent(in) :: i
+    type(wing_solver_t), intent(in) :: solver
+    type(dynamic_state_t), intent(in) :: state
+    real(rp), intent(inout) :: force(:, :)
+    associate (wing => thin%wings(i))
+      if (.not. wing%is_owner) return
+      call wing%reaction%force(solver%motion%at(state%time), state%u, state%v, force)
+      call wing%end_solutions()
+    end associate
+  end subroutine hold_wing
+
+  !> On the owner of wing i: its step of `dt` under the force of the flow, after `meet_flow`.
+  subroutine advance_wing(thin, i, dt, params, solver, state, force)
+    type(thin_wings_t), intent(inout) :: thin
+    integer, intent(in) :: i
+    real(rp), intent(in) :: dt
+    type(coupler_params_t), intent(in) :: params
+    type(wing_solver_t), intent(inout) :: solver
+    type(dynamic_state_t), intent(inout) :: state
+    real(rp), intent(inout) :: force(:, :) !< other than that of the flow there is none
+    associate (wing => thin%wings(i))
+      if (.not. wing%is_owner) return
+      force = 0
+      call solver%solve(params%model, params%inertia, params%options, force, dt*params%units%time, state, wing%reaction)
+      call wing%end_solutions()
     end associate
   end subroutine advance_wing
 

@@ -14,7 +14,7 @@ module fsi_wing_deformation
 
 contains
 
-  !> Sets `bent` to what `state` holds.
+  !> Sets `bent` to the displacements and velocities that `state` holds.
   pure subroutine set_deformation(state, units, is_mirrored, bent)
     type(dynamic_state_t), intent(in) :: state
     type(unit_scales_t), intent(in) :: units
@@ -31,8 +31,8 @@ contains
     call mirror_vectors(bent%a)
   end subroutine set_deformation
 
-  !> Sets the displacement in `bent` to what the wing will have at the end of a step dt [T] if its velocity goes on as in
-  !> the last one: to second order, and to first in the first step.
+  !> Sets the displacement in `bent` to what the wing will have at the end of a step dt [T] if its velocity goes on as in the last
+  !> step: to second order, in the first step to first order.
   pure subroutine predict_deformation(state, units, dt, is_mirrored, bent)
     type(dynamic_state_t), intent(in) :: state
     type(unit_scales_t), intent(in) :: units

@@ -80,14 +80,14 @@ contains
     call visitor%visit('damping_power', self%damping_power)
   end subroutine energy_visit
 
-  !> What the energy [J] has more than the balance accounts for.
+  !> Returns how much more energy [J] the wing has than the balance accounts for.
   pure real(rp) function energy_imbalance(self) result(excess)
     class(wing_energy_t), intent(in) :: self
     excess = self%kinetic + self%elastic + self%damped - self%start - self%hinge_work - self%load_work - &
              self%weight_work
   end function energy_imbalance
 
-  !> Room for this model.
+  !> Allocates the work space for this model.
   subroutine meter_init(self, model)
     class(energy_meter_t), intent(out) :: self
     type(solid_model_t), intent(in) :: model

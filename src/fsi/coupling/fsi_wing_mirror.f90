@@ -36,7 +36,7 @@ contains
     call mirror_vectors(state%a)
   end subroutine mirror_state
 
-  !> The motion of a frame, mirrored.
+  !> Returns the motion of a frame, mirrored.
   pure type(frame_t) function mirror_frame(frame) result(mirrored)
     type(frame_t), intent(in) :: frame
     mirrored%velocity = mirror_wing(frame%velocity)
@@ -46,7 +46,7 @@ contains
     mirrored%alpha = mirror_axial(frame%alpha)
   end function mirror_frame
 
-  !> Sums over a wing, mirrored.
+  !> Mirrors the sums over a wing.
   pure type(momenta_t) function mirror_momenta(m) result(mirrored)
     type(momenta_t), intent(in) :: m
     mirrored = m

@@ -63,7 +63,7 @@ contains
     end do
   end subroutine shape_init
 
-  !> Whether the wing has this section; it has not where its triangles do not reach.
+  !> Tells whether the wing has this section. It has none where its triangles do not reach.
   pure logical function shape_has(self, i) result(has)
     class(wing_shape_t), intent(in) :: self
     integer, intent(in) :: i
@@ -97,7 +97,8 @@ contains
     line%trailing = minloc(y(:n), 1)
   end subroutine cut
 
-  !> The sections of the wing displaced by `u` (3, n) in its frame, in the order of `fractions`; 0 where it has none.
+  !> Measures the sections of the wing displaced by `u` (3, n) [L] in its frame, in the order of `fractions`; they are 0 where it
+  !> has none.
   pure subroutine shape_measure(self, u, sections)
     class(wing_shape_t), intent(in) :: self
     real(rp), intent(in) :: u(:, :)

@@ -36,7 +36,7 @@ module fsi_wing_solver
 
 contains
 
-  !> Work space and, on the owner, the symbolic analysis; `motion` is set by the caller.
+  !> Allocates the work space and, on the owner, analyses the pattern of the matrices. The caller sets `motion`.
   subroutine solver_init(self, world, model, owner)
     class(wing_solver_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -60,8 +60,8 @@ contains
     self%factorisations = 0
   end subroutine solver_begin
 
-  !> On the owner: makes the step dt [s] from the remembered state under force(3, n_all) [N], and under a reaction, if there
-  !> is one; under another load again, beginning with the displacements found before. The other ranks return at once.
+  !> Makes the step dt [s] on the owner, from the remembered state, under force(3, n_all) [N] and under a reaction, if there is
+  !> one. A second call for the same step begins with the displacements found before. The other ranks return at once.
   subroutine solver_solve(self, model, inertia, options, force, dt, state, reaction)
     class(wing_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model

@@ -14,8 +14,8 @@ module fsi_body_volume
 
 contains
 
-  !> int chi, int chi r and int chi r r^T over the points of `color`, r the nearest image of the point from `centre`, with
-  !> components along axes to which `matrix` takes those of space. The same on all ranks. Collective.
+  !> Returns int chi, int chi r and int chi r r^T over the points of `color`. r leads from `centre` to the nearest image of a
+  !> point; its components are along the axes to which `matrix` takes those of space. The same on all ranks. Collective.
   type(moments_t) function displaced_moments(world, grid, block, penalty, color, centre, matrix) result(m)
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid

@@ -100,7 +100,7 @@ contains
     end subroutine get_numbers
   end subroutine load_flight
 
-  !> Whether an open checkpoint holds a free flight.
+  !> Tells whether an open checkpoint holds a free flight.
   logical function has_flight(reader)
     type(checkpoint_reader_t), intent(inout) :: reader
     has_flight = reader%has('flight_state')

@@ -65,7 +65,7 @@ module fsi_flyer
 
 contains
 
-  !> What is held at `time`.
+  !> Returns what is held at `time` [T].
   pure function params_held_at(self, time) result(held)
     class(flyer_params_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -73,7 +73,8 @@ contains
     held = self%held .or. time < self%release
   end function params_held_at
 
-  !> The share of the forces of the flow that counts: with the conditioner 0 until t = 0.1, a cubic to 1 at 0.6.
+  !> Returns the share of the forces of the flow that counts. With the conditioner it is 0 until t = 0.1 and grows by a cubic to 1
+  !> at 0.6.
   pure real(rp) function params_growth_at(self, time) result(growth)
     class(flyer_params_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -85,7 +86,8 @@ contains
     growth = s*s*(3 - 2*s)
   end function params_growth_at
 
-  !> What acts at `time` besides markers: force [rho L^4/T^2] and moment [rho L^5/T^2] about the body's centre, in space.
+  !> Returns what acts at `time` [T] besides markers: the force [rho L^4/T^2] and the moment [rho L^5/T^2] about the body's
+  !> centre, in space.
   pure subroutine flyer_load(self, time, whole, force, moment)
     class(flyer_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -98,7 +100,7 @@ contains
              cross(matmul(whole%heavy, matrix_of(self%state%attitude)), weight)
   end subroutine flyer_load
 
-  !> Takes the forces of the penalization at `time`, and finds the accelerations; `moment` is about the body's centre.
+  !> Takes the forces of the penalization at `time` [T], and finds the accelerations. `moment` is about the body's centre.
   pure subroutine flyer_feel(self, time, force, moment, whole)
     class(flyer_t), intent(inout) :: self
     real(rp), intent(in) :: time, force(3), moment(3)
@@ -112,8 +114,8 @@ contains
                                load(:, 2) + growth*self%marker_moment)
   end subroutine flyer_feel
 
-  !> Takes the state to the end of a step dt that began at `time`, from `before` at its beginning to `after`, as far as it is
-  !> known without the markers. `carried` gets the body as it will be with the markers' last forces.
+  !> Takes the state to the end of a step dt [T] that began at `time`, from `before` at its beginning to `after`, as far as that
+  !> is known without the markers. `carried` becomes the body as it will be with the markers' last forces.
   pure subroutine flyer_advance(self, time, dt, before, after)
     class(flyer_t), intent(inout) :: self
     real(rp), intent(in) :: time, dt
@@ -132,7 +134,7 @@ contains
     call self%carried%show(time + dt, next%body())
   end subroutine flyer_advance
 
-  !> Completes that step, for `after` as it has become, under the forces that markers had in it.
+  !> Completes that step, for `after` as it has become, under the forces that the markers had in it.
   pure subroutine flyer_settle(self, time, dt, after, marker_force, marker_moment)
     class(flyer_t), intent(inout) :: self
     real(rp), intent(in) :: time, dt
@@ -146,8 +148,8 @@ contains
     call self%state%settle(after, self%params%held_at(time))
   end subroutine flyer_settle
 
-  !> The least of (inertia without the displaced fluid)/(inertia) over all motions that are free: the smallest eigenvalue of
-  !> the two tensors of inertia, 6 x 6. 1 without penalized solids; below 0 if `own` is no inertia at all.
+  !> Returns the least of (inertia without the displaced fluid)/(inertia) over all motions that are free: the smallest eigenvalue
+  !> of the two tensors of inertia, 6 x 6. It is 1 without penalized solids, and below 0 if `own` is no inertia at all.
   real(rp) function least_fraction(own, rest, held) result(fraction)
     type(whole_t), intent(in) :: own  !< the insect
     type(whole_t), intent(in) :: rest !< without the fluid that it displaces

@@ -27,7 +27,7 @@ module fsi_flyer_keys
 
 contains
 
-  !> The keys.
+  !> Declares and reads the keys of a free flight.
   subroutine flyer_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(flyer_choices_t), intent(inout) :: c
@@ -48,7 +48,7 @@ contains
                    'given: that of a wing with this Jxx, or that of [Wing]', unit='M', min=0.0_rp, given=c%has_wing_mass)
   end subroutine flyer_keys
 
-  !> What the user chose.
+  !> Returns what the user chose.
   function flyer_choices(config) result(c)
     type(config_t), intent(in), target :: config
     type(flyer_choices_t) :: c
@@ -57,7 +57,7 @@ contains
     call flyer_keys(keys, c)
   end function flyer_choices
 
-  !> Reads what a free flight needs; mistakes go to `errors`. Nothing of it is read of a body that is not free.
+  !> Reads what a free flight needs. Mistakes go to `errors`. Nothing is read for a body that is not free.
   subroutine read_flyer(config, params, errors, notices)
     type(config_t), intent(in) :: config
     type(flyer_params_t), intent(out) :: params

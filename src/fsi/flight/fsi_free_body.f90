@@ -59,7 +59,7 @@ module fsi_free_body
 
 contains
 
-  !> Takes p and h from the velocities and from how the masses of `whole` move.
+  !> Finds p and h from the velocities and from how the masses of `whole` move.
   pure subroutine free_start(self, whole)
     class(free_body_t), intent(inout) :: self
     type(whole_t), intent(in) :: whole
@@ -73,8 +73,8 @@ contains
     self%free_spin = self%spin
   end subroutine free_start
 
-  !> A step dt [T] under `force` [rho L^4/T^2] and `moment` [rho L^5/T^2] about the origin at its beginning, for which
-  !> `accelerate` must have been called. Place and attitude are then those of its end; `settle` must find the velocities.
+  !> Takes place and attitude to the end of a step dt [T] under `force` [rho L^4/T^2] and `moment` [rho L^5/T^2] about the origin
+  !> at its beginning, for which `accelerate` must have been called. `settle` must find the velocities.
   pure subroutine free_advance(self, dt, force, moment)
     class(free_body_t), intent(inout) :: self
     real(rp), intent(in) :: dt, force(3), moment(3)
@@ -111,7 +111,7 @@ contains
     self%free_spin = self%free_spin + moment
   end subroutine free_push
 
-  !> Finds the velocities for `whole` at the end of the step, and the reactions at what is held. May be repeated.
+  !> Finds the velocities for `whole` at the end of the step, and the reactions at what is held. The call may be repeated.
   pure subroutine free_settle(self, whole, held)
     class(free_body_t), intent(inout) :: self
     type(whole_t), intent(in) :: whole
@@ -136,7 +136,7 @@ contains
     where (.not. held(4:)) self%omega = y(4:)
   end subroutine free_settle
 
-  !> Sets the accelerations under `force` and `moment` about the origin, where and how the body is now.
+  !> Finds the accelerations under `force` and `moment` about the origin, where and how the body is now.
   pure subroutine free_accelerate(self, whole, held, force, moment)
     class(free_body_t), intent(inout) :: self
     type(whole_t), intent(in) :: whole
@@ -156,7 +156,8 @@ contains
     self%omega_rate = merge(0.0_rp, y(4:), held(4:))
   end subroutine free_accelerate
 
-  !> How V (in space) and omega (in the body) make the momentum (in space) and the angular momentum (in the body).
+  !> Returns the matrix by which V (in space) and omega (in the body) make the momentum (in space) and the angular momentum (in
+  !> the body).
   pure subroutine inertia_matrix(whole, r, a)
     type(whole_t), intent(in) :: whole
     real(rp), intent(in) :: r(3, 3)
@@ -219,7 +220,7 @@ contains
     end do
   end subroutine eliminate
 
-  !> The moving frame that it is.
+  !> Returns the moving frame of the body.
   pure type(body_t) function free_body(self) result(body)
     class(free_body_t), intent(in) :: self
     body%centre = self%centre

@@ -30,7 +30,7 @@ module fsi_free_flight
 
 contains
 
-  !> Makes `wings`, which are known with their masses, those of a flyer at its start.
+  !> Makes `wings`, whose masses are known, the wings of a flyer at its start.
   subroutine prepare_flight(wings)
     type(flapping_wings_t), intent(inout) :: wings
     real(rp) :: inertia(3, 3)
@@ -60,9 +60,8 @@ contains
     end associate
   end subroutine prepare_flight
 
-  !> The first look at a flyer that is in its place. One that was not restored measures the fluid that it displaces and
-  !> takes its momenta. Limits the step of the fluid; fails if the body is too light. Does nothing after a failure.
-  !> Collective.
+  !> Looks at a flyer that is in its place for the first time. One that was not restored measures the fluid that it displaces and
+  !> takes its momenta. Limits the step of the fluid. Fails if the body is too light. Does nothing after a failure. Collective.
   subroutine begin_flight(world, wings, fluid, failure, coupler)
     type(world_t), intent(in) :: world
     type(flapping_wings_t), intent(inout) :: wings
@@ -107,7 +106,7 @@ contains
     end associate
   end subroutine begin_flight
 
-  !> The flyer after the step that `fluid` has made, without what the markers will add.
+  !> Takes the flyer over the step that `fluid` has made, without what the markers will add.
   subroutine launch(wings, fluid, coupler)
     type(flapping_wings_t), intent(inout) :: wings
     type(fluid_t), intent(in) :: fluid
@@ -119,7 +118,7 @@ contains
     end associate
   end subroutine launch
 
-  !> Completes that step: the flyer is where it is at its end.
+  !> Completes that step: the flyer is then where it is at the end of the step.
   subroutine settle(wings, fluid)
     type(flapping_wings_t), intent(inout) :: wings
     type(fluid_t), intent(in) :: fluid

@@ -52,7 +52,7 @@ contains
     call visitor%visit('second', self%second)
   end subroutine moments_visit
 
-  !> The part without another one in the same frame.
+  !> Returns the moments of the part without another one, in the same frame.
   pure type(moments_t) function moments_minus(self, other) result(rest)
     class(moments_t), intent(in) :: self
     type(moments_t), intent(in) :: other
@@ -61,7 +61,7 @@ contains
     rest%second = self%second - other%second
   end function moments_minus
 
-  !> Moments of masses mu(n) at x(3, n).
+  !> Returns the moments of masses mu(n) at x(3, n).
   pure type(moments_t) function moments_of_points(mu, x) result(m)
     real(rp), intent(in) :: mu(:), x(:, :)
     integer :: i
@@ -72,7 +72,7 @@ contains
     end do
   end function moments_of_points
 
-  !> E = tr(J)/2 1 - J.
+  !> Returns E = tr(J)/2 1 - J.
   pure function second_of_inertia(inertia) result(second)
     real(rp), intent(in) :: inertia(3, 3)
     real(rp) :: second(3, 3)
@@ -83,7 +83,7 @@ contains
     end do
   end function second_of_inertia
 
-  !> J = tr(E) 1 - E.
+  !> Returns J = tr(E) 1 - E.
   pure function inertia_of_second(second) result(inertia)
     real(rp), intent(in) :: second(3, 3)
     real(rp) :: inertia(3, 3)
@@ -147,28 +147,28 @@ contains
     self%mixed2 = self%mixed2 + mu*outer(r, a)
   end subroutine whole_add_point
 
-  !> Tensor of inertia about the body's origin.
+  !> Returns the tensor of inertia about the origin of the body.
   pure function whole_inertia(self) result(inertia)
     class(whole_t), intent(in) :: self
     real(rp) :: inertia(3, 3)
     inertia = inertia_of_second(self%second)
   end function whole_inertia
 
-  !> sum mu r x r'.
+  !> Returns sum mu r x r'.
   pure function whole_spin(self) result(spin)
     class(whole_t), intent(in) :: self
     real(rp) :: spin(3)
     spin = axial(self%mixed)
   end function whole_spin
 
-  !> sum mu r x r''.
+  !> Returns sum mu r x r''.
   pure function whole_spin_rate(self) result(rate)
     class(whole_t), intent(in) :: self
     real(rp) :: rate(3)
     rate = axial(self%mixed2)
   end function whole_spin_rate
 
-  !> sum mu r x (omega x r').
+  !> Returns sum mu r x (omega x r').
   pure function whole_coriolis(self, omega) result(moment)
     class(whole_t), intent(in) :: self
     real(rp), intent(in) :: omega(3)
@@ -178,14 +178,14 @@ contains
     end associate
   end function whole_coriolis
 
-  !> The vector with components epsilon_ijk t_jk: a x b for t = a b^T.
+  !> Returns the vector with components epsilon_ijk t_jk, which is a x b for t = a b^T.
   pure function axial(t) result(v)
     real(rp), intent(in) :: t(3, 3)
     real(rp) :: v(3)
     v = [t(2, 3) - t(3, 2), t(3, 1) - t(1, 3), t(1, 2) - t(2, 1)]
   end function axial
 
-  !> The matrix of x -> v x x.
+  !> Returns the matrix that takes x to v x x.
   pure function cross_matrix(v) result(m)
     real(rp), intent(in) :: v(3)
     real(rp) :: m(3, 3)

@@ -13,7 +13,7 @@ module fsi_quaternion
 
 contains
 
-  !> The quaternion of these angles, rad.
+  !> Returns the quaternion of these angles [rad].
   pure function attitude_of(roll, pitch, yaw) result(q)
     real(rp), intent(in) :: roll, pitch, yaw
     real(rp) :: q(0:3)
@@ -21,7 +21,7 @@ contains
                    [cos(roll/2), sin(roll/2), 0.0_rp, 0.0_rp])
   end function attitude_of
 
-  !> Takes components from space to the body.
+  !> Returns the matrix that takes components from space to the body.
   pure function matrix_of(q) result(m)
     real(rp), intent(in) :: q(0:3)
     real(rp) :: m(3, 3)
@@ -30,7 +30,7 @@ contains
     m(3, :) = [2*(q(1)*q(3) + q(0)*q(2)), 2*(q(2)*q(3) - q(0)*q(1)), q(0)**2 - q(1)**2 - q(2)**2 + q(3)**2]
   end function matrix_of
 
-  !> Roll, pitch and yaw, rad; pitch between -pi/2 and pi/2.
+  !> Returns roll, pitch and yaw [rad]; pitch lies between -pi/2 and pi/2.
   pure function angles_of(q) result(angles)
     real(rp), intent(in) :: q(0:3)
     real(rp) :: angles(3)
@@ -39,7 +39,7 @@ contains
     angles = [atan2(m(2, 3), m(3, 3)), asin(max(-1.0_rp, min(1.0_rp, -m(1, 3)))), atan2(m(1, 2), m(1, 1))]
   end function angles_of
 
-  !> q after a turn by the rotation vector w [rad] along the axes of the body, of length 1.
+  !> Returns q after a turn by the rotation vector w [rad] along the axes of the body; the result has length 1.
   pure function turned(q, w) result(after)
     real(rp), intent(in) :: q(0:3), w(3)
     real(rp) :: after(0:3)
@@ -55,7 +55,7 @@ contains
     after = after/norm2(after)
   end function turned
 
-  !> The quaternion product a b.
+  !> Returns the quaternion product a b.
   pure function product_of(a, b) result(c)
     real(rp), intent(in) :: a(0:3), b(0:3)
     real(rp) :: c(0:3)
@@ -65,15 +65,15 @@ contains
     c(3) = a(0)*b(3) + a(3)*b(0) + a(1)*b(2) - a(2)*b(1)
   end function product_of
 
-  !> dq/dt for the angular velocity omega along the axes of the body.
+  !> Returns dq/dt for the angular velocity omega along the axes of the body.
   pure function rate_of(q, omega) result(rate)
     real(rp), intent(in) :: q(0:3), omega(3)
     real(rp) :: rate(0:3)
     rate = product_of(q, [0.0_rp, omega])/2
   end function rate_of
 
-  !> The vector part of 2 conj(q) x along the axes of the body: the angular velocity if x = dq/dt, the angular acceleration
-  !> if x is the second derivative, for |q| = 1 at all times.
+  !> Returns the vector part of 2 conj(q) x along the axes of the body. If |q| = 1 at all times, that is the angular velocity for
+  !> x = dq/dt, and the angular acceleration if x is the second derivative.
   pure function spin_of(q, x) result(omega)
     real(rp), intent(in) :: q(0:3), x(0:3)
     real(rp) :: omega(3)

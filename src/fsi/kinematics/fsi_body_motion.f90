@@ -48,14 +48,14 @@ module fsi_body_motion
 
 contains
 
-  !> Whether the body is not tethered.
+  !> Tells whether the body moves; a tethered one does not.
   pure logical function motion_moves(self) result(moves)
     class(body_motion_t), intent(in) :: self
     moves = self%word /= 'tethered'
   end function motion_moves
 
-  !> Mean speed [L/T] of the body's centre, which the motion alone defines, not the length of a run: of a table from its
-  !> first row to its last, linear in between; of words that swing over one period; of a free flight that of its start.
+  !> Returns the mean speed [L/T] of the body's centre, which the motion alone defines, not the length of a run: of a table from
+  !> its first row to its last, linear in between; of words that swing, over one period; of a free flight, that of its start.
   real(rp) function motion_mean_speed(self) result(speed)
     class(body_motion_t), intent(in) :: self
     integer, parameter :: N_SAMPLES = 2000
@@ -98,7 +98,7 @@ contains
     self%times(2) = time
   end subroutine motion_show
 
-  !> The body at `time` [T]; `tethered` is the body that does not move.
+  !> Returns the body at `time` [T]; `tethered` is the body that does not move.
   function motion_at(self, time, tethered) result(body)
     class(body_motion_t), intent(in) :: self
     real(rp), intent(in) :: time

@@ -28,7 +28,7 @@ module fsi_body_motion_keys
 
 contains
 
-  !> The keys.
+  !> Declares and reads the keys of the motion of the body.
   subroutine body_motion_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(body_motion_choices_t), intent(inout) :: c
@@ -53,7 +53,7 @@ contains
     call keys%reals('v0', c%velocity, ZERO, 'velocity of the body at the start', unit='L/T')
   end subroutine body_motion_keys
 
-  !> What the user chose.
+  !> Returns what the user chose.
   function body_motion_choices(config) result(c)
     type(config_t), intent(in), target :: config
     type(body_motion_choices_t) :: c
@@ -62,8 +62,8 @@ contains
     call body_motion_keys(keys, c)
   end function body_motion_choices
 
-  !> The motion of the body, which at the start is `body`; a free one gets `v0` from here. Files are read by root for all
-  !> with `world`, and this is collective then.
+  !> Makes the motion of the body, which is `body` at the start. A free one gets its velocity `v0` from here. Mistakes go to
+  !> `errors`. With `world` the root rank reads files for all, and the call is collective.
   subroutine read_body_motion(config, body, t_end, motion, errors, notices, world)
     type(config_t), intent(in) :: config
     type(body_t), intent(in) :: body

@@ -75,7 +75,7 @@ contains
     call visitor%visit('rotation', self%rotation)
   end subroutine body_visit
 
-  !> Space to body: yaw about z, then pitch about y, then roll about x. Positive pitch is nose down.
+  !> Returns the rotation from space to the body: yaw about z, then pitch about y, then roll about x. Positive pitch is nose down.
   pure type(rotation_t) function body_rotation(roll, pitch, yaw) result(rotation)
     type(angle_t), intent(in) :: roll, pitch, yaw
     call rotation%turn(3, yaw)
@@ -83,7 +83,7 @@ contains
     call rotation%turn(1, roll)
   end function body_rotation
 
-  !> Body to FLUSI's wing frame (x chordwise forward, y to the tip).
+  !> Returns the rotation from the body to FLUSI's wing frame (x chordwise forward, y to the tip).
   pure type(rotation_t) function wing_rotation(is_right, eta, phi, alpha, theta) result(rotation)
     logical, intent(in) :: is_right
     real(rp), intent(in) :: eta !< rad
@@ -101,35 +101,34 @@ contains
     end if
   end function wing_rotation
 
-  !> FLUSI's wing frame to that of this program, and back: (y, x, -z).
+  !> Takes components in FLUSI's wing frame to those in the wing frame of this program, and back: (y, x, -z).
   pure function swap_flusi_wing(v) result(swapped)
     real(rp), intent(in) :: v(3)
     real(rp) :: swapped(3)
     swapped = [v(2), v(1), -v(3)]
   end function swap_flusi_wing
 
-  !> A point of the left wing in its wing frame to its mirror image on the right wing in that wing's frame,
-  !> and back.
+  !> Takes a point of the left wing in its wing frame to its mirror image on the right wing in that wing's frame, and back.
   pure function mirror_wing(x) result(mirrored)
     real(rp), intent(in) :: x(3)
     real(rp) :: mirrored(3)
     mirrored = [x(1), x(2), -x(3)]
   end function mirror_wing
 
-  !> +1 or -1: the z direction of the wing frame that is the upper (dorsal) side of the wing.
+  !> Returns +1 or -1: the z direction of the wing frame that is the upper (dorsal) side of the wing.
   pure real(rp) function mount_dorsal_sign(self) result(sign)
     class(wing_mount_t), intent(in) :: self
     sign = merge(1.0_rp, -1.0_rp, self%is_right)
   end function mount_dorsal_sign
 
-  !> Whether z of the wing frame points to another side of the wing than the z of a wing file does.
+  !> Tells whether z of the wing frame points to another side of the wing than the z of a wing file.
   pure logical function mount_mirrors(self, z_is_dorsal) result(mirrors)
     class(wing_mount_t), intent(in) :: self
     logical, intent(in) :: z_is_dorsal !< in the file
     mirrors = (self%dorsal_sign() > 0) .neqv. z_is_dorsal
   end function mount_mirrors
 
-  !> The wing at time t.
+  !> Sets `pose` to the place, attitude and rates of the wing at time t [T].
   subroutine pose_wing(body, mount, motion, t, pose)
     type(body_t), intent(in) :: body
     type(wing_mount_t), intent(in) :: mount
@@ -160,7 +159,7 @@ contains
     end associate
   end subroutine pose_wing
 
-  !> Components in the wing frame of a vector in space.
+  !> Returns the components in the wing frame of a vector in space.
   pure function pose_vector_to_wing(self, v) result(w)
     class(wing_pose_t), intent(in) :: self
     real(rp), intent(in) :: v(3)
@@ -168,7 +167,7 @@ contains
     w = matmul(self%matrix, v)
   end function pose_vector_to_wing
 
-  !> Components in space of a vector in the wing frame.
+  !> Returns the components in space of a vector in the wing frame.
   pure function pose_vector_to_space(self, w) result(v)
     class(wing_pose_t), intent(in) :: self
     real(rp), intent(in) :: w(3)
@@ -176,7 +175,7 @@ contains
     v = matmul(w, self%matrix)
   end function pose_vector_to_space
 
-  !> Place in the wing frame of a point in space, L.
+  !> Returns the place in the wing frame of a point in space [L].
   pure function pose_point_to_wing(self, x) result(w)
     class(wing_pose_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
@@ -184,7 +183,7 @@ contains
     w = matmul(self%matrix, x - self%hinge)
   end function pose_point_to_wing
 
-  !> Place in space of a point in the wing frame, L.
+  !> Returns the place in space of a point in the wing frame [L].
   pure function pose_point_to_space(self, w) result(x)
     class(wing_pose_t), intent(in) :: self
     real(rp), intent(in) :: w(3)
@@ -192,7 +191,7 @@ contains
     x = self%hinge + matmul(w, self%matrix)
   end function pose_point_to_space
 
-  !> Velocity in space (L/T) of the point of the rigid wing that is at w in the wing frame.
+  !> Returns the velocity in space [L/T] of the point of the rigid wing that is at w [L] in the wing frame.
   pure function pose_velocity_at(self, w) result(v)
     class(wing_pose_t), intent(in) :: self
     real(rp), intent(in) :: w(3)
@@ -200,7 +199,7 @@ contains
     v = self%hinge_velocity + matmul(cross(self%omega, w), self%matrix)
   end function pose_velocity_at
 
-  !> Acceleration in space (L/T^2) of the point of the rigid wing that is at w in the wing frame.
+  !> Returns the acceleration in space [L/T^2] of the point of the rigid wing that is at w [L] in the wing frame.
   pure function pose_acceleration_at(self, w) result(a)
     class(wing_pose_t), intent(in) :: self
     real(rp), intent(in) :: w(3)

@@ -46,7 +46,7 @@ module fsi_kinematics_keys
 
 contains
 
-  !> Body attitude, hinges, stroke plane and motions.
+  !> Declares and reads the keys of the attitude of the body, the hinges, the stroke plane and the motions.
   subroutine kinematics_keys(keys, motion, c)
     type(keys_t), intent(inout) :: keys
     type(body_motion_choices_t), intent(inout) :: motion
@@ -95,7 +95,7 @@ contains
     call kinematics_keys(keys, motion, unused)
   end subroutine register_kinematics_keys
 
-  !> What the user chose.
+  !> Returns what the user chose.
   function kinematics_choices(config) result(c)
     type(config_t), intent(in), target :: config
     type(kinematics_choices_t) :: c
@@ -105,7 +105,7 @@ contains
     call kinematics_keys(keys, motion, c)
   end function kinematics_choices
 
-  !> The body at the start.
+  !> Returns the body at the start.
   subroutine read_body(config, body)
     type(config_t), intent(in) :: config
     type(body_t), intent(out) :: body
@@ -133,8 +133,8 @@ contains
     end associate
   end subroutine keep_in_box
 
-  !> Left and right wing: how they hang on the body, and what all motions share. With `errors` complains if
-  !> both hang at the same point or the left one is not on the left.
+  !> Returns how the left and the right wing hang on the body, and what all motions share. With `errors` it complains if both hang
+  !> at the same point, or if the left one is not on the left.
   subroutine read_mounts(config, pivot, mounts, motions, errors)
     type(config_t), intent(in) :: config
     real(rp), intent(in) :: pivot(3) !< L, hinge of the left wing in the body frame, where the user gives none
@@ -158,7 +158,7 @@ contains
                               'is to the right of x_pivot_r: y of the body points to the left; valid: left at larger y')
   end subroutine read_mounts
 
-  !> Name of the file that the motion of a wing (1 left, 2 right) is in; empty if it needs none.
+  !> Returns the name of the file that the motion of a wing (1 left, 2 right) is in; empty if it needs none.
   function motion_file(config, wing) result(path)
     type(config_t), intent(in) :: config
     integer, intent(in) :: wing

@@ -97,7 +97,7 @@ contains
     end do
   end subroutine rotation_turn_half
 
-  !> The frame `self`, whose parent is the frame `first`, relative to the parent of `first`.
+  !> Returns the frame `self`, whose parent is the frame `first`, relative to the parent of `first`.
   pure type(rotation_t) function rotation_after(self, first) result(whole)
     class(rotation_t), intent(in) :: self
     class(rotation_t), intent(in) :: first
@@ -108,7 +108,7 @@ contains
     whole%omega_rate = matmul(self%matrix, first%omega_rate) - cross(self%omega, carried) + self%omega_rate
   end function rotation_after
 
-  !> Components in the frame of a vector given in the parent.
+  !> Returns the components in the frame of a vector given in the parent.
   pure function rotation_to_frame(self, v) result(w)
     class(rotation_t), intent(in) :: self
     real(rp), intent(in) :: v(3)
@@ -116,7 +116,7 @@ contains
     w = matmul(self%matrix, v)
   end function rotation_to_frame
 
-  !> Components in the parent of a vector given in the frame.
+  !> Returns the components in the parent of a vector given in the frame.
   pure function rotation_to_parent(self, w) result(v)
     class(rotation_t), intent(in) :: self
     real(rp), intent(in) :: w(3)
@@ -124,7 +124,7 @@ contains
     v = matmul(w, self%matrix)
   end function rotation_to_parent
 
-  !> a x b.
+  !> Returns the cross product a x b.
   pure function cross(a, b) result(c)
     real(rp), intent(in) :: a(3), b(3)
     real(rp) :: c(3)

@@ -35,7 +35,7 @@ module fsi_wing_frame
 
 contains
 
-  !> The frame at `time` [s], along the axes of the wing file.
+  !> Returns the frame at `time` [s], along the axes of the wing file.
   function flapping_at(self, time) result(frame)
     class(flapping_motion_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -46,7 +46,7 @@ contains
     if (self%is_mirrored) frame = mirror_frame(frame)
   end function flapping_at
 
-  !> The wing at `time` [s].
+  !> Returns the pose of the wing at `time` [s].
   function flapping_pose_at(self, time) result(pose)
     class(flapping_motion_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -54,8 +54,8 @@ contains
     call pose_wing(self%carrier%at(time*self%frequency, self%body), self%mount, self%motion, time*self%frequency, pose)
   end function flapping_pose_at
 
-  !> The frame of a pose, for units length [m] and 1/frequency [s], and the acceleration of gravity in space
-  !> [m/s^2], along the axes of the wing frame. Holds for any motion of the body, as far as the pose contains it.
+  !> Returns the frame of a pose, for units length [m] and 1/frequency [s], and the acceleration of gravity in space [m/s^2],
+  !> along the axes of the wing frame. It holds for any motion of the body, as far as the pose contains it.
   pure type(frame_t) function frame_of_pose(pose, length, frequency, gravity) result(frame)
     type(wing_pose_t), intent(in) :: pose
     real(rp), intent(in) :: length, frequency, gravity(3)

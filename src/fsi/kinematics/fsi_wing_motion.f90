@@ -32,7 +32,7 @@ module fsi_wing_motion
 
 contains
 
-  !> A wing that keeps its angles, in rad.
+  !> Makes a wing keep its angles [rad].
   subroutine motion_set_constant(self, phi, alpha, theta)
     class(wing_motion_t), intent(inout) :: self
     real(rp), intent(in) :: phi, alpha, theta
@@ -41,8 +41,8 @@ contains
     call self%theta%set_constant(theta)
   end subroutine motion_set_constant
 
-  !> The angles at time t (code units), in rad and with respect to t. A table may be left by a tenth of a
-  !> cycle at its end, because the last step may pass the end of the run.
+  !> Returns the angles at time t [T], in rad, and their derivatives with respect to t. A table may be left by a tenth of a cycle
+  !> at its end, because the last step may pass the end of the run.
   subroutine motion_evaluate(self, t, phi, alpha, theta)
     class(wing_motion_t), intent(in) :: self
     real(rp), intent(in) :: t
@@ -88,8 +88,8 @@ contains
                     number_text(t_end*self%frequency)//'; valid: a shorter run or a longer table')
   end subroutine motion_check_span
 
-  !> Smallest and largest position angle phi (rad) of the motion without ramp: over one cycle, or over
-  !> a table. The stroke amplitude is their difference. Of a wing that turns for ever: in a cycle at its rate.
+  !> Returns the smallest and largest position angle phi [rad] of the motion without ramp: over one cycle, or over a table. Their
+  !> difference is the stroke amplitude. For a wing that turns for ever they are those in a cycle at its rate.
   subroutine motion_stroke_extremes(self, smallest, largest)
     class(wing_motion_t), intent(in) :: self
     real(rp), intent(out) :: smallest, largest
@@ -135,8 +135,8 @@ contains
     end function refined
   end subroutine motion_stroke_extremes
 
-  !> Angle (rad) that the wing sweeps, to and fro, in one cycle without ramp: twice the stroke amplitude; in the last
-  !> cycle of a table, and in one at its rate of a wing that turns for ever.
+  !> Returns the angle [rad] that the wing sweeps, to and fro, in one cycle without ramp: twice the stroke amplitude. With a table
+  !> it is that of the last cycle; for a wing that turns for ever, that of a cycle at its rate.
   real(rp) function motion_stroke_path(self) result(path)
     class(wing_motion_t), intent(in) :: self
     integer, parameter :: N = 2000

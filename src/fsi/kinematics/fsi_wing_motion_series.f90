@@ -53,7 +53,7 @@ module fsi_wing_motion_series
 
 contains
 
-  !> The same angle for ever, in rad.
+  !> Makes the series the same angle [rad] for ever.
   subroutine series_set_constant(self, angle)
     class(angle_series_t), intent(inout) :: self
     real(rp), intent(in) :: angle
@@ -61,7 +61,7 @@ contains
     self%mean = angle
   end subroutine series_set_constant
 
-  !> A Fourier series; coefficients in rad, as many cosines as sines.
+  !> Takes a Fourier series, with coefficients in rad and as many cosines as sines.
   subroutine series_set_fourier(self, a0, a, b)
     class(angle_series_t), intent(inout) :: self
     real(rp), intent(in) :: a0, a(:), b(:)
@@ -72,7 +72,7 @@ contains
     self%b = b
   end subroutine series_set_fourier
 
-  !> Values in rad and slopes in rad per cycle at equal distances over one cycle, its end left out.
+  !> Takes values [rad] and slopes [rad per cycle] at equal distances over one cycle, its end left out.
   subroutine series_set_hermite(self, values, slopes)
     class(angle_series_t), intent(inout) :: self
     real(rp), intent(in) :: values(:), slopes(:)
@@ -83,7 +83,7 @@ contains
     self%b = slopes
   end subroutine series_set_hermite
 
-  !> Values in rad and slopes in rad per cycle at the increasing cycle numbers `x`, at least two.
+  !> Takes values [rad] and slopes [rad per cycle] at the increasing cycle numbers `x`, at least two.
   subroutine series_set_table(self, x, values, slopes)
     class(angle_series_t), intent(inout) :: self
     real(rp), intent(in) :: x(:), values(:), slopes(:)
@@ -141,20 +141,20 @@ contains
     if (allocated(self%x)) deallocate (self%x)
   end subroutine clear
 
-  !> Whether the angle repeats in every cycle.
+  !> Tells whether the angle repeats in every cycle.
   pure logical function series_is_periodic(self) result(periodic)
     class(angle_series_t), intent(in) :: self
     periodic = all(self%kind /= [TABLE, START, SPIN_UP])
   end function series_is_periodic
 
-  !> Cycle number at which a table ends; without a table the largest number.
+  !> Returns the cycle number at which a table ends; without a table the largest number.
   pure real(rp) function series_last(self) result(last)
     class(angle_series_t), intent(in) :: self
     last = huge(1.0_rp)
     if (self%kind == TABLE) last = self%x(size(self%x))
   end function series_last
 
-  !> Begin and end of a cycle that stands for the motion: the first one, the last one of a table, one in which a turning
+  !> Returns begin and end of a cycle that stands for the motion: the first one; the last one of a table; one in which a turning
   !> wing has its rate.
   pure function series_typical_cycle(self) result(limits)
     class(angle_series_t), intent(in) :: self
@@ -185,8 +185,8 @@ contains
     self%is_altered = abs(factor - 1) + abs(offset) + abs(lead) > 0
   end subroutine series_alter
 
-  !> f = value, first and second derivative with respect to x: rad, rad/cycle, rad/cycle^2. Outside a
-  !> table its first or last cubic goes on.
+  !> Returns f, the value and its first and second derivative with respect to x: rad, rad/cycle, rad/cycle^2. Outside a table its
+  !> first or last cubic goes on.
   pure subroutine series_evaluate(self, x, f)
     class(angle_series_t), intent(in) :: self
     real(rp), intent(in) :: x

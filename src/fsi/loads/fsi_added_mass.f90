@@ -16,9 +16,9 @@ module fsi_added_mass
 
 contains
 
-  !> Largest ratio, over the chords through the centres of the triangles, of the fluid's mass to that of the wing,
-  !> for a flat wing in the x-y plane with its chords along y. A point's mass lies evenly on a third of the
-  !> triangles about it. SI or any consistent units.
+  !> Returns the largest ratio, over the chords through the centres of the triangles, of the fluid's mass to that of the wing, for
+  !> a flat wing in the x-y plane with its chords along y. The mass of a point lies evenly on a third of the triangles about it.
+  !> SI or any consistent units.
   pure real(rp) function added_mass_ratio(points, triangles, masses, density) result(largest)
     real(rp), intent(in) :: points(:, :)   !< (2 or more, n) along the span and along the chord
     integer, intent(in) :: triangles(:, :) !< (3, m)
@@ -49,7 +49,7 @@ contains
     end do
   end function added_mass_ratio
 
-  !> The mass per area below which a tenth of the area of such a wing lies. 0 without triangles.
+  !> Returns the mass per area below which a tenth of the area of such a wing lies; 0 without triangles.
   pure real(rp) function light_layer(points, triangles, masses) result(layer)
     real(rp), intent(in) :: points(:, :)
     integer, intent(in) :: triangles(:, :)

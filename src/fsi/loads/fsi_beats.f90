@@ -14,8 +14,8 @@ module fsi_beats
 
 contains
 
-  !> Number of whole periods from 0 that the records at `times` (ascending) cover. A record may miss the end
-  !> of the last period by a thousandth of it.
+  !> Returns the number of whole periods from 0 that the records at `times` (ascending) cover. A record may miss the end of the
+  !> last period by a thousandth of it.
   pure integer function complete_beats(times, period) result(n)
     real(rp), intent(in) :: times(:), period
     n = 0
@@ -24,9 +24,8 @@ contains
     n = int(times(size(times))/period + 1.0e-3_rp)
   end function complete_beats
 
-  !> Statistics of period k = 1, 2, .. that begins at (k-1) period. The mean is the integral of the polygon
-  !> through the records, cut at both ends of the period, over its length. Extremes are those after the first `start` of
-  !> the period.
+  !> Returns the statistics of period k = 1, 2, .. that begins at (k-1) period. The mean is the integral of the polygon through
+  !> the records, cut at both ends of the period, over its length. Extremes are those after the first `start` of the period.
   pure type(beat_t) function beat_statistics(times, values, period, k, start) result(beat)
     real(rp), intent(in) :: times(:), values(:) !< of the same size, times strictly ascending
     real(rp), intent(in) :: period

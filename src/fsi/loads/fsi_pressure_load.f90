@@ -40,7 +40,7 @@ module fsi_pressure_load
 
 contains
 
-  !> Room for the triangles of `surface`; no load yet.
+  !> Makes room for the triangles of `surface`. There is no load yet.
   subroutine load_init(self, surface)
     class(pressure_load_t), intent(inout) :: self
     type(surface_t), intent(in) :: surface

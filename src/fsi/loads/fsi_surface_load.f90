@@ -17,7 +17,7 @@ module fsi_surface_load
 
 contains
 
-  !> Sums over n points; all arrays are (3, n), `hinge` and `points` in space.
+  !> Returns the sums over n points. All arrays are (3, n); `hinge` and `points` are in space.
   pure type(surface_load_t) function total_load(forces, points, velocities, hinge) result(total)
     real(rp), intent(in) :: forces(:, :), points(:, :), velocities(:, :), hinge(3)
     integer :: p

@@ -26,7 +26,7 @@ module fsi_wing_loads
 
 contains
 
-  !> Loads of wing i at the time of the fluid's last pass, where the wings must still be.
+  !> Returns the loads of wing i at the time of the fluid's last pass, where the wings must still be.
   function wing_loads(wings, i, fluid) result(loads)
     type(flapping_wings_t), intent(in) :: wings
     integer, intent(in) :: i

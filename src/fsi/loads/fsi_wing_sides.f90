@@ -43,8 +43,8 @@ module fsi_wing_sides
 
 contains
 
-  !> Room for these wings. The distance is one grid spacing beside the mask, or two and a half beside wings without
-  !> thickness, whose forces the flow feels smoothed over about two.
+  !> Makes room for these wings. The distance of the places is one grid spacing beside the mask, or two and a half beside wings
+  !> without thickness, whose forces the flow feels smoothed over about two.
   subroutine sides_init(self, world, fluid, wings)
     class(wing_sides_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -133,7 +133,7 @@ contains
     end do
   end subroutine shear
 
-  !> Bytes of this rank's array that grows with the grid.
+  !> Returns the bytes of this rank's array that grows with the grid.
   pure real(rp) function sides_memory_bytes(self) result(bytes)
     class(wing_sides_t), intent(in) :: self
     bytes = 0

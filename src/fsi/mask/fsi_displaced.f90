@@ -17,9 +17,9 @@ module fsi_displaced
 
 contains
 
-  !> Volumes v (n) [L^3] of the points of a sheet of thickness t [L]. Triangles have one orientation, every
-  !> free edge belongs to one triangle. With `is_section` they are those of a strip along y in a two-dimensional
-  !> flow, which sees its section: t along the sheet and the round ends, but neither sides nor corners. Allocates.
+  !> Returns the volumes v (n) [L^3] of the points of a sheet of thickness t [L]. All triangles have one orientation, and every
+  !> free edge belongs to one triangle. With `is_section` they are the volumes of a strip along y in a two-dimensional flow, which
+  !> sees its section: t along the sheet and the round ends, but neither sides nor corners. Allocates.
   subroutine displaced_volumes(points, triangles, thickness, volumes, is_section)
     real(rp), intent(in) :: points(:, :)   !< (3, n) L
     integer, intent(in) :: triangles(:, :) !< (3, m)

@@ -179,7 +179,7 @@ contains
     frame%rotation%omega_rate = pose%omega_rate
   end function frame_of
 
-  !> See moving_solids_t: sums over the points of displaced volume times exact acceleration.
+  !> Returns the sums over the points of displaced volume times exact acceleration; see moving_solids_t.
   subroutine wings_momentum_rate(self, centre, force, moment)
     class(flapping_wings_t), intent(in) :: self
     real(rp), intent(in) :: centre(3)
@@ -220,7 +220,7 @@ contains
     end associate
   end function acceleration
 
-  !> d/dt int chi u_s^2/2 dV of wing i, rho L^5/T^3: what it takes to accelerate the fluid inside the mask.
+  !> Returns d/dt int chi u_s^2/2 dV of wing i [rho L^5/T^3], the power that accelerates the fluid inside the mask.
   real(rp) function wings_inertial_power_of_fluid(self, i) result(power)
     class(flapping_wings_t), intent(in) :: self
     integer, intent(in) :: i
@@ -236,8 +236,8 @@ contains
     end do
   end function wings_inertial_power_of_fluid
 
-  !> d/dt of the kinetic energy of wing i itself, rho L^5/T^3: of its masses if it deforms, else of its inertia
-  !> tensor, and of its mass if the hinge moves.
+  !> Returns d/dt of the kinetic energy of wing i itself [rho L^5/T^3]: of its masses if it deforms, else of its inertia tensor,
+  !> and of its mass if the hinge moves.
   real(rp) function wings_inertial_power(self, i) result(power)
     class(flapping_wings_t), intent(in) :: self
     integer, intent(in) :: i
@@ -268,14 +268,14 @@ contains
     end associate
   end function hinge_power
 
-  !> See moving_solids_t: moments are about the body's centre where it is.
+  !> Sets the point about which moments are taken to the body's centre, where it is; see moving_solids_t.
   subroutine wings_refer(self, centre)
     class(flapping_wings_t), intent(in) :: self
     real(rp), intent(inout) :: centre(3)
     if (self%motion%moves()) centre = self%body%centre
   end subroutine wings_refer
 
-  !> See moving_solids_t: a free body takes the forces of all of its parts, and its acceleration.
+  !> Gives a free body the forces of all of its parts, and finds its acceleration; see moving_solids_t.
   subroutine wings_feel(self, sums)
     class(flapping_wings_t), intent(inout) :: self
     type(sums_t), intent(in) :: sums
@@ -292,8 +292,8 @@ contains
     end do
   end subroutine wings_feel
 
-  !> The masses of a free flyer, without the fluid that they displace unless it carries it, as they are and move relative
-  !> to the body at `time` [T]; with `ahead` those of a wing that deforms go on as they are for this time.
+  !> Returns the masses of a free flyer as they are and move relative to the body at `time` [T], without the fluid that they
+  !> displace unless the flyer carries it. With `ahead` the masses of a wing that deforms go on as they are for this time.
   function wings_whole(self, time, ahead) result(whole)
     class(flapping_wings_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -332,7 +332,7 @@ contains
     end do
   end function wings_whole
 
-  !> The masses of the insect with what they displace, wings unbent, in the body's frame at `time` [T].
+  !> Returns the masses of the insect with what they displace, wings unbent, in the body's frame at `time` [T].
   function wings_own(self, time) result(own)
     class(flapping_wings_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -351,8 +351,8 @@ contains
     end do
   end function wings_own
 
-  !> Force [rho L^4/T^2] and moment about `centre` of the markers of wings without thickness, at the last step's end for
-  !> which `poses` are the wings' poses; 0 of others.
+  !> Returns the force [rho L^4/T^2] and the moment about `centre` of the markers of wings without thickness, at the end of the
+  !> last step, for which `poses` are the poses of the wings; 0 for others.
   pure subroutine wings_marker_total(self, poses, centre, force, moment)
     class(flapping_wings_t), intent(in) :: self
     type(wing_pose_t), intent(in) :: poses(:)
@@ -371,13 +371,13 @@ contains
     end do
   end subroutine wings_marker_total
 
-  !> Whether there is a body in the mask.
+  !> Tells whether there is a body in the mask.
   pure logical function wings_has_body(self) result(has)
     class(flapping_wings_t), intent(in) :: self
     has = self%params%solid%exists()
   end function wings_has_body
 
-  !> See moving_solids_t.
+  !> Returns a bound [L/T] of |u_s| on all wings and the body; see moving_solids_t.
   real(rp) function wings_max_speed(self) result(speed)
     class(flapping_wings_t), intent(in) :: self
     integer :: i, p

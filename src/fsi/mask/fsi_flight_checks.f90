@@ -35,8 +35,8 @@ contains
                            number_text(grid%length(3))//' L')
   end subroutine check_place
 
-  !> Complains if a wing does not fit: if at some time in the first beats it is longer, in the direction of x, y or
-  !> z, than the box, so that it runs into its own periodic image.
+  !> Complains if a wing does not fit: at some time in the first beats it is longer, in the direction of x, y or z, than the box,
+  !> so that it runs into its own periodic image.
   subroutine check_room(config, flight, grid, t_end, errors)
     type(config_t), intent(in) :: config
     type(flight_params_t), intent(in) :: flight
@@ -109,7 +109,7 @@ contains
     duration = min(t_end, wing%motion%ramp + 1/wing%motion%frequency)
   end function duration
 
-  !> Largest extents of the points of a wing along x, y and z, L, over the time of its ramp and one beat, as far as
+  !> Returns the largest extents [L] of the points of a wing along x, y and z, over the time of its ramp and one beat, as far as
   !> the run goes.
   function largest_extent(flight, wing, t_end) result(extent)
     type(flight_params_t), intent(in) :: flight

@@ -40,7 +40,7 @@ contains
     type(body_choices_t) :: body
     type(mask_choices_t) :: mask
     type(thin_params_t) :: thin
-    character(:), allocatable :: word
+    character(:), allocatable :: word, other_word
     keys = declaring(registry)
     call side_keys(keys, flight)
     call source_keys(keys, source)
@@ -50,7 +50,7 @@ contains
     call body_keys(keys, body)
     call other_flusi_keys(keys, flight)
     call mask_keys(keys, mask)
-    call thin_keys(keys, word, thin)
+    call thin_keys(keys, word, other_word, thin)
     call wings_key(keys, word)
   end subroutine register_flight_keys
 
@@ -74,7 +74,7 @@ contains
     end do
   end subroutine inertia_keys
 
-  !> What the user chose here.
+  !> Returns what the user chose in these keys.
   function flight_choices(config) result(c)
     type(config_t), intent(in), target :: config
     type(flight_choices_t) :: c

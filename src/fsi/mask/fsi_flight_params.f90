@@ -70,8 +70,8 @@ module fsi_flight_params
 
 contains
 
-  !> Reads the wings and the files they need; mistakes go to `errors`. With `world` root reads the files, and this is
-  !> collective; `errors` then must be equal on all ranks.
+  !> Reads the wings and the files that they need. Mistakes go to `errors`. With `world` the root rank reads the files for all,
+  !> and the call is collective; `errors` must then be equal on all ranks.
   subroutine read_flight_params(config, scene, params, errors, notices, world, mesh)
     type(config_t), intent(in) :: config
     type(scene_t), intent(in) :: scene
@@ -309,26 +309,26 @@ contains
     if (errors%count() == errors_before) call motion%check_span(t_end, path, errors)
   end subroutine read_one_motion
 
-  !> Distance of the tip from the hinge along the wing, the largest x, L.
+  !> Returns the distance [L] of the tip from the hinge along the wing, the largest x.
   pure real(rp) function wing_length(self) result(length)
     class(flapping_wing_t), intent(in) :: self
     length = maxval(self%points(1, :))
   end function wing_length
 
-  !> Area of the triangles over their extent along x, L.
+  !> Returns the area of the triangles over their extent along x [L].
   pure real(rp) function wing_mean_chord(self) result(chord)
     class(flapping_wing_t), intent(in) :: self
     chord = mean_chord(self%points, self%triangles)
   end function wing_mean_chord
 
-  !> Wing beats per T.
+  !> Returns the number of wing beats per T.
   pure real(rp) function flight_frequency(self) result(frequency)
     class(flight_params_t), intent(in) :: self
     frequency = self%beats
   end function flight_frequency
 
-  !> Mean speed of the wing tips on the arc of their stroke, the largest of all wings, L/T: 2 (amplitude) R f; with
-  !> the motion of a table, which may turn for ever, the arc of its last cycle times R f.
+  !> Returns the mean speed [L/T] of the wing tips on the arc of their stroke, the largest of all wings: 2 (amplitude) R f. With
+  !> the motion of a table, which may turn for ever, it is the arc of its last cycle times R f.
   real(rp) function flight_tip_speed(self) result(speed)
     class(flight_params_t), intent(in) :: self
     integer :: i

@@ -20,7 +20,7 @@ module fsi_fourier_outline
 
 contains
 
-  !> R in the direction of `arm`, chordwise and spanwise from the centre. Harmonics by recursion.
+  !> Returns R in the direction of `arm`, chordwise and spanwise from the centre. Harmonics come by recursion.
   pure real(rp) function outline_radius(self, arm) result(radius)
     class(fourier_outline_t), intent(in) :: self
     real(rp), intent(in) :: arm(2)
@@ -37,7 +37,7 @@ contains
     end do
   end function outline_radius
 
-  !> The outline, `factor` times as large.
+  !> Returns the outline, `factor` times as large.
   pure type(fourier_outline_t) function outline_scaled(self, factor) result(scaled)
     class(fourier_outline_t), intent(in) :: self
     real(rp), intent(in) :: factor

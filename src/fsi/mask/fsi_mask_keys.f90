@@ -26,7 +26,7 @@ module fsi_mask_keys
 
 contains
 
-  !> The keys.
+  !> Declares and reads the keys of the mask of the wings.
   subroutine mask_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(mask_choices_t), intent(inout) :: c
@@ -40,7 +40,7 @@ contains
                      given=c%has_smoothing)
   end subroutine mask_keys
 
-  !> Declares the keys.
+  !> Declares these keys.
   subroutine register_mask_keys(registry)
     type(registry_t), intent(inout), target :: registry
     type(mask_choices_t) :: unused
@@ -49,7 +49,7 @@ contains
     call mask_keys(keys, unused)
   end subroutine register_mask_keys
 
-  !> What the user chose.
+  !> Returns what the user chose.
   function mask_choices(config) result(c)
     type(config_t), intent(in), target :: config
     type(mask_choices_t) :: c
@@ -58,15 +58,15 @@ contains
     call mask_keys(keys, c)
   end function mask_choices
 
-  !> Whether the file says how thick the wings are.
+  !> Tells whether the file says how thick the wings are.
   pure logical function choices_say_thickness(self) result(say)
     class(mask_choices_t), intent(in) :: self
     say = self%has_thickness .or. self%has_half .or. self%has_smoothing
   end function choices_say_thickness
 
-  !> Half-thickness t/2 and smoothing h [length]; adds what contradicts itself to `errors`. The smoothing is at most t/2,
-  !> with a notice where that is less than what is given or max(dx), so that chi reaches 1; where wings may be soft, as
-  !> FLUSI draws them, h is what it is.
+  !> Finds the half-thickness t/2 and the smoothing h [L]. Adds what contradicts itself to `errors`. The smoothing is at most t/2,
+  !> so that chi reaches 1, with a notice where that is less than what is given or max(dx). Where wings may be soft, as FLUSI
+  !> draws them, h is what it is.
   subroutine read_mask_keys(config, grid, half_thickness, smoothing, errors, notices, may_be_soft)
     type(config_t), intent(in) :: config
     type(grid_t), intent(in) :: grid

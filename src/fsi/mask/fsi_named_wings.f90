@@ -24,7 +24,8 @@ module fsi_named_wings
 
 contains
 
-  !> Outline of the wing called `name`, `factor` times as large, and the wing as a solid of `thickness`; 0: no solid.
+  !> Returns the outline of the wing called `name`, `factor` times as large, and the wing as a solid of `thickness` [L]; with 0
+  !> there is no solid.
   subroutine make_named_wing(name, numbers, factor, thickness, planform, solid)
     character(*), intent(in) :: name
     type(wing_numbers_t), intent(in) :: numbers

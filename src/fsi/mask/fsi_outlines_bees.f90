@@ -11,7 +11,7 @@ module fsi_outlines_bees
 
 contains
 
-  !> The outline called `name`; `known` is false if this table does not have it.
+  !> Returns the outline called `name`; `known` is false if this table does not have it.
   pure subroutine find_outline(name, shape, known)
     character(*), intent(in) :: name
     type(fourier_outline_t), intent(inout) :: shape

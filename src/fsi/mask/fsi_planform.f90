@@ -33,7 +33,7 @@ module fsi_planform
 
 contains
 
-  !> FLUSI's Fourier outline, scaled by nothing: FLUSI's unit is the wing length.
+  !> Returns FLUSI's Fourier outline as it is: FLUSI's unit is the wing length.
   pure function fourier_planform(a0, ai, bi, x0w, y0w) result(planform)
     real(rp), intent(in) :: a0, ai(:), bi(:) !< of the same size
     real(rp), intent(in) :: x0w, y0w         !< centre in FLUSI's wing frame: chordwise, spanwise
@@ -52,14 +52,14 @@ contains
     end do
   end function fourier_planform
 
-  !> The polygon through `points`.
+  !> Returns the polygon through `points`.
   pure function polygon_planform(points) result(planform)
     real(rp), intent(in) :: points(:, :) !< (2, n)
     type(planform_t) :: planform
     planform%outline = points
   end function polygon_planform
 
-  !> A smooth curve from the first of `points` through all others to the last, closed by a straight line. Cubic
+  !> Returns a smooth curve from the first of `points` through all others to the last, closed by a straight line. It is cubic
   !> between two points, with the tangents of parabolas through three (chord-length parameters).
   pure function curve_planform(points) result(planform)
     real(rp), intent(in) :: points(:, :) !< (2, n), n >= 3, no two neighbours equal
@@ -89,7 +89,7 @@ contains
     planform%outline(:, CURVE_POINTS*(n - 1) + 1) = points(:, n)
   end function curve_planform
 
-  !> A rectangle from x = root to x = tip; the part `front` of the chord lies before the x axis.
+  !> Returns a rectangle from x = root to x = tip; the part `front` of the chord lies before the x axis.
   pure function rectangular_planform(root, tip, chord, front) result(planform)
     real(rp), intent(in) :: root, tip, chord, front
     type(planform_t) :: planform
@@ -97,8 +97,8 @@ contains
                                 front*chord], [2, 4])
   end function rectangular_planform
 
-  !> An ellipse from x = root to x = tip of given mean chord; the part `front` of its largest chord lies before
-  !> the x axis.
+  !> Returns an ellipse from x = root to x = tip of given mean chord; the part `front` of its largest chord lies before the x
+  !> axis.
   pure function elliptic_planform(root, tip, mean_chord, front) result(planform)
     real(rp), intent(in) :: root, tip, mean_chord, front
     type(planform_t) :: planform
@@ -113,7 +113,7 @@ contains
     end do
   end function elliptic_planform
 
-  !> Area inside the outline.
+  !> Returns the area inside the outline, in the square of its unit.
   pure real(rp) function planform_area(self) result(area)
     class(planform_t), intent(in) :: self
     integer :: i, next
@@ -125,14 +125,14 @@ contains
     area = abs(area)
   end function planform_area
 
-  !> Smallest and largest x.
+  !> Returns the smallest and the largest x.
   pure function planform_span(self) result(span)
     class(planform_t), intent(in) :: self
     real(rp) :: span(2)
     span = [minval(self%outline(1, :)), maxval(self%outline(1, :))]
   end function planform_span
 
-  !> Area divided by the extent in x.
+  !> Returns the area divided by the extent in x.
   pure real(rp) function planform_mean_chord(self) result(chord)
     class(planform_t), intent(in) :: self
     real(rp) :: span(2)
@@ -140,8 +140,8 @@ contains
     chord = self%area()/(span(2) - span(1))
   end function planform_mean_chord
 
-  !> Scales the outline so that its largest x is `tip`, and then y alone so that the mean chord is `mean_chord`;
-  !> what is <= 0 is not asked for.
+  !> Scales the outline so that its largest x is `tip`, and then y alone so that the mean chord is `mean_chord`. A number <= 0
+  !> changes nothing.
   subroutine planform_rescale(self, tip, mean_chord)
     class(planform_t), intent(inout) :: self
     real(rp), intent(in) :: tip, mean_chord
@@ -152,8 +152,8 @@ contains
     if (mean_chord > 0) self%outline(2, :) = self%outline(2, :)*(mean_chord/self%mean_chord())
   end subroutine planform_rescale
 
-  !> Trailing and leading edge at x; at the ends what they are just inside. `crossings` is how often the outline
-  !> passes x, 2 for a simple outline. Outside of the span nothing is found, and both are 0.
+  !> Returns trailing and leading edge at x; at the ends those just inside. `crossings` is how often the outline passes x, 2 for a
+  !> simple outline. Outside of the span nothing is found, and both are 0.
   pure subroutine planform_chord_at(self, x, trailing, leading, crossings)
     class(planform_t), intent(in) :: self
     real(rp), intent(in) :: x
@@ -183,7 +183,7 @@ contains
     end if
   end subroutine planform_chord_at
 
-  !> Whether every x has one chord, looked at in `n` places; otherwise `where_not` is the first x that has not.
+  !> Tells whether every x has one chord, looked at in `n` places; otherwise `where_not` is the first x that has not.
   logical function planform_is_single(self, n, where_not) result(is_single)
     class(planform_t), intent(in) :: self
     integer, intent(in) :: n

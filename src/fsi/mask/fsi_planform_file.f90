@@ -41,7 +41,7 @@ module fsi_planform_file
 
 contains
 
-  !> `read_planform_text` of the file at `path`, which is read by the calling rank.
+  !> Reads a planform from the file at `path`, on the calling rank; see `read_planform_text`.
   subroutine read_planform(path, planform, errors, notices)
     character(*), intent(in) :: path
     type(planform_t), intent(inout) :: planform

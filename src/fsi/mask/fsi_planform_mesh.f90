@@ -18,8 +18,8 @@ module fsi_planform_mesh
 
 contains
 
-  !> Points (3, n) with z = 0 and triangles (3, m), counter-clockwise seen from +z. Every x of the planform must
-  !> have one chord. Lengths in code units.
+  !> Returns points (3, n) with z = 0 and triangles (3, m), counter-clockwise seen from +z. Every x of the planform must have one
+  !> chord. Lengths are in L.
   subroutine triangulate_planform(planform, edge, points, triangles)
     type(planform_t), intent(in) :: planform
     real(rp), intent(in) :: edge !< wanted length of the triangles' edges
@@ -107,8 +107,8 @@ contains
     end do
   end subroutine join_rows
 
-  !> Triangles of an outline that its Fourier centre sees everywhere, though some x passes it more than twice: rings around
-  !> this centre. Counter-clockwise seen from +z. Allocates.
+  !> Returns triangles of an outline that its Fourier centre sees everywhere, though some x passes it more than twice: rings
+  !> around this centre, counter-clockwise seen from +z. Allocates.
   subroutine triangulate_star(planform, edge, points, triangles)
     type(planform_t), intent(in) :: planform
     real(rp), intent(in) :: edge

@@ -25,8 +25,8 @@ module fsi_round_wing
 
 contains
 
-  !> The wing between segments (2, 2, n): coordinates, both ends, pieces of one or several closed lines in any order. The
-  !> lattice is no finer than a sixteenth of the grid's `spacing`, however sharp the mask's step is.
+  !> Returns the wing between segments (2, 2, n): coordinates [L], both ends; pieces of one or several closed lines in any order.
+  !> The lattice is no finer than a sixteenth of the grid's `spacing`, however sharp the mask's step is.
   type(round_wing_t) function make_round_wing(segments, thickness, smoothing, spacing) result(shape)
     real(rp), intent(in) :: segments(:, :, :)
     real(rp), intent(in) :: thickness, smoothing !< half the width of the mask's step
@@ -88,6 +88,7 @@ contains
     end do
   end subroutine change_sides
 
+  !> Returns the signed distance [L] of x from the round edge and the faces, negative inside.
   pure real(rp) function round_level(self, x) result(level)
     class(round_wing_t), intent(in) :: self
     real(rp), intent(in) :: x(3)

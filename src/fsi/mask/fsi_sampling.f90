@@ -40,8 +40,8 @@ contains
     self%block = block
   end subroutine sampler_init
 
-  !> Values (n) of `field` (nx, ny_local, nz_local) at points (3, n), the same on all ranks; the box is
-  !> periodic. Every rank adds what its points contribute, only the n values travel. Collective.
+  !> Returns the values (n) of `field` (nx, ny_local, nz_local) at points (3, n) [L], the same on all ranks; the box is periodic.
+  !> Every rank adds what its points contribute; only the n values travel. Collective.
   subroutine sampler_sample(self, points, field, values)
     class(sampler_t), intent(in) :: self
     real(rp), contiguous, intent(in) :: points(:, :)
@@ -73,7 +73,7 @@ contains
     call self%world%sum_reals(values)
   end subroutine sampler_sample
 
-  !> Sets the `lines` (ny_local, nz_local) at which `sample` will look for these points (3, n); leaves the others as
+  !> Marks in `lines` (ny_local, nz_local) those at which `sample` will look for these points (3, n) [L]; leaves the others as
   !> they are.
   subroutine sampler_select_lines(self, points, lines)
     class(sampler_t), intent(in) :: self
@@ -93,7 +93,7 @@ contains
     end do
   end subroutine sampler_select_lines
 
-  !> Weights of the points first - 1 .. first + 2 for the place s, in cells; their sum is 1.
+  !> Returns the weights of the points first - 1 .. first + 2 for the place s, in cells; their sum is 1.
   pure subroutine delta_weights(s, first, w)
     real(rp), intent(in) :: s
     integer, intent(out) :: first

@@ -31,7 +31,7 @@ module fsi_surface
 
 contains
 
-  !> Takes points and triangles; at rest.
+  !> Takes points and triangles; the surface is at rest.
   subroutine surface_init(self, points, triangles, color)
     class(surface_t), intent(inout) :: self
     real(rp), intent(in) :: points(:, :)    !< (3, n)
@@ -88,8 +88,8 @@ contains
     end do
   end subroutine surface_place_rigid
 
-  !> The places (3, 2 m) at `distance` [L] from the centres of the m triangles along their normals: above, where a
-  !> normal points, then those below.
+  !> Returns the places (3, 2 m) at `distance` [L] from the centres of the m triangles along their normals: above, where a normal
+  !> points, then those below.
   pure subroutine surface_points_beside(self, distance, places)
     class(surface_t), intent(in) :: self
     real(rp), intent(in) :: distance
@@ -109,7 +109,7 @@ contains
     end do
   end subroutine surface_points_beside
 
-  !> Sum of the triangles' areas.
+  !> Returns the sum of the areas of the triangles [L^2].
   pure real(rp) function surface_area(self) result(area)
     class(surface_t), intent(in) :: self
     real(rp) :: b(3), c(3)
@@ -122,7 +122,7 @@ contains
     end do
   end function surface_area
 
-  !> Length of all edges that belong to one triangle only. Allocates.
+  !> Returns the length [L] of all edges that belong to one triangle only. Allocates.
   pure real(rp) function surface_free_perimeter(self) result(length)
     class(surface_t), intent(in) :: self
     integer, allocatable :: edges(:, :)

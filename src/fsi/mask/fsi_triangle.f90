@@ -36,7 +36,7 @@ module fsi_triangle
 
 contains
 
-  !> The triangle with corners a, b, c; any three points will do.
+  !> Returns the triangle with corners a, b, c; any three points will do.
   pure function make_triangle(a, b, c) result(triangle)
     real(rp), intent(in) :: a(3), b(3), c(3)
     type(triangle_t) :: triangle
@@ -64,7 +64,7 @@ contains
     triangle%outward(:, 3) = triangle%outward(:, 3)*triangle%height
   end function make_triangle
 
-  !> Squared distance of `p` and the coordinates v, w >= 0, v + w <= 1 of the closest point.
+  !> Returns the squared distance of `p`, and the coordinates v, w >= 0, v + w <= 1 of the closest point.
   pure subroutine triangle_closest(self, p, distance2, v, w)
     class(triangle_t), intent(in) :: self
     real(rp), intent(in) :: p(3)

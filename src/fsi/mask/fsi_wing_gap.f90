@@ -20,7 +20,7 @@ module fsi_wing_gap
 
 contains
 
-  !> The smallest gap below `limit` [L] between different surfaces, their images in a box of size `length`, and each
+  !> Returns the smallest gap below `limit` [L] between different surfaces, their images in a box of size `length`, and each
   !> surface and its own images. Nothing is periodic in a direction of `length` 0.
   pure type(gap_t) function smallest_gap(surfaces, limit, length) result(gap)
     type(surface_t), intent(in) :: surfaces(:)

@@ -22,12 +22,13 @@ module fsi_wing_relief
 
 contains
 
-  !> Whether the wing is another than a flat one of constant thickness.
+  !> Tells whether the wing is another than a flat one of constant thickness.
   pure logical function relief_exists(self) result(exists)
     class(wing_relief_t), intent(in) :: self
     exists = allocated(self%height) .or. allocated(self%thickness)
   end function relief_exists
 
+  !> Returns the height [L] of the middle surface at this place of chord and span; 0 of a flat wing.
   pure real(rp) function relief_height_at(self, chord, span) result(height)
     class(wing_relief_t), intent(in) :: self
     real(rp), intent(in) :: chord, span
@@ -35,7 +36,7 @@ contains
     if (allocated(self%height)) height = bilinear(self%height, self%box, chord, span)
   end function relief_height_at
 
-  !> The thickness there, `constant` where the wing has no thickness of its own.
+  !> Returns the thickness [L] there, `constant` where the wing has no thickness of its own.
   pure real(rp) function relief_thickness_at(self, chord, span, constant) result(thickness)
     class(wing_relief_t), intent(in) :: self
     real(rp), intent(in) :: chord, span, constant
@@ -43,7 +44,7 @@ contains
     if (allocated(self%thickness)) thickness = bilinear(self%thickness, self%box, chord, span)
   end function relief_thickness_at
 
-  !> Nothing of the wing is farther from its plane than this.
+  !> Returns a distance [L] from its plane beyond which there is nothing of the wing.
   pure real(rp) function relief_reach(self, constant) result(reach)
     class(wing_relief_t), intent(in) :: self
     real(rp), intent(in) :: constant
@@ -52,7 +53,7 @@ contains
     if (allocated(self%height)) reach = reach + maxval(abs(self%height))
   end function relief_reach
 
-  !> The relief of a wing that is `factor` times as large.
+  !> Returns the relief of a wing that is `factor` times as large.
   pure type(wing_relief_t) function relief_scaled(self, factor) result(scaled)
     class(wing_relief_t), intent(in) :: self
     real(rp), intent(in) :: factor

@@ -33,6 +33,7 @@ module fsi_wing_solids
 
 contains
 
+  !> Returns the wing with this Fourier outline and `thickness` [L], and with the relief, if there is one.
   type(fourier_wing_t) function make_fourier_wing(outline, planform, thickness, relief) result(shape)
     type(fourier_outline_t), intent(in) :: outline
     real(rp), intent(in) :: planform(:, :) !< (2, n) points of the outline
@@ -47,6 +48,8 @@ contains
     shape%high = [maxval(planform, 2), reach]
   end function make_fourier_wing
 
+  !> Returns chi, 0 to 1, at x [L] in the wing frame, for half the width h [L] of the step: the product of the steps across the
+  !> wing and at its outline.
   pure real(rp) function fourier_mask(self, x, h) result(chi)
     class(fourier_wing_t), intent(in) :: self
     real(rp), intent(in) :: x(3), h
@@ -62,6 +65,8 @@ contains
     chi = chi*mask_profile(norm2(arm) - self%outline%radius(arm), h)
   end function fourier_mask
 
+  !> Returns a rectangular or elliptic wing from x = root to x = tip, with its leading edge at y = front and its trailing edge at
+  !> y = -back; lengths in L.
   type(panel_wing_t) function make_panel_wing(root, tip, front, back, is_elliptic, thickness) result(shape)
     real(rp), intent(in) :: root, tip, front, back, thickness
     logical, intent(in) :: is_elliptic
@@ -75,6 +80,7 @@ contains
     shape%high = [tip, front, thickness/2]
   end function make_panel_wing
 
+  !> Returns chi, 0 to 1, at x [L] in the wing frame, for half the width h [L] of the step.
   pure real(rp) function panel_mask(self, x, h) result(chi)
     class(panel_wing_t), intent(in) :: self
     real(rp), intent(in) :: x(3), h

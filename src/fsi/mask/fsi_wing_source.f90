@@ -54,7 +54,7 @@ module fsi_wing_source
 
 contains
 
-  !> The keys.
+  !> Declares and reads the keys of the shape of the wings.
   subroutine source_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(source_choices_t), intent(inout) :: c
@@ -81,14 +81,14 @@ contains
                    'Fourier outlines of files, else beyond')
   end subroutine source_keys
 
-  !> Whether wings bend: the last key of [Insects], which is the present section of `keys`.
+  !> Declares and reads the last key of [Insects], which is the present section of `keys`: whether wings bend.
   subroutine wings_key(keys, wings)
     type(keys_t), intent(in) :: keys
     character(:), allocatable, intent(inout) :: wings
     call keys%word('wings', wings, 'rigid', 'rigid|flexible', 'flexible: the wing of [Wing], which the flow bends')
   end subroutine wings_key
 
-  !> What the user chose.
+  !> Returns what the user chose.
   function source_choices(config) result(c)
     type(config_t), intent(in), target :: config
     type(source_choices_t) :: c
@@ -97,7 +97,7 @@ contains
     call source_keys(keys, c)
   end function source_choices
 
-  !> Whether [Insects] asks for wings that bend.
+  !> Tells whether [Insects] asks for wings that bend.
   logical function has_flexible_wings(config) result(has)
     type(config_t), intent(in), target :: config
     type(keys_t) :: keys
@@ -108,7 +108,7 @@ contains
     has = word == 'flexible'
   end function has_flexible_wings
 
-  !> Whether it is sure, before a file is read, that rigid wings in the mask end at their outline.
+  !> Tells whether it is sure, before a file is read, that rigid wings in the mask end at their outline.
   logical function draws_to_outline(config, is_thin) result(draws)
     type(config_t), intent(in) :: config
     logical, intent(in) :: is_thin
@@ -125,8 +125,8 @@ contains
     is_named = index('|'//NAMED_WINGS//'|', '|'//word//'|') > 0
   end function is_named
 
-  !> The wing that the keys describe, or with WingShape = none that in `mesh`, in metres, which is empty if it is not readable.
-  !> Mistakes go to `errors`. With `world` root reads files, and this is collective.
+  !> Makes the wing that the keys describe, or with WingShape = none that in `mesh`, in metres, which is empty if it is not
+  !> readable. Mistakes go to `errors`. With `world` the root rank reads files for all, and the call is collective.
   subroutine read_wing_shape(config, scene, drawing, look, errors, notices, world, mesh)
     type(config_t), intent(in) :: config
     type(scene_t), intent(in) :: scene
@@ -359,6 +359,7 @@ contains
     allocate (look%solid, source=make_round_wing(segments, drawing%thickness, drawing%smoothing, scene%grid%max_spacing()))
   end subroutine round_edges
 
+  !> Returns the area of the triangles(3, m) over their extent along x, in the unit of points(3, n).
   pure real(rp) function mean_chord(points, triangles) result(chord)
     real(rp), intent(in) :: points(:, :)
     integer, intent(in) :: triangles(:, :)

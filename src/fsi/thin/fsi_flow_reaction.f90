@@ -45,7 +45,7 @@ module fsi_flow_reaction
 
 contains
 
-  !> Room for a wing of points(3, n_all) [m] with these markers; the response has been given room and is not made here.
+  !> Makes room for a wing of points(3, n_all) [m] with these markers. The response has been given room, and is not made here.
   subroutine reaction_init(self, markers, points, units)
     class(flow_reaction_t), intent(inout) :: self
     type(markers_t), intent(in) :: markers
@@ -110,7 +110,7 @@ contains
     self%dt = dt
   end subroutine reaction_begin
 
-  !> See reaction_t; sets `on_flow`.
+  !> Sets f(3, n_all) [N] to the force of the flow, and `on_flow` to its opposite at the markers; see reaction_t.
   subroutine reaction_force(self, frame, u, v, f)
     class(flow_reaction_t), intent(inout) :: self
     type(frame_t), intent(in) :: frame
@@ -128,7 +128,7 @@ contains
     f = -self%newton*f
   end subroutine reaction_force
 
-  !> See reaction_t.
+  !> Adds C x to y; see reaction_t.
   subroutine reaction_tangent(self, x, y)
     class(flow_reaction_t), intent(inout) :: self
     real(rp), intent(in) :: x(:, :)
@@ -139,7 +139,7 @@ contains
     call self%markers%spread(self%work, y)
   end subroutine reaction_tangent
 
-  !> See reaction_t.
+  !> Sets the blocks that stand for C in the preconditioner; see reaction_t.
   subroutine reaction_block_diagonal(self, d)
     class(flow_reaction_t), intent(inout) :: self
     real(rp), intent(inout) :: d(:, :, :)

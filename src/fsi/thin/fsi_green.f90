@@ -121,7 +121,7 @@ contains
     end do
   end function plane_integrals
 
-  !> G(r) [1/L^3, 1/L^2 in the plane]; beyond the largest distance of the table the value there.
+  !> Returns G(r) [1/L^3, 1/L^2 in the plane]; beyond the largest distance of the table the value there.
   pure function green_at(self, r) result(g)
     class(green_t), intent(in) :: self
     real(rp), intent(in) :: r(3)

@@ -102,7 +102,7 @@ contains
     call sort_into_cells(self, sites, area, of, spacing)
   end subroutine cloud_init
 
-  !> The place at `fraction` of the way along an edge of a triangle.
+  !> Returns the place at `fraction` of the way along an edge of a triangle.
   pure type(site_t) function site_on_edge(points, corners, edge, fraction) result(site)
     real(rp), intent(in) :: points(:, :), fraction
     integer, intent(in) :: corners(3), edge(2)
@@ -243,7 +243,7 @@ contains
     end do
   end subroutine cloud_add
 
-  !> From now on `pick` gives what `mode` says, among samples that are at least `limit` [L] from all markers.
+  !> Makes `pick` give what `mode` says, among samples that are at least `limit` [L] from all markers.
   subroutine cloud_search_for(self, mode, limit)
     class(cloud_t), intent(inout) :: self
     integer, intent(in) :: mode
@@ -351,7 +351,7 @@ contains
     end do
   end subroutine assign
 
-  !> The places of the sheet next to markers x (3, m), without the first `n_fixed`, in the triangles of the samples that
+  !> Returns the places of the sheet next to markers x (3, m), without the first `n_fixed`, in the triangles of the samples that
   !> are nearest to each; `sites` (m) of markers without samples stay.
   subroutine cloud_project(self, points, triangles, x, n_fixed, sites)
     class(cloud_t), intent(inout) :: self

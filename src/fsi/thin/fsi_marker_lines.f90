@@ -33,8 +33,8 @@ module fsi_marker_lines
 
 contains
 
-  !> The places on the lines of `links`: first the corners, ends and branches before sharp turns before others, then the
-  !> arcs. The same for the same points in any place and attitude, up to round-off. Allocates.
+  !> Returns places on the lines of `links`: first the corners, ends and branches before sharp turns before others, then the arcs.
+  !> They are the same for the same points in any place and attitude, up to round-off. Allocates.
   subroutine place_on_lines(points, links, spacing, sites)
     real(rp), intent(in) :: points(:, :) !< (3, n) L
     integer, intent(in) :: links(:, :)   !< (2, m) points
@@ -75,7 +75,7 @@ contains
     end do
   end subroutine place_on_lines
 
-  !> The net of these links between n_points points.
+  !> Makes the net of these links between n_points points.
   pure subroutine net_init(self, n_points, links)
     class(line_net_t), intent(inout) :: self
     integer, intent(in) :: n_points, links(:, :)

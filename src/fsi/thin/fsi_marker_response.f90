@@ -7,16 +7,25 @@
 !> that it is made in the frame of the wing: once for a rigid one. If the markers have since turned together, by R, its
 !> inverse is R M^-1 R^T. Of a section, the axis that the plane flow does not
 !> know is y there, and x for the tensor.
+!>
+!> Few markers have a factor of M on one rank. The M of many is too large for one rank: it has (3n)^2 numbers, and a factor
+!> takes 9 n^3 operations. A group of ranks then shares M^-1 (parallel_inverse), and its first rank asks for solutions
+!> while the others `serve`.
 module fsi_marker_response
   use base_kinds, only: rp
   use base_lapack, only: factorise, solve_factorised
   use fsi_green, only: green_t
+  use parallel_inverse, only: shared_inverse_t
+  use parallel_world, only: world_t
   implicit none
   private
   public :: marker_response_t
 
+  integer, parameter :: MARKERS_IN_BLOCK = 32 !< whose rows of M are on one rank
+
   type :: marker_response_t
-    real(rp), allocatable, private :: factor(:, :) !< (3n, 3n) Cholesky's factor of M, in its lower triangle
+    real(rp), allocatable, private :: factor(:, :) !< (3n, 3n) Cholesky's factor of M, in its lower triangle, if it is not shared
+    type(shared_inverse_t), allocatable, private :: inverse !< if it is
     real(rp), allocatable, private :: work(:)      !< (3n)
     integer, private :: axes(3) = [1, 2, 3]        !< of the wing frame, in the order of the tensor's
     real(rp), private :: rotation(3, 3) = 0        !< R, if the markers have turned
@@ -26,24 +35,37 @@ module fsi_marker_response
     procedure :: build => response_build
     procedure :: turn => response_turn
     procedure :: solve => response_solve
+    procedure :: serve => response_serve
+    procedure :: release => response_release
     procedure :: memory_bytes => response_memory_bytes
   end type marker_response_t
 
 contains
 
-  !> Room for n markers. With `is_2d` they are given in the frame of a wing that a plane flow sees as a section, whose y
-  !> axis is that across the plane.
-  subroutine response_init(self, n, is_2d)
+  !> Makes room for n markers. With `is_2d` they are given in the frame of a wing that a plane flow sees as a section, whose y
+  !> axis is that across the plane. With `group` its ranks share the response; else the calling rank has it alone. Collective
+  !> over the group.
+  subroutine response_init(self, n, is_2d, group)
     class(marker_response_t), intent(inout) :: self
     integer, intent(in) :: n
     logical, intent(in) :: is_2d
+    type(world_t), intent(in), optional :: group
     if (is_2d) self%axes = [2, 1, 3]
-    if (allocated(self%factor)) deallocate (self%factor, self%work)
-    allocate (self%factor(3*n, 3*n), self%work(3*n), source=0.0_rp)
+    if (allocated(self%factor)) deallocate (self%factor)
+    if (allocated(self%inverse)) deallocate (self%inverse)
+    if (allocated(self%work)) deallocate (self%work)
+    allocate (self%work(3*n), source=0.0_rp)
+    if (present(group)) then
+      allocate (self%inverse)
+      call self%inverse%init(group, 3*n, 3*MARKERS_IN_BLOCK)
+    else
+      allocate (self%factor(3*n, 3*n), source=0.0_rp)
+    end if
   end subroutine response_init
 
-  !> Makes and factorises M for markers at x(3, n) [L], in any frame that is at rest for the moment. It has no factor if
-  !> markers are too close to each other: then `solve` must not be called.
+  !> Makes M and its factor, or its inverse, for markers at x(3, n) [L], in any frame that is at rest for the moment.
+  !> `has_factor` is false if markers are too close to each other: then `solve` must not be called. Collective over the
+  !> group that shares it.
   subroutine response_build(self, green, x, has_factor)
     class(marker_response_t), intent(inout) :: self
     type(green_t), intent(in) :: green
@@ -57,6 +79,17 @@ contains
     do k = 1, 3
       own(k, k) = own(k, k)*(1 + REGULARISATION)
     end do
+    if (allocated(self%inverse)) then
+      do k = 1, size(self%inverse%own), 3
+        i = (self%inverse%own(k) - 1)/3 + 1
+        do j = 1, size(x, 2)
+          self%inverse%rows(3*j - 2:3*j, k:k + 2) = green%at(x(self%axes, i) - x(self%axes, j)) ! symmetric
+        end do
+        self%inverse%rows(3*i - 2:3*i, k:k + 2) = own
+      end do
+      call self%inverse%invert(has_factor)
+      return
+    end if
     do j = 1, size(x, 2)
       do i = j + 1, size(x, 2)
         self%factor(3*i - 2:3*i, 3*j - 2:3*j) = green%at(x(self%axes, i) - x(self%axes, j))
@@ -66,7 +99,7 @@ contains
     call factorise(self%factor, has_factor)
   end subroutine response_build
 
-  !> All markers have turned by `rotation` about any point since M was made.
+  !> Says that all markers have turned by `rotation` about any point since M was made.
   pure subroutine response_turn(self, rotation)
     class(marker_response_t), intent(inout) :: self
     real(rp), intent(in) :: rotation(3, 3)
@@ -74,7 +107,8 @@ contains
     self%has_turned = .true.
   end subroutine response_turn
 
-  !> The forces f(3, n) with M f = v for velocities v(3, n), along the axes of the frame in which M was made.
+  !> Returns the forces f(3, n) with M f = v for velocities v(3, n), along the axes of the frame in which M was made. On the first
+  !> rank of the group that shares M^-1, while the others `serve`.
   subroutine response_solve(self, v, f)
     class(marker_response_t), intent(inout) :: self
     real(rp), intent(in) :: v(:, :)
@@ -86,7 +120,11 @@ contains
       if (self%has_turned) w = matmul(w, self%rotation)
       self%work(3*i - 2:3*i) = w(self%axes)
     end do
-    call solve_factorised(self%factor, self%work)
+    if (allocated(self%inverse)) then
+      call self%inverse%multiply(self%work)
+    else
+      call solve_factorised(self%factor, self%work)
+    end if
     do i = 1, size(v, 2)
       w(self%axes) = self%work(3*i - 2:3*i)
       if (self%has_turned) w = matmul(self%rotation, w)
@@ -94,10 +132,24 @@ contains
     end do
   end subroutine response_solve
 
-  !> Bytes of the matrix.
+  !> Takes part in the solutions of the first rank of the group, until it releases. On its other ranks; nothing is to be done
+  !> if the response is not shared.
+  subroutine response_serve(self)
+    class(marker_response_t), intent(inout) :: self
+    if (allocated(self%inverse)) call self%inverse%serve()
+  end subroutine response_serve
+
+  !> Ends `serve` on the other ranks of the group. On its first rank.
+  subroutine response_release(self)
+    class(marker_response_t), intent(inout) :: self
+    if (allocated(self%inverse)) call self%inverse%release()
+  end subroutine response_release
+
+  !> Returns the bytes of what this rank has of the matrix.
   pure real(rp) function response_memory_bytes(self) result(bytes)
     class(marker_response_t), intent(in) :: self
     bytes = 0
     if (allocated(self%factor)) bytes = 8*real(size(self%factor), rp)
+    if (allocated(self%inverse)) bytes = self%inverse%memory_bytes()
   end function response_memory_bytes
 end module fsi_marker_response

@@ -148,7 +148,7 @@ contains
     middle = cuts%x(:, :cuts%n)
   end subroutine cut_middle
 
-  !> No edge is cut yet; room for `most`.
+  !> Makes room for `most` cuts. No edge is cut yet.
   pure subroutine cuts_init(self, n_points, most)
     class(cuts_t), intent(inout) :: self
     integer, intent(in) :: n_points, most
@@ -157,7 +157,8 @@ contains
     allocate (self%x(3, most), source=0.0_rp)
   end subroutine cuts_init
 
-  !> The number of the cut through the edge from point `below` the plane to point `above` it, made when it is asked for first.
+  !> Returns the number of the cut through the edge from point `below` the plane to point `above` it. The first call for an edge
+  !> makes it.
   pure subroutine cuts_find(self, points, below, above, y, tolerance, number)
     class(cuts_t), intent(inout) :: self
     real(rp), intent(in) :: points(:, :), y, tolerance

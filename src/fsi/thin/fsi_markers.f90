@@ -92,7 +92,7 @@ contains
     end do
   end subroutine place_stations
 
-  !> Values (3, n) at the markers of what has `values` (3, np) at the points of the wing: places or velocities.
+  !> Returns the values (3, n) at the markers of what has `values` (3, np) at the points of the wing: places or velocities.
   pure subroutine markers_positions(self, values, at_markers)
     class(markers_t), intent(in) :: self
     real(rp), intent(in) :: values(:, :)

@@ -12,7 +12,8 @@ module fsi_rigid_fit
 
 contains
 
-  !> R with to - centre ~ R (from - centre) for from(3, n), to(3, n), and the largest distance [L] that is left.
+  !> Returns the rotation R for which to - centre ~ R (from - centre), for from(3, n) and to(3, n), and the largest distance [L]
+  !> that is left.
   pure subroutine fit_rotation(from, to, rotation, farthest)
     real(rp), intent(in) :: from(:, :), to(:, :)
     real(rp), intent(out) :: rotation(3, 3), farthest

@@ -16,20 +16,24 @@ module fsi_thin_keys
 
   character(*), parameter :: SECTION = 'Insects', STEPPER = 'iTimeMethodFluid', TRUNCATION = 'iDealias'
 
+  !> Who has the response of a wing's markers: one rank, the ranks of a group, or whichever is faster.
+  integer, parameter, public :: SHARING_AUTO = 1, SHARING_ONE = 2, SHARING_GROUP = 3
+
   !> Choices of the user for wings without thickness.
   type :: thin_params_t
     logical :: is_thin = .false.
     real(rp) :: spacing = 0   !< wanted between markers, L
     real(rp) :: viscosity = 0 !< coefficient c of the vanishing viscosity
     integer :: slip_interval = 1 !< steps from one measurement of the slip to the next
+    integer :: sharing = SHARING_AUTO !< whether ranks share the response of a wing
   end type thin_params_t
 
 contains
 
-  !> The keys; `surface` is the user's word.
-  subroutine thin_keys(keys, surface, p)
+  !> Declares and reads the keys; `surface` and `sharing` are the user's words.
+  subroutine thin_keys(keys, surface, sharing, p)
     type(keys_t), intent(inout) :: keys
-    character(:), allocatable, intent(inout) :: surface
+    character(:), allocatable, intent(inout) :: surface, sharing
     type(thin_params_t), intent(inout) :: p
     call keys%section(SECTION)
     call keys%word('surface', surface, 'auto', 'auto|thin|penalized', 'thin: wings are surfaces without thickness; penalized: '// &
@@ -41,9 +45,12 @@ contains
                    'damped at the rate c u K, of which nu K^2 is a part; u: mean speeds of tip, body and stream', min=0.0_rp)
     call keys%integer('slip_interval', p%slip_interval, 1, 'surface = thin: the slip after the forces and the power that the '// &
                       'flow receives are measured in every so many steps, for slip.t', unit='steps', min=1)
+    call keys%word('marker_response', sharing, 'auto', 'auto|one|group', 'surface = thin: what forces at the markers do to the '// &
+                   'flow there is computed by one rank for each wing, or by all ranks in a group for each wing; auto: by '// &
+                   'groups if they have eight ranks or more and wings a thousand markers or more')
   end subroutine thin_keys
 
-  !> Takes the keys from `config`.
+  !> Takes the values of the keys from `config`.
   subroutine read_thin_keys(config, grid, params, notices)
     type(config_t), intent(in), target :: config
     type(grid_t), intent(in) :: grid
@@ -51,9 +58,11 @@ contains
     type(message_list_t), intent(inout) :: notices
     type(mask_choices_t) :: mask
     type(keys_t) :: keys
-    character(:), allocatable :: surface
+    character(:), allocatable :: surface, sharing
     keys = reading(config)
-    call thin_keys(keys, surface, params)
+    call thin_keys(keys, surface, sharing, params)
+    if (sharing == 'one') params%sharing = SHARING_ONE
+    if (sharing == 'group') params%sharing = SHARING_GROUP
     params%spacing = params%spacing*grid%max_spacing()
     params%is_thin = wants_thin_wings(config)
     mask = mask_choices(config)
@@ -61,17 +70,18 @@ contains
       call notices%add('[Insects] WingThickness, t_wing and wing_smoothing are of no effect with surface = thin')
   end subroutine read_thin_keys
 
-  !> The user's word for how the flow sees the wings.
+  !> Returns the user's word for how the flow sees the wings.
   function surface_word(config) result(surface)
     type(config_t), intent(in), target :: config
     character(:), allocatable :: surface
+    character(:), allocatable :: sharing
     type(thin_params_t) :: unused
     type(keys_t) :: keys
     keys = reading(config)
-    call thin_keys(keys, surface, unused)
+    call thin_keys(keys, surface, sharing, unused)
   end function surface_word
 
-  !> Whether the flow sees wings without thickness, if there are wings.
+  !> Tells whether the flow sees wings without thickness, if there are wings.
   logical function wants_thin_wings(config) result(wants)
     type(config_t), intent(in) :: config
     type(mask_choices_t) :: mask

@@ -77,7 +77,7 @@ contains
     end do
   end subroutine load_thin_wings
 
-  !> Whether an open checkpoint holds wings without thickness.
+  !> Tells whether an open checkpoint holds wings without thickness.
   logical function has_thin_wings(reader)
     type(checkpoint_reader_t), intent(inout) :: reader
     has_thin_wings = reader%has('marker_forces')

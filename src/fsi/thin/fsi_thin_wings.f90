@@ -23,31 +23,17 @@ module fsi_thin_wings
   use base_process, only: wall_seconds
   use fluid_solver, only: fluid_t
   use fsi_flapping_wings, only: flapping_wings_t
-  use fsi_flow_reaction, only: flow_reaction_t
   use fsi_green, only: green_t
   use fsi_kinematics, only: body_t, pose_wing, wing_pose_t
-  use fsi_markers, only: markers_t
   use fsi_rotation, only: cross
   use fsi_surface_load, only: total_load
-  use fsi_wing_mirror, only: mirror_vectors
+  use fsi_thin_wing, only: form_group, thin_wing_t
   use fsi_wing_pairs, only: wing_pairs_t
   use io_units, only: unit_scales_t
   use parallel_world, only: world_t
   implicit none
   private
-  public :: thin_wings_t, thin_wing_t
-
-  !> The markers of one wing are first .. last of all markers. Their response is known to the rank that owns the wing.
-  type :: thin_wing_t
-    type(markers_t) :: markers
-    type(flow_reaction_t) :: reaction
-    integer :: first = 1, last = 0, owner = 0
-    logical :: is_mirrored = .false. !< the wing file's axes are those of the wing frame, mirrored
-    real(rp), allocatable :: shape(:, :) !< (3, n) markers in the wing frame for which the response is made, L
-    real(rp), allocatable :: flat(:, :)  !< (3, n) markers of the unloaded wing, in its frame, L
-    real(rp), allocatable :: bent(:, :)  !< (3, n) their displacements there where they met the flow, L
-    real(rp), allocatable :: work(:, :)  !< (3, n)
-  end type thin_wing_t
+  public :: thin_wings_t
 
   !> How well the flow follows the wings after a step, L/T, and what it receives.
   type :: slip_t
@@ -103,24 +89,18 @@ contains
     type(fluid_t), intent(inout) :: fluid
     type(failure_t), intent(inout) :: failure
     real(rp), parameter :: LONGER = 1.2_rp ! no deformation makes a wing longer; its outline need not be convex
+    type(world_t) :: group
     integer :: i, n
-    logical :: has_factor, is_2d
+    logical :: has_factor, is_2d, is_shared
     self%world = world
     is_2d = fluid%transform%grid%is_2d
     n = 0
     allocate (self%wings(size(wings%params%wings)))
     do i = 1, size(self%wings)
       associate (wing => self%wings(i), given => wings%params%wings(i))
-        call wing%markers%init(given%points, given%triangles, wings%params%thin%spacing, is_2d)
-        wing%first = n + 1
-        n = n + wing%markers%n
-        wing%last = n
-        wing%owner = mod(i - 1, world%size)
+        call wing%init(given%points, given%triangles, wings%params%thin%spacing, is_2d, n)
+        n = wing%last
         wing%is_mirrored = given%is_mirrored
-        allocate (wing%shape(3, wing%markers%n), wing%flat(3, wing%markers%n), wing%bent(3, wing%markers%n), &
-                  wing%work(3, wing%markers%n), source=0.0_rp)
-        call wing%markers%positions(given%points, wing%flat)
-        if (wing%owner == world%rank) call wing%reaction%response%init(wing%markers%n, is_2d)
         self%extent = max(self%extent, LONGER*norm2(maxval(given%points, 2) - minval(given%points, 2)))
       end associate
     end do
@@ -128,8 +108,9 @@ contains
     allocate (self%x(3, n), self%u(3, n), self%force(3, n), self%flow(3, n), source=0.0_rp)
     call fluid%hold_points(n)
     call init_responses(self, fluid)
+    call form_group(world, self%wings%last - self%wings%first + 1, wings%params%thin%sharing, is_shared, group)
     do i = 1, size(self%wings)
-      self%wings(i)%shape = self%wings(i)%flat
+      call self%wings(i)%hold_response(world, i, size(self%wings), is_2d, is_shared, group)
       call self%rebuild_response(i, has_factor)
       if (.not. has_factor) call failure%raise('the markers of a wing are too close to each other, so that the motion of '// &
                                                'the wing does not determine their forces: set a larger [Insects] '// &
@@ -164,15 +145,14 @@ contains
     if (allocated(self%pairs)) deallocate (self%pairs)
     do i = 1, size(self%wings)
       associate (wing => self%wings(i))
-        if (wing%owner /= self%world%rank) cycle
-        call wing%reaction%init(wing%markers, points, units)
-        call wing%reaction%update_response()
+        if (wing%is_owner) call wing%reaction%init(wing%markers, points, units)
+        call wing%update_reaction()
       end associate
     end do
   end subroutine thin_init_flexible
 
-  !> Makes the response of wing i for markers at its `shape`. It has no factor, on no rank, if markers are too close, or
-  !> farther from each other than they can be. Collective.
+  !> Makes the response of wing i for markers at its `shape`. It has no factor, on no rank, if markers are too close to each
+  !> other, or farther from each other than they can be. Collective.
   subroutine thin_rebuild_response(self, i, has_factor)
     class(thin_wings_t), intent(inout) :: self
     integer, intent(in) :: i
@@ -181,12 +161,7 @@ contains
     begun = wall_seconds()
     associate (wing => self%wings(i))
       has_factor = norm2(maxval(wing%shape, 2) - minval(wing%shape, 2)) <= self%extent
-      if (wing%owner == self%world%rank .and. has_factor) then
-        wing%work = wing%shape
-        if (wing%is_mirrored) call mirror_vectors(wing%work)
-        call wing%reaction%response%build(self%green, wing%work, has_factor)
-        if (has_factor) call wing%reaction%update_response()
-      end if
+      if (has_factor) call wing%build_response(self%green, has_factor)
       ! Only the owner of a wing knows whether its response has a factor; all ranks must stop together.
       has_factor = self%world%max_integer(merge(0, 1, has_factor)) == 0
     end associate
@@ -340,20 +315,10 @@ contains
     type(wing_pose_t), intent(in) :: poses(:)
     real(rp), intent(in) :: v(:, :)
     real(rp), contiguous, intent(inout) :: f(:, :)
-    integer :: i, m
+    integer :: i
     do i = 1, size(poses)
-      associate (wing => self%wings(i), pose => poses(i), own => f(:, self%wings(i)%first:self%wings(i)%last))
-        if (wing%owner == self%world%rank) then
-          do m = 1, wing%markers%n
-            wing%work(:, m) = pose%vector_to_wing(v(:, wing%first + m - 1))
-          end do
-          if (wing%is_mirrored) call mirror_vectors(wing%work)
-          call wing%reaction%response%solve(wing%work, own)
-          if (wing%is_mirrored) call mirror_vectors(own)
-          do m = 1, wing%markers%n
-            own(:, m) = pose%vector_to_space(own(:, m))
-          end do
-        end if
+      associate (wing => self%wings(i), own => f(:, self%wings(i)%first:self%wings(i)%last))
+        call wing%solve(poses(i), v(:, wing%first:wing%last), own)
         call self%broadcast(own, wing%owner)
       end associate
     end do
@@ -379,7 +344,7 @@ contains
     end do
   end function largest
 
-  !> Bytes of the responses that this rank owns.
+  !> Returns the bytes of the responses that this rank owns.
   pure real(rp) function thin_memory_bytes(self) result(bytes)
     class(thin_wings_t), intent(in) :: self
     integer :: i

@@ -35,8 +35,8 @@ module fsi_wing_pairs
 
 contains
 
-  !> Room for wings whose markers are first .. last (wings) of all, one wing behind the other, in a box of this length
-  !> [L], 0 across a plane flow. Allocates.
+  !> Makes room for wings whose markers are first .. last (wings) of all, one wing behind the other, in a box of this length [L],
+  !> 0 across a plane flow. Allocates.
   subroutine pairs_init(self, world, first, last, length)
     class(wing_pairs_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -109,7 +109,7 @@ contains
     end do
   end subroutine multiply
 
-  !> Bytes of the rows of this rank.
+  !> Returns the bytes of the rows of this rank.
   pure real(rp) function pairs_memory_bytes(self) result(bytes)
     class(wing_pairs_t), intent(in) :: self
     bytes = 0

@@ -49,9 +49,9 @@ module inference_calibration
 
 contains
 
-  !> All statistics of z(k). `rest` is the sum of squares beside it: if the scale of the noise is not known, z is
-  !> measured by it, and tests are those of F. `only_best`: p of a variant is not found where another one of its effect with
-  !> as many directions has a larger square.
+  !> Finds all statistics of z(k). `rest` is the sum of squares beside it: if the scale of the noise is not known, z is measured
+  !> by it, and tests are those of F. With `only_best` it does not find p of a variant where another one of its effect with as
+  !> many directions has a larger square.
   subroutine find_statistics(design, n_effects, is_scale_known, z, residual_square, statistics, only_best)
     type(design_t), intent(in) :: design
     integer, intent(in) :: n_effects
@@ -95,7 +95,7 @@ contains
     end associate
   end subroutine find_statistics
 
-  !> Draws the distribution. `n_draws` >= 200.
+  !> Draws the distribution, with `n_draws` >= 200 draws.
   subroutine calibration_init(self, design, n_effects, is_scale_known, n_draws, seed)
     class(calibration_t), intent(out) :: self
     type(design_t), intent(in) :: design
@@ -131,8 +131,8 @@ contains
     self%n_combined = independent_tests(self%combined(max(1, nint(0.02_rp*n_draws))), 0.02_rp)
   end subroutine calibration_init
 
-  !> Whether these are the draws that `init` would make: their numbers are right, and what the first few draws give is
-  !> among them to the last bit.
+  !> Tells whether these are the draws that `init` would make: their numbers are right, and what the first few draws give is among
+  !> them to the last bit.
   logical function calibration_is_of(self, design, n_effects, is_scale_known, n_draws, seed) result(is_it)
     class(calibration_t), intent(in) :: self
     type(design_t), intent(in) :: design
@@ -216,7 +216,7 @@ contains
     end if
   end function log_any_of
 
-  !> log p of effect e, whose best variant has -log p = statistic.
+  !> Returns log p of effect e, whose best variant has -log p = statistic.
   pure real(rp) function calibration_log_p_effect(self, e, statistic) result(log_p)
     class(calibration_t), intent(in) :: self
     integer, intent(in) :: e
@@ -224,7 +224,7 @@ contains
     log_p = log_any_of(-statistic, self%n_tests(e))
   end function calibration_log_p_effect
 
-  !> log p of unknown causes of family f.
+  !> Returns log p of unknown causes of family f.
   pure real(rp) function calibration_log_p_unknown(self, f, statistic) result(log_p)
     class(calibration_t), intent(in) :: self
     integer, intent(in) :: f
@@ -270,7 +270,7 @@ contains
     end do
   end function calibration_combine
 
-  !> log of the probability that chance alone makes the combined rule at least so sure.
+  !> Returns the logarithm of the probability that chance alone makes the combined rule at least so sure.
   pure real(rp) function calibration_log_p_global(self, statistics) result(log_p)
     class(calibration_t), intent(in) :: self
     type(statistics_t), intent(in) :: statistics
@@ -285,7 +285,7 @@ contains
     end if
   end function calibration_log_p_global
 
-  !> log of the local p of a variant of effect e at which the combined rule reaches the global level.
+  !> Returns the logarithm of the local p of a variant of effect e at which the combined rule reaches the global level.
   pure real(rp) function calibration_local_level(self, e, level) result(log_p)
     class(calibration_t), intent(in) :: self
     integer, intent(in) :: e
@@ -296,8 +296,8 @@ contains
     log_p = log_one_minus(log_one_minus(min(wanted, -1.0e-6_rp))/self%n_tests(e))
   end function calibration_local_level
 
-  !> The smallest signal-to-noise ratio at which each effect is found with a probability of 90 % at the global `level`,
-  !> for its variant of the fewest directions; huge if the baseline absorbs it.
+  !> Finds the smallest signal-to-noise ratio at which each effect is found with a probability of 90 % at the global `level`, for
+  !> its variant of the fewest directions; huge if the baseline absorbs it.
   subroutine find_detectable(design, calibration, n_effects, level, snr)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration

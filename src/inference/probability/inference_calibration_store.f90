@@ -40,8 +40,8 @@ module inference_calibration_store
 
 contains
 
-  !> The calibration of a design: from the store, if there is one that has it, or drawn and then kept. Arguments are those of
-  !> calibration_init.
+  !> Returns the calibration of a design: from the store, if there is one that has it, or drawn and then kept. The arguments are
+  !> those of calibration_init.
   subroutine calibrate(design, n_effects, is_scale_known, n_draws, seed, calibration, store)
     type(design_t), intent(in) :: design
     integer, intent(in) :: n_effects, n_draws
@@ -64,7 +64,7 @@ contains
     call store%keep(key, calibration)
   end subroutine calibrate
 
-  !> Checksum of all that the draws depend on.
+  !> Returns the checksum of all that the draws depend on.
   integer(i8) function design_key(design, n_effects, is_scale_known, n_draws, seed) result(key)
     type(design_t), intent(in) :: design
     integer, intent(in) :: n_effects, n_draws

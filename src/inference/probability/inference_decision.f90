@@ -64,7 +64,7 @@ module inference_decision
 
 contains
 
-  !> The word for a verdict.
+  !> Returns the word for a verdict.
   pure function verdict_word(verdict) result(word)
     integer, intent(in) :: verdict
     character(:), allocatable :: word
@@ -82,7 +82,7 @@ contains
     end select
   end function verdict_word
 
-  !> Effects that can be tested, the largest evidence first.
+  !> Returns the effects that can be tested, the largest evidence first.
   pure function rank_effects(hypotheses) result(order)
     type(hypotheses_t), intent(in) :: hypotheses
     integer, allocatable :: order(:)
@@ -99,9 +99,9 @@ contains
     end do
   end function rank_effects
 
-  !> The verdict for z(k), in units of the noise, with its statistics and hypotheses; the evidences may have been
-  !> corrected by nonlinear fits. The checks of residuals, whose combined log p is `checks_log_p`, have their share of the
-  !> level: where they alone speak against the baseline, the cause is unknown.
+  !> Finds the verdict for z(k), in units of the noise, with its statistics and hypotheses; nonlinear fits may have corrected the
+  !> evidences. The checks of residuals, whose combined log p is `checks_log_p`, have their share of the level: where they alone
+  !> speak against the baseline, the cause is unknown.
   subroutine decide(design, calibration, statistics, hypotheses, z, seed, decision, checks_log_p)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
@@ -175,7 +175,7 @@ contains
     decision%is_rejected_by_checks = decision%log_p_global <= log(LEVEL) .and. tests > log(LEVEL*TESTS_FRACTION)
   end subroutine find_global_p
 
-  !> The verdict is an unknown cause, with this probability; what is left of 1 is shared as before.
+  !> Makes the verdict an unknown cause, with this probability. What is left of 1 is shared as before.
   pure subroutine reject_catalogue(decision, probability)
     type(decision_t), intent(inout) :: decision
     real(rp), intent(in) :: probability
@@ -288,7 +288,7 @@ contains
     end if
   end subroutine name_or_set
 
-  !> A set in place of a name, for a reason.
+  !> Makes the verdict a set in place of a name, and keeps the reason.
   pure subroutine withdraw_name(decision, reason)
     type(decision_t), intent(inout) :: decision
     character(*), intent(in) :: reason

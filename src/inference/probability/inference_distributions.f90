@@ -14,14 +14,14 @@ module inference_distributions
 
 contains
 
-  !> log(exp(a) + exp(b)).
+  !> Returns log(exp(a) + exp(b)).
   pure elemental real(rp) function log_add(a, b) result(c)
     real(rp), intent(in) :: a, b
     c = max(a, b)
     if (abs(a - b) < 700) c = c + log(1 + exp(-abs(a - b)))
   end function log_add
 
-  !> Logarithm of the probability that a chi^2 variable with `df` >= 1 degrees of freedom exceeds x.
+  !> Returns the logarithm of the probability that a chi^2 variable with `df` >= 1 degrees of freedom exceeds x.
   pure elemental real(rp) function log_chi2_tail(x, df) result(log_p)
     real(rp), intent(in) :: x
     integer, intent(in) :: df
@@ -48,7 +48,7 @@ contains
     log_p = min(0.0_rp, log_p - half)
   end function log_chi2_tail
 
-  !> The x that a chi^2 variable with `df` degrees of freedom exceeds with probability exp(log_p).
+  !> Returns the x that a chi^2 variable with `df` degrees of freedom exceeds with probability exp(log_p).
   pure real(rp) function chi2_threshold(log_p, df) result(x)
     real(rp), intent(in) :: log_p
     integer, intent(in) :: df
@@ -70,7 +70,7 @@ contains
     end do
   end function chi2_threshold
 
-  !> Probability that a non-central chi^2 variable exceeds x.
+  !> Returns the probability that a non-central chi^2 variable exceeds x.
   pure real(rp) function noncentral_chi2_tail(x, df, noncentrality) result(p)
     real(rp), intent(in) :: x, noncentrality
     integer, intent(in) :: df
@@ -86,7 +86,7 @@ contains
     p = min(1.0_rp, p)
   end function noncentral_chi2_tail
 
-  !> The non-centrality with which a chi^2 test with `df` degrees of freedom at the level exp(log_p) rejects with
+  !> Returns the non-centrality with which a chi^2 test with `df` degrees of freedom at the level exp(log_p) rejects with
   !> probability `power` (Mendler, Doehler and Ventura 2021, DOI 10.1016/j.ymssp.2020.107561).
   pure real(rp) function detectable_noncentrality(log_p, df, power) result(noncentrality)
     real(rp), intent(in) :: log_p, power
@@ -109,7 +109,7 @@ contains
     end do
   end function detectable_noncentrality
 
-  !> Logarithm of the probability that an F variable with these degrees of freedom exceeds x.
+  !> Returns the logarithm of the probability that an F variable with these degrees of freedom exceeds x.
   pure real(rp) function log_f_tail(x, df, df_below) result(log_p)
     real(rp), intent(in) :: x
     integer, intent(in) :: df, df_below
@@ -155,8 +155,8 @@ contains
     f = 1/f
   end function beta_fraction
 
-  !> A chi^2 variable with df >= 2 degrees of freedom from a stream: twice a gamma variable by the rejection of
-  !> Marsaglia and Tsang, ACM Trans. Math. Softw. 26 (2000) 363.
+  !> Draws a chi^2 variable with df >= 2 degrees of freedom from a stream: twice a gamma variable by the rejection of Marsaglia
+  !> and Tsang, ACM Trans. Math. Softw. 26 (2000) 363.
   subroutine draw_chi2(stream, df, x)
     type(random_stream_t), intent(inout) :: stream
     integer, intent(in) :: df

@@ -21,7 +21,7 @@ module inference_effect_size
 
 contains
 
-  !> s(m): sd of the directions for unit strength.
+  !> Takes s(m), the sd of the directions for unit strength.
   subroutine prior_init(self, s)
     class(effect_size_prior_t), intent(out) :: self
     real(rp), intent(in) :: s(:)
@@ -35,7 +35,7 @@ contains
     end do
   end subroutine prior_init
 
-  !> Logarithm of the probability density of projections w(m) on the directions, over that without a signal, averaged
+  !> Returns the logarithm of the probability density of projections w(m) on the directions, over that without a signal, averaged
   !> over strengths.
   pure real(rp) function prior_log_evidence(self, w) result(log_evidence)
     class(effect_size_prior_t), intent(in) :: self
@@ -46,14 +46,14 @@ contains
     log_evidence = most + log(sum(exp(max(-700.0_rp, terms - most)))/N_SCALES)
   end function prior_log_evidence
 
-  !> The same at the most likely strength, at least 0.
+  !> Returns the same at the most likely strength, at least 0.
   pure real(rp) function prior_log_likelihood(self, w) result(log_likelihood)
     class(effect_size_prior_t), intent(in) :: self
     real(rp), intent(in) :: w(:)
     log_likelihood = max(0.0_rp, maxval(matmul(w**2, self%gain) - self%offset))
   end function prior_log_likelihood
 
-  !> Variance number i of those that are averaged.
+  !> Returns number i of the variances that are averaged.
   pure real(rp) function effect_variance(i)
     integer, intent(in) :: i
     effect_variance = LARGEST_SCALE**(real(i - 1, rp)/(N_SCALES - 1))

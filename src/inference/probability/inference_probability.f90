@@ -11,14 +11,15 @@ module inference_probability
 
 contains
 
-  !> The probability to print for a verdict (its exit code) of probability `p`, from 0 to 1. Kinds without a map keep p.
+  !> Returns the probability to print for a verdict (its exit code) of probability `p`, from 0 to 1. Kinds without a map keep p.
   pure real(rp) function calibrated_probability(code, p) result(stated)
     integer, intent(in) :: code
     real(rp), intent(in) :: p
     stated = follow_knots(pack(RAW, VERDICT == code), pack(RIGHT, VERDICT == code), p)
   end function calibrated_probability
 
-  !> Straight lines between the points (x, y), x ascending, and beyond them the last value; p itself without points.
+  !> Returns the value at p of the straight lines between the points (x, y), x ascending, and beyond them the last value; p itself
+  !> without points.
   pure real(rp) function follow_knots(x, y, p) result(value)
     real(rp), intent(in) :: x(:), y(:), p
     integer :: i
@@ -34,8 +35,8 @@ contains
     end if
   end function follow_knots
 
-  !> A: one answer, that an unknown cause of the same strength would not have got; B: consistent with the data, other
-  !> causes are not excluded. Verdicts that give no cause have no grade.
+  !> Returns the grade of a verdict. A: one answer, that an unknown cause of the same strength would not have got. B: consistent
+  !> with the data, other causes are not excluded. Verdicts that give no cause have no grade.
   pure character(1) function grade_of(word) result(grade)
     character(*), intent(in) :: word
     grade = ' '

@@ -18,11 +18,11 @@ module inference_rejection
 
 contains
 
-  !> The probability that a name, these effects(:) together, were rejected if the truth were an unknown cause of
+  !> Returns the probability that a name, these effects(:) together, were rejected if the truth were an unknown cause of
   !> signal-to-noise ratio `snr`: n_draws random fields of each family, that of the family which imitates the name best. (On
   !> average over families a soft place has power enough: no bent scan looks like one. But a wave of stiffness along its vein
-  !> does.) Names are rejected where log p of what they leave is log_level at most.
-  !> (Odds have no part in it: they hardly ever prefer a wrong name, by the priors alone, and have been asked of the data.)
+  !> does.) Names are rejected where log p of what they leave is log_level at most. (Odds have no part in it: they hardly ever
+  !> prefer a wrong name, by the priors alone, and have been asked of the data.)
   real(rp) function name_power(design, calibration, effects, snr, log_level, n_draws, seed) result(power)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration

@@ -16,7 +16,7 @@ module inference_noise_fraction
 
 contains
 
-  !> Sets the share at the baseline q by golden section over it. is_new: it is another one than before by more than a
+  !> Sets the share at the baseline q by golden section. `is_new` tells whether it is another one than before by more than a
   !> thousandth. Where something fails the share stays.
   subroutine find_noise_fraction(simulator, q, is_new)
     class(simulator_t), intent(inout) :: simulator

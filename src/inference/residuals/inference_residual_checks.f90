@@ -84,13 +84,13 @@ contains
 
   end subroutine check_residuals
 
-  !> p of a check.
+  !> Returns p of a check.
   pure elemental real(rp) function check_p(self) result(p)
     class(residual_check_t), intent(in) :: self
     p = exp(max(-700.0_rp, self%log_p))
   end function check_p
 
-  !> A check; the sentence is `yes` if p < 0.01.
+  !> Returns a check. Its sentence is `yes` if p < 0.01.
   function make_check(name, statistic, log_p, yes, no) result(check)
     character(*), intent(in) :: name, yes, no
     real(rp), intent(in) :: statistic, log_p
@@ -110,7 +110,7 @@ contains
     checks = [checks, make_check(name, statistic, log_p, yes, no)]
   end subroutine append
 
-  !> The check that speaks most against the model, 0: there is none.
+  !> Returns the check that speaks most against the model, 0: there is none.
   pure integer function most_significant(checks) result(at)
     type(residual_check_t), intent(in) :: checks(:)
     integer :: i
@@ -124,7 +124,7 @@ contains
     end do
   end function most_significant
 
-  !> log p of the hypothesis that all of these checks that take part have the answer of chance: the smallest p times their
+  !> Returns log p of the hypothesis that all of these checks that take part have the answer of chance: the smallest p times their
   !> number (Bonferroni), whatever they share.
   pure real(rp) function combined_log_p(checks) result(log_p)
     type(residual_check_t), intent(in) :: checks(:)

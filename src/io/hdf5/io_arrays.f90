@@ -51,7 +51,7 @@ module io_arrays
 
 contains
 
-  !> Whether the file holds a group of this name.
+  !> Tells whether the file holds a group of this name.
   logical function is_group(file, name)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -64,8 +64,8 @@ contains
     if (is_group) call h5gclose_f(group, ignored)
   end function is_group
 
-  !> Names of the objects in a group ('/': the top of the file) in alphabetical order, blank-padded, longer
-  !> ones cut; empty with `ok` false if the list cannot be read or is longer than `most`.
+  !> Returns the names of the objects in a group ('/': the top of the file) in alphabetical order, blank-padded, longer ones cut.
+  !> They are empty with `ok` false if the list cannot be read or is longer than `most`.
   subroutine member_names(file, group, most, names, ok)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -83,8 +83,8 @@ contains
     end do
   end subroutine member_names
 
-  !> Kind and shape of a dataset, first Fortran index first (the reverse of what h5dump shows). An object
-  !> that is no readable dataset of numbers is ARRAY_OTHER and has no dimensions.
+  !> Returns kind and shape of a dataset, first Fortran index first (the reverse of what h5dump shows). An object that is no
+  !> readable dataset of numbers is ARRAY_OTHER and has no dimensions.
   subroutine describe_array(file, name, kind, dims)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -149,9 +149,8 @@ contains
     is_plausible = product(dims) == 0 .or. merge(storage > 0, storage == product(dims)*bytes, is_chunked)
   end function is_plausible
 
-  !> All values of a dataset of at most two dimensions, first Fortran index fastest; `values` must have its
-  !> size. Numbers of other
-  !> kinds are converted. If `ok` is false the values are 0.
+  !> Reads all values of a dataset of at most two dimensions, first Fortran index fastest. `values` must have its size. Numbers of
+  !> other kinds are converted. If `ok` is false the values are 0.
   subroutine read_reals(file, name, values, ok)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -165,7 +164,7 @@ contains
     values = buffer(:size(values))
   end subroutine read_reals
 
-  !> The same for integers; those beyond 64 bits become the largest or smallest.
+  !> Reads the same as integers. Those beyond 64 bits become the largest or smallest.
   subroutine read_integers(file, name, values, ok)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -206,8 +205,8 @@ contains
     call h5dclose_f(dataset, ignored)
   end subroutine read_whole
 
-  !> A text attribute of `object` ('/': the file), of fixed or variable length, without trailing blanks and
-  !> NUL. `ok` is false if it is missing, not one text, longer than 4096 bytes or not readable.
+  !> Reads a text attribute of `object` ('/': the file), of fixed or variable length, without trailing blanks and NUL. `ok` is
+  !> false if it is missing, not one text, longer than 4096 bytes or not readable.
   subroutine read_text(file, object, name, text, ok)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -288,7 +287,7 @@ contains
     call h5tclose_f(memory, ignored)
   end subroutine read_variable_text
 
-  !> A real attribute with as many values as `values`; 0 if `ok` is false.
+  !> Reads a real attribute with as many values as `values`; they are 0 if `ok` is false.
   subroutine read_attribute_reals(file, object, name, values, ok)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -307,7 +306,7 @@ contains
     if (.not. ok) values = 0
   end subroutine read_attribute_reals
 
-  !> An attribute that is one integer; those beyond 32 bits become the largest or smallest.
+  !> Reads an attribute that is one integer. One beyond 32 bits becomes the largest or smallest.
   subroutine read_attribute_integer(file, object, name, value, ok)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -322,19 +321,21 @@ contains
     ok = .not. failure%failed
   end subroutine read_attribute_integer
 
-  !> Whether x is a number: neither infinite nor NaN. Looks at the bits only and so raises no
-  !> floating-point exception.
+  !> Tells whether x is a number: neither infinite nor NaN. Looks at the bits only and so raises no floating-point exception.
   pure elemental logical function is_finite(x)
     real(rp), intent(in) :: x
     is_finite = iand(transfer(x, 0_i8), EXPONENT_BITS) /= EXPONENT_BITS
   end function is_finite
 
+  !> Switches all floating-point traps off and remembers which were on. The HDF5 library raises exceptions while it converts
+  !> numbers.
   subroutine traps_silence(self)
     class(traps_t), intent(inout) :: self
     call ieee_get_halting_mode(ieee_all, self%halting)
     call ieee_set_halting_mode(ieee_all, .false.)
   end subroutine traps_silence
 
+  !> Clears the flags of all floating-point exceptions, and switches the traps on again that `silence` found on.
   subroutine traps_restore(self)
     class(traps_t), intent(in) :: self
     call ieee_set_flag(ieee_all, .false.)

@@ -253,7 +253,7 @@ contains
                     failure)
   end subroutine get_text
 
-  !> Whether dataset `object` ('/': the file) carries attribute `name`.
+  !> Tells whether dataset `object` ('/': the file) carries attribute `name`.
   logical function has_attribute(file, object, name) result(has)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -266,7 +266,7 @@ contains
     has = has .and. error >= 0
   end function has_attribute
 
-  !> Kind of an attribute: ATTRIBUTE_REAL, _INTEGER, _TEXT or, also if it is missing, _OTHER.
+  !> Returns the kind of an attribute: ATTRIBUTE_REAL, _INTEGER, _TEXT or, also if it is missing, _OTHER.
   integer function attribute_class(file, object, name) result(class)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -291,7 +291,7 @@ contains
     call h5aclose_f(attribute, ignored)
   end function attribute_class
 
-  !> Number of values of an attribute, -1 if it is missing; a text is one value, an empty text none.
+  !> Returns the number of values of an attribute, -1 if it is missing; a text is one value, an empty text none.
   integer function attribute_size(file, object, name) result(n)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -314,7 +314,7 @@ contains
     call h5aclose_f(attribute, ignored)
   end function attribute_size
 
-  !> Names of all attributes of an object, in alphabetical order, blank-padded.
+  !> Returns the names of all attributes of an object, in alphabetical order, blank-padded.
   subroutine attribute_names(file, object, names, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object

@@ -274,7 +274,7 @@ contains
     total = file%world%sum_int8(total)
   end subroutine table_checksum
 
-  !> Whether the checkpoint holds an entry of this name.
+  !> Tells whether the checkpoint holds an entry of this name.
   logical function reader_has(self, name) result(has)
     class(checkpoint_reader_t), intent(in) :: self
     character(*), intent(in) :: name

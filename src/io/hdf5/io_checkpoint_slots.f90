@@ -61,7 +61,7 @@ contains
     end do
   end subroutine slots_scan
 
-  !> Name of the newest valid checkpoint, without folder; not `found` if there is none.
+  !> Returns the name of the newest valid checkpoint, without folder. `found` is false if there is none.
   subroutine slots_newest_valid(self, name, found)
     class(checkpoint_slots_t), intent(in) :: self
     character(:), allocatable, intent(out) :: name
@@ -70,7 +70,7 @@ contains
     name = slot_name(self, merge(1, 0, self%generation(1) > self%generation(0)))
   end subroutine slots_newest_valid
 
-  !> The name of the newest valid file; fails with the reasons if there is none.
+  !> Returns the name of the newest valid file; fails with the reasons if there is none.
   subroutine slots_must_find(self, name, failure)
     class(checkpoint_slots_t), intent(in) :: self
     character(:), allocatable, intent(out) :: name
@@ -80,15 +80,15 @@ contains
     if (.not. found) call failure%raise('there is no valid backup to restart from: '//self%reason(0)//'; '//self%reason(1))
   end subroutine slots_must_find
 
-  !> Name of the file that the next checkpoint replaces, without folder.
+  !> Returns the name of the file that the next checkpoint replaces, without folder.
   function slots_choose_oldest_or_invalid(self) result(name)
     class(checkpoint_slots_t), intent(in) :: self
     character(:), allocatable :: name
     name = slot_name(self, next_slot(self))
   end function slots_choose_oldest_or_invalid
 
-  !> Tells that the run was restarted from the file `path`, of whatever age: if it is one of the two,
-  !> the next checkpoint goes to the other.
+  !> Says that the run was restarted from the file `path`, of whatever age. If it is one of the two, the next checkpoint goes to
+  !> the other.
   subroutine slots_came_from(self, path)
     class(checkpoint_slots_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -99,7 +99,7 @@ contains
     end do
   end subroutine slots_came_from
 
-  !> From now on checkpoints carry the identity of their run.
+  !> Gives checkpoints, from now on, the identity of their run.
   subroutine slots_identify(self, identity)
     class(checkpoint_slots_t), intent(inout) :: self
     type(identity_t), intent(in) :: identity
@@ -132,13 +132,13 @@ contains
     self%writing = -1
   end subroutine slots_commit
 
-  !> Generation number of the newest valid checkpoint, 0 if there is none.
+  !> Returns the generation number of the newest valid checkpoint, 0 if there is none.
   pure integer(i8) function slots_newest_generation(self) result(generation)
     class(checkpoint_slots_t), intent(in) :: self
     generation = maxval(self%generation)
   end function slots_newest_generation
 
-  !> Why slot 0 or 1 was refused by `scan`; empty if it was valid.
+  !> Returns why `scan` refused slot 0 or 1; empty if it was valid.
   function slots_reason(self, slot) result(reason)
     class(checkpoint_slots_t), intent(in) :: self
     integer, intent(in) :: slot

@@ -46,7 +46,7 @@ module io_checkpoint_values
 
 contains
 
-  !> All names will begin with `prefix`. The writer outlives the visits.
+  !> Begins to save. All names will begin with `prefix`. The writer must outlive the visits.
   subroutine saver_begin(self, writer, prefix, reals_are_tables)
     class(checkpoint_saver_t), intent(out) :: self
     type(checkpoint_writer_t), intent(inout), target :: writer
@@ -57,6 +57,7 @@ contains
     if (present(reals_are_tables)) self%reals_are_tables = reals_are_tables
   end subroutine saver_begin
 
+  !> Writes one real, as a table of one if reals are tables.
   subroutine saver_real(self, name, value)
     class(checkpoint_saver_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -68,6 +69,7 @@ contains
     end if
   end subroutine saver_real
 
+  !> Writes a table of reals.
   subroutine saver_reals(self, name, values)
     class(checkpoint_saver_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -75,6 +77,7 @@ contains
     call self%writer%put_reals(name, values)
   end subroutine saver_reals
 
+  !> Writes one integer.
   subroutine saver_integer(self, name, value)
     class(checkpoint_saver_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -82,6 +85,7 @@ contains
     call self%writer%put_integer(name, value)
   end subroutine saver_integer
 
+  !> Writes integers as a table of reals. Integers that a real cannot hold exactly stop the program.
   subroutine saver_integers(self, name, values)
     class(checkpoint_saver_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -90,6 +94,7 @@ contains
     call self%writer%put_reals(name, real(values, rp))
   end subroutine saver_integers
 
+  !> Writes a text.
   subroutine saver_text(self, name, text)
     class(checkpoint_saver_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -97,7 +102,7 @@ contains
     call self%writer%put_text(name, text)
   end subroutine saver_text
 
-  !> As `begin` of the saver that wrote the values.
+  !> Begins to load, with the arguments of `begin` of the saver that wrote the values.
   subroutine loader_begin(self, reader, prefix, reals_are_tables)
     class(checkpoint_loader_t), intent(out) :: self
     type(checkpoint_reader_t), intent(inout), target :: reader
@@ -109,6 +114,7 @@ contains
     if (present(reals_are_tables)) self%reals_are_tables = reals_are_tables
   end subroutine loader_begin
 
+  !> Reads one real. A value that is missing is a failure.
   subroutine loader_real(self, name, value)
     class(checkpoint_loader_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -123,6 +129,7 @@ contains
     end if
   end subroutine loader_real
 
+  !> Reads a table of reals. A table that is missing, or has another size, is a failure.
   subroutine loader_reals(self, name, values)
     class(checkpoint_loader_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -138,6 +145,7 @@ contains
     end if
   end subroutine loader_reals
 
+  !> Reads one integer. A value that is missing is a failure.
   subroutine loader_integer(self, name, value)
     class(checkpoint_loader_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -145,6 +153,7 @@ contains
     call self%reader%get_integer(name, value, self%failure)
   end subroutine loader_integer
 
+  !> Reads integers from a table of reals. A table that is missing, or has another size, is a failure.
   subroutine loader_integers(self, name, values)
     class(checkpoint_loader_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -160,6 +169,7 @@ contains
     end if
   end subroutine loader_integers
 
+  !> Reads a text. A text that is missing is a failure.
   subroutine loader_text(self, name, text)
     class(checkpoint_loader_t), intent(inout) :: self
     character(*), intent(in) :: name

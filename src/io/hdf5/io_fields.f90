@@ -49,8 +49,8 @@ module io_fields
 
 contains
 
-  !> Label of an output: 'time' gives milli-units of time in 6 digits, 'microtime' micro-units in 9,
-  !> 'step' the step in 6; longer numbers take as many digits as they need.
+  !> Returns the label of an output: 'time' gives milli-units of time in 6 digits, 'microtime' micro-units in 9, 'step' the step
+  !> in 6; longer numbers take as many digits as they need.
   function field_label(time, step, naming) result(label)
     real(rp), intent(in) :: time
     integer(i8), intent(in) :: step
@@ -69,9 +69,8 @@ contains
     label = trim(digits)
   end function field_label
 
-  !> The naming that gives outputs `interval` apart different labels: 'microtime' in the place of 'time'
-  !> if the interval is below 2e-3: outputs come at the
-  !> first step past their time, so that two of them may be closer than the interval.
+  !> Returns the naming that gives outputs `interval` apart different labels: 'microtime' in the place of 'time' if the interval
+  !> is below 2e-3: outputs come at the first step past their time, so that two of them may be closer than the interval.
   pure function finest_naming(naming, interval) result(finest)
     character(*), intent(in) :: naming
     real(rp), intent(in) :: interval
@@ -80,14 +79,14 @@ contains
     if (finest == 'time' .and. interval < 2.0e-3_rp) finest = 'microtime'
   end function finest_naming
 
-  !> Name of a field file, without folder.
+  !> Returns the name of a field file, without folder.
   pure function field_file(prefix, label) result(name)
     character(*), intent(in) :: prefix, label
     character(:), allocatable :: name
     name = trim(prefix)//'_'//label//'.h5'
   end function field_file
 
-  !> Name of a slice file, without folder; `ix` counts from 0.
+  !> Returns the name of a slice file, without folder; `ix` counts from 0.
   pure function slice_file(name, ix, label) result(file_name)
     character(*), intent(in) :: name, label
     integer, intent(in) :: ix
@@ -97,7 +96,7 @@ contains
     file_name = 'slice'//trim(name)//'-ix'//trim(digits)//'_'//label//'.h5'
   end function slice_file
 
-  !> Number of points among n whose 0-based index is a multiple of `stride`.
+  !> Returns the number of points among n whose 0-based index is a multiple of `stride`.
   pure elemental integer function strided_points(n, stride)
     integer, intent(in) :: n, stride
     strided_points = (n + stride - 1)/stride
@@ -227,8 +226,8 @@ contains
     call file%close(failure)
   end subroutine read_field
 
-  !> Name of the field in an open file: what its file name says before the first underscore, or else the
-  !> only dataset in it. Collective on a parallel file.
+  !> Returns the name of the field in an open file: what its file name says before the first underscore, or else the only dataset
+  !> in it. Collective on a parallel file.
   subroutine find_dataset(file, dataset, failure)
     type(hdf5_file_t), intent(in) :: file
     character(:), allocatable, intent(out) :: dataset
@@ -245,8 +244,8 @@ contains
     if (.not. failure%failed) dataset = trim(names(1))
   end subroutine find_dataset
 
-  !> Attributes of a field; those that the file does not have keep their defaults. nxyz is the shape of
-  !> the dataset, (1, ny, nz) for a slice. Collective on a parallel file.
+  !> Reads the attributes of a field. Those that the file does not have keep their defaults. nxyz is the shape of the dataset, (1,
+  !> ny, nz) for a slice. Collective on a parallel file.
   subroutine read_meta(file, dataset, meta, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: dataset

@@ -243,7 +243,7 @@ contains
     call self%agree(error >= 0, 'group '''//name//''' cannot be made; is the disk full?', failure)
   end subroutine file_make_group
 
-  !> Whether the file holds an object of this name.
+  !> Tells whether the file holds an object of this name.
   logical function file_has(self, name) result(has)
     class(hdf5_file_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -254,7 +254,7 @@ contains
     has = has .and. error >= 0
   end function file_has
 
-  !> Names of the objects at the top of the file, blank-padded.
+  !> Returns the names of the objects at the top of the file, blank-padded.
   subroutine file_dataset_names(self, names, failure)
     class(hdf5_file_t), intent(in) :: self
     character(NAME_LENGTH), allocatable, intent(out) :: names(:)
@@ -277,7 +277,7 @@ contains
     call self%agree(ok, 'has no readable list of contents', failure)
   end subroutine file_dataset_names
 
-  !> Shape of a dataset, first Fortran index first.
+  !> Returns the shape of a dataset, first Fortran index first.
   subroutine file_dataset_shape(self, name, dims, failure)
     class(hdf5_file_t), intent(in) :: self
     character(*), intent(in) :: name

@@ -25,7 +25,7 @@ module io_keyvalues
 
 contains
 
-  !> The six numbers of the field in `path`, read plane by plane.
+  !> Returns the six numbers of the field in `path`, which is read plane by plane.
   subroutine field_keys(path, keys, failure)
     character(*), intent(in) :: path
     real(rp), intent(out) :: keys(N_KEYS)
@@ -82,7 +82,7 @@ contains
     end subroutine sum_planes
   end subroutine field_keys
 
-  !> The line that FLUSI prints: six numbers in es15.8, one blank apart.
+  !> Returns the line that FLUSI prints: six numbers in es15.8, one blank apart.
   function key_line(keys) result(line)
     real(rp), intent(in) :: keys(N_KEYS)
     character(:), allocatable :: line

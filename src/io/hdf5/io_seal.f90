@@ -49,7 +49,7 @@ contains
     end if
   end subroutine guard_input
 
-  !> What the seal of a file tells; missing also if the file cannot be read.
+  !> Returns what the seal of a file tells. It is missing also if the file cannot be read.
   subroutine check_seal(path, state)
     character(*), intent(in) :: path
     integer, intent(out) :: state

@@ -23,7 +23,7 @@ module io_selection
 
 contains
 
-  !> Global 0-based indices of the local rows, in local order.
+  !> Returns the global 0-based indices of the local rows, in local order.
   function row_indices(rows) result(indices)
     type(rows_t), intent(in) :: rows
     integer, allocatable :: indices(:)
@@ -40,7 +40,7 @@ contains
     call require(n == rows%n_local, 'io_selection: n_local is not the sum of the runs')
   end function row_indices
 
-  !> The patterns of `rows`. Every row may be listed once only.
+  !> Returns the patterns of `rows`. Every row may be listed once only.
   function row_patterns(rows) result(patterns)
     type(rows_t), intent(in) :: rows
     type(row_patterns_t) :: patterns

@@ -45,8 +45,8 @@ contains
     close (unit)
   end subroutine read_text_file
 
-  !> The content of the file at `path`. With `world` root reads it and all ranks get it; collective then. If
-  !> it cannot be read, `problem` says why on all ranks, and `text` is empty.
+  !> Reads the content of the file at `path`. With `world` the root rank reads it and all ranks get it; the call is then
+  !> collective. If the file cannot be read, `problem` says why on all ranks, and `text` is empty.
   subroutine read_broadcast_text(path, text, problem, world)
     character(*), intent(in) :: path
     character(:), allocatable, intent(out) :: text, problem
@@ -85,7 +85,7 @@ contains
     end if
   end subroutine read_named_text
 
-  !> Where the file `name` is that the parameter file `ini` names: here, or beside `ini`; '' if nowhere.
+  !> Returns where the file `name` is that the parameter file `ini` names: here, or beside `ini`; empty if nowhere.
   function named_path(name, ini, world) result(path)
     character(*), intent(in) :: name, ini
     type(world_t), intent(in), optional :: world
@@ -123,8 +123,8 @@ contains
     end do
   end subroutine add_named_files
 
-  !> ` {content CHECKSUM}` of the files that `list` names as for add_named_files; empty if none of them is there. Files above
-  !> 64 MB count with their names alone. Not collective.
+  !> Returns ` {content CHECKSUM}` of the files that `list` names as for add_named_files; empty if none of them is there. Files
+  !> above 64 MB count with their names alone. Not collective.
   function content_note(list, ini) result(note)
     character(*), intent(in) :: list, ini
     character(:), allocatable :: note, content, problem

@@ -60,7 +60,7 @@ module io_config
 
 contains
 
-  !> `load_text` of the file at `path`, which is read by the calling rank.
+  !> Reads the file at `path` on the calling rank; see `load_text`.
   subroutine config_load_file(self, path, registry, errors, notices, flusi_compat)
     class(config_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -161,14 +161,14 @@ contains
     end associate
   end subroutine set_default
 
-  !> Value of an integer key.
+  !> Returns the value of an integer key.
   integer function config_get_integer(self, section, key) result(value)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
     value = self%values(value_index(self, section, key, KEY_INTEGER, KEY_INTEGER))%whole
   end function config_get_integer
 
-  !> Value of a real or length key.
+  !> Returns the value of a real or length key.
   real(rp) function config_get_real(self, section, key) result(value)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
@@ -179,14 +179,14 @@ contains
     end associate
   end function config_get_real
 
-  !> Value of a switch.
+  !> Returns the value of a switch.
   logical function config_get_switch(self, section, key) result(value)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
     value = self%values(value_index(self, section, key, KEY_SWITCH, KEY_SWITCH))%switch
   end function config_get_switch
 
-  !> Value of a word key: one of its allowed words.
+  !> Returns the value of a word key: one of its allowed words.
   function config_get_word(self, section, key) result(value)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
@@ -194,7 +194,7 @@ contains
     value = self%values(value_index(self, section, key, KEY_WORD, KEY_WORD))%text
   end function config_get_word
 
-  !> Value of a text key, trimmed.
+  !> Returns the value of a text key, trimmed.
   function config_get_text(self, section, key) result(value)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
@@ -202,7 +202,7 @@ contains
     value = self%values(value_index(self, section, key, KEY_TEXT, KEY_TEXT))%text
   end function config_get_text
 
-  !> Value of a list of reals; its size is the registered length, if there is one.
+  !> Returns the value of a list of reals; its size is the registered length, if there is one.
   function config_get_reals(self, section, key) result(value)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
@@ -214,7 +214,7 @@ contains
     end associate
   end function config_get_reals
 
-  !> Value of a matrix, (row, column); no rows if it is not given.
+  !> Returns the value of a matrix, (row, column); no rows if it is not given.
   function config_get_matrix(self, section, key) result(value)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
@@ -222,8 +222,8 @@ contains
     value = self%values(value_index(self, section, key, KEY_MATRIX, KEY_MATRIX))%matrix
   end function config_get_matrix
 
-  !> From now on the numbers of the file are understood in the other system of units of `scales`, and are
-  !> delivered in L, T and M. Defaults always are in L, T and M.
+  !> Takes the numbers of the file, from now on, in the other system of units of `scales`, and delivers them in L, T and M.
+  !> Defaults always are in L, T and M.
   subroutine config_set_units(self, scales)
     class(config_t), intent(inout) :: self
     type(unit_scales_t), intent(in) :: scales
@@ -235,21 +235,21 @@ contains
     end do
   end subroutine config_set_units
 
-  !> Whether the file gives a valid value, so that it is not the default.
+  !> Tells whether the file gives a valid value, so that it is not the default.
   logical function config_is_given(self, section, key) result(is_given)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
     is_given = self%values(find(self, section, key))%is_given
   end function config_is_given
 
-  !> Name of the file; files that it names may stand beside it.
+  !> Returns the name of the file; files that it names may stand beside it.
   function config_file_name(self) result(name)
     class(config_t), intent(in) :: self
     character(:), allocatable :: name
     name = self%name
   end function config_file_name
 
-  !> Whether `path` is the file itself, or one that it includes.
+  !> Tells whether `path` is the file itself, or one that it includes.
   logical function config_reads(self, path) result(reads)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: path
@@ -274,15 +274,15 @@ contains
     self%values(i)%origin = origin
   end subroutine config_settle
 
-  !> Line of the file in which the key stands, right or wrong; 0 if nowhere.
+  !> Returns the line of the file in which the key stands, right or wrong; 0 if nowhere.
   integer function config_line_of(self, section, key) result(line)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
     line = self%values(find(self, section, key))%line
   end function config_line_of
 
-  !> Whether the file asks for something of FLUSI that is not here, or is no input of this program, so that what else it says
-  !> belongs to another run.
+  !> Tells whether the file asks for something of FLUSI that is not here, or is no input of this program, so that what else it
+  !> says belongs to another run.
   logical function config_asks_for_unbuilt(self) result(asks)
     class(config_t), intent(in) :: self
     asks = self%is_foreign .or. any(self%values%is_unbuilt)
@@ -334,8 +334,8 @@ contains
     end do
   end subroutine config_print_effective
 
-  !> All values in one text, of which each line is `[section] key = value`, in L, T and M; behind the name of a file is
-  !> what tells its content. The names of what a run writes are left out. Not collective: the calling rank reads the files.
+  !> Returns all values in one text, of which each line is `[section] key = value`, in L, T and M. Behind the name of a file is
+  !> what tells its content. The names of what a run writes are left out. The calling rank reads the files; not collective.
   function config_inputs(self) result(text)
     class(config_t), intent(in) :: self
     character(:), allocatable :: text, line

@@ -12,7 +12,7 @@ module io_content
 
 contains
 
-  !> What a file is that is no text of keys, and what to do; empty for what may be one.
+  !> Returns what a file is that is no text of keys, and what to do; empty for what may be one.
   pure function foreign_content(text) result(what)
     character(*), intent(in) :: text
     character(:), allocatable :: what

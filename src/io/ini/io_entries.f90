@@ -26,7 +26,7 @@ module io_entries
 
 contains
 
-  !> Goes on with the messages that there are.
+  !> Begins to read, with the messages that there are.
   subroutine reading_begin(self, spacing, errors, notices, first_wins)
     class(reading_t), intent(out) :: self
     real(rp), intent(in) :: spacing

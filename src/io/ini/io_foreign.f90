@@ -31,14 +31,14 @@ module io_foreign
 
 contains
 
-  !> A file with one of these sections is an input of this program, whatever else it holds.
+  !> Says that a file with one of these sections is an input of this program, whatever else it holds.
   subroutine foreign_set_own(self, sections)
     class(foreign_inputs_t), intent(inout) :: self
     character(*), intent(in) :: sections
     self%own = sections
   end subroutine foreign_set_own
 
-  !> A file with no sections but these is refused with `advice`, in which * stands for its name.
+  !> Says that a file with no sections but these is refused with `advice`, in which * stands for its name.
   subroutine foreign_set_fragment(self, sections, advice)
     class(foreign_inputs_t), intent(inout) :: self
     character(*), intent(in) :: sections, advice
@@ -46,7 +46,8 @@ contains
     self%advice = advice
   end subroutine foreign_set_fragment
 
-  !> A file with one of these sections is refused with `text`, in which * stands for its name; of several the first counts.
+  !> Says that a file with one of these sections is refused with `text`, in which * stands for its name. Of several the first
+  !> counts.
   subroutine foreign_add(self, sections, text)
     class(foreign_inputs_t), intent(inout) :: self
     character(*), intent(in) :: sections, text
@@ -54,7 +55,7 @@ contains
     self%others = [self%others, foreign_input_t(sections, text)]
   end subroutine foreign_add
 
-  !> If `document` is none of this program's inputs, `is_foreign` becomes true and the mistake is added to `errors`.
+  !> Sets `is_foreign` and adds the mistake to `errors` if `document` is none of this program's inputs.
   subroutine foreign_report(self, document, errors, is_foreign)
     class(foreign_inputs_t), intent(in) :: self
     type(ini_document_t), intent(in) :: document

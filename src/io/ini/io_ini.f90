@@ -99,7 +99,7 @@ contains
       call errors%add(name//': is empty: no [Section] and no key was found')
   end subroutine ini_document_parse
 
-  !> Puts what another file says behind everything, as included at `depth`.
+  !> Appends what another file says, as included at `depth`.
   subroutine ini_document_append(self, other, depth)
     class(ini_document_t), intent(inout) :: self
     type(ini_document_t), intent(in) :: other

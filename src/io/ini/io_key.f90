@@ -35,7 +35,7 @@ module io_key
 
 contains
 
-  !> A new key with the parts that keys of every kind have.
+  !> Makes a new key with the parts that keys of every kind have.
   subroutine describe(new, kind, section, name, default_text, help, unit, required)
     type(key_t), intent(out) :: new
     integer, intent(in) :: kind
@@ -55,7 +55,7 @@ contains
     if (present(required)) new%is_required = required
   end subroutine describe
 
-  !> min <= value <= max or above < value < below, each once.
+  !> Sets the limits: min <= value <= max or above < value < below. Each may be given once.
   subroutine set_limits(new, min, max, above, below)
     type(key_t), intent(inout) :: new
     real(rp), intent(in), optional :: min, max, above, below
@@ -65,7 +65,7 @@ contains
     if (present(below)) call set_upper(new, below, is_open=.true.)
   end subroutine set_limits
 
-  !> The value is at least `limit`, or larger if it is open.
+  !> Sets the lower limit: the value is at least `limit`, or larger if it is open.
   subroutine set_lower(new, limit, is_open)
     type(key_t), intent(inout) :: new
     real(rp), intent(in) :: limit
@@ -76,7 +76,7 @@ contains
     new%lower = limit
   end subroutine set_lower
 
-  !> The value is at most `limit`, or smaller if it is open.
+  !> Sets the upper limit: the value is at most `limit`, or smaller if it is open.
   subroutine set_upper(new, limit, is_open)
     type(key_t), intent(inout) :: new
     real(rp), intent(in) :: limit
@@ -87,7 +87,7 @@ contains
     new%upper = limit
   end subroutine set_upper
 
-  !> Whether `x` respects the limits.
+  !> Tells whether `x` respects the limits.
   pure logical function key_is_in_range(self, x) result(is_in)
     class(key_t), intent(in) :: self
     real(rp), intent(in) :: x
@@ -97,7 +97,7 @@ contains
       is_in = is_in .and. (x < self%upper .or. (.not. self%is_upper_open .and. x <= self%upper))
   end function key_is_in_range
 
-  !> The limits in words, '> 0 and <= 1'; empty if there are none.
+  !> Returns the limits in words, '> 0 and <= 1'; empty if there are none.
   function key_range_text(self) result(text)
     class(key_t), intent(in) :: self
     character(:), allocatable :: text
@@ -120,7 +120,7 @@ contains
     end if
   end function limit_text
 
-  !> What kind of value the key takes, in words.
+  !> Returns what kind of value the key takes, in words.
   function key_kind_text(self) result(text)
     class(key_t), intent(in) :: self
     character(:), allocatable :: text
@@ -148,7 +148,7 @@ contains
     end select
   end function key_kind_text
 
-  !> What may stand in a file: 'a | b | c', 'integer >= 1', '3 reals'.
+  !> Returns what may stand in a file: 'a | b | c', 'integer >= 1', '3 reals'.
   function key_choices_text(self) result(text)
     class(key_t), intent(in) :: self
     character(:), allocatable :: text, limits
@@ -164,7 +164,7 @@ contains
     end select
   end function key_choices_text
 
-  !> 'a|b' as 'a | b'.
+  !> Returns 'a|b' as 'a | b'.
   pure function spaced_choices(choices) result(text)
     character(*), intent(in) :: choices
     character(:), allocatable :: text
@@ -180,7 +180,7 @@ contains
     end do
   end function spaced_choices
 
-  !> Whether `word` is `pattern`, or begins with what stands in front of a final '*'.
+  !> Tells whether `word` is `pattern`, or begins with what stands in front of a final '*'.
   pure logical function matches_pattern(word, pattern) result(matches)
     character(*), intent(in) :: word, pattern
     integer :: n
@@ -194,7 +194,7 @@ contains
     end if
   end function matches_pattern
 
-  !> Whether `word` matches one of the patterns a|b|c*.
+  !> Tells whether `word` matches one of the patterns a|b|c*.
   pure logical function matches_any(word, patterns) result(matches)
     character(*), intent(in) :: word, patterns
     integer :: position, first, last

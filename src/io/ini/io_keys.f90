@@ -46,22 +46,22 @@ module io_keys
 
 contains
 
-  !> Keys go to the registry, which must live as long as this.
+  !> Returns keys that are declared in the registry, which must live as long as they do.
   function declaring(registry) result(keys)
     type(registry_t), intent(inout), target :: registry
     type(keys_t) :: keys
     keys%registry => registry
   end function declaring
 
-  !> Variables get the values of the configuration, which must live as long as this.
+  !> Returns keys that give variables the values of the configuration, which must live as long as they do.
   function reading(config) result(keys)
     type(config_t), intent(in), target :: config
     type(keys_t) :: keys
     keys%config => config
   end function reading
 
-  !> The section to which the keys that follow belong. `help` is its line in the reference; without it the section is declared
-  !> elsewhere too.
+  !> Begins the section to which the keys that follow belong. `help` is its line in the reference; without it the section is
+  !> declared elsewhere too.
   subroutine keys_section(self, name, help)
     class(keys_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -70,7 +70,7 @@ contains
     if (associated(self%registry) .and. present(help)) call self%registry%add_section(name, help)
   end subroutine keys_section
 
-  !> A section of FLUSI in which keys that are not declared are accepted without effect.
+  !> Declares a section of FLUSI in which keys that are not declared are accepted without effect.
   subroutine keys_inert_section(self, name, help)
     class(keys_t), intent(inout) :: self
     character(*), intent(in) :: name, help
@@ -106,7 +106,8 @@ contains
     if (associated(self%config)) value = short
   end subroutine keys_long
 
-  !> A real, min <= value <= max or above < value; `scale` is the unit of the key in units of the variable.
+  !> Declares a real key, or reads it into `value`: min <= value <= max or above < value. `scale` is the unit of the key in units
+  !> of the variable.
   subroutine keys_real(self, key, value, default, help, unit, min, max, above, required, scale, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, help
@@ -124,8 +125,8 @@ contains
     if (present(scale)) value = scale*value
   end subroutine keys_real
 
-  !> A real that may also be written N*dx, min <= value or above < value. A `default` that is not such a number, 'xl/2', is a
-  !> sentence on what the program works out.
+  !> Declares a real key that may also be written N*dx, or reads it into `value`: min <= value or above < value. A `default` that
+  !> is not such a number, 'xl/2', is a sentence on what the program works out.
   subroutine keys_length(self, key, value, default, help, unit, min, above, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, default, help
@@ -140,7 +141,7 @@ contains
     value = self%config%get_real(self%name, key)
   end subroutine keys_length
 
-  !> As many reals as the variable has.
+  !> Declares a key of as many reals as the variable has, or reads it.
   subroutine keys_reals(self, key, values, default, help, unit, min, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, help
@@ -156,7 +157,7 @@ contains
     values = self%config%get_reals(self%name, key)
   end subroutine keys_reals
 
-  !> Any number of reals.
+  !> Declares a key of any number of reals, or reads it.
   subroutine keys_list(self, key, values, default, help, unit, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, help
@@ -170,8 +171,8 @@ contains
     values = self%config%get_reals(self%name, key)
   end subroutine keys_list
 
-  !> A matrix over several lines, (row, column): `columns` numbers in each row, 0 for any equal number. It has no rows unless the
-  !> file gives it.
+  !> Declares a key that is a matrix over several lines, (row, column), or reads it: `columns` numbers in each row, 0 for any
+  !> equal number. It has no rows unless the file gives it.
   subroutine keys_matrix(self, key, rows, columns, help, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, help
@@ -184,8 +185,8 @@ contains
     rows = self%config%get_matrix(self%name, key)
   end subroutine keys_matrix
 
-  !> yes or no. With `unbuilt`, the name of some physics, yes is a mistake, and `instead` tells what to give. With `computed`, a
-  !> sentence, the program works the default out.
+  !> Declares a key that is yes or no, or reads it. With `unbuilt`, the name of some physics, yes is a mistake, and `instead`
+  !> tells what to give. With `computed`, a sentence, the program works the default out.
   subroutine keys_switch(self, key, value, default, help, unbuilt, computed, instead, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, help
@@ -200,8 +201,8 @@ contains
     value = self%config%get_switch(self%name, key)
   end subroutine keys_switch
 
-  !> One of the words of `allowed`, 'a|b|from_file::*'. Words of `unbuilt` are known but refused; `instead`,
-  !> 'a: sentence|b*: sentence', tells for some of them what to give.
+  !> Declares a key that is one of the words of `allowed`, 'a|b|from_file::*', or reads it. Words of `unbuilt` are known but
+  !> refused; `instead`, 'a: sentence|b*: sentence', tells for some of them what to give.
   subroutine keys_word(self, key, value, default, allowed, help, unbuilt, required, instead, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, default, allowed, help
@@ -216,7 +217,8 @@ contains
     value = self%config%get_word(self%name, key)
   end subroutine keys_word
 
-  !> Free text. If it is `computed`, `default` is a sentence, and the variable is left as it is unless the key is given.
+  !> Declares a key that is free text, or reads it. If it is `computed`, `default` is a sentence, and the variable keeps its value
+  !> unless the key is given.
   subroutine keys_text(self, key, value, default, help, required, computed, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, default, help
@@ -232,14 +234,14 @@ contains
     value = self%config%get_text(self%name, key)
   end subroutine keys_text
 
-  !> A key of FLUSI that has no effect here: any value is accepted. `key` may end in '*'.
+  !> Declares a key of FLUSI that has no effect here: any value is accepted. `key` may end in '*'.
   subroutine keys_inert(self, key, help)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, help
     if (associated(self%registry)) call self%registry%add_inert(self%name, key, help)
   end subroutine keys_inert
 
-  !> An older name of the key that was stated last.
+  !> Declares an older name of the key that was stated last.
   subroutine keys_older_name(self, name)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: name

@@ -14,7 +14,7 @@ module io_peek
 
 contains
 
-  !> The length that dx stands for, 0 if it is unknown.
+  !> Returns the length that dx stands for, 0 if it is unknown.
   real(rp) function find_spacing(registry, document) result(spacing)
     type(registry_t), intent(in) :: registry
     type(ini_document_t), intent(in) :: document
@@ -26,7 +26,7 @@ contains
     if (points > 0 .and. length > 0) spacing = length/points
   end function find_spacing
 
-  !> Whether the conditions of section s of the registry hold.
+  !> Tells whether the conditions of section s of the registry hold.
   logical function section_counts(registry, document, s) result(counts)
     type(registry_t), intent(in) :: registry
     type(ini_document_t), intent(in) :: document
@@ -35,7 +35,7 @@ contains
     if (allocated(registry%sections(s)%conditions)) counts = all_hold(registry, document, registry%sections(s)%conditions)
   end function section_counts
 
-  !> Whether the conditions of key k of the registry hold.
+  !> Tells whether the conditions of key k of the registry hold.
   logical function key_counts(registry, document, k) result(counts)
     type(registry_t), intent(in) :: registry
     type(ini_document_t), intent(in) :: document

@@ -75,7 +75,7 @@ contains
     self%sections(self%n_sections)%help = help
   end subroutine registry_add_section
 
-  !> An integer, min <= value <= max.
+  !> Declares an integer key, min <= value <= max.
   subroutine registry_add_integer(self, section, key, default, help, unit, min, max, required)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, help
@@ -90,7 +90,7 @@ contains
     call add_key(self, new)
   end subroutine registry_add_integer
 
-  !> A real, min <= value <= max or above < value < below.
+  !> Declares a real key, min <= value <= max or above < value < below.
   subroutine registry_add_real(self, section, key, default, help, unit, min, max, above, below, required)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, help
@@ -151,8 +151,8 @@ contains
     call add_key(self, new)
   end subroutine registry_add_word
 
-  !> Free text, such as the name of a file. If it is `computed`, `default` is a sentence and the program works the default out;
-  !> get_text may then be asked only if the key is given.
+  !> Declares a key of free text, such as the name of a file. If it is `computed`, `default` is a sentence and the program works
+  !> the default out; get_text may then be asked only if the key is given.
   subroutine registry_add_text(self, section, key, default, help, required, computed)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, default, help
@@ -163,7 +163,7 @@ contains
     call add_key(self, new)
   end subroutine registry_add_text
 
-  !> A list of reals separated by blanks or commas: exactly `length` of them, or any number.
+  !> Declares a key that is a list of reals separated by blanks or commas: exactly `length` of them, or any number.
   subroutine registry_add_reals(self, section, key, default, help, unit, length, min, max)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, help
@@ -184,7 +184,7 @@ contains
     call add_key(self, new)
   end subroutine registry_add_reals
 
-  !> A matrix of reals over several lines; `columns` numbers in each row, 0 for any equal number. The
+  !> Declares a key that is a matrix of reals over several lines; `columns` numbers in each row, 0 for any equal number. The
   !> default has no rows.
   subroutine registry_add_matrix(self, section, key, columns, help)
     class(registry_t), intent(inout) :: self
@@ -196,7 +196,7 @@ contains
     call add_key(self, new)
   end subroutine registry_add_matrix
 
-  !> A key of FLUSI that has no effect here: any value is accepted. `key` may end in '*'.
+  !> Declares a key of FLUSI that has no effect here: any value is accepted. `key` may end in '*'.
   subroutine registry_add_inert(self, section, key, help)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, help
@@ -205,8 +205,7 @@ contains
     call add_key(self, new)
   end subroutine registry_add_inert
 
-  !> A section of FLUSI in which all keys that are not declared are accepted without effect. `section`
-  !> may end in '*'.
+  !> Declares a section of FLUSI in which all keys that are not declared are accepted without effect. `section` may end in '*'.
   subroutine registry_add_inert_section(self, section, help)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, help
@@ -300,8 +299,8 @@ contains
     end associate
   end subroutine registry_set_lattice
 
-  !> Index of the section in `sections`, 0 if it is unknown. An inert pattern counts only if no
-  !> section has exactly this name.
+  !> Returns the index of the section in `sections`, 0 if it is unknown. An inert pattern counts only if no section has exactly
+  !> this name.
   integer function registry_find_section(self, section) result(found)
     class(registry_t), intent(in) :: self
     character(*), intent(in) :: section
@@ -316,8 +315,8 @@ contains
     end do
   end function registry_find_section
 
-  !> Index in `keys` of the key with this exact name or alias, or of the inert pattern that it matches;
-  !> 0 if there is none.
+  !> Returns the index in `keys` of the key with this exact name or alias, or of the inert pattern that it matches; 0 if there is
+  !> none.
   recursive integer function registry_find(self, section, name) result(found)
     class(registry_t), intent(in) :: self
     character(*), intent(in) :: section, name

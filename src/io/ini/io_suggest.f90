@@ -52,8 +52,8 @@ contains
     if (allocated(self%best)) text = "; did you mean '"//self%best//"'?"
   end function suggestion_hint
 
-  !> What may be meant by `raw`, which should be a number: one with a unit, or with a decimal comma. Begins with a semicolon, or is
-  !> empty.
+  !> Returns what may be meant by `raw`, which should be a number: one with a unit, or with a decimal comma. It begins with a
+  !> semicolon, or is empty.
   function number_hint(raw) result(text)
     character(*), intent(in) :: raw
     character(:), allocatable :: text, problem, point

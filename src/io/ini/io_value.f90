@@ -131,7 +131,7 @@ contains
     if (in_dx .and. allocated(problem)) problem = quoted(raw)//' is not a number times dx'
   end subroutine split_length
 
-  !> Whether `text` is a number or N*dx.
+  !> Tells whether `text` is a number or N*dx.
   logical function is_length(text) result(is_it)
     character(*), intent(in) :: text
     real(rp) :: x
@@ -302,7 +302,7 @@ contains
     call move_alloc(rows, matrix)
   end subroutine read_matrix
 
-  !> The value as it could stand in a file; the rows of a matrix on lines of their own.
+  !> Returns the value as it could stand in a file; the rows of a matrix on lines of their own.
   function value_text(key, value) result(text)
     type(key_t), intent(in) :: key
     type(value_t), intent(in) :: value
@@ -331,8 +331,8 @@ contains
     end select
   end function value_text
 
-  !> `key = value`, and behind ';' the unit and where the value comes from, the file `name` or the default. With
-  !> `scale`, what one unit of the key is in SI units, the file is in these, and so is what is written.
+  !> Returns `key = value`, and behind ';' the unit and where the value comes from, the file `name` or the default. With `scale`,
+  !> what one unit of the key is in SI units, the file is in these, and so is what is written.
   function effective_line(key, value, scale) result(text)
     type(key_t), intent(in) :: key
     type(value_t), intent(in) :: value

@@ -13,8 +13,8 @@ module io_earlier_results
 
 contains
 
-  !> Paths of the files whose names match one of `patterns` (see matches_name), each with its folder before it, and which
-  !> are not among `inputs`.
+  !> Returns the paths of the files whose names match one of `patterns` (see matches_name), each with its folder before it, and
+  !> which are not among `inputs`.
   subroutine find_results(patterns, inputs, found)
     type(message_list_t), intent(in) :: patterns, inputs
     type(message_list_t), intent(out) :: found

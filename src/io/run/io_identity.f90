@@ -37,7 +37,7 @@ module io_identity
 
 contains
 
-  !> A new run with these inputs. Not collective: for one rank, which tells the others.
+  !> Makes the identity of a new run with these inputs. One rank calls it and tells the others.
   subroutine identity_start(self, inputs)
     class(identity_t), intent(out) :: self
     character(*), intent(in) :: inputs
@@ -46,20 +46,20 @@ contains
     self%version = BUILD_VERSION//' ('//BUILD_COMMIT//')'
   end subroutine identity_start
 
-  !> Whether it is known which run this is.
+  !> Tells whether it is known which run this is.
   pure logical function identity_is_known(self) result(is_known)
     class(identity_t), intent(in) :: self
     is_known = allocated(self%id)
   end function identity_is_known
 
-  !> A number that differs if the inputs do.
+  !> Returns a number that differs if the inputs do.
   function identity_fingerprint(self) result(text)
     class(identity_t), intent(in) :: self
     character(16) :: text
     text = hexadecimal(checksum_text(self%inputs))
   end function identity_fingerprint
 
-  !> Puts it into an open checkpoint. Collective.
+  !> Puts the identity into an open checkpoint. Collective.
   subroutine identity_save(self, writer)
     class(identity_t), intent(in) :: self
     type(checkpoint_writer_t), intent(inout) :: writer
@@ -70,7 +70,7 @@ contains
     call writer%put_text('run_version', self%version)
   end subroutine identity_save
 
-  !> That of the run which wrote an open checkpoint; it is not known of those of earlier versions. Collective.
+  !> Takes the identity of the run which wrote an open checkpoint. It is not known if the checkpoint has none. Collective.
   subroutine identity_load(self, reader, failure)
     class(identity_t), intent(out) :: self
     type(checkpoint_reader_t), intent(inout) :: reader
@@ -81,8 +81,8 @@ contains
     call reader%get_text('run_version', self%version, failure)
   end subroutine identity_load
 
-  !> The inputs that both runs know and that differ, in the order of the new one. A file that has another name and the same
-  !> content does not differ.
+  !> Returns the inputs that both runs know and that differ, in the order of the new one. A file that has another name and the
+  !> same content does not differ.
   subroutine list_changes(was, now, changes)
     character(*), intent(in) :: was, now !< inputs of two identities
     type(change_t), allocatable, intent(out) :: changes(:)
@@ -123,7 +123,7 @@ contains
     call move_alloc(larger, changes)
   end subroutine add_change
 
-  !> `[section] key = now, was then`.
+  !> Returns the words `[section] key = now, was then`.
   function change_text(self) result(text)
     class(change_t), intent(in) :: self
     character(:), allocatable :: text

@@ -74,7 +74,7 @@ contains
     header(4) = checksum_integers(header(:3), 0_i8)
   end function header_of
 
-  !> The answer to the question `key` of as many numbers as `values`, and whether it is a valid one, if it `is_found`.
+  !> Finds the answer to the question `key` of as many numbers as `values`, and whether it is a valid one, if it `is_found`.
   subroutine journal_recall(self, key, values, is_valid, is_found)
     class(journal_t), intent(inout) :: self
     integer(i8), intent(in) :: key

@@ -10,8 +10,8 @@ module io_series_read
 
 contains
 
-  !> The records of the series `path` as values (column, record), by the calling rank alone. Lines that begin
-  !> with % are skipped, as is an incomplete last record. Fails if the file cannot be read.
+  !> Reads the records of the series `path` as values (column, record), on the calling rank alone. Lines that begin with % are
+  !> skipped, as is an incomplete last record. Fails if the file cannot be read.
   subroutine read_series(path, n_columns, values, failure)
     character(*), intent(in) :: path
     integer, intent(in) :: n_columns

@@ -100,7 +100,7 @@ contains
     if (.not. ok) call failure%raise(self%path//': cannot be written; is the folder missing or the disk full?')
   end subroutine series_add
 
-  !> A whole index around its grids.
+  !> Returns a whole index around its grids.
   function xdmf_text(grids) result(xml)
     character(*), intent(in) :: grids
     character(:), allocatable :: xml

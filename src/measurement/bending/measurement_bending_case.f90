@@ -28,7 +28,7 @@ module measurement_bending_case
 
 contains
 
-  !> [kg] of all points, or none if the wing has no valid mass.
+  !> Returns the masses of all points [kg]; of size 0 if the wing has no valid mass.
   pure function case_masses(self) result(masses)
     class(bending_case_t), intent(in) :: self
     real(rp), allocatable :: masses(:)

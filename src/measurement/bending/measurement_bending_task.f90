@@ -40,7 +40,7 @@ module measurement_bending_task
 
 contains
 
-  !> The first N_HEAD numbers of an input.
+  !> Returns the first N_HEAD numbers of an input, which say what the task is.
   pure function task_head(kind, load, is_warm, load_offset) result(head)
     integer, intent(in) :: kind, load
     logical, intent(in) :: is_warm
@@ -49,7 +49,7 @@ contains
     head = [real(kind, rp), real(load, rp), merge(1.0_rp, 0.0_rp, is_warm), load_offset]
   end function task_head
 
-  !> The task of an input.
+  !> Returns the task that the first numbers of an input say.
   pure type(bending_task_t) function task_of(input) result(task)
     real(rp), intent(in) :: input(:)
     task%kind = nint(input(1))

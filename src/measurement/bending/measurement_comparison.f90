@@ -12,7 +12,7 @@ module measurement_comparison
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: comparison_t
+  public :: comparison_t, observed_shape_t
 
   !> A scalar observation on the wing.
   type :: gauge_t
@@ -23,6 +23,16 @@ module measurement_comparison
     real(rp) :: axis(3) = 0
     integer :: zero = 0
   end type gauge_t
+
+  !> A shape of the wing, what the instrument sees of it, and where the measured places lie on that. Nothing is allocated after
+  !> `init`.
+  type :: observed_shape_t
+    real(rp), allocatable :: positions(:, :) !< (3, n_points) [m] of the points of the wing
+    real(rp), allocatable :: seen(:, :)      !< (3, n_points) [m] where the instrument sees them
+    type(surface_sample_t) :: sample         !< of `seen`, at the places of one load
+  contains
+    procedure :: init => shape_init
+  end type observed_shape_t
 
   !> All that was measured under one load. Constant once made.
   type :: comparison_t
@@ -36,6 +46,7 @@ module measurement_comparison
     type(gauge_t), allocatable :: gauges(:)
   contains
     procedure :: init => comparison_init
+    procedure :: locate => comparison_locate
     procedure :: heights => comparison_heights
     procedure :: height_slopes => comparison_height_slopes
     procedure :: residuals => comparison_residuals
@@ -44,7 +55,15 @@ module measurement_comparison
 
 contains
 
-  !> Load number `l` of a checked measurement of `wing`, whose outline is edges(2, :) and whose length is `length` [m].
+  !> Makes room for n_points points and n_places places or fewer; the points are at the origin.
+  subroutine shape_init(self, n_points, n_places)
+    class(observed_shape_t), intent(out) :: self
+    integer, intent(in) :: n_points, n_places
+    allocate (self%positions(3, n_points), self%seen(3, n_points), source=0.0_rp)
+    call self%sample%init(n_places)
+  end subroutine shape_init
+
+  !> Takes load number `l` of a checked measurement of `wing`, whose outline is edges(2, :) and whose length is `length` [m].
   subroutine comparison_init(self, m, l, wing, edges, length)
     class(comparison_t), intent(out) :: self
     type(measurement_t), intent(in) :: m
@@ -132,56 +151,62 @@ contains
 
   end subroutine choose_line
 
-  !> heights(n_heights) [m] of a surface with its points seen(3, n_points) at the places of this load; `sample` has room
-  !> for n_heights places or more and then says where they are.
-  pure subroutine comparison_heights(self, x, y, triangles, edges, seen, sample, heights)
+  !> Finds the places of this load on what is seen of `shape`, on the grid x(:), y(:) [m] of the measurement; `triangles` and
+  !> the outline edges(2, :) are those of the wing. `shape` has room for n_heights places or more.
+  pure subroutine comparison_locate(self, x, y, triangles, edges, shape)
     class(comparison_t), intent(in) :: self
-    real(rp), intent(in) :: x(:), y(:), seen(:, :)
+    real(rp), intent(in) :: x(:), y(:)
     integer, intent(in) :: triangles(:, :), edges(:, :)
-    type(surface_sample_t), intent(inout) :: sample
+    type(observed_shape_t), intent(inout) :: shape
+    if (self%n_heights > 0) &
+      call sample_surface(shape%seen, triangles, edges, x, y, self%number, self%node, shape%sample)
+  end subroutine comparison_locate
+
+  !> Returns the heights(n_heights) [m] of what is seen of `shape` at the places of this load, after `locate`.
+  pure subroutine comparison_heights(self, shape, heights)
+    class(comparison_t), intent(in) :: self
+    type(observed_shape_t), intent(in) :: shape
     real(rp), intent(out) :: heights(:)
     integer :: k
-    if (self%n_heights > 0) call sample_surface(seen, triangles, edges, x, y, self%number, self%node, sample)
     do k = 1, self%n_heights
-      heights(k) = sampled_height(seen, sample, k)
+      heights(k) = sampled_height(shape%seen, shape%sample, k)
     end do
   end subroutine comparison_heights
 
-  !> slopes(n_heights): derivatives of them for motion(3, n_points), after `heights` with the same points and sample.
-  pure subroutine comparison_height_slopes(self, x, y, seen, sample, motion, slopes)
+  !> Returns slopes(n_heights), by how much the heights change if the points that are seen move by motion(3, n_points); after
+  !> `locate`.
+  pure subroutine comparison_height_slopes(self, x, y, shape, motion, slopes)
     class(comparison_t), intent(in) :: self
-    real(rp), intent(in) :: x(:), y(:), seen(:, :), motion(:, :)
-    type(surface_sample_t), intent(in) :: sample
+    real(rp), intent(in) :: x(:), y(:), motion(:, :)
+    type(observed_shape_t), intent(in) :: shape
     real(rp), intent(out) :: slopes(:)
     real(rp) :: gradient(3, 3)
     integer :: k, c
     do k = 1, self%n_heights
-      call height_gradient(seen, sample, k, [x(self%node(1, k)), y(self%node(2, k))], gradient)
+      call height_gradient(shape%seen, shape%sample, k, [x(self%node(1, k)), y(self%node(2, k))], gradient)
       slopes(k) = 0
       do c = 1, 3
-        slopes(k) = slopes(k) + dot_product(gradient(:, c), motion(:, sample%corner(c, k)))
+        slopes(k) = slopes(k) + dot_product(gradient(:, c), motion(:, shape%sample%corner(c, k)))
       end do
     end do
   end subroutine comparison_height_slopes
 
-  !> residuals(n): computed minus measured. The surface is seen(3, n_points) [m], whose places without a load show the
-  !> heights rest(n_heights); scalar observations belong to positions(3, n_points) [m] of the points, with the unknown
-  !> offsets zeros(:). What moves counts `factor` times. `sample` as above.
-  pure subroutine comparison_residuals(self, x, y, points, triangles, edges, positions, seen, rest, factor, zeros, &
-                                       sample, residuals)
+  !> Returns residuals(n), computed minus measured, after `locate`. Heights are those of what is seen of `shape`, less the heights
+  !> rest(n_heights) [m] without the load. Scalar observations are those of its positions, which are points(3, n_points) [m] in
+  !> the wing file, with the unknown offsets zeros(:). What moves counts `factor` times.
+  pure subroutine comparison_residuals(self, points, shape, rest, factor, zeros, residuals)
     class(comparison_t), intent(in) :: self
-    real(rp), intent(in) :: x(:), y(:), points(:, :), positions(:, :), seen(:, :), rest(:), factor, zeros(:)
-    integer, intent(in) :: triangles(:, :), edges(:, :)
-    type(surface_sample_t), intent(inout) :: sample
+    real(rp), intent(in) :: points(:, :), rest(:), factor, zeros(:)
+    type(observed_shape_t), intent(in) :: shape
     real(rp), intent(out) :: residuals(:)
     real(rp) :: shown
     integer :: k, c
-    call self%heights(x, y, triangles, edges, seen, sample, residuals)
+    call self%heights(shape, residuals)
     do k = 1, self%n_heights
       residuals(k) = factor*(residuals(k) - rest(k)) - self%measured(k)
     end do
     do k = 1, size(self%gauges)
-      associate (gauge => self%gauges(k))
+      associate (gauge => self%gauges(k), positions => shape%positions)
         shown = 0
         if (gauge%is_rotation) then
           shown = rotation_angle(gauge, positions(:, gauge%nodes(2)) - positions(:, gauge%nodes(1)))
@@ -198,18 +223,18 @@ contains
     end do
   end subroutine comparison_residuals
 
-  !> derivatives(n) of the residuals for motion(3, n_points) of the positions, seen as seen_motion(3, n_points), after
-  !> `residuals` with the same positions and sample; what changes at rest is not in them.
-  pure subroutine comparison_derivatives(self, x, y, positions, motion, seen, seen_motion, sample, derivatives)
+  !> Returns derivatives(n), by how much the residuals change if the positions of `shape` move by motion(3, n_points), which is
+  !> seen as seen_motion(3, n_points); after `residuals` with the same shape. It leaves out what changes at rest.
+  pure subroutine comparison_derivatives(self, x, y, shape, motion, seen_motion, derivatives)
     class(comparison_t), intent(in) :: self
-    real(rp), intent(in) :: x(:), y(:), positions(:, :), motion(:, :), seen(:, :), seen_motion(:, :)
-    type(surface_sample_t), intent(in) :: sample
+    real(rp), intent(in) :: x(:), y(:), motion(:, :), seen_motion(:, :)
+    type(observed_shape_t), intent(in) :: shape
     real(rp), intent(out) :: derivatives(:)
     real(rp) :: d(3)
     integer :: k, c
-    call self%height_slopes(x, y, seen, sample, seen_motion, derivatives)
+    call self%height_slopes(x, y, shape, seen_motion, derivatives)
     do k = 1, size(self%gauges)
-      associate (gauge => self%gauges(k), derivative => derivatives(self%n_heights + k))
+      associate (gauge => self%gauges(k), derivative => derivatives(self%n_heights + k), positions => shape%positions)
         derivative = 0
         if (gauge%is_rotation) then
           d = positions(:, gauge%nodes(2)) - positions(:, gauge%nodes(1))

@@ -41,7 +41,7 @@ module measurement_evaluation
 
 contains
 
-  !> Room for the result of load l.
+  !> Makes room for the result of load l.
   subroutine evaluation_init(self, experiment, l, has_jacobian)
     class(evaluation_t), intent(out) :: self
     type(experiment_t), intent(in) :: experiment
@@ -57,14 +57,14 @@ contains
     end if
   end subroutine evaluation_init
 
-  !> Whether the shape was found and lies in none of the excluded zones.
+  !> Tells whether the shape was found and lies in none of the excluded zones.
   pure logical function evaluation_is_feasible(self) result(is_feasible)
     class(evaluation_t), intent(in) :: self
     is_feasible = self%is_solved .and. .not. any(self%violation > 0)
   end function evaluation_is_feasible
 
-  !> What load l adds to sums over loads, for callers that need no residuals: the mean squared difference of
-  !> heights [m^2], of which h^2 of Truong et al. is the sum, and the sum of squares over the declared variances.
+  !> Returns what load l adds to sums over loads, for callers that need no residuals: (1) the mean squared difference of heights
+  !> [m^2], of which h^2 of Truong et al. is the sum; (2) the sum of squares over the declared variances.
   pure function evaluation_terms(self, experiment, l) result(terms)
     class(evaluation_t), intent(in) :: self
     type(experiment_t), intent(in) :: experiment
@@ -109,8 +109,9 @@ contains
     end do
   end subroutine evaluate
 
-  !> How far the wing, moved by u(3, n_all) [m] under load l, lies in the two zones, of the wing's length, 0 outside:
-  !> the way of the loaded place against the force, and what the horizontal distance from root to tip lacks of one half.
+  !> Returns how far the wing, moved by u(3, n_all) [m] under load l, lies in the two excluded zones, as shares of the length of
+  !> the wing; 0 outside. They are the way of the loaded place against the force, and what the horizontal distance from root to
+  !> tip lacks of one half.
   pure function zone_violations(experiment, l, u) result(violation)
     type(experiment_t), intent(in) :: experiment
     integer, intent(in) :: l

@@ -55,10 +55,10 @@ module measurement_experiment
 
 contains
 
-  !> The experiment of a checked `measurement` of `wing`, with the parameters of these numbers (see solid_params_t)
-  !> sought and the others as in `params`; the same of the instrument, which does nothing unless it is given. Weight
-  !> needs masses(n_points) [kg]. Fails if the model does, if a parameter that is sought by factors is not positive, or
-  !> if the measurement lacks what a parameter of the instrument needs.
+  !> Makes the experiment of a checked `measurement` of `wing`. Parameters with these numbers (see solid_params_t) are sought; the
+  !> others are as in `params`. The same holds for the instrument, which does nothing unless it is given. Weight needs
+  !> masses(n_points) [kg]. Fails if the model fails, if a parameter that is sought by factors is not positive, or if the
+  !> measurement lacks what a parameter of the instrument needs.
   subroutine experiment_init(self, measurement, wing, params, numbers, options, failure, instrument, &
                              instrument_numbers, masses)
     class(experiment_t), intent(out) :: self
@@ -146,26 +146,26 @@ contains
     self%moves_rest = self%bends_rest .or. acts(HEIGHT_SCALE) .or. any(acts(MAP_SHIFT_X:MAP_SCALE))
   end subroutine check_instrument
 
-  !> Whether parameter `number` of the wing curves the wing without a load.
+  !> Tells whether parameter `number` of the wing curves the wing without a load.
   pure logical function bends_rest(params, number)
     type(solid_params_t), intent(in) :: params
     integer, intent(in) :: number
     bends_rest = curves_rest(params%effects, number - params%count_basic())
   end function bends_rest
 
-  !> Number of unknowns.
+  !> Returns the number of unknowns.
   pure integer function experiment_count(self) result(n)
     class(experiment_t), intent(in) :: self
     n = self%count_parameters() + size(self%measurement%zeros)
   end function experiment_count
 
-  !> Number of unknowns that are not offsets of observations.
+  !> Returns the number of unknowns that are not offsets of observations.
   pure integer function experiment_count_parameters(self) result(n)
     class(experiment_t), intent(in) :: self
     n = size(self%numbers) + size(self%instrument_numbers)
   end function experiment_count_parameters
 
-  !> Number of residuals under load l, or under all loads for l = 0.
+  !> Returns the number of residuals under load l, or under all loads for l = 0.
   pure integer function experiment_count_residuals(self, l) result(n)
     class(experiment_t), intent(in) :: self
     integer, intent(in) :: l
@@ -176,7 +176,7 @@ contains
     end if
   end function experiment_count_residuals
 
-  !> Name, unit, scale and bounds of unknown i; those of a parameter, or of an offset, which is called 'zero:<name>'.
+  !> Returns name, unit, scale and bounds of unknown i: of a parameter, or of an offset, which is called 'zero:<name>'.
   function experiment_describe(self, i) result(p)
     class(experiment_t), intent(in) :: self
     integer, intent(in) :: i
@@ -203,7 +203,7 @@ contains
     p%lower = -p%upper
   end function experiment_describe
 
-  !> Coordinates of the model's and the instrument's own parameters, and of offsets 0.
+  !> Returns the coordinates at which the model and the instrument have their own parameters, and offsets are 0.
   function experiment_start(self) result(coordinates)
     class(experiment_t), intent(in) :: self
     real(rp) :: coordinates(self%count())
@@ -222,7 +222,7 @@ contains
     end do
   end function experiment_start
 
-  !> All parameters of the model at these coordinates.
+  !> Returns all parameters of the model at these coordinates.
   function experiment_params(self, coordinates) result(params)
     class(experiment_t), intent(in) :: self
     real(rp), intent(in) :: coordinates(:)
@@ -240,7 +240,7 @@ contains
     end do
   end function experiment_params
 
-  !> All parameters of the instrument at these coordinates.
+  !> Returns all parameters of the instrument at these coordinates.
   function experiment_instrument_at(self, coordinates) result(instrument)
     class(experiment_t), intent(in) :: self
     real(rp), intent(in) :: coordinates(:)
@@ -259,8 +259,8 @@ contains
     end do
   end function experiment_instrument_at
 
-  !> h [m] of Truong et al.: the square root of the sum over loads of the mean squared difference of the deformations.
-  !> residuals(:) are those of all loads, one behind the other; scalar observations do not count.
+  !> Returns h [m] of Truong et al.: the square root of the sum over loads of the mean squared difference of the deformations.
+  !> residuals(:) are those of all loads, one behind the other. Scalar observations do not count.
   pure real(rp) function experiment_cost(self, residuals) result(h)
     class(experiment_t), intent(in) :: self
     real(rp), intent(in) :: residuals(:)
@@ -276,7 +276,7 @@ contains
     h = sqrt(h)
   end function experiment_cost
 
-  !> Whether the place `load_offset` [m] of where load l is stated to have acted is one of the wing.
+  !> Tells whether the place at the distance `load_offset` [m] from where load l is stated to have acted is one of the wing.
   logical function experiment_acts_on_wing(self, l, load_offset) result(acts)
     class(experiment_t), intent(in) :: self
     integer, intent(in) :: l

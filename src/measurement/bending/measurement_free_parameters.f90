@@ -30,7 +30,7 @@ contains
     call visitor%visit_allocatable('is_log', self%is_log)
   end subroutine free_parameters_visit
 
-  !> Number of parameters.
+  !> Returns the number of parameters that are sought.
   pure integer function free_parameters_count(self) result(n)
     class(free_parameters_t), intent(in) :: self
     n = 0

@@ -42,7 +42,7 @@ module measurement_outliers
 
 contains
 
-  !> Takes the heights that stand out from `m`.
+  !> Removes the heights that stand out from `m`. The module head says which do.
   subroutine leave_out_outliers(m, outliers)
     type(measurement_t), intent(inout) :: m
     type(outliers_t), intent(out) :: outliers

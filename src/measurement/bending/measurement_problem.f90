@@ -63,7 +63,7 @@ module measurement_problem
 
 contains
 
-  !> The first point will be solved cold. The experiment must live as long as the problem.
+  !> Begins with this experiment, which must live as long as the problem. The first point will be solved cold.
   subroutine problem_init(self, experiment)
     class(wing_problem_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: experiment
@@ -91,7 +91,7 @@ contains
                                                  self%is_left_out)
   end subroutine problem_free
 
-  !> All loads that are not left out at p: `evaluations` and `trial_shapes`, warm from `shapes` where `is_start`.
+  !> Solves all loads that are not left out at p: `evaluations` and `trial_shapes`, warm from `shapes` where `is_start`.
   subroutine problem_run(self, p)
     class(wing_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)
@@ -104,7 +104,7 @@ contains
     end do
   end subroutine problem_run
 
-  !> Makes p the last point, whose `evaluations` and `trial_shapes` are then at hand.
+  !> Solves all loads at p, and makes it the last point.
   subroutine problem_solve(self, p)
     class(wing_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)
@@ -112,6 +112,8 @@ contains
     self%p = p
   end subroutine problem_solve
 
+  !> Returns residuals and derivatives over their sd at p; see `least_squares_t`. `is_valid` is false if a load has no shape
+  !> outside the excluded zones.
   subroutine problem_evaluate(self, p, residuals, jacobian, is_valid)
     class(wing_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)
@@ -138,7 +140,7 @@ contains
     end do
   end subroutine problem_evaluate
 
-  !> The shapes of the last point become the starts of what follows.
+  !> Makes the shapes of the last point the starts of what follows.
   subroutine problem_accept(self)
     class(wing_problem_t), intent(inout) :: self
     integer :: l
@@ -237,8 +239,8 @@ contains
     difference = sqrt(maxval(sum((self%trial_shapes - self%shapes)**2, 1)))
   end subroutine problem_cold_difference
 
-  !> Bounds of all unknowns, and normal priors about `centre` with standard deviation `decades` ln 10 for those that are
-  !> logarithms, and with their own usual one for effects; the others have none.
+  !> Returns the bounds of all unknowns, and their normal priors: about `centre`, with the standard deviation `decades` ln 10 for
+  !> logarithms, and with their own usual one for effects. Other unknowns have none.
   function wing_unknowns(experiment, centre, decades) result(unknowns)
     type(experiment_t), intent(in) :: experiment
     real(rp), intent(in) :: centre(:), decades

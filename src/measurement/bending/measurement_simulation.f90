@@ -28,7 +28,7 @@ module measurement_simulation
   !> What a simulation works in; one per process. Nothing of it enters the next one; derivatives are those of the last.
   type :: simulation_t
     type(bent_wing_t) :: loaded                      !< the wing under the load
-    type(view_t) :: view                             !< what is shown; positions of the points
+    type(view_t) :: view                             !< what is shown
     type(bent_wing_t), private :: rest               !< without a load, if its weight bends it
     type(applied_t), private :: applied
     type(solid_params_t), private :: params          !< without drying and creep
@@ -51,7 +51,7 @@ module measurement_simulation
 
 contains
 
-  !> Room for this experiment.
+  !> Makes room for this experiment.
   subroutine simulation_init(self, experiment)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -74,8 +74,9 @@ contains
     if (allocated(self%force)) deallocate (self%force, self%change, self%motion, self%rest_u, self%outcome)
   end subroutine simulation_free
 
-  !> The shape under load l at these coordinates. u(3, n_all) [m] as in `bent_wing_t%solve`. What drying leaves no
-  !> stiffness, and a force beside the wing, is a failure in the report. The force acts `load_offset` [m] of its place, if given.
+  !> Finds the shape under load l at these coordinates. u(3, n_all) [m] is as in `bent_wing_t%solve`. The force acts at the
+  !> distance `load_offset` [m] from its place, if that is given. The report fails if drying leaves no stiffness, or if the force
+  !> acts beside the wing.
   subroutine simulation_solve(self, experiment, coordinates, l, is_warm, u, report, load_offset)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -95,8 +96,7 @@ contains
     self%params = params
     call self%view%set(experiment%instrument_at(coordinates))
     associate (load => experiment%measurement%loads(l))
-      call apply_load(self%view%instrument, load, experiment%sites(l), experiment%model%points, &
-                      experiment%model%triangles, experiment%model%size, off, self%applied, self%force)
+      call apply_load(self%view%instrument, load, experiment%sites(l), experiment%model, off, self%applied, self%force)
       factor = stiffness_factor(self%view%instrument, load)
     end associate
     if (.not. self%applied%is_valid) report%reason = 'the force acts beside the wing'
@@ -144,7 +144,7 @@ contains
       changed%tolerance = options%tolerance*norm2(load)/norm2(weight)
   end function options_for
 
-  !> residuals(n): what would have been shown less what was measured, after a converged `solve`.
+  !> Returns residuals(n), what would have been shown less what was measured, after a converged `solve`.
   subroutine simulation_residuals(self, experiment, coordinates, l, residuals)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -179,7 +179,7 @@ contains
     end associate
   end subroutine keep_outcome
 
-  !> column(n): derivative of the residuals with respect to unknown i. This and all below are after `residuals`.
+  !> Returns column(n), the derivative of the residuals with respect to unknown i. Call this and all below after `residuals`.
   subroutine simulation_derivative(self, experiment, l, i, column)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -201,7 +201,7 @@ contains
     end if
   end subroutine simulation_derivative
 
-  !> The same with respect to parameter `number` of the wing, sought or not, per log unit if it varies by factors.
+  !> Returns the derivative with respect to parameter `number` of the wing, sought or not, per log unit if it varies by factors.
   subroutine simulation_parameter_tangent(self, experiment, l, number, column)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -219,7 +219,7 @@ contains
     call self%view%rest_tangent(experiment, l, self%motion, column)
   end subroutine simulation_parameter_tangent
 
-  !> The same with respect to the logarithm of the stiffness of hinge h of the model.
+  !> Returns the derivative with respect to the logarithm of the stiffness of hinge h of the model.
   subroutine simulation_hinge_tangent(self, experiment, l, h, column)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -234,7 +234,7 @@ contains
     call self%view%rest_tangent(experiment, l, self%motion, column)
   end subroutine simulation_hinge_tangent
 
-  !> The same with respect to the logarithm of a damage in disc = (x, y, radius) [m] that the wing does not have.
+  !> Returns the derivative with respect to the logarithm of a damage in disc = (x, y, radius) [m] that the wing does not have.
   subroutine simulation_damage_tangent(self, experiment, l, disc, column)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -250,7 +250,7 @@ contains
     call self%view%rest_tangent(experiment, l, self%motion, column)
   end subroutine simulation_damage_tangent
 
-  !> The same with respect to the size of a further dead load force(3, n_all) [N].
+  !> Returns the derivative with respect to the size of a further dead load force(3, n_all) [N].
   subroutine simulation_force_tangent(self, experiment, l, force, column)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -261,8 +261,8 @@ contains
     call self%view%loaded_tangent(experiment, l, self%motion, column)
   end subroutine simulation_force_tangent
 
-  !> The same with respect to the coordinate of parameter `number` of the instrument, sought or not. What the measurement
-  !> must hold for it has to be there (see `missing_for`), and the masses of the experiment for its weight.
+  !> Returns the derivative with respect to the coordinate of parameter `number` of the instrument, sought or not. The measurement
+  !> must hold what it needs (see `missing_for`), and the experiment the masses for its weight.
   subroutine simulation_instrument_tangent(self, experiment, l, number, column)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -325,8 +325,8 @@ contains
     column = (column - self%outcome(:size(column))/self%view%scale)/(2*self%view%scale)
   end subroutine find_nonlinearity
 
-  !> columns(n, N_NUISANCES): derivatives with respect to accidents of this load alone, which are its force [N], x and y
-  !> [m] of its place, tilt [rad] about x and about y and piston [m] of its scan, and their declared sd, 0 if none is.
+  !> Returns columns(n, N_NUISANCES), the derivatives with respect to accidents of this load alone: its force [N], x and y [m] of
+  !> its place, tilt [rad] about x and about y and piston [m] of its scan. Returns their declared sd, too, 0 if none is declared.
   subroutine simulation_nuisance_tangents(self, experiment, l, columns, sd)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment

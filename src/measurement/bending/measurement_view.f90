@@ -2,21 +2,20 @@
 !> Computes what an instrument shows of a wing with and without a load, and how that changes when points move.
 module measurement_view
   use base_kinds, only: rp
+  use measurement_comparison, only: observed_shape_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: instrument_t, PISTON, TILT_X
   use measurement_map, only: plane_height, plane_slope, map_position_derivatives, map_positions, map_parameter_derivatives
-  use measurement_sampling, only: surface_sample_t
   implicit none
   private
   public :: view_t
 
   !> One per process. Nothing is allocated after `init`.
   type :: view_t
-    real(rp), allocatable :: positions(:, :)         !< (3, n_points) [m] of the loaded wing's points
     type(instrument_t) :: instrument
     real(rp) :: scale = 1                            !< of the forces; what moves counts as much more
-    type(surface_sample_t), private :: sample, rest_sample
-    real(rp), allocatable, dimension(:, :), private :: rest_positions, seen, rest_seen, shown
+    type(observed_shape_t), private :: loaded, rest  !< the wing with and without the load
+    real(rp), allocatable, private :: shown(:, :)
     real(rp), allocatable, private :: rest_heights(:), slopes(:)
   contains
     procedure :: init => view_init
@@ -33,7 +32,7 @@ module measurement_view
 
 contains
 
-  !> Room for this experiment.
+  !> Makes room for this experiment.
   subroutine view_init(self, experiment)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -41,17 +40,15 @@ contains
     call self%free()
     n = experiment%model%n_points
     n_heights = maxval(experiment%comparisons%n_heights)
-    call self%sample%init(n_heights)
-    call self%rest_sample%init(n_heights)
-    allocate (self%positions(3, n), self%rest_positions(3, n), self%seen(3, n), self%rest_seen(3, n), &
-              self%shown(3, n), self%rest_heights(n_heights), self%slopes(n_heights), source=0.0_rp)
+    call self%loaded%init(n, n_heights)
+    call self%rest%init(n, n_heights)
+    allocate (self%shown(3, n), self%rest_heights(n_heights), self%slopes(n_heights), source=0.0_rp)
   end subroutine view_init
 
   !> Releases everything.
   subroutine view_free(self)
     class(view_t), intent(inout) :: self
-    if (allocated(self%positions)) deallocate (self%positions, self%rest_positions, self%seen, self%rest_seen, &
-                                               self%shown, self%rest_heights, self%slopes)
+    if (allocated(self%shown)) deallocate (self%shown, self%rest_heights, self%slopes)
   end subroutine view_free
 
   !> Takes over an instrument.
@@ -62,7 +59,8 @@ contains
     self%scale = instrument%load_scale()
   end subroutine view_set
 
-  !> The heights of the wing without a load at the places of load l; moved(3, :) [m] by its weight, if that bends it.
+  !> Finds the heights of the wing without a load at the places of load l. Its weight has moved it by moved(3, :) [m], if that
+  !> bends it.
   subroutine view_observe_rest(self, experiment, l, moved)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -71,16 +69,16 @@ contains
     integer :: n
     n = experiment%model%n_points
     associate (comparison => experiment%comparisons(l), m => experiment%measurement, model => experiment%model)
-      self%rest_positions = model%points(:, :n)
-      if (present(moved)) self%rest_positions = self%rest_positions + moved(:, :n)
-      call map_positions(self%instrument, self%rest_positions, self%rest_seen)
-      call comparison%heights(m%x, m%y, model%triangles, experiment%edges, self%rest_seen, self%rest_sample, &
-                              self%rest_heights)
+      self%rest%positions = model%points(:, :n)
+      if (present(moved)) self%rest%positions = self%rest%positions + moved(:, :n)
+      call map_positions(self%instrument, self%rest%positions, self%rest%seen)
+      call comparison%locate(m%x, m%y, model%triangles, experiment%edges, self%rest)
+      call comparison%heights(self%rest, self%rest_heights)
     end associate
   end subroutine view_observe_rest
 
-  !> residuals(n) under load l without the plane of the scan: the wing is moved(3, :) [m], and `observe_rest` was done
-  !> if the experiment moves the wing without a load; zeros(:) are unknown offsets.
+  !> Returns residuals(n) under load l without the plane of the scan. The wing is moved by moved(3, :) [m]; zeros(:) are unknown
+  !> offsets. Call `observe_rest` before if the experiment moves the wing without a load.
   subroutine view_residuals(self, experiment, l, moved, zeros, residuals)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -90,11 +88,11 @@ contains
     integer :: n
     n = experiment%model%n_points
     associate (comparison => experiment%comparisons(l), m => experiment%measurement, model => experiment%model)
-      self%positions = model%points(:, :n) + moved(:, :n)
-      call map_positions(self%instrument, self%positions, self%seen)
+      self%loaded%positions = model%points(:, :n) + moved(:, :n)
+      call map_positions(self%instrument, self%loaded%positions, self%loaded%seen)
       if (.not. experiment%moves_rest) self%rest_heights(:comparison%n_heights) = comparison%unloaded
-      call comparison%residuals(m%x, m%y, model%points, model%triangles, experiment%edges, self%positions, self%seen, &
-                                self%rest_heights, 1/self%scale, zeros, self%sample, residuals)
+      call comparison%locate(m%x, m%y, model%triangles, experiment%edges, self%loaded)
+      call comparison%residuals(model%points, self%loaded, self%rest_heights, 1/self%scale, zeros, residuals)
     end associate
   end subroutine view_residuals
 
@@ -114,7 +112,7 @@ contains
     end associate
   end subroutine view_add_plane
 
-  !> column(n): derivative of the plane with respect to parameter `number`; 0 if it has no part in it.
+  !> Returns column(n), the derivative of the plane with respect to parameter `number`; 0 if it has no part in it.
   subroutine view_plane(self, experiment, l, number, column)
     class(view_t), intent(in) :: self
     type(experiment_t), intent(in) :: experiment
@@ -129,7 +127,7 @@ contains
     end associate
   end subroutine view_plane
 
-  !> column(n): what motion(3, :) [m per unit] of the loaded wing does to the residuals.
+  !> Returns column(n), what motion(3, :) [m per unit] of the loaded wing does to the residuals.
   subroutine view_loaded_tangent(self, experiment, l, motion, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -140,12 +138,12 @@ contains
     n = experiment%model%n_points
     call map_position_derivatives(self%instrument, motion(:, :n), self%shown)
     associate (comparison => experiment%comparisons(l), m => experiment%measurement)
-      call comparison%derivatives(m%x, m%y, self%positions, motion(:, :n), self%seen, self%shown, self%sample, column)
+      call comparison%derivatives(m%x, m%y, self%loaded, motion(:, :n), self%shown, column)
     end associate
     column = column/self%scale
   end subroutine view_loaded_tangent
 
-  !> Adds what motion(3, :) of the wing without a load does; after `observe_rest`.
+  !> Adds to column(n) what motion(3, :) [m per unit] of the wing without a load does; after `observe_rest`.
   subroutine view_rest_tangent(self, experiment, l, motion, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -156,21 +154,21 @@ contains
     call subtract_rest(self, experiment, l, column)
   end subroutine view_rest_tangent
 
-  !> column(n): what parameter `number` of the map does to both; 0 if it has no part in it.
+  !> Returns column(n), what parameter `number` of the map does to both; 0 if it has no part in it.
   subroutine view_map_tangent(self, experiment, l, number, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
     integer, intent(in) :: l, number
     real(rp), intent(out) :: column(:)
     column = 0
-    call map_parameter_derivatives(self%instrument, number, self%positions, self%shown)
+    call map_parameter_derivatives(self%instrument, number, self%loaded%positions, self%shown)
     if (.not. any(abs(self%shown) > 0)) return
     if (.not. experiment%moves_rest) call self%observe_rest(experiment, l)
     associate (comparison => experiment%comparisons(l), m => experiment%measurement)
-      call comparison%height_slopes(m%x, m%y, self%seen, self%sample, self%shown, column)
+      call comparison%height_slopes(m%x, m%y, self%loaded, self%shown, column)
     end associate
     column = column/self%scale
-    call map_parameter_derivatives(self%instrument, number, self%rest_positions, self%shown)
+    call map_parameter_derivatives(self%instrument, number, self%rest%positions, self%shown)
     call subtract_rest(self, experiment, l, column)
   end subroutine view_map_tangent
 
@@ -180,7 +178,7 @@ contains
     integer, intent(in) :: l
     real(rp), intent(inout) :: column(:)
     associate (comparison => experiment%comparisons(l), m => experiment%measurement)
-      call comparison%height_slopes(m%x, m%y, self%rest_seen, self%rest_sample, self%shown, self%slopes)
+      call comparison%height_slopes(m%x, m%y, self%rest, self%shown, self%slopes)
       column(:comparison%n_heights) = column(:comparison%n_heights) - self%slopes(:comparison%n_heights)/self%scale
     end associate
   end subroutine subtract_rest

@@ -11,9 +11,27 @@ module measurement_attributes
   use solid_wing_report, only: wing_report_t
   implicit none
   private
-  public :: check_names, read_real, read_direction, read_vector, read_whole, read_word
+  public :: check_names, read_real, read_direction, read_vector, read_whole, read_word, valid_range_t, above_zero, from_zero
+
+  !> The values that are valid for a number in a file.
+  type :: valid_range_t
+    real(rp) :: lowest = 0, highest = huge(1.0_rp)
+    logical :: is_open = .false. !< the lowest value itself is not valid
+  end type valid_range_t
 
 contains
+
+  !> Returns the range of all numbers above zero, up to `highest`.
+  pure type(valid_range_t) function above_zero(highest) result(range)
+    real(rp), intent(in) :: highest
+    range = valid_range_t(0.0_rp, highest, .true.)
+  end function above_zero
+
+  !> Returns the range from zero up to `highest`.
+  pure type(valid_range_t) function from_zero(highest) result(range)
+    real(rp), intent(in) :: highest
+    range = valid_range_t(0.0_rp, highest, .false.)
+  end function from_zero
 
   !> Reports the attributes of `object` that are not among the words of `known`.
   subroutine check_names(file, object, known, report)
@@ -28,33 +46,32 @@ contains
     call report_unknown('attribute', object, names, known, report)
   end subroutine check_names
 
-  !> A real (or integer) attribute, at least `lowest`, or above it if `is_open`, and at most `highest`; if it is left
-  !> out it is `default`, or a mistake without one.
-  subroutine read_real(file, object, name, unit, lowest, is_open, highest, value, report, default)
+  !> Reads a real (or integer) attribute in `unit`, in the range that is valid. If it is left out, it is `default`; without a
+  !> default that is a mistake. After a mistake, which goes to `report`, the value is the default or the lowest one of the range.
+  subroutine read_real(file, object, name, unit, valid, value, report, default)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name, unit
-    real(rp), intent(in) :: lowest, highest
-    logical, intent(in) :: is_open
+    type(valid_range_t), intent(in) :: valid
     real(rp), intent(out) :: value
     type(wing_report_t), intent(inout) :: report
     real(rp), intent(in), optional :: default
     real(rp) :: values(1)
     logical :: ok
-    value = lowest
+    value = valid%lowest
     if (present(default)) value = default
     if (present(default) .and. .not. has_attribute(file, object, name)) return
     call read_numbers(file, object, name, unit, values, ok, report)
     if (.not. ok) return
-    if (values(1) < lowest .or. is_open .and. .not. values(1) > lowest .or. values(1) > highest) then
+    if (values(1) < valid%lowest .or. values(1) > valid%highest .or. valid%is_open .and. .not. values(1) > valid%lowest) then
       call report%add(object, 'attribute '//name//' is '//number_text(values(1))//'; valid: '// &
-                      trim(merge('above   ', 'at least', is_open))//' '//number_text(lowest)//', at most '// &
-                      number_text(highest)//' '//unit)
+                      trim(merge('above   ', 'at least', valid%is_open))//' '//number_text(valid%lowest)//', at most '// &
+                      number_text(valid%highest)//' '//unit)
     else
       value = values(1)
     end if
   end subroutine read_real
 
-  !> A required attribute of several reals, at most `highest` in size.
+  !> Reads a required attribute of several reals, of size `highest` or less. After a mistake, which goes to `report`, they are 0.
   subroutine read_vector(file, object, name, unit, highest, values, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name, unit
@@ -70,7 +87,7 @@ contains
     values = 0
   end subroutine read_vector
 
-  !> A required direction, made a unit vector; (0, 0, 1) after a mistake.
+  !> Reads a required direction and makes it a unit vector. After a mistake, which goes to `report`, it is (0, 0, 1).
   subroutine read_direction(file, object, name, direction, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -121,7 +138,8 @@ contains
     if (.not. ok) values = 0
   end subroutine read_numbers
 
-  !> An optional integer between `lowest` and `highest`.
+  !> Reads an optional integer between `lowest` and `highest`. It is `default` if it is left out, or after a mistake, which goes
+  !> to `report`.
   subroutine read_whole(file, object, name, lowest, highest, default, value, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -143,7 +161,8 @@ contains
     end if
   end subroutine read_whole
 
-  !> A text; if it is missing it is empty, which is a mistake if `is_required`.
+  !> Reads a text. If it is left out it is empty, which is a mistake if `is_required`. After a mistake, which goes to `report`, it
+  !> is empty.
   subroutine read_word(file, object, name, is_required, text, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name

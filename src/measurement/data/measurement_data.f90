@@ -193,21 +193,21 @@ contains
     call visitor%visit('is_plan', self%is_plan)
   end subroutine measurement_visit
 
-  !> Number of heights under the load.
+  !> Returns the number of heights under the load.
   pure integer function load_count(self) result(n)
     class(measured_load_t), intent(in) :: self
     n = 0
     if (allocated(self%height)) n = size(self%height)
   end function load_count
 
-  !> Number of natural modes.
+  !> Returns the number of natural modes.
   pure integer function measurement_count_modes(self) result(n)
     class(measurement_t), intent(in) :: self
     n = 0
     if (allocated(self%modes)) n = size(self%modes)
   end function measurement_count_modes
 
-  !> Numbers that natural modes are compared by: a frequency each, and one less than places of a shape.
+  !> Returns how many numbers natural modes are compared by: a frequency each, and one less than places of a shape.
   pure integer function measurement_count_mode_observations(self) result(n)
     class(measurement_t), intent(in) :: self
     integer :: i
@@ -217,13 +217,13 @@ contains
     end do
   end function measurement_count_mode_observations
 
-  !> Whether the wing moved: there are modes or records, which feel its mass.
+  !> Tells whether the wing moved: there are modes or records, which feel its mass.
   pure logical function measurement_moves(self) result(moves)
     class(measurement_t), intent(in) :: self
     moves = self%count_modes() + self%count_series() > 0
   end function measurement_moves
 
-  !> Whether it moved in air.
+  !> Tells whether it moved in air.
   pure logical function measurement_is_in_air(self) result(is_in_air)
     class(measurement_t), intent(in) :: self
     is_in_air = .false.
@@ -231,14 +231,14 @@ contains
     if (self%count_series() > 0) is_in_air = is_in_air .or. any(self%series%medium == MEDIUM_AIR)
   end function measurement_is_in_air
 
-  !> Number of records of a wing that rings.
+  !> Returns the number of records of a wing that rings.
   pure integer function measurement_count_series(self) result(n)
     class(measurement_t), intent(in) :: self
     n = 0
     if (allocated(self%series)) n = size(self%series)
   end function measurement_count_series
 
-  !> Numbers in them.
+  !> Returns how many numbers the records have.
   pure integer function measurement_count_series_observations(self) result(n)
     class(measurement_t), intent(in) :: self
     integer :: i
@@ -265,8 +265,8 @@ contains
     end do
   end function measurement_count_flight_observations
 
-  !> Name of load l or, behind the loads, of a mode, or behind these of a trace: that of its record and its number there; or
-  !> behind these of a component of a flight.
+  !> Returns the name of load l or, behind the loads, of a mode, or behind these of a trace: the name of its record and its number
+  !> there, or behind these of a component of a flight.
   pure function measurement_surface_name(self, l) result(name)
     class(measurement_t), intent(in) :: self
     integer, intent(in) :: l
@@ -295,7 +295,7 @@ contains
     end if
   end function measurement_surface_name
 
-  !> Place (x, y) [m] of height number k of load l.
+  !> Returns the place (x, y) [m] of height number k of load l.
   pure function measurement_site(self, l, k) result(site)
     class(measurement_t), intent(in) :: self
     integer, intent(in) :: l, k
@@ -303,7 +303,7 @@ contains
     site = [self%x(self%loads(l)%node(1, k)), self%y(self%loads(l)%node(2, k))]
   end function measurement_site
 
-  !> Loaded minus unloaded height [m] number k of load l.
+  !> Returns the loaded minus the unloaded height [m], number k of load l.
   pure real(rp) function measurement_deformation(self, l, k) result(deformation)
     class(measurement_t), intent(in) :: self
     integer, intent(in) :: l, k
@@ -312,7 +312,7 @@ contains
     end associate
   end function measurement_deformation
 
-  !> Its standard deviation [m]: the errors of the loaded and of the unloaded height together.
+  !> Returns its standard deviation [m]: that of the errors of the loaded and of the unloaded height together.
   pure real(rp) function measurement_deformation_sigma(self, l, k) result(sigma)
     class(measurement_t), intent(in) :: self
     integer, intent(in) :: l, k

@@ -9,7 +9,8 @@ module measurement_file
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use io_seal, only: guard_input
   use io_suggest, only: suggestion_t
-  use measurement_attributes, only: check_names, read_direction, read_real, read_vector, read_whole, read_word
+  use measurement_attributes, only: above_zero, check_names, from_zero, read_direction, read_real, read_vector, read_whole, &
+                                    read_word, valid_range_t
   use measurement_check, only: check_measurement
   use measurement_data, only: measurement_t, measured_load_t, observation_t, NOT_STATED, QUANTITY_DISPLACEMENT, &
                               QUANTITY_ROTATION
@@ -99,15 +100,13 @@ contains
     end if
     call check_names(file, OBJECT, [character(18) :: 'height', 'correlation_length', 'force', 'force_gain', &
                                     'position', 'tilt', 'piston'], report)
-    if (file%has('/reference')) call read_real(file, OBJECT, 'height', 'm', 0.0_rp, .true., FAR, &
-                                               m%accuracy%height, report)
-    call read_real(file, OBJECT, 'correlation_length', 'm', 0.0_rp, .false., FAR, m%accuracy%correlation_length, &
-                   report, 0.0_rp)
-    call read_real(file, OBJECT, 'force', 'N', 0.0_rp, .false., 1.0e6_rp, m%accuracy%force, report, 0.0_rp)
-    call read_real(file, OBJECT, 'force_gain', '', 0.0_rp, .false., 10.0_rp, m%accuracy%force_gain, report, 0.0_rp)
-    call read_real(file, OBJECT, 'position', 'm', 0.0_rp, .false., FAR, m%accuracy%position, report, 0.0_rp)
-    call read_real(file, OBJECT, 'tilt', 'rad', 0.0_rp, .false., 1.0_rp, m%accuracy%tilt, report, 0.0_rp)
-    call read_real(file, OBJECT, 'piston', 'm', 0.0_rp, .false., FAR, m%accuracy%piston, report, 0.0_rp)
+    if (file%has('/reference')) call read_real(file, OBJECT, 'height', 'm', above_zero(FAR), m%accuracy%height, report)
+    call read_real(file, OBJECT, 'correlation_length', 'm', from_zero(FAR), m%accuracy%correlation_length, report, 0.0_rp)
+    call read_real(file, OBJECT, 'force', 'N', from_zero(1.0e6_rp), m%accuracy%force, report, 0.0_rp)
+    call read_real(file, OBJECT, 'force_gain', '', from_zero(10.0_rp), m%accuracy%force_gain, report, 0.0_rp)
+    call read_real(file, OBJECT, 'position', 'm', from_zero(FAR), m%accuracy%position, report, 0.0_rp)
+    call read_real(file, OBJECT, 'tilt', 'rad', from_zero(1.0_rp), m%accuracy%tilt, report, 0.0_rp)
+    call read_real(file, OBJECT, 'piston', 'm', from_zero(FAR), m%accuracy%piston, report, 0.0_rp)
   end subroutine read_accuracy
 
   subroutine read_calibration(file, m, report)
@@ -186,14 +185,14 @@ contains
     call check_names(file, group, [character(9) :: 'force', 'direction', 'point', 'order', 'time', 'hold', &
                                    'replicate'], report)
     load%has_surface = file%has(group//'/z')
-    call read_real(file, group, 'force', 'N', 0.0_rp, load%has_surface, 1.0e6_rp, load%force, report)
+    call read_real(file, group, 'force', 'N', valid_range_t(0.0_rp, 1.0e6_rp, load%has_surface), load%force, report)
     if (m%is_plan .and. has_reference) load%has_surface = load%force > 0
     call read_direction(file, group, 'direction', load%direction, report)
     call read_vector(file, group, 'point', 'm', FAR, load%point, report)
     call read_whole(file, group, 'order', 1, huge(1), 0, load%order, report)
     call read_whole(file, group, 'replicate', 1, huge(1), 1, load%replicate, report)
-    call read_real(file, group, 'time', 's', 0.0_rp, .false., LONG_AGO, load%time, report, NOT_STATED)
-    call read_real(file, group, 'hold', 's', 0.0_rp, .false., LONG_AGO, load%hold, report, NOT_STATED)
+    call read_real(file, group, 'time', 's', from_zero(LONG_AGO), load%time, report, NOT_STATED)
+    call read_real(file, group, 'hold', 's', from_zero(LONG_AGO), load%hold, report, NOT_STATED)
     if (load%has_surface .and. has_reference) then
       call read_surface(file, group, m, load, report)
     else if (load%has_surface) then
@@ -258,8 +257,8 @@ contains
     if (len(text) > 0 .and. text /= trim(merge('m  ', 'rad', observation%quantity == QUANTITY_DISPLACEMENT))) &
       call report%add(group, 'attribute units is '//quoted(text)//'; valid: m for displacements, rad for rotations')
     if (m%is_plan) unread = 0
-    call read_real(file, group, 'value', '', -FAR, .false., FAR, observation%value, report, unread)
-    call read_real(file, group, 'sigma', '', 0.0_rp, .true., FAR, observation%sigma, report)
+    call read_real(file, group, 'value', '', valid_range_t(-FAR, FAR), observation%value, report, unread)
+    call read_real(file, group, 'sigma', '', above_zero(FAR), observation%sigma, report)
     call read_word(file, group, 'zero', .false., text, report)
     if (len(text) == 0) return
     zero = text

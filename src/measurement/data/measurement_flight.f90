@@ -9,7 +9,7 @@ module measurement_flight
   use io_attributes, only: has_attribute
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use io_suggest, only: suggestion_t
-  use measurement_attributes, only: check_names, read_real, read_vector, read_whole, read_word
+  use measurement_attributes, only: above_zero, check_names, from_zero, read_real, read_vector, read_whole, read_word
   use solid_wing_datasets, only: check_members, read_names, read_real_dataset
   use solid_wing_report, only: wing_report_t
   implicit none
@@ -121,12 +121,12 @@ contains
     call check_members(file, group, [character(6) :: 'time', 'mean', 'sd', 'spread'], report)
     call check_names(file, group, [character(16) :: 'frequency', 'beats', 'frame', 'reference', 'correlation_time', &
                                    'per_length', 'components', 'units'], report)
-    call read_real(file, group, 'frequency', 'Hz', 0.0_rp, .true., 1.0e9_rp, f%frequency, report)
+    call read_real(file, group, 'frequency', 'Hz', above_zero(1.0e9_rp), f%frequency, report)
     call read_beats(file, group, f, report)
     call read_word(file, group, 'frame', .true., text, report)
     if (len(text) > 0 .and. text /= 'lab') call report%add(group, 'attribute frame is '//quoted(text)//'; valid: lab')
     call read_vector(file, group, 'reference', 'm', FAR, f%reference, report)
-    call read_real(file, group, 'correlation_time', 's', 0.0_rp, .false., 1.0e6_rp, f%correlation_time, report, 0.0_rp)
+    call read_real(file, group, 'correlation_time', 's', from_zero(1.0e6_rp), f%correlation_time, report, 0.0_rp)
     call read_whole(file, group, 'per_length', 0, 1, 0, per_length, report)
     f%is_per_length = per_length == 1
     call read_components(file, group, f, report)

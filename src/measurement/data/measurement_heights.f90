@@ -18,7 +18,7 @@ module measurement_heights
 
 contains
 
-  !> Grid lines and unloaded heights, which a plan has not. The arrays are allocated in any case, empty after a mistake.
+  !> Reads grid lines and unloaded heights, which a plan has not. The arrays are allocated in any case, empty after a mistake.
   subroutine read_reference(file, m, report)
     type(hdf5_file_t), intent(in) :: file
     type(measurement_t), intent(inout) :: m
@@ -83,7 +83,8 @@ contains
     call report%finish()
   end subroutine read_axis
 
-  !> The heights of a load that are known, where the unloaded height is known too; in a plan all, or those whose sd is known.
+  !> Reads the heights of a load that are known, where the unloaded height is known too; in a plan all, or those whose sd is
+  !> known.
   subroutine read_surface(file, group, m, load, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group

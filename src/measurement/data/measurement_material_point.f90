@@ -18,7 +18,7 @@ module measurement_material_point
 
 contains
 
-  !> The place (x, y) [m] on the wing of the given points (3, n) and triangles (3, m); `length` [m] is the wing's.
+  !> Finds the place (x, y) [m] on the wing of these points (3, n) [m] and triangles (3, m), whose length is `length` [m].
   pure function find_material_point(points, triangles, length, site) result(found)
     real(rp), intent(in) :: points(:, :), length, site(2)
     integer, intent(in) :: triangles(:, :)
@@ -48,7 +48,7 @@ contains
     found%weight = [1.0_rp, 0.0_rp, 0.0_rp]
   end function find_material_point
 
-  !> gradient(2, 3) [1/m] of the shares of a place in a triangle when it moves in x and y.
+  !> Returns gradient(2, 3) [1/m], by how much the shares of a place in a triangle change when it moves in x and y.
   pure function weight_gradient(points, site) result(gradient)
     real(rp), intent(in) :: points(:, :)
     type(material_point_t), intent(in) :: site

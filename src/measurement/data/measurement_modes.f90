@@ -6,7 +6,7 @@ module measurement_modes
   use base_visitor, only: visited_t, visitor_t
   use io_arrays, only: is_finite, is_group
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
-  use measurement_attributes, only: check_names, read_real, read_whole, read_word
+  use measurement_attributes, only: above_zero, check_names, from_zero, read_real, read_whole, read_word
   use measurement_material_point, only: find_material_point, material_point_t
   use solid_wing, only: wing_t
   use solid_wing_datasets, only: check_members, read_names, read_real_dataset
@@ -56,7 +56,7 @@ contains
     call visitor%visit_allocatable('sigma', self%sigma)
   end subroutine mode_visit
 
-  !> The modes of a file, in alphabetical order, none if it has none, and the density of the air [kg/m^3].
+  !> Reads the modes of a file, in alphabetical order, and the density of the air [kg/m^3]. A file without modes gives none.
   subroutine read_modes(file, modes, density, report)
     type(hdf5_file_t), intent(in) :: file
     type(measured_mode_t), allocatable, intent(out) :: modes(:)
@@ -71,7 +71,8 @@ contains
     end do
   end subroutine read_modes
 
-  !> The names in a group of what moved, in alphabetical order, none if there is no such group, and the density of the air [kg/m^3].
+  !> Reads the names in a group of what moved, in alphabetical order, and the density of the air [kg/m^3]. A file without such a
+  !> group gives none.
   subroutine read_names_and_air(file, group, names, density, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -82,10 +83,10 @@ contains
     call read_names(file, group, names, report)
     if (.not. is_group(file, group)) return
     call check_names(file, group, [character(11) :: 'air_density'], report)
-    call read_real(file, group, 'air_density', 'kg/m^3', 0.0_rp, .true., 1.0e3_rp, density, report, AIR_DENSITY)
+    call read_real(file, group, 'air_density', 'kg/m^3', above_zero(1.0e3_rp), density, report, AIR_DENSITY)
   end subroutine read_names_and_air
 
-  !> The attribute `medium` of a group; a mistake leaves `medium` as it is.
+  !> Reads the attribute `medium` of a group. A mistake leaves `medium` as it is.
   subroutine read_medium(file, group, medium, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -119,13 +120,13 @@ contains
     call check_members(file, group, [character(6) :: 'points', 'shape', 'sigma'], report)
     call check_names(file, group, [character(15) :: 'frequency', 'frequency_sigma', 'damping', 'damping_sigma', 'medium', &
                                    'number'], report)
-    call read_real(file, group, 'frequency', 'Hz', 0.0_rp, .true., 1.0e9_rp, mode%frequency, report)
-    call read_real(file, group, 'frequency_sigma', 'Hz', 0.0_rp, .true., 1.0e9_rp, mode%frequency_sigma, report)
+    call read_real(file, group, 'frequency', 'Hz', above_zero(1.0e9_rp), mode%frequency, report)
+    call read_real(file, group, 'frequency_sigma', 'Hz', above_zero(1.0e9_rp), mode%frequency_sigma, report)
     if (mode%frequency > 0 .and. mode%frequency_sigma > mode%frequency) &
       call report%add(group, 'attribute frequency_sigma is '//number_text(mode%frequency_sigma)// &
                       ' Hz, more than the frequency')
-    call read_real(file, group, 'damping', '', 0.0_rp, .false., 1.0_rp, mode%damping, report, -1.0_rp)
-    if (mode%damping >= 0) call read_real(file, group, 'damping_sigma', '', 0.0_rp, .true., 1.0_rp, mode%damping_sigma, report)
+    call read_real(file, group, 'damping', '', from_zero(1.0_rp), mode%damping, report, -1.0_rp)
+    if (mode%damping >= 0) call read_real(file, group, 'damping_sigma', '', above_zero(1.0_rp), mode%damping_sigma, report)
     call read_whole(file, group, 'number', 1, 1000, 0, mode%number, report)
     call read_medium(file, group, mode%medium, report)
     if (file%has(group//'/points') .or. file%has(group//'/shape') .or. file%has(group//'/sigma')) then

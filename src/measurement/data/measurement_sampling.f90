@@ -24,7 +24,7 @@ module measurement_sampling
 
 contains
 
-  !> Room for n places.
+  !> Makes room for n places.
   subroutine sample_init(self, n)
     class(surface_sample_t), intent(out) :: self
     integer, intent(in) :: n
@@ -33,7 +33,7 @@ contains
     allocate (self%is_beside(n), source=.true.)
   end subroutine sample_init
 
-  !> Edges (2, k) of only one triangle.
+  !> Returns the edges (2, k) of only one of the triangles.
   function outline_edges(n_points, triangles) result(edges)
     integer, intent(in) :: n_points, triangles(:, :)
     integer, allocatable :: edges(:, :), from(:), next(:)
@@ -115,7 +115,7 @@ contains
     end do
   end subroutine sample_surface
 
-  !> The height [m] at place k.
+  !> Returns the height [m] at place k.
   pure real(rp) function sampled_height(positions, sample, k) result(height)
     real(rp), intent(in) :: positions(:, :)
     type(surface_sample_t), intent(in) :: sample
@@ -127,8 +127,8 @@ contains
     end do
   end function sampled_height
 
-  !> gradient(3, 3): derivatives of the height at place k, which is at (x, y), with respect to the coordinates
-  !> (first index) of its corners (second index): where the surface slopes, sideways motion changes the height too.
+  !> Returns gradient(3, 3), the derivatives of the height at place k, which is at (x, y), with respect to the coordinates (first
+  !> index) of its corners (second index). Where the surface slopes, sideways motion changes the height too.
   pure subroutine height_gradient(positions, sample, k, site, gradient)
     real(rp), intent(in) :: positions(:, :), site(2)
     type(surface_sample_t), intent(in) :: sample

@@ -7,7 +7,8 @@ module measurement_series
   use base_visitor, only: visited_t, visitor_t
   use io_arrays, only: is_finite, is_group
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
-  use measurement_attributes, only: check_names, read_direction, read_real, read_vector, read_whole, read_word
+  use measurement_attributes, only: above_zero, check_names, from_zero, read_direction, read_real, read_vector, read_whole, &
+                                    read_word
   use measurement_modes, only: read_medium, read_names_and_air, MEDIUM_VACUUM
   use measurement_material_point, only: find_material_point, material_point_t
   use solid_ringing, only: EXCITED_BASE, EXCITED_RELEASE, EXCITED_TAP
@@ -76,20 +77,20 @@ contains
     call visitor%visit_allocatable('base', self%base)
   end subroutine series_visit
 
-  !> Numbers that are known.
+  !> Returns how many numbers are known.
   pure integer function series_count(self) result(n)
     class(measured_series_t), intent(in) :: self
     n = 0
     if (allocated(self%is_known)) n = count(self%is_known)
   end function series_count
 
-  !> [s] From the excitation to the last sample.
+  !> Returns the time [s] from the excitation to the last sample.
   pure real(rp) function series_length(self) result(length)
     class(measured_series_t), intent(in) :: self
     length = self%start + (size(self%values, 1) - 1)/self%rate
   end function series_length
 
-  !> The records of a file, in alphabetical order, none if it has none, and the density of the air [kg/m^3].
+  !> Reads the records of a file, in alphabetical order, and the density of the air [kg/m^3]. A file without records gives none.
   subroutine read_series(file, series, density, report)
     type(hdf5_file_t), intent(in) :: file
     type(measured_series_t), allocatable, intent(out) :: series(:)
@@ -129,10 +130,10 @@ contains
     if (len(text) > 0 .and. text /= 'm' .and. text /= 'm/s') &
       call report%add(group, 'attribute units is '//quoted(text)//'; valid: m (displacement), m/s (velocity)')
     call read_direction(file, group, 'axis', s%axis, report)
-    call read_real(file, group, 'rate', 'Hz', 0.0_rp, .true., 1.0e9_rp, s%rate, report)
-    call read_real(file, group, 'start', 's', 0.0_rp, .false., 1.0e6_rp, s%start, report, 0.0_rp)
-    call read_real(file, group, 'trigger_sigma', 's', 0.0_rp, .false., 1.0e6_rp, s%trigger_sigma, report, 0.0_rp)
-    call read_real(file, group, 'lowpass', 'Hz', 0.0_rp, .true., 1.0e9_rp, s%lowpass, report, 0.0_rp)
+    call read_real(file, group, 'rate', 'Hz', above_zero(1.0e9_rp), s%rate, report)
+    call read_real(file, group, 'start', 's', from_zero(1.0e6_rp), s%start, report, 0.0_rp)
+    call read_real(file, group, 'trigger_sigma', 's', from_zero(1.0e6_rp), s%trigger_sigma, report, 0.0_rp)
+    call read_real(file, group, 'lowpass', 'Hz', above_zero(1.0e9_rp), s%lowpass, report, 0.0_rp)
     call read_whole(file, group, 'order', 1, 2, 1, s%order, report)
     call read_excitation(file, group, s, report)
     call read_values(file, group, s, report)
@@ -163,8 +164,8 @@ contains
       return
     end select
     call read_vector(file, group, 'point', 'm', FAR, s%point, report)
-    call read_real(file, group, 'size', unit, 0.0_rp, .true., 1.0e6_rp, s%size, report)
-    call read_real(file, group, 'size_sigma', unit, 0.0_rp, .false., 1.0e6_rp, s%size_sigma, report)
+    call read_real(file, group, 'size', unit, above_zero(1.0e6_rp), s%size, report)
+    call read_real(file, group, 'size_sigma', unit, from_zero(1.0e6_rp), s%size_sigma, report)
   end subroutine read_excitation
 
   !> Places, values and their sd.

@@ -9,6 +9,8 @@ module measurement_write
   use io_seal, only: write_seal
   use measurement_data, only: measurement_t, measured_load_t, observation_t, QUANTITY_DISPLACEMENT
   use measurement_modes, only: measured_mode_t, MEDIUM_NAMES
+  use measurement_series, only: measured_series_t
+  use solid_ringing, only: EXCITED_BASE, EXCITED_RELEASE
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   implicit none
   private
@@ -16,8 +18,8 @@ module measurement_write
 
 contains
 
-  !> Writes `m` to the file `path`, in this process alone. Heights are written where the load and the
-  !> reference have them. Reading it gives `m` again if the loads are in
+  !> Writes `m`, bending tests, modes and records, to the file `path`, in this process alone. Heights are written where the
+  !> load and the reference have them. Reading it gives `m` again if the loads are in
   !> alphabetical order, heights and numbers to the last bit, directions normalised.
   subroutine write_measurement(path, m, failure)
     character(*), intent(in) :: path
@@ -34,7 +36,7 @@ contains
       call write_reals(file, '/reference/x', [size(m%x)], m%x, failure)
       call write_reals(file, '/reference/y', [size(m%y)], m%y, failure)
       if (.not. m%is_plan) call write_map(file, '/reference/z', m%unloaded, m%has_unloaded, failure)
-      call write_map(file, '/reference/sigma', m%unloaded_sigma, m%has_unloaded, failure)
+      call write_map(file, '/reference/sigma', m%unloaded_sigma, m%unloaded_sigma > 0, failure)
     end if
     call write_accuracy(file, m, failure)
     if (size(m%loads) > 0) call file%make_group('/loads', failure)
@@ -51,6 +53,13 @@ contains
     end if
     do i = 1, m%count_modes()
       call write_mode(file, m%modes(i), failure)
+    end do
+    if (m%count_series() > 0) then
+      call file%make_group('/series', failure)
+      call put_attribute(file, '/series', 'air_density', m%series_air_density, failure)
+    end if
+    do i = 1, m%count_series()
+      call write_record(file, m%series(i), failure)
     end do
     call file%close(failure)
     if (failure%failed) return
@@ -80,6 +89,44 @@ contains
     call write_reals(file, group//'/shape', [n], mode%shape, failure, '1')
     call write_reals(file, group//'/sigma', [n], mode%sigma, failure, '1')
   end subroutine write_mode
+
+  subroutine write_record(file, s, failure)
+    type(hdf5_file_t), intent(in) :: file
+    type(measured_series_t), intent(in) :: s
+    type(failure_t), intent(inout) :: failure
+    character(:), allocatable :: group, units
+    real(rp), allocatable :: by_sample(:, :)
+    integer :: n, m
+    group = '/series/'//s%name
+    units = trim(merge('m/s', 'm  ', s%is_velocity))
+    call file%make_group(group, failure)
+    call put_attribute(file, group, 'medium', trim(MEDIUM_NAMES(s%medium)), failure)
+    call put_attribute(file, group, 'units', units, failure)
+    call put_attribute(file, group, 'direction', s%direction, failure)
+    call put_attribute(file, group, 'axis', s%axis, failure)
+    call put_attribute(file, group, 'rate', s%rate, failure)
+    call put_attribute(file, group, 'trigger_sigma', s%trigger_sigma, failure)
+    if (s%lowpass > 0) then
+      call put_attribute(file, group, 'lowpass', s%lowpass, failure)
+      call put_attribute(file, group, 'order', s%order, failure)
+    end if
+    if (s%excitation == EXCITED_BASE) then
+      call put_attribute(file, group, 'excitation', 'base', failure)
+      call write_reals(file, group//'/base', [size(s%base)], s%base, failure, 'm/s2')
+    else
+      call put_attribute(file, group, 'excitation', trim(merge('release', 'tap    ', s%excitation == EXCITED_RELEASE)), failure)
+      call put_attribute(file, group, 'start', s%start, failure)
+      call put_attribute(file, group, 'point', s%point, failure)
+      call put_attribute(file, group, 'size', s%size, failure)
+      call put_attribute(file, group, 'size_sigma', s%size_sigma, failure)
+    end if
+    n = size(s%values, 1)
+    m = size(s%values, 2)
+    by_sample = transpose(merge(s%values, ieee_value(0.0_rp, ieee_quiet_nan), s%is_known))
+    call write_reals(file, group//'/points', [2, m], [s%place], failure)
+    call write_reals(file, group//'/values', [m, n], [by_sample], failure, units)
+    call write_reals(file, group//'/sigma', [m], s%sigma, failure, units)
+  end subroutine write_record
 
   subroutine write_accuracy(file, m, failure)
     type(hdf5_file_t), intent(in) :: file

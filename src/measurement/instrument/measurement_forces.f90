@@ -8,6 +8,7 @@ module measurement_forces
                                     FORCE_OFFSET, FORCE_TILT_X, FORCE_TILT_Y, GRAVITY_X, GRAVITY_Z, LOAD_SHIFT_X, &
                                     LOAD_SHIFT_Y
   use measurement_material_point, only: find_material_point, material_point_t, weight_gradient
+  use solid_model, only: solid_model_t
   use solid_rotation, only: rotation_derivative, rotation_matrix
   implicit none
   private
@@ -25,21 +26,23 @@ module measurement_forces
 
 contains
 
-  !> The force of `load`, of which `place` is the stated place, on the wing of points(3, :) and triangles and of
-  !> `length` [m]. force(3, :) [N] gets it, and nothing else. It acts `load_offset` [m] of where the instrument lets it act.
-  subroutine apply_load(instrument, load, site, points, triangles, length, load_offset, applied, force)
+  !> Sets force(3, :) [N] to the force of `load` on the points of `model`. `site` is the stated place of the load. The force acts
+  !> at the distance load_offset(2) [m] from where the instrument lets it act. If that is beside the wing, `applied` is not valid
+  !> and the force is zero.
+  subroutine apply_load(instrument, load, site, model, load_offset, applied, force)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
     type(material_point_t), intent(in) :: site
-    real(rp), intent(in) :: points(:, :), length, load_offset(2)
-    integer, intent(in) :: triangles(:, :)
+    type(solid_model_t), intent(in) :: model
+    real(rp), intent(in) :: load_offset(2)
     type(applied_t), intent(out) :: applied
     real(rp), intent(inout) :: force(:, :)
     real(rp) :: shift(2)
     integer :: c
     shift = instrument%values([LOAD_SHIFT_X, LOAD_SHIFT_Y]) + load_offset
     applied%site = site
-    if (any(abs(shift) > 0)) applied%site = find_material_point(points, triangles, length, load%point + shift)
+    if (any(abs(shift) > 0)) &
+      applied%site = find_material_point(model%points, model%triangles, model%size, load%point + shift)
     applied%is_valid = applied%site%is_found
     applied%is_applied = load%force > 0 .and. applied%is_valid
     applied%direction = load%direction
@@ -72,8 +75,8 @@ contains
     end do
   end subroutine add_weight
 
-  !> derivative(3, :) [N per unit] of the force with respect to the coordinate of parameter `number`, per log unit of
-  !> the gain; 0 for parameters that leave the force alone.
+  !> Returns derivative(3, :) [N per unit] of the force with respect to the coordinate of parameter `number`, per log unit of the
+  !> gain; 0 for parameters that leave the force alone.
   subroutine force_derivative(instrument, load, applied, masses, points, number, derivative)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
@@ -101,7 +104,7 @@ contains
     end select
   end subroutine force_derivative
 
-  !> The same with respect to the magnitude of this force alone.
+  !> Returns derivative(3, :) of the force with respect to the magnitude of this force alone.
   subroutine magnitude_derivative(applied, derivative)
     type(applied_t), intent(in) :: applied
     real(rp), intent(out) :: derivative(:, :)
@@ -109,7 +112,7 @@ contains
     call spread_force(applied, applied%direction, derivative)
   end subroutine magnitude_derivative
 
-  !> The same with respect to x (axis 1) or y of its place; 0 on a structure without triangles.
+  !> Returns derivative(3, :) [N/m] of the force with respect to x (axis 1) or y of its place; 0 on a structure without triangles.
   subroutine position_derivative(applied, points, axis, derivative)
     type(applied_t), intent(in) :: applied
     real(rp), intent(in) :: points(:, :)
@@ -138,7 +141,7 @@ contains
     end do
   end subroutine spread_force
 
-  !> Factors under this load: (1) on all bending stiffness, (2) on the veins' E beside it.
+  !> Returns the factors under this load: (1) on all bending stiffness, (2) on the veins' E beside it.
   pure function stiffness_factor(instrument, load) result(factor)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
@@ -150,7 +153,7 @@ contains
     end associate
   end function stiffness_factor
 
-  !> Derivatives of their logarithms with respect to the coordinate of parameter `number`.
+  !> Returns the derivatives of the logarithms of these factors with respect to the coordinate of parameter `number`.
   pure function stiffness_slopes(instrument, load, number) result(slope)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load

@@ -62,7 +62,7 @@ module measurement_instrument
 
 contains
 
-  !> Scales of bounds and priors from a measurement of a wing of `length` [m]; values stay.
+  !> Takes the scales of bounds and priors from a measurement of a wing of `length` [m]. Values stay.
   pure subroutine instrument_set_scales(self, m, length)
     class(instrument_t), intent(inout) :: self
     type(measurement_t), intent(in) :: m
@@ -77,7 +77,7 @@ contains
     self%piston_sd = m%accuracy%piston
   end subroutine instrument_set_scales
 
-  !> Name, unit, scale, bounds and null of parameter i. Priors are the declared sd where there are any.
+  !> Returns name, unit, scale, bounds and null of parameter i. Priors are the declared sd where there are any.
   function instrument_describe(self, i) result(p)
     class(instrument_t), intent(in) :: self
     integer, intent(in) :: i
@@ -133,7 +133,7 @@ contains
     if (sd > 0) declared_or_default = sd
   end function declared_or_default
 
-  !> Number of the parameter called `name`, 0 if there is none.
+  !> Returns the number of the parameter called `name`, 0 if there is none.
   pure integer function instrument_find(self, name) result(found)
     class(instrument_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -143,14 +143,14 @@ contains
     found = 0
   end function instrument_find
 
-  !> Value of parameter i in its unit.
+  !> Returns the value of parameter i, in its unit.
   pure real(rp) function instrument_get(self, i) result(value)
     class(instrument_t), intent(in) :: self
     integer, intent(in) :: i
     value = self%values(i)
   end function instrument_get
 
-  !> Sets parameter i.
+  !> Sets parameter i, in its unit.
   pure subroutine instrument_set(self, i, value)
     class(instrument_t), intent(inout) :: self
     integer, intent(in) :: i
@@ -158,7 +158,7 @@ contains
     self%values(i) = value
   end subroutine instrument_set
 
-  !> Whether parameters first to last, or all, do nothing.
+  !> Tells whether parameters first to last, or all, do nothing.
   pure logical function instrument_is_null(self, first, last) result(is_null)
     class(instrument_t), intent(in) :: self
     integer, intent(in), optional :: first, last
@@ -170,14 +170,14 @@ contains
     is_null = .not. any(differs)
   end function instrument_is_null
 
-  !> sqrt q: what the forces are multiplied by.
+  !> Returns sqrt q, by which the forces are multiplied.
   pure real(rp) function instrument_load_scale(self) result(scale)
     class(instrument_t), intent(in) :: self
     real(rp), parameter :: LEAST = 1.0e-4_rp ! of q, below which rounding outweighs what is not linear
     scale = sqrt(max(LEAST, self%values(NONLINEARITY)))
   end function instrument_load_scale
 
-  !> What the measurement lacks so that parameter i means something; '' if nothing.
+  !> Returns what the measurement lacks so that parameter i means something; empty if nothing.
   function missing_for(i, m) result(problem)
     integer, intent(in) :: i
     type(measurement_t), intent(in) :: m

@@ -11,7 +11,7 @@ module measurement_map
 
 contains
 
-  !> seen(3, n) [m] of positions(3, n) [m]; the same to the bit if the instrument does nothing.
+  !> Returns seen(3, n) [m], where the instrument shows positions(3, n) [m]; the same to the bit if the instrument does nothing.
   pure subroutine map_positions(instrument, positions, seen)
     type(instrument_t), intent(in) :: instrument
     real(rp), intent(in) :: positions(:, :)
@@ -26,7 +26,7 @@ contains
     seen(3, :) = instrument%values(HEIGHT_SCALE)*positions(3, :)
   end subroutine map_positions
 
-  !> The same of derivatives motion(3, n) of positions.
+  !> Returns the derivatives of what is seen, for derivatives motion(3, n) of positions.
   pure subroutine map_position_derivatives(instrument, motion, seen)
     type(instrument_t), intent(in) :: instrument
     real(rp), intent(in) :: motion(:, :)
@@ -39,8 +39,8 @@ contains
     seen(3, :) = instrument%values(HEIGHT_SCALE)*motion(3, :)
   end subroutine map_position_derivatives
 
-  !> motion(3, n): derivatives of what is seen of positions(3, n) with respect to the coordinate of parameter `number`,
-  !> per log unit of both scales; 0 for parameters that are not of the map.
+  !> Returns motion(3, n), the derivatives of what is seen of positions(3, n) with respect to the coordinate of parameter
+  !> `number`, per log unit of both scales; 0 for parameters that are not of the map.
   pure subroutine map_parameter_derivatives(instrument, number, positions, motion)
     type(instrument_t), intent(in) :: instrument
     integer, intent(in) :: number
@@ -74,14 +74,14 @@ contains
     m = instrument%values(MAP_SCALE)*m
   end function turning
 
-  !> What loaded maps show more at (x, y) [m].
+  !> Returns how much more [m] loaded maps show at (x, y) [m].
   pure real(rp) function plane_height(instrument, x, y) result(height)
     type(instrument_t), intent(in) :: instrument
     real(rp), intent(in) :: x, y
     height = instrument%values(TILT_X)*y - instrument%values(TILT_Y)*x + instrument%values(PISTON)
   end function plane_height
 
-  !> Its derivative with respect to parameter `number`.
+  !> Returns the derivative of that with respect to parameter `number`.
   pure real(rp) function plane_slope(number, x, y) result(slope)
     integer, intent(in) :: number
     real(rp), intent(in) :: x, y

@@ -50,7 +50,7 @@ module measurement_mode_simulation
 
 contains
 
-  !> For the modes of a checked measurement, none or more, of the wing of `model` with these masses.
+  !> Takes the modes of a checked measurement, none or more, of the wing of `model` with these masses.
   subroutine simulation_init(self, measurement, model, parts)
     class(mode_simulation_t), intent(inout) :: self
     type(measurement_t), intent(in) :: measurement
@@ -93,7 +93,8 @@ contains
     self%n = 0
   end subroutine simulation_free
 
-  !> Modes with these parameters and masses: residuals(n). `ok` false: there are none, as the wing at rest is unstable.
+  !> Finds the modes with these parameters and masses, and residuals(n). `ok` is false if there are none, as the wing at rest is
+  !> unstable.
   subroutine simulation_evaluate(self, params, effects, residuals, ok)
     class(mode_simulation_t), intent(inout) :: self
     type(solid_params_t), intent(in) :: params
@@ -184,7 +185,7 @@ contains
     end do
   end subroutine find_clusters
 
-  !> This and those below: see motion_simulation_t. A change of joints is no other one here.
+  !> Returns what a change of stiffness does to the residuals; see motion_simulation_t. A change of joints is no other one here.
   subroutine simulation_stiffness_tangent(self, direction, is_joint, column)
     class(mode_simulation_t), intent(inout) :: self
     type(stiffness_t), intent(in) :: direction
@@ -201,6 +202,7 @@ contains
     end do
   end subroutine simulation_stiffness_tangent
 
+  !> Returns what a change of the masses does to the residuals; see motion_simulation_t.
   subroutine simulation_mass_tangent(self, number, effects, column)
     class(mode_simulation_t), intent(inout) :: self
     integer, intent(in) :: number
@@ -216,6 +218,7 @@ contains
     end do
   end subroutine simulation_mass_tangent
 
+  !> Returns what a clamp that gives way does to the residuals; see motion_simulation_t.
   subroutine simulation_clamp_tangent(self, k, column)
     class(mode_simulation_t), intent(inout) :: self
     integer, intent(in) :: k
@@ -260,7 +263,7 @@ contains
     end do
   end subroutine project_change
 
-  !> The model with the parameters of the last evaluation, from which directions of stiffness are made.
+  !> Returns the model with the parameters of the last evaluation, from which directions of stiffness are made.
   function simulation_model(self) result(model)
     class(mode_simulation_t), intent(in), target :: self
     type(solid_model_t), pointer :: model

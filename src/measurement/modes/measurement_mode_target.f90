@@ -45,7 +45,7 @@ module measurement_mode_target
 
 contains
 
-  !> For a checked mode of the wing of `model`.
+  !> Takes a checked mode of the wing of `model`.
   subroutine target_init(self, mode, model)
     class(mode_target_t), intent(out) :: self
     type(measured_mode_t), intent(in) :: mode
@@ -98,7 +98,8 @@ contains
     end do
   end function observe
 
-  !> MAC of the mode with the space of shapes(3, :, :); negative if they are more than the places can tell, or not seen.
+  !> Returns the MAC of the mode with the space of shapes(3, :, :); negative if they are more than the places can tell, or not
+  !> seen.
   real(rp) function target_assurance(self, shapes) result(mac)
     class(mode_target_t), intent(in) :: self
     real(rp), intent(in) :: shapes(:, :, :)
@@ -116,14 +117,14 @@ contains
     mac = sum(matmul(self%s, q)**2)/sum(self%s**2)
   end function target_assurance
 
-  !> exp(-(ln(f/f_m))^2/(2 spread^2)) for a computed frequency f [Hz].
+  !> Returns exp(-(ln(f/f_m))^2/(2 spread^2)) for a computed frequency f [Hz].
   pure real(rp) function target_nearness(self, f, spread) result(nearness)
     class(mode_target_t), intent(in) :: self
     real(rp), intent(in) :: f, spread
     nearness = exp(-0.5_rp*((log(f) - self%log_frequency)/spread)**2)
   end function target_nearness
 
-  !> residuals(n), computed less measured, for the modes lo to hi with these lambdas [rad^2/s^2] and shapes.
+  !> Returns residuals(n), computed less measured, for the modes lo to hi with these lambdas [rad^2/s^2] and shapes.
   subroutine target_residuals(self, lambdas, shapes, residuals)
     class(mode_target_t), intent(inout) :: self
     real(rp), intent(in) :: lambdas(:), shapes(:, :, :)
@@ -161,8 +162,8 @@ contains
     residuals(1) = (log(self%frequency) - self%log_frequency)/self%log_sigma
   end subroutine target_residuals
 
-  !> column(n): their derivative, from the slopes of the modes lo to hi: force(:, :), for which a change of the masses counts
-  !> with the lambda of each column, and shapes(3, :, :). After `residuals`.
+  !> Returns column(n), the derivative of the residuals, from the slopes of the modes lo to hi: force(:, :), for which a change of
+  !> the masses counts with the lambda of each column, and shapes(3, :, :). Call it after `residuals`.
   subroutine target_tangent(self, force, shapes, is_mass, column)
     class(mode_target_t), intent(in) :: self
     real(rp), intent(in) :: force(:, :), shapes(:, :, :)

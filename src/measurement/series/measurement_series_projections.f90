@@ -40,7 +40,7 @@ contains
     end do
   end subroutine apply_joints
 
-  !> a(:, :, i) times b(:, :, j).
+  !> Returns the matrix of the products of a(:, :, i) and b(:, :, j).
   pure function products(a, b) result(c)
     real(rp), intent(in) :: a(:, :, :), b(:, :, :)
     real(rp) :: c(size(a, 3), size(b, 3))
@@ -49,7 +49,7 @@ contains
     c = matmul(transpose(reshape(a, [n, size(a, 3)])), reshape(b, [n, size(b, 3)]))
   end function products
 
-  !> Displacements of a place along an axis.
+  !> Returns the displacements of a place along an axis.
   pure function displacement_along(site, axis, shapes) result(values)
     type(material_point_t), intent(in) :: site
     real(rp), intent(in) :: axis(3), shapes(:, :, :)
@@ -61,7 +61,7 @@ contains
     end do
   end function displacement_along
 
-  !> Products of the masses(3, n_all) that move along a direction.
+  !> Returns the products of the masses(3, n_all) [kg] that move along a direction.
   pure function inertia_along(mass, direction, shapes) result(values)
     real(rp), intent(in) :: mass(:, :), direction(3), shapes(:, :, :)
     real(rp) :: values(size(shapes, 3))
@@ -69,7 +69,7 @@ contains
     values = [(sum(direction*sum(mass*shapes(:, :, i), 2)), i=1, size(values))]
   end function inertia_along
 
-  !> A matrix of size 0.
+  !> Returns a matrix of size 0.
   pure function no_matrix() result(matrix)
     real(rp), allocatable :: matrix(:, :)
     allocate (matrix(0, 0))

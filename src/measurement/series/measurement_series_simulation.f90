@@ -63,7 +63,7 @@ module measurement_series_simulation
 
 contains
 
-  !> For the records of a checked measurement, none or more, of the wing of `model` with these masses.
+  !> Takes the records of a checked measurement, none or more, of the wing of `model` with these masses.
   subroutine simulation_init(self, measurement, model, parts)
     class(series_simulation_t), intent(inout) :: self
     type(measurement_t), intent(in) :: measurement
@@ -130,7 +130,8 @@ contains
     self%n = 0
   end subroutine simulation_free
 
-  !> Motions with these parameters, masses and damping: residuals(n). `ok` false: there are none, as the wing at rest is unstable.
+  !> Computes the motions with these parameters, masses and damping, and residuals(n). `ok` is false if there are none, as the
+  !> wing at rest is unstable.
   subroutine simulation_evaluate(self, params, effects, damping, residuals, ok)
     class(series_simulation_t), intent(inout) :: self
     type(solid_params_t), intent(in) :: params
@@ -231,12 +232,17 @@ contains
     end associate
   end subroutine subtract_measured
 
-  !> seen(samples, traces) of record i, after `evaluate`.
-  function simulation_computed(self, i) result(seen)
+  !> Returns seen(samples, traces) of record i, after `evaluate`; with `errors` of the size and the time of its excitation, in sd.
+  function simulation_computed(self, i, errors) result(seen)
     class(series_simulation_t), intent(in) :: self
     integer, intent(in) :: i
+    real(rp), intent(in), optional :: errors(2)
     real(rp), allocatable :: seen(:, :)
     seen = self%rings(i)%seen
+    if (.not. present(errors)) return
+    associate (s => self%series(i))
+      seen = seen + errors(1)*s%size_sigma/s%size*seen + errors(2)*s%trigger_sigma*self%rings(i)%rate
+    end associate
   end function simulation_computed
 
   !> columns(n, 2*series): what one sd of the size of the excitation, and of its time, does to each record, after `evaluate`.
@@ -253,7 +259,7 @@ contains
     end do
   end subroutine simulation_nuisances
 
-  !> This and those below: see motion_simulation_t.
+  !> Returns what a change of stiffness does to the residuals; see motion_simulation_t.
   subroutine simulation_stiffness_tangent(self, direction, is_joint, column)
     class(series_simulation_t), intent(inout) :: self
     type(stiffness_t), intent(in) :: direction
@@ -268,6 +274,7 @@ contains
     end do
   end subroutine simulation_stiffness_tangent
 
+  !> Returns what a clamp that gives way does to the residuals; see motion_simulation_t.
   subroutine simulation_clamp_tangent(self, k, column)
     class(series_simulation_t), intent(inout) :: self
     integer, intent(in) :: k
@@ -293,6 +300,7 @@ contains
     call project_change(self, m, change, is_joint, column)
   end subroutine project_stiffness_change
 
+  !> Returns what a change of the masses does to the residuals; see motion_simulation_t.
   subroutine simulation_mass_tangent(self, number, effects, column)
     class(series_simulation_t), intent(inout) :: self
     integer, intent(in) :: number
@@ -379,7 +387,7 @@ contains
     end do
   end subroutine simulation_damping_tangent
 
-  !> The model with the parameters of the last evaluation, from which directions of stiffness are made.
+  !> Returns the model with the parameters of the last evaluation, from which directions of stiffness are made.
   function simulation_model(self) result(model)
     class(series_simulation_t), intent(in), target :: self
     type(solid_model_t), pointer :: model

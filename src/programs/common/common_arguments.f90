@@ -80,7 +80,7 @@ contains
     end do
   end function position
 
-  !> Argument i as long as it is; empty if there is none.
+  !> Returns argument i as long as it is; empty if there is none.
   function argument_text(i) result(text)
     integer, intent(in) :: i
     character(:), allocatable :: text

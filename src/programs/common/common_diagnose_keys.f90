@@ -62,7 +62,7 @@ contains
     call registry%write_markdown(unit)
   end subroutine write_diagnose_reference
 
-  !> All keys of a diagnosis but those of the wing, the measurement and the instrument.
+  !> Declares and reads all keys of a diagnosis but those of the wing, the measurement and the instrument.
   subroutine diagnose_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(diagnose_choices_t), intent(inout) :: c

@@ -26,7 +26,7 @@ contains
                    'force_offset [N], drift and others of docs/theory/effects.md')
   end subroutine instrument_keys
 
-  !> Adds the section for those who use it.
+  !> Adds the section [Instrument] for programs that use it.
   subroutine register_instrument_keys(registry)
     type(registry_t), intent(inout), target :: registry
     character(:), allocatable :: unused
@@ -35,14 +35,14 @@ contains
     call instrument_keys(keys, unused)
   end subroutine register_instrument_keys
 
-  !> Adds the section for those who do not.
+  !> Adds the section [Instrument] for programs that do not use it.
   subroutine register_idle_instrument(r)
     type(registry_t), intent(inout) :: r
     call r%add_inert_section('Instrument', 'What a measurement did, for msm_train; it is no property of the wing.')
     call r%add_inert('Instrument', 'parameters', 'belongs to the measurement, not to the wing')
   end subroutine register_idle_instrument
 
-  !> Sets what the section says; all mistakes go to `errors` in one message.
+  !> Sets what the section [Instrument] says. All mistakes go to `errors` in one message.
   subroutine read_instrument(config, instrument, errors)
     type(config_t), intent(in), target :: config
     type(instrument_t), intent(inout) :: instrument
@@ -101,7 +101,7 @@ contains
     end associate
   end subroutine read_pair
 
-  !> Valid names, and the one that may have been meant.
+  !> Returns the valid names, and the one that may have been meant.
   function instrument_hint(name) result(text)
     character(*), intent(in) :: name
     character(:), allocatable :: text
@@ -120,7 +120,7 @@ contains
     text = text//suggestion%hint()
   end function instrument_hint
 
-  !> The section as text of an ini file; '' if the instrument does nothing.
+  !> Returns the section as text of an ini file; '' if the instrument does nothing.
   function instrument_lines(instrument) result(text)
     type(instrument_t), intent(in) :: instrument
     character(:), allocatable :: text

@@ -42,7 +42,7 @@ contains
     call measurement_keys(keys, unused, more, words, fallback)
   end subroutine register_measurement_keys
 
-  !> What [Measurement] says.
+  !> Returns what [Measurement] says.
   subroutine read_measurement_keys(config, choices)
     type(config_t), intent(in), target :: config
     type(measurement_choices_t), intent(out) :: choices
@@ -51,7 +51,8 @@ contains
     call measurement_keys(keys, choices, '', '', '')
   end subroutine read_measurement_keys
 
-  !> Leaves them out, unless they are to be kept or the program's preset `keeps` them, and adds how many to `notices`.
+  !> Leaves out the heights that stand out, unless they are to be kept or the program's preset `keeps` them, and adds how many to
+  !> `notices`.
   subroutine choose_heights(config, path, keeps, measurement, outliers, notices)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: path !< of the measurement

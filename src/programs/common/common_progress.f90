@@ -24,7 +24,7 @@ module common_progress
 
 contains
 
-  !> `speaks` on root only. `quantity` names the number that `step_done` gets as u_max.
+  !> Begins to tell progress. `speaks` on root only. `quantity` names the number that `step_done` gets as u_max.
   subroutine progress_init(self, speaks, interval, quantity)
     class(progress_t), intent(inout) :: self
     logical, intent(in) :: speaks
@@ -74,7 +74,7 @@ contains
     if (self%speaks .and. self%live .and. self%steps > 0) write (output_unit, '(a)') ''
   end subroutine progress_finish
 
-  !> Seconds as a person says them: 45s, 12m30s, 5h10m, 3d04h.
+  !> Returns the seconds as a person says them: 45s, 12m30s, 5h10m, 3d04h.
   function duration(seconds) result(text)
     real(rp), intent(in) :: seconds
     character(:), allocatable :: text

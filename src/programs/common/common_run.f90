@@ -156,9 +156,9 @@ contains
     value = value(:index(value//NL, NL) - 1)
   end function stored
 
-  !> Whether this run may go on from a checkpoint of the run `was`. Of its inputs that differ those of `state_keys`, which
-  !> are patterns `[section] key`, go into `failure` with what is in `conflicts`, if `accepts` does not take them; a line
-  !> for each of the others, or of all, to `remarks`. Collective.
+  !> Tells whether this run may go on from a checkpoint of the run `was`. Of its inputs that differ those of `state_keys`, which
+  !> are patterns `[section] key`, go into `failure` with what is in `conflicts`, if `accepts` does not take them; a line for each
+  !> of the others, or of all, to `remarks`. Collective.
   subroutine run_judge(self, was, state_keys, conflicts, accepts, remarks, failure)
     class(run_t), intent(inout) :: self
     type(identity_t), intent(in) :: was

@@ -11,7 +11,7 @@ module common_solver_keys
 
 contains
 
-  !> [Solver]; `most` is the usual factorisation_limit.
+  !> Declares and reads the keys of [Solver]; `most` is the usual factorisation_limit.
   subroutine solver_keys(keys, options, most)
     type(keys_t), intent(inout) :: keys
     type(static_options_t), intent(inout) :: options
@@ -24,7 +24,8 @@ contains
     call keys%integer('factorisation_limit', options%factorisation_limit, most, 'give up after so many for one load', min=1)
   end subroutine solver_keys
 
-  !> Keys of [Saving], which is the present section of `keys`: how long a run may take, and how often it says where it is.
+  !> Declares and reads keys of [Saving], which is the present section of `keys`: how long a run may take, and how often it says
+  !> where it is.
   subroutine limit_keys(keys, limits, progress_seconds)
     type(keys_t), intent(in) :: keys
     type(job_limits_t), intent(inout) :: limits

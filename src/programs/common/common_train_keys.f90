@@ -63,7 +63,7 @@ contains
     call registry%write_markdown(unit)
   end subroutine write_train_reference
 
-  !> All keys of a training but those of the wing, the measurement and the instrument.
+  !> Declares and reads all keys of a training but those of the wing, the measurement and the instrument.
   subroutine train_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(train_choices_t), intent(inout) :: c

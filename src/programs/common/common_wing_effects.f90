@@ -22,7 +22,7 @@ module common_wing_effects
 
 contains
 
-  !> Keys of [Wing], which is the present section of `keys`.
+  !> Declares and reads the keys of effects in [Wing], which is the present section of `keys`.
   subroutine effect_keys(keys, sites)
     type(keys_t), intent(in) :: keys
     type(effect_sites_t), intent(inout) :: sites
@@ -90,7 +90,7 @@ contains
     end associate
   end subroutine take_soft_place
 
-  !> A clamp that gives way is a matter of statics: a wing in motion is held by its frame.
+  !> Adds a mistake if the clamp of a wing in motion gives way: that is a matter of statics, as its frame holds a wing in motion.
   subroutine refuse_root_compliance(c, params, errors)
     type(config_t), intent(in) :: c
     type(solid_params_t), intent(in) :: params
@@ -100,7 +100,7 @@ contains
                       'wing in motion is held by its frame: leave them out')
   end subroutine refuse_root_compliance
 
-  !> What [Wing] lacks to seek or to set parameter `number`; '' if nothing, as for what is no effect.
+  !> Returns what [Wing] lacks to seek or to set parameter `number`; empty if nothing, as for what is no effect.
   function effect_without_site(params, number) result(problem)
     type(solid_params_t), intent(in) :: params
     integer, intent(in) :: number

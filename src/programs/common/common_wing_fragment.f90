@@ -17,7 +17,7 @@ module common_wing_fragment
 
 contains
 
-  !> The section with every value that differs from what it would be without, the side that these mean by +z, and the
+  !> Returns the section with every value that differs from what it would be without, the side that these mean by +z, and the
   !> fingerprint and the size of their wing, without which the values mean nothing.
   function wing_lines(p, wing_case) result(text)
     type(solid_params_t), intent(in) :: p

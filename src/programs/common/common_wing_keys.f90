@@ -52,7 +52,7 @@ contains
     call mass_keys(keys, mass)
   end subroutine register_wing_keys
 
-  !> What [Wing] says.
+  !> Returns what [Wing] says.
   subroutine read_wing_keys(config, choices)
     type(config_t), intent(in), target :: config
     type(wing_choices_t), intent(out) :: choices
@@ -61,7 +61,7 @@ contains
     call wing_keys(keys, choices, .false.)
   end subroutine read_wing_keys
 
-  !> What [Mass] says.
+  !> Returns what [Mass] says.
   subroutine read_mass_keys(config, choices)
     type(config_t), intent(in), target :: config
     type(mass_choices_t), intent(out) :: choices
@@ -80,7 +80,7 @@ contains
     call damping_keys(keys, unused, nodal)
   end subroutine register_damping_keys
 
-  !> What [Damping] says; `nodal` is a force per velocity at every point [kg/s].
+  !> Returns what [Damping] says; `nodal` is a force per velocity at every point [kg/s].
   subroutine read_damping_keys(config, inertia, nodal)
     type(config_t), intent(in), target :: config
     type(inertia_t), intent(inout) :: inertia

@@ -130,7 +130,8 @@ contains
     end if
   end subroutine check_fingerprint
 
-  !> Where the file `name` is: as it stands, or else in the folder of the input file `ini`.
+  !> Returns where the file `name` is: as it stands, or else in the folder of the input file `ini`. `problem` says if it is
+  !> nowhere.
   subroutine find_beside(ini, name, path, problem, world)
     character(*), intent(in) :: ini, name
     character(:), allocatable, intent(out) :: path, problem
@@ -139,7 +140,7 @@ contains
     if (path == '') problem = quoted(name)//' does not exist, neither here nor beside the input file'
   end subroutine find_beside
 
-  !> The first part of the names of all files goes into an index for viewers, which is XML.
+  !> Adds a mistake if the first part of the names of all files cannot go into an index for viewers, which is XML.
   subroutine check_name(config, name, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: name
@@ -280,7 +281,7 @@ contains
     text = text(4:)
   end function names_of
 
-  !> [Damping], for the motion within the wing frame.
+  !> Reads [Damping], for the motion within the wing frame.
   subroutine read_damping(config, model, inertia)
     type(config_t), intent(in) :: config
     type(solid_model_t), intent(in) :: model

@@ -36,7 +36,7 @@ contains
     end associate
   end subroutine scale_wing
 
-  !> Largest x and mean chord, which is the area over the extent along x; 0 for what the wing does not have.
+  !> Returns the largest x and mean chord, which is the area over the extent along x; 0 for what the wing does not have.
   pure function wing_size(wing) result(found)
     type(wing_t), intent(in) :: wing
     real(rp) :: found(2), area, a(2), b(2), extent

@@ -77,7 +77,7 @@ contains
     call keys%reals('gravity', p%gravity, ZERO, 'acceleration of gravity on the wings, in space', unit='m/s^2', given=c%has_gravity)
   end subroutine coupling_keys
 
-  !> Whether the wings of this run bend.
+  !> Tells whether the wings of this run bend.
   logical function wants_flexible(config)
     type(config_t), intent(in) :: config
     type(coupling_choices_t) :: c
@@ -95,7 +95,7 @@ contains
     call coupling_keys(keys, c, p)
   end subroutine read_coupling_keys
 
-  !> Whether the wings have the shape of [Wing] file: flexible ones, and rigid ones to which WingShape gives none.
+  !> Tells whether the wings have the shape of [Wing] file: flexible ones, and rigid ones to which WingShape gives none.
   logical function wants_wing_file(config)
     type(config_t), intent(in) :: config
     type(source_choices_t) :: source

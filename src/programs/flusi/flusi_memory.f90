@@ -32,7 +32,7 @@ module flusi_memory
 
 contains
 
-  !> The largest need of any of `ranks` ranks. What does not grow with the grid is left out: wings, and their markers.
+  !> Returns the largest need of any of `ranks` ranks. What does not grow with the grid is left out: wings, and their markers.
   function estimate_memory(settings, ranks) result(m)
     type(settings_t), intent(in) :: settings
     integer, intent(in) :: ranks

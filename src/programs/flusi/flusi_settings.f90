@@ -143,25 +143,25 @@ contains
                              s%flight%motion%mean_speed(), s%fluid, errors, notices)
   end subroutine read_wings
 
-  !> Whether any pass will be asked for velocity or vorticity in physical space.
+  !> Tells whether any pass will be asked for velocity or vorticity in physical space.
   pure logical function settings_needs_fields(self) result(needs)
     class(settings_t), intent(in) :: self
     needs = self%output%needs_fields() .or. (self%samples_pressure() .and. self%coupler%needs_fields())
   end function settings_needs_fields
 
-  !> Whether the coupling will make trials of the flow.
+  !> Tells whether the coupling will make trials of the flow.
   pure logical function settings_needs_trials(self) result(needs)
     class(settings_t), intent(in) :: self
     needs = self%samples_pressure() .and. self%coupler%needs_trials()
   end function settings_needs_trials
 
-  !> Whether any pass will be asked for the pressure.
+  !> Tells whether any pass will be asked for the pressure.
   pure logical function settings_needs_pressure(self) result(needs)
     class(settings_t), intent(in) :: self
     needs = self%output%fields%pressure .or. self%output%fields%wing_sides .or. self%samples_pressure()
   end function settings_needs_pressure
 
-  !> Whether the load that bends the wings is that of the pressure beside them.
+  !> Tells whether the load that bends the wings is that of the pressure beside them.
   pure logical function settings_samples_pressure(self) result(looks)
     class(settings_t), intent(in) :: self
     looks = self%flexible .and. .not. self%flight%thin%is_thin

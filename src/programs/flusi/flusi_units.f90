@@ -23,7 +23,7 @@ module flusi_units
 
 contains
 
-  !> The keys.
+  !> Declares and reads the keys of [units].
   subroutine units_keys(keys, u)
     type(keys_t), intent(inout) :: keys
     type(units_t), intent(inout) :: u

@@ -11,7 +11,7 @@ module diagnose_checks
 
 contains
 
-  !> Name of the check that speaks against the baseline, or nothing.
+  !> Returns the name of the check that speaks against the baseline, or nothing.
   function alarm_name(d) result(name)
     type(diagnosis_t), intent(in) :: d
     character(:), allocatable :: name

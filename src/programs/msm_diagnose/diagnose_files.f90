@@ -11,7 +11,7 @@ module diagnose_files
   use common_instrument, only: instrument_lines
   use common_wing_fragment, only: wing_lines
   use diagnose_modes, only: mass_lines, write_mode_tables
-  use diagnose_series, only: damping_lines
+  use diagnose_series, only: damping_lines, write_series_tables
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence
   use diagnosis_next_measurement, only: next_measurement_t
@@ -119,6 +119,7 @@ contains
       deallocate (rows)
     end do
     call write_mode_tables(file, s, failure)
+    call write_series_tables(file, s, failure)
     call write_unknown(file, simulator, d, failure)
     call file%publish(s%name//'.h5', .false., failure)
   end subroutine write_maps

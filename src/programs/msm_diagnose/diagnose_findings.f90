@@ -34,7 +34,7 @@ contains
     if (d%extended%is_found) text = fit_text(s, d, d%decision%causes(i), d%extended, d%intervals, k)
   end function parameter_finding
 
-  !> The smallest strength of effect e that these data would show in nine of ten experiments, in words: of each of its
+  !> Returns the smallest strength of effect e that these data would show in nine of ten experiments, in words: of each of its
   !> parameters alone, upward; empty if none shows at any strength.
   function shows_from(s, d, e) result(text)
     class(diagnosis_case_t), intent(in) :: s
@@ -106,7 +106,7 @@ contains
     end associate
   end function fit_text
 
-  !> A parameter at the coordinate q, without an interval.
+  !> Returns a parameter at the coordinate q, without an interval.
   function make_finding(parameter, site, q) result(finding)
     class(parameter_t), intent(in) :: parameter
     character(*), intent(in) :: site

@@ -19,6 +19,7 @@ module diagnose_job
   use diagnose_summary, only: print_verdict
   use diagnosis_discretisation, only: discretisation_error_t
   use diagnosis_mode_report, only: describe_modes
+  use diagnosis_series_report, only: describe_series
   use diagnosis_next_measurement, only: next_measurement_t, rank_loads
   use diagnosis_noise, only: check_declared_variance
   use diagnosis_unknown, only: describe_unknown, unknown_t
@@ -155,6 +156,7 @@ contains
     call rank_loads(self%settings, self%simulator, self%diagnosis, next)
     call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)
     call describe_modes(self%settings, self%simulator, self%diagnosis)
+    call describe_series(self%settings, self%simulator, self%diagnosis)
     unknown = describe_unknown(self%settings, self%simulator, self%diagnosis)
     call print_verdict(output_unit, self%settings, self%diagnosis, self%discretisation, next, zeros, unknown)
     call write_fragments(self%settings, self%diagnosis, self%outcome%failure)

@@ -10,6 +10,7 @@ module diagnose_json
   use diagnose_flight_json, only: put_flights
   use diagnose_findings, only: cause_finding, effect_finding, parameter_finding, shows_from
   use diagnose_modes, only: put_modes
+  use diagnose_series, only: put_series
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence
   use diagnose_unknown, only: put_unknown
@@ -65,6 +66,7 @@ contains
     call put_validation(json, d)
     call put_zeros(json, zeros)
     call put_modes(json, s, d)
+    call put_series(json, s, d)
     call put_flights(json, s, d)
     if (allocated(d%checks)) call put_checks(json, 'questions', d%checks)
     if (.not. allocated(d%checks)) call put_checks(json, 'questions', [residual_check_t ::])

@@ -69,7 +69,7 @@ contains
     call json%close()
   end subroutine put_modes
 
-  !> The section [Mass] of a wing at q, as far as its masses differ from those of the input; nothing if it did not move.
+  !> Returns the section [Mass] of a wing at q, as far as its masses differ from those of the input; nothing if it did not move.
   function mass_lines(s, q) result(text)
     type(diagnose_settings_t), intent(in) :: s
     real(rp), intent(in) :: q(:)

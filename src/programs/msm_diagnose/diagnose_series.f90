@@ -1,18 +1,87 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reports the damping of a wing that rings: the section with which flusi runs it.
+!> Reports records of a wing that rings in a diagnosis: a list in NAME.json, tables in NAME.h5, and the damping with which flusi
+!> runs the wing.
 module diagnose_series
+  use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text, only: number_text
   use diagnose_settings, only: diagnose_settings_t
   use diagnosis_wing_rest, only: damping_at
+  use inference_engine, only: diagnosis_t
+  use io_attributes, only: put_attribute
+  use io_hdf5, only: hdf5_file_t
+  use io_json, only: json_t
+  use io_table, only: put_table
+  use measurement_modes, only: MEDIUM_NAMES
   use solid_damping_effects, only: damping_effects_t
+  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   implicit none
   private
-  public :: damping_lines
+  public :: damping_lines, put_series, write_series_tables
 
 contains
 
-  !> The section [Damping] of a wing at q; nothing without records of motion.
+  !> The list `series` of the JSON file, if there are any records.
+  subroutine put_series(json, s, d)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    integer :: i
+    if (.not. allocated(s%series)) return
+    call json%open_list('series')
+    do i = 1, size(s%series)
+      associate (record => s%measurement%series(i), row => s%series(i))
+        call json%open_object('')
+        call json%put('name', record%name)
+        call json%put('medium', trim(MEDIUM_NAMES(record%medium)))
+        call json%put('units', trim(merge('m/s', 'm  ', record%is_velocity)))
+        call json%put('observations', record%count())
+        call json%put('baseline_rms', row%rms(1))
+        call json%put('baseline_size_error', row%size_error(1))
+        call json%put('baseline_late_s', row%late(1))
+        if (d%extended%is_found) then
+          call json%put('extended_rms', row%rms(2))
+          call json%put('extended_size_error', row%size_error(2))
+          call json%put('extended_late_s', row%late(2))
+        end if
+        call json%close()
+      end associate
+    end do
+    call json%close()
+  end subroutine put_series
+
+  !> The group `series` of the HDF5 file: a table for each trace, RECORD/NUMBER.
+  subroutine write_series_tables(file, s, failure)
+    type(hdf5_file_t), intent(in) :: file
+    type(diagnose_settings_t), intent(in) :: s
+    type(failure_t), intent(inout) :: failure
+    real(rp), allocatable :: table(:, :)
+    character(:), allocatable :: name
+    integer :: i, j, k
+    if (.not. allocated(s%series)) return
+    call file%make_group('/series', failure)
+    do i = 1, size(s%series)
+      associate (record => s%measurement%series(i), row => s%series(i))
+        if (.not. allocated(row%seen)) cycle
+        call file%make_group('/series/'//record%name, failure)
+        allocate (table(5, size(record%values, 1)))
+        do j = 1, size(record%values, 2)
+          do k = 1, size(record%values, 1)
+            table(:, k) = [record%start + (k - 1)/record%rate, record%values(k, j), record%sigma(j), row%seen(k, j, :)]
+            if (.not. record%is_known(k, j)) table(2, k) = ieee_value(0.0_rp, ieee_quiet_nan)
+          end do
+          name = '/series/'//record%name//'/'//number_text(j)
+          call put_table(file, name, table, 'time measured sigma baseline extended', failure)
+          call put_attribute(file, name, 'point', record%place(:, j), failure)
+        end do
+        call put_attribute(file, '/series/'//record%name, 'units', trim(merge('m/s', 'm  ', record%is_velocity)), failure)
+        call put_attribute(file, '/series/'//record%name, 'rms', row%rms, failure)
+        deallocate (table)
+      end associate
+    end do
+  end subroutine write_series_tables
+
+  !> Returns the section [Damping] of a wing at q; nothing without records of motion.
   function damping_lines(s, q) result(text)
     type(diagnose_settings_t), intent(in) :: s
     real(rp), intent(in) :: q(:)

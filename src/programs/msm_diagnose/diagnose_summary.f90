@@ -251,7 +251,7 @@ contains
     if (100*probability < 1) text = 'below 1'
   end function percent_text
 
-  !> The most significant check of the residuals of the baseline, if all together speak against it; else 0.
+  !> Returns the most significant check of the residuals of the baseline, if all together speak against it; else 0.
   pure integer function alarm_of(d) result(at)
     type(diagnosis_t), intent(in) :: d
     at = 0
@@ -286,7 +286,7 @@ contains
     text = candidate_name(s, d, d%decision%causes(i))
   end function cause_name
 
-  !> A probability from its logarithm.
+  !> Returns a probability from its logarithm.
   function probability_text(log_p) result(text)
     real(rp), intent(in) :: log_p
     character(:), allocatable :: text

@@ -16,7 +16,7 @@ module diagnose_wordings
 
 contains
 
-  !> The words of parameter `name` [unit] at `site`, of which `null` was assumed; `best` chooses prefixes of units.
+  !> Returns the words of parameter `name` [unit] at `site`, of which `null` was assumed; `best` chooses prefixes of units.
   function find_wording(name, unit, site, null, best) result(w)
     character(*), intent(in) :: name, unit, site
     real(rp), intent(in) :: null, best

@@ -48,7 +48,7 @@ module diagnose_words
 
 contains
 
-  !> The sentence, without a stop at its end.
+  !> Returns the sentence, without a stop at its end.
   function finding_text(finding) result(text)
     type(finding_t), intent(in) :: finding
     character(:), allocatable :: text

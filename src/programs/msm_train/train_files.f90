@@ -83,7 +83,7 @@ contains
     measurements = measurement%file
   end subroutine file_names
 
-  !> The name of a file of this individual: `individual` goes before `ending`, or behind a name that does not end so.
+  !> Returns the name of a file of this individual: `individual` goes before `ending`, or behind a name that does not end so.
   pure function of_individual(name, individual, ending) result(own)
     character(*), intent(in) :: name, individual, ending
     character(:), allocatable :: own

@@ -92,9 +92,10 @@ contains
 
   !> How far least squares is from one of its starts: points solved, and the lowest chi^2 so far. What the starts before
   !> took since the wall time `begun` [s] tells when the last may end; of the first nothing is known.
-  subroutine log_polish_progress(self, start, n_starts, evaluations, chi2, begun)
+  subroutine log_polish_progress(self, kind, part, n_parts, evaluations, chi2, begun)
     class(train_log_t), intent(inout) :: self
-    integer, intent(in) :: start, n_starts !< of so many at most
+    character(*), intent(in) :: kind        !< 'start' or 'move'
+    integer, intent(in) :: part, n_parts    !< of so many at most
     integer, intent(in) :: evaluations
     real(rp), intent(in) :: chi2, begun
     real(rp) :: now
@@ -102,8 +103,8 @@ contains
     if (.not. self%speaks) return
     now = wall_seconds()
     if (.not. is_due(self, now)) return
-    write (line, '(2(a,i0),a,i9,a,es11.4,a)') 'polish from start ', start, ' of at most ', n_starts, '  evaluations', &
-      evaluations, '  best chi^2', min(chi2, 9.999e99_rp), estimate(start - 1, n_starts, now - begun)
+    write (line, '(2(a,i0),a,i9,a,es11.4,a)') 'polish from '//kind//' ', part, ' of at most ', n_parts, '  evaluations', &
+      evaluations, '  best chi^2', min(chi2, 9.999e99_rp), estimate(part - 1, n_parts, now - begun)
     call show(self, trim(line), now)
   end subroutine log_polish_progress
 
@@ -167,6 +168,7 @@ contains
     self%is_line_open = .false.
   end subroutine log_end_line
 
+  !> Ends the live line and closes the log. A log that cannot be closed is ignored.
   subroutine log_close(self)
     class(train_log_t), intent(inout) :: self
     logical :: ignored

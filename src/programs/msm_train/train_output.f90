@@ -62,7 +62,7 @@ contains
     if (text /= '') text = '; Not determined; their values below fit, and so do others: '//text(3:)//'.'//NL
   end function free_note
 
-  !> The outcome in sentences, each behind `prefix`.
+  !> Returns the outcome in sentences, each behind `prefix`.
   function outcome_lines(settings, space, trained, prefix) result(text)
     type(train_settings_t), intent(in) :: settings
     type(search_space_t), intent(in) :: space

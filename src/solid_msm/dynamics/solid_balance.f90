@@ -55,14 +55,15 @@ contains
     call visitor%visit('damped', self%damped)
   end subroutine work_visit
 
-  !> What the energy T + U [J] has more than the balance accounts for.
+  !> Returns how much more energy the wing has than the balance accounts for [J]. `energy` is T + U [J] now. The result is 0 for a
+  !> balance that is closed, and O(h^2) for steps of length h.
   pure real(rp) function work_imbalance(self, energy) result(excess)
     class(work_t), intent(in) :: self
     real(rp), intent(in) :: energy
     excess = energy - self%start - self%loads - self%weight - self%frame + self%damped
   end function work_imbalance
 
-  !> Room for this model.
+  !> Allocates the work space for this model.
   subroutine balance_init(self, model)
     class(balance_t), intent(out) :: self
     type(solid_model_t), intent(in) :: model
@@ -72,7 +73,7 @@ contains
               self%new_weight(3, n), self%new_apparent(3, n), self%elastic(3, n), self%new_elastic(3, n), source=0.0_rp)
   end subroutine balance_init
 
-  !> Remembers the state and external forces(3, n_all) before a step.
+  !> Remembers the state at the beginning of a step, in this frame, under the external forces force(3, n_all) [N].
   subroutine balance_record(self, model, inertia, frame, state, force)
     class(balance_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -87,7 +88,8 @@ contains
     if (inertia%relaxation > 0) call model%gradient(state%u, self%elastic)
   end subroutine balance_record
 
-  !> Adds what happened in the step of size h [s] since `record` to `work`; the arguments are those after it.
+  !> Adds to `work` what happened in the step of h [s] that began at the last `record`. `frame`, `state` and force(3, n_all) [N]
+  !> are those at its end.
   subroutine balance_add_step(self, model, inertia, frame, state, force, h, work)
     class(balance_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model

@@ -47,7 +47,7 @@ module solid_dynamic_solve
 
 contains
 
-  !> Work space and symbolic analysis for this model.
+  !> Allocates the work space and analyses the pattern of the matrices of this model.
   subroutine solver_init(self, model)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -73,8 +73,8 @@ contains
                                        self%free_x, self%diagonal, self%kept)
   end subroutine solver_free
 
-  !> To be called when a step begins, or a piece of it: its equations are new ones. They hold in this frame, for rates that
-  !> are q [1/s] times the displacements.
+  !> Begins the equations of a step, or of a piece of it. They hold in the frame `frame`, where the rate of any quantity is q
+  !> [1/s] times its change. Call it before the first `assemble` of a step.
   subroutine solver_start(self, model, inertia, frame, q)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -90,7 +90,8 @@ contains
     call self%residuals%forget()
   end subroutine solver_start
 
-  !> S at displacements u(3, n_all), or its elements' positive semidefinite parts.
+  !> Assembles S at displacements u(3, n_all) [m]. With `semidefinite` every element contributes its positive semidefinite part
+  !> only, and the frame counts as at rest.
   subroutine solver_assemble(self, model, inertia, u, semidefinite)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -111,7 +112,9 @@ contains
     end associate
   end subroutine solver_assemble
 
-  !> Factorises what was assembled at u, with the reaction's blocks, or a positive definite neighbour of it, and counts.
+  !> Factorises the assembled S, with the blocks of the reaction on its diagonal. If S is not positive definite, it assembles and
+  !> factorises the semidefinite S at u(3, n_all) [m] instead. `is_spd` is false if that fails too. Adds each attempt to
+  !> `n_factorisations`.
   subroutine solver_factorise(self, model, inertia, u, is_spd, reaction)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -143,7 +146,8 @@ contains
     end do
   end subroutine solver_factorise
 
-  !> x = -(S + N)^-1 r with the assembled S, by the factors of an older S, if that succeeds.
+  !> Solves (S + N) x = -r with the assembled S by iterations with the factors of an older S. r(3, n_all) is in N. If `is_solved`,
+  !> the residual has fallen to 0.3 of r or below, and `x` is the solution; otherwise `x` keeps its value.
   subroutine solver_iterate(self, model, r, is_solved)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -157,8 +161,9 @@ contains
     call finish(self, model, left, is_solved)
   end subroutine solver_iterate
 
-  !> x = -(S + N + q C)^-1 r with the assembled S, up to `enough` of r, by the factors at hand, if that succeeds. Counts
-  !> iterations.
+  !> Solves (S + N + q C) x = -r with the assembled S by iterations with the present factors, until the residual is `enough` times
+  !> r(3, n_all) [N]. If `is_solved`, it has fallen to 0.3 of r or below, and `x` is the solution; otherwise `x` keeps its value.
+  !> Adds the iterations to `n_inner`.
   subroutine solver_solve_reaction(self, model, r, enough, reaction, is_solved)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -201,7 +206,7 @@ contains
     end do
   end subroutine finish
 
-  !> x = -(S + N)^-1 r with the factorised S.
+  !> Solves (S + N) x = -r with the factorised S, for r(3, n_all) [N]; the result is `x` [m]. Concus, Golub & Widlund (1976).
   subroutine solver_solve(self, model, inertia, r)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model

@@ -23,7 +23,8 @@ module solid_dynamic_state
 
 contains
 
-  !> A wing at time `time`, at rest in its frame in the unloaded shape, or at u and v if given.
+  !> Makes the state of a wing at `time` [s]: at u [m] and v [m/s], (3, n_all) both, where they are given; else unloaded and at
+  !> rest in its frame. There is no step before it.
   subroutine state_init(self, model, time, u, v)
     class(dynamic_state_t), intent(out) :: self
     type(solid_model_t), intent(in) :: model
@@ -56,7 +57,7 @@ contains
     call visitor%visit('a', self%a)
   end subroutine state_visit
 
-  !> Copies a state to one of the same wing; allocates nothing.
+  !> Copies a state to another one of the same wing. Allocates nothing.
   subroutine copy_state(from, to)
     type(dynamic_state_t), intent(in) :: from
     type(dynamic_state_t), intent(inout) :: to

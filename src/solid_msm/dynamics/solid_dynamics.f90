@@ -68,7 +68,7 @@ module solid_dynamics
 
 contains
 
-  !> Work space and symbolic analysis for this model.
+  !> Allocates the work space and analyses the pattern of the matrices of this model. Call it before the first `step`.
   subroutine dynamics_init(self, model)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -88,11 +88,12 @@ contains
     if (allocated(self%bu)) deallocate (self%bu, self%bv, self%bg, self%bf, self%total, self%u, self%v, self%rate, self%r, self%f)
   end subroutine dynamics_free
 
-  !> Advances `state` by dt > 0 [s] under the external forces force(3, n_all) [N], constant over the
-  !> step, with the frame of `motion` at the new time. On failure the state is what it was.
+  !> Advances `state` by dt > 0 [s] under the external forces force(3, n_all) [N], which are constant over the step, with the
+  !> frame of `motion` at the new time. `report` says whether Newton's method converged, and why not. On failure the state is what
+  !> it was. A dt that is not positive stops the program.
   !>
-  !> With a guess it is the last step that is made again, under another force: it begins with the factors of the last time, and
-  !> those that have gone into it before count.
+  !> With a `guess` the call repeats the last step under another force. It begins with the factors of the last time, and counts
+  !> those that have gone into the step before. Allocates nothing.
   subroutine dynamics_step(self, model, inertia, motion, force, dt, options, state, report, guess, reaction)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model

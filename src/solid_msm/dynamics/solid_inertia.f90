@@ -38,7 +38,7 @@ module solid_inertia
 
 contains
 
-  !> Masses [kg] of the wing's points; no damping.
+  !> Takes the masses(n_points) [kg] of the points of the wing. Ghost points have none. Damping keeps its values.
   subroutine inertia_init(self, model, masses)
     class(inertia_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -48,7 +48,8 @@ contains
     self%mass(:size(masses)) = masses
   end subroutine inertia_init
 
-  !> By how much forces of stiffness and of its damping change with the elastic force, rates being rate_of [1/s] times changes.
+  !> Returns the derivative of the elastic, viscous and viscoelastic forces together with respect to the elastic force alone, if
+  !> the rate of a quantity is rate_of [1/s] times its change.
   pure real(rp) function inertia_elastic_factor(self, rate_of) result(factor)
     class(inertia_t), intent(in) :: self
     real(rp), intent(in) :: rate_of
@@ -56,16 +57,16 @@ contains
     if (self%relaxation > 0) factor = factor + self%relaxation*rate_of/(rate_of + 1/self%relaxation_time)
   end function inertia_elastic_factor
 
-  !> Elastic and viscoelastic force f = g + relaxation z, z' = g' - z/tau, of the elastic force g, where rates of g and f are
-  !> rate_of (g - bg) and rate_of (f - bf).
+  !> Returns the elastic and viscoelastic force f [N] for the elastic force g [N]: f = g + relaxation z with z' = g' - z/tau. The
+  !> rates of both forces are rate_of (g - bg) and rate_of (f - bf), with rate_of in 1/s.
   pure elemental real(rp) function inertia_remembered(self, rate_of, g, bg, bf) result(f)
     class(inertia_t), intent(in) :: self
     real(rp), intent(in) :: rate_of, g, bg, bf
     f = g + rate_of*(self%relaxation*(g - bg) + bf - bg)/(rate_of + 1/self%relaxation_time)
   end function inertia_remembered
 
-  !> Adds to r(3, n_all) [N] mass times acceleration, damping, and minus the weight, for velocities v
-  !> and their rate `rate` in the frame.
+  !> Adds to r(3, n_all) [N] mass times acceleration, the forces of damping, and minus the weight, for displacements u [m],
+  !> velocities v [m/s] and their rate [m/s^2] within the frame, all (3, n_all). Clamped points get nothing.
   pure subroutine add_inertia_forces(self, model, frame, u, v, rate, r)
     type(inertia_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
@@ -83,8 +84,8 @@ contains
     end do
   end subroutine add_inertia_forces
 
-  !> Adds the symmetric part of the derivative of these forces with respect to u to the diagonal
-  !> blocks, when dv/du = rate_of and d(rate)/du = rate_of^2 [1/s].
+  !> Adds the symmetric part of the derivative of these forces with respect to u to the diagonal blocks blocks(3, 3, :) [N/m],
+  !> where dv/du = rate_of and d(rate)/du = rate_of^2, rate_of in 1/s.
   pure subroutine add_inertia_tangent(self, model, frame, rate_of, blocks)
     type(inertia_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
@@ -102,7 +103,8 @@ contains
     end do
   end subroutine add_inertia_tangent
 
-  !> y(3, n_all) = the skew part (Coriolis, angular acceleration) of that derivative times x.
+  !> Sets y(3, n_all) to the skew part of that derivative (Coriolis force, angular acceleration) times x(3, n_all), at the points
+  !> that can move.
   pure subroutine apply_gyroscopic(self, model, frame, rate_of, x, y)
     type(inertia_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
@@ -116,7 +118,7 @@ contains
     end do
   end subroutine apply_gyroscopic
 
-  !> The vector t of point p with which the skew part of the Jacobian is x -> t x x [kg/s^2].
+  !> Returns the vector t [kg/s^2] of point p for which the skew part of that derivative takes x to the cross product t x x.
   pure function gyroscopic_turn(self, frame, rate_of, p) result(turn)
     type(inertia_t), intent(in) :: self
     type(frame_t), intent(in) :: frame
@@ -126,7 +128,8 @@ contains
     turn = self%mass(p)*(2*rate_of*frame%omega + frame%alpha)
   end function gyroscopic_turn
 
-  !> Energy and momentum at displacements u and velocities v in the frame.
+  !> Returns mass, centre of mass, energies and momenta at displacements u(3, n_all) [m] and velocities v(3, n_all) [m/s] within
+  !> the frame; see `momenta_t` for units.
   function measure_motion(self, model, frame, u, v) result(m)
     type(inertia_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model

@@ -24,7 +24,7 @@ module solid_krylov
 
 contains
 
-  !> Allocates for n free points.
+  !> Allocates the work space for n free points.
   subroutine krylov_init(self, n)
     class(krylov_t), intent(inout) :: self
     integer, intent(in) :: n
@@ -38,8 +38,9 @@ contains
     if (allocated(self%basis)) deallocate (self%basis, self%image)
   end subroutine krylov_free
 
-  !> x(3, n_free) with A x = b up to `left` of the size of b, where A y = B y + t x y with the symmetric matrix B of
-  !> `blocks` and the vectors t = turns(3, n_free) of the points. `left` is above `enough` if `MOST` steps do not suffice.
+  !> Finds x(3, n_free) with A x = b, where A y = B y + t x y. B is the symmetric matrix of `blocks`, and turns(3, n_free) are the
+  !> vectors t of the points. `cholesky` has the factors of a matrix near A. On return |A x - b| = left |b|. `left` is above
+  !> `enough` if 16 steps do not suffice; x is then the best that was found.
   subroutine krylov_solve(self, pattern, blocks, turns, cholesky, b, enough, x, left)
     class(krylov_t), intent(inout) :: self
     type(pattern_t), intent(in) :: pattern

@@ -67,7 +67,7 @@ module solid_modal
 
 contains
 
-  !> Room for this model.
+  !> Allocates the work space for this model.
   subroutine modal_init(self, model)
     class(modal_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -100,8 +100,8 @@ contains
     if (allocated(self%lambda)) deallocate (self%lambda, self%shapes, self%x, self%bent, self%moment)
   end subroutine modal_free
 
-  !> The lowest n_modes modes for mass(3, n_all) [kg] with the parameters of `self%model`. Fails if the wing has fewer, is
-  !> unstable at rest, or if the iteration does not converge.
+  !> Finds the lowest n_modes modes for mass(3, n_all) [kg] with the parameters of `self%model`: `lambda`, `shapes`. Fails if the
+  !> wing has fewer, if it is unstable at rest, or if the iteration does not converge.
   subroutine modal_solve(self, mass, n_modes, failure)
     class(modal_t), intent(inout) :: self
     real(rp), intent(in) :: mass(:, :)
@@ -246,14 +246,14 @@ contains
     q = basis
   end subroutine make_orthonormal
 
-  !> Natural frequencies [Hz].
+  !> Returns the natural frequencies (n_modes) [Hz], lowest first; after `solve`.
   pure function modal_frequencies(self) result(f)
     class(modal_t), intent(in) :: self
     real(rp) :: f(self%n_modes)
     f = sqrt(self%lambda)/TWO_PI
   end function modal_frequencies
 
-  !> Slopes of the first size(same, 1) modes when all stiffness changes along `direction` (solid_stiffness_effects).
+  !> Returns the slopes of the first size(same, 1) modes when all stiffness changes along `direction` (solid_stiffness_effects).
   subroutine modal_slopes_of_stiffness(self, direction, same, slopes)
     class(modal_t), intent(inout) :: self
     type(stiffness_t), intent(in) :: direction

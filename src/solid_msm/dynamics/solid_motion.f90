@@ -54,7 +54,7 @@ module solid_motion
 
 contains
 
-  !> The same frame at all times.
+  !> Returns the frame, which is the same at all times.
   function steady_at(self, time) result(frame)
     class(steady_motion_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -63,7 +63,7 @@ contains
     if (time < 0) return
   end function steady_at
 
-  !> The turning frame at `time` >= 0.
+  !> Returns the turning frame at `time` >= 0 [s].
   function rotating_at(self, time) result(frame)
     class(rotating_motion_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -86,8 +86,8 @@ contains
     end associate
   end function rotating_at
 
-  !> Velocity [m/s] in an inertial frame, with components along the wing frame, of a point at x(3)
-  !> that moves with v(3) in the wing frame.
+  !> Returns the velocity [m/s] in an inertial frame, with components along the wing frame, of a point at x(3) [m] that moves with
+  !> v(3) [m/s] in the wing frame.
   pure function inertial_velocity(frame, x, v) result(w)
     type(frame_t), intent(in) :: frame
     real(rp), intent(in) :: x(3), v(3)

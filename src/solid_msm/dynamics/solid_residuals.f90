@@ -32,7 +32,7 @@ module solid_residuals
 
 contains
 
-  !> Allocates for this model.
+  !> Allocates the work space for this model.
   subroutine residuals_init(self, model)
     class(residuals_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -50,16 +50,16 @@ contains
       deallocate (self%upper, self%directions, self%images, self%left, self%image, self%all_x, self%all_y)
   end subroutine residuals_free
 
-  !> To be called when A is another one.
+  !> Forgets the directions of earlier solutions. Call it when the matrix A is another one.
   subroutine residuals_forget(self)
     class(residuals_t), intent(inout) :: self
     self%n = 0
   end subroutine residuals_forget
 
-  !> x(3, n_free) with A x = b up to `left` of the size of b, where A y = S y + t x y + q C y with the symmetric matrix
-  !> S of `blocks`, the vectors t = turns(3, n_free) of the points, and the reaction's C; q in 1/s. S, b and the factors are
-  !> those of the equilibrium. `left` is above `enough` if `most_iterations`, or 20 where earlier solutions have left room
-  !> for no more, do not suffice.
+  !> Finds x(3, n_free) [m] with A x = b, where A y = S y + t x y + q C y, q in 1/s. The equilibrium has the symmetric matrix S as
+  !> `blocks`, b [N] as `right_hand_side`, and the factors of a matrix near A. turns(3, n_free) are the vectors t of the points.
+  !> The reaction has C. On return |A x - b| = left |b|. `left` is above `enough` if `most_iterations` do not suffice, or 20 where
+  !> earlier solutions have left no room for more.
   subroutine residuals_solve(self, model, equilibrium, turns, reaction, q, enough, most_iterations, x, left, n_iterations)
     class(residuals_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model

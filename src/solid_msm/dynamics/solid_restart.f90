@@ -37,7 +37,7 @@ contains
     if (loader%failure%failed) call failure%raise('the motion of the wing does not fit: '//loader%failure%reason)
   end subroutine load_motion
 
-  !> A number that tells wings apart: by their unloaded points.
+  !> Returns a number that tells wings apart by their unloaded points.
   integer(i8) function points_fingerprint(model) result(mark)
     type(solid_model_t), intent(in) :: model
     mark = checksum_reals([model%points], 0_i8)

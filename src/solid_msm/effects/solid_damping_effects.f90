@@ -33,8 +33,8 @@ module solid_damping_effects
 
 contains
 
-  !> Name, unit, scale, bounds and null of effect i. Priors are those of a wing whose motion decays within `time` [s], in which
-  !> it turns `turns` radians.
+  !> Returns name, unit, scale, bounds and null of effect i. The priors are those of a wing whose motion decays within `time` [s],
+  !> in which it turns by `turns` [rad].
   function describe_damping(i, time, turns) result(p)
     integer, intent(in) :: i
     real(rp), intent(in) :: time, turns
@@ -53,7 +53,7 @@ contains
     end select
   end function describe_damping
 
-  !> Sets effect i.
+  !> Sets the value of effect i, in its unit.
   pure subroutine effects_set(self, i, value)
     class(damping_effects_t), intent(inout) :: self
     integer, intent(in) :: i

@@ -17,7 +17,7 @@ module solid_effect_camber
 
 contains
 
-  !> The effects `camber_span`, `camber_chord` and `camber_twist`.
+  !> Returns the effects `camber_span`, `camber_chord` and `camber_twist`: parameters, law and texts. The module head has the law.
   pure function camber_effect() result(effect)
     type(effect_t) :: effect
     effect%n = 3

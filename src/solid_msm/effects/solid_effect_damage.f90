@@ -17,7 +17,7 @@ module solid_effect_damage
 
 contains
 
-  !> The effect `damage`.
+  !> Returns the effect `damage`: parameter, law and texts. The module head has the law.
   pure function damage_effect() result(effect)
     type(effect_t) :: effect
     effect%parameters(1) = effect_parameter_t('damage', '1', .true., 1.0e-2_rp, 1.0e2_rp, 1.0_rp)
@@ -55,8 +55,8 @@ contains
     call add_damage(site%effects%disc, site%values(1), site%springs%n, site%layout, stiffness, direction)
   end subroutine derive_damage
 
-  !> f w/(1 + (f - 1) w) times the stiffness of a model that has damage with the factor f in disc = (x, y, radius) [m]; with
-  !> f = 1, w times that of one without: the derivative per log unit of the factor.
+  !> Sets `direction` to f w/(1 + (f - 1) w) times `stiffness`, which has damage with the factor f in disc = (x, y, radius) [m].
+  !> With f = 1 that is w times the stiffness without damage: the derivative per log unit of the factor. w is that of solid_disc.
   pure subroutine add_damage(disc, f, n_springs, layout, stiffness, direction)
     real(rp), intent(in) :: disc(3), f
     integer, intent(in) :: n_springs

@@ -18,7 +18,7 @@ module solid_effect_hardening
 
 contains
 
-  !> The effect `joint_hardening`.
+  !> Returns the effect `joint_hardening`, of all joints alike: parameter, law and texts.
   pure function joint_hardening_effect() result(effect)
     type(effect_t) :: effect
     effect%parameters(1) = effect_parameter_t('joint_hardening', '1/rad^2', .false., -1.0_rp, 1.0e5_rp, 10.0_rp)
@@ -42,7 +42,7 @@ contains
     where (site%plans%joint > 0) direction%cubic = stiffness%hinge
   end subroutine derive_joint_hardening
 
-  !> The effect `hardening:<joint>`.
+  !> Returns the effects `hardening:<joint>`, of one joint each: parameter, law and texts.
   pure function own_hardening_effect() result(effect)
     type(effect_t) :: effect
     effect%parameters(1) = effect_parameter_t('hardening:', '1/rad^2', .false., -1.0_rp, 1.0e5_rp, 10.0_rp)
@@ -70,7 +70,7 @@ contains
     where (site%plans%joint == site%k) direction%cubic = stiffness%hinge
   end subroutine derive_own_hardening
 
-  !> The effect `cuticle`.
+  !> Returns the effect `cuticle`, the hardening of the veins: parameter, law and texts.
   pure function cuticle_effect() result(effect)
     type(effect_t) :: effect
     effect%parameters(1) = effect_parameter_t('cuticle', 'm^2', .false., -1.0e-5_rp, 1.0e-3_rp, 1.0e-5_rp)

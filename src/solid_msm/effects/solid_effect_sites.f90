@@ -9,7 +9,7 @@ module solid_effect_sites
 
 contains
 
-  !> Lines of the section [Wing] of an ini file; empty where no effect has a place.
+  !> Returns the lines of the section [Wing] of an ini file that say where the effects act; empty where no effect has a place.
   function effect_site_lines(effects) result(text)
     type(effects_t), intent(in) :: effects
     character(:), allocatable :: text

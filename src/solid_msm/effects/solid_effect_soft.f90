@@ -12,7 +12,7 @@ module solid_effect_soft
 
 contains
 
-  !> The effect `soft`.
+  !> Returns the effect `soft`: parameter, law and texts. The module head has the law.
   pure function soft_effect() result(effect)
     type(effect_t) :: effect
     effect%parameters(1) = effect_parameter_t('soft', '1', .true., 1.0e-4_rp, 1.0e2_rp, 2.0_rp)
@@ -38,7 +38,7 @@ contains
     if (site%layout%soft_hinge > 0) call add_hinge(site%layout%soft_hinge, stiffness, direction)
   end subroutine derive_soft
 
-  !> The derivative with respect to the logarithm of the stiffness of hinge h.
+  !> Sets `direction` at hinge h to the derivative of `stiffness` with respect to the logarithm of the stiffness of that hinge.
   pure subroutine add_hinge(h, stiffness, direction)
     integer, intent(in) :: h
     type(stiffness_t), intent(in) :: stiffness

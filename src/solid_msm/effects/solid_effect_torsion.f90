@@ -13,8 +13,8 @@ module solid_effect_torsion
 
 contains
 
-  !> The effect `torsion`. Veins that twist freely have modes of their own, which little torsion ends: its tangent at null shows
-  !> them alone.
+  !> Returns the effect `torsion`: parameter, law and texts. Veins that twist freely have modes of their own, which a little
+  !> torsion ends; the tangent at the null shows those modes alone.
   pure function torsion_effect() result(effect)
     type(effect_t) :: effect
     real(rp), parameter :: STRONG = 0.2_rp ! a quarter of what solid circular veins have

@@ -24,20 +24,20 @@ module solid_effect_values
 
 contains
 
-  !> Number of parameters.
+  !> Returns the number of parameters of all effects.
   pure integer function effects_count(self) result(n)
     class(effects_t), intent(in) :: self
     n = size(self%value)
   end function effects_count
 
-  !> Value of parameter i in its unit.
+  !> Returns the value of parameter i, in its unit.
   pure real(rp) function effects_get(self, i) result(value)
     class(effects_t), intent(in) :: self
     integer, intent(in) :: i
     value = self%value(i)
   end function effects_get
 
-  !> Sets parameter i.
+  !> Sets the value of parameter i, in its unit.
   pure subroutine effects_set(self, i, value)
     class(effects_t), intent(inout) :: self
     integer, intent(in) :: i
@@ -45,7 +45,7 @@ contains
     self%value(i) = value
   end subroutine effects_set
 
-  !> Whether a place of damage is given.
+  !> Tells whether a place of damage is given.
   pure logical function effects_has_damage(self) result(has)
     class(effects_t), intent(in) :: self
     has = self%disc(3) > 0

@@ -29,7 +29,7 @@ module solid_effects
 
 contains
 
-  !> All effects.
+  !> Returns all effects, in the order of their parameters.
   pure function list_effects() result(list)
     type(effect_t), allocatable :: list(:)
     list = [gradient_effect(), &
@@ -46,7 +46,7 @@ contains
             one_way_effect()]
   end function list_effects
 
-  !> Room for the values of a wing with so many joints; all effects do nothing.
+  !> Returns the values of the effects of a wing with so many joints; all effects do nothing.
   subroutine start_effects(n_joints, effects)
     integer, intent(in) :: n_joints
     type(effects_t), intent(inout) :: effects
@@ -83,7 +83,8 @@ contains
     null = merge(1.0_rp, 0.0_rp, effect%parameters(merge(1, k, effect%is_per_joint))%is_log)
   end function null_of
 
-  !> The effect that has parameter i of a wing with so many joints, as its number in `list`, and the number k among its own.
+  !> Finds the effect that has parameter i of a wing with so many joints: its number in `list`, and the number k among its own
+  !> parameters.
   pure subroutine find_effect(list, n_joints, i, e, k)
     type(effect_t), intent(in) :: list(:)
     integer, intent(in) :: n_joints, i
@@ -96,7 +97,7 @@ contains
     e = 0
   end subroutine find_effect
 
-  !> Values of effect e of `list`.
+  !> Returns the values of effect e of `list`, in their units.
   pure function values_of(list, e, effects) result(values)
     type(effect_t), intent(in) :: list(:)
     integer, intent(in) :: e
@@ -110,7 +111,7 @@ contains
     values = effects%value(first + 1:first + count_values(list(e), effects%n_joints))
   end function values_of
 
-  !> Whether effect e of `list` does anything. (Parameters of one effect have the same scale.)
+  !> Tells whether effect e of `list` does anything. (All parameters of one effect have the same scale.)
   pure logical function is_active(list, e, effects) result(is_it)
     type(effect_t), intent(in) :: list(:)
     integer, intent(in) :: e
@@ -135,7 +136,8 @@ contains
     end associate
   end function describe_effect
 
-  !> What the effect of parameter i needs.
+  !> Returns what the effect of parameter i needs of the wing and of the measurement: a list of the constants NEED_* of
+  !> solid_effect.
   pure function needs_of(effects, i) result(needs)
     type(effects_t), intent(in) :: effects
     integer, intent(in) :: i
@@ -147,7 +149,8 @@ contains
     needs = pack(list(e)%needs, list(e)%needs /= NEED_NOTHING)
   end function needs_of
 
-  !> What [Wing] lacks of a need that its keys fill; '' if nothing.
+  !> Returns what a need that keys of [Wing] fill still lacks, as words that follow the name of a parameter; empty if it lacks
+  !> nothing.
   function lacks(effects, need) result(problem)
     type(effects_t), intent(in) :: effects
     integer, intent(in) :: need
@@ -165,7 +168,7 @@ contains
     end select
   end function lacks
 
-  !> Whether parameter i bends the wing without a load.
+  !> Tells whether parameter i bends the wing without a load.
   pure logical function curves_rest(effects, i) result(does)
     type(effects_t), intent(in) :: effects
     integer, intent(in) :: i
@@ -178,7 +181,7 @@ contains
     does = list(e)%curves_rest
   end function curves_rest
 
-  !> Whether the wing is bent without a load.
+  !> Tells whether the effects bend the wing without a load.
   pure logical function any_curves_rest(effects) result(does)
     type(effects_t), intent(in) :: effects
     type(effect_t), allocatable :: list(:)
@@ -190,7 +193,7 @@ contains
     end do
   end function any_curves_rest
 
-  !> The axis, 1: x, 2: y, about which parameter i lets the clamp turn; 0: none.
+  !> Returns the axis about which parameter i lets the clamp turn, 1: x, 2: y; 0 if it does not.
   pure integer function clamp_axis(effects, i) result(axis)
     type(effects_t), intent(in) :: effects
     integer, intent(in) :: i
@@ -203,7 +206,7 @@ contains
     if (.not. list(e)%is_per_joint) axis = list(e)%parameters(k)%clamp_axis
   end function clamp_axis
 
-  !> By how much the clamp turns about x and y for a moment [rad/(N m)].
+  !> Returns by how much the clamp turns about x and y for a moment [rad/(N m)].
   pure function clamp_compliance(effects) result(compliance)
     type(effects_t), intent(in) :: effects
     real(rp) :: compliance(2)
@@ -223,7 +226,7 @@ contains
     end do
   end function clamp_compliance
 
-  !> factor(hinges) on E of the veins; exactly 1 if no effect changes it.
+  !> Returns the factors (hinges) by which the effects multiply E of the veins; exactly 1 where no effect changes it.
   pure function modulus_factors(effects, plans) result(factor)
     type(effects_t), intent(in) :: effects
     type(hinge_plan_t), intent(in) :: plans(:)
@@ -242,7 +245,8 @@ contains
     end do
   end function modulus_factors
 
-  !> The words for parameter `name` at `place` with a value of about `best`; `words%is_known` is false if no effect has it.
+  !> Returns the words for parameter `name` at `place` with a value of about `best`. `words%is_known` is false if no effect has
+  !> it.
   subroutine effect_wording(name, site, best, words)
     character(*), intent(in) :: name, site
     real(rp), intent(in) :: best

@@ -47,7 +47,7 @@ module solid_mass_effects
 
 contains
 
-  !> Name, unit, scale, bounds and null of effect i; the prior of a point mass is a share of the wing's mass [kg].
+  !> Returns name, unit, scale, bounds and null of effect i. The prior of a point mass is a share of the wing's mass [kg].
   function describe_mass_effect(i, wing_mass) result(p)
     integer, intent(in) :: i
     real(rp), intent(in) :: wing_mass
@@ -66,7 +66,7 @@ contains
     end select
   end function describe_mass_effect
 
-  !> Value of effect i in its unit.
+  !> Returns the value of effect i, in its unit.
   pure real(rp) function effects_get(self, i) result(value)
     class(mass_effects_t), intent(in) :: self
     integer, intent(in) :: i
@@ -84,7 +84,7 @@ contains
     end select
   end function effects_get
 
-  !> Sets effect i.
+  !> Sets the value of effect i, in its unit.
   pure subroutine effects_set(self, i, value)
     class(mass_effects_t), intent(inout) :: self
     integer, intent(in) :: i
@@ -103,7 +103,8 @@ contains
     end select
   end subroutine effects_set
 
-  !> The parts of the lumped `mass` of `wing`.
+  !> Splits the lumped `mass` of `wing` into the parts that the effects change, those of veins and of the membrane, and the rest;
+  !> and finds the mass of air that moves with the wing (solid_added_mass).
   subroutine parts_init(self, wing, mass)
     class(mass_parts_t), intent(out) :: self
     type(wing_t), intent(in) :: wing
@@ -118,8 +119,8 @@ contains
     self%station = (wing%points(1, :) - root)/span - 0.5_rp
   end subroutine parts_init
 
-  !> mass(3, n_all) [kg] for each direction of each point, of the points of the wing and of ghost points, which have none, in a
-  !> fluid of this density [kg/m^3], 0: vacuum.
+  !> Returns mass(3, n_all) [kg], for each direction of each point. Ghost points have no mass. The fluid around the wing has this
+  !> density [kg/m^3], 0 in vacuum.
   pure subroutine parts_masses(self, effects, density, mass)
     class(mass_parts_t), intent(in) :: self
     type(mass_effects_t), intent(in) :: effects
@@ -137,8 +138,8 @@ contains
     end do
   end subroutine parts_masses
 
-  !> slope(3, n_all): the derivative of that with respect to the coordinate of effect i: per log unit of the factors, per unit of
-  !> the others, of a point mass at the place of `effects`.
+  !> Returns slope(3, n_all), the derivative of these masses with respect to the coordinate of effect i: [kg] per log unit of the
+  !> factors, per unit of the others. A point mass is at the place that `effects` says.
   pure subroutine parts_derivative(self, effects, density, i, slope)
     class(mass_parts_t), intent(in) :: self
     type(mass_effects_t), intent(in) :: effects

@@ -21,8 +21,8 @@ module solid_stiffness_effects
 
 contains
 
-  !> Derivative of all stiffnesses with respect to parameter `number` of the model, per log unit of parameters that vary
-  !> by factors. The stiffness does not depend on some: then it is 0.
+  !> Returns the derivative of all stiffnesses with respect to parameter `number` of the model, per log unit of parameters that
+  !> vary by factors. It is 0 for parameters on which no stiffness depends.
   subroutine parameter_direction(model, number, direction)
     type(solid_model_t), intent(in), target :: model
     integer, intent(in) :: number
@@ -67,7 +67,8 @@ contains
     end associate
   end subroutine modulus_direction
 
-  !> Derivative with respect to the logarithm of a factor on all bending stiffness: hinges and membrane.
+  !> Returns the derivative of all stiffnesses with respect to the logarithm of a factor on all bending stiffness, that of hinges
+  !> and of the membrane.
   subroutine bending_direction(model, direction)
     type(solid_model_t), intent(in) :: model
     type(stiffness_t), intent(inout) :: direction
@@ -85,7 +86,7 @@ contains
     direction%has_twist = model%stiffness%has_twist
   end subroutine bending_direction
 
-  !> Derivative with respect to the logarithm of the stiffness of hinge h of the model.
+  !> Returns the derivative of all stiffnesses with respect to the logarithm of the stiffness of hinge h of the model.
   subroutine hinge_direction(model, h, direction)
     type(solid_model_t), intent(in) :: model
     integer, intent(in) :: h
@@ -95,8 +96,8 @@ contains
     call add_hinge(h, model%stiffness, direction)
   end subroutine hinge_direction
 
-  !> Derivative with respect to the logarithm of the factor of a damage with disc = (x, y, radius) [m] that is not there
-  !> yet: at the factor 1, beside all effects of the model.
+  !> Returns the derivative of all stiffnesses with respect to the logarithm of the factor of a damage in disc = (x, y, radius)
+  !> [m] that is not there yet: at the factor 1, beside all effects of the model.
   subroutine damage_direction(model, disc, direction)
     type(solid_model_t), intent(in) :: model
     real(rp), intent(in) :: disc(3)

@@ -40,7 +40,7 @@ module solid_wording
 
 contains
 
-  !> What is displayed of a value: a factor, a share, or an amount in the unit of the wording.
+  !> Returns what is displayed of a value: a factor, a share, or an amount in the unit of the wording; see the table above.
   pure elemental real(rp) function displayed(w, value) result(shown)
     type(wording_t), intent(in) :: w
     real(rp), intent(in) :: value
@@ -63,8 +63,8 @@ contains
     end select
   end function displayed
 
-  !> A number that is a factor on one of the scales of factors. `reference`: the value at which nothing happens, if it is the
-  !> law's own.
+  !> Gives `w` the words of a number that is a factor on one of the scales of factors. The texts stand in the order of the
+  !> sentence. `reference` is the value at which nothing happens, if it is the law's own.
   pure subroutine word_factor(w, scale, up, down, more, less, than, times, reference)
     type(wording_t), intent(inout) :: w
     integer, intent(in) :: scale
@@ -75,7 +75,7 @@ contains
     w%times = times
   end subroutine word_factor
 
-  !> A number without a unit that is told as it is.
+  !> Gives `w` the words of a number without a unit that is told as it is.
   pure subroutine word_fraction(w, up, down, than, reference)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: up, down, than
@@ -84,7 +84,8 @@ contains
     w%scale = SCALE_FRACTION
   end subroutine word_fraction
 
-  !> An amount in a unit.
+  !> Gives `w` the words of an amount in `unit`. The texts stand in the order of the sentence. `reference` is the value at which
+  !> nothing happens, if it is the law's own.
   pure subroutine word_plain(w, unit, up, down, more, less, than, reference)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: unit, up, down, more, less, than

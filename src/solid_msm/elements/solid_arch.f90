@@ -20,7 +20,7 @@ module solid_arch
 
 contains
 
-  !> bends(3, edges): q0 for unit curvatures xx, yy and xy at points(3, :) [m].
+  !> Returns bends(3, edges), the q0 of each edge for unit curvatures xx, yy and xy of the surface at points(3, :) [m].
   pure function bends_of_curvature(points, plate) result(bends)
     real(rp), intent(in) :: points(:, :)
     type(plate_t), intent(in) :: plate
@@ -33,7 +33,7 @@ contains
     end do
   end function bends_of_curvature
 
-  !> turns(3): by how much a vein from place a to place b [m] turns over `length` [m] for unit curvatures xx, yy and xy.
+  !> Returns turns(3), by how much a vein from place a to place b [m] turns over `length` [m] for unit curvatures xx, yy and xy.
   pure function turns_of_curvature(a, b, length) result(turns)
     real(rp), intent(in) :: a(2), b(2), length
     real(rp) :: turns(3), t(2)
@@ -41,7 +41,7 @@ contains
     turns = length*[t(1)**2, t(2)**2, 2*t(1)*t(2)]
   end function turns_of_curvature
 
-  !> Energy [J] of moments arch(edges) [N m] at displacements u(3, :) of points(3, :) [m].
+  !> Returns the energy [J] of moments arch(edges) [N m] at displacements u(3, :) [m] of points(3, :) [m].
   pure real(rp) function arch_energy(plate, points, arch, u) result(energy)
     type(plate_t), intent(in) :: plate
     real(rp), intent(in) :: points(:, :), arch(:), u(:, :)
@@ -54,7 +54,7 @@ contains
     end do
   end function arch_energy
 
-  !> Adds its gradient to g(3, :) [N].
+  !> Adds the gradient of `arch_energy` to g(3, :) [N].
   pure subroutine arch_gradient(plate, points, arch, u, g)
     type(plate_t), intent(in) :: plate
     real(rp), intent(in) :: points(:, :), arch(:), u(:, :)
@@ -73,7 +73,7 @@ contains
     end do
   end subroutine arch_gradient
 
-  !> Adds its Hessian, which is indefinite, to blocks(3, 3, :).
+  !> Adds the Hessian of `arch_energy`, which is indefinite, to blocks(3, 3, :) [N/m].
   pure subroutine arch_tangent(plate, points, arch, u, blocks)
     type(plate_t), intent(in) :: plate
     real(rp), intent(in) :: points(:, :), arch(:), u(:, :)

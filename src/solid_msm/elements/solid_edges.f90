@@ -18,8 +18,8 @@ module solid_edges
 
 contains
 
-  !> The edges of triangles(3, m) on n_points points; at most two triangles may share an edge (of
-  !> more, two are kept; the reader of wing files refuses such meshes).
+  !> Finds the edges of triangles(3, m) on n_points points. At most two triangles may share an edge. (Of more, two are kept; the
+  !> reader of wing files refuses such meshes.)
   function make_edges(n_points, triangles) result(self)
     integer, intent(in) :: n_points, triangles(:, :)
     type(edges_t) :: self
@@ -78,7 +78,7 @@ contains
     self%apexes = self%apexes(:, :self%n)
   end function make_edges
 
-  !> Number of the edge between two points, 0 if there is none.
+  !> Returns the number of the edge between two points, 0 if there is none.
   pure integer function edges_find(self, a, b) result(edge)
     class(edges_t), intent(in) :: self
     integer, intent(in) :: a, b

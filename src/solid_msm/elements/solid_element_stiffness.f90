@@ -27,7 +27,7 @@ module solid_element_stiffness
 
 contains
 
-  !> Room for the elements of a model; all stiffness is 0.
+  !> Allocates the stiffness of all elements of a model; it is 0.
   pure subroutine allocate_stiffness(springs, plans, n_edges, self)
     type(extensions_t), intent(in) :: springs
     type(hinge_plan_t), intent(in) :: plans(:)
@@ -38,7 +38,7 @@ contains
               self%twist(size(plans)), self%camber_moment(size(plans)), source=0.0_rp)
   end subroutine allocate_stiffness
 
-  !> All stiffness 0.
+  !> Sets all stiffness to 0.
   pure subroutine clear_stiffness(self)
     type(stiffness_t), intent(inout) :: self
     self%extension = 0

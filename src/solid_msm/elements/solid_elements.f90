@@ -18,7 +18,7 @@ module solid_elements
 
 contains
 
-  !> Springs along the veins and on all other edges, each once, and the cross-springs if chosen.
+  !> Makes one spring along each segment of a vein and along each other edge, and the cross-springs if they are chosen.
   subroutine make_springs(wing, edges, params, points, springs)
     type(wing_t), intent(in) :: wing
     type(edges_t), intent(in) :: edges
@@ -68,7 +68,7 @@ contains
     end subroutine add
   end subroutine make_springs
 
-  !> The planned hinges, with the triangles that carry their rest angle; joints also if they have sides.
+  !> Makes the planned hinges. Each has the triangles that carry its rest angle; joints also if they have sides.
   subroutine make_hinges(wing, edges, plans, points, normal, has_sides, hinges)
     type(wing_t), intent(in) :: wing
     type(edges_t), intent(in) :: edges
@@ -126,7 +126,7 @@ contains
     end subroutine add_triangle
   end subroutine make_hinges
 
-  !> One bending element for every edge between two triangles.
+  !> Makes one bending element for every edge between two triangles.
   function make_plate(edges, points) result(plate)
     type(edges_t), intent(in) :: edges
     real(rp), intent(in) :: points(:, :)
@@ -149,8 +149,7 @@ contains
     end do
   end function make_plate
 
-  !> The pattern of the tangent, the places of all elements in it, and the constant tangent of the
-  !> plate.
+  !> Finds the pattern of the tangent, the places of all elements in it, and the constant tangent of the plate.
   subroutine link_elements(free, n_free, springs, hinges, plate, twists, pattern)
     integer, intent(in) :: free(:), n_free
     type(extensions_t), intent(inout) :: springs
@@ -243,8 +242,8 @@ contains
     end do
   end subroutine link_plate
 
-  !> Share of every movable point in the surface, or in the length of a structure without membrane,
-  !> mean 1, at least 0.1.
+  !> Returns the share of every movable point in the surface, or in the length of a structure without a membrane. The mean is 1;
+  !> no share is below 0.1.
   function point_weights(wing, movable) result(weights)
     type(wing_t), intent(in) :: wing
     integer, intent(in) :: movable(:)

@@ -30,7 +30,7 @@ module solid_extension
 
 contains
 
-  !> Sum of the energies [J] for stiffness k(n) [N/m] and displacements u(3, :) [m].
+  !> Returns the sum of the energies [J] of springs of stiffness k(n) [N/m] at displacements u(3, :) [m].
   pure real(rp) function extension_energy(self, k, u) result(energy)
     type(extensions_t), intent(in) :: self
     real(rp), intent(in) :: k(:), u(:, :)
@@ -44,8 +44,8 @@ contains
     end do
   end function extension_energy
 
-  !> Adds dE/du to g(3, :) [N]. `low` (3, :) [m] is a part of the displacement too small to be added to
-  !> u without rounding; springs as stiff as k_e would feel that.
+  !> Adds the gradient of the energy to g(3, :) [N]. `low` (3, :) [m] is a part of the displacement that is too small to be added
+  !> to u without rounding; springs as stiff as k_e feel that.
   pure subroutine extension_gradient(self, k, u, g, low)
     type(extensions_t), intent(in) :: self
     real(rp), intent(in) :: k(:), u(:, :)
@@ -65,8 +65,8 @@ contains
     end do
   end subroutine extension_gradient
 
-  !> The axial forces [N], tension positive; with `step` (3, :) the forces that the law, linearised
-  !> at u, gives at u + step.
+  !> Returns the axial forces [N], tension positive. With `step` (3, :) [m] they are the forces that the law, linearised at u,
+  !> gives at u + step.
   pure subroutine extension_axial(self, k, u, axial, step)
     type(extensions_t), intent(in) :: self
     real(rp), intent(in) :: k(:), u(:, :)
@@ -84,7 +84,7 @@ contains
     if (allocated(self%tension)) axial = axial + self%tension
   end subroutine extension_axial
 
-  !> Energy [J] of constant tensions(n) [N].
+  !> Returns the energy [J] of constant tensions(n) [N] at displacements u(3, :) [m].
   pure real(rp) function tension_energy(self, tension, u) result(energy)
     type(extensions_t), intent(in) :: self
     real(rp), intent(in) :: tension(:), u(:, :)
@@ -97,7 +97,7 @@ contains
     end do
   end function tension_energy
 
-  !> Adds its gradient to g(3, :) [N].
+  !> Adds the gradient of `tension_energy` to g(3, :) [N].
   pure subroutine tension_gradient(self, tension, u, g)
     type(extensions_t), intent(in) :: self
     real(rp), intent(in) :: tension(:), u(:, :)
@@ -113,9 +113,9 @@ contains
     end do
   end subroutine tension_gradient
 
-  !> Adds the tangent k t t^T + N/l (1 - t t^T) to `blocks`; the axial force N of the geometric part
-  !> is given: axial(n) [N] of the law makes it the exact Hessian. With `tension_only` compression is left
-  !> out of it, and the tangent is positive semidefinite.
+  !> Adds the tangent k t t^T + N/l (1 - t t^T) to `blocks` [N/m]. axial(n) [N] gives the axial force N of the geometric part;
+  !> that of the law makes the tangent the exact Hessian. `tension_only` leaves out compression, which makes it positive
+  !> semidefinite.
   pure subroutine extension_tangent(self, k, u, axial, tension_only, blocks)
     type(extensions_t), intent(in) :: self
     real(rp), intent(in) :: k(:), u(:, :), axial(:)

@@ -50,10 +50,9 @@ module solid_hinge
 
 contains
 
-  !> Energy [J], and on request its gradient g(3, 7) and Hessian h(21, 21) with respect to the
-  !> displacements u(3, 7) of the hinge's nodes, for stiffness [N m/rad], `cubic` k3 [N m/rad^3] and
-  !> `lift` k1 [N m/rad], which needs a hinge with a normal. With `semidefinite` the Hessian is the positive
-  !> semidefinite Gauss-Newton part. Unused nodes are left zero.
+  !> Returns the energy [J], and on request its gradient g(3, 7) [N] and Hessian h(21, 21) [N/m] with respect to the displacements
+  !> u(3, 7) [m] of the nodes of the hinge, for `stiffness` [N m/rad], `cubic` k3 [N m/rad^3] and `lift` k1 [N m/rad], which needs
+  !> a hinge with a normal. With `semidefinite` the Hessian is its positive semidefinite Gauss-Newton part. Unused nodes get zero.
   pure subroutine hinge_evaluate(self, stiffness, u, energy, g, h, semidefinite, cubic, lift)
     type(hinge_t), intent(in) :: self
     real(rp), intent(in) :: stiffness, u(3, HINGE_NODES)
@@ -207,7 +206,7 @@ contains
     law(2) = (k + k3*g(0))*g(2) + k3*g(1)**2
   end function cubic_law
 
-  !> The turning angle Theta >= 0 [rad] from the rest direction at displacements u(3, 7).
+  !> Returns the turning angle Theta >= 0 [rad] from the rest direction at displacements u(3, 7).
   pure real(rp) function hinge_angle(self, u) result(angle)
     type(hinge_t), intent(in) :: self
     real(rp), intent(in) :: u(3, HINGE_NODES)

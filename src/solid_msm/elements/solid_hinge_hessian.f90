@@ -18,7 +18,7 @@ module solid_hinge_hessian
 
 contains
 
-  !> The blocks i <= j of hq = a Wi^T Wj + b si sj^T, W = dw/d(e, f, A) and s likewise.
+  !> Sets the blocks i <= j of hq to a Wi^T Wj + b si sj^T, where W = dw/d(e, f, A) and s likewise.
   pure subroutine semidefinite_part(cos0, sin0, n_q, t, l, sq, a, b, hq)
     integer, intent(in) :: n_q
     real(rp), intent(in) :: cos0, sin0, t(3, 3), l(3), sq(3, 3), a, b
@@ -62,7 +62,7 @@ contains
     end do
   end subroutine semidefinite_part
 
-  !> Adds a times the product of w and its second derivatives, those of Rot(n, theta0) te.
+  !> Adds a times the product of w and its second derivatives, which are those of Rot(n, theta0) te.
   pure subroutine add_rotation_part(cos0, sin0, t, l, w, a, hq)
     real(rp), intent(in) :: cos0, sin0, t(3, 3), l(3), w(3), a
     real(rp), intent(inout) :: hq(3, 3, 3, 3)
@@ -84,7 +84,7 @@ contains
     end do
   end subroutine add_rotation_part
 
-  !> Adds the second derivatives of the side's energy, without the indefinite part unless `exact`.
+  !> Adds the second derivatives of the energy of the side. It leaves out their indefinite part unless `exact`.
   pure subroutine add_side_part(n_q, t, l, side, cq, exact, hq)
     integer, intent(in) :: n_q
     real(rp), intent(in) :: t(3, 3), l(3), side(0:2), cq(3, 3)
@@ -120,8 +120,8 @@ contains
     end do
   end subroutine add_unit_vector_curvature
 
-  !> The upper triangle of h = B^T hq B with B = d(e, f, A)/dx: e = xb - xa, f = xc - xb, dA/dx_m the cross product with
-  !> levers(:, m).
+  !> Sets the upper triangle of h to B^T hq B with B = d(e, f, A)/dx. The vectors are e = xb - xa and f = xc - xb; dA/dx_m is the
+  !> cross product with levers(:, m).
   pure subroutine expand_hessian(n_nodes, has_normal, levers, hq, h)
     integer, intent(in) :: n_nodes
     logical, intent(in) :: has_normal
@@ -163,7 +163,7 @@ contains
     end do
   end subroutine expand_hessian
 
-  !> Adds to the upper triangle what the second derivatives of the area vector give, arm = dE/dA.
+  !> Adds to the upper triangle of h what the second derivatives of the area vector give; arm = dE/dA.
   pure subroutine add_turning_areas(corners, arm, h)
     integer, intent(in) :: corners(:, :)
     real(rp), intent(in) :: arm(3)
@@ -182,7 +182,7 @@ contains
     end do
   end subroutine add_turning_areas
 
-  !> Derivative of v/|v| = t, |v| = l, applied to a: (1 - t t^T) a/l.
+  !> Returns the derivative of v/|v| = t, |v| = l, applied to a: (1 - t t^T) a/l.
   pure function projected(a, t, l) result(b)
     real(rp), intent(in) :: a(3), t(3), l
     real(rp) :: b(3)

@@ -38,8 +38,8 @@ module solid_junctions
 
 contains
 
-  !> The hinges of a wing with its ghost points: ghosts(3, n) [m] are numbered behind the wing's own
-  !> points. `stray_joint` is a joint that fits no pair of vein segments, or 0.
+  !> Plans the hinges of a wing, and the ghost points ghosts(3, n) [m] that they need. Ghost points are numbered behind the points
+  !> of the wing. `stray_joint` is a joint that fits no pair of vein segments, or 0.
   subroutine plan_hinges(wing, plans, ghosts, stray_joint)
     type(wing_t), intent(in) :: wing
     type(hinge_plan_t), allocatable, intent(out) :: plans(:)

@@ -27,7 +27,7 @@ module solid_layout
 
 contains
 
-  !> The layout of elements between points(3, :) [m] with triangles(3, :).
+  !> Returns where the elements lie between points(3, :) [m] with triangles(3, :).
   pure subroutine make_layout(points, triangles, springs, plans, plate, layout)
     real(rp), intent(in) :: points(:, :)
     integer, intent(in) :: triangles(:, :)
@@ -60,8 +60,8 @@ contains
     end do
   end subroutine make_layout
 
-  !> The hinge at the point inside vein number `vein` that is nearest to `fraction` (0 to 1) of its length; 0 if the vein
-  !> has no point inside, or if a joint is there already.
+  !> Returns the hinge at the point inside vein number `vein` that is nearest to `fraction` (0 to 1) of its length. It is 0 if the
+  !> vein has no point inside, or if a joint is there already.
   pure integer function hinge_in_vein(wing, plans, vein, fraction) result(found)
     type(wing_t), intent(in) :: wing
     type(hinge_plan_t), intent(in) :: plans(:)

@@ -200,7 +200,7 @@ contains
     end associate
   end subroutine place_soft_hinge
 
-  !> Takes over new values of the parameters; the choices of cross-springs and of the soft hinge are made at `init`.
+  !> Takes over new values of the parameters. The choices of cross-springs and of the soft hinge stay those of `init`.
   subroutine model_set_params(self, params)
     class(solid_model_t), intent(inout) :: self
     type(solid_params_t), intent(in) :: params
@@ -211,7 +211,7 @@ contains
     self%springs%tension = self%stiffness%tension
   end subroutine model_set_params
 
-  !> Sets one parameter, by its number.
+  !> Sets the parameter with this number to a value, in its unit.
   subroutine model_set_parameter(self, number, value)
     class(solid_model_t), intent(inout) :: self
     integer, intent(in) :: number
@@ -221,8 +221,8 @@ contains
     self%springs%tension = self%stiffness%tension
   end subroutine model_set_parameter
 
-  !> Derivative of all stiffnesses with respect to a parameter of the usual model, per unit or, with `per_log`, per log
-  !> unit. Given to `gradient`, it yields the derivative of the gradient. For effects see solid_stiffness_effects.
+  !> Returns the derivative of all stiffnesses with respect to a parameter of the usual model, per unit or, with `per_log`, per
+  !> log unit. Given to `gradient`, it yields the derivative of the gradient. For effects see solid_stiffness_effects.
   subroutine model_stiffness_derivative(self, number, per_log, derivative)
     class(solid_model_t), intent(in) :: self
     integer, intent(in) :: number
@@ -234,7 +234,7 @@ contains
     call differentiate_basic(self%params, self%springs, self%plans, self%layout, number, per_log, derivative)
   end subroutine model_stiffness_derivative
 
-  !> Elastic energy [J] at displacements u(3, n_all), or its parts: extension, hinges, plate.
+  !> Returns the elastic energy [J] at displacements u(3, n_all) [m]; its parts are those of extension, hinges and plate.
   real(rp) function model_energy(self, u, parts) result(energy)
     class(solid_model_t), intent(in) :: self
     real(rp), intent(in) :: u(:, :)
@@ -271,8 +271,8 @@ contains
     if (present(parts)) parts = e
   end function model_energy
 
-  !> g(3, n_all) = dE/du [N], with the model's stiffness or with another one (or its derivative).
-  !> `low` is a part of the displacement below the rounding of u; only the springs feel it.
+  !> Sets g(3, n_all) [N] to the gradient of the energy at u(3, n_all) [m], with the stiffness of the model or with another one
+  !> (or its derivative). `low` is a part of the displacement below the rounding of u; only the springs feel it.
   subroutine model_gradient(self, u, g, stiffness, low)
     class(solid_model_t), intent(in) :: self
     real(rp), intent(in) :: u(:, :)

@@ -63,7 +63,7 @@ module solid_params
 
 contains
 
-  !> The defaults for a wing. The stiffness of the joints is negative, which means "as the vein".
+  !> Returns the default parameters of a wing. The stiffness of the joints is negative, which means "as the vein".
   function default_params(wing) result(self)
     type(wing_t), intent(in) :: wing
     type(solid_params_t) :: self
@@ -87,19 +87,19 @@ contains
     end do
   end function default_params
 
-  !> Number of parameters.
+  !> Returns the number of parameters, those of effects included.
   pure integer function params_count(self) result(n)
     class(solid_params_t), intent(in) :: self
     n = self%count_basic() + self%effects%count()
   end function params_count
 
-  !> Number of parameters of the usual model; the effects follow.
+  !> Returns the number of parameters of the usual model. The parameters of effects follow them.
   pure integer function params_count_basic(self) result(n)
     class(solid_params_t), intent(in) :: self
     n = N_COMMON + size(self%vein_factor) + size(self%joint)
   end function params_count_basic
 
-  !> Name, unit, scale and bounds of parameter i: the eight common ones, the veins, the joints, the effects.
+  !> Returns name, unit, scale and bounds of parameter i. The order is: the eight common ones, the veins, the joints, the effects.
   function params_describe(self, i) result(p)
     class(solid_params_t), intent(in) :: self
     integer, intent(in) :: i
@@ -136,7 +136,7 @@ contains
     end select
   end function params_describe
 
-  !> Number of the parameter called `name`, 0 if there is none.
+  !> Returns the number of the parameter called `name`, 0 if there is none.
   integer function params_find(self, name) result(found)
     class(solid_params_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -149,7 +149,7 @@ contains
     end do
   end function params_find
 
-  !> Value of the parameter called `name`, which the wing must have.
+  !> Returns the value of the parameter called `name`, in its unit. A name that the wing does not have stops the program.
   real(rp) function params_get_named(self, name) result(value)
     class(solid_params_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -159,7 +159,7 @@ contains
     value = self%get(i)
   end function params_get_named
 
-  !> Sets the parameter called `name`, which the wing must have.
+  !> Sets the parameter called `name`, in its unit. A name that the wing does not have stops the program.
   subroutine params_set_named(self, name, value)
     class(solid_params_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -187,7 +187,7 @@ contains
     call require(n == size(values), 'solid_params_t: so many parameters begin with '//beginning)
   end subroutine params_set_each
 
-  !> Value of parameter i in its unit.
+  !> Returns the value of parameter i, in its unit.
   pure real(rp) function params_get(self, i) result(value)
     class(solid_params_t), intent(in) :: self
     integer, intent(in) :: i
@@ -219,7 +219,7 @@ contains
     end select
   end function params_get
 
-  !> Sets parameter i; D and `thickness` are two names of one thing. A model must be told: see
+  !> Sets parameter i, in its unit. D and `thickness` are two names of one thing. A model does not see the change by itself: see
   !> solid_model_t%set_params.
   pure subroutine params_set(self, i, value)
     class(solid_params_t), intent(inout) :: self
@@ -253,22 +253,22 @@ contains
     end select
   end subroutine params_set
 
-  !> Thickness [m] of a plate of the membrane's material with bending stiffness `plate` [N m].
+  !> Returns the thickness [m] of a plate of the membrane's material with bending stiffness `plate` [N m].
   pure real(rp) function membrane_thickness(self, plate) result(h)
     class(solid_params_t), intent(in) :: self
     real(rp), intent(in) :: plate
     h = (12*(1 - self%membrane_poisson**2)*plate/self%membrane_young)**(1.0_rp/3)
   end function membrane_thickness
 
-  !> Bending stiffness [N m] of a plate of thickness h [m].
+  !> Returns the bending stiffness [N m] of a plate of the membrane's material with thickness h [m].
   pure real(rp) function membrane_bending(self, h) result(plate)
     class(solid_params_t), intent(in) :: self
     real(rp), intent(in) :: h
     plate = self%membrane_young*h**3/(12*(1 - self%membrane_poisson**2))
   end function membrane_bending
 
-  !> A sentence about D for the start of a run: what it means, and a warning if it is so small that
-  !> equilibria are not unique (`is_soft`).
+  !> Returns a sentence about D for the start of a run: what D means, and a warning if it is so small that equilibria are not
+  !> unique (`is_soft`).
   subroutine membrane_note(self, note, is_soft)
     class(solid_params_t), intent(in) :: self
     character(:), allocatable, intent(out) :: note

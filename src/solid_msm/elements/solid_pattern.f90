@@ -23,8 +23,8 @@ module solid_pattern
 
 contains
 
-  !> The pattern of the pairs(2, :) of free points 1..n; pairs may repeat, be in any order, or contain
-  !> a 0, which drops them. The diagonal is always there.
+  !> Returns the pattern of the pairs(2, :) of free points 1..n. Pairs may repeat and be in any order; one with a 0 is dropped.
+  !> The diagonal is always there.
   function make_pattern(n, pairs) result(self)
     integer, intent(in) :: n, pairs(:, :)
     type(pattern_t) :: self
@@ -95,8 +95,8 @@ contains
     self%colptr(3*n + 1) = place
   end subroutine find_scalars
 
-  !> Number of the block of row i and column j, or minus that of (j, i) where i > j; 0 where one of
-  !> them is 0 (clamped) or the pair is not in the pattern.
+  !> Returns the number of the block of row i and column j, or minus that of (j, i) where i > j. It is 0 where i or j is 0
+  !> (clamped), or where the pair is not in the pattern.
   pure integer function pattern_block_index(self, i, j) result(block)
     class(pattern_t), intent(in) :: self
     integer, intent(in) :: i, j
@@ -109,7 +109,7 @@ contains
     if (i > j) block = -block
   end function pattern_block_index
 
-  !> values(nnz) of the scalar columns from blocks(3, 3, n_blocks).
+  !> Sets values(nnz) to the scalar columns of blocks(3, 3, n_blocks), in the order that `solid_cholesky` needs.
   pure subroutine pattern_pack(self, blocks, values)
     class(pattern_t), intent(in) :: self
     real(rp), intent(in) :: blocks(:, :, :)
@@ -128,7 +128,7 @@ contains
     end do
   end subroutine pattern_pack
 
-  !> y(3, n) = y + factor*A x for the symmetric matrix of the blocks; full diagonal blocks are needed.
+  !> Adds factor*A x to y(3, n), where A is the symmetric matrix of the blocks. It needs full diagonal blocks.
   pure subroutine pattern_multiply(self, blocks, factor, x, y)
     class(pattern_t), intent(in) :: self
     real(rp), intent(in) :: blocks(:, :, :), factor, x(:, :)

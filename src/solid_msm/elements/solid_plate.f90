@@ -26,8 +26,8 @@ module solid_plate
 
 contains
 
-  !> weights(4) = K/sqrt(A1 + A2) of the edge x1-x2 with apexes x3 and x4 [m]: the energy is
-  !> D/2 |sum weights u|^2.
+  !> Returns weights(4) = K/sqrt(A1 + A2) of the edge x1-x2 with apexes x3 and x4 [m]. The energy of the edge is D/2 |sum weights
+  !> u|^2.
   pure function plate_weights(x) result(weights)
     real(rp), intent(in) :: x(3, 4)
     real(rp) :: weights(4), c(2, 2), area(2)
@@ -44,7 +44,7 @@ contains
     weights = weights/sqrt(area(1) + area(2))
   end function plate_weights
 
-  !> Energy [J] for D = 1 N m at displacements u(3, :) [m].
+  !> Returns the energy [J] for D = 1 N m at displacements u(3, :) [m].
   pure real(rp) function plate_energy(self, u) result(energy)
     type(plate_t), intent(in) :: self
     real(rp), intent(in) :: u(:, :)
@@ -55,7 +55,7 @@ contains
     end do
   end function plate_energy
 
-  !> Energy [J] of bending stiffnesses d(n) [N m] of single edges at displacements u(3, :) [m].
+  !> Returns the energy [J] of bending stiffnesses d(n) [N m] of single edges at displacements u(3, :) [m].
   pure real(rp) function edges_energy(self, d, u) result(energy)
     type(plate_t), intent(in) :: self
     real(rp), intent(in) :: d(:), u(:, :)
@@ -66,7 +66,7 @@ contains
     end do
   end function edges_energy
 
-  !> Adds the Hessian of `edges_energy` to blocks(3, 3, :).
+  !> Adds the Hessian of `edges_energy` to blocks(3, 3, :) [N/m].
   pure subroutine edges_tangent(self, d, blocks)
     type(plate_t), intent(in) :: self
     real(rp), intent(in) :: d(:)
@@ -86,7 +86,7 @@ contains
     end do
   end subroutine edges_tangent
 
-  !> Adds the gradient for bending stiffness d + edge(n) [N m] to g(3, :) [N].
+  !> Adds the gradient for the bending stiffness d + edge(n) [N m] to g(3, :) [N].
   pure subroutine plate_gradient(self, d, edge, u, g)
     type(plate_t), intent(in) :: self
     real(rp), intent(in) :: d, edge(:), u(:, :)

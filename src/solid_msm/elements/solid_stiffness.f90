@@ -26,7 +26,7 @@ module solid_stiffness
 
 contains
 
-  !> Stiffness of all elements.
+  !> Computes the stiffness of all elements from the parameters, with all effects.
   subroutine evaluate_stiffness(params, springs, plans, layout, self)
     type(solid_params_t), intent(in) :: params
     type(extensions_t), intent(in) :: springs
@@ -57,8 +57,7 @@ contains
     call apply_effects(params, springs, plans, layout, self)
   end subroutine evaluate_stiffness
 
-  !> From the stiffness that the usual parameters give, or its derivative with respect to one of them, to that with all
-  !> effects, or its derivative.
+  !> Changes a stiffness that the usual parameters give, or its derivative with respect to one of them, to that with all effects.
   subroutine apply_effects(params, springs, plans, layout, self)
     type(solid_params_t), intent(in) :: params
     type(extensions_t), intent(in) :: springs
@@ -114,7 +113,7 @@ contains
     end do
   end subroutine apply_stage
 
-  !> Derivatives of all stiffnesses with respect to parameter `number` of the usual model, per unit of the parameter
+  !> Computes the derivatives of all stiffnesses with respect to parameter `number` of the usual model, per unit of the parameter
   !> or, with `per_log`, per unit of its logarithm.
   subroutine differentiate_basic(params, springs, plans, layout, number, per_log, self)
     type(solid_params_t), intent(in) :: params
@@ -172,7 +171,7 @@ contains
     call apply_effects(params, springs, plans, layout, self)
   end subroutine differentiate_basic
 
-  !> Whether a joint overrides the stiffness of the hinge.
+  !> Tells whether a joint overrides the stiffness of the hinge.
   pure logical function has_own_stiffness(params, plan) result(has)
     type(solid_params_t), intent(in) :: params
     type(hinge_plan_t), intent(in) :: plan
@@ -180,8 +179,8 @@ contains
     if (plan%joint > 0) has = params%joint(plan%joint) >= 0
   end function has_own_stiffness
 
-  !> Stiffness [N m/rad] of a hinge that no joint overrides; `mean_diameter` [m] is the reference of the diameters'
-  !> exponent, `modulus` the factor of effects on E.
+  !> Returns the stiffness [N m/rad] of a hinge that no joint overrides. `mean_diameter` [m] is the reference for the exponent of
+  !> the diameters, `modulus` the factor of the effects on E.
   pure real(rp) function bending_stiffness(params, plan, mean_diameter, modulus) result(k)
     type(solid_params_t), intent(in) :: params
     type(hinge_plan_t), intent(in) :: plan

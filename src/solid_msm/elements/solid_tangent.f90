@@ -14,10 +14,9 @@ module solid_tangent
 
 contains
 
-  !> blocks(3, 3, :) = the tangent at displacements u(3, n_all), with the geometric stiffness of the
-  !> given axial forces [N] of the springs: those of `extension_axial` at u make it the exact Hessian.
-  !> With `semidefinite` every element contributes positive semidefinitely: bending without its
-  !> indefinite part, and no compression.
+  !> Sets blocks(3, 3, :) [N/m] to the tangent at displacements u(3, n_all) [m], with the geometric stiffness of the given axial
+  !> forces [N] of the springs; those of `extension_axial` at u make it the exact Hessian. With `semidefinite` every element
+  !> contributes its positive semidefinite part: bending without its indefinite part, and no compression.
   subroutine assemble_tangent(model, u, axial, semidefinite, blocks)
     type(solid_model_t), intent(in) :: model
     real(rp), intent(in) :: u(:, :)

@@ -15,7 +15,7 @@ module solid_tension
 
 contains
 
-  !> w(springs) [m] for points(3, :) [m] and triangles(3, :); 0 for springs that are no edges.
+  !> Returns w(springs) [m] for points(3, :) [m] and triangles(3, :); 0 for springs that are no edges. See the module head for w.
   pure function tension_widths(points, triangles, springs) result(widths)
     real(rp), intent(in) :: points(:, :)
     integer, intent(in) :: triangles(:, :)

@@ -38,7 +38,7 @@ module solid_twist
 
 contains
 
-  !> One for every planned hinge between points(3, :) [m] with triangles(3, :).
+  !> Makes one element for every planned hinge between points(3, :) [m] with triangles(3, :).
   subroutine make_twists(edges, plans, triangles, points, twists)
     type(edges_t), intent(in) :: edges
     type(hinge_plan_t), intent(in) :: plans(:)
@@ -89,8 +89,8 @@ contains
     end do
   end subroutine add_triangle
 
-  !> Energy [J] and, on request, gradient g(3, 7) and Hessian h(21, 21) for `stiffness` [N m/rad] at displacements
-  !> u(3, 7) of the nodes. With `semidefinite` the Hessian is the positive semidefinite Gauss-Newton part.
+  !> Returns the energy [J] and, on request, the gradient g(3, 7) [N] and the Hessian h(21, 21) [N/m] for `stiffness` [N m/rad] at
+  !> displacements u(3, 7) [m] of the nodes. With `semidefinite` the Hessian is its positive semidefinite Gauss-Newton part.
   pure subroutine twist_evaluate(self, stiffness, u, energy, g, h, semidefinite)
     type(twist_t), intent(in) :: self
     real(rp), intent(in) :: stiffness, u(3, TWIST_NODES)
@@ -139,7 +139,7 @@ contains
 
   end subroutine twist_evaluate
 
-  !> The same for the energy -moment c of a bow: `moment` = k beta [N m]. The Hessian is indefinite.
+  !> Returns the same for the energy -moment c of a bow; `moment` = k beta [N m]. The Hessian is indefinite.
   pure subroutine camber_evaluate(self, moment, u, energy, g, h)
     type(twist_t), intent(in) :: self
     real(rp), intent(in) :: moment, u(3, TWIST_NODES)

@@ -11,7 +11,7 @@ module solid_vectors
 
 contains
 
-  !> a x b.
+  !> Returns the cross product a x b.
   pure function cross(a, b) result(c)
     real(rp), intent(in) :: a(3), b(3)
     real(rp) :: c(3)
@@ -20,7 +20,7 @@ contains
     c(3) = a(1)*b(2) - a(2)*b(1)
   end function cross
 
-  !> The matrix [a]x with [a]x b = a x b.
+  !> Returns the matrix [a]x, for which [a]x b = a x b.
   pure function skew(a) result(m)
     real(rp), intent(in) :: a(3)
     real(rp) :: m(3, 3)
@@ -29,7 +29,7 @@ contains
     m(:, 3) = [a(2), -a(1), 0.0_rp]
   end function skew
 
-  !> The dyad a b^T.
+  !> Returns the dyad a b^T.
   pure function outer(a, b) result(m)
     real(rp), intent(in) :: a(3), b(3)
     real(rp) :: m(3, 3)
@@ -38,7 +38,7 @@ contains
     m(:, 3) = a*b(3)
   end function outer
 
-  !> Length of the longest column of a(3, :), or of the difference of two such arrays.
+  !> Returns the length of the longest column of a(3, :), or of the difference of two such arrays.
   pure real(rp) function longest(a, b) result(length)
     real(rp), intent(in) :: a(:, :)
     real(rp), intent(in), optional :: b(:, :)

@@ -52,7 +52,7 @@ module solid_bent_wing
 
 contains
 
-  !> Room for this model.
+  !> Allocates the work space for this model.
   subroutine bent_init(self, model)
     class(bent_wing_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -77,8 +77,9 @@ contains
     if (allocated(self%moved)) deallocate (self%moved, self%force, self%u, self%by_turn, self%lever)
   end subroutine bent_free
 
-  !> The shape under force(3, n_all) [N] with the parameters of `self%model`: `moved` and `turn`. u(3, n_all) [m], in
-  !> the frame of the clamp, is the start of a warm solution and always the result; see `solve_static`.
+  !> Finds the shape under force(3, n_all) [N] with the parameters of `self%model`, and sets `moved` and `turn`. u(3, n_all) [m],
+  !> in the frame of the clamp, is the start of a warm solution and always the result. `report` says whether a shape was found;
+  !> see `solve_static`.
   subroutine bent_solve(self, force, is_warm, options, u, report)
     class(bent_wing_t), intent(inout) :: self
     real(rp), intent(in) :: force(:, :)
@@ -203,8 +204,8 @@ contains
     end do
   end function moment_of
 
-  !> motion(3, n_all) of all points in the laboratory [m] when the stiffness changes along `direction`. This and the
-  !> next two are right after a converged `solve`.
+  !> Returns motion(3, n_all) [m], by how much all points move in the laboratory when the stiffness changes along `direction`.
+  !> Right after a converged `solve`.
   subroutine bent_stiffness_motion(self, direction, motion)
     class(bent_wing_t), intent(inout) :: self
     type(stiffness_t), intent(in) :: direction
@@ -213,7 +214,7 @@ contains
     if (self%is_compliant) call let_turn(self, self%compliance*lower(moment_of(self, motion)), motion)
   end subroutine bent_stiffness_motion
 
-  !> The same for parameter `number` of the model, per log unit if it varies by factors.
+  !> Returns the same for parameter `number` of the model, per unit, or per log unit if it varies by factors.
   subroutine bent_parameter_motion(self, number, motion)
     class(bent_wing_t), intent(inout) :: self
     integer, intent(in) :: number
@@ -230,7 +231,7 @@ contains
     end if
   end subroutine bent_parameter_motion
 
-  !> The same when the load changes along force(3, n_all) [N].
+  !> Returns the same when the load changes along force(3, n_all) [N].
   subroutine bent_force_motion(self, force, motion)
     class(bent_wing_t), intent(inout) :: self
     real(rp), intent(in) :: force(:, :)

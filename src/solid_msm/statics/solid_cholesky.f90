@@ -69,8 +69,8 @@ module solid_cholesky
 
 contains
 
-  !> Orders and analyses a symmetric pattern given by its upper triangle: columns colptr(n+1) and
-  !> rows rowind, both 0-based, rows ascending, diagonal present.
+  !> Orders and analyses a symmetric pattern, which its upper triangle gives: columns colptr(n+1) and rows rowind, both 0-based,
+  !> rows ascending, with the diagonal.
   subroutine cholesky_init(self, colptr, rowind, mode)
     class(cholesky_t), intent(inout) :: self
     integer, intent(in) :: colptr(:), rowind(:)
@@ -97,8 +97,8 @@ contains
     self%n_factorisations = 0
   end subroutine cholesky_free
 
-  !> Factorises the matrix with these values, in the order of the pattern; `is_spd` tells whether it
-  !> is positive definite, and only then may `solve` follow.
+  !> Factorises the matrix with these values, in the order of the pattern. `is_spd` tells whether it is positive definite; only
+  !> then may `solve` follow.
   subroutine cholesky_factorise(self, values, is_spd)
     class(cholesky_t), intent(inout) :: self
     real(rp), intent(in), contiguous :: values(:)
@@ -119,7 +119,7 @@ contains
     call require(solid_cholmod_solve(self%handle, columns, b) == 0, 'cholesky_t: the solution failed')
   end subroutine cholesky_solve
 
-  !> A cheap estimate of the reciprocal condition number of the last factorised matrix.
+  !> Returns a cheap estimate of the reciprocal condition number of the last factorised matrix.
   real(rp) function cholesky_reciprocal_condition(self) result(rcond)
     class(cholesky_t), intent(in) :: self
     rcond = solid_cholmod_rcond(self%handle)

@@ -17,9 +17,8 @@ module solid_descent
 
 contains
 
-  !> Moves u(3, n_all) downhill until the residual at the stage of `work` is below `tolerance` times
-  !> its force scale; not `converged` after `limit` factorisations. On exit the axial forces of `work`
-  !> are those of the law.
+  !> Moves u(3, n_all) [m] downhill in potential until the residual at the stage of `work` is below `tolerance` times its force
+  !> scale. `converged` is false after `limit` factorisations. On exit the axial forces of `work` are those of the law.
   subroutine descend(work, model, load, tolerance, limit, u, converged)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model

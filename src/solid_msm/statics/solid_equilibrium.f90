@@ -41,7 +41,7 @@ module solid_equilibrium
 
 contains
 
-  !> Allocates everything and analyses the pattern of the model's tangent.
+  !> Allocates everything, and analyses the pattern of the tangent of this model.
   subroutine equilibrium_init(self, model)
     class(equilibrium_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -68,7 +68,7 @@ contains
                 self%here_axial, self%old_axial, self%older_axial, self%kept_axial)
   end subroutine equilibrium_free
 
-  !> Begins a path at displacements u(3, n_all).
+  !> Begins a path at displacements u(3, n_all) [m].
   subroutine equilibrium_start(self, model, load, u)
     class(equilibrium_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -88,7 +88,7 @@ contains
     self%g = 0
   end subroutine equilibrium_start
 
-  !> g(3, n_all) [N], zero at clamped points, at u plus the much smaller `low`.
+  !> Sets g(3, n_all) [N] to the residual at u plus the much smaller `low`, both (3, n_all) [m]; it is zero at clamped points.
   subroutine equilibrium_residual(self, model, load, u, g, low)
     class(equilibrium_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
@@ -108,7 +108,7 @@ contains
     load_factor = merge(self%stage, 1.0_rp, self%is_growing)
   end function load_factor
 
-  !> The potential [J] whose gradient the residual is.
+  !> Returns the potential [J] whose gradient the residual is.
   real(rp) function equilibrium_potential(self, model, load, u) result(potential)
     class(equilibrium_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
@@ -118,8 +118,8 @@ contains
     if (self%stage < 1 .and. .not. self%is_growing) potential = potential - (1 - self%stage)*sum(self%start_residual*u)
   end function equilibrium_potential
 
-  !> Factorises the tangent at u with the independent axial forces `self%axial`, or its positive
-  !> semidefinite part, plus `shift` [N/m] times the points' weights.
+  !> Factorises the tangent at u(3, n_all) [m] with the independent axial forces `self%axial`, or its positive semidefinite part,
+  !> plus `shift` [N/m] times the weights of the points. `is_spd` tells whether it is positive definite.
   subroutine equilibrium_factorise(self, model, load, u, semidefinite, shift, is_spd)
     class(equilibrium_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -134,7 +134,7 @@ contains
     call self%cholesky%factorise(self%values, is_spd)
   end subroutine equilibrium_factorise
 
-  !> self%du(3, n_all) = - K^-1 g with the last factorisation.
+  !> Sets self%du(3, n_all) [m] to - K^-1 g, with the last factorisation K, for g(3, n_all) [N].
   subroutine equilibrium_newton_step(self, model, g)
     class(equilibrium_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -149,7 +149,7 @@ contains
     end do
   end subroutine equilibrium_newton_step
 
-  !> Sets the axial forces to those of the springs' law at u.
+  !> Sets the axial forces to those of the springs' law at u(3, n_all) [m].
   subroutine equilibrium_law_axial(self, model, u)
     class(equilibrium_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model

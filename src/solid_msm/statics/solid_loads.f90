@@ -40,7 +40,7 @@ module solid_loads
 
 contains
 
-  !> No load on this model.
+  !> Makes a load of nothing on this model.
   subroutine load_init(self, model)
     class(load_t), intent(out) :: self
     type(solid_model_t), intent(in) :: model
@@ -48,7 +48,7 @@ contains
     allocate (self%couples(0), self%supports(0))
   end subroutine load_init
 
-  !> Adds force(3) [N] at a point of the wing.
+  !> Adds force(3) [N] at a point of the wing, by its number.
   subroutine load_add_point(self, point, force)
     class(load_t), intent(inout) :: self
     integer, intent(in) :: point
@@ -56,8 +56,8 @@ contains
     self%force(:, point) = self%force(:, point) + force
   end subroutine load_add_point
 
-  !> Adds force(3) [N] at the place (x, y) [m] of the unloaded wing: at the triangle that holds it,
-  !> shared between its corners by the barycentric weights. Fails outside the membrane.
+  !> Adds force(3) [N] at the place (x, y) [m] of the unloaded wing: the corners of the triangle that holds the place share it by
+  !> their barycentric weights. Fails outside the membrane.
   subroutine load_add_at(self, model, site, force, failure)
     class(load_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -96,8 +96,8 @@ contains
     end do
   end subroutine load_add_gravity
 
-  !> Minus the potential [J] at displacements u(3, n_all); that of a couple is known up to turns.
-  !> Here and below forces and couples are multiplied by `factor`.
+  !> Returns minus the potential [J] of the load, times `factor`, at displacements u(3, n_all) [m]. That of a couple is known up
+  !> to turns.
   pure real(rp) function load_work(self, model, u, factor) result(work)
     class(load_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
@@ -120,7 +120,7 @@ contains
     end do
   end function load_work
 
-  !> g(3, n_all) = g - generalised forces at u [N].
+  !> Subtracts the generalised forces at u(3, n_all) [m], times `factor`, from g(3, n_all) [N].
   pure subroutine load_subtract_from(self, model, u, factor, g)
     class(load_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
@@ -143,7 +143,7 @@ contains
     end do
   end subroutine load_subtract_from
 
-  !> Subtracts the derivative of the generalised forces from the tangent's blocks(3, 3, :).
+  !> Subtracts the derivative of the generalised forces, times `factor`, from blocks(3, 3, :) [N/m] of the tangent.
   pure subroutine load_subtract_tangent(self, model, u, factor, blocks)
     class(load_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model

@@ -43,8 +43,8 @@ module solid_path_correction
 
 contains
 
-  !> The extrapolation to the part `target` of the load: factors of the last difference of points, twice, and of the one
-  !> before it, of the parabola through the last three points or the line through two.
+  !> Extrapolates the path to the part `target` of the load. Returns factors, two of the last difference of points and one of the
+  !> difference before it, for the parabola through the last three points or the line through two.
   pure function path_ahead(self, target) result(ahead)
     class(path_t), intent(in) :: self
     real(rp), intent(in) :: target
@@ -76,8 +76,8 @@ contains
     end if
   end subroutine extrapolate
 
-  !> Newton iteration at the stage of `work`, from the path's last point u, extrapolated. If accepted, work%trial and
-  !> work%axial are the new point.
+  !> Iterates by Newton's method at the stage of `work`, from the last point u(3, n_all) [m] of the path, extrapolated. If the end
+  !> is accepted, work%trial and work%axial are the new point.
   subroutine correct(work, model, load, way, path, tolerance, u, correction)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model

@@ -13,7 +13,7 @@ module solid_rotation
 
 contains
 
-  !> R(v); the identity, exactly, for v = 0.
+  !> Returns R(v), the rotation by |v| [rad] about v; the identity, exactly, for v = 0.
   pure function rotation_matrix(v) result(r)
     real(rp), intent(in) :: v(3)
     real(rp) :: r(3, 3), s(3, 3), c(4)
@@ -22,7 +22,7 @@ contains
     r = IDENTITY + c(1)*s + c(2)*matmul(s, s)
   end function rotation_matrix
 
-  !> dR/dv(k).
+  !> Returns dR/dv(k).
   pure function rotation_derivative(v, k) result(d)
     real(rp), intent(in) :: v(3)
     integer, intent(in) :: k

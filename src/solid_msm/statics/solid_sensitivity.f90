@@ -16,9 +16,9 @@ module solid_sensitivity
 
 contains
 
-  !> derivatives(3, n_all, size(numbers)) [m per unit] of the equilibrium u with respect to the
-  !> parameters with these numbers, per log unit where the parameter's scale is logarithmic. Right
-  !> after a converged `solve_static` of the same model, whose factorisation it uses.
+  !> Returns derivatives(3, n_all, size(numbers)) of the equilibrium u with respect to the parameters with these numbers: [m] per
+  !> unit, or per log unit where the scale of the parameter is logarithmic. Call it right after a converged `solve_static` of the
+  !> same model, whose factorisation it uses.
   subroutine shape_sensitivities(work, model, u, numbers, derivatives)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
@@ -33,7 +33,8 @@ contains
     end do
   end subroutine shape_sensitivities
 
-  !> The derivative(3, n_all) [m] of the equilibrium u when the stiffness changes along `direction`, as above.
+  !> Returns the derivative(3, n_all) [m] of the equilibrium u when the stiffness changes along `direction`; see
+  !> `shape_sensitivities`.
   subroutine direction_sensitivity(work, model, u, direction, derivative)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
@@ -45,7 +46,8 @@ contains
     derivative = work%du
   end subroutine direction_sensitivity
 
-  !> The derivative(3, n_all) [m] of the equilibrium when the dead load changes along force(3, n_all) [N], as above.
+  !> Returns the derivative(3, n_all) [m] of the equilibrium when the dead load changes along force(3, n_all) [N]; see
+  !> `shape_sensitivities`.
   subroutine force_sensitivity(work, model, force, derivative)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model

@@ -61,16 +61,19 @@ contains
     call visitor%leave_out('redo_cold')
   end subroutine options_visit
 
-  !> Finds the equilibrium of `model` under `load`. u(3, n_all) [m] is the start and the result: a
-  !> cold start begins at zero whatever u is, a warm start at u, the solution for the same load with
-  !> other parameters; only a shape reached without snaps is a start that leads where the cold path
-  !> leads. Newton's method may leap over a fold to another stable shape; it stumbles when it does, so
-  !> a warm start is trusted only if every tangent on its way is positive definite and every stage
-  !> takes at most six factorisations. On success the last factorisation in `work` is that of the
-  !> exact tangent, ready for sensitivities.
-  !> A cold path that loses its way, since a descent does not converge or its end is unstable, is followed once more from
-  !> the unloaded state with finer settings (`is_fine` of `way_t`). One that needs more factorisations than allowed
-  !> is not: it would need more still. Failure is a report with a reason; u is then the last equilibrium of the path.
+  !> Finds the equilibrium of `model` under `load`. u(3, n_all) [m] is the start and the result. A cold start begins at zero
+  !> whatever u is. A warm start begins at u, the solution for the same load with other parameters. Only a shape that was reached
+  !> without snaps is a start that leads where the cold path leads.
+  !>
+  !> Newton's method may leap over a fold to another stable shape; it stumbles when it does. A warm start is therefore trusted
+  !> only if every tangent on its way is positive definite and every stage takes at most six factorisations.
+  !>
+  !> A cold path may lose its way: a descent does not converge, or its end is unstable. It is then followed once more from the
+  !> unloaded state with finer settings (`is_fine` of `way_t`). One that needs more factorisations than allowed is not: it would
+  !> need still more.
+  !>
+  !> On success the last factorisation in `work` is that of the exact tangent, ready for sensitivities. On failure the report has
+  !> a reason, and u is the last equilibrium of the path.
   subroutine solve_static(work, model, load, is_warm, options, u, report)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model

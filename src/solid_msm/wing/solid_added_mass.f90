@@ -16,8 +16,8 @@ module solid_added_mass
 
 contains
 
-  !> added(n_points) [kg] for motion along z in a fluid of unit density [1 kg/m^3]; 0 without triangles. Midpoints of edges carry
-  !> a third of their triangle each, half of it to either end.
+  !> Returns added(n_points) [kg], the mass of a fluid of unit density [1 kg/m^3] that moves with each point along z; 0 without
+  !> triangles. The midpoint of an edge carries a third of each of its triangles, and gives half of it to either end.
   function strip_added_mass(wing) result(added)
     type(wing_t), intent(in) :: wing
     real(rp) :: added(size(wing%points, 2))

@@ -12,9 +12,9 @@ module solid_flatness
 
 contains
 
-  !> The unit normal of the reference plane: that of the summed area vectors of the triangles, or the one given for
-  !> veins. `raised` is the point of the membrane farthest from its plane, if it is not flat, and `bent` the point at
-  !> which veins bend out of the plane the most, if that is too much; 0 if there is none.
+  !> Returns the unit normal of the reference plane: that of the summed area vectors of the triangles, or the given one of a
+  !> structure of veins. `raised` is the point of the membrane farthest from its plane, if it is not flat. `bent` is the point at
+  !> which veins bend out of the plane the most, if that is too much. Both are 0 if there is none.
   pure subroutine find_flatness(wing, plans, normal, raised, bent)
     type(wing_t), intent(in) :: wing
     type(hinge_plan_t), intent(in) :: plans(:)

@@ -53,8 +53,8 @@ module solid_mass
 
 contains
 
-  !> Lumps the mass of a wing to its points. A law that leaves a point without positive mass is reported and
-  !> `mass` is then undefined.
+  !> Lumps the mass of a wing to its points. A law that leaves a point without positive mass becomes a message; `mass` is then
+  !> undefined.
   subroutine lump_mass(wing, params, mass, messages)
     type(wing_t), intent(in) :: wing
     type(mass_params_t), intent(in) :: params
@@ -106,8 +106,8 @@ contains
                         '; valid: 1, 2')
   end subroutine check_params
 
-  !> Volume [m^3] of a conical frustum of length `length` [m] between the diameters `d1` and `d2` [m], and the
-  !> distance of its centre from end 1 divided by the length.
+  !> Returns the volume [m^3] of a conical frustum of `length` [m] between the diameters `d1` and `d2` [m], and the distance of
+  !> its centre from end 1, divided by the length.
   pure subroutine frustum(length, d1, d2, volume, centre)
     real(rp), intent(in) :: length, d1, d2
     real(rp), intent(out) :: volume, centre
@@ -234,7 +234,7 @@ contains
     end do
   end function inertia_of
 
-  !> Inertia tensor [kg m^2] about another point [m], by the parallel axis theorem.
+  !> Returns the inertia tensor [kg m^2] about another point [m], by the parallel axis theorem.
   pure function mass_inertia_about(self, point) result(inertia)
     class(mass_t), intent(in) :: self
     real(rp), intent(in) :: point(3)

@@ -7,7 +7,7 @@ module solid_sets
 
 contains
 
-  !> Joins the sets of two numbers; the smallest number is the top of its set.
+  !> Joins the sets of two numbers. The smallest number is the top of the set.
   pure subroutine unite(parent, a, b)
     integer, intent(inout) :: parent(:)
     integer, intent(in) :: a, b
@@ -19,7 +19,7 @@ contains
     parent(b) = min(i, j)
   end subroutine unite
 
-  !> The smallest number in the set of i.
+  !> Returns the smallest number in the set of i.
   pure integer function top(parent, i)
     integer, intent(in) :: parent(:), i
     top = i

@@ -106,13 +106,13 @@ contains
     call visitor%visit('mass', self%mass)
   end subroutine wing_visit
 
-  !> Whether +z points to the dorsal (upper) side.
+  !> Tells whether +z points to the dorsal (upper) side.
   pure logical function wing_z_is_dorsal(self) result(is_dorsal)
     class(wing_t), intent(in) :: self
     is_dorsal = index(self%z_side, 'dorsal') > 0
   end function wing_z_is_dorsal
 
-  !> Z_SIDES with `between` between them.
+  !> Returns the words of Z_SIDES as one text, with `between` between them.
   pure function z_side_choices(between) result(text)
     character(*), intent(in) :: between
     character(:), allocatable :: text

@@ -24,8 +24,8 @@ module solid_wing_check
 
 contains
 
-  !> Reports all that is wrong with `wing`; its arrays must be allocated. Fills in the plane's normal where
-  !> the file may leave it out.
+  !> Reports all that is wrong with `wing`, whose arrays must be allocated. Fills in the normal of the plane where the file may
+  !> leave it out.
   subroutine check_wing(wing, report)
     type(wing_t), intent(inout) :: wing
     type(wing_report_t), intent(inout) :: report

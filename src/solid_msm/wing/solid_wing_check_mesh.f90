@@ -15,8 +15,8 @@ module solid_wing_check_mesh
 
 contains
 
-  !> Triangles are not degenerate, run counter-clockwise seen from +z, and form a surface: every edge
-  !> belongs to one triangle or to two that lie on either side of it.
+  !> Reports triangles that are degenerate, that do not run counter-clockwise seen from +z, or that form no surface: every edge
+  !> must belong to one triangle, or to two that lie on either side of it.
   subroutine check_triangles(wing, edges, report)
     type(wing_t), intent(in) :: wing
     type(edge_table_t), intent(in) :: edges !< of the triangles
@@ -65,8 +65,8 @@ contains
            report%point(wing%triangles(2, t))//', '//report%point(wing%triangles(3, t))//')'
   end function triangle_text
 
-  !> Veins pass every point once (or close a ring), run along edges of the mesh if there is one, share no
-  !> segment, and do not fold back on themselves.
+  !> Reports veins that pass a point twice (unless they close a ring), that leave the edges of the mesh if there is one, that
+  !> share a segment, or that fold back on themselves.
   subroutine check_veins(wing, edges, segments, report)
     type(wing_t), intent(in) :: wing
     type(edge_table_t), intent(in) :: edges, segments !< of the triangles, of the veins

@@ -20,7 +20,7 @@ module solid_wing_datasets
 
 contains
 
-  !> Reports a file whose attributes schema and version are not those; `kind` is its name in words.
+  !> Reports a file whose attributes `schema` and `version` are not these. `kind` is the name of such files in words.
   subroutine check_schema(file, kind, schema, version, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: kind, schema
@@ -82,7 +82,7 @@ contains
     call report%finish()
   end subroutine report_unknown
 
-  !> Names of the members of a group that may be missing.
+  !> Reads the names of the members of a group, which may be missing; then there are none.
   subroutine read_names(file, group, names, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -108,7 +108,8 @@ contains
     call report%finish()
   end subroutine read_names
 
-  !> Rows of `columns` real numbers (0: a plain list), in metres unless they have no stated units; empty after a mistake.
+  !> Reads rows of `columns` real numbers (0: a plain list), in metres unless the data have no units. They are empty after a
+  !> mistake, which goes to the report.
   subroutine read_real_dataset(file, name, columns, values, report, has_units)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -140,8 +141,8 @@ contains
     values = values(:0)
   end subroutine read_real_dataset
 
-  !> Rows of `columns` point numbers (0: a plain list), 1-based on return; empty after a mistake. Numbers
-  !> beyond the range of points are cut to it plus or minus one and found later.
+  !> Reads rows of `columns` point numbers (0: a plain list), which are 1-based on return. They are empty after a mistake, which
+  !> goes to the report. Numbers beyond the range of points are cut to that range plus or minus one; checks find them later.
   subroutine read_index_dataset(file, name, columns, values, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name

@@ -19,7 +19,7 @@ module solid_wing_edges
 
 contains
 
-  !> The 3 m directed edges of triangles (3, m); the owner is the triangle.
+  !> Returns the 3 m directed edges of triangles(3, m). The owner of an edge is its triangle.
   pure function triangle_edges(triangles) result(table)
     integer, intent(in) :: triangles(:, :)
     type(edge_table_t) :: table
@@ -38,8 +38,8 @@ contains
     call table%sort()
   end function triangle_edges
 
-  !> The segments between neighbours in chains of points, smaller point first; chain c is
-  !> nodes(first(c):first(c+1)-1), and the owner is the chain.
+  !> Returns the segments between neighbours in chains of points, the smaller point first. Chain c is
+  !> nodes(first(c):first(c+1)-1), and the owner of a segment is its chain.
   pure function vein_segments(nodes, first) result(table)
     integer, intent(in) :: nodes(:), first(:)
     type(edge_table_t) :: table
@@ -61,7 +61,7 @@ contains
     call table%sort()
   end function vein_segments
 
-  !> Index of the first pair (from, to), 0 if there is none.
+  !> Returns the index of the first pair (from, to), 0 if there is none.
   pure integer function table_find(self, from, to) result(found)
     class(edge_table_t), intent(in) :: self
     integer, intent(in) :: from, to
@@ -81,7 +81,7 @@ contains
     if (self%from(low) == from .and. self%to(low) == to) found = low
   end function table_find
 
-  !> Whether the pair is there in either direction.
+  !> Tells whether the pair is there in either direction.
   pure logical function table_has_edge(self, a, b) result(has)
     class(edge_table_t), intent(in) :: self
     integer, intent(in) :: a, b
@@ -94,7 +94,7 @@ contains
     key = int(from, i8)*2147483648_i8 + int(to, i8)
   end function key
 
-  !> Sorts the pairs; equal ones keep their order.
+  !> Sorts the pairs. Equal ones keep their order.
   pure subroutine table_sort(self)
     class(edge_table_t), intent(inout) :: self
     integer, allocatable :: order(:)

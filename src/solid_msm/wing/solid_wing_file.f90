@@ -41,7 +41,8 @@ contains
     end if
   end subroutine read_wing
 
-  !> The same with no look at the file as a whole: damage that the HDF5 library does not survive ends the process.
+  !> Reads the wing file like `read_wing`, but does not look at the file as a whole first. Damage that the HDF5 library does not
+  !> survive ends the process.
   subroutine read_wing_unguarded(path, wing, messages)
     character(*), intent(in) :: path
     type(wing_t), intent(out) :: wing
@@ -67,7 +68,7 @@ contains
     end do
   end subroutine read_wing_unguarded
 
-  !> Rank 0 reads the file; all ranks get the wing and the messages. Collective.
+  !> Reads the wing file on rank 0 and gives the wing and the messages to all ranks. Collective.
   subroutine load_wing(world, path, wing, messages)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path

@@ -15,7 +15,7 @@ module solid_wing_mass
 
 contains
 
-  !> Reads what the file states; mistakes go to `report`, and `mass` is then undefined.
+  !> Reads the masses that the file states. Mistakes go to `report`, and `mass` is then undefined.
   subroutine read_wing_mass(file, mass, report)
     type(hdf5_file_t), intent(in) :: file
     type(wing_mass_t), intent(out) :: mass

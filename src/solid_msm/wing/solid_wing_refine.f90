@@ -23,10 +23,9 @@ module solid_wing_refine
 
 contains
 
-  !> Every triangle cut into four and every vein segment into two. Diameters are interpolated linearly, a joint stays at
-  !> its point, and the middle of an edge between two root points is a root point. Numbers of old points, veins and
-  !> joints stay. parents(2, fine points), where wanted, are the old points between which each lies; twice itself for an
-  !> old one.
+  !> Cuts every triangle into four and every vein segment into two. Diameters are interpolated linearly, a joint stays at its
+  !> point, and the middle of an edge between two root points is a root point. Old points, veins and joints keep their numbers.
+  !> parents(2, fine points), where wanted, are the old points between which each point lies; an old point has itself twice.
   subroutine refine_wing(wing, fine, parents)
     type(wing_t), intent(in) :: wing
     type(wing_t), intent(out) :: fine
@@ -95,7 +94,7 @@ contains
     end do
   end subroutine refine_joints
 
-  !> The old points, with room for the middles of all edges.
+  !> Takes the old points, and makes room for the middles of all edges.
   pure subroutine fine_init(self, wing)
     class(fine_points_t), intent(inout) :: self
     type(wing_t), intent(in) :: wing
@@ -113,7 +112,7 @@ contains
     self%is_root(wing%root) = .true.
   end subroutine fine_init
 
-  !> The number of the middle of two old points, which is made when it is asked for first.
+  !> Returns the number of the middle of two old points. The first call for a pair makes it.
   pure subroutine fine_make_middle(self, a, b, middle)
     class(fine_points_t), intent(inout) :: self
     integer, intent(in) :: a, b
@@ -132,7 +131,7 @@ contains
     self%first(min(a, b)) = middle
   end subroutine fine_make_middle
 
-  !> The old points (2, n) between which each point lies.
+  !> Returns the old points (2, n) between which each point lies.
   pure function fine_parents(self) result(parents)
     class(fine_points_t), intent(in) :: self
     integer, allocatable :: parents(:, :)
@@ -150,8 +149,8 @@ contains
     end do
   end function fine_parents
 
-  !> Parameters of the same wing on that mesh: springs of veins are half as long and twice as stiff; a net of springs
-  !> has the same stiffness at any size. Stiffnesses of joints stay, those that are as their vein are made anew.
+  !> Returns the parameters of the same wing on that mesh. Springs of veins are half as long and twice as stiff; a net of springs
+  !> has the same stiffness at any size. Stiffnesses of joints stay; those that are as their vein are made anew.
   pure function refine_params(params) result(fine)
     type(solid_params_t), intent(in) :: params
     type(solid_params_t) :: fine
@@ -159,7 +158,7 @@ contains
     fine%k_vein = 2*params%k_vein
   end function refine_params
 
-  !> The reverse, for parameters of which single ones were changed since.
+  !> Does the reverse of `refine_params`, for parameters of which single ones may have changed.
   pure function coarsen_params(fine) result(params)
     type(solid_params_t), intent(in) :: fine
     type(solid_params_t) :: params

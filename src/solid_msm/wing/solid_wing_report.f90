@@ -27,14 +27,14 @@ module solid_wing_report
 
 contains
 
-  !> One mistake of the object, for instance '/points'.
+  !> Adds one mistake of the object, for instance '/points'.
   subroutine report_add(self, object, text)
     class(wing_report_t), intent(inout) :: self
     character(*), intent(in) :: object, text
     call self%messages%add(self%path//': '//object//': '//text)
   end subroutine report_add
 
-  !> Starts a search for mistakes of one kind in `object`.
+  !> Begins a search for mistakes of one kind in `object`.
   subroutine report_begin(self, object)
     class(wing_report_t), intent(inout) :: self
     character(*), intent(in) :: object
@@ -42,7 +42,7 @@ contains
     self%n_found = 0
   end subroutine report_begin
 
-  !> One more mistake of the kind being searched for.
+  !> Adds one more mistake of the kind that the search is for.
   subroutine report_found(self, text)
     class(wing_report_t), intent(inout) :: self
     character(*), intent(in) :: text
@@ -50,7 +50,7 @@ contains
     if (self%n_found <= MOST_SHOWN) call self%add(self%object, text)
   end subroutine report_found
 
-  !> Ends the search and says how many mistakes were not shown.
+  !> Ends the search, and says how many mistakes were not shown.
   subroutine report_finish(self)
     class(wing_report_t), intent(inout) :: self
     if (self%n_found > MOST_SHOWN) call self%add(self%object, 'and '//number_text(self%n_found - MOST_SHOWN) &
@@ -58,13 +58,13 @@ contains
     self%n_found = 0
   end subroutine report_finish
 
-  !> Whether nothing was reported so far.
+  !> Tells whether nothing was reported so far.
   pure logical function report_is_clean(self) result(is_clean)
     class(wing_report_t), intent(in) :: self
     is_clean = self%messages%count() == 0
   end function report_is_clean
 
-  !> The number that point, triangle or row `i` (1-based) has in the file, as text.
+  !> Returns the number that point, triangle or row `i` (1-based) has in the file, as text.
   pure function report_point(self, i) result(text)
     class(wing_report_t), intent(in) :: self
     integer, intent(in) :: i

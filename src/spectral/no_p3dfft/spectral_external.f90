@@ -13,7 +13,7 @@ module spectral_external
 
 contains
 
-  !> Must not be called: whoever reads `HAS_P3DFFT` knows.
+  !> Stops the program: it must not be called, and whoever reads `HAS_P3DFFT` knows.
   subroutine make_external(transform, world, grid, dealias, wanted_rows, effort, most, failure)
     class(transform_t), allocatable, intent(out) :: transform
     type(world_t), intent(in) :: world
@@ -27,7 +27,7 @@ contains
     end associate
   end subroutine make_external
 
-  !> Must not be called.
+  !> Stops the program: it must not be called.
   subroutine make_external_full(main, full)
     class(transform_t), intent(in) :: main
     class(transform_t), allocatable, intent(out) :: full

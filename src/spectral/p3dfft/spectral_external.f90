@@ -14,7 +14,7 @@ module spectral_external
 
 contains
 
-  !> A transform by P3DFFT; arguments and failures as in `spectral_p3dfft`. Collective.
+  !> Makes a transform by P3DFFT; arguments and failures are those of `spectral_p3dfft`. Collective.
   subroutine make_external(transform, world, grid, dealias, wanted_rows, effort, most, failure)
     class(transform_t), allocatable, intent(out) :: transform
     type(world_t), intent(in) :: world
@@ -28,7 +28,7 @@ contains
     call move_alloc(made, transform)
   end subroutine make_external
 
-  !> A transform over the same points as `main`, which is one of this module, that keeps all modes.
+  !> Makes a transform over the same points as `main`, which is one of this module, that keeps all modes.
   subroutine make_external_full(main, full)
     class(transform_t), intent(in) :: main
     class(transform_t), allocatable, intent(out) :: full

@@ -74,7 +74,7 @@ contains
     call self%reserve(most)
   end subroutine p3dfft_init
 
-  !> A transform over the same points as `main`, which keeps all modes. Until it is freed `main` must not be used, because
+  !> Makes a transform over the same points as `main`, which keeps all modes. Until it is freed `main` must not be used, because
   !> P3DFFT is set up for all modes. Collective.
   subroutine p3dfft_init_full(self, main)
     class(p3dfft_t), intent(inout) :: self
@@ -202,7 +202,7 @@ contains
     end associate
   end subroutine take_off
 
-  !> physical(nx, ny_local, nz_local, nf) -> spectral(nkz, n, nf). Collective.
+  !> Transforms physical(nx, ny_local, nz_local, nf) to spectral(nkz, n, nf). Collective.
   subroutine p3dfft_forward(self, physical, spectral)
     class(p3dfft_t), intent(inout) :: self
     real(rp), contiguous, target, intent(in) :: physical(:, :, :, :)
@@ -215,7 +215,7 @@ contains
     end do
   end subroutine p3dfft_forward
 
-  !> spectral(nkz, n, nf) -> physical(nx, ny_local, nz_local, nf). Collective.
+  !> Transforms spectral(nkz, n, nf) to physical(nx, ny_local, nz_local, nf). Collective.
   subroutine p3dfft_backward(self, spectral, physical)
     class(p3dfft_t), intent(inout) :: self
     complex(rp), contiguous, target, intent(in) :: spectral(:, :, :)
@@ -276,7 +276,7 @@ contains
     if (allocated(self%stick_of)) deallocate (self%stick_of)
   end subroutine p3dfft_free
 
-  !> Bytes of this rank's buffers, of which P3DFFT itself has three, each for all modes of its lines along x.
+  !> Returns the bytes of this rank's buffers, of which P3DFFT itself has three, each for all modes of its lines along x.
   pure real(rp) function p3dfft_memory_bytes(self) result(bytes)
     class(p3dfft_t), intent(in) :: self
     bytes = self%staged_bytes()

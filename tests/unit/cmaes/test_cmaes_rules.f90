@@ -70,9 +70,9 @@ contains
       end do
       call run%tell(f, violation)
     end do
-    call t%check('an infeasible start is left', run%state%n_infeasible > 100 .and. run%state%has_best)
-    call t%check_close('the best is feasible and at the edge', run%state%best_f, 1.0_rp, atol=1.0e-3_rp)
-    call t%check('and not beyond it', run%state%best_x(1) >= 1)
+    call t%check('an infeasible start is left', run%state%counts%n_infeasible > 100 .and. run%state%best%is_seen)
+    call t%check_close('the best is feasible and at the edge', run%state%best%f, 1.0_rp, atol=1.0e-3_rp)
+    call t%check('and not beyond it', run%state%best%x(1) >= 1)
   end subroutine test_infeasible_search
 
   !> E of 0.1 to 100 GPa, joints over four decades, a linear one.
@@ -124,9 +124,9 @@ contains
       call run%tell(f)
     end do
     call t%check('candidates are in the box', is_inside)
-    call t%check_below('the best point of the box is found', maxval(abs(run%state%best_x - clip(CENTRE))), 1.0e-4_rp)
-    call t%check_below('with its value', run%state%best_f - 0.16_rp, 1.0e-6_rp)
-    call t%check('the penalty was needed', run%state%has_penalty .and. all(run%state%penalty_weights > 0))
+    call t%check_below('the best point of the box is found', maxval(abs(run%state%best%x - clip(CENTRE))), 1.0e-4_rp)
+    call t%check_below('with its value', run%state%best%f - 0.16_rp, 1.0e-6_rp)
+    call t%check('the penalty was needed', run%state%penalty%is_on .and. all(run%state%penalty%weights > 0))
     call t%check_below('the mean stays near the box', maxval(abs(run%state%mean - clip(run%state%mean))), 0.1_rp)
   end subroutine test_bounds
 

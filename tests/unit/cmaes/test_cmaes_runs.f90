@@ -45,7 +45,7 @@ contains
     call run%ask(x)
     do k = 1, size(f)
       f(k) = value_of(name, x(:, k))
-      u = random_uniforms(run%options%seed, 99_i8, run%state%evaluations + k)
+      u = random_uniforms(run%options%seed, 99_i8, run%state%counts%evaluations + k)
       has_failed(k) = u(1) < failing
     end do
     call run%tell(f, has_failed=has_failed)
@@ -69,7 +69,7 @@ contains
         call step(name, run, failing)
       end do
       evaluations(s) = huge(1.0_rp)
-      if (run%state%stop_code == FTARGET) evaluations(s) = real(run%state%best_evaluation, rp)
+      if (run%state%stop_code == FTARGET) evaluations(s) = real(run%state%best%evaluation, rp)
     end do
     call sort_values(evaluations)
     median = evaluations((size(seeds) + 1)/2)

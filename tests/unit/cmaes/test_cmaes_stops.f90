@@ -39,12 +39,12 @@ contains
     o = none
     o%f_target = 1.0e-3_rp
     call expect('sphere', o, start, FTARGET)
-    call t%check('the target is kept', run%state%best_f <= 1.0e-3_rp)
+    call t%check('the target is kept', run%state%best%f <= 1.0e-3_rp)
     o = none
     o%max_evaluations = 100
     call expect('sphere', o, start, MAXFEVALS)
     call t%check('the allowed evaluations are not exceeded, and used up but for less than a generation', &
-                 run%state%evaluations <= 100 .and. run%state%evaluations > 100 - run%params%lambda)
+                 run%state%counts%evaluations <= 100 .and. run%state%counts%evaluations > 100 - run%params%lambda)
     o = none
     o%max_iterations = 5
     call expect('sphere', o, start, MAXITER)
@@ -102,7 +102,7 @@ contains
         case ('flat')
           f(k) = 1
         case ('noise')
-          u = random_uniforms(5_i8, 5_i8, run%state%evaluations + k)
+          u = random_uniforms(5_i8, 5_i8, run%state%counts%evaluations + k)
           f(k) = u(1)
         case default
           f(k) = value_of(name, x(:, k))
@@ -127,7 +127,7 @@ contains
     f = [(real(i, rp), i=1, size(f))]
     f(:half) = ieee_value(1.0_rp, ieee_quiet_nan)
     call run%tell(f)
-    call t%check('half of the candidates may fail', run%state%generation == 1 .and. run%state%n_redone == 0)
+    call t%check('half of the candidates may fail', run%state%generation == 1 .and. run%state%counts%n_redone == 0)
     mean = run%state%mean
     sigma = run%state%sigma
     do i = 1, MOST_ATTEMPTS
@@ -137,13 +137,13 @@ contains
     end do
     call t%check('a generation with more failures is repeated from the same mean', &
                  run%state%stop_code == RUNNING .and. run%state%generation == 1 .and. &
-                 run%state%n_redone == MOST_ATTEMPTS .and. all(abs(run%state%mean - mean) <= 0))
+                 run%state%counts%n_redone == MOST_ATTEMPTS .and. all(abs(run%state%mean - mean) <= 0))
     call t%check('with half the step each time', abs(run%state%sigma - sigma/2**MOST_ATTEMPTS) <= 0)
     call run%ask(x)
     call run%tell(f)
     call t%check('in the end the run ends', run%state%stop_code == TOO_MANY_FAILED)
-    call t%check('failed evaluations are counted', run%state%evaluations == 5*size(f) .and. &
-                 run%state%n_failed == half + 4*(half + 1))
+    call t%check('failed evaluations are counted', run%state%counts%evaluations == 5*size(f) .and. &
+                 run%state%counts%n_failed == half + 4*(half + 1))
     was_seen(run%state%stop_code) = .true.
   end subroutine test_failures
 
@@ -157,7 +157,7 @@ contains
     call run%ask(x)
     f = [(real(i, rp), i=1, 7)]
     call run%tell(f)
-    call t%check('a matrix that is not positive is replaced by the last good one', run%state%n_repairs == 1 .and. &
+    call t%check('a matrix that is not positive is replaced by the last good one', run%state%counts%n_repairs == 1 .and. &
                  all(abs(run%state%c - reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])) <= 0))
     run%state%c = 0
     do i = 1, N
@@ -169,7 +169,7 @@ contains
     call run%ask(x)
     call run%tell(f)
     smallest = minval([(run%state%c(i, i), i=1, N)])
-    call t%check('eigenvalues are raised to 1e-14 of the largest', run%state%n_floored == 1 .and. &
+    call t%check('eigenvalues are raised to 1e-14 of the largest', run%state%counts%n_floored == 1 .and. &
                  run%state%condition > 1.0e16_rp .and. smallest > 0.9e-14_rp .and. smallest < 1.1e-14_rp)
   end subroutine test_repairs
 end program test_cmaes_stops

@@ -3,7 +3,7 @@
 !> causes.
 !>
 !> Random numbers are fixed, so the counts are always the same; bounds are those that a correct program violates with a
-!> probability below 1e-3 for a random seed (binomial distribution), or the targets of docs/guide/diagnosis.md.
+!> probability below 1e-3 for a random seed (binomial distribution), or the targets of docs/results/diagnosis-results.md.
 program test_engine
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp

@@ -6,6 +6,7 @@ program test_measurement_comparison
   use base_kinds, only: rp
   use base_packing, only: pack_value, unpack_value
 
+  use measurement_comparison, only: observed_shape_t
   use measurement_data, only: measurement_t, QUANTITY_ROTATION
   use measurement_evaluation, only: evaluation_t, zone_violations, VIOLATION_BACKWARD, VIOLATION_FOLDED
   use measurement_experiment, only: experiment_t
@@ -182,9 +183,9 @@ contains
     type(experiment_t) :: experiment
     type(failure_t) :: failure
     type(static_options_t) :: options
-    type(surface_sample_t) :: sample
+    type(observed_shape_t) :: shape
     type(evaluation_t) :: evaluation, copy
-    real(rp), allocatable :: u(:, :), residuals(:), positions(:, :), values(:)
+    real(rp), allocatable :: u(:, :), residuals(:), values(:)
     real(rp) :: h, expected, worst, violation(2), zeros(1)
     integer :: l, k, i, j, n, first
     wing = make_fly_wing(24, 12)
@@ -227,16 +228,17 @@ contains
     u(3, :) = SLOPE*experiment%model%points(1, :)
     n = experiment%count_residuals(0)
     allocate (residuals(n))
-    positions = experiment%model%points(:, :experiment%model%n_points) + u(:, :experiment%model%n_points)
+    call shape%init(experiment%model%n_points, 100)
+    shape%positions = experiment%model%points(:, :experiment%model%n_points) + u(:, :experiment%model%n_points)
+    shape%seen = shape%positions
     zeros = 0.001_rp
-    call sample%init(100)
     expected = 0
     worst = 0
     first = 1
     do l = 1, 2
       associate (comparison => experiment%comparisons(l))
-        call comparison%residuals(m%x, m%y, experiment%model%points, experiment%model%triangles, experiment%edges, &
-                                  positions, positions, comparison%unloaded, 1.0_rp, zeros, sample, &
+        call comparison%locate(m%x, m%y, experiment%model%triangles, experiment%edges, shape)
+        call comparison%residuals(experiment%model%points, shape, comparison%unloaded, 1.0_rp, zeros, &
                                   residuals(first:first + comparison%n - 1))
         call t%check('some places are on the wing and some beside', comparison%n_heights > 20 .and. &
                      comparison%n_heights < m%loads(l)%count())

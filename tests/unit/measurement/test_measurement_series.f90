@@ -1,13 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Records of a wing that rings are read as they were written, on all ranks, and what is wrong with them is reported with the
-!> record, all at once.
+!> record, all at once. What is written again, bending tests, modes and records, is read to the bit.
 program test_measurement_series
-  use base_errors, only: message_list_t
-  use base_kinds, only: rp
+  use base_errors, only: failure_t, message_list_t
+  use base_kinds, only: i8, rp
+  use base_packing, only: pack_value
   use measurement_broadcast, only: load_measurement
   use measurement_data, only: measurement_t
   use measurement_file, only: read_measurement
   use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
+  use measurement_write, only: write_measurement
   use measurement_writer, only: measurement_writer_t, MM
   use solid_ringing, only: EXCITED_BASE, EXCITED_RELEASE
   use solid_wing, only: wing_t
@@ -15,7 +17,7 @@ program test_measurement_series
   use testkit, only: testkit_t
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
   implicit none
-  character(*), parameter :: PATH = 'series.h5'
+  character(*), parameter :: PATH = 'series.h5', AGAIN = 'series_again.h5'
   integer, parameter :: N = 4, P = 2 !< samples, points
   real(rp), parameter :: PLACES(2*P) = MM*[0.5_rp, 0.5_rp, 1.9_rp, 1.5_rp], VALUES(P*N) = 1.0e-6_rp* &
                          [1.0_rp, 2.0_rp, 0.5_rp, -1.0_rp, 0.2_rp, 0.1_rp, 0.0_rp, 0.3_rp]
@@ -37,6 +39,7 @@ program test_measurement_series
   call t%check('the wing is valid', messages%count() == 0)
   call read_it()
   call t%world%barrier()
+  if (t%world%size == 1) call write_again()
   if (t%world%size == 1) call refuse_all()
   call t%finish()
 
@@ -49,6 +52,10 @@ contains
     call w%delete('/loads')
     call w%delete('/points')
     call w%delete('/accuracy')
+    call add_records()
+  end subroutine sample
+
+  subroutine add_records()
     call w%group('/series')
     call one_record('/series/one', 'release', 'm')
     call w%real_attribute('/series/one', 'point', [1.0_rp, 1.0_rp]*MM)
@@ -60,7 +67,47 @@ contains
     call w%integer_attribute('/series/one', 'order', 2)
     call one_record('/series/two', 'base', 'm/s')
     call w%reals('/series/two/base', [N], 9.0_rp*[1.0_rp, -1.0_rp, 0.5_rp, 0.0_rp])
-  end subroutine sample
+  end subroutine add_records
+
+  !> Every kind of data: what is read of what was written is the same, all components to the bit.
+  subroutine write_again()
+    type(measurement_t) :: m, other
+    type(failure_t) :: failure
+    real(rp), allocatable :: words(:), others(:)
+    call w%measurement(PATH)
+    call add_records()
+    call w%real_attribute('/series', 'air_density', [1.1_rp])
+    call w%reals('/series/one/values', [P, N], [ieee_value(0.0_rp, ieee_quiet_nan), VALUES(2:)/3])
+    call one_record('/series/three', 'tap', 'm/s')
+    call w%real_attribute('/series/three', 'point', [1.0_rp, 1.0_rp]*MM/3)
+    call w%real_attribute('/series/three', 'size', [1.0e-7_rp/3])
+    call w%real_attribute('/series/three', 'size_sigma', [1.0e-8_rp/3])
+    call w%group('/modes')
+    call w%real_attribute('/modes', 'air_density', [1.3_rp])
+    call w%group('/modes/one')
+    call w%real_attribute('/modes/one', 'frequency', [150.0_rp/7])
+    call w%real_attribute('/modes/one', 'frequency_sigma', [1.5_rp/7])
+    call w%real_attribute('/modes/one', 'damping', [0.1_rp/3])
+    call w%real_attribute('/modes/one', 'damping_sigma', [0.01_rp/3])
+    call w%text_attribute('/modes/one', 'medium', 'air')
+    call w%reals('/modes/one/points', [2, P], PLACES/3)
+    call w%reals('/modes/one/shape', [P], VALUES(:P)/3)
+    call w%reals('/modes/one/sigma', [P], VALUES(:P)/30)
+    call w%close()
+    call read_measurement(PATH, wing, m, messages)
+    call t%check('all kinds of data are read together', messages%count() == 0 .and. size(m%loads) == 2 .and. &
+                 size(m%observations) == 2 .and. m%count_modes() == 1 .and. m%count_series() == 3)
+    call write_measurement(AGAIN, m, failure)
+    call t%check('and written', .not. failure%failed)
+    call read_measurement(AGAIN, wing, other, messages)
+    call messages%print(6, '  ')
+    call t%check('what was written is read', messages%count() == 0)
+    call pack_value(m, words)
+    call pack_value(other, others)
+    call t%check('there is as much of it', size(words) == size(others))
+    if (size(words) /= size(others)) return
+    call t%check('and it is the same to the bit', all(transfer(words, [0_i8]) == transfer(others, [0_i8])))
+  end subroutine write_again
 
   subroutine one_record(group, excitation, units)
     character(*), intent(in) :: group, excitation, units

@@ -4,7 +4,7 @@
 program test_p3dfft
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use spectral_backends, only: HAS_P3DFFT, make_full_transform, make_transform
+  use spectral_backends, only: HAS_P3DFFT, make_full_transform, make_transform, transform_choices_t
   use spectral_grid, only: grid_t, make_grid
   use spectral_sticks, only: kept_columns, process_grid
   use spectral_transform, only: transform_t
@@ -45,8 +45,8 @@ contains
     call process_grid(test%world%size, n, rows, grid_rows, columns, possible, [kept_columns(grid, dealias), n(2)])
     if (.not. possible) return
     write (name, '(3(i0,1x),a,a,i0)') n, dealias, ', rows ', rows
-    call make_transform(builtin, 'builtin', test%world, grid, dealias, rows, 'estimate', 5, 2, failure)
-    call make_transform(foreign, 'p3dfft', test%world, grid, dealias, rows, 'measure', 5, 2, failure)
+    call make_transform(builtin, test%world, grid, transform_choices_t('builtin', dealias, rows), 5, 2, failure)
+    call make_transform(foreign, test%world, grid, transform_choices_t('p3dfft', dealias, rows, 'measure'), 5, 2, failure)
     call test%check(trim(name)//': P3DFFT can be used', .not. failure%failed)
     if (failure%failed) then
       call builtin%free()
@@ -168,9 +168,11 @@ contains
     type(failure_t) :: none, refused
     real(rp), allocatable :: x(:, :, :, :), back(:, :, :, :)
     complex(rp), allocatable :: modes(:, :, :)
+    type(transform_choices_t) :: choices
+    choices = transform_choices_t('p3dfft', 'none')
     associate (box => [1.0_rp, 1.0_rp, 1.0_rp])
-      call make_transform(first, 'p3dfft', test%world, make_grid([8, 8, 8], box), 'none', 0, 'estimate', 1, 1, none)
-      call make_transform(second, 'p3dfft', test%world, make_grid([8, 8, 12], box), 'none', 0, 'estimate', 1, 1, refused)
+      call make_transform(first, test%world, make_grid([8, 8, 8], box), choices, 1, 1, none)
+      call make_transform(second, test%world, make_grid([8, 8, 12], box), choices, 1, 1, refused)
       call test%check('a second grid is refused', refused%failed .and. .not. none%failed)
       call second%free()
       if (none%failed .or. .not. refused%failed) return
@@ -182,7 +184,7 @@ contains
       call first%backward(modes, back)
       call test%check_below('the first goes on', maxval(abs(back - x)), ROUND_OFF)
       call first%free()
-      call make_transform(third, 'p3dfft', test%world, make_grid([8, 8, 12], box), 'none', 0, 'estimate', 1, 1, none)
+      call make_transform(third, test%world, make_grid([8, 8, 12], box), choices, 1, 1, none)
       call test%check('when it is freed, there is room for another', .not. none%failed)
       call third%free()
     end associate

@@ -7,10 +7,15 @@ import unittest
 from pathlib import Path
 
 import h5py
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
 import numpy as np
 
 from browser import find_browser, look_at
 from flusi_msm.diagnosis.report import page
+from flusi_msm.diagnosis.series import draw_record, read_series
 from synthetic import CYCLE_MEANS, run_tool, write_flapping_run
 
 SOURCE = Path(__file__).resolve().parents[3]
@@ -86,6 +91,35 @@ class Report(unittest.TestCase):
         self.assertNotIn("in flight", text)
         self.assertIn("0.12 % stiffer each time", text)
         self.assertNotIn("cannot tell apart", text)
+
+    def test_motion(self):
+        """Modes and records have a picture each, a record one of its own; without an extended wing only the baseline is drawn."""
+        time = np.arange(30) / 1e4
+        with h5py.File(self.folder / "diagnosis.h5", "r+") as file:
+            for name in "ring", "tap":
+                for number in range(1, 6):
+                    seen = np.cos(2e3 * time) * np.exp(-200 * time)
+                    table = np.stack([time, seen + 0.01 * number, 0.01 + 0 * time, seen, seen], 1)
+                    table[3, 1] = np.nan
+                    file[f"series/{name}/{number}"] = table
+                    file[f"series/{name}/{number}"].attrs["point"] = (0.008, -0.0005)
+            file["modes/one"] = np.concatenate([np.random.default_rng(1).normal(size=(8, 4)) ** 2 + 0.1, np.ones((8, 2))], 1)
+        facts = {"medium": "air", "units": "m/s", "observations": 149, "baseline_rms": 3.0, "baseline_size_error": 0.0,
+                 "baseline_late_s": 0.0}
+        mode = {"name": "one", "medium": "air", "frequency_hz": 400.0, "sd_hz": 2.0, "baseline_number": 1, "baseline_hz": 401.0,
+                "baseline_mac": 0.99, "extended_number": 1, "extended_hz": 400.0, "extended_mac": 0.999}
+        diagnosis = {**DIAGNOSIS, "series": [{**facts, "name": "ring"}, {**facts, "name": "tap"}], "modes": [mode]}
+        text = self.page("--pictures", self.folder / "pictures", diagnosis=diagnosis)
+        self.assertEqual(text.count("data:image/png;base64,"), 8)
+        for name in "series_ring", "series_tap", "modes":
+            self.assertTrue((self.folder / f"pictures/diagnosis_{name}.png").exists(), name)
+        records = read_series(self.folder / "diagnosis.h5", diagnosis)
+        for is_extended, lines in ((False, 2), (True, 3)):
+            figure = draw_record(*records[0], is_extended)
+            self.assertEqual(len(figure.axes), 8, "four traces of five, above and below")
+            self.assertEqual([axis.get_title().split()[2] for axis in figure.axes[::2]], list("2345"), "those that fit worst")
+            self.assertEqual(len(figure.axes[0].get_legend().get_texts()), lines)
+            plt.close(figure)
 
     def test_undetermined_numbers_are_not_shown(self):
         """A joint of which the data say less than was assumed, or leave a range of ten times, has no value: 9189 and 162 µN m."""

@@ -13,7 +13,7 @@ from flusi_msm.blind.archive import Archive, ArchivedStudy
 from flusi_msm.blind.batch import read_design
 from flusi_msm.blind.report import collect, gain_of, print_report
 from flusi_msm.blind.scores import Case
-from flusi_msm.blind.study import STRATA, WHOLE_STUDY, Stratum, plan
+from flusi_msm.blind.strata import STRATA, Stratum, plan, whole_study
 from flusi_msm.blind.verdict import density_gain, effect_lines, flat_verdict
 from flusi_msm.results.files import InputError
 
@@ -41,17 +41,19 @@ class Plans(unittest.TestCase):
     def test_proportions(self):
         """The counts of every stratum in the first N cases are within 1.5 of its share: the one that is most behind is
         always taken, so nobody gets more than one ahead, and ten cannot all be behind."""
-        rows = plan(WHOLE_STUDY)
-        counts = {stratum.name: 0 for stratum in STRATA}
-        for number, (stratum, before) in enumerate(rows, 1):
-            self.assertEqual(before, counts[stratum.name])
-            counts[stratum.name] += 1
-            for other in STRATA:
-                self.assertLess(abs(counts[other.name] - number * other.count / WHOLE_STUDY), 1.5, (number, other.name))
-        self.assertEqual(counts, {stratum.name: stratum.count for stratum in STRATA})
-        self.assertEqual(plan(100), rows[:100])
-        self.assertEqual(counts["null"], 250)
-        self.assertEqual(counts["outside"], 200)
+        for kind, strata, whole in (("bending", STRATA["bending"], 762), ("vibration", STRATA["vibration"], 300),
+                                    ("joint", STRATA["joint"], 150)):
+            self.assertEqual(whole_study(kind), whole)
+            rows = plan(whole, kind)
+            counts = {stratum.name: 0 for stratum in strata}
+            for number, (stratum, before) in enumerate(rows, 1):
+                self.assertEqual(before, counts[stratum.name])
+                counts[stratum.name] += 1
+                for other in strata:
+                    self.assertLess(abs(counts[other.name] - number * other.count / whole), 1.5, (number, other.name))
+            self.assertEqual(counts, {stratum.name: stratum.count for stratum in strata})
+            self.assertEqual(plan(100, kind), rows[:100])
+            self.assertEqual(counts["null"], whole // 3 if kind != "bending" else 250)
 
 
 class Cases(unittest.TestCase):

@@ -85,7 +85,7 @@ class Archive:
                 continue
             try:
                 truth = study.truth(number)
-                if truth["kind"] == "single" and truth["snr"] >= 8 and not other.exists():
+                if study.wants_oracle(truth) and not other.exists():
                     continue
                 row = {"number": number, "truth": {key: value for key, value in truth.items() if key != "generator"},
                        "record": short(read(place))}
@@ -113,8 +113,8 @@ class Archive:
 class ArchivedStudy(Study):
     """A study some of whose cases are known from an archive only."""
 
-    def __init__(self, folder, designs, seed, archive):
-        super().__init__(folder, designs, seed)
+    def __init__(self, folder, designs, seed, archive, kind="bending"):
+        super().__init__(folder, designs, seed, kind)
         self.archive = archive
 
     def truth(self, number):

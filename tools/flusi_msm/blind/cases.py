@@ -75,6 +75,13 @@ class Individual:
             self.plain[mesh] = self.latest
         self.oracles = {}
 
+    def menu(self, kind):
+        """Effects of a case of this kind."""
+        return OUTSIDE if kind == "outside" else KNOWN
+
+    def finish(self, content, case, mesh):
+        """Adds to the content of a bending test what else was measured: nothing."""
+
     def case(self, mesh, noise, fringe=NO_FRINGE):
         return replace(self.design, refine=MESHES[mesh], noise=noise, stiffness=self.stiffness,
                        hidden=replace(self.design.hidden, fringe=fringe))
@@ -90,11 +97,11 @@ class Individual:
         return bench, shapes
 
     def deformations(self, mesh, case):
-        """(loads, ny, nx) [m] without any random error; `latest` holds the shapes."""
+        """(loads, ny, nx) [m] without any random error; `latest` holds the shapes, `latest_case` is the case."""
         quiet = replace(case, noise=Noise(height=0.0), declared={"height": 1e-6},
                         hidden=replace(case.hidden, fringe=NO_FRINGE))
         bench, shapes = self.bend(mesh, quiet)
-        self.latest = shapes
+        self.latest, self.latest_case = shapes, case
         content, _ = observe(bench, bench.loads(), shapes, bench.rest())
         return np.stack([load["z"] - content["z"] for load in content["loads"]])
 
@@ -185,7 +192,7 @@ def draw_effects(rng, individual, mesh, rig, case, kind, options, bounds=(0.0, n
     for _ in range(DRAWS):
         if len(found) == (2 if kind == "double" else 1):
             return found
-        menu = OUTSIDE if kind == "outside" else KNOWN
+        menu = individual.menu(kind)
         effect = menu[rng.integers(len(menu))](rng, wing, case)
         wanted = float(np.exp(rng.uniform(*np.log(options.snr))))
         if any(effect.name == other.name for other, _, _ in found):
@@ -237,6 +244,7 @@ def fill_case(rng, seed, number, head, individual, options, bounds=(0.0, np.inf)
     else:  # forces and places are those of the shapes that are known
         bench, shapes = Bench(case), individual.latest if effects else individual.plain[mesh]
     content, truth = observe(bench, bench.loads(), shapes, bench.rest())
+    individual.finish(content, case, mesh)
     return content, {
         "case": f"{number:04d}", "seed": int(seed), **head, "snr": joint, "band_snr": oracle.band_snr(),
         "causes": [{"name": effect.name, "strength": float(strength), "snr": snr, "is_known": effect.is_known,

@@ -147,7 +147,7 @@ class Oracle:
             a[rows, at:at + n_own] = c[:, own]
             first = rows.stop
         self.a = a * sd  # in units of their sd
-        self.weighted = self._weigh(self.a)
+        self.weighted = self.weigh(self.a)
         self.matrix = cho_factor(self.a.T @ self.weighted + np.eye(len(sd)))
         self.band_column, self.n_stiff = n_stiff + 1, n_stiff
         self.stiff = self.a[:, :n_stiff] / sd[:n_stiff]
@@ -165,7 +165,7 @@ class Oracle:
             c += 0.5 * amplitude**2 * np.cos(along[:, None] - along[None])
         return c
 
-    def _weigh(self, d):
+    def weigh(self, d):
         """C^-1 d for columns d."""
         parts, first = [], 0
         total = np.zeros((self.size, d.shape[1]))
@@ -199,7 +199,7 @@ class Oracle:
     def snr(self, d):
         """Of a change d."""
         d = self.filled(d)[:, None]
-        weighted = self._weigh(d)
+        weighted = self.weigh(d)
         g = self.weighted.T @ d
         return float(np.sqrt(max(0.0, (d * weighted).sum() - (g * cho_solve(self.matrix, g)).sum())))
 

@@ -25,6 +25,7 @@ from matplotlib.patches import Circle
 from flusi_msm.diagnosis.flight import flight_section
 from flusi_msm.diagnosis.modes import draw_modes, read_modes
 from flusi_msm.diagnosis.report import page
+from flusi_msm.diagnosis.series import draw_record, read_series
 from flusi_msm.errors import InputError, run_command
 from flusi_msm.style import COLOURS, use_style
 from flusi_msm.wing.file import read_wing
@@ -192,7 +193,7 @@ def draw_folds(validation, loads):
     return figure
 
 
-def pictures_of(diagnosis, loads, unknown, outline, modes=()):
+def pictures_of(diagnosis, loads, unknown, outline, modes=(), records=()):
     """(name, heading, caption, [(part, figure)])."""
     made = []
     if loads:
@@ -210,6 +211,11 @@ def pictures_of(diagnosis, loads, unknown, outline, modes=()):
         made.append(("modes", "Natural modes", "Frequencies of the models against the measured ones, with their sd, and for "
                      "each mode the measured shape and what the models leave of it.",
                      [("", draw_modes(modes, outline, draw_outline, diagnosis["extended"]["is_found"]))]))
+    if records:
+        is_extended = diagnosis["extended"]["is_found"]
+        made.append(("series", "Records of motion", "What was recorded, with its sd, and what the models do there, with the errors of the "
+                     "excitation's size and time that are then most probable; below, what they leave in units of the sd. In the grey "
+                     "band it is noise.", [(facts["name"], draw_record(facts, traces, is_extended)) for facts, traces in records]))
     if any(e["status"] == "tested" for e in diagnosis["effects"]):
         made.append(("evidence", "The candidates", "How much more probable each cause makes the data than the baseline alone "
                      "(blue: of the wing, orange: of the measurement), as a natural logarithm: 3 means 20 times. What reaches "
@@ -258,7 +264,8 @@ def main():
     pictures, flight = [], None
     outline = outline_of(diagnosis, options.json.resolve().parent)
     modes = read_modes(options.json.with_suffix(".h5"), diagnosis)
-    for name, heading, caption, figures in pictures_of(diagnosis, loads, unknown, outline, modes):
+    records = read_series(options.json.with_suffix(".h5"), diagnosis)
+    for name, heading, caption, figures in pictures_of(diagnosis, loads, unknown, outline, modes, records):
         pictures.append((heading, caption, [drawn(figure, options, name, part) for part, figure in figures]))
     if options.flight:
         flight = flight_section(options.flight)

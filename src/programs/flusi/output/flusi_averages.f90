@@ -73,7 +73,7 @@ contains
     if (self%is_on) n = merge(3, 0, self%velocity) + count([self%kinetic_energy, self%enstrophy])
   end function params_n_fields
 
-  !> Room for the sums on this rank's `block`.
+  !> Makes room for the sums on this rank's `block`.
   subroutine averages_init(self, params, block)
     class(averages_t), intent(inout) :: self
     type(average_params_t), intent(in) :: params
@@ -93,7 +93,7 @@ contains
     self%rows%stride = [(1, i=1, block%count(3))]
   end subroutine averages_init
 
-  !> Whether the step from `time` on needs the fields of its beginning.
+  !> Tells whether the step from `time` on needs the fields of its beginning.
   pure logical function averages_wants(self, time) result(wants)
     class(averages_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -116,7 +116,7 @@ contains
     self%dt_old = fluid%dt
   end subroutine averages_add
 
-  !> Whether there is a mean at `time`: some time has passed since its beginning.
+  !> Tells whether there is a mean at `time`: some time has passed since its beginning.
   pure logical function averages_has(self, time) result(has)
     class(averages_t), intent(in) :: self
     real(rp), intent(in) :: time

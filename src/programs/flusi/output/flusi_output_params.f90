@@ -178,13 +178,13 @@ contains
     if (p%fields%interval > fluid%time%t_max .and. fluid%time%t_max > 0) p%fields%interval = fluid%time%t_max
   end subroutine leave_mask_only
 
-  !> Whether any output needs velocity or vorticity in physical space.
+  !> Tells whether any output needs velocity or vorticity in physical space.
   pure logical function output_needs_fields(self) result(needs)
     class(output_params_t), intent(in) :: self
     needs = self%slices%is_on .or. self%averages%is_on
   end function output_needs_fields
 
-  !> Whether any output looks at one field of velocity or vorticity after the other.
+  !> Tells whether any output looks at one field of velocity or vorticity after the other.
   pure logical function output_needs_flow(self) result(needs)
     class(output_params_t), intent(in) :: self
     needs = self%fields%velocity .or. self%fields%vorticity .or. self%fields%vorticity_magnitude .or. self%fields%wing_sides
@@ -198,7 +198,7 @@ contains
     if (self%slices%is_on .and. self%slices%stack > 1) n = n + 3*count(self%slices%plane >= 0)*real(self%slices%stack, rp)/nx
   end function output_held_fields
 
-  !> Whether any output needs room to make a field.
+  !> Tells whether any output needs room to make a field.
   pure logical function output_needs_scratch(self) result(needs)
     class(output_params_t), intent(in) :: self
     needs = self%needs_fields() .or. self%needs_flow() .or. self%fields%pressure .or. self%fields%mask .or. &

@@ -35,7 +35,7 @@ module flusi_slices
 
 contains
 
-  !> Room for `most` planes at each of the places `place`, and the list of times. Collective.
+  !> Makes room for `most` planes at each of the places `place`, and the list of times. Collective.
   subroutine slices_init(self, opening, block, place, most)
     class(slices_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening

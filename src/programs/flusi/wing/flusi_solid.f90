@@ -304,7 +304,7 @@ contains
     end associate
   end subroutine run_advance
 
-  !> Whether the end of the run is reached.
+  !> Tells whether the end of the run is reached.
   pure logical function run_is_done(self) result(is_done)
     class(solid_run_t), intent(in) :: self
     is_done = self%state%time > self%settings%t_max - PART*self%settings%dt

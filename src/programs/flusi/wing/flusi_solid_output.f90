@@ -79,7 +79,7 @@ contains
     number = int((time + PART*settings%dt)/settings%output%fields%interval)
   end function shape_number
 
-  !> Whether a shape is to be saved at `time`.
+  !> Tells whether a shape is to be saved at `time`.
   pure logical function output_is_due(self, settings, time) result(is_due)
     class(solid_output_t), intent(in) :: self
     type(solid_settings_t), intent(in) :: settings

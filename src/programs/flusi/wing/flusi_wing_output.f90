@@ -92,9 +92,9 @@ contains
     end subroutine put
   end subroutine put_wing_vectors
 
-  !> The collection called `name` of membrane and veins that are in `file`, for an XDMF index. `vectors`
-  !> names the vectors of the membrane besides the displacement; those of `vein_vectors` are on the veins
-  !> too. With `time` the collection belongs to that time.
+  !> Returns the collection called `name` of membrane and veins that are in `file`, for an XDMF index. `vectors` names the vectors
+  !> of the membrane besides the displacement; those of `vein_vectors` are on the veins too. With `time` the collection belongs to
+  !> that time.
   function shape_grid(lines, file, name, vectors, vein_vectors, time) result(xml)
     type(wing_lines_t), intent(in) :: lines
     character(*), intent(in) :: file, name, vectors(:), vein_vectors(:)

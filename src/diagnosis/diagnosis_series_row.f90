@@ -1,0 +1,17 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Holds a record of a wing that rings beside the computed ones, for reports.
+module diagnosis_series_row
+  use base_kinds, only: rp
+  implicit none
+  private
+  public :: series_row_t
+
+  !> What the baseline (1) and the extended wing (2; the baseline again without one) do where a record was taken, with the errors of
+  !> the excitation's size and time that are then most probable.
+  type :: series_row_t
+    real(rp) :: size_error(2) = 0           !< relative
+    real(rp) :: late(2) = 0                 !< [s]
+    real(rp) :: rms(2) = 0                  !< of what is left, in units of the sd
+    real(rp), allocatable :: seen(:, :, :)  !< (samples, traces, 2) in the units of the record
+  end type series_row_t
+end module diagnosis_series_row

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blind cases of vibration and of bending with modes: what they hide is as visible as they say, and a case does not depend on what
+was made before it."""
+import tempfile
+import unittest
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from flusi_msm.blind import vibration, vibration_effects
+from flusi_msm.blind import vibration_subject as subjects
+from flusi_msm.blind.archive import Archive, ArchivedStudy
+from flusi_msm.blind.strata import Stratum
+from flusi_msm.measurement.case import Case
+from flusi_msm.bending.model import Stiffness
+from flusi_msm.wing.file import read_wing
+
+SOURCE = Path(__file__).resolve().parents[3]
+WING = str(SOURCE / "wings/calliphora_small.h5")
+DESIGN = Case(WING, [((0.00676, -0.00150), np.array([0.0, 0.0, 2.0e-4]))], spacing=6e-4, stiffness=Stiffness(plate="edges"))
+
+
+def explained(oracle, subject):
+    """The same ratio of an effect to first order, from columns by finite differences of the generator alone."""
+    base = oracle.base
+    s = base.stiffness
+    e = 1e-3
+    moved = [(replace(base, stiffness=replace(s, E=s.E * (1 + e))), np.log(10)), (replace(base, stiffness=replace(s, D=s.D * (1 + e))), 0.1),
+             (replace(base, air_ratio=base.air_ratio * (1 + e)), 0.3)]
+    if oracle.rig.has_record:
+        moved.append((replace(base, damping=replace(base.damping, rayleigh_mass=base.damping.rayleigh_mass * (1 + e))), np.log(10)))
+    start = oracle.residual(oracle.show(base), {})
+    columns = [(oracle.residual(oracle.show(one), {}) - start) / e * sd for one, sd in moved]
+    if oracle.rig.has_record:
+        n = len(start) - subjects.SAMPLES * len(subjects.PLACES)
+        seen = oracle.show(base)[1]
+        late = subjects.shown_record(base, "same", oracle.rig.medium, late=oracle.rig.trigger)
+        for change in (oracle.rig.size * seen, late - seen):
+            columns.append(np.concatenate([np.zeros(n), change.ravel() / oracle.sd_record]))
+    a, d = np.stack(columns, 1), oracle.residual(oracle.show(subject), {}) - start
+    right = a.T @ d
+    return float(np.sqrt(d @ d - right @ np.linalg.solve(np.eye(a.shape[1]) + a.T @ a, right)))
+
+
+class Visibility(unittest.TestCase):
+    def test_ratio(self):
+        """Of effects that are small it is that of a linear model, whose columns are made without the few modes of the oracle."""
+        individual = vibration.Individual(DESIGN, 3, 0)
+        for rig, effects in (("modes", (vibration_effects.membrane_gradient, vibration_effects.vein_mass)),
+                             ("both", (vibration_effects.stiffness_damping, vibration_effects.lag))):
+            oracle = individual.oracle("same", rig)
+            self.assertLess(oracle.snr(oracle.show(oracle.base)), 0.3, "of nothing")
+            for make in effects:
+                effect = make(np.random.default_rng(1), read_wing(WING), oracle.base)
+                strength, snr = vibration.make_strong(oracle, effect, 2.5, (2.0, 3.5))
+                self.assertAlmostEqual(explained(oracle, effect.apply(oracle.base, strength)) / snr, 1, delta=0.07, msg=effect.name)
+
+    def test_absorbed(self):
+        """Another E, air, damping, size of the force are no effect."""
+        oracle = vibration.Individual(DESIGN, 3, 0).oracle("same", "both")
+        s, damping = oracle.base.stiffness, oracle.base.damping
+        other = replace(oracle.base, stiffness=replace(s, E=1.05 * s.E), air_ratio=0.9 * oracle.base.air_ratio,
+                        damping=replace(damping, rayleigh_mass=1.2 * damping.rayleigh_mass))
+        self.assertLess(oracle.snr(oracle.show(other)), 2.0, "of some hundreds")
+
+
+class Cases(unittest.TestCase):
+    def make(self, folder, kind, cases):
+        """A study in a folder with these {number: stratum}."""
+        for part in ("sealed", "measured", "individuals"):
+            (folder / part).mkdir(parents=True)
+        study = ArchivedStudy(folder, {"small": DESIGN}, 3, Archive(None), kind)
+        for number, (stratum, before) in cases.items():
+            study.make(number, stratum, before)
+        return study
+
+    def test_made(self):
+        """The same bytes whatever was made before; the ratio is within bounds; rigs take turns; nothing hidden is in the file."""
+        single, outside = Stratum("single", 1, "single", (4.0, 6.0)), Stratum("outside", 1, "outside", (5.0, 15.0))
+        with tempfile.TemporaryDirectory() as folder:
+            one = self.make(Path(folder) / "a", "vibration", {1: (Stratum("null", 1, "null"), 0), 2: (single, 1), 3: (outside, 2)})
+            two = self.make(Path(folder) / "b", "vibration", {2: (single, 1)})
+            self.assertEqual(one.measurement(2).read_bytes(), two.measurement(2).read_bytes())
+            truth = one.truth(2)
+            self.assertTrue(4 <= truth["snr"] < 6, truth["snr"])
+            self.assertEqual([one.truth(k)["rig"] for k in (1, 2, 3)], ["modes", "record", "both"])
+            self.assertEqual([cause["is_known"] for k in (1, 2, 3) for cause in one.truth(k)["causes"]], [True, False])
+            for number, groups in ((1, {"modes"}), (2, {"series"}), (3, {"modes", "series"})):
+                with h5py.File(one.measurement(number)) as file:
+                    self.assertEqual(set(file), groups)
+                    if "series" in file:
+                        self.assertNotIn("lowpass", file["series/ring"].attrs, "a filter that nobody stated")
+
+    def test_joint(self):
+        """Heights and modes of one wing; the ratio is that of both."""
+        with tempfile.TemporaryDirectory() as folder:
+            study = self.make(Path(folder) / "a", "joint", {1: (Stratum("single", 1, "single", (8.0, 12.0)), 0)})
+            truth = study.truth(1)
+            self.assertTrue(8 <= truth["snr"] < 12, truth["snr"])
+            with h5py.File(study.measurement(1)) as file:
+                self.assertEqual(set(file) & {"loads", "modes", "reference"}, {"loads", "modes", "reference"})
+                self.assertEqual(len(file["modes"]), subjects.MODES)
+
+
+if __name__ == "__main__":
+    unittest.main()

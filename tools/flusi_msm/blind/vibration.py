@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blind cases of vibration: natural modes, a record after a release, or both, of a wing that hides one thing or nothing."""
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from flusi_msm.blind import vibration_subject as subjects
+from flusi_msm.blind.cases import CLOSE, DRAWS, numbers
+from flusi_msm.blind.vibration_effects import menu
+from flusi_msm.blind.vibration_oracle import Oracle
+from flusi_msm.errors import InputError
+from flusi_msm.measurement import modes, series
+from flusi_msm.wing.file import read_wing
+
+INDIVIDUALS = 4
+RIGS = ("modes", "record", "both")
+OTHER_MESH = 4  # every so many cases of a stratum are of the finer mesh, of each wing in turn
+
+
+@dataclass
+class Rig:
+    """An experiment, with the sd of its errors."""
+    name: str
+    medium: str               # of the record; modes are those in air
+    sites: np.ndarray         # points at which modes are seen
+    missing: tuple            # of the modes
+    frequency: float = 0.003
+    shape: float = 0.02
+    motion: float = 0.01
+    size: float = 0.05
+    trigger: float = 5.0e-6   # [s]
+
+    @property
+    def has_modes(self):
+        return self.name != "record"
+
+    @property
+    def has_record(self):
+        return self.name != "modes"
+
+
+class Individual:
+    """One wing without hidden effects, and how visible effects are on it."""
+
+    def __init__(self, design, seed, number):
+        rng = numbers(seed, "vibration", number)
+        s = design.stiffness
+        self.base = subjects.Subject(design.wing, replace(s, E=float(s.E * 10**rng.uniform(-0.1, 0.1))),
+                                     damping=series.Damping(rayleigh_mass=float(10**rng.uniform(1.8, 2.5))),
+                                     air_ratio=float(np.exp(0.2 * rng.standard_normal())))
+        wing = read_wing(design.wing)
+        free = np.setdiff1d(np.arange(len(wing.points)), list(wing.root))
+        sites = np.sort(rng.choice(free, subjects.SITES, replace=False))
+        missing = (int(rng.integers(2, subjects.MODES)),) if number % 2 else ()
+        self.rigs = {name: Rig(name, ("air", "vacuum")[number // 2 % 2], sites, missing) for name in RIGS}
+        self.oracles = {}
+
+    def oracle(self, mesh, rig):
+        if (mesh, rig) not in self.oracles:
+            self.oracles[mesh, rig] = Oracle(self.base, mesh, self.rigs[rig])
+        return self.oracles[mesh, rig]
+
+
+def make_strong(oracle, effect, wanted, bounds):
+    """(strength, snr) near the wanted ratio and within bounds, or None if that is out of reach."""
+    tried, s = [], effect.first
+    for _ in range(8):
+        s = min(s, effect.most)
+        snr = oracle.snr(oracle.show(effect.apply(oracle.base, s)))
+        if snr <= 1e-3:
+            return None
+        if 1 / CLOSE <= snr / wanted <= CLOSE and bounds[0] <= snr < bounds[1]:
+            return s, snr
+        slope = 1.0
+        if tried and abs(np.log(s / tried[-1][0])) > 0.01:
+            slope = float(np.clip(np.log(snr / tried[-1][1]) / np.log(s / tried[-1][0]), 0.3, 3))
+        if s >= effect.most and snr < wanted:
+            return None
+        tried.append((s, snr))
+        s *= float(np.clip((wanted / snr)**(1 / slope), 0.02, 50.0))
+    return None
+
+
+def fill_case(rng, seed, number, head, individual, snr, bounds):
+    """(write, truth) of a case whose head is drawn; write(path) makes the measurement."""
+    oracle = individual.oracle(head["mesh"], head["rig"])
+    subject, chosen = individual.base, None
+    if head["kind"] != "null":
+        chosen = draw_effect(rng, individual, oracle, head["kind"], snr, bounds)
+        subject = chosen[0].apply(subject, chosen[1])
+    causes = [] if chosen is None else [
+        {"name": chosen[0].name, "strength": float(chosen[1]), "snr": chosen[2], "is_known": chosen[0].is_known,
+         "also": list(chosen[0].also), "parameters": chosen[0].parameters(chosen[1]), "place": list(chosen[0].place)}]
+    truth = {"case": f"{number:04d}", "seed": int(seed), **head, "snr": chosen[2] if chosen else 0.0, "causes": causes,
+             "generator": {"subject": asdict(subject)}}
+    rig = individual.rigs[head["rig"]]
+    parts = measure(np.random.default_rng(head["errors"]), subject, head["mesh"], rig)
+
+    def write(path):
+        write_parts(path, subject, rig, *parts)
+    return write, truth
+
+
+def draw_effect(rng, individual, oracle, kind, snr, bounds):
+    """(effect, strength, its signal-to-noise ratio)."""
+    wing, effects = read_wing(individual.base.wing), menu(kind, oracle.rig.has_record)
+    for _ in range(DRAWS):
+        effect = effects[rng.integers(len(effects))](rng, wing, individual.base)
+        made = make_strong(oracle, effect, float(np.exp(rng.uniform(*np.log(snr)))), bounds)
+        if made is not None:
+            return effect, *made
+    raise InputError(f"{DRAWS} effects in a row cannot be made as visible as wanted")
+
+
+def measure(rng, subject, mesh, rig):
+    """Modes as `write_modes` takes them, and a record as `write_series` does; none where the rig has none."""
+    found, record = [], None
+    if rig.has_modes:
+        places = read_wing(subject.wing).points[rig.sites, :2]
+        for number, (hertz, shape) in enumerate(subjects.shown_modes(subject, mesh)[:subjects.MODES], 1):
+            errors, size = rng.standard_normal(1 + len(places)), 10**rng.uniform(-1, 1)
+            if number not in rig.missing:
+                found.append((f"mode{number}", hertz * (1 + rig.frequency * errors[0]), rig.frequency * hertz, places,
+                              size * (shape[rig.sites] + rig.shape * errors[1:]), np.full(len(places), size * rig.shape)))
+    if rig.has_record:
+        late = rig.trigger * rng.standard_normal()
+        exact = subjects.shown_record(subject, mesh, rig.medium, late=late)
+        sd = np.full(exact.shape[1], rig.motion * np.abs(exact).max())
+        stated = subjects.FORCE * (1 + rig.size * rng.standard_normal())
+        record = {"values": exact + sd * rng.standard_normal(exact.shape), "sigma": sd, "size": stated,
+                  "size_sigma": rig.size * stated, "base": None}
+    return found, record
+
+
+def write_parts(path, subject, rig, found, record):
+    """Writes a measurement file, or adds to one that is there."""
+    if found:
+        modes.write_modes(path, subjects.modes_case(subject, subject.stiffness), found)
+    if record:
+        stated = replace(subject, unstated=subjects.Unstated())
+        case = subjects.record_case(stated, subject.stiffness, rig.medium)
+        series.write_series(path, replace(case, noise=series.Noise(rig.motion, rig.trigger, rig.size)), record)
+
+
+def draw_case(study_seed, number, stratum, before, individual):
+    """(write, truth) of a case of a study."""
+    rng = numbers(study_seed, "vibration study", number)
+    turn = before // len(RIGS)
+    head = {"kind": stratum.kind, "rig": RIGS[before % len(RIGS)],
+            "mesh": "finer" if (turn + turn // INDIVIDUALS) % OTHER_MESH == OTHER_MESH - 1 else "same",
+            "individual": number_of(before), "errors": int(rng.integers(2**53))}
+    bounds = stratum.snr if stratum.kind == "single" else (0.0, float("inf"))
+    return fill_case(rng, study_seed, number, head, individual, stratum.snr, bounds)
+
+
+def number_of(before):
+    """Of the individual of a case that so many of its stratum precede."""
+    return before // len(RIGS) % INDIVIDUALS

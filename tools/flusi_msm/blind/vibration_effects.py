@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What blind cases of vibration hide, beside effects of stiffness that bending tests have too. An effect that needs a record says so."""
+from dataclasses import replace
+
+import numpy as np
+
+from flusi_msm.bending.model import Model
+from flusi_msm.blind import effects as bending
+from flusi_msm.blind.effects import Effect, plain, sign_of
+from flusi_msm.measurement.modes import densities, triangle_areas
+
+
+def mass(subject, **changes):
+    return replace(subject, mass=replace(subject.mass, **changes))
+
+
+def damping(subject, **changes):
+    return replace(subject, damping=replace(subject.damping, **changes))
+
+
+def unstated(subject, **changes):
+    return replace(subject, unstated=replace(subject.unstated, **changes))
+
+
+def factor_of_mass(key, parameter, sign):
+    def value(s):
+        return float(np.exp(sign * s))
+    return Effect(parameter, lambda subject, s: mass(subject, **{key: value(s)}), lambda s: {parameter: value(s)}, 0.05, np.log(8))
+
+
+# ---- in the catalogue ----------------------------------------------------------------------------
+
+def vein_mass(rng, wing, subject):
+    return factor_of_mass("veins", "vein_mass", sign_of(rng))
+
+
+def membrane_mass(rng, wing, subject):
+    return factor_of_mass("membrane", "membrane_mass", sign_of(rng))
+
+
+def membrane_gradient(rng, wing, subject):
+    return plain("membrane_gradient", mass, 0.05, 4.0, sign_of(rng))
+
+
+def point_mass(rng, wing, subject):
+    """On the outer three quarters: at the root it hardly moves."""
+    triangles = np.asarray(wing.triangles)
+    areas, middle = triangle_areas(wing), wing.points[triangles].mean(1)
+    root = wing.points[list(wing.root), 0].mean()
+    areas = np.where(middle[:, 0] - root > 0.25 * np.ptp(wing.points[:, 0]), areas, 0)
+    share = rng.dirichlet((1, 1, 1))
+    x, y = map(float, share @ wing.points[triangles[rng.choice(len(triangles), p=areas / areas.sum())]][:, :2])
+    whole = float((densities(wing, subject.mass)[1](middle[:, :2]) * triangle_areas(wing)).sum())
+    return Effect("point_mass", lambda subject, s: mass(subject, point=(x, y, s)), lambda s: {"point_mass": s}, 1e-3 * whole,
+                  whole, place=(x, y))
+
+
+def stiffness_damping(rng, wing, subject):
+    effect = plain("rayleigh_stiffness", damping, 2e-6, 1e-3, 1.0)
+    return replace(effect, name="stiffness_damping")
+
+
+def joint_friction(rng, wing, subject):
+    return plain("joint_friction", damping, 1e-5, 5e-3, 1.0)
+
+
+def viscoelasticity(rng, wing, subject):
+    tau = float(10**rng.uniform(-4.3, -3.0))
+    return Effect("viscoelasticity", lambda subject, s: damping(subject, relaxation=s, relaxation_time=tau),
+                  lambda s: {"relaxation": s}, 0.02, 3.0)
+
+
+def membrane_bending(rng, wing, subject):
+    """Springs are not stretched about the flat rest: whatever is elastic and not sought is the membrane."""
+    return replace(bending.membrane_bending(rng, wing, subject), also=("elasticity",))
+
+
+# ---- outside -------------------------------------------------------------------------------------
+
+def membrane_wave(rng, wing, subject):
+    """Mass that goes up and down over the membrane."""
+    lx, ly = map(float, np.ptp(wing.points[:, :2], axis=0) / rng.uniform(0.7, 2.5, 2))
+    return Effect("membrane_wave", lambda subject, s: mass(subject, membrane_wave=(s, lx, ly)), lambda s: {}, 0.05, 0.95, False)
+
+
+def soft_joint(rng, wing, subject):
+    """A joint is softer by 1 + s, where the baseline takes joints for known."""
+    joint = str(rng.choice(sorted(wing.joints)))
+    model = Model(wing, replace(subject.stiffness, joints={}))
+    k, = [model.hinge_stiffness(h, with_joint=False) for h in model.hinge_plan if h.joint == joint]
+    return Effect("soft_joint", lambda subject, s: bending.stiffness(subject, joints={**subject.stiffness.joints, joint: k / (1 + s)}),
+                  lambda s: {}, 0.1, 300.0, False, place=tuple(map(float, wing.points[wing.joint_nodes(joint)[1]][:2])))
+
+
+def drag(rng, wing, subject):
+    """With the square of the speed."""
+    return replace(plain("drag", damping, 50.0, 1e5, 1.0), is_known=False)
+
+
+def shake(rng, wing, subject):
+    """The clamp goes on moving after the release."""
+    hertz = float(rng.uniform(150.0, 900.0))
+    return Effect("shake", lambda subject, s: unstated(subject, shake=(s, hertz)), lambda s: {}, 0.1, 1e3, False)
+
+
+def lag(rng, wing, subject):
+    """A filter that nobody stated."""
+    return replace(plain("lag", unstated, 2e-6, 1e-3, 1.0), is_known=False)
+
+
+STRUCTURE = (bending.E_gradient, bending.E_per_vein, bending.taper, bending.soft_place, bending.vein_torsion, bending.damage,
+             membrane_bending)
+INERTIA = (vein_mass, membrane_mass, membrane_gradient, point_mass)
+DAMPING = (stiffness_damping, joint_friction, viscoelasticity)  # records alone show them
+OUTSIDE = (bending.E_wave, bending.D_wave, membrane_wave, soft_joint)
+OUTSIDE_OF_RECORDS = (drag, shake, lag)
+
+
+def menu(kind, has_record):
+    """Effects of a case of this kind."""
+    if kind == "outside":
+        return OUTSIDE + (OUTSIDE_OF_RECORDS if has_record else ())
+    return STRUCTURE + INERTIA + (DAMPING if has_record else ())

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How visible a hidden effect is in natural modes and records: the signal-to-noise ratio of what remains of it when all that a
+usual model may adjust has explained what it can. snr^2 is the smallest sum of squares, priors included, over
+
+    ln E (sd of a decade), ln D (0.1), ln of the air that moves with the wing (0.3), ln of damping in proportion to the mass (a
+    decade), size and trigger of the excitation (their sd), and on the finer mesh the difference of the meshes (1),
+
+sought by Gauss and Newton, as a record turns with the frequency. The wing with these values is that without the effect in its
+lowest modes (Ritz), so that thousands of them take no time."""
+from dataclasses import replace
+
+import numpy as np
+from scipy import linalg, sparse
+from scipy.sparse.linalg import eigsh
+
+from flusi_msm.blind import vibration_subject as subjects
+from flusi_msm.measurement.series import Motion
+
+BASIS = 50       # modes in which the wing moves
+STEP, STEPS, LONGEST = 1e-4, 6, 0.5
+PRIORS = {"E": np.log(10), "D": 0.1, "air": 0.3, "damping": np.log(10), "size": 1.0, "trigger": 1.0, "band": 1.0}
+
+
+class Ritz:
+    """The wing of a subject in its lowest modes, for any E, D, air and damping in proportion to its mass."""
+
+    def __init__(self, subject, mesh, medium):
+        wing, coarse, stiffness = subjects.meshed(subject, mesh)
+        motion = Motion(wing, subjects.record_case(subject, stiffness, "vacuum"), coarse)
+        heavy = motion.m + 1e-12 * motion.m.diagonal().max() * sparse.identity(motion.n)
+        _, phi = eigsh(motion.k, BASIS, heavy, sigma=0.0, v0=np.ones(motion.n))
+
+        def small(matrix):
+            return phi.T @ (matrix @ phi)
+        self.k, self.m, self.d = small(motion.k), small(motion.m), subject.damping
+        parts = []
+        for key in "E", "D":
+            twice = Motion(wing, subjects.record_case(subject, replace(stiffness, **{key: 2 * getattr(stiffness, key)}), "vacuum"), coarse)
+            parts.append(small(twice.k - motion.k))
+        self.k_veins, self.k_membrane = parts
+        self.air = np.zeros_like(self.m)
+        if medium == "air":
+            self.air = small(Motion(wing, subjects.record_case(subject, stiffness, "air"), coarse).m - motion.m)
+        self.push = phi.T @ motion.at(subjects.RELEASE, (0, 0, 1)) * subjects.FORCE
+        self.looks = np.stack([motion.at(place, (0, 0, 1)) for place in subjects.PLACES]) @ phi
+        n_points = len(wing.points)
+        nodes = phi.reshape(-1, 3, BASIS)
+        moving = np.flatnonzero((motion.place >= 0)[:n_points])
+        self.points = np.zeros((n_points, 3, BASIS))
+        self.points[moving] = nodes[motion.place[moving]]
+
+    def matrices(self, q):
+        """Stiffness and mass where the logarithms are q."""
+        k = self.k + np.expm1(q.get("E", 0.0)) * self.k_veins + np.expm1(q.get("D", 0.0)) * self.k_membrane
+        return k, self.m + np.exp(q.get("air", 0.0)) * self.air
+
+    def modes(self, q, count):
+        """As `shown_modes`."""
+        values, vectors = linalg.eigh(*self.matrices(q))
+        found = []
+        for value, vector in zip(values, vectors.T):
+            shape = self.points @ vector
+            if (shape[:, 2]**2).sum() > 0.1 * (shape**2).sum():
+                found.append((np.sqrt(value) / (2 * np.pi), shape[:, 2] / np.abs(shape[:, 2]).max()))
+            if len(found) == count:
+                break
+        return found
+
+    def record(self, q):
+        """As `shown_record`, and its derivative in time: exact in time."""
+        k, m = self.matrices(q)
+        n, d = len(k), self.d
+        c = d.rayleigh_mass * np.exp(q.get("damping", 0.0)) * m + d.rayleigh_stiffness * k
+        a = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])
+        step = linalg.expm(a / subjects.RATE)
+        state = np.concatenate([np.linalg.solve(k, self.push), np.zeros(n)])
+        seen, speed = [], []
+        for _ in range(subjects.SAMPLES):
+            seen.append(self.looks @ state[:n])
+            speed.append(self.looks @ state[n:])
+            state = step @ state
+        return np.array(seen), np.array(speed)
+
+
+class Oracle:
+    """Of one wing on one mesh in one kind of experiment."""
+
+    def __init__(self, base, mesh, rig):
+        self.base, self.mesh, self.rig = base, mesh, rig
+        self.air = Ritz(base, mesh, "air") if rig.has_modes else None
+        self.still = Ritz(base, mesh, rig.medium) if rig.has_record else None
+        self.names = ["E", "D"]
+        if rig.has_modes or rig.medium == "air":
+            self.names.append("air")
+        if rig.has_record:
+            self.names += ["damping", "size", "trigger"]
+        self.offset = 0.0
+        if rig.has_record:  # of the sum of few modes and of steps in time
+            self.offset = subjects.shown_record(base, mesh, rig.medium) - self.still.record({})[0]
+        self.sd_record = rig.motion * np.abs(self.still.record({})[0]).max() if rig.has_record else 1.0
+        self.band = None
+        if mesh != "same":
+            plain = Oracle(base, "same", rig)
+            self.band = self.residual(plain.show(base), {})
+            self.names.append("band")
+
+    def show(self, subject):
+        """What the experiment would show without errors: (modes or None, record or None)."""
+        return (subjects.shown_modes(subject, self.mesh) if self.rig.has_modes else None,
+                subjects.shown_record(subject, self.mesh, self.rig.medium) if self.rig.has_record else None)
+
+    def residual(self, shown, q):
+        """What the wing with q leaves of what is shown, in units of the sd."""
+        rig, rows = self.rig, []
+        if rig.has_modes:
+            own = self.air.modes(q, subjects.MODES + 2)
+            rows += [part for pair in paired(rig, shown[0], own) for part in pair]
+        if rig.has_record:
+            seen, speed = self.still.record(q)
+            seen = (seen + self.offset) * (1 + rig.size * q.get("size", 0.0)) + speed * rig.trigger * q.get("trigger", 0.0)
+            rows.append((shown[1] - seen).ravel() / self.sd_record)
+        whole = np.concatenate(rows)
+        return whole if self.band is None else whole - q.get("band", 0.0) * self.band
+
+    def snr(self, shown):
+        """Of what a subject with an effect shows."""
+        sd = np.array([PRIORS[name] for name in self.names])
+        at, best = np.zeros(len(sd)), np.inf
+        for _ in range(STEPS):
+            q = dict(zip(self.names, at))
+            r = self.residual(shown, q)
+            cost = float(r @ r + ((at / sd)**2).sum())
+            if cost > 0.999 * best:
+                best = min(cost, best)
+                break
+            best = cost
+            slopes = np.stack([(self.residual(shown, {**q, name: q[name] + STEP}) - r) / STEP for name in self.names], 1)
+            wanted = np.linalg.solve(slopes.T @ slopes + np.diag(sd**-2.0), -(slopes.T @ r + at / sd**2))
+            at = at + np.clip(wanted, -LONGEST, LONGEST)
+        return float(np.sqrt(best))
+
+
+
+def paired(rig, shown, own):
+    """(ln of frequencies, shape across the other one) of the modes that are measured, each in units of its sd."""
+    left = list(range(len(own)))
+    for number, (hertz, shape) in enumerate(shown[:subjects.MODES], 1):
+        seen = shape[rig.sites]
+        others = [own[i][1][rig.sites] for i in left]
+        best = int(np.argmax([(seen @ other)**2 / (other @ other) * np.exp(-2 * np.log(own[i][0] / hertz)**2)
+                              for i, other in zip(left, others)]))
+        other, i = others[best], left.pop(best)
+        if number not in rig.missing:
+            yield np.array([np.log(hertz / own[i][0]) / rig.frequency]), (seen - other * (seen @ other) / (other @ other)) / rig.shape
