@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Forces of many beats become a record of their mean and spread; what cannot be one is refused with what to do."""
+"""Forces of many beats become a record of their mean and spread; what cannot be one is refused with what to do.
+
+usage: test_import_forces.py [reader of measurement files]
+"""
+import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
@@ -8,7 +13,9 @@ import h5py
 import numpy as np
 
 from flusi_msm.seal import check_seal
-from synthetic import run_tool
+from synthetic import SOURCE, run_tool
+
+READER = str(Path(sys.argv.pop(1)).resolve()) if len(sys.argv) > 1 and Path(sys.argv[1]).is_file() else ""
 
 F = 158.0
 STEP = 1 / 158 / 96.3     # no whole number of samples in a beat
@@ -52,6 +59,9 @@ class Import(unittest.TestCase):
         return run.stdout if code == 0 else run.stderr
 
     def record(self, name="flight"):
+        if READER:  # that of what fits measurements
+            done = subprocess.run([READER, SOURCE / "wings/calliphora_small.h5", self.folder / "flight.h5"], capture_output=True, text=True)
+            self.assertIn("flight.h5 is accepted", done.stdout)
         with h5py.File(self.folder / "flight.h5") as file:
             group = file[f"flight/{name}"]
             return {**{k: v[()] for k, v in group.items()}, **dict(group.attrs)}

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """tools/make_flight: the balance does what it says, noise has the size that is stated, motions are hidden where they should be, and
-the file holds all of it."""
+the file holds all of it.
+
+usage: test_make_flight.py [reader of measurement files]
+"""
 import json
 import subprocess
 import sys
@@ -15,13 +18,14 @@ import numpy as np
 
 from flusi_msm.errors import InputError
 from flusi_msm.measurement.balance import Balance, Scatter, averaged, shown
-from flusi_msm.measurement.flight import Case, Hidden, Motion, beat_of, check, clean, follow, read_case, synthesise
+from flusi_msm.measurement.flight import Case, Hidden, Motion, beat_of, beats_of, check, clean, follow, read_case, synthesise
 from flusi_msm.measurement.flight import Flow as Computed
 from flusi_msm.seal import check_seal
 
 SOURCE = Path(__file__).resolve().parents[3]
 COARSE = Computed(beats=1, modes=24, radial=40, radius=10.0)
 F = 200.0
+READER = ""
 
 
 def sines(beats=6, steps=2000):
@@ -156,6 +160,14 @@ class Flights(unittest.TestCase):
         other = clean(replace(case, balance=Balance(reference=(0.0, 2e-3, -1e-3))))
         np.testing.assert_allclose(other["Mx"], exact["Mx"] - 2e-3 * exact["Fz"] - 1e-3 * exact["Fy"], atol=1e-15)
 
+    def test_frequency(self):
+        """A wing that beats faster with the same Reynolds number has the same coefficients: forces grow with the square."""
+        case = Case(flow=COARSE)
+        slow, fast = clean(case), clean(replace(case, hidden=Hidden(frequency=1.1, viscosity=1.1)))
+        at = np.linspace(0.1, 0.9, 50)
+        a, b = (np.interp(at, beats_of(c, x), x["Fz"]) for c, x in ((case, slow), (replace(case, hidden=Hidden(frequency=1.1)), fast)))
+        np.testing.assert_allclose(b, 1.21 * a, atol=1e-6 * np.abs(a).max())
+
     def test_wind_is_motion(self):
         """A wind along y is felt as if the hinge moved against it: a faster half stroke drags more, a slower one less."""
         case = Case(flow=COARSE)
@@ -191,6 +203,9 @@ class Flights(unittest.TestCase):
             with h5py.File(folder / "flight.h5") as file:
                 np.testing.assert_array_equal(file["flight/again/mean"][()], first)
                 self.assertEqual(set(file["flight/again"]), {"time", "mean", "sd"})
+            if READER:  # that of what fits measurements
+                done = subprocess.run([READER, SOURCE / "wings/calliphora_small.h5", folder / "flight.h5"], capture_output=True, text=True)
+                self.assertIn("flight.h5 is accepted", done.stdout)
             self.assertIn("did you mean lead", make("--set", "hidden.led=3", code=2))
 
     def test_refused(self):
@@ -207,4 +222,5 @@ class Flights(unittest.TestCase):
 
 
 if __name__ == "__main__":
+    READER = str(Path(sys.argv.pop(1)).resolve()) if sys.argv[1:] and Path(sys.argv[1]).is_file() else ""
     unittest.main()

@@ -337,9 +337,11 @@ class Independence(unittest.TestCase):
         """The generator imports its own modules, the reader of wing files, the choice of a Python and public libraries;
         nothing it runs is the solver, and nothing of the fitter imports it."""
         package = TOOLS / "flusi_msm"
-        own = {f"flusi_msm.{folder}.{path.stem}" for folder in ("bending", "measurement") for path in (package / folder).glob("*.py")}
-        own |= {f"flusi_msm.blind.{name}" for name in ("batch", "cases", "effects", "generate", "ledger", "oracle", "study")}
-        own -= {f"flusi_msm.{folder}.__init__" for folder in ("bending", "measurement")}
+        own = {f"flusi_msm.{folder}.{path.stem}" for folder in ("bending", "flow2d", "measurement") for path in (package / folder).glob("*.py")}
+        own |= {f"flusi_msm.blind.{name}" for name in (
+            "batch", "cases", "effects", "flight_effects", "flights", "generate", "joint", "ledger", "oracle", "strata", "study", "vibration",
+            "vibration_effects", "vibration_oracle", "vibration_subject")}
+        own -= {f"flusi_msm.{folder}.__init__" for folder in ("bending", "flow2d", "measurement")}
         libraries = {"numpy", "scipy", "h5py"} | set(getattr(sys, "stdlib_module_names", ()))
         allowed = own | {f"flusi_msm.{name}" for name in ("errors", "one_thread", "project_python", "results.files", "seal", "wing.file")}
         self.assertGreater(len(own), 15)

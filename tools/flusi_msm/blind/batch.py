@@ -18,6 +18,12 @@ from flusi_msm.measurement.synthesis import Bench, observe
 from flusi_msm.results.files import InputError
 
 
+def is_flight(path):
+    """Whether a design is that of a flight."""
+    data = read(Path(path))
+    return isinstance(data, dict) and "kinematics" in data
+
+
 def read_design(path):
     """The case of a design, and its fixed cases {name: {section: {key: value}}}."""
     data = read(Path(path))

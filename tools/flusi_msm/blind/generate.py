@@ -5,9 +5,10 @@ sealed until the verdicts on all of them are written (tools/blindscore).
 usage: blindgen DESIGN.json FOLDER --cases N [--seed S] [--mix null=1,single=2] [--snr LOW HIGH] [--jobs N]
        blindgen DESIGN.json FOLDER --fixed [NAME ...]
 
-A design is a case of make_measurement (docs/guide/synthetic-measurements.md), whose mechanics are used; nothing is shared with
-flusi or with what fits or diagnoses. Without --seed the operating system gives one. The same seed gives the same bytes; a
-batch that was interrupted is completed, and made larger by a larger N. --fixed makes the cases in the design's section
+A design is a case of make_measurement (docs/guide/synthetic-measurements.md), whose mechanics are used, or, for flights, one of make_flight
+(docs/guide/synthetic-flights.md), known by its section "kinematics"; nothing is shared with flusi or with what fits or diagnoses.
+Without --seed the operating system gives one. The same seed gives the same bytes; a batch that was interrupted is completed, and made
+larger by a larger N. --fixed makes the cases in the design's section
 "fixed", with open truths. docs/results/blind-tests.md describes all.
 """
 import argparse
@@ -33,6 +34,23 @@ def mix_of(text):
     return mix
 
 
+def check_options(options):
+    if options.fixed is None and options.cases < 1 or options.individuals < 1 or options.jobs < 1:
+        raise InputError("--cases, --individuals and --jobs must be at least 1")
+    if not 0 < options.snr[0] < options.snr[1]:
+        raise InputError("--snr needs two positive numbers, the smaller one first")
+    if options.seed is not None and options.seed < 0:
+        raise InputError("--seed must not be negative")
+
+
+def make_flights(options, choice, tell):
+    from flusi_msm.blind import flights
+    from flusi_msm.measurement.flight import read_case
+    if options.fixed is not None:
+        raise InputError("--fixed: flights have no fixed cases; tools/make_flight makes open ones")
+    flights.make_flights(read_case(options.design), options.folder, options.cases, options.seed, choice, options.jobs, tell)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("design", metavar="DESIGN", help="JSON file")
@@ -51,16 +69,14 @@ def main():
     from flusi_msm.blind import batch as batch
     from flusi_msm.blind import cases as blind
     tell = (lambda text: None) if options.quiet else (lambda text: print(text, flush=True))
+    check_options(options)
+    if batch.is_flight(options.design):
+        make_flights(options, blind.Options(mix_of(options.mix), tuple(options.snr), options.individuals, ("same",)), tell)
+        return
     design, fixed = batch.read_design(options.design)
     if options.fixed is not None:
         batch.make_fixed(design, fixed, options.fixed or sorted(fixed), options.folder, tell)
         return
-    if options.cases < 1 or options.individuals < 1 or options.jobs < 1:
-        raise InputError("--cases, --individuals and --jobs must be at least 1")
-    if not 0 < options.snr[0] < options.snr[1]:
-        raise InputError("--snr needs two positive numbers, the smaller one first")
-    if options.seed is not None and options.seed < 0:
-        raise InputError("--seed must not be negative")
     choice = blind.Options(mix_of(options.mix), tuple(options.snr), options.individuals, tuple(options.meshes))
     batch.make_batch(design, options.folder, options.cases, options.seed, choice, options.jobs, tell)
 

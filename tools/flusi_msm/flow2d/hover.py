@@ -30,6 +30,7 @@ class Effort:
 
 
 STABLE = 0.7   # times nu over the square of the speed
+TRIES = 4
 
 
 def largest_speed(section: Section, beat: Beat) -> float:
@@ -45,13 +46,26 @@ def steps_of(section: Section, speed: float, period: float, effort: Effort) -> i
 
 
 def fly(section: Section, beat: Beat, beats: int, effort: Effort) -> dict[str, np.ndarray]:
+    """As fly_in_steps, with more steps where those that should do do not, unless their number is given."""
+    steps = steps_of(section, largest_speed(section, beat), beat.period, effort)
+    for attempt in range(TRIES):
+        try:
+            return fly_in_steps(section, beat, beats, steps, effort.resolution)
+        except ArithmeticError:
+            if effort.steps or attempt == TRIES - 1:
+                raise
+            steps = int(1.5 * steps)
+    raise ArithmeticError
+
+
+def fly_in_steps(section: Section, beat: Beat, beats: int, steps: int, resolution: Resolution) -> dict[str, np.ndarray]:
     """At every step after the start: `time`, `force` (n, 2) of the fluid on the section, `torque` about its hinge, `power` that the
     section gives to the fluid, and `place` (n, 3) and `acceleration` (n, 3) of hinge and angle; all in the units of the motion."""
     length, speed = section.chord, largest_speed(section, beat)
-    clock, steps = length / speed, steps_of(section, largest_speed(section, beat), beat.period, effort)
+    clock = length / speed
     time = np.arange(steps * beats + 1) * (beat.period / steps)
     place, rate, acceleration = beat.at(time)
-    flow = Flow(1.0, section.ratio, section.nu / (speed * length), time[1] / clock, effort.resolution)
+    flow = Flow(1.0, section.ratio, section.nu / (speed * length), time[1] / clock, resolution)
     offset = section.hinge - 0.5   # of the centre from the hinge, toward the leading end
     force, torque = np.zeros((len(time), 2)), np.zeros(len(time))
     for n in range(1, len(time)):

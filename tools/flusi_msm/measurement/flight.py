@@ -49,6 +49,7 @@ class Hidden:
     mean_angle: float = 0.0           # [deg] more
     plane: float = 0.0                # [deg] everything is turned from y toward z
     deviation: float = 0.0            # [m] sin(4 pi s) of this size along z: the path is an eight
+    frequency: float = 1.0            # factor
     phase: float = 0.0                # of the beat: the wing is so much before the record
     wind: tuple = (0.0, 0.0)          # [m/s] more
     viscosity: float = 1.0            # factor
@@ -99,7 +100,7 @@ def check(case):
     if case.state not in ("spread", "sd"):
         raise InputError(f"state is spread or sd, not {case.state}")
     for section, keys in (("wing", ("chord",)), ("kinematics", ("frequency",)), ("fluid", ("density", "viscosity")),
-                          ("hidden", ("viscosity", "chord"))):
+                          ("hidden", ("viscosity", "chord", "frequency"))):
         for key in keys:
             if not getattr(getattr(case, section), key) > 0:
                 raise InputError(f"{section}.{key}: must be positive")
@@ -150,7 +151,17 @@ def beat_of(case):
         turn = k.pitch * hidden.pitch * np.sin(drive(s) + np.radians(k.lead + hidden.lead))
         return np.radians(k.mean_angle + hidden.mean_angle + hidden.plane + follow(turn, hidden.free_play))
 
-    return Beat(place, angle, 1 / k.frequency)
+    return Beat(place, angle, 1 / (k.frequency * hidden.frequency))
+
+
+def beats_of(case, exact):
+    """Times of a flight in beats."""
+    return exact["time"] * case.kinematics.frequency * case.hidden.frequency
+
+
+def in_last_beat(case, exact, values):
+    """Values at the phases of the record."""
+    return np.interp(case.flow.beats - 1 + np.arange(case.samples) / case.samples, beats_of(case, exact), values)
 
 
 def section_of(case):
@@ -173,18 +184,17 @@ def clean(case):
             "place": found["place"], "acceleration": found["acceleration"]}
 
 
-def synthesise(case):
-    """What would be recorded, and the truth."""
+def synthesise(case, exact=None):
+    """What would be recorded, and the truth; exact: clean(case), where it is known."""
     names = check_names(case.components)
-    exact = clean(case)
+    exact = clean(case) if exact is None else exact
     seen = shown(exact, case.balance)
     phase = np.arange(case.samples) / case.samples
-    record = averaged(case, exact["time"] * case.kinematics.frequency, np.stack([seen[name] for name in names], 1), phase)
-    last = case.flow.beats - 1 + phase
+    record = averaged(case, beats_of(case, exact), np.stack([seen[name] for name in names], 1), phase)
     truth = {"seed": case.seed, "hidden": asdict(case.hidden), "balance": asdict(case.balance), "kinematics": asdict(case.kinematics),
              "fluid": asdict(case.fluid), "wing": asdict(case.wing), "noise": asdict(case.noise), "components": list(names),
              "reynolds": np.pi * case.kinematics.frequency * case.kinematics.stroke * case.wing.chord / case.fluid.viscosity,
-             "on_the_wing": {name: np.interp(last, exact["time"] * case.kinematics.frequency, exact[name]).tolist() for name in names},
+             "on_the_wing": {name: in_last_beat(case, exact, exact[name]).tolist() for name in names},
              "sd": record["sd"].tolist()}
     return {"time": phase, **record}, truth
 

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What blind flights hide: errors of kinematics, flow and balance, and what no catalogue has. As in blind/effects.py an effect is drawn at
+random but for its strength, a number that is 0 where it vanishes. In a fluid at rest a tilted stroke is a turned balance, and a motion that is
+early is a balance that is late: both have one name."""
+from dataclasses import replace
+
+import numpy as np
+
+from flusi_msm.blind.effects import Effect, sign_of
+
+
+def part(case, section, **changes):
+    return replace(case, **{section: replace(getattr(case, section), **changes)})
+
+
+def plain(name, section, key, first, most, sign, null=0.0, factor=False, **more):
+    """One key: null + sign s, or null exp(sign s)."""
+    def value(s):
+        return null * float(np.exp(sign * s)) if factor else null + sign * s
+    return Effect(name, lambda case, s: part(case, section, **{key: value(s)}), lambda s: {f"{section}.{key}": value(s)}, first, most, **more)
+
+
+def vector(name, section, key, place, size, first, most, sign):
+    """One number of a tuple, s times size."""
+    def value(s):
+        return tuple(sign * s * size if n == place[0] else 0.0 for n in range(place[1]))
+    return Effect(name, lambda case, s: part(case, section, **{key: value(s)}), lambda s: {f"{section}.{key}": value(s)}, first, most)
+
+
+# ---- in the catalogue -----------------------------------------------------------------------------
+
+def stroke_amplitude(rng, case):
+    return plain("stroke_amplitude", "hidden", "stroke", 0.02, 0.3, sign_of(rng), 1.0, True)
+
+
+def pitch_amplitude(rng, case):
+    return plain("pitch_amplitude", "hidden", "pitch", 0.02, 0.4, sign_of(rng), 1.0, True)
+
+
+def pitch_lead(rng, case):
+    return plain("pitch_lead", "hidden", "lead", 2.0, 40.0, sign_of(rng))
+
+
+def pitch_mean(rng, case):
+    return plain("pitch_mean", "hidden", "mean_angle", 1.0, 20.0, sign_of(rng))
+
+
+def stroke_plane(rng, case):
+    return plain("balance_turn", "hidden", "plane", 1.0, 25.0, sign_of(rng), also=("stroke_plane",))
+
+
+def beat_frequency(rng, case):
+    return plain("beat_frequency", "hidden", "frequency", 0.01, 0.25, sign_of(rng), 1.0, True)
+
+
+def phase_lag(rng, case):
+    return plain("balance_delay", "hidden", "phase", 0.003, 0.1, sign_of(rng))
+
+
+def wind(rng, case):
+    speed = np.pi * case.kinematics.frequency * case.kinematics.stroke
+    return vector("wind", "hidden", "wind", (int(rng.integers(2)), 2), speed, 0.02, 0.4, sign_of(rng))
+
+
+def viscosity(rng, case):
+    return plain("viscosity", "hidden", "viscosity", 0.05, 0.6, sign_of(rng), 1.0, True)
+
+
+def balance_gain(rng, case):
+    return plain("balance_gain", "balance", "gain", 0.02, 0.5, sign_of(rng), 1.0, True)
+
+
+def balance_offset(rng, case):
+    speed = np.pi * case.kinematics.frequency * case.kinematics.stroke
+    size = 0.5 * case.fluid.density * speed**2 * case.wing.chord
+    return vector("balance_offset", "balance", "offset", (int(rng.integers(2)), 3), size, 0.05, 1.0, sign_of(rng))
+
+
+def balance_turn(rng, case):
+    return plain("balance_turn", "balance", "misalignment", 1.0, 25.0, sign_of(rng), also=("stroke_plane",))
+
+
+def cross_talk(rng, case):
+    return vector("cross_talk", "balance", "cross_talk", (int(rng.integers(2)), 2), 1.0, 0.02, 0.4, sign_of(rng))
+
+
+def balance_lowpass(rng, case):
+    """The strength is the time of the filter in beats."""
+    def cut_off(s):
+        return case.kinematics.frequency / (2 * np.pi * s) if s else 0.0
+    return Effect("balance_lowpass", lambda case, s: part(case, "balance", lowpass=cut_off(s)), lambda s: {"balance.lowpass": cut_off(s)},
+                  0.005, 0.15)
+
+
+def balance_delay(rng, case):
+    return plain("balance_delay", "balance", "delay", 0.003 / case.kinematics.frequency, 0.1 / case.kinematics.frequency, 1.0)
+
+
+def wing_inertia(rng, case):
+    """At most ten times the fluid in a circle about the chord."""
+    return plain("wing_inertia", "balance", "inertia", 0.05 * case.fluid.density * case.wing.chord**2,
+                 8 * case.fluid.density * case.wing.chord**2, 1.0)
+
+
+# ---- outside the catalogue -------------------------------------------------------------------------
+
+def deviation(rng, case):
+    return plain("deviation", "hidden", "deviation", 0.02 * case.wing.chord, 0.5 * case.wing.chord, sign_of(rng),
+                 is_known=False)
+
+
+def wing_area(rng, case):
+    return plain("wing_area", "hidden", "chord", 0.02, 0.25, sign_of(rng), 1.0, True, is_known=False)
+
+
+def free_play(rng, case):
+    return plain("free_play", "hidden", "free_play", 2.0, 25.0, 1.0, is_known=False)
+
+
+def asymmetry(rng, case):
+    return plain("asymmetry", "hidden", "asymmetry", 0.03, 0.5, sign_of(rng), is_known=False)
+
+
+def third_harmonic(rng, case):
+    return plain("third_harmonic", "hidden", "third_harmonic", 0.01, 0.15, sign_of(rng), is_known=False)
+
+
+KNOWN = (stroke_amplitude, pitch_amplitude, pitch_lead, pitch_mean, stroke_plane, beat_frequency, phase_lag, wind, viscosity, balance_gain,
+         balance_offset, balance_turn, cross_talk, balance_lowpass, balance_delay, wing_inertia)
+OUTSIDE = (free_play, asymmetry, third_harmonic, deviation, wing_area)

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blind flights: records of make_flight that hide one thing, two or nothing, and a batch of them with sealed truths."""
+import json
+import secrets
+from dataclasses import asdict, replace
+from functools import lru_cache
+from multiprocessing import Pool
+
+import numpy as np
+
+from flusi_msm.blind.batch import _Alone, salt_of
+from flusi_msm.blind.cases import CLOSE, DRAWS, STATED, numbers
+from flusi_msm.blind.flight_effects import KNOWN, OUTSIDE
+from flusi_msm.blind.ledger import Ledger, digest, dump, read, write
+from flusi_msm.errors import InputError
+from flusi_msm.measurement.balance import check_names, shown
+from flusi_msm.measurement.case_file import build
+from flusi_msm.measurement.flight import Case, check, clean, in_last_beat, synthesise, write_flight
+
+FLOWN = ("wing", "kinematics", "fluid", "hidden", "flow")   # sections on which the flow depends
+# The second rig, relative to the noise of the design; its spread is stated up to STATED wrong.
+BUSY = {"amplitude": 0.02, "timing": 0.002}
+
+
+@lru_cache(maxsize=8)
+def _flight(text):
+    """The forces on the wing of a case, by what they depend on."""
+    return clean(build(Case, json.loads(text), ""))
+
+
+def flight_of(case):
+    """As clean(case), without flying twice."""
+    sections = {key: asdict(getattr(case, key)) for key in FLOWN}
+    return _flight(json.dumps({**sections, "balance": {"reference": list(case.balance.reference)}}, sort_keys=True))
+
+
+def curve(case):
+    """(n, k): what the balance shows at the phases of the record, without noise."""
+    exact = flight_of(case)
+    seen = shown(exact, case.balance)
+    return np.stack([in_last_beat(case, exact, seen[name]) for name in check_names(case.components)], 1)
+
+
+def visibility(case, base):
+    """sqrt(d C^-1 d): d the change of the record, C the covariance of its errors, those of a model included."""
+    before, noise = curve(base), base.noise
+    d, total = curve(case) - before, 0.0
+    step = np.abs(np.subtract.outer(np.arange(base.samples), np.arange(base.samples))) / (base.samples * base.kinematics.frequency)
+    for k in range(d.shape[1]):
+        size = np.mean(before[:, k]**2)
+        covariance = size * (noise.white**2 / base.beats + noise.model**2) * np.eye(base.samples)
+        if noise.correlated:
+            covariance += size * noise.correlated**2 / base.beats * np.exp(-step / noise.correlation_time)
+        total += d[:, k] @ np.linalg.solve(covariance, d[:, k])
+    return float(np.sqrt(total))
+
+
+def make_strong(case, effect, wanted):
+    """(strength, snr) near the wanted ratio beside what the case has already, or None if that is out of reach."""
+    s = effect.first
+    for _ in range(6):
+        s = min(s, effect.most)
+        changed = effect.apply(case, s)
+        try:
+            check(changed)
+            snr = visibility(changed, case)
+        except InputError:
+            return None
+        if 1 / CLOSE <= snr / wanted <= CLOSE:
+            return s, snr
+        if snr <= 1e-6 or s >= effect.most and snr < wanted:
+            return None
+        s *= float(np.clip(wanted / snr, 0.02, 50))
+    return None
+
+
+def individual(design, seed, number, count):
+    """The design, or where there are several a section that flaps otherwise, as everybody knows."""
+    if count == 1:
+        return design
+    rng, k = numbers(seed, "flight individual", number), design.kinematics
+    return replace(design, kinematics=replace(k, stroke=float(k.stroke * rng.uniform(0.85, 1.2)), pitch=float(rng.uniform(35, 50)),
+                                              lead=float(rng.uniform(-10, 10))))
+
+
+def draw(seed, number, design, options):
+    """The case with what it hides and its noise, and its truth so far."""
+    rng = numbers(seed, "flight", number)
+    kinds = list(options.mix)
+    shares = np.array([options.mix[kind] for kind in kinds], float)
+    head = {"kind": str(rng.choice(kinds, p=shares / shares.sum())), "mesh": "same", "rig": str(rng.choice(["quiet", "busy"])),
+            "individual": int(rng.integers(options.individuals)), "errors": int(rng.integers(2**53))}
+    base = individual(design, seed, head["individual"], options.individuals)
+    case, found = base, []
+    menu = OUTSIDE if head["kind"] == "outside" else KNOWN
+    wanted_count = {"null": 0, "double": 2}.get(head["kind"], 1)
+    for _ in range(DRAWS):
+        if len(found) == wanted_count:
+            break
+        effect = menu[rng.integers(len(menu))](rng, base)
+        wanted = float(np.exp(rng.uniform(*np.log(options.snr))))
+        if any(effect.name == other.name or effect.name in other.also for other, *_ in found):
+            continue
+        made = make_strong(case, effect, wanted)
+        if made is not None:
+            found.append((effect, *made))
+            case = effect.apply(case, made[0])
+    else:
+        raise InputError(f"{DRAWS} effects in a row cannot be made as visible as wanted: is the noise of the design too large?")
+    noise = case.noise if head["rig"] == "quiet" else replace(case.noise, **BUSY, stated=float(rng.uniform(1 - STATED, 1 + STATED)))
+    case = replace(case, seed=head["errors"], noise=noise, title=f"Blind flight {number:04d}")
+    return case, {**head, "snr": visibility(case, base) if found else 0.0,
+                  "causes": [{"name": effect.name, "strength": float(s), "snr": snr, "is_known": effect.is_known, "also": list(effect.also),
+                              "parameters": effect.parameters(s), "place": []} for effect, s, snr in found]}
+
+
+def _make(task):
+    design, seed, number, options, folder = task
+    case, truth = draw(seed, number, design, options)
+    record, generator = synthesise(case, flight_of(case))
+    path = folder / f"{number:04d}.h5"
+    path.unlink(missing_ok=True)
+    write_flight(path, case, record)
+    write(folder / f"{number:04d}.stated.json", dump({key: asdict(getattr(case, key)) for key in ("wing", "kinematics", "fluid")}))
+    return f"{number:04d}", {"case": f"{number:04d}", "seed": int(seed), **truth, "generator": generator}
+
+
+def make_flights(design, folder, count, seed, options, jobs, tell):
+    """Makes the cases 1 to `count` that are not there yet."""
+    ledger, key = Ledger(folder), folder / "sealed" / "seed.json"
+    is_public = seed is not None
+    if ledger.cases and not is_public:
+        seed, is_public = read(key)["seed"], read(key)["is_public"]
+    elif seed is None:
+        seed = secrets.randbits(63)
+    ledger.begin({"design": digest(dump(asdict(design))), "kind": "flight",
+                  "options": {**asdict(options), "snr": list(options.snr), "meshes": list(options.meshes)},
+                  "seed": seed if is_public else "sealed"})
+    write(key, dump({"seed": seed, "is_public": is_public}))
+    tasks = [(design, seed, number, options, folder) for number in range(1, count + 1) if f"{number:04d}" not in ledger.cases]
+    with Pool(jobs) if jobs > 1 else _Alone() as pool:
+        for done, (name, truth) in enumerate(pool.imap_unordered(_make, tasks), 1):
+            ledger.seal(name, truth, salt_of(seed, name))
+            tell(f"{done} of {len(tasks)} cases")
+    tell(f"{ledger.path}: {len(ledger.cases)} cases; seed {'as given' if is_public else 'sealed'}")
