@@ -45,7 +45,9 @@ module fsi_wing_energy
 
   !> A wing in space at one time, SI units.
   type :: snapshot_t
-    real(rp), allocatable :: x(:, :), load(:, :), u(:, :), g(:, :) !< the last two along the wing file's axes
+    real(rp), allocatable :: x(:, :), load(:, :)
+    !> Along the wing file's axes: displacements, elastic and viscoelastic forces, elastic ones alone, those of joints with friction.
+    real(rp), allocatable :: u(:, :), g(:, :), elastic_force(:, :), joints(:, :)
     real(rp), dimension(3) :: velocity, omega, momentum, spin, force, moment, weight, weight_moment
     real(rp) :: kinetic = 0, elastic = 0
   end type snapshot_t
@@ -100,7 +102,7 @@ contains
       type(snapshot_t), intent(inout) :: s
       integer :: n
       n = model%n_all
-      allocate (s%x(3, n), s%load(3, n), s%u(3, n), s%g(3, n), source=0.0_rp)
+      allocate (s%x(3, n), s%load(3, n), s%u(3, n), s%g(3, n), s%elastic_force(3, n), s%joints(3, n), source=0.0_rp)
     end subroutine make_room
   end subroutine meter_init
 
@@ -149,7 +151,13 @@ contains
         du = (b%u(:, p) - a%u(:, p))/h
         energy%damping_power = energy%damping_power + &
                                (inertia%rayleigh_mass*inertia%mass(p) + inertia%nodal(p))*dot_product(du, du) + &
-                               inertia%rayleigh_stiffness*dot_product(b%g(:, p) - a%g(:, p), du)/h
+                               inertia%rayleigh_stiffness*dot_product(b%elastic_force(:, p) - a%elastic_force(:, p), du)/h
+        if (inertia%rubs()) energy%damping_power = energy%damping_power + &
+                                                   inertia%joint_friction*dot_product(b%joints(:, p) - a%joints(:, p), du)/h
+        ! What a relaxing force does, some of which it gives back later.
+        if (inertia%relaxation > 0) energy%damping_power = energy%damping_power + &
+                                                           0.5_rp*dot_product(a%g(:, p) + b%g(:, p) - a%elastic_force(:, p) - &
+                                                                              b%elastic_force(:, p), du)
       end do
       velocity = (a%velocity + b%velocity)/2
       omega = (a%omega + b%omega)/2
@@ -192,6 +200,10 @@ contains
     s%omega = motion%frequency*pose%vector_to_space(pose%omega)
     s%u = state%u
     s%g = state%g
+    s%elastic_force = state%g
+    if (inertia%relaxation > 0) call model%gradient(state%u, s%elastic_force)
+    if (inertia%relaxation > 0) call model%zero_clamped(s%elastic_force)
+    if (inertia%rubs()) call inertia%joint_forces(state%u, s%joints)
     s%force = 0
     s%moment = 0
     do p = 1, model%n_points

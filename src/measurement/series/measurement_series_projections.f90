@@ -5,8 +5,7 @@ module measurement_series_projections
   use measurement_material_point, only: material_point_t
   use solid_modal, only: modal_t
   use solid_model, only: solid_model_t
-  use solid_stiffness, only: stiffness_t
-  use solid_stiffness_effects, only: hinge_direction
+  use solid_stiffness_effects, only: keep_joints
   use solid_tangent, only: assemble_tangent
   implicit none
   private
@@ -19,19 +18,14 @@ contains
     class(modal_t), intent(in) :: modal
     real(rp), intent(out) :: stiff(:, :, :)
     type(solid_model_t), allocatable :: probe
-    type(stiffness_t) :: direction
     real(rp), allocatable :: blocks(:, :, :), rest(:, :), axial(:), f(:, :)
     integer :: i
     stiff = 0
-    allocate (probe, source=modal%model)
-    if (.not. any(probe%plans%joint > 0)) return
-    call hinge_direction(modal%model, 1, direction) ! allocates all of it
-    direction%hinge = merge(probe%stiffness%hinge, 0.0_rp, probe%plans%joint > 0)
+    if (.not. any(modal%model%plans%joint > 0)) return
+    call keep_joints(modal%model, probe)
     allocate (blocks(3, 3, size(probe%pattern%rows)), rest(3, probe%n_all), f(3, probe%n_free))
     rest = 0
-    probe%stiffness = direction
-    probe%springs%tension = direction%tension
-    axial = direction%tension
+    axial = probe%springs%tension
     call assemble_tangent(probe, rest, axial, .false., blocks)
     do i = 1, size(stiff, 3)
       f = 0

@@ -159,6 +159,8 @@ contains
     call keys%real('rayleigh_mass', inertia%rayleigh_mass, 0.0_rp, 'damping force per mass and velocity', unit='1/s', min=0.0_rp)
     call keys%real('rayleigh_stiffness', inertia%rayleigh_stiffness, 0.0_rp, 'damping force per rate of the elastic force', &
                    unit='s', min=0.0_rp)
+    call keys%real('joint_friction', inertia%joint_friction, 0.0_rp, 'moment of the joints of veins per rate of their elastic '// &
+                   'moment', unit='s', min=0.0_rp)
     call keys%real('relaxation', inertia%relaxation, 0.0_rp, 'g of a viscoelastic wing: a sudden force meets 1 + g times the '// &
                    'stiffness', min=0.0_rp)
     call keys%real('relaxation_time', inertia%relaxation_time, 1.0e-3_rp, 'in which that relaxes', unit='s', above=0.0_rp)

@@ -94,7 +94,7 @@ contains
     text = NL//'[Damping]'//NL//'rayleigh_mass = '//number_text(damping%mass)//'; 1/s, still air among it'//NL
     if (abs(damping%stiffness) > 0) text = text//'rayleigh_stiffness = '//number_text(damping%stiffness)//'; s'//NL
     if (abs(damping%joints) > 0) &
-      text = text//'; flusi has no friction of joints: '//number_text(damping%joints)//' s'//NL
+      text = text//'joint_friction = '//number_text(damping%joints)//'; s'//NL
     if (abs(damping%relaxation) > 0) &
       text = text//'relaxation = '//number_text(damping%relaxation)//';'//NL//'relaxation_time = '// &
              number_text(damping%relaxation_time)//'; s'//NL

@@ -35,7 +35,8 @@ module solid_balance
   !> Forces and displacements at the beginning of a step; nothing is allocated after `init`.
   type :: balance_t
     private
-    real(rp), dimension(:, :), allocatable :: u, g, force, weight, apparent, new_weight, new_apparent, elastic, new_elastic
+    real(rp), dimension(:, :), allocatable :: u, g, force, weight, apparent, new_weight, new_apparent, elastic, new_elastic, &
+                                              joints, new_joints
   contains
     procedure :: init => balance_init
     procedure :: record => balance_record
@@ -70,7 +71,8 @@ contains
     integer :: n
     n = model%n_all
     allocate (self%u(3, n), self%g(3, n), self%force(3, n), self%weight(3, n), self%apparent(3, n), &
-              self%new_weight(3, n), self%new_apparent(3, n), self%elastic(3, n), self%new_elastic(3, n), source=0.0_rp)
+              self%new_weight(3, n), self%new_apparent(3, n), self%elastic(3, n), self%new_elastic(3, n), &
+              self%joints(3, n), self%new_joints(3, n), source=0.0_rp)
   end subroutine balance_init
 
   !> Remembers the state at the beginning of a step, in this frame, under the external forces force(3, n_all) [N].
@@ -85,7 +87,9 @@ contains
     self%g = state%g
     self%force = force
     call evaluate(model, inertia, frame, state%u, self%weight, self%apparent)
+    self%elastic = state%g
     if (inertia%relaxation > 0) call model%gradient(state%u, self%elastic)
+    if (inertia%rubs()) call inertia%joint_forces(state%u, self%joints)
   end subroutine balance_record
 
   !> Adds to `work` what happened in the step of h [s] that began at the last `record`. `frame`, `state` and force(3, n_all) [N]
@@ -101,7 +105,9 @@ contains
     real(rp) :: du(3), loads, weight, apparent, damped
     integer :: i, p
     call evaluate(model, inertia, frame, state%u, self%new_weight, self%new_apparent)
+    self%new_elastic = state%g
     if (inertia%relaxation > 0) call model%gradient(state%u, self%new_elastic)
+    if (inertia%rubs()) call inertia%joint_forces(state%u, self%new_joints)
     loads = 0
     weight = 0
     apparent = 0
@@ -113,7 +119,8 @@ contains
       weight = weight + dot_product(self%weight(:, p) + self%new_weight(:, p), du)
       apparent = apparent + dot_product(self%apparent(:, p) + self%new_apparent(:, p), du)
       damped = damped + ((inertia%rayleigh_mass*inertia%mass(p) + inertia%nodal(p))*dot_product(du, du) + &
-                         inertia%rayleigh_stiffness*dot_product(state%g(:, p) - self%g(:, p), du))/h
+                         inertia%rayleigh_stiffness*dot_product(self%new_elastic(:, p) - self%elastic(:, p), du))/h
+      if (inertia%rubs()) damped = damped + inertia%joint_friction*dot_product(self%new_joints(:, p) - self%joints(:, p), du)/h
       ! What a relaxing force does, some of which it gives back later.
       if (inertia%relaxation > 0) damped = damped + 0.5_rp*dot_product(state%g(:, p) + self%g(:, p) - self%elastic(:, p) - &
                                                                       self%new_elastic(:, p), du)

@@ -33,7 +33,7 @@ module solid_dynamic_solve
     type(residuals_t), private :: residuals
     logical, private :: is_own = .false. !< the factors are those of what was assembled last
     real(rp), private, dimension(:, :), allocatable :: r, rate, mixed, old_x, old_r, turns, free_x
-    real(rp), private, dimension(:, :, :), allocatable :: diagonal, kept
+    real(rp), private, dimension(:, :, :), allocatable :: diagonal, kept, joint_blocks
   contains
     procedure :: init => solver_init
     procedure :: free => solver_free
@@ -61,6 +61,7 @@ contains
     allocate (self%x(3, n), self%r(3, n), self%rate(3, n), self%mixed(3, n), self%old_x(3, n), self%old_r(3, n), &
               self%turns(3, m), self%free_x(3, m), source=0.0_rp)
     allocate (self%diagonal(3, 3, n), self%kept(3, 3, m), source=0.0_rp)
+    allocate (self%joint_blocks(3, 3, merge(size(model%pattern%rows), 0, any(model%plans%joint > 0))), source=0.0_rp)
   end subroutine solver_init
 
   !> Releases everything.
@@ -70,7 +71,7 @@ contains
     call self%krylov%free()
     call self%residuals%free()
     if (allocated(self%x)) deallocate (self%x, self%r, self%rate, self%mixed, self%old_x, self%old_r, self%turns, &
-                                       self%free_x, self%diagonal, self%kept)
+                                       self%free_x, self%diagonal, self%kept, self%joint_blocks)
   end subroutine solver_free
 
   !> Begins the equations of a step, or of a piece of it. They hold in the frame `frame`, where the rate of any quantity is q
@@ -104,6 +105,10 @@ contains
     associate (blocks => self%equilibrium%blocks)
       call assemble_tangent(model, u, self%equilibrium%axial, semidefinite, blocks)
       if (max(inertia%rayleigh_stiffness, inertia%relaxation) > 0) blocks = inertia%elastic_factor(self%q)*blocks
+      if (inertia%rubs()) then
+        call inertia%joint_tangent(u, semidefinite, self%joint_blocks)
+        blocks = blocks + (self%q*inertia%joint_friction)*self%joint_blocks
+      end if
       if (semidefinite) then
         call add_inertia_tangent(inertia, model, at_rest, self%q, blocks)
       else

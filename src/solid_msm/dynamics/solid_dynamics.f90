@@ -4,7 +4,8 @@
 !> With r = h/h_old, b_y = C1 y_n - C2 y_(n-1) and q = 1/(C3 h), C1 = (1+r)^2/(1+2r), C2 = r^2/(1+2r),
 !> C3 = (1+r)/(1+2r), the rate of any y at the new time is q (y - b_y). Velocities are eliminated: the
 !> unknown is the displacement. Stiffness-proportional damping is the rate of the elastic forces, and the force of a viscoelastic
-!> wing a rational function of them and their past, so both have an exact tangent. Newton's method uses the mixed-stress
+!> wing a rational function of them and their past, so both have an exact tangent; friction of joints is the rate of their forces
+!> alone. Newton's method uses the mixed-stress
 !> tangent of the statics; its linear equations are those of solid_dynamic_solve.
 !> A load may answer the velocity of the wing at once (solid_reaction).
 module solid_dynamics
@@ -59,7 +60,7 @@ module solid_dynamics
     ! Of the piece of the step that is being made
     type(frame_t) :: frame           !< at its end
     real(rp) :: q = 0                !< [1/s]
-    real(rp), dimension(:, :), allocatable :: bu, bv, bg, bf, u, v, rate, r, f, total
+    real(rp), dimension(:, :), allocatable :: bu, bv, bg, bf, bj, u, v, rate, r, f, total
   contains
     procedure :: init => dynamics_init
     procedure :: free => dynamics_free
@@ -77,15 +78,16 @@ contains
     call self%free()
     call self%solver%init(model)
     call self%saved%init(model, 0.0_rp)
-    allocate (self%bu(3, n), self%bv(3, n), self%bg(3, n), self%bf(3, n), self%total(3, n), self%u(3, n), self%v(3, n), &
-              self%rate(3, n), self%r(3, n), self%f(3, n), source=0.0_rp)
+    allocate (self%bu(3, n), self%bv(3, n), self%bg(3, n), self%bf(3, n), self%bj(3, n), self%total(3, n), self%u(3, n), &
+              self%v(3, n), self%rate(3, n), self%r(3, n), self%f(3, n), source=0.0_rp)
   end subroutine dynamics_init
 
   !> Releases everything.
   subroutine dynamics_free(self)
     class(dynamics_t), intent(inout) :: self
     call self%solver%free()
-    if (allocated(self%bu)) deallocate (self%bu, self%bv, self%bg, self%bf, self%total, self%u, self%v, self%rate, self%r, self%f)
+    if (allocated(self%bu)) deallocate (self%bu, self%bv, self%bg, self%bf, self%bj, self%total, self%u, self%v, self%rate, &
+                                        self%r, self%f)
   end subroutine dynamics_free
 
   !> Advances `state` by dt > 0 [s] under the external forces force(3, n_all) [N], which are constant over the step, with the
@@ -200,6 +202,11 @@ contains
       self%bg = c1*self%bg - c2*self%total
       call model%zero_clamped(self%bg)
     end if
+    if (inertia%rubs()) then
+      call inertia%joint_forces(state%u, self%bj)
+      call inertia%joint_forces(state%old_u, self%f)
+      self%bj = c1*self%bj - c2*self%f
+    end if
     self%u = state%u + h*state%v
     if (r > 0) self%u = self%u + (0.5_rp*h*r)*(state%v - state%old_v)
     call extension_axial(model%springs, model%stiffness%extension, state%u, self%solver%equilibrium%axial)
@@ -272,6 +279,10 @@ contains
       self%total = g
       if (inertia%relaxation > 0) self%total = inertia%remembered(q, g, self%bg, self%bf)
       self%r = self%total - force + (q*inertia%rayleigh_stiffness)*(g - self%bg)
+      if (inertia%rubs()) then
+        call inertia%joint_forces(self%u, self%f)
+        self%r = self%r + (q*inertia%joint_friction)*(self%f - self%bj)
+      end if
       if (present(reaction)) then
         call reaction%force(self%frame, self%u, self%v, self%f)
         call model%zero_clamped(self%f)

@@ -5,6 +5,8 @@ module solid_inertia
   use base_kinds, only: rp
   use solid_model, only: solid_model_t
   use solid_motion, only: frame_t, inertial_velocity
+  use solid_stiffness_effects, only: keep_joints
+  use solid_tangent, only: assemble_tangent
   use solid_vectors, only: cross, outer, IDENTITY
   implicit none
   private
@@ -19,10 +21,15 @@ module solid_inertia
     real(rp) :: rayleigh_stiffness = 0      !< [s] times the rate of the elastic forces
     real(rp) :: relaxation = 0              !< g: a sudden force meets (1 + g) times the stiffness,
     real(rp) :: relaxation_time = 1         !< [s] and so long it lasts
+    real(rp) :: joint_friction = 0          !< [s] times the rate of the elastic moments of joints
+    type(solid_model_t), allocatable, private :: joints !< nothing but these, if they have friction
   contains
     procedure :: init => inertia_init
     procedure :: elastic_factor => inertia_elastic_factor
     procedure :: remembered => inertia_remembered
+    procedure :: rubs => inertia_rubs
+    procedure :: joint_forces => inertia_joint_forces
+    procedure :: joint_tangent => inertia_joint_tangent
   end type inertia_t
 
   !> Sums over all points, in an inertial frame with components along the wing frame.
@@ -38,7 +45,8 @@ module solid_inertia
 
 contains
 
-  !> Takes the masses(n_points) [kg] of the points of the wing. Ghost points have none. Damping keeps its values.
+  !> Takes the masses(n_points) [kg] of the points of the wing. Ghost points have none. Damping keeps its values; the
+  !> friction of joints must be set before.
   subroutine inertia_init(self, model, masses)
     class(inertia_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -46,7 +54,33 @@ contains
     if (allocated(self%mass)) deallocate (self%mass, self%nodal)
     allocate (self%mass(model%n_all), self%nodal(model%n_all), source=0.0_rp)
     self%mass(:size(masses)) = masses
+    if (allocated(self%joints)) deallocate (self%joints)
+    if (self%joint_friction > 0 .and. any(model%plans%joint > 0)) call keep_joints(model, self%joints)
   end subroutine inertia_init
+
+  !> Whether there is friction in joints.
+  pure logical function inertia_rubs(self) result(rubs)
+    class(inertia_t), intent(in) :: self
+    rubs = allocated(self%joints)
+  end function inertia_rubs
+
+  !> Returns the forces f(3, n_all) [N] of the joints alone at displacements u(3, n_all), if there is friction in them; 0 at clamped points.
+  subroutine inertia_joint_forces(self, u, f)
+    class(inertia_t), intent(in) :: self
+    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(inout) :: f(:, :)
+    call self%joints%gradient(u, f)
+    call self%joints%zero_clamped(f)
+  end subroutine inertia_joint_forces
+
+  !> Adds to `blocks` the derivatives of these forces with respect to u, or the positive semidefinite parts of those of each element.
+  subroutine inertia_joint_tangent(self, u, semidefinite, blocks)
+    class(inertia_t), intent(in) :: self
+    real(rp), intent(in) :: u(:, :)
+    logical, intent(in) :: semidefinite
+    real(rp), intent(inout) :: blocks(:, :, :)
+    call assemble_tangent(self%joints, u, self%joints%springs%tension, semidefinite, blocks)
+  end subroutine inertia_joint_tangent
 
   !> Returns the derivative of the elastic, viscous and viscoelastic forces together with respect to the elastic force alone, if
   !> the rate of a quantity is rate_of [1/s] times its change.

@@ -17,7 +17,7 @@ module solid_stiffness_effects
                              has_own_stiffness, stiffness_t
   implicit none
   private
-  public :: parameter_direction, bending_direction, hinge_direction, damage_direction
+  public :: parameter_direction, bending_direction, hinge_direction, keep_joints, damage_direction
 
 contains
 
@@ -95,6 +95,18 @@ contains
     call prepare(model, direction)
     call add_hinge(h, model%stiffness, direction)
   end subroutine hinge_direction
+
+  !> Returns in `joints` the model with nothing elastic but the hinges of its joints, or without anything if it has none.
+  subroutine keep_joints(model, joints)
+    type(solid_model_t), intent(in) :: model
+    type(solid_model_t), allocatable, intent(out) :: joints
+    type(stiffness_t) :: stiffness
+    allocate (joints, source=model)
+    call prepare(model, stiffness)
+    stiffness%hinge = merge(model%stiffness%hinge, 0.0_rp, model%plans%joint > 0)
+    joints%stiffness = stiffness
+    joints%springs%tension = stiffness%tension
+  end subroutine keep_joints
 
   !> Returns the derivative of all stiffnesses with respect to the logarithm of the factor of a damage in disc = (x, y, radius)
   !> [m] that is not there yet: at the factor 1, beside all effects of the model.

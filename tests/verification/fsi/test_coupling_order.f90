@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The order in time of the couplings and of the energy balance, for a wing that weighs a third of the air that it
 !> moves. Damping proportional to the stiffness keeps the motion smooth: BDF2 shows its order only on modes that the
-!> steps resolve.
+!> steps resolve. The balance counts what a material that relaxes and joints with friction take.
 program test_coupling_order
   use base_kinds, only: rp
   use fsi_coupler_params, only: COUPLING_EXTRAPOLATED, COUPLING_STRONG, COUPLING_WEAK
@@ -17,7 +17,7 @@ program test_coupling_order
     real(rp) :: imbalance = 0, work = 0
   end type result_t
   type(testkit_t) :: t
-  type(result_t) :: weak(LEVELS), extrapolated(LEVELS), strong(LEVELS)
+  type(result_t) :: weak(LEVELS), extrapolated(LEVELS), strong(LEVELS), viscous(LEVELS)
   real(rp) :: lag(LEVELS)
   integer :: k
 
@@ -26,6 +26,7 @@ program test_coupling_order
     call fly(COUPLING_WEAK, k, weak(k))
     call fly(COUPLING_EXTRAPOLATED, k, extrapolated(k))
     call fly(COUPLING_STRONG, k, strong(k))
+    if (k > 1) call fly(COUPLING_EXTRAPOLATED, k, viscous(k), is_viscous=.true.)
   end do
   call check_above('the strong coupling is of second order', distance(strong(1)%u, strong(2)%u)/ &
                    distance(strong(2)%u, strong(3)%u), SECOND)
@@ -39,20 +40,28 @@ program test_coupling_order
   call balance('weak', weak)
   call balance('extrapolated', extrapolated)
   call balance('strong', strong)
+  call balance('viscoelastic, with friction in its joints', viscous)
+  call t%check('which is another motion', distance(viscous(3)%u, extrapolated(3)%u) > 0.01_rp*norm2(extrapolated(3)%u))
   call t%finish()
 
 contains
 
-  !> A flight of the `level`-th step size.
-  subroutine fly(coupling, level, result)
+  !> A flight of the `level`-th step size, or one of a wing whose material relaxes and whose joints have friction.
+  subroutine fly(coupling, level, result, is_viscous)
     integer, intent(in) :: coupling, level
     type(result_t), intent(out) :: result
+    logical, intent(in), optional :: is_viscous
     type(flight_t) :: f
     f%dt = 0.02_rp/2**level
     f%mass = 60.0e-9_rp
     f%params%coupling = coupling
     f%params%tolerance = 1.0e-6_rp
     f%params%inertia%rayleigh_stiffness = 1.0e-4_rp
+    if (present(is_viscous)) then
+      f%params%inertia%relaxation = 0.5_rp
+      f%params%inertia%relaxation_time = 5.0e-4_rp
+      f%params%inertia%joint_friction = 5.0e-4_rp
+    end if
     call f%start(t%world)
     call f%step(T_END)
     call t%check('the flight succeeds',.not. f%failure%failed)

@@ -9,6 +9,7 @@ program test_series_simulation
   use bench_places, only: wing_of_argument
   use measurement_data, only: measurement_t
   use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
+  use measurement_series_projections, only: apply_joints, products
   use measurement_series_simulation, only: series_simulation_t
   use solid_damping_effects, only: damping_effects_t, DAMPING_RELAXATION, DAMPING_TIME, N_DAMPING_EFFECTS
   use solid_dynamics, only: dynamic_options_t, dynamic_state_t, dynamics_t, step_report_t
@@ -42,7 +43,8 @@ program test_series_simulation
   params%joint = 1.0e-6_rp
   call prepare()
   call test_limits()
-  call test_time_integration()
+  call test_time_integration(2, 0.0_rp)
+  call test_time_integration(16, 0.03_rp)
   call measure()
   call test_damping()
   call test_masses()
@@ -104,10 +106,13 @@ contains
     call ring%run([1.0_rp], none, one, [1.0_rp], how, n, [real(rp) ::])
   end subroutine ring_alone
 
-  !> flusi's BDF2 of the whole nonlinear wing, viscoelastic with Rayleigh's damping, released a little from the shape of two
-  !> modes: the difference at one tip falls with the square of the step.
-  subroutine test_time_integration()
-    integer, parameter :: A_PERIOD(2) = [100, 200], R = 2
+  !> flusi's BDF2 of the whole nonlinear wing, viscoelastic with Rayleigh's damping and friction of joints (of so many radians of the
+  !> first mode), released a little from the shape of two modes: the difference at one tip to the motion in `r` modes falls with
+  !> the square of the step. Friction of joints moves further modes too.
+  subroutine test_time_integration(r, friction)
+    integer, intent(in) :: r
+    real(rp), intent(in) :: friction
+    integer, parameter :: A_PERIOD(2) = [100, 200]
     type(modal_t) :: modal
     type(inertia_t) :: inertia
     type(dynamics_t) :: stepper
@@ -118,13 +123,15 @@ contains
     type(failure_t) :: failure
     type(ringing_t) :: ring
     type(damping_effects_t) :: how
-    real(rp), allocatable :: u(:, :), force(:, :), mass(:, :)
-    real(rp) :: dt, look(1, R), push(R), joints(R, R), error(2)
+    real(rp), allocatable :: u(:, :), force(:, :), mass(:, :), stiff(:, :, :)
+    real(rp) :: dt, look(1, r), push(r), joints(r, r), error(2)
     integer :: tip_point, n, i
     allocate (mass(3, model%n_all), force(3, model%n_all), source=0.0_rp)
     call parts%masses(mass_effects_t(), 0.0_rp, mass)
     call modal%init(model)
-    call modal%solve(mass, R, failure)
+    call modal%solve(mass, r, failure)
+    how%joints = friction/sqrt(modal%lambda(1))
+    inertia%joint_friction = how%joints
     call inertia%init(model, mass(1, :model%n_points))
     how%mass = 0.1_rp*sqrt(modal%lambda(1))
     how%stiffness = 0.02_rp/sqrt(modal%lambda(1))
@@ -136,8 +143,11 @@ contains
     inertia%relaxation_time = how%relaxation_time
     tip_point = maxloc(model%points(1, :model%n_points), 1)
     look(1, :) = modal%shapes(3, tip_point, :)
-    push = 1.0e-5_rp*model%size/look(1, 1)*modal%lambda*[1.0_rp, 0.3_rp]
-    joints = 0
+    push = 0
+    push(:2) = 1.0e-5_rp*model%size/look(1, 1)*modal%lambda(:2)*[1.0_rp, 0.3_rp]
+    allocate (stiff(3, model%n_all, r))
+    call apply_joints(modal, stiff)
+    joints = products(modal%shapes(:, :, :r), stiff)
     u = modal%shapes(:, :, 1)*push(1)/modal%lambda(1) + modal%shapes(:, :, 2)*push(2)/modal%lambda(2)
     do i = 1, 2
       dt = TWO_PI/sqrt(modal%lambda(1))/A_PERIOD(i)
@@ -153,6 +163,7 @@ contains
       error(i) = error(i)/maxval(abs(ring%seen))
       call stepper%free()
     end do
+    call t%check('there is friction in the joints', inertia%rubs() .eqv. friction > 0)
     call t%check_below('the motion is that of the time integration', error(2), 2.0e-2_rp)
     call t%check_close('whose error is of second order', error(1)/error(2), 4.0_rp, rtol=0.1_rp)
     call modal%free()
