@@ -64,7 +64,8 @@ contains
     rubs = allocated(self%joints)
   end function inertia_rubs
 
-  !> Returns the forces f(3, n_all) [N] of the joints alone at displacements u(3, n_all), if there is friction in them; 0 at clamped points.
+  !> Returns the forces f(3, n_all) [N] of the joints alone at displacements u(3, n_all), if there is friction in them; 0 at
+  !> clamped points.
   subroutine inertia_joint_forces(self, u, f)
     class(inertia_t), intent(in) :: self
     real(rp), intent(in) :: u(:, :)
@@ -73,7 +74,8 @@ contains
     call self%joints%zero_clamped(f)
   end subroutine inertia_joint_forces
 
-  !> Adds to `blocks` the derivatives of these forces with respect to u, or the positive semidefinite parts of those of each element.
+  !> Adds to `blocks` the derivatives of these forces with respect to u, or the positive semidefinite
+  !> parts of those of each element.
   subroutine inertia_joint_tangent(self, u, semidefinite, blocks)
     class(inertia_t), intent(in) :: self
     real(rp), intent(in) :: u(:, :)
