@@ -166,6 +166,11 @@ def test_lead(case):
     check("The pitch was early by" in text, "the terminal says where and how much")
     lower, best, upper = found["extended"]["intervals_90"][0]["lower_best_upper"]
     check(abs(best - lead) < upper - lower, f"a lead of {lower} {best} {upper} beats")
+    text = (case.folder / "lead_extended_flight.ini").read_text()
+    check(abs(float(text.split("kinematics_lead =")[1].split()[0]) - best) < 1e-3, f"the case with that lead: {text}")
+    done = subprocess.run([FLUSI, "../lead_extended_flight.ini", "--check"], cwd=case.folder / "case", capture_output=True, text=True,
+                          check=False)
+    check(done.returncode == 0 and "kinematics_lead" in done.stdout, done.stderr)
     mistakes = validate(found, SOURCE / "docs/formats/diagnosis.schema.json")
     check(not mistakes, f"the JSON file is what the schema says: {mistakes}")
     for record in found["flight"]["records"]:

@@ -164,7 +164,7 @@ contains
       time = merge(1/u%frequency, 1.0_rp, u%si_input)
       period = 1/s%flight%frequency()
       interval = period/N_PHASES
-      text = '; A flight of msm_diagnose. Files that the case names are looked for beside the case.'//NL// &
+      text = '; The case with other keys, by msm_diagnose. Files that the case names are beside the case.'//NL// &
              '[include]'//NL//'file = '//self%path//NL//NL// &
              '[Time]'//NL//'Tmax = '//number_text(self%beats*period*time)//NL
       if (s%config%is_given('Time', 'nt')) text = text//'nt = 1000000000'//NL

@@ -1,15 +1,20 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Records of forces over the beat in NAME.json: measured, simulated by the case as it is, and with what was found.
+!> Records of forces over the beat in NAME.json: measured, simulated by the case as it is, and with what was found. The
+!> case with what was found, for flusi.
 module diagnose_flight_json
+  use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_text_file, only: write_text
   use diagnose_settings, only: diagnose_settings_t
+  use diagnosis_flight_runner, only: flight_request_t, N_FLOW
   use diagnosis_wing_flight, only: wing_flight_t
+  use diagnosis_wing_parameters, only: KIND_FLIGHT
   use inference_engine, only: diagnosis_t
   use io_json, only: json_t
   use measurement_flight, only: component_unit, COMPONENT_NAMES
   implicit none
   private
-  public :: put_flights
+  public :: put_flights, write_extended_flight
 
 contains
 
@@ -70,4 +75,24 @@ contains
     end subroutine put_residuals
 
   end subroutine put_flights
+
+  !> Writes NAME_extended_flight.ini: the case with the kinematics and the flow that were found, if any were.
+  subroutine write_extended_flight(s, d, failure)
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    type(failure_t), intent(inout) :: failure
+    type(flight_request_t) :: request
+    logical :: ok
+    integer :: i
+    if (failure%failed .or. .not. s%flights%is_ready .or. .not. d%extended%is_found) return
+    do i = 1, size(s%catalogue%parameters)
+      associate (p => s%catalogue%parameters(i))
+        if (p%kind == KIND_FLIGHT .and. p%number <= N_FLOW) request%change(p%number) = d%extended%q(i)
+      end associate
+    end do
+    if (.not. any(abs(request%change) > 0)) return
+    call write_text(s%name//'_extended_flight.ini', '; Run it in the folder of the case.'//new_line('a')// &
+                    s%runner%case%text(request), ok)
+    if (.not. ok) call failure%raise(s%name//'_extended_flight.ini: cannot be written; is the disk full?')
+  end subroutine write_extended_flight
 end module diagnose_flight_json

@@ -12,6 +12,7 @@ module diagnose_job
   use diagnose_command, only: diagnose_command_t, DIAGNOSE_CHECK, DIAGNOSE_PLAN
   use diagnose_draws, only: draws_file_t
   use diagnose_files, only: write_fragments, write_maps, write_next
+  use diagnose_flight_json, only: write_extended_flight
   use diagnose_flight_settings, only: fly_all, print_cost
   use diagnose_json, only: write_diagnosis_json
   use diagnose_plan_report, only: print_plan
@@ -160,6 +161,7 @@ contains
     unknown = describe_unknown(self%settings, self%simulator, self%diagnosis)
     call print_verdict(output_unit, self%settings, self%diagnosis, self%discretisation, next, zeros, unknown)
     call write_fragments(self%settings, self%diagnosis, self%outcome%failure)
+    call write_extended_flight(self%settings, self%diagnosis, self%outcome%failure)
     call write_maps(self%settings, self%simulator, self%diagnosis, self%outcome%failure)
     call write_next(self%settings, next, self%outcome%failure)
     ! The verdict comes last: where it is, all is.
@@ -174,8 +176,8 @@ contains
   subroutine prepare_files(self, is_plan)
     class(diagnose_t), intent(inout) :: self
     logical, intent(in) :: is_plan
-    character(14), parameter :: FINAL(5) = [character(14) :: '.json', '.h5', '_baseline.ini', '_extended.ini', &
-                                                                                                      '_plan.json']
+    character(20), parameter :: FINAL(6) = [character(20) :: '.json', '.h5', '_baseline.ini', '_extended.ini', &
+                                            '_extended_flight.ini', '_plan.json']
     character(:), allocatable :: message, path
     logical :: has_moved
     integer :: state, i

@@ -100,8 +100,8 @@ contains
   subroutine check_output_files(s, errors)
     type(diagnose_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: errors
-    character(22), parameter :: ENDINGS(6) = [character(22) :: &
-                                              '.json', '.h5', '_baseline.ini', '_extended.ini', &
+    character(22), parameter :: ENDINGS(7) = [character(22) :: &
+                                              '.json', '.h5', '_baseline.ini', '_extended.ini', '_extended_flight.ini', &
                                               '_next_measurements.csv', '_plan.json']
     type(message_list_t) :: inputs
     integer :: i
