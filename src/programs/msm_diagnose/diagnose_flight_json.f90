@@ -28,7 +28,7 @@ contains
     extended = baseline
     if (d%extended%is_found) call flight%evaluate(d%extended%q, [integer ::], extended, nothing)
     of_grid = 0
-    if (flight%n_nuisances > 0) call flight%directions(d%baseline%q, of_grid, nothing)
+    if (flight%n_nuisances > 0) call flight%nuisances(d%baseline%q, of_grid)
     call json%open_object('flight')
     call json%put('case', s%flights%facts%path)
     call json%put('frequency_hz', s%flights%facts%frequency)
