@@ -11,6 +11,7 @@
     test_tilted   scans that are tilted farther than declared
     test_shuffled scans under each other's names
     test_beside   forces 0.15 mm beside their places
+    test_second   a second cause beside a strong one
     test_unsure   a cause outside the catalogue that is too weak to exclude those of it
 
 usage: blind_diagnoses.py <msm_diagnose> <h5dump> [test ...]; BLIND_SEED repeats a random batch
@@ -210,6 +211,21 @@ def test_beside(case):
     for name, truth in shift.items():
         lower, best, upper = intervals[name]
         check(2 * lower - best <= truth <= 2 * upper - best, f"{name} is {truth}: {best} ({lower} to {upper})")
+
+
+def test_second(case):
+    """E rises along the span, and the wing softens by 0.25 promille in each scan, which is too little for a name: the sentence that
+    names the first says that there may be a second one."""
+    design = quick_design()
+    design["fixed"] = {"pair": {"stiffness": {"E_gradient": 0.5}, "hidden": {"drift": -2.5e-4}}}
+    data = blindgen(case, design, "--fixed", "pair")
+    code, found, said = diagnose(case, data / "pair.h5", "pair")
+    check(code in (NAMED, SET) and "E_gradient" in causes(found), found["verdict"]["sentence"])
+    if code == NAMED and causes(found) == ["E_gradient"]:
+        together = found["verdict"]["posterior_together"]
+        check(together > 0.05, f"two causes are possible: {together}")
+        check("a second cause beside it is not excluded" in found["verdict"]["sentence"] and "a second cause beside it" in said,
+              found["verdict"]["sentence"])
 
 
 def test_unsure(case):

@@ -129,7 +129,7 @@ def write_data(path, mean, seed, **attributes):
     with h5py.File(path, "w", libver=("v108", "v108")) as f:
         f.attrs.update(schema="flusi-msm measurement", version=1)
         flight = f.create_group("flight/hover")
-        flight.attrs.update(frequency=FREQUENCY, beats=16, frame="lab", reference=np.zeros(3), 
+        flight.attrs.update(frequency=FREQUENCY, beats=16, frame="lab", reference=np.zeros(3),
                             components="Fy, Fz, power", units="N/m, N/m, W/m", per_length=1)
         flight.attrs.update(attributes)
         flight["time"] = TIMES

@@ -46,7 +46,7 @@ module fsi_wing_energy
   !> A wing in space at one time, SI units.
   type :: snapshot_t
     real(rp), allocatable :: x(:, :), load(:, :)
-    !> Along the wing file's axes: displacements, elastic and viscoelastic forces, elastic ones alone, those of joints with friction.
+    !> Along the wing file's axes: displacements, elastic and viscoelastic forces, elastic ones alone, those of rubbing joints.
     real(rp), allocatable :: u(:, :), g(:, :), elastic_force(:, :), joints(:, :)
     real(rp), dimension(3) :: velocity, omega, momentum, spin, force, moment, weight, weight_moment
     real(rp) :: kinetic = 0, elastic = 0

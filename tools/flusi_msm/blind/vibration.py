@@ -4,6 +4,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
+from flusi_msm.bending.model import Model
 from flusi_msm.blind import vibration_subject as subjects
 from flusi_msm.blind.cases import CLOSE, DRAWS, numbers
 from flusi_msm.blind.vibration_effects import menu
@@ -45,7 +46,10 @@ class Individual:
     def __init__(self, design, seed, number):
         rng = numbers(seed, "vibration", number)
         s = design.stiffness
-        self.base = subjects.Subject(design.wing, replace(s, E=float(s.E * 10**rng.uniform(-0.1, 0.1))),
+        # E is sought, and joints are those that the input states: of the veins with its E. Without this they would be a hidden cause.
+        plain = Model(read_wing(design.wing), replace(s, joints={}))
+        joints = {h.joint: float(plain.hinge_stiffness(h)) for h in plain.hinge_plan if h.joint}
+        self.base = subjects.Subject(design.wing, replace(s, E=float(s.E * 10**rng.uniform(-0.1, 0.1)), joints={**joints, **s.joints}),
                                      damping=series.Damping(rayleigh_mass=float(10**rng.uniform(1.8, 2.5))),
                                      air_ratio=float(np.exp(0.2 * rng.standard_normal())))
         wing = read_wing(design.wing)
