@@ -27,6 +27,7 @@ module diagnosis_wing_flight
     type(flight_facts_t) :: facts
     character(:), allocatable :: effects !< of the catalogue that are sought; empty: all
     logical :: is_refined = .false. !< what a finer grid changes is known
+    real(rp) :: model_sd = 0        !< relative error of all simulated components together, and of each, the same over the beat
     logical :: is_ready = .false.   !< flights have been flown
   end type flight_data_t
 
@@ -78,6 +79,7 @@ contains
     self%n = size(self%time)
     call find_rest(self)
     self%n_nuisances = merge(1, 0, data%is_refined)
+    if (data%model_sd > 0) self%n_nuisances = self%n_nuisances + N_COMPONENTS + 1
     self%n_patterns = (2*N_WAVES + 1)*sum([(size(flights(r)%component), r=1, size(flights))])
   end subroutine flight_init
 
@@ -212,15 +214,30 @@ contains
     end do
   end function observed
 
-  !> Returns nuisances(n, n_nuisances) at q, what a finer grid changes.
+  !> Returns nuisances(n, n_nuisances) at q: what a finer grid changes, if that is known, and what an error of one sd of the
+  !> simulation does to all components together, and to each.
   subroutine flight_nuisances(self, q, nuisances)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(in) :: q(:)
     real(rp), intent(inout) :: nuisances(:, :)
+    complex(rp), dimension(0:self%data%response%n_harmonics, N_COMPONENTS) :: series, one
     real(rp) :: c(N_CHANGES), p(N_BALANCE)
+    integer :: i, last
     if (self%n_nuisances == 0) return
     call split(self, q, c, p)
-    call self%show(without_additions(p), self%data%response%of_grid, nuisances(:, 1))
+    last = 0
+    if (self%data%is_refined) then
+      last = 1
+      call self%show(without_additions(p), self%data%response%of_grid, nuisances(:, 1))
+    end if
+    if (.not. self%data%model_sd > 0) return
+    series = self%data%response%at(c)
+    call self%show(without_additions(p), self%data%model_sd*series, nuisances(:, last + 1))
+    do i = 1, N_COMPONENTS
+      one = 0
+      one(:, i) = self%data%model_sd*series(:, i)
+      call self%show(without_additions(p), one, nuisances(:, last + 1 + i))
+    end do
   end subroutine flight_nuisances
 
   !> Returns patterns(n, n_patterns), waves of each component over the beat: what unknown causes may do.

@@ -21,6 +21,7 @@ module common_diagnose_keys
     character(:), allocatable :: file, folder, effects
     integer :: ranks = 0, beats = 1, harmonics = 1
     logical :: refine = .true.
+    real(rp) :: model_sd = 0
   end type flight_choices_t
 
   !> What a user chooses.
@@ -113,6 +114,9 @@ contains
                    'with commas; empty: all that can be (docs/theory/flight-records.md)')
     call keys%switch('refine', c%refine, .true., 'fly the case on a grid of half as many points again too, and count the '// &
                      'difference as an error')
+    call keys%real('model_sd', c%model_sd, 0.05_rp, 'relative error that all simulated components together, and each, '// &
+                   'may have over the whole beat, beside that of the grid: box, thickness of the wing, start from rest '// &
+                   '(docs/results/flight-records.md)', min=0.0_rp, max=1.0_rp)
     call keys%integer('harmonics', c%harmonics, 40, 'of the beat up to which the simulated forces are compared', min=1, max=99)
   end subroutine flight_keys
 end module common_diagnose_keys

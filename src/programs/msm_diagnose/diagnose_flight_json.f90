@@ -28,12 +28,12 @@ contains
     integer :: r, k, at, n
     if (.not. s%flights%is_ready) return
     call flight%init(s%measurement%flights, s%catalogue%parameters, s%flights)
-    allocate (baseline(flight%n), extended(flight%n), of_grid(flight%n, 1), nothing(flight%n, 0))
+    allocate (baseline(flight%n), extended(flight%n), of_grid(flight%n, max(1, flight%n_nuisances)), nothing(flight%n, 0))
     call flight%evaluate(d%baseline%q, [integer ::], baseline, nothing)
     extended = baseline
     if (d%extended%is_found) call flight%evaluate(d%extended%q, [integer ::], extended, nothing)
     of_grid = 0
-    if (flight%n_nuisances > 0) call flight%nuisances(d%baseline%q, of_grid)
+    if (s%flights%is_refined) call flight%nuisances(d%baseline%q, of_grid)
     call json%open_object('flight')
     call json%put('case', s%flights%facts%path)
     call json%put('frequency_hz', s%flights%facts%frequency)

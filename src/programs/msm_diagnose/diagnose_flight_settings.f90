@@ -65,6 +65,7 @@ contains
     data%facts = runner%facts
     data%effects = c%effects
     data%is_refined = c%refine
+    data%model_sd = c%model_sd
     data%response%n_harmonics = c%harmonics
     data%response%wind = runner%facts%wind
   end subroutine load_flights
