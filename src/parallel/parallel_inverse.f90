@@ -29,7 +29,7 @@ module parallel_inverse
 
   real(rp), parameter :: GOES_ON = 1.0_rp, ENDS = 0.0_rp !< what the leader tells those who serve
 
-  !> `init` allocates; nothing else does.
+  !> `init` allocates; `invert` copies its last block, if that is not full.
   type :: shared_inverse_t
     integer, allocatable :: own(:)         !< rows of the matrix that this rank holds, in ascending order
     !> (n, own) rows(:, k) is row own(k): of the matrix before `invert`, of minus its inverse afterwards.

@@ -61,6 +61,9 @@ contains
       end if
       call solve_cold(problem, trained)
       if (problem%pool%is_stopped) return
+      if (.not. trained%is_polished) trained%prior_chi2 = sum(((trained%coordinates - unknowns%prior)/ &
+        merge(unknowns%prior_sd, 1.0_rp, unknowns%prior_sd > 0))**2, unknowns%prior_sd > 0 .and. .not. unknowns%is_fixed)
+      if (allocated(trained%path)) trained%path(1, :) = trained%path(1, :) + n_evaluations
       n_evaluations = n_evaluations + trained%n_evaluations + 1
       if (start%is_check .or. .not. settings%polish .or. attempt == LAST) exit
       if (trained%cold_difference <= SAME*settings%experiment%model%size) exit

@@ -57,6 +57,7 @@ contains
       problem%lowest = huge(1.0_rp)
       call polish_from_start(settings, problem, unknowns, objective, start_t(starts(:, i), i == 1, trained%fits), log, one)
       if (pool%is_stopped) return
+      if (allocated(one%path)) one%path(1, :) = one%path(1, :) + n_evaluations
       n_evaluations = n_evaluations + one%n_evaluations
       if (i == 1 .or. is_better(one, trained)) trained = one
       if (one%is_solved) local_minima = reshape([local_minima, one%chi2, one%coordinates], &

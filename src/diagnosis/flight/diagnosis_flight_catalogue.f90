@@ -102,10 +102,30 @@ contains
     call enter_balance(c, facts, flights, wanted)
   end subroutine enter_flights
 
+  !> Of reasons(N_FLOW) why flights cannot be made, the first that concerns change j. A beat of another frequency is made of
+  !> flights of another viscosity and, in wind, of another wind.
+  pure function first_reason(j, facts, reasons) result(reason)
+    integer, intent(in) :: j
+    type(flight_facts_t), intent(in) :: facts
+    character(*), intent(in) :: reasons(N_FLOW)
+    character(:), allocatable :: reason
+    integer :: i
+    if (j /= FLOW_FREQUENCY) then
+      reason = trim(reasons(j))
+      return
+    end if
+    reason = trim(reasons(FLOW_VISCOSITY))
+    do i = 1, 3
+      if (reason == '' .and. abs(facts%wind(i)) > 0) reason = trim(reasons(FLOW_WIND + i))
+    end do
+  end function first_reason
+
   !> What needs a flight that failed cannot be tested: `reason(j)` is why those of change j did; '': they have not.
-  subroutine exclude_unflown(c, reason)
+  subroutine exclude_unflown(c, facts, reason)
     type(catalogue_t), intent(inout) :: c
+    type(flight_facts_t), intent(in) :: facts
     character(*), intent(in) :: reason(N_FLOW)
+    character(:), allocatable :: why
     integer :: e, k, j
     do e = 1, size(c%effects)
       if (c%effects(e)%missing /= '' .or. size(c%effects(e)%variants) == 0) cycle
@@ -113,8 +133,8 @@ contains
         do k = 1, size(columns)
           if (c%parameters(columns(k))%kind /= KIND_FLIGHT) cycle
           j = c%parameters(columns(k))%number
-          if (j == FLOW_FREQUENCY) j = FLOW_VISCOSITY
-          if (reason(j) /= '') c%effects(e)%missing = trim(reason(j))
+          why = first_reason(j, facts, reason)
+          if (why /= '') c%effects(e)%missing = why
         end do
       end associate
     end do
@@ -175,8 +195,8 @@ contains
     do k = 1, size(numbers)
       j = numbers(k)
       columns(k) = c%add(wing_parameter(flow_parameter(j, facts), KIND_FLIGHT, j))
-      if (j == FLOW_FREQUENCY) j = FLOW_VISCOSITY
-      if (missing == '') missing = trim(facts%missing(j))
+      if (missing == '') missing = first_reason(j, facts, facts%missing)
+      if (missing == '' .and. j == FLOW_FREQUENCY .and. facts%is_flexible) missing = 'needs wings that do not bend'
     end do
     call append_variant(variants, '', columns(1), [0.0_rp, 0.0_rp])
     variants(1)%columns = columns
@@ -230,6 +250,7 @@ contains
       if (.not. is_wanted(wanted, name)) return
       allocate (variants(0))
       if (size(numbers) == 0) return
+      if (any(numbers(1) == [BALANCE_TURN + 1, BALANCE_MASS]) .and. .not. any(is_there(:6))) return ! power alone shows neither
       do k = 1, size(numbers)
         columns(k) = c%add(wing_parameter(describe_balance(numbers(k), sizes, 1/facts%frequency, mass, facts%is_section), &
                                           KIND_BALANCE, numbers(k)))
@@ -248,7 +269,7 @@ contains
     real(rp), intent(out) :: sizes(N_COMPONENTS), mass
     logical, intent(out) :: is_there(N_COMPONENTS)
     real(rp) :: acceleration
-    integer :: r, k
+    integer :: r, k, first
     sizes = 0
     is_there = .false.
     do r = 1, size(flights)
@@ -260,7 +281,8 @@ contains
       end do
     end do
     sizes = max(sizes, tiny(1.0_rp)**0.25_rp)
-    acceleration = sqrt(sum(facts%inertia(:, :3)**2)/size(facts%inertia, 1))
-    mass = 0.1_rp*maxval(sizes(:3))/max(acceleration, tiny(1.0_rp)**0.25_rp)
+    first = merge(1, 4, any(is_there(:3))) ! of forces, or of torques if there are no forces
+    acceleration = sqrt(sum(facts%inertia(:, first:first + 2)**2)/size(facts%inertia, 1))
+    mass = 0.1_rp*maxval(sizes(first:first + 2))/max(acceleration, tiny(1.0_rp)**0.25_rp)
   end subroutine find_sizes
 end module diagnosis_flight_catalogue

@@ -68,9 +68,11 @@ contains
     integer :: j, n
     reason = ''
     n = merge(2, 1, is_refined)
-    do j = n, 1, -1
-      if (.not. records(j)%is_flown) reason = records(j)%reason
-    end do
+    if (is_refined) then
+      if (.not. records(2)%is_flown) reason = records(2)%reason//'. It is that on the finer grid; [Flight] refine = no does '// &
+                                              'without it'
+    end if
+    if (.not. records(1)%is_flown) reason = records(1)%reason
     if (reason /= '') return
     self%value = series(self, records(1))
     self%samples = records(1)%values

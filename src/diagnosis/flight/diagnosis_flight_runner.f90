@@ -32,6 +32,7 @@ module diagnosis_flight_runner
   type :: flight_facts_t
     character(:), allocatable :: path
     logical :: is_section = .false.                    !< two-dimensional
+    logical :: is_flexible = .false.                   !< its wings bend
     real(rp) :: frequency = 0                          !< [Hz] of the beat
     real(rp) :: speed = 0                              !< [m/s] mean of the wing tip, of the plate in a section
     real(rp) :: wind(3) = 0                            !< [m/s]

@@ -67,8 +67,8 @@ contains
       report%passes = report%passes + 1
       do i = 1, size(solvers)
         call place_markers(thin, i, wings, poses(i))
-        if (report%passes == 1) call update_response(thin, i, wings, failure)
       end do
+      if (report%passes == 1) call update_responses(thin, wings, failure)
       if (failure%failed) return
       call thin%sample_flow(fluid, wings)
       do i = 1, size(solvers)
@@ -125,32 +125,37 @@ contains
     end associate
   end subroutine place_markers
 
-  !> Turns the response of wing i with its markers. Computes it again if the wing has also changed its shape since the last
-  !> computation.
-  subroutine update_response(thin, i, wings, failure)
+  !> Turns the responses of all wings with their markers. Computes those again whose wings have also changed their shape since
+  !> the last computation.
+  subroutine update_responses(thin, wings, failure)
     type(thin_wings_t), intent(inout) :: thin
-    integer, intent(in) :: i
     type(flapping_wings_t), intent(in) :: wings
     type(failure_t), intent(inout) :: failure
     real(rp), parameter :: FAR = 0.1_rp !< spacings of the markers: the tensor changes over one of them
     real(rp), parameter :: MIRROR(3) = [1.0_rp, 1.0_rp, -1.0_rp] !< to the axes of the file, in which it is made
     real(rp) :: rotation(3, 3), farthest
-    logical :: has_factor
-    associate (wing => thin%wings(i))
-      wing%work = wing%flat + wing%bent
-      call fit_rotation(wing%shape, wing%work, rotation, farthest)
-      if (farthest <= FAR*wings%params%thin%spacing) then
-        if (wing%is_mirrored) rotation = rotation*spread(MIRROR, 1, 3)*spread(MIRROR, 2, 3)
-        call wing%reaction%response%turn(rotation)
-        return
-      end if
-      wing%shape = wing%work
-      call thin%rebuild_response(i, has_factor)
-      if (.not. has_factor) call failure%raise('the '//trim(wings%params%wings(i)%side)//' wing has bent so far that '// &
-                                               'its markers touch or part, so that its motion does not determine their '// &
-                                               'forces: look at its shape, and at the stiffness in [Wing]')
-    end associate
-  end subroutine update_response
+    logical, dimension(size(thin%wings)) :: are_changed, has_factor
+    integer :: i
+    do i = 1, size(thin%wings)
+      associate (wing => thin%wings(i))
+        wing%work = wing%flat + wing%bent
+        call fit_rotation(wing%shape, wing%work, rotation, farthest)
+        are_changed(i) = farthest > FAR*wings%params%thin%spacing
+        if (are_changed(i)) then
+          wing%shape = wing%work
+        else
+          if (wing%is_mirrored) rotation = rotation*spread(MIRROR, 1, 3)*spread(MIRROR, 2, 3)
+          call wing%reaction%response%turn(rotation)
+        end if
+      end associate
+    end do
+    call thin%rebuild_responses(are_changed, has_factor)
+    do i = 1, size(thin%wings)
+      if (.not. has_factor(i)) call failure%raise('the '//trim(wings%params%wings(i)%side)//' wing has bent so far that '// &
+                                                  'its markers touch or part, so that its motion does not determine their '// &
+                                                  'forces: look at its shape, and at the stiffness in [Wing]')
+    end do
+  end subroutine update_responses
 
   !> On the owner of wing i: its reaction begins the step of `dt` with the flow that its markers have met. The helpers of the owner
   !> serve the solutions that it then needs for the wing, and return when it ends them.

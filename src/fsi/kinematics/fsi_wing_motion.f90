@@ -83,8 +83,10 @@ contains
     real(rp), intent(in) :: t_end
     character(*), intent(in) :: name
     type(message_list_t), intent(inout) :: errors
-    if (t_end*self%frequency <= self%phi%last()) return
-    call errors%add(name//': the table ends after '//number_text(self%phi%last())//' cycles, the run after '// &
+    real(rp) :: last
+    last = min(self%phi%last(), self%alpha%last(), self%theta%last())
+    if (t_end*self%frequency <= last) return
+    call errors%add(name//': the table ends after '//number_text(last)//' cycles, the run after '// &
                     number_text(t_end*self%frequency)//'; valid: a shorter run or a longer table')
   end subroutine motion_check_span
 

@@ -147,11 +147,12 @@ contains
     periodic = all(self%kind /= [TABLE, START, SPIN_UP])
   end function series_is_periodic
 
-  !> Returns the cycle number at which a table ends; without a table the largest number.
+  !> Returns the cycle number at which a table ends, with its lead; without a table the largest number.
   pure real(rp) function series_last(self) result(last)
     class(angle_series_t), intent(in) :: self
     last = huge(1.0_rp)
     if (self%kind == TABLE) last = self%x(size(self%x))
+    if (self%kind == TABLE .and. self%is_altered) last = last - self%lead
   end function series_last
 
   !> Returns begin and end of a cycle that stands for the motion: the first one; the last one of a table; one in which a turning
@@ -195,7 +196,12 @@ contains
       call evaluate_original(self, x, f)
       return
     end if
-    call evaluate_original(self, x + self%lead, f)
+    if (self%kind == TABLE .and. x + self%lead < self%x(1)) then ! at rest before the table begins
+      call evaluate_original(self, self%x(1), f)
+      f(1:) = 0
+    else
+      call evaluate_original(self, x + self%lead, f)
+    end if
     f(0) = f(0) - self%centre
     f = self%factor*f
     f(0) = f(0) + self%centre + self%offset

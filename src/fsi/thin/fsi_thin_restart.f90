@@ -37,7 +37,7 @@ contains
     type(failure_t), intent(inout) :: failure
     real(rp), allocatable :: numbers(:)
     integer :: i
-    logical :: has_factor
+    logical :: has_factor(size(thin%wings))
     if (.not. has_thin_wings(reader)) then
       call failure%raise('the checkpoint has no wings without thickness: it was made with another [Insects] surface')
       return
@@ -62,10 +62,10 @@ contains
     do i = 1, size(thin%wings)
       associate (wing => thin%wings(i))
         wing%shape = reshape(numbers(3*wing%first - 2:3*wing%last), shape(wing%shape))
-        call thin%rebuild_response(i, has_factor)
-        if (.not. has_factor) call failure%raise('the markers of the checkpoint touch each other: give an earlier one')
       end associate
     end do
+    call thin%rebuild_responses([(.true., i=1, size(thin%wings))], has_factor)
+    if (.not. all(has_factor)) call failure%raise('the markers of the checkpoint touch each other: give an earlier one')
     call reader%get_reals('marker_loads', numbers, failure)
     if (failure%failed) return
     do i = 1, size(wings%marker_loads)

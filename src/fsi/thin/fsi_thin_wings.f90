@@ -67,11 +67,14 @@ module fsi_thin_wings
     type(world_t) :: world
     type(green_t), private :: green
     type(wing_pairs_t), allocatable, private :: pairs !< of several rigid wings
+    logical, private :: is_shared = .false.    !< groups of ranks share the responses
+    type(world_t), private :: group            !< that of this rank, if so
     real(rp), private :: extent = 0            !< L largest distance of markers for which `green` holds
   contains
     procedure :: init => thin_init
     procedure :: init_flexible => thin_init_flexible
-    procedure :: rebuild_response => thin_rebuild_response
+    procedure :: rebuild_responses => thin_rebuild_responses
+    procedure :: free => thin_free
     procedure :: sample_flow => thin_sample_flow
     procedure :: apply_forces => thin_apply_forces
     procedure :: advance_rigid => thin_advance_rigid
@@ -89,9 +92,8 @@ contains
     type(fluid_t), intent(inout) :: fluid
     type(failure_t), intent(inout) :: failure
     real(rp), parameter :: LONGER = 1.2_rp ! no deformation makes a wing longer; its outline need not be convex
-    type(world_t) :: group
     integer :: i, n
-    logical :: has_factor, is_2d, is_shared
+    logical :: has_factor(size(wings%params%wings)), is_2d
     self%world = world
     is_2d = fluid%transform%grid%is_2d
     n = 0
@@ -108,14 +110,14 @@ contains
     allocate (self%x(3, n), self%u(3, n), self%force(3, n), self%flow(3, n), source=0.0_rp)
     call fluid%hold_points(n)
     call init_responses(self, fluid)
-    call form_group(world, self%wings%last - self%wings%first + 1, wings%params%thin%sharing, is_shared, group)
+    call form_group(world, self%wings%last - self%wings%first + 1, wings%params%thin%sharing, self%is_shared, self%group)
     do i = 1, size(self%wings)
-      call self%wings(i)%hold_response(world, i, size(self%wings), is_2d, is_shared, group)
-      call self%rebuild_response(i, has_factor)
-      if (.not. has_factor) call failure%raise('the markers of a wing are too close to each other, so that the motion of '// &
-                                               'the wing does not determine their forces: set a larger [Insects] '// &
-                                               'marker_spacing')
+      call self%wings(i)%hold_response(world, i, size(self%wings), is_2d, self%is_shared, self%group)
     end do
+    call self%rebuild_responses([(.true., i=1, size(self%wings))], has_factor)
+    if (.not. all(has_factor)) call failure%raise('the markers of a wing are too close to each other, so that the motion of '// &
+                                                  'the wing does not determine their forces: set a larger [Insects] '// &
+                                                  'marker_spacing')
   end subroutine thin_init
 
   !> The table of the response, and room for what rigid wings do to each other.
@@ -151,22 +153,37 @@ contains
     end do
   end subroutine thin_init_flexible
 
-  !> Makes the response of wing i for markers at its `shape`. It has no factor, on no rank, if markers are too close to each
-  !> other, or farther from each other than they can be. Collective.
-  subroutine thin_rebuild_response(self, i, has_factor)
+  !> Makes the responses of the wings that `are_changed` (wings) for markers at their `shape`, at the same time on the ranks that
+  !> hold them. has_factor(wings) is false, on all ranks, if markers are too close to each other, or farther from each other
+  !> than they can be. Collective.
+  subroutine thin_rebuild_responses(self, are_changed, has_factor)
     class(thin_wings_t), intent(inout) :: self
-    integer, intent(in) :: i
-    logical, intent(out) :: has_factor
+    logical, intent(in) :: are_changed(:)
+    logical, intent(out) :: has_factor(:)
     real(rp) :: begun
+    integer :: i
     begun = wall_seconds()
-    associate (wing => self%wings(i))
-      has_factor = norm2(maxval(wing%shape, 2) - minval(wing%shape, 2)) <= self%extent
-      if (has_factor) call wing%build_response(self%green, has_factor)
-      ! Only the owner of a wing knows whether its response has a factor; all ranks must stop together.
-      has_factor = self%world%max_integer(merge(0, 1, has_factor)) == 0
-    end associate
+    has_factor = .true.
+    do i = 1, size(self%wings)
+      if (.not. are_changed(i)) cycle
+      associate (wing => self%wings(i))
+        has_factor(i) = norm2(maxval(wing%shape, 2) - minval(wing%shape, 2)) <= self%extent
+        if (has_factor(i)) call wing%build_response(self%green, has_factor(i))
+      end associate
+    end do
+    ! Only the owner of a wing knows whether its response has a factor; all ranks must stop together.
+    do i = 1, size(self%wings)
+      if (are_changed(i)) has_factor(i) = self%world%max_integer(merge(0, 1, has_factor(i))) == 0
+    end do
     self%seconds%responses = self%seconds%responses + wall_seconds() - begun
-  end subroutine thin_rebuild_response
+  end subroutine thin_rebuild_responses
+
+  !> Gives back the group of ranks, if there is one. Collective over it.
+  subroutine thin_free(self)
+    class(thin_wings_t), intent(inout) :: self
+    if (self%is_shared) call self%group%release()
+    self%is_shared = .false.
+  end subroutine thin_free
 
   !> Looks at the flow, as it is without the wings, where the markers `x` are: sets `flow`. Where the body is, a marker that
   !> moves with `u` then asks for the motion of the body. Collective.
@@ -319,7 +336,11 @@ contains
     do i = 1, size(poses)
       associate (wing => self%wings(i), own => f(:, self%wings(i)%first:self%wings(i)%last))
         call wing%solve(poses(i), v(:, wing%first:wing%last), own)
-        call self%broadcast(own, wing%owner)
+      end associate
+    end do
+    do i = 1, size(poses)
+      associate (wing => self%wings(i))
+        call self%broadcast(f(:, wing%first:wing%last), wing%owner)
       end associate
     end do
   end subroutine solve_blocks

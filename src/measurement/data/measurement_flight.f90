@@ -159,6 +159,8 @@ contains
     at = 1
     do
       call next_word(text, ' ,', at, first, last, found)
+      if (.not. found .and. at == 1 .and. len(text) > 0) &
+        call report%add(group, 'attribute components names none; valid: Fx, Fy, Fz, Mx, My, Mz, power')
       if (.not. found) exit
       c = 0
       call suggestion%start(text(first:last))

@@ -19,8 +19,8 @@ module measurement_write
 contains
 
   !> Writes `m`, bending tests, modes and records, to the file `path`, in this process alone. Heights are written where the
-  !> load and the reference have them. Reading it gives `m` again if the loads are in
-  !> alphabetical order, heights and numbers to the last bit, directions normalised.
+  !> load and the reference have them. Reading it gives `m` again if the loads are in alphabetical
+  !> order, heights and numbers to the last bit, directions normalised. Records of flights are not written.
   subroutine write_measurement(path, m, failure)
     character(*), intent(in) :: path
     type(measurement_t), intent(in) :: m

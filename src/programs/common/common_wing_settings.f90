@@ -289,5 +289,6 @@ contains
     real(rp) :: nodal
     call read_damping_keys(config, inertia, nodal)
     inertia%nodal(model%movable) = nodal
+    call inertia%hold_joints(model)
   end subroutine read_damping
 end module common_wing_settings

@@ -298,6 +298,7 @@ contains
     end if
     call self%fluid%free()
     if (allocated(self%coupler)) call self%coupler%free()
+    if (allocated(self%thin)) call self%thin%free()
     call self%files%finish()
   end subroutine simulation_finish
 

@@ -87,6 +87,7 @@ contains
     associate (s => self%settings, u => self%settings%units)
       facts%path = self%path
       facts%is_section = s%fluid%grid%is_2d
+      facts%is_flexible = s%flexible
       facts%frequency = s%flight%frequency()*u%frequency
       facts%speed = (s%flight%tip_speed() + s%flight%motion%mean_speed())*u%length*u%frequency
       facts%wind = s%fluid%mean%velocity*u%length*u%frequency

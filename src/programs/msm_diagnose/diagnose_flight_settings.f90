@@ -181,7 +181,7 @@ contains
       call world%broadcast_text(reason)
       data%response%reason(j) = reason
     end do
-    call exclude_unflown(catalogue, data%response%reason)
+    call exclude_unflown(catalogue, data%facts, data%response%reason)
     data%is_ready = .true.
   end subroutine fly_all
 end module diagnose_flight_settings

@@ -20,6 +20,7 @@ module diagnose_flights
   use fsi_rotation, only: cross
   use io_broadcast_text, only: read_text_file
   use io_series_read, only: read_series
+  use parallel_outcome, only: agree_on_outcome
   use parallel_world, only: world_t
   implicit none
   private
@@ -169,6 +170,7 @@ contains
     if (group%is_root) call redirection%begin(LOG)
     call check_machine(group, settings, outcome)
     if (outcome%is_good()) call simulate(group, settings, outcome)
+    call agree_on_outcome(group, outcome)
     if (group%is_root) call redirection%finish()
     if (group%is_root) call write_end(outcome, ok)
     call change_folder(here)

@@ -257,7 +257,8 @@ contains
   !> Ends the work of all ranks; the kind of `outcome` is the same on all. Collective.
   subroutine diagnose_finish(self)
     class(diagnose_t), intent(inout) :: self
-    if (self%outcome%failure%failed) write (error_unit, '(a)') 'msm_diagnose: '//self%outcome%failure%reason
+    if (self%outcome%failure%failed .and. (self%world%is_root .or. .not. self%is_over)) &
+      write (error_unit, '(a)') 'msm_diagnose: '//self%outcome%failure%reason
     flush (error_unit)
     call self%journal%finish(self%outcome%kind /= OUTCOME_UNWRITABLE)
     call self%lock%release()

@@ -25,6 +25,7 @@ module solid_inertia
     type(solid_model_t), allocatable, private :: joints !< nothing but these, if they have friction
   contains
     procedure :: init => inertia_init
+    procedure :: hold_joints => inertia_hold_joints
     procedure :: elastic_factor => inertia_elastic_factor
     procedure :: remembered => inertia_remembered
     procedure :: rubs => inertia_rubs
@@ -45,8 +46,7 @@ module solid_inertia
 
 contains
 
-  !> Takes the masses(n_points) [kg] of the points of the wing. Ghost points have none. Damping keeps its values; the
-  !> friction of joints must be set before.
+  !> Takes the masses(n_points) [kg] of the points of the wing. Ghost points have none. Damping keeps its values.
   subroutine inertia_init(self, model, masses)
     class(inertia_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -54,9 +54,16 @@ contains
     if (allocated(self%mass)) deallocate (self%mass, self%nodal)
     allocate (self%mass(model%n_all), self%nodal(model%n_all), source=0.0_rp)
     self%mass(:size(masses)) = masses
+    call self%hold_joints(model)
+  end subroutine inertia_init
+
+  !> Takes over `joint_friction`, after it has changed: what rubs are the joints of `model`.
+  subroutine inertia_hold_joints(self, model)
+    class(inertia_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
     if (allocated(self%joints)) deallocate (self%joints)
     if (self%joint_friction > 0 .and. any(model%plans%joint > 0)) call keep_joints(model, self%joints)
-  end subroutine inertia_init
+  end subroutine inertia_hold_joints
 
   !> Whether there is friction in joints.
   pure logical function inertia_rubs(self) result(rubs)
@@ -74,13 +81,13 @@ contains
     call self%joints%zero_clamped(f)
   end subroutine inertia_joint_forces
 
-  !> Adds to `blocks` the derivatives of these forces with respect to u, or the positive semidefinite
-  !> parts of those of each element.
+  !> Sets `blocks` to the derivatives of these forces with respect to u, or to the positive semidefinite parts of those of each
+  !> element.
   subroutine inertia_joint_tangent(self, u, semidefinite, blocks)
     class(inertia_t), intent(in) :: self
     real(rp), intent(in) :: u(:, :)
     logical, intent(in) :: semidefinite
-    real(rp), intent(inout) :: blocks(:, :, :)
+    real(rp), intent(out) :: blocks(:, :, :)
     call assemble_tangent(self%joints, u, self%joints%springs%tension, semidefinite, blocks)
   end subroutine inertia_joint_tangent
 

@@ -65,6 +65,7 @@ contains
     call f%start(t%world)
     call f%step(T_END)
     call t%check('the flight succeeds',.not. f%failure%failed)
+    call t%check('joints rub if they have friction', f%params%inertia%rubs() .eqv. present(is_viscous))
     result%u = f%coupler%states(1)%u
     result%a = f%wings%deformation(1)%a
     associate (e => f%coupler%energies(1))

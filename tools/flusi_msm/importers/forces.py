@@ -184,7 +184,7 @@ def record_of(found, options):
         raise InputError("all beats are the same: these are no measured forces, their errors are unknown")
     spread = np.where(np.isfinite(spread), np.maximum(spread, smallest), 1.0)
     data = {"time": found.phase, "mean": mean}
-    if count.min() == count.max():
+    if count.min() == len(found.beats):
         data["spread"] = spread
     else:
         data["sd"] = np.where(count >= 2, spread / np.sqrt(np.maximum(count, 1)), 1.0)
