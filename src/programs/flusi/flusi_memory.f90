@@ -19,7 +19,7 @@ module flusi_memory
     real(rp) :: largest_buffer = 0   !< what is counted of the largest exchange buffer: complex words, P3DFFT's bytes
   end type memory_t
 
-  !> The part of one field or spectrum that a rank holds, in bytes.
+  !> Holds the sizes in bytes of the part of one field or spectrum that a rank holds.
   type :: portion_t
     real(rp) :: field = 0    !< a field on its points
     real(rp) :: spectrum = 0 !< a field on its modes inside the truncation
@@ -32,7 +32,8 @@ module flusi_memory
 
 contains
 
-  !> Returns the largest need of any of `ranks` ranks. What does not grow with the grid is left out: wings, and their markers.
+  !> Returns the largest memory that any of `ranks` ranks needs. It leaves out what does not grow with the grid, namely wings
+  !> and their markers. No rank waits for another.
   function estimate_memory(settings, ranks) result(m)
     type(settings_t), intent(in) :: settings
     integer, intent(in) :: ranks
@@ -82,7 +83,7 @@ contains
     end associate
   end function estimate_memory
 
-  !> The builtin transform's shares; see spectral_pencil for the two exchange buffers.
+  !> Computes the shares of the builtin transform; see spectral_pencil for the two exchange buffers.
   subroutine sticks_portion(p, ranks, m, s)
     type(fluid_params_t), intent(in) :: p
     integer, intent(in) :: ranks
@@ -117,7 +118,7 @@ contains
     end associate
   end subroutine sticks_portion
 
-  !> P3DFFT's shares; the rank with the lowest modes has most sticks.
+  !> Computes the shares of P3DFFT. The rank with the lowest modes has the most sticks.
   subroutine blocks_portion(p, ranks, m, s)
     type(fluid_params_t), intent(in) :: p
     integer, intent(in) :: ranks
