@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How the files of a run are opened: what all of them share. Without a run it gathers the names of the series alone.
+!> Opens the files of a run with the properties that all of them share. Without a run it only gathers the names of the series.
 module flusi_opening
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -24,8 +24,8 @@ module flusi_opening
 
 contains
 
-  !> Opens a series and lists its name. After a failure the others are opened in name only, so that all of them can be
-  !> closed. Collective.
+  !> Opens `series` in the file `path` and lists its name. After a first failure it opens the other series in name only, so that
+  !> the caller can close all of them. Collective.
   subroutine opening_open(self, series, path, columns)
     class(opening_t), intent(inout) :: self
     type(series_t), intent(inout) :: series
@@ -36,7 +36,7 @@ contains
                                                 note=self%note)
   end subroutine opening_open
 
-  !> Lists the name of a file that goes with the series, or a pattern of names that only a run knows.
+  !> Lists the name of a file that belongs to the series, or a pattern if only a run knows the name.
   subroutine opening_list(self, path)
     class(opening_t), intent(inout) :: self
     character(*), intent(in) :: path
