@@ -108,7 +108,7 @@ contains
     end subroutine doubt
   end subroutine notice_magnitudes
 
-  !> Checks a size that [Wing] gives although the `wing` of the file is as large as that of an insect. It adds a remark if no
+  !> Checks the size that [Wing] gives, if the `wing` of the file is no larger than that of an insect. It adds a remark if no
   !> insect has this size, and a mistake if no wing can have it.
   subroutine check_size(c, given, wing, errors, notices)
     type(config_t), intent(in) :: c
