@@ -21,7 +21,7 @@ module common_bending_case
   type :: bending_input_t
     character(:), allocatable :: wing, measurement   !< paths as the input has them
     character(:), allocatable :: section, parameters !< what is sought, and the section that says it
-    logical :: scale_is_log = .true.        !< of bounds that do not say it
+    logical :: scale_is_log = .true.        !< scale of bounds for which the input states none
     logical :: may_plan = .false.           !< the measurement may have no heights
     logical :: keeps_outliers = .false.     !< the preset of [Measurement] outliers keeps them
   end type bending_input_t

@@ -24,6 +24,7 @@ module common_run
 
   character(*), parameter :: NL = new_line('a')
 
+  !> Guards the files of one run, as the head of this module describes.
   type :: run_t
     type(identity_t) :: identity            !< for its checkpoints, once settled
     type(world_t), private :: world
@@ -31,7 +32,7 @@ module common_run
     character(:), allocatable, private :: base, program
     type(message_list_t), private :: input_files
     character(:), allocatable, private :: ini
-    logical, private :: moves = .false.     !< an earlier run has to give way
+    logical, private :: moves = .false.     !< `settle` moves the files of an earlier run away
     type(message_list_t), private :: patterns
   contains
     procedure :: begin => run_begin

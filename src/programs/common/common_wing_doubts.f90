@@ -20,9 +20,9 @@ module common_wing_doubts
   real(rp), parameter :: PLATE(2) = [1.0e-13_rp, 1.0e-5_rp]      !< membrane of 0.3 to 30 um [N m]
   real(rp), parameter :: DENSITY(2) = [100.0_rp, 1.0e4_rp]       !< cuticle [kg/m^3]
   real(rp), parameter :: AREAL(2) = [1.0e-4_rp, 1.0e-1_rp]       !< membrane [kg/m^2]
-  real(rp), parameter :: LONGEST = 0.2_rp                        !< wings beyond this length are no insect's [m]
+  real(rp), parameter :: LONGEST = 0.2_rp                        !< wings longer than this are not those of insects [m]
   real(rp), parameter :: SHORTEST = 1.0e-4_rp                    !< that of the smallest wasps [m]
-  real(rp), parameter :: IMPOSSIBLE = 10                         !< times LONGEST: no doubt but a mistake
+  real(rp), parameter :: IMPOSSIBLE = 10                         !< sizes above this multiple of LONGEST are mistakes
 
 contains
 

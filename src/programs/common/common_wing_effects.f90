@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads the [Wing] keys that say where effects act which a usual wing leaves out. [Wing] parameters says how strong they are.
+!> Reads the [Wing] keys that say where certain effects act, which a usual wing does not have. [Wing] parameters says how strong
+!> they are.
 module common_wing_effects
   use base_errors, only: message_list_t
   use base_kinds, only: rp

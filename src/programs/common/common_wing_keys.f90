@@ -35,7 +35,7 @@ module common_wing_keys
   type :: mass_choices_t
     character(:), allocatable :: law             !< of the membrane
     logical :: has_law = .false., has_vein_density = .false., has_membrane_mass = .false., has_areal_density = .false.
-    type(mass_params_t) :: material              !< all else; its membrane_law follows from `law` and the wing file
+    type(mass_params_t) :: material              !< all other keys; its membrane_law follows from `law` and the wing file
   end type mass_choices_t
 
 contains

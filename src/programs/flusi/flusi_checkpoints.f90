@@ -34,7 +34,7 @@ contains
   subroutine put_state(writer, settings, parts, has_markers)
     type(checkpoint_writer_t), intent(inout) :: writer
     type(settings_t), intent(in) :: settings
-    type(run_parts_t), intent(inout) :: parts !< stay as they are
+    type(run_parts_t), intent(inout) :: parts !< are not changed
     logical, intent(in) :: has_markers
     associate (fluid => parts%fluid)
       call save_fluid(writer, settings%fluid, fluid%transform%sticks, fluid%rhs%state)

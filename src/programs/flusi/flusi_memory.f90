@@ -11,12 +11,13 @@ module flusi_memory
   private
   public :: memory_t, estimate_memory
 
+  !> Holds the estimated memory of the rank that needs most, and how the ranks share the grid.
   type :: memory_t
     logical :: possible = .false.    !< whether the grid can be shared among so many ranks
     integer :: rows = 1, columns = 1
     real(rp) :: running = 0          !< bytes at most while stepping, writing and backing up
     real(rp) :: starting = 0         !< bytes at most until the first step has been written
-    real(rp) :: largest_buffer = 0   !< what is counted of the largest exchange buffer: complex words, P3DFFT's bytes
+    real(rp) :: largest_buffer = 0   !< length of the largest exchange buffer: complex words, or bytes for P3DFFT
   end type memory_t
 
   !> Holds the sizes in bytes of the part of one field or spectrum that a rank holds.
@@ -24,7 +25,7 @@ module flusi_memory
     real(rp) :: field = 0    !< a field on its points
     real(rp) :: spectrum = 0 !< a field on its modes inside the truncation
     real(rp) :: exchange = 0 !< exchange buffers of a field
-    real(rp) :: planes = 1   !< its planes, a number
+    real(rp) :: planes = 1   !< number of its planes
     real(rp) :: whole = 0, whole_exchange = 0 !< the same of a spectrum without truncation
   end type portion_t
 

@@ -15,6 +15,7 @@ module flusi_parts
   private
   public :: run_parts_t
 
+  !> Holds the parts of a run. A part that the settings do not ask for is not allocated.
   type :: run_parts_t
     type(fluid_t) :: fluid
     type(flapping_wings_t), allocatable :: wings !< if anything moves

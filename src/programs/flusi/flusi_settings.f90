@@ -26,6 +26,7 @@ module flusi_settings
   private
   public :: settings_t, load_settings
 
+  !> Holds the settings of a run, read and checked.
   type :: settings_t
     type(fluid_params_t) :: fluid
     type(flight_params_t) :: flight   !< set if fluid%solids%is_moving

@@ -43,7 +43,7 @@ module flusi_simulation
     type(output_t), private :: output
     type(checkpoint_slots_t), private :: slots
     type(stop_rules_t), private :: stop_rules
-    type(run_t), private :: files                !< that are written, and no other run's
+    type(run_t), private :: files                !< files of this run, locked against other runs
     logical, private :: is_built = .false.
     type(progress_t), private :: progress
     type(timers_t), private :: timers

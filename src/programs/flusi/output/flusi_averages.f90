@@ -20,6 +20,7 @@ module flusi_averages
   integer, parameter, public :: MOST_AVERAGES = 5
   character(7), parameter :: NAMES(MOST_AVERAGES) = [character(7) :: 'uavgx', 'uavgy', 'uavgz', 'ekinavg', 'zavg']
 
+  !> States which means the user wants, and from which time on.
   type :: average_params_t
     logical :: is_on = .false.
     logical :: velocity = .true., kinetic_energy = .false., enstrophy = .false.
@@ -36,7 +37,7 @@ module flusi_averages
     character(7) :: name(MOST_AVERAGES) = ''      !< their prefixes
     real(rp), allocatable, private :: sum(:, :, :, :) !< (nx, ny_local, nz_local, n) int f dt
     real(rp), private :: since = 0                !< T; counts if `has_begun`
-    real(rp), private :: dt_old = 0               !< the step that led here, 0 at the beginning, T
+    real(rp), private :: dt_old = 0               !< length of the last step, 0 at the beginning, T
     logical, private :: has_begun = .false.
     type(rows_t), private :: rows                 !< lines along x
   contains

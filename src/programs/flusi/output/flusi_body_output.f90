@@ -19,6 +19,7 @@ module flusi_body_output
   private
   public :: body_output_t
 
+  !> Writes the surface of the body. It does nothing if there is no body.
   type :: body_output_t
     private
     type(world_t) :: world

@@ -14,6 +14,7 @@ module flusi_body_series
 
   character(*), parameter :: XYZ = 'xyz'
 
+  !> Writes the two series of a free flight.
   type :: body_series_t
     private
     type(series_t) :: state, loads

@@ -19,8 +19,9 @@ module flusi_coupling_series
   public :: coupling_series_t
 
   character(*), parameter :: XYZ = 'xyz'
-  integer, parameter :: N_LOADS = 9 !< columns that are known at the beginning of a step, time first
+  integer, parameter :: N_LOADS = 9 !< number of columns known at the beginning of a step; the first is the time
 
+  !> Writes one series for each flexible wing. In every step, call `record` at its beginning and `write` at its end.
   type :: coupling_series_t
     private
     type(series_t), allocatable :: wing(:)

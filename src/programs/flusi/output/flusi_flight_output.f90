@@ -28,6 +28,7 @@ module flusi_flight_output
   private
   public :: flight_output_t
 
+  !> Writes the surfaces of the body and of all wings.
   type :: flight_output_t
     private
     type(world_t) :: world
@@ -63,7 +64,7 @@ contains
     character(*), intent(in) :: label
     character(*), intent(in) :: note !< on the units, stored unless it is empty
     type(failure_t), intent(inout) :: failure
-    type(coupler_t), intent(in), optional :: coupler !< having looked at the wings where they are
+    type(coupler_t), intent(in), optional :: coupler !< must have sampled the loads at the present places of the wings
     type(wing_sides_t), intent(in), optional :: sides !< as well
     character(:), allocatable :: path
     type(failure_t) :: writing

@@ -19,6 +19,7 @@ module flusi_flight_series
 
   character(*), parameter :: XYZ = 'xyz'
 
+  !> Writes the series of flapping wings.
   type :: flight_series_t
     private
     type(series_t) :: kinematics, power

@@ -9,11 +9,12 @@ module flusi_opening
   private
   public :: opening_t
 
+  !> Holds what all files of a run share, the names of the series, and the first failure.
   type :: opening_t
     type(world_t) :: world
     character(:), allocatable :: name      !< first part of the names of files that have the run's
     character(:), allocatable :: note      !< on the units, stored with every file unless it is empty
-    real(rp), allocatable :: restart_time  !< what files have of the time before it is kept; not allocated in a new run
+    real(rp), allocatable :: restart_time  !< files keep their records before this time; not allocated in a new run
     logical :: is_listing = .false.        !< nothing is opened: there is no run
     type(message_list_t) :: series         !< names of the series, in their order
     type(failure_t) :: failure

@@ -250,8 +250,8 @@ contains
   !> Prints on standard error why a run has failed, and which files it leaves for that case. For root only.
   subroutine print_failure(reason, has_diverged, has_backup)
     character(*), intent(in) :: reason
-    logical, intent(in) :: has_diverged   !< the velocity is no longer one
-    logical, intent(in) :: has_backup !< there is one to go on from
+    logical, intent(in) :: has_diverged   !< the velocity has grown without bound or is not a number
+    logical, intent(in) :: has_backup !< there is a backup from which a run can continue
     write (error_unit, '(a)') 'flusi: '//reason
     if (has_diverged) write (error_unit, '(a)') 'flusi: the failing velocity is in failed-u*.h5'
     if (has_backup) write (error_unit, '(a)') 'flusi: the last valid backup is kept'

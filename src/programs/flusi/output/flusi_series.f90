@@ -24,6 +24,7 @@ module flusi_series
 
   character(*), parameter :: XYZ = 'xyz', T = 'time [T]'
 
+  !> Writes all time series of a run.
   type :: run_series_t
     private
     type(series_t) :: dt, timesteps, ekin, slip           !< every step

@@ -15,6 +15,7 @@ module flusi_spectra
 
   character(*), parameter :: NAMES(4) = ['tot', 'x  ', 'y  ', 'z  ']
 
+  !> Writes the spectra. Call `record` before a step and `write` after it.
   type :: spectra_t
     private
     type(series_t) :: series(size(NAMES))

@@ -47,7 +47,7 @@ module flusi_solid
     type(step_report_t) :: report
     type(solid_output_t) :: output
     type(checkpoint_slots_t) :: slots
-    type(run_t) :: files                 !< that are written, and no other run's
+    type(run_t) :: files                 !< files of this run, locked against other runs
     type(stop_rules_t) :: stop_rules
     type(progress_t) :: progress
     real(rp), allocatable :: force(:, :) !< (3, n_all) [N] external forces at the time of the state

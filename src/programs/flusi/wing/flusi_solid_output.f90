@@ -29,6 +29,7 @@ module flusi_solid_output
   integer, parameter :: DIGITS = 10
   real(rp), parameter :: PART = 1.0e-6_rp !< of a step: times closer than this are the same
 
+  !> Writes the series and the shapes of a run.
   type :: solid_output_t
     private
     type(series_t) :: series

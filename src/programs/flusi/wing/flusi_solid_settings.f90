@@ -38,6 +38,7 @@ module flusi_solid_settings
     procedure :: at => law_at
   end type load_law_t
 
+  !> Holds what a run of `flusi --solid` needs, read and checked.
   type, extends(solid_choices_t) :: solid_settings_t
     type(config_t) :: config
     type(wing_case_t) :: wing_case

@@ -27,6 +27,7 @@ module flusi_static_settings
     real(rp) :: magnitude = 0              !< [N] sum of the magnitudes
   end type static_load_t
 
+  !> Holds what a run of `flusi --static` needs, read and checked.
   type, extends(static_choices_t) :: static_settings_t
     type(config_t) :: config
     type(wing_case_t) :: wing_case

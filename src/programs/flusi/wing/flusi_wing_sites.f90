@@ -19,6 +19,7 @@ module flusi_wing_sites
     real(rp) :: weights(3) = 0
   end type site_t
 
+  !> Holds a force and its place.
   type :: point_force_t
     type(site_t) :: site
     real(rp) :: force(3) = 0 !< [N]
