@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads [Instrument]: effects of the instrument that the file of a measurement does not state. `msm_train` uses the section.
-!> The input of a wing's shape or flight may carry it along with a trained wing; there it is known to have no effect.
+!> Reads [Instrument]: effects of the instrument that the file of a measurement does not state. `msm_train` and `msm_diagnose`
+!> use the section. The input of a wing's shape or flight may carry it along with a trained wing; there it is known to have no
+!> effect.
 module common_instrument
   use base_errors, only: message_list_t
   use base_kinds, only: rp

@@ -76,7 +76,7 @@ contains
     if (self%speaks .and. self%live .and. self%steps > 0) write (output_unit, '(a)') ''
   end subroutine progress_finish
 
-  !> Returns `seconds` in words of everyday use: 45s, 12m30s, 5h10m, 3d04h.
+  !> Returns `seconds` as text in everyday form: 45s, 12m30s, 5h10m, 3d04h.
   function duration(seconds) result(text)
     real(rp), intent(in) :: seconds
     character(:), allocatable :: text

@@ -47,9 +47,9 @@ contains
     if (allocated(parts%thin) .and. has_markers) call save_thin_wings(writer, parts%wings, parts%thin)
   end subroutine put_state
 
-  !> Restores the state from the checkpoint at `path`. Fails if the file cannot be read, or if it does not fit this run, unless
-  !> the user `accepts` the differences. Adds a line to `remarks` for every input that differs and every difference that is
-  !> accepted. Collective.
+  !> Restores the state from the checkpoint at `path`. Fails if the file cannot be read. Also fails if the checkpoint does not
+  !> fit this run, unless the user `accepts` the differences and the run can go on with them. Adds a line to `remarks` for every
+  !> difference that does no harm or is accepted. Collective.
   subroutine restore_state(world, path, settings, run, accepts, parts, remarks, failure)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
@@ -100,8 +100,8 @@ contains
     end associate
   end subroutine load_flow
 
-  !> The wings count their time in seconds. If the time of a wing differs from that of the flow, as after a change of the units,
-  !> this sets it to that of the flow; otherwise the wing keeps its time to the last bit.
+  !> The wings count their time in seconds. If the time of a wing differs from that of the flow, for instance after a change of
+  !> the units, this sets it to that of the flow; otherwise the wing keeps its time to the last bit.
   subroutine set_clocks(coupler, time)
     type(coupler_t), intent(inout) :: coupler
     real(rp), intent(in) :: time !< [T] of the flow

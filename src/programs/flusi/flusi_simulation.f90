@@ -280,7 +280,7 @@ contains
     call self%outcome%classify(OUTCOME_COLLISION)
   end subroutine push
 
-  !> Closes the files, prints where the time went and releases all memory and locks. Collective.
+  !> Closes the files, writes the summary, prints where the time went, and releases memory and locks. Collective.
   subroutine simulation_finish(self)
     class(simulation_t), intent(inout) :: self
     if (.not. self%is_built) then

@@ -27,7 +27,7 @@ module flusi_body_series
 
 contains
 
-  !> Opens both files through `opening`, which takes any failure. Collective.
+  !> Opens both files through `opening`, which keeps the first failure. Collective.
   subroutine series_open(self, opening)
     class(body_series_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening

@@ -35,7 +35,7 @@ module flusi_coupling_series
 
 contains
 
-  !> Opens one file for each wing through `opening`, which takes any failure. Collective.
+  !> Opens one file for each wing through `opening`, which keeps the first failure. Collective.
   subroutine series_open(self, opening, flight)
     class(coupling_series_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
