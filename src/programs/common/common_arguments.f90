@@ -1,13 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The arguments with which a program was called: one file, options of which at most one says what to do, and
-!> options that go with others.
+!> Sorts the arguments of a program: one file, options of which at most one says what to do, and options that go with others.
 module common_arguments
   use base_errors, only: message_list_t
   implicit none
   private
   public :: arguments_t, argument_text, parse_arguments, print_lines
 
-  !> What was found.
+  !> Holds the arguments that were found.
   type :: arguments_t
     integer :: action = 0                     !< number of the action in the list of them; 0: none was given
     logical, allocatable :: has_flag(:)       !< for each of the flags
@@ -22,10 +21,10 @@ module common_arguments
 
 contains
 
-  !> Sorts the arguments. Of `actions` one at most may be given; they include those that end everything (--help,
-  !> also as -h, --version, --parameters). `flags` may be given in any number. --restart, --restart=FILE, --overwrite and
-  !> --accept-changes are known if `takes_restart`. Every mistake is added to `errors`; too many or missing files are
-  !> the caller's to report.
+  !> Sorts the arguments of the program into `arguments`. The user may give at most one of `actions`, apart from those that end
+  !> everything (--help, also as -h, --version, --parameters); the program must list these in `actions` too. The user may give
+  !> any number of `flags`. If `takes_restart`, it also accepts --restart, --restart=FILE, --overwrite and --accept-changes.
+  !> Adds every mistake to `errors`, but leaves it to the caller to report too many or missing files.
   subroutine parse_arguments(actions, flags, takes_restart, arguments, errors)
     character(*), intent(in) :: actions(:), flags(:)
     logical, intent(in) :: takes_restart
@@ -72,7 +71,7 @@ contains
     if (arguments%accepts .and. .not. arguments%restart) call errors%add('--accept-changes is valid with --restart only')
   end subroutine parse_arguments
 
-  !> Place of `name` in `names`; 0 if it is not there.
+  !> Returns the position of `name` in `names`, or 0 if it is not there.
   pure integer function position(name, names)
     character(*), intent(in) :: name, names(:)
     do position = size(names), 1, -1
@@ -80,7 +79,7 @@ contains
     end do
   end function position
 
-  !> Returns argument i as long as it is; empty if there is none.
+  !> Returns argument i in its full length, or '' if there is none.
   function argument_text(i) result(text)
     integer, intent(in) :: i
     character(:), allocatable :: text
@@ -90,7 +89,7 @@ contains
     call get_command_argument(i, text)
   end function argument_text
 
-  !> Writes lines without trailing blanks.
+  !> Writes lines to `unit` without trailing blanks.
   subroutine print_lines(unit, lines)
     integer, intent(in) :: unit
     character(*), intent(in) :: lines(:)

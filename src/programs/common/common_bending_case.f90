@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads what trainings and diagnoses have in common: the ini file, the wing, the measurement, the instrument, and which
-!> parameters are free.
+!> Reads what trainings and diagnoses have in common: the ini file, the wing, the measurement, the instrument, and the free
+!> parameters.
 module common_bending_case
   use base_errors, only: message_list_t
   use common_free_parameters, only: read_free_parameters
@@ -17,19 +17,20 @@ module common_bending_case
   private
   public :: load_input, load_bending_case, bending_input_t
 
-  !> What differs between the programs.
+  !> Holds what differs between the programs.
   type :: bending_input_t
     character(:), allocatable :: wing, measurement   !< paths as the input has them
     character(:), allocatable :: section, parameters !< what is sought, and the section that says it
-    logical :: scale_is_log = .true.        !< of bounds that do not say it
+    logical :: scale_is_log = .true.        !< scale of bounds for which the input states none
     logical :: may_plan = .false.           !< the measurement may have no heights
     logical :: keeps_outliers = .false.     !< the preset of [Measurement] outliers keeps them
   end type bending_input_t
 
 contains
 
-  !> Reads the ini file `path` on all ranks. `ok` is false if there is nothing to go on with: no such file, or a section of
-  !> what is not built. Collective.
+  !> Reads the ini file `path` on all ranks. `ok` is false if the program cannot go on, because there is no such file or because
+  !> a section asks for something that the program does not have. Adds mistakes to `errors` and remarks to `notices`.
+  !> Collective.
   subroutine load_input(path, registry, world, config, errors, notices, ok)
     character(*), intent(in) :: path
     type(registry_t), intent(in) :: registry
@@ -48,8 +49,8 @@ contains
     ok = .not. config%asks_for_unbuilt()
   end subroutine load_input
 
-  !> Reads the wing, the measurement, the instrument and the free parameters on all ranks; all mistakes go to `errors`, remarks
-  !> to `notices`. Without a wing nothing else is read. Collective.
+  !> Reads the wing, the measurement, the instrument and the free parameters on all ranks. Adds all mistakes to `errors` and all
+  !> remarks to `notices`. If there is no valid wing, it reads nothing else. Collective.
   subroutine load_bending_case(input, config, world, case, errors, notices)
     type(bending_input_t), intent(in) :: input
     type(config_t), intent(in) :: config

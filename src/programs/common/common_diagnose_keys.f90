@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The ini keys of `msm_diagnose`. All units are SI.
+!> Declares the ini keys of `msm_diagnose`. All units are SI.
 module common_diagnose_keys
   use base_kinds, only: rp
   use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_DIAGNOSE
@@ -16,7 +16,7 @@ module common_diagnose_keys
   private
   public :: diagnose_choices_t, flight_choices_t, diagnose_keys, register_diagnose_keys, write_diagnose_reference
 
-  !> Of the simulation of flights.
+  !> Holds what a user chooses for the simulation of flights.
   type :: flight_choices_t
     character(:), allocatable :: file, folder, effects
     integer :: ranks = 0, beats = 1, harmonics = 1
@@ -24,7 +24,7 @@ module common_diagnose_keys
     real(rp) :: model_sd = 0
   end type flight_choices_t
 
-  !> What a user chooses.
+  !> Holds what a user chooses for a diagnosis.
   type :: diagnose_choices_t
     character(:), allocatable :: parameters
     real(rp) :: prior_decades = 1, membrane_sd = 0
@@ -53,7 +53,7 @@ contains
     call diagnose_keys(keys, unused)
   end subroutine register_diagnose_keys
 
-  !> Writes the reference of these keys, a part of docs/formats/parameters.md.
+  !> Writes the reference of these keys, a part of docs/formats/parameters.md, to `unit`.
   subroutine write_diagnose_reference(unit)
     integer, intent(in) :: unit
     type(registry_t) :: registry
@@ -101,7 +101,7 @@ contains
                    'baseline; the word none: they are not kept', computed=.true.)
   end subroutine diagnose_keys
 
-  !> [Flight].
+  !> Declares and reads the keys of [Flight].
   subroutine flight_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(flight_choices_t), intent(inout) :: c

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The effects of wings as tables for people, from the list of all.
+!> Writes the list of all effects of wings as tables for readers.
 module common_effects_reference
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -11,7 +11,7 @@ module common_effects_reference
 
 contains
 
-  !> Writes the tables as Markdown.
+  !> Writes the tables to `unit` as Markdown: the parameters of each effect, and what each means in a diagnosis.
   subroutine write_effects_reference(unit)
     integer, intent(in) :: unit
     type(effect_t), allocatable :: list(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What tells the inputs of flusi, flusi --static, flusi --solid, msm_train and msm_diagnose from each other.
+!> Distinguishes the inputs of flusi, flusi --static, flusi --solid, msm_train and msm_diagnose from each other.
 module common_foreign_inputs
   use io_registry, only: registry_t
   implicit none
@@ -10,14 +10,15 @@ module common_foreign_inputs
                                 INPUT_OF_STATIC = 5
   character(14), parameter :: PROGRAMS(5) = [character(14) :: 'flusi', 'flusi --solid', 'msm_train', 'msm_diagnose', &
                                                                                                     'flusi --static']
-  !> Sections that only the inputs of each have.
+  !> These sections occur only in the inputs of one program each.
   character(65), parameter :: SECTIONS(5) = [character(65) :: 'Resolution|Geometry|ReynoldsNumber|InitialCondition|Penalization', &
                                         'Motion|Initial', 'Train|CMAES|Polish', 'Diagnose', 'Modes']
   character(*), parameter :: PARALLEL(5) = [character(12) :: 'mpirun -n 2', '', 'mpirun -n 2', 'mpirun -n 2', '']
 
 contains
 
-  !> Tells `registry`, that of the inputs of program `own`, one of the numbers above, how to know those of the others.
+  !> Makes `registry` recognise the inputs of other programs, so that it can tell the user which program to run. `own`, one of
+  !> the numbers above, is the program whose inputs the registry describes.
   subroutine register_foreign_inputs(registry, own)
     type(registry_t), intent(inout) :: registry
     integer, intent(in) :: own

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The list of [Train] parameters and of [Diagnose] parameters: what is sought, and in which box.
+!> Reads the lists [Train] parameters and [Diagnose] parameters: which parameters to seek, and within which bounds.
 module common_free_parameters
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -20,8 +20,8 @@ module common_free_parameters
 
 contains
 
-  !> Reads the list; all mistakes go to `errors` in one message. Bounds are those of the wing's parameters and, for
-  !> joints, those that Truong et al. searched in.
+  !> Reads the list in `text` into `free_parameters`. Adds all mistakes to `errors` in one message. If the list states no
+  !> bounds, they are those of the parameters of the wing and, for joints, those of the search by Truong et al.
   subroutine read_free_parameters(config, section, text, params, instrument, scale_is_log, free_parameters, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: section, text !< that has the key `parameters`, and its value
@@ -49,7 +49,7 @@ contains
     if (problems /= '') call config%complain(errors, section, 'parameters', problems(3:))
   end subroutine read_free_parameters
 
-  !> NAME, NAME LOWER UPPER, or NAME LOWER UPPER SCALE.
+  !> Reads one entry: NAME, NAME LOWER UPPER, or NAME LOWER UPPER SCALE.
   subroutine read_entry(text, params, instrument, scale_is_log, free_parameters, problem)
     character(*), intent(in) :: text
     type(solid_params_t), intent(in) :: params
@@ -104,7 +104,7 @@ contains
                                   hint(text(first(1):last(1)), params, instrument)
   end subroutine read_entry
 
-  !> Parameter i of the wing, or behind those of the wing one of the instrument.
+  !> Returns the description of parameter i. The parameters of the wing come first, then those of the instrument.
   function description(params, instrument, i) result(p)
     type(solid_params_t), intent(in) :: params
     type(instrument_t), intent(in) :: instrument
@@ -117,7 +117,7 @@ contains
     end if
   end function description
 
-  !> Whether `known` is this name, or begins with it if that ends in :*.
+  !> Tells whether `known` is this name, or begins with it if the name ends in :*.
   pure logical function matches(name, known)
     character(*), intent(in) :: name, known
     matches = known == name

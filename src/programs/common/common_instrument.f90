@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> [Instrument]: what a measurement did beyond what its file says. It is read by `msm_train`; in the input of a wing's
-!> shape or flight, where a trained wing may bring it along, it is known to have no effect.
+!> Reads [Instrument]: effects of the instrument that the file of a measurement does not state. `msm_train` and `msm_diagnose`
+!> use the section. The input of a wing's shape or flight may carry it along with a trained wing; there it is known to have no
+!> effect.
 module common_instrument
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -17,7 +18,7 @@ module common_instrument
 
 contains
 
-  !> The section, for those who use it.
+  !> Declares and reads the section for programs that use it.
   subroutine instrument_keys(keys, parameters)
     type(keys_t), intent(inout) :: keys
     character(:), allocatable, intent(inout) :: parameters
@@ -42,7 +43,7 @@ contains
     call r%add_inert('Instrument', 'parameters', 'belongs to the measurement, not to the wing')
   end subroutine register_idle_instrument
 
-  !> Sets what the section [Instrument] says. All mistakes go to `errors` in one message.
+  !> Sets in `instrument` what the section [Instrument] says. Adds all mistakes to `errors` in one message.
   subroutine read_instrument(config, instrument, errors)
     type(config_t), intent(in), target :: config
     type(instrument_t), intent(inout) :: instrument
@@ -101,7 +102,7 @@ contains
     end associate
   end subroutine read_pair
 
-  !> Returns the valid names, and the one that may have been meant.
+  !> Returns text for a message about the unknown `name`: the valid names, and the name that the user may have meant.
   function instrument_hint(name) result(text)
     character(*), intent(in) :: name
     character(:), allocatable :: text
@@ -120,7 +121,7 @@ contains
     text = text//suggestion%hint()
   end function instrument_hint
 
-  !> Returns the section as text of an ini file; '' if the instrument does nothing.
+  !> Returns the section as text of an ini file, or '' if the instrument has no effect.
   function instrument_lines(instrument) result(text)
     type(instrument_t), intent(in) :: instrument
     character(:), allocatable :: text

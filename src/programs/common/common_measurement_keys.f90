@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> [Measurement]: the file, and whether heights that stand out from those around them count.
+!> Reads [Measurement]: the file of the measurement, and whether heights count that stand out from those around them.
 module common_measurement_keys
   use base_errors, only: message_list_t
   use base_text, only: number_text
@@ -12,7 +12,7 @@ module common_measurement_keys
   private
   public :: measurement_choices_t, register_measurement_keys, read_measurement_keys, choose_heights
 
-  !> What the section says.
+  !> Holds what the section says.
   type :: measurement_choices_t
     character(:), allocatable :: file, outliers
     logical :: has_file = .false.
@@ -20,7 +20,8 @@ module common_measurement_keys
 
 contains
 
-  !> The section; `more` continues the help of its file, and `fallback` out of `words` is what a program does about outliers.
+  !> Declares and reads the section. `more` continues the help on its file. `words` lists what a program can do about outliers,
+  !> and `fallback` is the default among them.
   subroutine measurement_keys(keys, c, more, words, fallback)
     type(keys_t), intent(inout) :: keys
     type(measurement_choices_t), intent(inout) :: c
@@ -32,7 +33,7 @@ contains
                    'heights that stand out from all around them by more than 6 sd, as no normal errors do')
   end subroutine measurement_keys
 
-  !> Declares the section, as `measurement_keys` states it.
+  !> Declares the section in `registry`, with the arguments of `measurement_keys`.
   subroutine register_measurement_keys(registry, more, words, fallback)
     type(registry_t), intent(inout), target :: registry
     character(*), intent(in) :: more, words, fallback
@@ -51,8 +52,8 @@ contains
     call measurement_keys(keys, choices, '', '', '')
   end subroutine read_measurement_keys
 
-  !> Leaves out the heights that stand out, unless they are to be kept or the program's preset `keeps` them, and adds how many to
-  !> `notices`.
+  !> Removes from the measurement the heights that stand out, unless the user keeps them or the preset of the program does, as
+  !> `keeps` says. Adds a notice on their number to `notices`.
   subroutine choose_heights(config, path, keeps, measurement, outliers, notices)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: path !< of the measurement

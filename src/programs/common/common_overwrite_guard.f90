@@ -10,7 +10,8 @@ module common_overwrite_guard
 
 contains
 
-  !> Adds a mistake of [section] key if `output` is the file of `config`, one that it includes, or one of `inputs`.
+  !> Adds a mistake on [section] key if writing `output` would overwrite the file of `config`, a file that it reads, or one of
+  !> `inputs`.
   subroutine refuse_overwriting(config, section, key, output, inputs, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: section, key

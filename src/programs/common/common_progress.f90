@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How far the run is and how long it will take: one live line on a terminal, a line per interval in a log.
+!> Shows how far a run is and how long it will take: in one live line on a terminal, or in a line per interval in a log.
 module common_progress
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: rp
@@ -24,7 +24,8 @@ module common_progress
 
 contains
 
-  !> Begins to tell progress. `speaks` on root only. `quantity` names the number that `step_done` gets as u_max.
+  !> Starts the clock of the progress. `speaks` must be true on root only. `quantity` names the number that `step_done` receives
+  !> as u_max.
   subroutine progress_init(self, speaks, interval, quantity)
     class(progress_t), intent(inout) :: self
     logical, intent(in) :: speaks
@@ -39,7 +40,8 @@ contains
     self%last_step = self%begun
   end subroutine progress_init
 
-  !> Tells that a step ended; returns the seconds it took.
+  !> Notes that a step has ended, shows the progress if it is time to, and returns in `seconds` the wall time of the step. Every
+  !> rank may call it; no rank waits for another.
   subroutine progress_step_done(self, step, time, dt, u_max, t_max, max_steps, seconds)
     class(progress_t), intent(inout) :: self
     integer, intent(in) :: step, max_steps
@@ -68,13 +70,13 @@ contains
     flush (output_unit)
   end subroutine progress_step_done
 
-  !> Ends the live line.
+  !> Ends the live line, so that other output begins on a new one.
   subroutine progress_finish(self)
     class(progress_t), intent(in) :: self
     if (self%speaks .and. self%live .and. self%steps > 0) write (output_unit, '(a)') ''
   end subroutine progress_finish
 
-  !> Returns the seconds as a person says them: 45s, 12m30s, 5h10m, 3d04h.
+  !> Returns `seconds` as text in everyday form: 45s, 12m30s, 5h10m, 3d04h.
   function duration(seconds) result(text)
     real(rp), intent(in) :: seconds
     character(:), allocatable :: text

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Guards a run and the files that it writes: one run at a time, none over the results of another, and restarts of the same run
-!> only. `begin` locks; `check_new` or `judge` says whether the run may begin; `settle` moves earlier files away just before the
-!> first file is written; `finish` unlocks. All files begin with the same text, the base: `runtime` for a flow, in the current
-!> folder.
+!> Guards a run and the files that it writes. One run at a time may write them, no run overwrites the results of another, and a
+!> restart continues the same run only. `begin` locks the files; `check_new` or `judge` decides whether the run may start;
+!> `settle` moves earlier files away just before the run writes its first file; `finish` unlocks. The names of all files begin
+!> with the same text, the base: `runtime` for a flow, in the current folder.
 module common_run
   use, intrinsic :: iso_fortran_env, only: error_unit
   use base_errors, only: failure_t, message_list_t
@@ -24,6 +24,7 @@ module common_run
 
   character(*), parameter :: NL = new_line('a')
 
+  !> Guards the files of one run, as the head of this module describes.
   type :: run_t
     type(identity_t) :: identity            !< for its checkpoints, once settled
     type(world_t), private :: world
@@ -31,7 +32,7 @@ module common_run
     character(:), allocatable, private :: base, program
     type(message_list_t), private :: input_files
     character(:), allocatable, private :: ini
-    logical, private :: moves = .false.     !< an earlier run has to give way
+    logical, private :: moves = .false.     !< `settle` moves the files of an earlier run away
     type(message_list_t), private :: patterns
   contains
     procedure :: begin => run_begin
@@ -43,8 +44,8 @@ module common_run
 
 contains
 
-  !> Locks the files of a run of `program`, which begin with `base`, or fails: another run writes there, or nobody can.
-  !> `config` holds the inputs from the file `ini`. Collective.
+  !> Locks the files of a run of `program`, whose names begin with `base`. `config` holds the inputs from the file `ini`. Fails
+  !> if another run writes there or if nobody can write there. Collective.
   subroutine run_begin(self, world, program, base, ini, config, outcome)
     class(run_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -77,7 +78,7 @@ contains
     end if
   end subroutine run_begin
 
-  !> The name that rank 0 has chosen.
+  !> Gives all ranks the name of the run that rank 0 has chosen.
   subroutine broadcast_identity(self, inputs)
     class(run_t), intent(inout) :: self
     character(*), intent(in) :: inputs
@@ -88,8 +89,9 @@ contains
     self%identity%id = id
   end subroutine broadcast_identity
 
-  !> Fails if a new run would meet the results of an earlier one; unless these are to move aside, the files that match
-  !> `patterns` but for those that are read. Nothing is changed yet. Collective.
+  !> Checks that a new run does not meet the results of an earlier one, and fails if it does. With `overwrite` it does not fail:
+  !> `settle` will then move away the files that match `patterns`, apart from those that this run reads. It changes no file.
+  !> Collective.
   subroutine run_check_new(self, overwrite, patterns, outcome)
     class(run_t), intent(inout) :: self
     logical, intent(in) :: overwrite
@@ -107,7 +109,7 @@ contains
                       'earlier_1 (or 2, ...) and starts from the beginning; or start in another folder')
   end subroutine run_check_new
 
-  !> What the files tell of an earlier run, and what can be done with it; empty if there was none.
+  !> Says what the files tell about an earlier run and how the user can continue it; it is empty if there was none.
   function earlier_run(self) result(what)
     class(run_t), intent(in) :: self
     character(:), allocatable :: what
@@ -127,7 +129,7 @@ contains
     end if
   end function earlier_run
 
-  !> Whether there is a file of this name, and no folder.
+  !> Tells whether there is a file of this name that is not a folder.
   logical function has_file(path)
     character(*), intent(in) :: path
     has_file = file_exists(path) .and. .not. file_exists(path//'/.')
@@ -140,7 +142,7 @@ contains
     name = self%base//'_backup'//number_text(slot)//'.h5'
   end function backup_name
 
-  !> A value in the file that tells which run the others are of; empty if it is not there.
+  !> Returns a value of the file that states to which run the others belong; it is empty if the value is not there.
   function stored(self, key) result(value)
     class(run_t), intent(in) :: self
     character(*), intent(in) :: key
@@ -156,9 +158,10 @@ contains
     value = value(:index(value//NL, NL) - 1)
   end function stored
 
-  !> Tells whether this run may go on from a checkpoint of the run `was`. Of its inputs that differ those of `state_keys`, which
-  !> are patterns `[section] key`, go into `failure` with what is in `conflicts`, if `accepts` does not take them; a line for each
-  !> of the others, or of all, to `remarks`. Collective.
+  !> Decides whether this run may continue from a checkpoint of the run `was`. It fails, unless the user `accepts` the
+  !> differences, if an input differs that matches one of `state_keys`, which are patterns `[section] key`, if the other files
+  !> are of another run, or if there are `conflicts`. Adds a line to `remarks` for each other input that differs, and for each
+  !> difference that is accepted. Collective.
   subroutine run_judge(self, was, state_keys, conflicts, accepts, remarks, failure)
     class(run_t), intent(inout) :: self
     type(identity_t), intent(in) :: was
@@ -221,7 +224,8 @@ contains
     end do
   end function is_one_of
 
-  !> Makes place for the files of this run, and writes which run they are of. Collective.
+  !> Moves away the files of an earlier run, if `check_new` decided so, and writes the file that states to which run the others
+  !> belong. Fails if it cannot. Collective.
   subroutine run_settle(self, outcome)
     class(run_t), intent(inout) :: self
     type(outcome_t), intent(inout) :: outcome
@@ -275,7 +279,7 @@ contains
     if (.not. ok) call failure%raise(self%base//'_identity.txt: cannot be written; is the folder read-only or the disk full?')
   end subroutine write_identity
 
-  !> Unlocks the files.
+  !> Unlocks the files. It is safe to call this after a failure of `begin`.
   subroutine run_finish(self)
     class(run_t), intent(inout) :: self
     call self%lock%release()

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Keys that several programs have: [Solver], which chooses the path of static solutions, and when a job ends.
+!> Declares keys that several programs have: those of [Solver], which choose the path of static solutions, and those that limit
+!> how long a job runs.
 module common_solver_keys
   use base_kinds, only: rp
   use io_keys, only: keys_t
@@ -11,7 +12,7 @@ module common_solver_keys
 
 contains
 
-  !> Declares and reads the keys of [Solver]; `most` is the usual factorisation_limit.
+  !> Declares and reads the keys of [Solver] into `options`; `most` is the default of factorisation_limit.
   subroutine solver_keys(keys, options, most)
     type(keys_t), intent(inout) :: keys
     type(static_options_t), intent(inout) :: options
@@ -24,8 +25,8 @@ contains
     call keys%integer('factorisation_limit', options%factorisation_limit, most, 'give up after so many for one load', min=1)
   end subroutine solver_keys
 
-  !> Declares and reads keys of [Saving], which is the present section of `keys`: how long a run may take, and how often it says
-  !> where it is.
+  !> Declares and reads keys of [Saving], which must be the present section of `keys`: how long a run may take, and how often it
+  !> reports its progress.
   subroutine limit_keys(keys, limits, progress_seconds)
     type(keys_t), intent(in) :: keys
     type(job_limits_t), intent(inout) :: limits

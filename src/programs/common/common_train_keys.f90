@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The ini keys of `msm_train`. All units are SI. Keys whose default is `preset`, -1 or 0 follow [Train] preset.
+!> Declares the ini keys of `msm_train`. All units are SI. Keys whose default is `preset`, -1 or 0 follow [Train] preset.
 module common_train_keys
   use base_kinds, only: rp
   use cmaes_options, only: cmaes_options_t
@@ -18,7 +18,7 @@ module common_train_keys
   private
   public :: train_choices_t, train_keys, register_train_keys, write_train_reference
 
-  !> What a user chooses, in the user's words where the preset decides what they mean.
+  !> Holds what a user chooses. It keeps the words of the user where the preset decides what they mean.
   type :: train_choices_t
     character(:), allocatable :: preset, parameters, scale, cost, start, stages, polish, weights, constants
     character(:), allocatable :: restarts          !< none, ipop or bipop
@@ -53,7 +53,7 @@ contains
     call train_keys(keys, unused)
   end subroutine register_train_keys
 
-  !> Writes the reference of these keys, a part of docs/formats/parameters.md.
+  !> Writes the reference of these keys, a part of docs/formats/parameters.md, to `unit`.
   subroutine write_train_reference(unit)
     integer, intent(in) :: unit
     type(registry_t) :: registry
@@ -130,7 +130,8 @@ contains
     call strategy_keys(keys, c%search)
   end subroutine search_keys
 
-  !> The constants that follow from n and lambda unless they are given; see docs/theory/optimiser.md.
+  !> Declares and reads the constants of the search that follow from n and lambda unless the user gives them; see
+  !> docs/theory/optimiser.md.
   subroutine strategy_keys(keys, o)
     type(keys_t), intent(in) :: keys
     type(cmaes_options_t), intent(inout) :: o

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What every program answers to --version.
+!> Prints the answer of every program to --version.
 module common_version
   use base_build, only: BUILD_COMMIT, BUILD_COMPILER, BUILD_FLAGS, BUILD_TYPE, BUILD_VERSION
   implicit none
@@ -8,7 +8,8 @@ module common_version
 
 contains
 
-  !> Writes what this binary was built from; of a program that transforms, whether P3DFFT was there.
+  !> Writes to `unit` the version, the compiler and its flags. Programs that use transforms give `has_p3dfft`, which says
+  !> whether the build includes P3DFFT.
   subroutine print_version(unit, has_p3dfft)
     integer, intent(in) :: unit
     logical, intent(in), optional :: has_p3dfft

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Remarks on the material of a wing: on numbers of a blowfly that replace missing ones, and on numbers that are orders of
-!> magnitude off. It also prints the remarks on an input.
+!> Makes remarks on the material of a wing: on values of a blowfly that replace missing ones, and on values that are wrong by
+!> orders of magnitude. It also prints the remarks on an input.
 module common_wing_doubts
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: message_list_t
@@ -15,19 +15,19 @@ module common_wing_doubts
   public :: notice_assumptions, notice_magnitudes, check_size, print_notices
 
   character(*), parameter :: PAPER = 'Truong et al.'
-  !> Ranges in which insects lie, with a decade of room.
+  !> These are the ranges of insects, with a decade of room.
   real(rp), parameter :: YOUNG(2) = [1.0e7_rp, 1.0e11_rp]        !< cuticle of veins [Pa]
   real(rp), parameter :: PLATE(2) = [1.0e-13_rp, 1.0e-5_rp]      !< membrane of 0.3 to 30 um [N m]
   real(rp), parameter :: DENSITY(2) = [100.0_rp, 1.0e4_rp]       !< cuticle [kg/m^3]
   real(rp), parameter :: AREAL(2) = [1.0e-4_rp, 1.0e-1_rp]       !< membrane [kg/m^2]
-  real(rp), parameter :: LONGEST = 0.2_rp                        !< wings beyond this length are no insect's [m]
+  real(rp), parameter :: LONGEST = 0.2_rp                        !< wings longer than this are not those of insects [m]
   real(rp), parameter :: SHORTEST = 1.0e-4_rp                    !< that of the smallest wasps [m]
-  real(rp), parameter :: IMPOSSIBLE = 10                         !< times LONGEST: no doubt but a mistake
+  real(rp), parameter :: IMPOSSIBLE = 10                         !< sizes above this multiple of LONGEST are mistakes
 
 contains
 
-  !> Prints remarks on an input. With `is_check` they stand before the values that --check prints, as comments: what it prints is
-  !> an input with the same meaning.
+  !> Prints remarks on an input. With `is_check` it prints them as comments before the values of --check, so that the whole
+  !> output is an input with the same meaning.
   subroutine print_notices(notices, is_check)
     type(message_list_t), intent(in) :: notices
     logical, intent(in) :: is_check
@@ -38,7 +38,8 @@ contains
     end if
   end subroutine print_notices
 
-  !> Says which numbers are assumed because neither the input nor the wing file states them, and whose they are.
+  !> Adds a notice for each number that is assumed because neither the input nor the wing file states it, and says whose number
+  !> it is.
   subroutine notice_assumptions(c, is_paper, choices, wing, needs_mass, notices)
     type(config_t), intent(in) :: c
     logical, intent(in) :: is_paper !< [Wing] preset = paper
@@ -75,7 +76,8 @@ contains
     end subroutine assume
   end subroutine notice_assumptions
 
-  !> Names numbers that no insect wing has, with the unit in which they may be meant. Large wings are not judged.
+  !> Adds a notice for each number that no insect wing has, with the unit in which it may be meant. It does not judge large
+  !> wings.
   subroutine notice_magnitudes(c, law, s, notices)
     type(config_t), intent(in) :: c
     character(*), intent(in) :: law !< [Mass] membrane_law
@@ -106,8 +108,8 @@ contains
     end subroutine doubt
   end subroutine notice_magnitudes
 
-  !> Names a size that [Wing] gives and no insect has, although the `wing` of the file is as large as that of an insect: a doubt, or
-  !> a mistake where no wing is as large.
+  !> Checks the size that [Wing] gives, if the `wing` of the file is no larger than that of an insect. It adds a remark if no
+  !> insect has this size, and a mistake if no wing can have it.
   subroutine check_size(c, given, wing, errors, notices)
     type(config_t), intent(in) :: c
     real(rp), intent(in) :: given(2) !< length and mean chord [m], 0: not given

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> [Wing] keys of effects that a usual wing leaves out: where they act. How strong they are stands in [Wing] parameters.
+!> Reads the [Wing] keys that say where certain effects act, which a usual wing does not have. [Wing] parameters says how strong
+!> they are.
 module common_wing_effects
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -13,7 +14,7 @@ module common_wing_effects
   private
   public :: effect_sites_t, effect_keys, take_effect_sites, effect_without_site, refuse_root_compliance
 
-  !> Where effects act, in the user's words.
+  !> Holds the places where effects act, in the words of the user.
   type :: effect_sites_t
     real(rp) :: disc(3) = 0                  !< x, y, radius [m]
     character(:), allocatable :: soft_place  !< VEIN FRACTION
@@ -35,7 +36,7 @@ contains
                      'and camber_span, camber_chord, camber_twist')
   end subroutine effect_keys
 
-  !> Puts the `sites` into `params`; mistakes go to `errors`.
+  !> Puts the `sites` into `params`. Adds mistakes to `errors`.
   subroutine take_effect_sites(c, sites, params, errors)
     type(config_t), intent(in) :: c
     type(effect_sites_t), intent(in) :: sites
@@ -48,7 +49,7 @@ contains
     if (sites%soft_place /= '') call take_soft_place(c, sites%soft_place, params, errors)
   end subroutine take_effect_sites
 
-  !> `text` is VEIN FRACTION.
+  !> Reads `text` of the form VEIN FRACTION.
   subroutine take_soft_place(c, text, params, errors)
     type(config_t), intent(in) :: c
     character(*), intent(in) :: text
@@ -90,7 +91,8 @@ contains
     end associate
   end subroutine take_soft_place
 
-  !> Adds a mistake if the clamp of a wing in motion gives way: that is a matter of statics, as its frame holds a wing in motion.
+  !> Adds a mistake if the clamp of a wing in motion gives way. Only a wing on a test bench has such a clamp; a frame holds a
+  !> wing in motion.
   subroutine refuse_root_compliance(c, params, errors)
     type(config_t), intent(in) :: c
     type(solid_params_t), intent(in) :: params
@@ -100,7 +102,8 @@ contains
                       'wing in motion is held by its frame: leave them out')
   end subroutine refuse_root_compliance
 
-  !> Returns what [Wing] lacks to seek or to set parameter `number`; empty if nothing, as for what is no effect.
+  !> Says what [Wing] must state before parameter `number` can be sought or set. It is empty if nothing is missing, and for
+  !> parameters that are no effects.
   function effect_without_site(params, number) result(problem)
     type(solid_params_t), intent(in) :: params
     integer, intent(in) :: number

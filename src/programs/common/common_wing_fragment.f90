@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A wing's stiffness as the section [Wing] of an ini file, for [include].
+!> Writes the stiffness of a wing as the section [Wing] of an ini file, for [include].
 module common_wing_fragment
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
@@ -17,8 +17,8 @@ module common_wing_fragment
 
 contains
 
-  !> Returns the section with every value that differs from what it would be without, the side that these mean by +z, and the
-  !> fingerprint and the size of their wing, without which the values mean nothing.
+  !> Returns the section as text. It holds every parameter whose value differs from its default, the side to which +z points for
+  !> these values, and the fingerprint and the size of the wing. The values have no meaning for another wing.
   function wing_lines(p, wing_case) result(text)
     type(solid_params_t), intent(in) :: p
     type(wing_case_t), intent(in) :: wing_case !< the wing for which the values were found

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The ini keys of a wing that all programs share: what it is, its stiffness, its mass, its damping. SI units.
+!> Declares the ini keys of a wing that all programs share: its file, stiffness, mass and damping. SI units.
 module common_wing_keys
   use base_kinds, only: rp
   use common_wing_effects, only: effect_keys, effect_sites_t
@@ -14,11 +14,11 @@ module common_wing_keys
   public :: wing_choices_t, mass_choices_t, register_wing_keys, register_damping_keys, read_wing_keys, read_mass_keys, &
             read_damping_keys
 
-  !> Help of every key that lists forces.
+  !> This is the help of every key that lists forces.
   character(*), parameter, public :: PLACE_HELP = 'PLACE: tip, vein:NAME:first, vein:NAME:last, vein:NAME:K '// &
                                      '(its K-th point), joint:NAME, point:K (from 1) or at:X:Y (on the membrane, m)'
 
-  !> [Wing].
+  !> Holds what [Wing] says.
   type :: wing_choices_t
     character(:), allocatable :: file, preset, cross_springs, parameters, z_side, fingerprint
     logical :: has_file = .false., has_fingerprint = .false., has_found_size = .false.
@@ -31,11 +31,11 @@ module common_wing_keys
     type(effect_sites_t) :: sites
   end type wing_choices_t
 
-  !> [Mass].
+  !> Holds what [Mass] says.
   type :: mass_choices_t
     character(:), allocatable :: law             !< of the membrane
     logical :: has_law = .false., has_vein_density = .false., has_membrane_mass = .false., has_areal_density = .false.
-    type(mass_params_t) :: material              !< all else; its membrane_law follows from `law` and the wing file
+    type(mass_params_t) :: material              !< all other keys; its membrane_law follows from `law` and the wing file
   end type mass_choices_t
 
 contains
@@ -80,7 +80,8 @@ contains
     call damping_keys(keys, unused, nodal)
   end subroutine register_damping_keys
 
-  !> Returns what [Damping] says; `nodal` is a force per velocity at every point [kg/s].
+  !> Returns what [Damping] says. It changes only the damping of `inertia`; `nodal` is a force per velocity at every point
+  !> [kg/s].
   subroutine read_damping_keys(config, inertia, nodal)
     type(config_t), intent(in), target :: config
     type(inertia_t), intent(inout) :: inertia

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What is said about a wing before it is computed: size, mass, stiffness, with what these numbers mean.
+!> Prints size, mass and stiffness of a wing before the program computes with it, and explains these numbers.
 module common_wing_report
   use base_build, only: BUILD_COMMIT, BUILD_COMPILER, BUILD_VERSION
   use base_kinds, only: rp
@@ -13,7 +13,7 @@ module common_wing_report
 
 contains
 
-  !> Writes version, method, wing, mass and stiffness.
+  !> Writes to `unit` the version, the method, and the size, mass and stiffness of the wing.
   subroutine print_wing(unit, method, s)
     integer, intent(in) :: unit
     character(*), intent(in) :: method !< what is computed, in a few words

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The wing of a run of the mechanics alone: from [Wing] and [Mass] and the wing file to a mechanical model
-!> and its mass. Whatever a user can do wrong is found here. SI units.
+!> Reads the wing of a run: it makes a mechanical model and its mass from [Wing], [Mass] and the wing file, and finds all
+!> mistakes of the user in them. SI units.
 module common_wing_settings
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -26,9 +26,8 @@ module common_wing_settings
 
 contains
 
-  !> Reads the wing that the keys in `config` describe; all mistakes go to `errors`,
-  !> remarks to `notices`. Without `found` there is no model. A wing without a valid mass is a mistake if the
-  !> mass is needed and a remark if not.
+  !> Reads the wing that the keys in `config` describe. Adds all mistakes to `errors` and all remarks to `notices`. The model in
+  !> `s` exists only if `found`. A wing without a valid mass is a mistake if `needs_mass`, and a remark otherwise.
   subroutine load_wing(config, needs_mass, s, found, errors, notices, world, file)
     type(config_t), intent(in) :: config
     logical, intent(in) :: needs_mass
@@ -74,7 +73,7 @@ contains
     found = .true.
   end subroutine load_wing
 
-  !> The wing in its file, with or without a `world`.
+  !> Reads the wing from its file, with or without a `world`.
   subroutine read_file(config, name, s, errors, world)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: name
@@ -92,7 +91,8 @@ contains
     end if
   end subroutine read_file
 
-  !> The side to which z points. What [Wing] says counts, as its parameters may have been found with another file.
+  !> Sets the side to which z points. The value in [Wing] takes precedence over that in the file, because the parameters in
+  !> [Wing] may have been found with another file.
   subroutine take_z_side(config, stated, s, notices)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: stated
@@ -108,7 +108,7 @@ contains
       stated//' counts, although '//s%path//' says '//trim(in_file)//': it is what [Wing] parameters mean by +z')
   end subroutine take_z_side
 
-  !> Values that were found for another wing are a mistake, unless the user wants them.
+  !> Adds a mistake if the values in [Wing] were found for another wing, or a notice if the user accepts that.
   subroutine check_fingerprint(config, choices, s, errors, notices)
     type(config_t), intent(in) :: config
     type(wing_choices_t), intent(in) :: choices
@@ -130,8 +130,8 @@ contains
     end if
   end subroutine check_fingerprint
 
-  !> Returns where the file `name` is: as it stands, or else in the folder of the input file `ini`. `problem` says if it is
-  !> nowhere.
+  !> Returns in `path` where the file `name` is: first it looks for the name as it stands, then in the folder of the input file
+  !> `ini`. If the file is in neither place, `problem` says so; otherwise it is not allocated.
   subroutine find_beside(ini, name, path, problem, world)
     character(*), intent(in) :: ini, name
     character(:), allocatable, intent(out) :: path, problem
@@ -140,7 +140,8 @@ contains
     if (path == '') problem = quoted(name)//' does not exist, neither here nor beside the input file'
   end subroutine find_beside
 
-  !> Adds a mistake if the first part of the names of all files cannot go into an index for viewers, which is XML.
+  !> Adds a mistake if `name`, with which the names of all files begin, has characters that cannot stand in an index for
+  !> viewers, which is XML.
   subroutine check_name(config, name, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: name
@@ -207,7 +208,7 @@ contains
     end do
   end subroutine take_mass
 
-  !> The pairs "name value" of [Wing] parameters.
+  !> Reads the pairs "name value" of [Wing] parameters.
   subroutine take_parameters(config, text, params, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: text
@@ -281,7 +282,7 @@ contains
     text = text(4:)
   end function names_of
 
-  !> Reads [Damping], for the motion within the wing frame.
+  !> Reads [Damping] into `inertia`. This damping acts on the motion within the frame of the wing.
   subroutine read_damping(config, model, inertia)
     type(config_t), intent(in) :: config
     type(solid_model_t), intent(in) :: model

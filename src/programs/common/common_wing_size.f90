@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The size of a wing: that which [Wing] asks for, and that for which its stiffness was found. SI units.
+!> Handles the size of a wing: the size that [Wing] asks for, and the size for which its stiffness was found. SI units.
 module common_wing_size
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -16,7 +16,8 @@ module common_wing_size
 
 contains
 
-  !> Gives the wing its requested size: first similar to that of its file, then stretched along y.
+  !> Scales the wing to its requested size: first the whole wing by one factor to the requested length, then along y to the
+  !> requested mean chord.
   subroutine scale_wing(s)
     type(wing_case_t), intent(inout) :: s
     real(rp) :: found(2), stretch
@@ -36,7 +37,8 @@ contains
     end associate
   end subroutine scale_wing
 
-  !> Returns the largest x and mean chord, which is the area over the extent along x; 0 for what the wing does not have.
+  !> Returns the largest x [m] and the mean chord [m], which is the area over the extent along x. The mean chord is 0 if the
+  !> wing has no area.
   pure function wing_size(wing) result(found)
     type(wing_t), intent(in) :: wing
     real(rp) :: found(2), area, a(2), b(2), extent
@@ -54,7 +56,8 @@ contains
     end associate
   end function wing_size
 
-  !> Says that [Wing] has values that were found for a wing of another size, which stiffness does not follow.
+  !> Adds a notice if the values in [Wing] were found for a wing of another size, because the stiffness does not follow the
+  !> size.
   subroutine notice_other_size(config, then, wing, notices)
     type(config_t), intent(in) :: config
     real(rp), intent(in) :: then(2)  !< length and mean chord of that wing [m]
@@ -68,7 +71,7 @@ contains
                          '; E, D and the stiffness of joints stay as they were found. [Wing] length and mean_chord set the size')
   end subroutine notice_other_size
 
-  !> A length in mm.
+  !> Returns a length [m] as text in mm.
   function mm(x) result(text)
     real(rp), intent(in) :: x
     character(:), allocatable :: text

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> flusi: incompressible flow around solid bodies.
+!> flusi simulates incompressible flow around solid bodies. This is its main program.
 program flusi
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use base_errors, only: message_list_t

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The whole state of a flow with its wings in a checkpoint, and whether a run may go on from one.
+!> Writes the whole state of a flow with its wings into a checkpoint, and restores it if a run may continue from it.
 module flusi_checkpoints
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -19,9 +19,9 @@ module flusi_checkpoints
   private
   public :: put_state, restore_state, result_names
 
-  !> Inputs that a state belongs to: the size and place of what is in the flow, and SI values of its units, in which wings
-  !> count their time. fsi_pose_restart compares the motions themselves: where the wings
-  !> are and how they move at the time of the checkpoint.
+  !> A state belongs to these inputs: the size of the flow and of what is in it, its place, and the SI values of the units, in
+  !> which the wings count their time. fsi_pose_restart compares the motions themselves, that is where the wings are and how
+  !> they move at the time of the checkpoint.
   character(28), parameter :: STATE_KEYS(15) = [character(28) :: '[units] length', '[units] frequency', &
     '[units] density', '[Geometry] *', '[Penalization] iMask', '[Penalization] iPenalization', &
     '[Penalization] iMoving', '[Penalization] iChannel', '[Insects] LeftWing', '[Insects] RightWing', &
@@ -29,11 +29,12 @@ module flusi_checkpoints
 
 contains
 
-  !> Puts the state into an open checkpoint; of wings without thickness if it `has_markers` of a whole step. Collective.
+  !> Writes the state of the flow, of the means over time and of the wings into the open checkpoint `writer`. It writes the
+  !> state of wings without thickness only if `has_markers` says that their markers belong to a whole step. Collective.
   subroutine put_state(writer, settings, parts, has_markers)
     type(checkpoint_writer_t), intent(inout) :: writer
     type(settings_t), intent(in) :: settings
-    type(run_parts_t), intent(inout) :: parts !< stay as they are
+    type(run_parts_t), intent(inout) :: parts !< are not changed
     logical, intent(in) :: has_markers
     associate (fluid => parts%fluid)
       call save_fluid(writer, settings%fluid, fluid%transform%sticks, fluid%rhs%state)
@@ -46,8 +47,9 @@ contains
     if (allocated(parts%thin) .and. has_markers) call save_thin_wings(writer, parts%wings, parts%thin)
   end subroutine put_state
 
-  !> Restores the state from the checkpoint at `path`, if it is one of this run. Lines about inputs that differ go to
-  !> `remarks`; what does not fit is in `failure`, unless the user `accepts` it and it can be done. Collective.
+  !> Restores the state from the checkpoint at `path`. Fails if the file cannot be read. Also fails if the checkpoint does not
+  !> fit this run, unless the user `accepts` the differences and the run can go on with them. Adds a line to `remarks` for every
+  !> difference that does no harm or is accepted. Collective.
   subroutine restore_state(world, path, settings, run, accepts, parts, remarks, failure)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
@@ -82,7 +84,8 @@ contains
     call reader%close(failure)
   end subroutine restore_state
 
-  !> The flow, a free flight in it, and how the motion of its wings differs from that of this run.
+  !> Loads the flow and, if there is one, the free flight. Adds to `jumps` how the motion of the wings at that time differs from
+  !> the motion in this run.
   subroutine load_flow(reader, settings, parts, jumps, failure)
     type(checkpoint_reader_t), intent(inout) :: reader
     type(settings_t), intent(in) :: settings
@@ -97,8 +100,8 @@ contains
     end associate
   end subroutine load_flow
 
-  !> Wings count seconds. If one of them has become another part of a beat, they follow the flow; else they keep what they
-  !> have, to the last bit.
+  !> The wings count their time in seconds. If the time of a wing differs from that of the flow, for instance after a change of
+  !> the units, this sets it to that of the flow; otherwise the wing keeps its time to the last bit.
   subroutine set_clocks(coupler, time)
     type(coupler_t), intent(inout) :: coupler
     real(rp), intent(in) :: time !< [T] of the flow
@@ -109,7 +112,7 @@ contains
     end associate
   end subroutine set_clocks
 
-  !> Adds the names of the files that a run writes in the current folder, as patterns (see matches_name).
+  !> Adds to `patterns` the names of the files that a run writes in the current folder (see matches_name).
   subroutine result_names(patterns)
     type(message_list_t), intent(inout) :: patterns
     character(18), parameter :: NAMES(6) = [character(18) :: '*.t', '*.xmf', '*_#.h5', 'failed_backup.h5', 'failed-*', &

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The command line of `flusi`.
+!> Reads the command line of `flusi`.
 module flusi_command
   use base_errors, only: message_list_t
   use common_arguments, only: arguments_t, parse_arguments, print_lines
@@ -12,11 +12,11 @@ module flusi_command
   integer, parameter :: ACTION_RUN = 1, ACTION_CHECK = 2, ACTION_DRY_RUN = 3, ACTION_VERSION = 4, ACTION_HELP = 5, &
                         ACTION_KEYVALUES = 6, ACTION_COMPARE_KEYS = 7, ACTION_PARAMETERS = 8, ACTION_STATIC = 9, &
                         ACTION_STATIC_CHECK = 10, ACTION_SOLID = 11, ACTION_SOLID_CHECK = 12
-  !> In the order of the numbers above, from the second to the eighth.
+  !> These options select the actions above, from the second to the eighth, in the same order.
   character(14), parameter :: ACTIONS(7) = [character(14) :: '--check', '--dry-run', '--version', '--help', &
                                                                         '--keyvalues', '--compare-keys', '--parameters']
 
-  !> What the user wants.
+  !> Holds what the user asks for on the command line.
   type :: command_t
     integer :: action = ACTION_RUN
     character(:), allocatable :: ini          !< parameter file
@@ -31,7 +31,7 @@ module flusi_command
 
 contains
 
-  !> Reads the arguments; every mistake is added to `errors`.
+  !> Reads the arguments of the program into `command`. Adds one message to `errors` for every mistake.
   subroutine parse_command_line(command, errors)
     type(command_t), intent(out) :: command
     type(message_list_t), intent(inout) :: errors
@@ -59,7 +59,7 @@ contains
     call check_files(command, arguments%n_files, errors)
   end subroutine parse_command_line
 
-  !> --static and --solid change what is run or checked.
+  !> Changes what is run or checked if --static or --solid is given.
   subroutine choose_wing_alone(command, argument, to_run, to_check, errors)
     type(command_t), intent(inout) :: command
     character(*), intent(in) :: argument
@@ -101,7 +101,7 @@ contains
       call errors%add('--overwrite is valid with a run only')
   end subroutine check_files
 
-  !> Writes how the program is called.
+  !> Writes to `unit` how the program is called.
   subroutine print_usage(unit)
     integer, intent(in) :: unit
     character(*), parameter :: LINES(25) = [character(84) :: &

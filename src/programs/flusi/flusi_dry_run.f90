@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tells what a run would need and do, without doing it.
+!> Reports what a run would need and do, without doing it.
 module flusi_dry_run
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: rp
@@ -17,8 +17,8 @@ module flusi_dry_run
 
 contains
 
-  !> Prints memory per rank for this and other numbers of ranks, the estimated step and number of steps,
-  !> and the files that would be written. Writes no file. Root prints; not collective.
+  !> Prints the memory per rank for this and other numbers of ranks, the estimated length and number of the time steps, and the
+  !> files that the run would write. Writes no file. Only root prints, and no rank waits for another.
   subroutine print_dry_run(world, settings)
     type(world_t), intent(in) :: world
     type(settings_t), intent(in) :: settings
@@ -104,7 +104,7 @@ contains
     end subroutine add
   end subroutine print_files
 
-  !> The names of all series, as many in a line as there is room for.
+  !> Prints the names of all series, as many in each line as fit.
   subroutine print_series(unit, settings)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
@@ -126,7 +126,7 @@ contains
     write (unit, '(a)') line
   end subroutine print_series
 
-  !> The names of such files of all wings, each after a blank.
+  !> Returns the names of these files for all wings, with a blank before each name.
   function of_sides(settings, name) result(names)
     type(settings_t), intent(in) :: settings
     character(*), intent(in) :: name

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Flexible wings in the flow: their keys, and from them the mechanics that the coupler needs.
+!> Reads the keys of flexible wings in the flow, and makes from them the mechanics that the coupler needs.
 module flusi_flexible
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -29,7 +29,7 @@ module flusi_flexible
   character(*), parameter :: F = 'Flexible_wing', DISTANCE = 'load_distance'
   real(rp), parameter :: FLAT = 1.0e-9_rp
 
-  !> [Flexible_wing], as far as coupler_params_t does not have it.
+  !> Holds those keys of [Flexible_wing] that coupler_params_t does not hold.
   type :: coupling_choices_t
     logical :: asks = .false., says = .false.  !< for flexible wings, by FLUSI's name; whether the key is there
     character(:), allocatable :: load, coupling
@@ -77,7 +77,7 @@ contains
     call keys%reals('gravity', p%gravity, ZERO, 'acceleration of gravity on the wings, in space', unit='m/s^2', given=c%has_gravity)
   end subroutine coupling_keys
 
-  !> Tells whether the wings of this run bend.
+  !> Tells whether the wings of this run bend: either [Insects] or a key of [Flexible_wing] asks for it.
   logical function wants_flexible(config)
     type(config_t), intent(in) :: config
     type(coupling_choices_t) :: c
@@ -95,7 +95,8 @@ contains
     call coupling_keys(keys, c, p)
   end subroutine read_coupling_keys
 
-  !> Tells whether the wings have the shape of [Wing] file: flexible ones, and rigid ones to which WingShape gives none.
+  !> Tells whether the wings take their shape from [Wing] file. Flexible wings do, and so do rigid wings for which WingShape
+  !> gives no shape.
   logical function wants_wing_file(config)
     type(config_t), intent(in) :: config
     type(source_choices_t) :: source
@@ -106,7 +107,7 @@ contains
                       (source%shape == 'none' .and. wing%has_file)
   end function wants_wing_file
 
-  !> What contradicts flexible wings; `has_file` tells whether [Wing] names a file.
+  !> Adds to `errors` every input that contradicts flexible wings. `has_file` tells whether [Wing] names a file.
   subroutine check_flexible(config, errors, has_file)
     type(config_t), intent(in) :: config
     type(message_list_t), intent(inout) :: errors
@@ -134,7 +135,8 @@ contains
                            'then [Wing] file = wing.h5, [units] length, frequency, density')
   end subroutine check_flexible
 
-  !> Reads [Wing] and the file that it names; `found` tells whether there is a wing. Collective with `world`.
+  !> Reads [Wing] and the file that it names. `found` tells whether the result is a wing that a flow can use: it has triangles,
+  !> and a wing that bends is flat. Adds mistakes to `errors` and remarks to `notices`. Collective if `world` is present.
   subroutine read_wing_file(config, wing_case, found, errors, notices, world)
     type(config_t), intent(in) :: config
     type(wing_case_t), intent(out) :: wing_case
@@ -161,8 +163,8 @@ contains
     end if
   end subroutine read_wing_file
 
-  !> The keys of the coupling. Without a readable wing they are read all the same, so that their mistakes are told with that of
-  !> the wing.
+  !> Reads the keys of the coupling into `params`. Adds mistakes to `errors` and remarks to `notices`. It also works without a
+  !> readable wing, so that the user sees mistakes of the coupling and of the wing at the same time.
   subroutine read_coupling(config, units, flight, fluid, params, errors, notices)
     type(config_t), intent(in) :: config
     type(units_t), intent(in) :: units
@@ -197,7 +199,7 @@ contains
     call check_wings(config, flight, params, errors, notices)
   end subroutine read_coupling
 
-  !> What the coupling asks of wings that are there.
+  !> Checks what the coupling requires of the wings, if there are any with units.
   subroutine check_wings(config, flight, params, errors, notices)
     type(config_t), intent(in) :: config
     type(flight_params_t), intent(in) :: flight
@@ -214,7 +216,8 @@ contains
                            ': the pressure there is not that on the wing')
   end subroutine check_wings
 
-  !> The part of the wing: its model, its inertia, and the fluid that it carries along.
+  !> Sets those parts of `params` that come from the wing: its model, its inertia and damping, and the mass of fluid that it
+  !> carries along. `units` gives one L, T and M in SI units.
   subroutine set_mechanics(config, wing_case, grid, units, params)
     type(config_t), intent(in) :: config
     type(wing_case_t), intent(in) :: wing_case
@@ -236,7 +239,7 @@ contains
     params%light_layer = light_layer(wing_case%wing%points, wing_case%wing%triangles, wing_case%mass%nodal)
   end subroutine set_mechanics
 
-  !> Remarks on keys of the load that is looked at beside the wings, which those without thickness do not need.
+  !> Adds remarks on keys of the pressure beside the wings, which wings without thickness do not need.
   subroutine notice_pressure_keys(given, notices)
     logical, intent(in) :: given(3) !< which of them the user gives
     type(message_list_t), intent(inout) :: notices
@@ -248,7 +251,7 @@ contains
     end do
   end subroutine notice_pressure_keys
 
-  !> A remark on flexible wings that have their full speed from the first step on: the jerk makes them vibrate.
+  !> Adds a remark if flexible wings move at full speed from the first step on: the sudden start makes them vibrate.
   subroutine notice_start(wings, notices)
     type(flapping_wing_t), intent(in) :: wings(:)
     type(message_list_t), intent(inout) :: notices
@@ -263,7 +266,7 @@ contains
     end do
   end subroutine notice_start
 
-  !> Remarks on sections that a wing does not have.
+  !> Adds remarks on sections for output that lie outside the wing.
   subroutine notice_sections(wing, notices)
     type(flapping_wing_t), intent(in) :: wing
     type(message_list_t), intent(inout) :: notices

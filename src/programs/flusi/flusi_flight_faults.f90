@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Checks wings during their motion: whether they touch, or leave the box.
+!> Checks during the motion of wings whether they touch each other or leave the box.
 module flusi_flight_faults
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -22,8 +22,8 @@ module flusi_flight_faults
 
 contains
 
-  !> Fails if a wing is not in the box, or if wings are closer to each other, or to a periodic image of a wing, than
-  !> they are thick in the mask, which then cannot tell them apart.
+  !> Fails if a wing leaves the box. Also fails if two wings, or a wing and a periodic image of a wing, are closer to each other
+  !> than their thickness in the mask, because the mask cannot tell such wings apart. No rank waits for another.
   subroutine check_flight(wings, grid, failure)
     type(flapping_wings_t), intent(in) :: wings
     type(grid_t), intent(in) :: grid
@@ -42,9 +42,10 @@ contains
                                           contact(gap, wings%params, ' wing touches '))
   end subroutine check_flight
 
-  !> What is known of the flight before it begins, from wings that do not bend, over ramp and first beat until `t_end`
-  !> [T]: whether they leave the box, which stops flexible ones and is a remark on rigid ones, whose flow is periodic;
-  !> whether they touch; whether they are thinner than the mask resolves.
+  !> Foresees faults of a flight before it begins. It moves the wings, without bending them, over the ramp and the first beat
+  !> until `t_end` [T], and checks whether they leave the box, whether they touch, and whether they are thinner than the mask
+  !> resolves. Leaving the box is a mistake for flexible wings, which it would stop, and a remark for rigid ones, whose flow is
+  !> periodic.
   subroutine foresee_flight(config, flight, grid, t_end, flexible, errors, notices)
     type(config_t), intent(in) :: config
     type(flight_params_t), intent(in) :: flight
@@ -98,7 +99,7 @@ contains
     end subroutine tell_leaving
   end subroutine foresee_flight
 
-  !> The wings where they are at `time`, unbent.
+  !> Sets the surfaces of the unbent wings at `time` [T].
   subroutine place(flight, time, surfaces)
     type(flight_params_t), intent(in) :: flight
     real(rp), intent(in) :: time
@@ -111,7 +112,7 @@ contains
     end do
   end subroutine place
 
-  !> Time of the longest ramp and beat, as far as the run goes, T.
+  !> Returns the time [T] of the longest ramp and beat, but no more than the run lasts.
   pure real(rp) function duration(flight, t_end)
     type(flight_params_t), intent(in) :: flight
     real(rp), intent(in) :: t_end
@@ -125,8 +126,8 @@ contains
     duration = min(duration, t_end)
   end function duration
 
-  !> The first direction in which points of a surface are outside of the box; 0 if all are inside. The section that a
-  !> two-dimensional flow sees has no place along x.
+  !> Returns the first direction in which points of a surface lie outside the box, or 0 if all points lie inside. It ignores x
+  !> in a two-dimensional flow, where the section of the wing has no place along x.
   pure integer function way_out(surface, grid) result(axis)
     type(surface_t), intent(in) :: surface
     type(grid_t), intent(in) :: grid
@@ -137,7 +138,7 @@ contains
     axis = 0
   end function way_out
 
-  !> How far a surface that leaves the box along this axis reaches.
+  !> Says how far a surface that leaves the box reaches along this axis.
   function direction(surface, grid, axis) result(text)
     type(surface_t), intent(in) :: surface
     type(grid_t), intent(in) :: grid
@@ -147,7 +148,7 @@ contains
            ' to '//rounded(maxval(surface%points(axis, :)))//', the box from 0 to '//number_text(grid%length(axis))
   end function direction
 
-  !> Periods of the flow, none along x if it is two-dimensional.
+  !> Returns the periods of the flow [L]. A two-dimensional flow has none along x.
   pure function periods(grid) result(length)
     type(grid_t), intent(in) :: grid
     real(rp) :: length(3)
@@ -155,7 +156,7 @@ contains
     if (grid%is_2d) length(1) = 0
   end function periods
 
-  !> Which wings do what `verb` says, and how close they are.
+  !> Says which wings do what `verb` states, and how close they are.
   function contact(gap, flight, verb) result(text)
     type(gap_t), intent(in) :: gap
     type(flight_params_t), intent(in) :: flight
@@ -167,7 +168,7 @@ contains
            rounded(2*flight%half_thickness)//' L thick'
   end function contact
 
-  !> Four digits of a number, for people.
+  !> Returns a number with four digits as text.
   function rounded(x) result(text)
     real(rp), intent(in) :: x
     character(:), allocatable :: text

@@ -22,7 +22,8 @@ module flusi_free_flight
 
 contains
 
-  !> Mistakes and doubts of a free flight; nothing of another one. Completes the gravity on flexible wings.
+  !> Checks the input of a free flight: adds mistakes to `errors` and doubts to `notices`. Sets the gravity on flexible wings to
+  !> that on the body. It does nothing if the flight is not free.
   subroutine check_free_flight(config, units, flexible, fluid, flight, coupler, errors, notices)
     type(config_t), intent(in) :: config
     type(unit_scales_t), intent(in) :: units
@@ -89,7 +90,7 @@ contains
     end do
   end subroutine drop_masses
 
-  !> Rigid wings of a free flight get the mass of every point of [Wing], unless the user states another.
+  !> Gives each rigid wing of a free flight the mass of every point that [Wing] states, unless the user states another mass.
   subroutine take_masses(wing_case, units, flight)
     type(wing_case_t), intent(in) :: wing_case
     type(unit_scales_t), intent(in) :: units
@@ -104,7 +105,8 @@ contains
     end do
   end subroutine take_masses
 
-  !> The wings are as heavy as the body: [Flexible_wing] gravity is that of [Insects].
+  !> Makes the same gravity act on wings and body: [Flexible_wing] gravity becomes that of [Insects]. A different value is a
+  !> mistake.
   subroutine set_gravity(config, units, flight, coupler, errors)
     type(config_t), intent(in) :: config
     type(unit_scales_t), intent(in) :: units
@@ -119,7 +121,7 @@ contains
     coupler%gravity = gravity
   end subroutine set_gravity
 
-  !> A weight that is far from what such wings can lift.
+  !> Adds a remark if the weight is far from the lift that such wings can make.
   subroutine notice_weight(config, flight, notices)
     type(config_t), intent(in) :: config
     type(flight_params_t), intent(in) :: flight
@@ -135,7 +137,7 @@ contains
                          'like these lift about '//number_text(lift)//': check the units of mass and gravity')
   end subroutine notice_weight
 
-  !> An insect that crosses its own wake.
+  !> Adds a remark if the insect will cross its own wake.
   subroutine notice_way(config, fluid, flight, notices)
     type(config_t), intent(in) :: config
     type(fluid_params_t), intent(in) :: fluid
@@ -149,7 +151,8 @@ contains
                          number_text(maxval(abs(way)/fluid%grid%length))//' lengths of it: it meets its own wake')
   end subroutine notice_way
 
-  !> What became of the flight: means over the last whole beats, weight against mean lift. `first` and `last` are times.
+  !> Returns the lines of the summary on the flight: means over the time from `first` to `last`, and the weight beside the mean
+  !> lift. It reads them from the series on the disk and fails if it cannot. It is empty if the records do not span that time.
   function free_flight_text(flight, fluid, lift, first, last, failure) result(text)
     type(flight_params_t), intent(in) :: flight
     type(fluid_params_t), intent(in) :: fluid

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The register of all ini keys of `flusi`.
+!> Registers all ini keys of `flusi`.
 module flusi_keys
   use common_diagnose_keys, only: write_diagnose_reference
   use common_effects_reference, only: write_effects_reference
@@ -43,7 +43,8 @@ contains
     call set_conditions(registry)
   end subroutine register_all_keys
 
-  !> FLUSI files carry the keys of insects, elastic wings and other parts along, whether they are used or not.
+  !> States when keys of optional parts are of use. FLUSI files carry the keys of insects, elastic wings and other parts along,
+  !> whether they use them or not.
   subroutine set_conditions(registry)
     type(registry_t), intent(inout) :: registry
     character(13), parameter :: SECTIONS(2) = ['Insects      ', 'Flexible_wing']
@@ -63,7 +64,7 @@ contains
     call registry%key_only_if('Sponge', 'iSpongeType', 'Sponge', 'iVorticitySponge', YES)
   end subroutine set_conditions
 
-  !> Writes the reference of all keys, docs/formats/parameters.md.
+  !> Writes the reference of all keys, docs/formats/parameters.md, to `unit`.
   subroutine write_reference(unit)
     integer, intent(in) :: unit
     type(registry_t) :: registry

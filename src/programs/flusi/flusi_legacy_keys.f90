@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Keys of FLUSI that no package of this program handles, so that existing FLUSI files can be read.
+!> Registers keys of FLUSI that no package of this program handles, so that the program can read existing FLUSI files.
 !>
-!> Three sorts: keys that FLUSI itself ignores, sections of physics that is not built here, which do no
-!> harm as long as nothing switches them on, and the switches of that physics, which are refused.
+!> There are three kinds. FLUSI itself ignores the first kind. The second belongs to physics that this program does not have;
+!> these keys do no harm as long as nothing switches that physics on. The third kind switches that physics on; the program
+!> refuses it.
 module flusi_legacy_keys
   use io_registry, only: registry_t
   implicit none
@@ -11,7 +12,7 @@ module flusi_legacy_keys
 
 contains
 
-  !> Registers them all. Fluid, time and output keys that do have an effect belong to their packages.
+  !> Adds all these keys to `registry`. The keys of fluid, time and output that have an effect belong to other packages.
   subroutine register_flusi_legacy(registry)
     type(registry_t), intent(inout) :: registry
     call register_dead_keys(registry)
@@ -87,7 +88,7 @@ contains
                                       'with the pressure of the incompressible flow', can_go=.true.)
   end subroutine register_unbuilt_flow_physics
 
-  !> The masks that draw these solids are refused by [Penalization] iMask.
+  !> Registers the keys of solids that this program does not have. [Penalization] iMask refuses the masks that draw them.
   subroutine register_unbuilt_solids(registry)
     type(registry_t), intent(inout) :: registry
     call registry%add_inert_section('SolidModel', 'The elastic beam.')
@@ -97,7 +98,8 @@ contains
     call register_flusi_wing(registry)
   end subroutine register_unbuilt_solids
 
-  !> FLUSI's keys of its mass-spring wing, one by one: this section has keys that count, which may be misspelt.
+  !> Registers the keys of FLUSI's mass-spring wing one by one, because this section also has keys that matter and may be
+  !> misspelt.
   subroutine register_flusi_wing(registry)
     type(registry_t), intent(inout) :: registry
     character(*), parameter :: S = 'Flexible_wing'

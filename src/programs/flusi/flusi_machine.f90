@@ -15,9 +15,9 @@ module flusi_machine
 
 contains
 
-  !> Refuses a run, by OUTCOME_NO_MEMORY, that needs more memory than a machine has or the job may use there, and warns of
-  !> one that needs more than others leave now. The need is that of the flow alone. A machine whose memory is not known is
-  !> not judged. Tests name a folder with files like those of the system in FLUSI_TEST_SYSTEM. Collective.
+  !> Refuses a run, with OUTCOME_NO_MEMORY, that needs more memory than a machine has or than the job may use there. Warns of a
+  !> run that needs more than other programs leave free now. The need is that of the flow alone. It does not judge a machine
+  !> whose memory is unknown. Tests set FLUSI_TEST_SYSTEM to a folder with files like those of the system. Collective.
   subroutine check_machine(world, settings, outcome)
     type(world_t), intent(in) :: world
     type(settings_t), intent(in) :: settings

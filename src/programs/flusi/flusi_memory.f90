@@ -11,20 +11,21 @@ module flusi_memory
   private
   public :: memory_t, estimate_memory
 
+  !> Holds the estimated memory of the rank that needs most, and how the ranks share the grid.
   type :: memory_t
     logical :: possible = .false.    !< whether the grid can be shared among so many ranks
     integer :: rows = 1, columns = 1
     real(rp) :: running = 0          !< bytes at most while stepping, writing and backing up
     real(rp) :: starting = 0         !< bytes at most until the first step has been written
-    real(rp) :: largest_buffer = 0   !< what is counted of the largest exchange buffer: complex words, P3DFFT's bytes
+    real(rp) :: largest_buffer = 0   !< length of the largest exchange buffer: complex words, or bytes for P3DFFT
   end type memory_t
 
-  !> The part of one field or spectrum that a rank holds, in bytes.
+  !> Holds the sizes in bytes of the part of one field or spectrum that a rank holds.
   type :: portion_t
     real(rp) :: field = 0    !< a field on its points
     real(rp) :: spectrum = 0 !< a field on its modes inside the truncation
     real(rp) :: exchange = 0 !< exchange buffers of a field
-    real(rp) :: planes = 1   !< its planes, a number
+    real(rp) :: planes = 1   !< number of its planes
     real(rp) :: whole = 0, whole_exchange = 0 !< the same of a spectrum without truncation
   end type portion_t
 
@@ -32,7 +33,8 @@ module flusi_memory
 
 contains
 
-  !> Returns the largest need of any of `ranks` ranks. What does not grow with the grid is left out: wings, and their markers.
+  !> Returns the largest memory that any of `ranks` ranks needs. It leaves out what does not grow with the grid, namely wings
+  !> and their markers. No rank waits for another.
   function estimate_memory(settings, ranks) result(m)
     type(settings_t), intent(in) :: settings
     integer, intent(in) :: ranks
@@ -82,7 +84,7 @@ contains
     end associate
   end function estimate_memory
 
-  !> The builtin transform's shares; see spectral_pencil for the two exchange buffers.
+  !> Computes the shares of the builtin transform; see spectral_pencil for the two exchange buffers.
   subroutine sticks_portion(p, ranks, m, s)
     type(fluid_params_t), intent(in) :: p
     integer, intent(in) :: ranks
@@ -117,7 +119,7 @@ contains
     end associate
   end subroutine sticks_portion
 
-  !> P3DFFT's shares; the rank with the lowest modes has most sticks.
+  !> Computes the shares of P3DFFT. The rank with the lowest modes has the most sticks.
   subroutine blocks_portion(p, ranks, m, s)
     type(fluid_params_t), intent(in) :: p
     integer, intent(in) :: ranks

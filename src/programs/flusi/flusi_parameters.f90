@@ -17,9 +17,9 @@ module flusi_parameters
 
 contains
 
-  !> Reads and checks the parameter file. With `world` root reads it and all ranks get its text, and the
-  !> number of ranks is checked against the grid; collective then. On mistakes all of them are printed
-  !> and the outcome is OUTCOME_MISTAKE; nothing has been written.
+  !> Reads and checks the parameter file that `command` names. If `world` is present, root reads it, all ranks get its text, the
+  !> number of ranks is checked against the grid, and the call is collective. If there are mistakes, it prints all of them and
+  !> sets `outcome` to OUTCOME_MISTAKE. It writes no file.
   subroutine read_parameters(command, settings, outcome, world)
     type(command_t), intent(in) :: command
     type(settings_t), intent(out) :: settings

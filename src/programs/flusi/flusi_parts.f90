@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a run computes with: the flow, and the wings in it. All that a checkpoint holds is in here.
+!> Gathers what a run computes with: the flow, and the wings in it. These parts hold all that a checkpoint contains.
 module flusi_parts
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -15,6 +15,7 @@ module flusi_parts
   private
   public :: run_parts_t
 
+  !> Holds the parts of a run. A part that the settings do not ask for is not allocated.
   type :: run_parts_t
     type(fluid_t) :: fluid
     type(flapping_wings_t), allocatable :: wings !< if anything moves
@@ -29,7 +30,7 @@ module flusi_parts
 
 contains
 
-  !> Makes all parts, without a state. Collective.
+  !> Makes all parts that the settings ask for, but no state. Fails if a part cannot be made. Collective.
   subroutine parts_build(self, world, settings, failure)
     class(run_parts_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -54,7 +55,7 @@ contains
     if (settings%flight%flyer%is_free) call prepare_flight(self%wings)
   end subroutine parts_build
 
-  !> The state of a new run. Collective.
+  !> Sets the state of a new run. Wings that bend start at the time of the flow. Collective.
   subroutine parts_start(self, failure)
     class(run_parts_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure
@@ -63,8 +64,8 @@ contains
     if (allocated(self%coupler)) self%coupler%states%time = self%fluid%rhs%state%time*self%coupler%params%units%time
   end subroutine parts_start
 
-  !> Takes the wings to their places at the time of the state, and lets a free flight begin; the times of output limit steps
-  !> if wanted. Collective.
+  !> Moves the wings to their places at the time of the state, and starts a free flight. If the settings want it, the times of
+  !> output limit the time steps. Collective.
   subroutine parts_settle_in(self, world, settings, failure)
     class(run_parts_t), intent(inout) :: self
     type(world_t), intent(in) :: world

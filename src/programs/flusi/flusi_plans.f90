@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Estimates how long a run will be, and decides whether FFTW measures its plans for it.
 !>
-!> Measuring takes about MEASURING seconds on any grid; a step takes about STEP seconds for each point and makes up for it
-!> by being up to a tenth faster. Measured plans are worth it where they cost less than 1 % of the run. The rule knows the
-!> parameters alone, no clock and no number of ranks, so that the same input is planned in the same way.
+!> Measuring takes about MEASURING seconds on any grid. A step takes about STEP seconds for each point, and measured plans make
+!> it faster by up to a tenth. They pay off where measuring costs less than 1 % of the run. The rule uses the parameters alone,
+!> neither the clock nor the number of ranks, so that the same input always gets the same plans.
 module flusi_plans
   use base_constants, only: PI
   use base_files, only: file_exists
@@ -22,8 +22,8 @@ module flusi_plans
 
 contains
 
-  !> Chooses how FFTW plans the run, for what `reason`, and takes the plans of the file `wisdom` if they are measured ones.
-  !> Collective.
+  !> Chooses how FFTW plans the run and returns the `reason` as text. If FFTW measures, it takes the plans from the file
+  !> `wisdom` where they are available. Collective.
   subroutine plan_run(world, settings, wisdom, restarts, reason)
     type(world_t), intent(in) :: world
     type(settings_t), intent(inout) :: settings
@@ -42,7 +42,8 @@ contains
     if (settings%fluid%resolution%planner == 'measure') call import_wisdom(wisdom, done)
   end subroutine plan_run
 
-  !> Length `dt` and number of the steps that the parameters let expect for velocities of `speed`; the flow decides.
+  !> Estimates the length `dt` [T] and the number of the time steps from the parameters, for the expected velocity `speed`
+  !> [L/T]. The flow decides on the actual steps.
   subroutine expected_steps(settings, dt, speed, steps)
     type(settings_t), intent(in) :: settings
     real(rp), intent(out) :: dt, speed, steps
@@ -57,8 +58,8 @@ contains
     end associate
   end subroutine expected_steps
 
-  !> Makes `planner`, which is auto, estimate or measure, one of the last two, with the reason for people. A run that goes
-  !> on measures if the plans of its first part were measured: `has_wisdom`, their file is there.
+  !> Replaces `planner`, one of auto, estimate and measure, by estimate or measure, and returns the reason as text. A run that
+  !> continues measures if the first part of the run did; `has_wisdom` tells that by the file of its plans.
   subroutine choose_planner(planner, steps, points, restarts, has_wisdom, reason)
     character(:), allocatable, intent(inout) :: planner
     real(rp), intent(in) :: steps, points !< of the run, of the grid
@@ -79,7 +80,7 @@ contains
     planner = trim(merge('measure ', 'estimate', measures))
   end subroutine choose_planner
 
-  !> A velocity that the flow will have, as far as the parameters tell.
+  !> Returns a velocity [L/T] that the flow will have, as far as the parameters tell.
   pure real(rp) function reference_speed(p) result(speed)
     type(fluid_params_t), intent(in) :: p
     speed = max(norm2(p%mean%velocity), norm2(p%solids%us_fixed))

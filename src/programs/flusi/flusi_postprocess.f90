@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The commands that read files and run nothing.
+!> Runs the commands that only read files.
 module flusi_postprocess
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use base_errors, only: failure_t
@@ -13,7 +13,7 @@ module flusi_postprocess
 
 contains
 
-  !> Prints the key of a field; called in FLUSI's way, writes it to FILE.key as well.
+  !> Prints the key of a field, that is a few numbers that characterise it. A call in FLUSI's way also writes it to FILE.key.
   subroutine run_keyvalues(command, outcome)
     type(command_t), intent(in) :: command
     type(outcome_t), intent(inout) :: outcome
@@ -29,7 +29,7 @@ contains
     call outcome%classify(OUTCOME_MISTAKE)
   end subroutine run_keyvalues
 
-  !> Compares two keys; the outcome is OUTCOME_DIFFERENT if they differ.
+  !> Compares two keys of fields. Sets `outcome` to OUTCOME_DIFFERENT if they differ.
   subroutine run_compare_keys(command, outcome)
     type(command_t), intent(in) :: command
     type(outcome_t), intent(inout) :: outcome

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Mistakes and doubts that concern keys of several sections: units, and wings that nothing uses.
+!> Finds mistakes and doubts that concern keys of several sections: units, and wings that nothing uses.
 module flusi_setting_checks
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -22,7 +22,8 @@ module flusi_setting_checks
 
 contains
 
-  !> With input = SI: numbers whose defaults, in L and T, nobody would expect there must be given.
+  !> Adds a mistake for every number that must be given with input = SI, because nobody would expect its default, which is in L
+  !> and T.
   subroutine check_si_numbers(c, fluid, errors)
     type(config_t), intent(in) :: c
     type(fluid_params_t), intent(in) :: fluid
@@ -47,7 +48,7 @@ contains
     end subroutine need
   end subroutine check_si_numbers
 
-  !> Flexible wings are asked for, but `moving` says that there are none.
+  !> Adds a mistake if the input asks for flexible wings although `moving` says that there are none.
   subroutine check_wing_use(c, moving, errors)
     type(config_t), intent(in) :: c
     logical, intent(in) :: moving
@@ -66,7 +67,8 @@ contains
     end function is_wrong
   end subroutine check_wing_use
 
-  !> The wings are by orders of magnitude larger or smaller than L, so that one of both is in another unit. `length`: L in m.
+  !> Adds a remark if the wings are orders of magnitude larger or smaller than L, because then one of the two is in another
+  !> unit. `length` is L in m.
   subroutine check_scale(c, flight, length, errors)
     type(config_t), intent(in) :: c
     type(flight_params_t), intent(in) :: flight
@@ -81,8 +83,9 @@ contains
                     number_text(rounded(wing*length, 3))//' m long; are both in metres? L usually is about as long as the wing')
   end subroutine check_scale
 
-  !> Names a viscosity and a penalization that flapping wings do not have, as where their unit is another one, and those that
-  !> are assumed because the input does not state them. `unit`: L^2/T in m^2/s if numbers of the input are in L and T, else 0.
+  !> Adds a remark on a viscosity or a penalization that flapping wings do not have, for instance because it is meant in another
+  !> unit, and on one that the input does not state. `unit` is L^2/T in m^2/s if the numbers of the input are in L and T, and 0
+  !> otherwise.
   subroutine notice_flow(c, fluid, flight, unit, notices)
     type(config_t), intent(in) :: c
     type(fluid_params_t), intent(in) :: fluid
@@ -113,7 +116,7 @@ contains
     if (fluid%solids%is_on .and. number > 0 .and. text /= '') call c%complain(notices, 'Penalization', 'eps', text)
   end subroutine notice_flow
 
-  !> The `beats` in every T were probably meant in 1/s. `frequency` is 1/T in 1/s.
+  !> Adds a remark if the number of `beats` in every T was probably meant in 1/s. `frequency` is 1/T in 1/s.
   subroutine notice_frequency(beats, frequency, notices)
     real(rp), intent(in) :: beats, frequency
     type(message_list_t), intent(inout) :: notices

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Everything the user set, from all sections, with notices on what was assumed.
+!> Holds everything that the user set in all sections, with notices on what the program assumed.
 module flusi_settings
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -26,6 +26,7 @@ module flusi_settings
   private
   public :: settings_t, load_settings
 
+  !> Holds the settings of a run, read and checked.
   type :: settings_t
     type(fluid_params_t) :: fluid
     type(flight_params_t) :: flight   !< set if fluid%solids%is_moving
@@ -43,8 +44,8 @@ module flusi_settings
 
 contains
 
-  !> Reads parameter text, the same on every rank, and the files that it names; all mistakes go to `errors`,
-  !> remarks to `notices`. With `world` root reads these files for all, and this is collective.
+  !> Reads the parameter `text`, which is the same on every rank, and the files that it names. Adds all mistakes to `errors` and
+  !> all remarks to `notices`. If `world` is present, root reads these files for all ranks and the call is collective.
   subroutine load_settings(text, name, flusi_compat, settings, errors, notices, world)
     character(*), intent(in) :: text, name !< content and name of the file
     logical, intent(in) :: flusi_compat
@@ -68,13 +69,13 @@ contains
     call notice_idle_settings(settings, notices)
   end subroutine load_settings
 
-  !> Whether any moving solid is in the mask.
+  !> Tells whether a moving solid is in the mask.
   logical function draws_solids(config)
     type(config_t), intent(in) :: config
     draws_solids = .not. wants_thin_wings(config) .or. wants_body(config)
   end function draws_solids
 
-  !> Settings that are allowed but do nothing.
+  !> Adds a notice for each setting that is allowed but has no effect.
   subroutine notice_idle_settings(s, notices)
     type(settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: notices
@@ -93,7 +94,7 @@ contains
     end associate
   end subroutine notice_idle_settings
 
-  !> The wings; moments of force are taken about the body's centre from now on, as in FLUSI.
+  !> Reads the wings. From here on, moments of force are taken about the centre of the body, as in FLUSI.
   subroutine read_wings(s, errors, notices, world)
     type(settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors, notices

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One run: the fluid, its output, its checkpoints, and the rules to stop.
+!> Makes one run: it brings together the fluid, its output, its checkpoints and the rules to stop.
 module flusi_simulation
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t, message_list_t
@@ -43,7 +43,7 @@ module flusi_simulation
     type(output_t), private :: output
     type(checkpoint_slots_t), private :: slots
     type(stop_rules_t), private :: stop_rules
-    type(run_t), private :: files                !< that are written, and no other run's
+    type(run_t), private :: files                !< files of this run, locked against other runs
     logical, private :: is_built = .false.
     type(progress_t), private :: progress
     type(timers_t), private :: timers
@@ -59,7 +59,7 @@ module flusi_simulation
 
 contains
 
-  !> Builds everything, and starts or restarts. On failure `outcome` says why, and the reason has been printed. Collective.
+  !> Builds all parts and starts or restarts the run. After a failure `outcome` says why and the reason is printed. Collective.
   subroutine simulation_init(self, world, settings, command)
     class(simulation_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -104,7 +104,7 @@ contains
     call self%timers%stop(self%t_start)
   end subroutine simulation_init
 
-  !> What is timed, in the order of the table at the end.
+  !> Names what is timed, in the order of the table at the end.
   subroutine begin_timers(self)
     type(simulation_t), intent(inout) :: self
     self%t_whole = self%timers%region('whole run')
@@ -118,7 +118,7 @@ contains
     call self%timers%start(self%t_start)
   end subroutine begin_timers
 
-  !> Takes the folder for this run: a new one must not meet the results of another. Collective.
+  !> Takes the folder for this run. Fails if a new run would meet the results of another one. Collective.
   subroutine begin_files(self, command, restarts)
     type(simulation_t), intent(inout) :: self
     type(command_t), intent(in) :: command
@@ -131,7 +131,7 @@ contains
     if (.not. restarts) call self%files%check_new(command%overwrite, patterns, self%outcome)
   end subroutine begin_files
 
-  !> The state of a new run or of a checkpoint. Collective.
+  !> Sets the state of a new run or restores that of a checkpoint. Collective.
   subroutine begin_state(self, command, restarts, opening, remarks)
     type(simulation_t), intent(inout) :: self
     type(command_t), intent(in) :: command
@@ -148,7 +148,7 @@ contains
     call self%settle_in(self%world, self%settings, self%outcome%failure)
   end subroutine begin_state
 
-  !> Opens series and indices, and listens to signals. Collective.
+  !> Opens the series and the indices, and starts to listen to signals. Collective.
   subroutine open_results(self, restarts, opening)
     type(simulation_t), intent(inout) :: self
     logical, intent(in) :: restarts
@@ -164,7 +164,7 @@ contains
     self%outcome%failure = opening%failure
   end subroutine open_results
 
-  !> Steps until the end of the run or until something asks to stop. Collective.
+  !> Steps until the run ends or something asks it to stop. Collective.
   subroutine simulation_run(self)
     class(simulation_t), intent(inout) :: self
     type(request_t) :: request
@@ -230,7 +230,7 @@ contains
     if (self%settings%output%backup) call self%back_up()
   end subroutine write_end
 
-  !> Decides what is due, and takes of the present state what the step that follows would change.
+  !> Decides which output is due, and saves what the next step would change of the present state.
   subroutine request_fields(self, is_last, request)
     class(simulation_t), intent(inout) :: self
     logical, intent(in) :: is_last
@@ -240,7 +240,7 @@ contains
     if (allocated(self%coupler)) call self%coupler%add_request(request)
   end subroutine request_fields
 
-  !> Takes the load on the flexible wings where they are.
+  !> Samples the load on the flexible wings at their present places.
   subroutine sample_loads(self)
     type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_wings)
@@ -251,7 +251,7 @@ contains
     call self%outcome%classify(OUTCOME_COLLISION)
   end subroutine sample_loads
 
-  !> Takes wings, and the body that flies freely, over the step that the fluid has made.
+  !> Moves the wings, and the body that flies freely, over the step that the fluid has made.
   subroutine move_wings(self)
     class(simulation_t), intent(inout) :: self
     if (self%settings%flight%flyer%is_free) call launch(self%wings, self%fluid, self%coupler)
@@ -266,7 +266,7 @@ contains
     if (self%settings%flight%flyer%is_free) call settle(self%wings, self%fluid)
   end subroutine move_wings
 
-  !> Takes the flexible wings over the step that the fluid has made.
+  !> Moves the flexible wings over the step that the fluid has made.
   subroutine bend(self)
     class(simulation_t), intent(inout) :: self
     call self%coupler%advance(self%fluid%dt, self%wings, self%outcome%failure, self%fluid, self%thin)
@@ -280,7 +280,7 @@ contains
     call self%outcome%classify(OUTCOME_COLLISION)
   end subroutine push
 
-  !> Closes files, prints where the time went, releases everything. Collective.
+  !> Closes the files, writes the summary, prints where the time went, and releases memory and locks. Collective.
   subroutine simulation_finish(self)
     class(simulation_t), intent(inout) :: self
     if (.not. self%is_built) then
@@ -302,7 +302,7 @@ contains
     call self%files%finish()
   end subroutine simulation_finish
 
-  !> Whether end time or number of steps is reached.
+  !> Tells whether the run has reached its end time or its number of steps.
   pure logical function is_done(self)
     class(simulation_t), intent(in) :: self
     associate (p => self%settings%fluid, state => self%fluid%rhs%state)
@@ -361,8 +361,8 @@ contains
     call self%timers%stop(self%t_backup)
   end subroutine back_up
 
-  !> A checkpoint of a run whose wings could not go on: the flow of now and the wings as they were before the step that
-  !> failed, for a continuation with other parameters. The periodic ones stay as they are. Collective.
+  !> Writes a checkpoint of a run whose wings could not go on: the present flow, and the wings before the step that failed. A
+  !> user may continue from it with other parameters. The periodic checkpoints stay as they are. Collective.
   subroutine back_up_failed(self)
     class(simulation_t), intent(inout) :: self
     type(checkpoint_writer_t) :: writer
@@ -381,7 +381,7 @@ contains
     end if
   end subroutine back_up_failed
 
-  !> Gives the failure its kind, unless it has one, and prints the reason.
+  !> Sets the kind of the failure, unless it has one, and prints the reason.
   subroutine fail(self, kind)
     class(simulation_t), intent(inout) :: self
     integer, intent(in) :: kind

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Words of FLUSI that mean several keys here. Each becomes these keys, and a notice says so.
+!> Translates words of FLUSI that stand for several keys of this program.
 module flusi_translations
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -20,7 +20,7 @@ module flusi_translations
 
 contains
 
-  !> Replaces, in a loaded `config`, the words of FLUSI by the keys that they stand for.
+  !> Replaces words of FLUSI in the loaded `config` by the keys that they stand for, and adds a notice for each.
   subroutine translate_words(config, notices)
     type(config_t), intent(inout) :: config
     type(message_list_t), intent(inout) :: notices
@@ -54,8 +54,8 @@ contains
     call config%settle('Insects', 'BodyType', 'nobody', 'as [Penalization] iMask = Flexible_wing')
   end subroutine translate_flexible_wing
 
-  !> FLUSI names the coupling by the time stepper. Its semi-implicit one takes the load of the old time, too, where the
-  !> wing is one of masses and springs.
+  !> Translates FLUSI's time stepper, which also names the coupling. Its semi-implicit one, too, takes the load at the old time
+  !> where the wing is one of masses and springs.
   subroutine translate_scheme(config, notices)
     type(config_t), intent(inout) :: config
     type(message_list_t), intent(inout) :: notices
@@ -75,7 +75,7 @@ contains
     call config%settle(F, 'coupling', coupling, 'as [Time] iTimeMethodFluid = '//word)
   end subroutine translate_scheme
 
-  !> FLUSI's take-off with the pitch, the way and the wings of a table.
+  !> Translates FLUSI's take-off, whose pitch, path and wings follow a table.
   subroutine translate_take_off(config, kinematics, box, notices)
     type(config_t), intent(inout) :: config
     type(kinematics_choices_t), intent(in) :: kinematics
@@ -104,7 +104,7 @@ contains
                          ', eta0 = eta_stroke')
   end subroutine translate_take_off
 
-  !> Bodies that are held still, with the place, attitude and stroke plane that the name stands for.
+  !> Translates bodies that are held still: the name stands for a place, an attitude and a stroke plane.
   subroutine translate_pose(config, solids, box, notices)
     type(config_t), intent(inout) :: config
     type(solids_t), intent(in) :: solids

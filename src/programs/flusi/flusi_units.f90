@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> [units]: SI values of the units of a run.
+!> Reads [units], the SI values of the units of a run.
 module flusi_units
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -10,7 +10,7 @@ module flusi_units
   private
   public :: units_t, units_keys, read_units
 
-  !> SI values of one code unit.
+  !> Holds the length [m], the frequency [1/s] and the density [kg/m^3] that make the units of a run.
   type :: units_t
     logical :: has(3) = .false.   !< the user says what length, frequency and density are
     logical :: given = .false.    !< all of them
@@ -38,7 +38,8 @@ contains
     if (allocated(word)) u%si_input = word == 'SI'
   end subroutine units_keys
 
-  !> The SI values of the units; with input = SI all numbers of the file are read in SI units from now on.
+  !> Reads the SI values of the units. With input = SI, `c` reads all numbers of the file in SI units from here on. Adds
+  !> mistakes to `errors` and remarks to `notices`.
   subroutine read_units(c, units, errors, notices)
     type(config_t), intent(inout), target :: c
     type(units_t), intent(inout) :: units
@@ -55,7 +56,7 @@ contains
     end if
   end subroutine read_units
 
-  !> All three must be there or none, and all with input = SI.
+  !> Adds a mistake unless all three values are there or none, and all of them with input = SI.
   subroutine check_units_together(c, units, errors)
     type(config_t), intent(in) :: c
     type(units_t), intent(in) :: units
@@ -74,7 +75,7 @@ contains
     end do
   end subroutine check_units_together
 
-  !> SI values of the units in one line for the head of files; empty if they were not given.
+  !> Returns one line with the SI values of the units for the head of files; it is empty if the user gave none.
   function units_note(self) result(text)
     class(units_t), intent(in) :: self
     character(:), allocatable :: text
@@ -89,7 +90,7 @@ contains
     text = trim(line)
   end function units_note
 
-  !> SI values of one L, T and M.
+  !> Returns the SI values of one L, T and M: m, s and kg.
   pure type(unit_scales_t) function units_scales(self) result(scales)
     class(units_t), intent(in) :: self
     scales = unit_scales_t(self%length, 1/self%frequency, self%density*self%length**3)

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Means over time of velocity, kinetic energy and enstrophy density, gathered while running: [Averaging], as in FLUSI.
+!> Gathers means over time of velocity, kinetic energy and enstrophy density during the run: [Averaging], as in FLUSI.
 !>
 !>     mean f(t) = 1/(t - t_0) int_{t_0}^t f dt',  t_0 the first time not before tstart_avg,
 !>
-!> by the trapezoidal rule over the time steps, which over whole beats of a periodic flow has no error but that of the
-!> steps' being unequal. f is u, |u|^2/2 or |omega|^2/2, on the grid.
+!> It integrates by the trapezoidal rule over the time steps. Over whole beats of a periodic flow this rule has no error but the
+!> one from unequal steps. f is u, |u|^2/2 or |omega|^2/2, on the grid.
 module flusi_averages
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -20,6 +20,7 @@ module flusi_averages
   integer, parameter, public :: MOST_AVERAGES = 5
   character(7), parameter :: NAMES(MOST_AVERAGES) = [character(7) :: 'uavgx', 'uavgy', 'uavgz', 'ekinavg', 'zavg']
 
+  !> States which means the user wants, and from which time on.
   type :: average_params_t
     logical :: is_on = .false.
     logical :: velocity = .true., kinetic_energy = .false., enstrophy = .false.
@@ -29,14 +30,14 @@ module flusi_averages
     procedure :: n_fields => params_n_fields
   end type average_params_t
 
-  !> State: the sums, the time since when, and the step before; nothing else.
+  !> Holds the state of the means: the sums, the time at which they begin, and the length of the step before.
   type :: averages_t
     type(average_params_t) :: params
     integer :: n = 0                              !< number of fields
     character(7) :: name(MOST_AVERAGES) = ''      !< their prefixes
     real(rp), allocatable, private :: sum(:, :, :, :) !< (nx, ny_local, nz_local, n) int f dt
     real(rp), private :: since = 0                !< T; counts if `has_begun`
-    real(rp), private :: dt_old = 0               !< the step that led here, 0 at the beginning, T
+    real(rp), private :: dt_old = 0               !< length of the last step, 0 at the beginning, T
     logical, private :: has_begun = .false.
     type(rows_t), private :: rows                 !< lines along x
   contains
@@ -51,7 +52,7 @@ module flusi_averages
 
 contains
 
-  !> The keys of [Averaging].
+  !> Declares and reads the keys of [Averaging].
   subroutine average_keys(keys, p)
     type(keys_t), intent(inout) :: keys
     type(average_params_t), intent(inout) :: p
@@ -66,14 +67,14 @@ contains
     p%is_on = p%is_on .and. (p%velocity .or. p%kinetic_energy .or. p%enstrophy)
   end subroutine average_keys
 
-  !> How many fields are gathered.
+  !> Returns the number of fields that are gathered.
   pure integer function params_n_fields(self) result(n)
     class(average_params_t), intent(in) :: self
     n = 0
     if (self%is_on) n = merge(3, 0, self%velocity) + count([self%kinetic_energy, self%enstrophy])
   end function params_n_fields
 
-  !> Makes room for the sums on this rank's `block`.
+  !> Allocates the sums on this rank's `block` and sets them to 0. Every rank must call it, without waiting for others.
   subroutine averages_init(self, params, block)
     class(averages_t), intent(inout) :: self
     type(average_params_t), intent(in) :: params
@@ -93,14 +94,15 @@ contains
     self%rows%stride = [(1, i=1, block%count(3))]
   end subroutine averages_init
 
-  !> Tells whether the step from `time` on needs the fields of its beginning.
+  !> Tells whether the step that begins at `time` [T] must keep the fields of its beginning for the means.
   pure logical function averages_wants(self, time) result(wants)
     class(averages_t), intent(in) :: self
     real(rp), intent(in) :: time
     wants = self%has_begun .or. time >= self%params%begin*(1 - 1.0e-12_rp)
   end function averages_wants
 
-  !> Adds the step that `fluid` has made, which kept the fields of its beginning if they are wanted.
+  !> Adds to the sums the step that `fluid` has made. The fluid must have kept the fields of the beginning of this step if
+  !> `wants` asked for them.
   subroutine averages_add(self, fluid)
     class(averages_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
@@ -116,7 +118,7 @@ contains
     self%dt_old = fluid%dt
   end subroutine averages_add
 
-  !> Tells whether there is a mean at `time`: some time has passed since its beginning.
+  !> Tells whether a mean exists at `time` [T], that is whether time has passed since the beginning of the means.
   pure logical function averages_has(self, time) result(has)
     class(averages_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -124,7 +126,7 @@ contains
     if (has) has = time > self%since
   end function averages_has
 
-  !> Mean `i` up to the time of the fields that `fluid` keeps, into `field` (nx, ny_local, nz_local).
+  !> Puts mean `i`, up to the time of the fields that `fluid` keeps, into `field` (nx, ny_local, nz_local).
   subroutine averages_mean(self, fluid, i, field)
     class(averages_t), intent(in) :: self
     type(fluid_t), intent(in) :: fluid
@@ -135,7 +137,7 @@ contains
     field = field/(fluid%sums_time - self%since)
   end subroutine averages_mean
 
-  !> sum + weight f, f the density called `name` of the fields u and omega.
+  !> Adds `weight` times the density called `name` of the fields u and omega to `sum`.
   subroutine add_field(name, fields, weight, sum)
     character(*), intent(in) :: name
     real(rp), intent(in) :: fields(:, :, :, :), weight
@@ -154,7 +156,7 @@ contains
     end select
   end subroutine add_field
 
-  !> Puts the sums into an open checkpoint. Collective.
+  !> Writes the sums into an open checkpoint. Collective.
   subroutine averages_save(self, writer)
     class(averages_t), intent(in) :: self
     type(checkpoint_writer_t), intent(inout) :: writer

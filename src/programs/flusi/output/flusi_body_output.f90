@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The surface of the body, saved with the fields: `body_<label>.h5` and the index `<run>_body.xmf`. A file holds points (n, 3)
-!> [L] and velocities (n, 3) [L/T] in space, triangles (m, 3) from 0, and the attributes time, centre (3) and axes of the body.
+!> Saves the surface of the body with the fields, in `body_<label>.h5`, and the index `<run>_body.xmf`. A file holds points (n,
+!> 3) [L] and velocities (n, 3) [L/T] in space, triangles (m, 3) counted from 0, and as attributes time, centre (3) and the axes
+!> of the body.
 module flusi_body_output
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
@@ -18,6 +19,7 @@ module flusi_body_output
   private
   public :: body_output_t
 
+  !> Writes the surface of the body. It does nothing if there is no body.
   type :: body_output_t
     private
     type(world_t) :: world
@@ -30,7 +32,7 @@ module flusi_body_output
 
 contains
 
-  !> Opens the index of the run, if there is a body. Collective.
+  !> Opens the index of the run if there is a body. Collective.
   subroutine output_init(self, opening, wings)
     class(body_output_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
@@ -41,7 +43,7 @@ contains
     call self%index%open(opening%world, opening%name//'_body.xmf', opening%failure, opening%restart_time)
   end subroutine output_init
 
-  !> Writes the body where it is, if there is one. Root writes, all ranks share its verdict. Collective.
+  !> Writes the body at its present place, if there is a body. Root writes; if it cannot, all ranks fail. Collective.
   subroutine output_write(self, wings, label, note, failure)
     class(body_output_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings

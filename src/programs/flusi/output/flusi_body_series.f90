@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The time series of a free flight: `rigidsolidsolver.t` with FLUSI's columns, from which BodyMotion = from_file:: repeats
-!> the flight, and `free_flight.t` with what acts.
+!> Writes the time series of a free flight: `rigidsolidsolver.t` with FLUSI's columns, from which BodyMotion = from_file::
+!> repeats the flight, and `free_flight.t` with forces, accelerations and momenta.
 module flusi_body_series
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -14,6 +14,7 @@ module flusi_body_series
 
   character(*), parameter :: XYZ = 'xyz'
 
+  !> Writes the two series of a free flight.
   type :: body_series_t
     private
     type(series_t) :: state, loads
@@ -26,7 +27,7 @@ module flusi_body_series
 
 contains
 
-  !> Opens both files. Collective.
+  !> Opens both files through `opening`, which keeps the first failure. Collective.
   subroutine series_open(self, opening)
     class(body_series_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
@@ -52,8 +53,9 @@ contains
     call opening%open(self%loads, 'free_flight.t', loads)
   end subroutine series_open
 
-  !> One record. The forces are those that the flow exerts on the solids by the penalization and on markers; momenta are
-  !> without the displaced fluid, the angular one about the body's centre.
+  !> Writes one record to each file at `time` [T]. The forces are those that the flow exerts on the solids by penalization and
+  !> on markers. The momenta leave out the displaced fluid; the angular momentum is about the centre of the body. A failure
+  !> shows in `close`.
   subroutine series_write(self, time, flyer)
     class(body_series_t), intent(inout) :: self
     real(rp), intent(in) :: time
@@ -65,7 +67,7 @@ contains
     end associate
   end subroutine series_write
 
-  !> Closes both if they are open; fails if one could not be written completely. Collective.
+  !> Closes both files if they are open. Fails if one of them could not be written completely. Collective.
   subroutine series_close(self, failure)
     class(body_series_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure

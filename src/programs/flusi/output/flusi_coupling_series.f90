@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How well the coupling of each flexible wing does, in every step: `coupling_left.t` and `coupling_right.t`.
+!> Records in every step how well the coupling of each flexible wing works, in `coupling_left.t` and `coupling_right.t`.
 !>
-!> A record belongs to the beginning of its step: the sampled load that bends the wing, and what it lacks of the
-!> penalization's, which is the same load as the flow feels it; then the work that the step has taken.
+!> A record belongs to the beginning of its step. It holds the sampled load that bends the wing, and the difference between this
+!> load and that of the penalization, which is the same load as the flow feels it. Then follows the work that the step has
+!> taken.
 module flusi_coupling_series
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -18,8 +19,9 @@ module flusi_coupling_series
   public :: coupling_series_t
 
   character(*), parameter :: XYZ = 'xyz'
-  integer, parameter :: N_LOADS = 9 !< columns that are known at the beginning of a step, time first
+  integer, parameter :: N_LOADS = 9 !< number of columns known at the beginning of a step; the first is the time
 
+  !> Writes one series for each flexible wing. In every step, call `record` at its beginning and `write` at its end.
   type :: coupling_series_t
     private
     type(series_t), allocatable :: wing(:)
@@ -33,7 +35,7 @@ module flusi_coupling_series
 
 contains
 
-  !> Opens one file for each wing. Collective.
+  !> Opens one file for each wing through `opening`, which keeps the first failure. Collective.
   subroutine series_open(self, opening, flight)
     class(coupling_series_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
@@ -62,7 +64,7 @@ contains
     end do
   end subroutine series_open
 
-  !> Remembers the loads that `coupler` has just looked at, beside those of the same pass' penalization.
+  !> Stores the loads that `coupler` has just sampled, and the loads of the penalization in the same pass of `fluid`.
   subroutine series_record(self, wings, coupler, fluid)
     class(coupling_series_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
@@ -79,7 +81,7 @@ contains
     end do
   end subroutine series_record
 
-  !> Writes the records of the step that `coupler` has just made.
+  !> Writes one record for each wing on the step that `coupler` has just made. A failure shows in `close`.
   subroutine series_write(self, coupler)
     class(coupling_series_t), intent(inout) :: self
     type(coupler_t), intent(in) :: coupler
@@ -90,7 +92,7 @@ contains
     end do
   end subroutine series_write
 
-  !> Closes all files; fails if any of them could not be written completely. Collective.
+  !> Closes all files. Fails if any of them could not be written completely. Collective.
   subroutine series_close(self, failure)
     class(coupling_series_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The wings' surfaces, saved with the fields: `wing_<side>_<label>.h5` and the index `<run>_<side>.xmf`.
+!> Saves the surfaces of the wings with the fields, in `wing_<side>_<label>.h5`, and the index `<run>_<side>.xmf`.
 !>
-!> A file holds points (n, 3) [L] and velocities (n, 3) [L/T] in space, triangles (m, 3) from 0, and as
-!> attributes time, hinge (3) and axis_x, axis_y, axis_z (3 each), the axes of the wing frame in space. Of flexible
-!> wings also displacement (n, 3) [L], from where the points were on the rigid wing, in space; load (n, 3)
-!> [rho L^2/T^2], the force on a point over its third of the triangles around it, in space; and pressure_jump (m)
-!> [rho L^2/T^2], pressure on the side to which axis_z points minus that on the other. On request pressure_dorsal and
-!> pressure_ventral (m) and traction_dorsal and traction_ventral (m, 3) [rho L^2/T^2], in space, of the flow at
+!> A file holds points (n, 3) [L] and velocities (n, 3) [L/T] in space, triangles (m, 3) counted from 0, and as attributes the
+!> time, the hinge (3), and axis_x, axis_y and axis_z (3 each), the axes of the wing frame in space. For flexible wings it also
+!> holds displacement (n, 3) [L], the vector in space from the place of the point on the rigid wing; load (n, 3) [rho L^2/T^2],
+!> the force in space on a point, divided by a third of the area of the triangles around it; and pressure_jump (m) [rho
+!> L^2/T^2], the pressure on the side to which axis_z points minus that on the other side. On request it holds pressure_dorsal
+!> and pressure_ventral (m) and traction_dorsal and traction_ventral (m, 3) [rho L^2/T^2], in space, of the flow at
 !> `side_distance` [L] beside the triangles (fsi_wing_sides).
 module flusi_flight_output
   use base_errors, only: failure_t
@@ -28,6 +28,7 @@ module flusi_flight_output
   private
   public :: flight_output_t
 
+  !> Writes the surfaces of the body and of all wings.
   type :: flight_output_t
     private
     type(world_t) :: world
@@ -40,7 +41,7 @@ module flusi_flight_output
 
 contains
 
-  !> Opens the indices of the run. Collective.
+  !> Opens the indices of the run, one for each wing and one for the body. Collective.
   subroutine output_init(self, opening, wings)
     class(flight_output_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
@@ -55,15 +56,15 @@ contains
     end do
   end subroutine output_init
 
-  !> Writes all wings under one label; of flexible ones, of which `coupler` knows, with what bends them. Root writes,
-  !> all ranks share its verdict. Collective.
+  !> Writes the body and all wings under one label. With `coupler`, which knows the wings that bend, it also writes what bends
+  !> them. Root writes; if it cannot, all ranks fail. Collective.
   subroutine output_write(self, wings, label, note, failure, coupler, sides)
     class(flight_output_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
     character(*), intent(in) :: label
     character(*), intent(in) :: note !< on the units, stored unless it is empty
     type(failure_t), intent(inout) :: failure
-    type(coupler_t), intent(in), optional :: coupler !< having looked at the wings where they are
+    type(coupler_t), intent(in), optional :: coupler !< must have sampled the loads at the present places of the wings
     type(wing_sides_t), intent(in), optional :: sides !< as well
     character(:), allocatable :: path
     type(failure_t) :: writing
@@ -135,7 +136,7 @@ contains
     end subroutine put_sides
   end subroutine write_surface
 
-  !> Displacements, loads and pressure jumps of wing i, which bends.
+  !> Writes the displacements, loads and pressure jumps of wing i, which bends.
   subroutine put_bending(file, wings, i, coupler, failure)
     type(hdf5_file_t), intent(in) :: file
     type(flapping_wings_t), intent(in) :: wings
@@ -170,7 +171,7 @@ contains
     call put_attribute(file, name, 'units', units, failure)
   end subroutine put_vectors
 
-  !> A third of the area of all triangles around each point, L^2.
+  !> Returns for each point a third of the area [L^2] of the triangles around it.
   pure function point_areas(surface) result(areas)
     type(surface_t), intent(in) :: surface
     real(rp) :: areas(size(surface%points, 2))

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The time series of flapping wings: `kinematics.t` with FLUSI's columns, `aero_power.t`, and what is known of
-!> each wing, `wing_left.t` and `wing_right.t`.
+!> Writes the time series of flapping wings: `kinematics.t` with FLUSI's columns, `aero_power.t`, and `wing_left.t` and
+!> `wing_right.t` with the state of each wing.
 module flusi_flight_series
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -19,6 +19,7 @@ module flusi_flight_series
 
   character(*), parameter :: XYZ = 'xyz'
 
+  !> Writes the series of flapping wings.
   type :: flight_series_t
     private
     type(series_t) :: kinematics, power
@@ -34,7 +35,8 @@ module flusi_flight_series
 
 contains
 
-  !> Opens all files; of flexible wings, too. Without `wings` nothing can be written. Collective.
+  !> Opens all files through `opening`, and those on bending if the wings are `flexible`. Nothing can be written if `wings` is
+  !> absent. Collective.
   subroutine series_open(self, opening, flight, flexible, wings)
     class(flight_series_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
@@ -113,8 +115,8 @@ contains
     columns(30) = 'power pressure - penalty [rho L^5/T^3]'
   end function bending_columns
 
-  !> One record of the bending of every wing, of the load that bends it and of its energy; `write` must have been
-  !> called for the same time.
+  !> Writes one record for every wing on its bending, on the load that bends it and on its energy. The caller must have called
+  !> `write` for the same time.
   subroutine series_write_bending(self, wings, coupler)
     class(flight_series_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
@@ -144,7 +146,7 @@ contains
     end associate
   end subroutine series_write_bending
 
-  !> One record of everything; `loads` are those of the wings in their order, `of_body` the power of the body.
+  !> Writes one record to every file. `loads` are those of the wings in their order, and `of_body` is the power of the body.
   subroutine series_write(self, wings, loads, of_body)
     class(flight_series_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
@@ -175,7 +177,7 @@ contains
     call self%power%write([wings%time, sum(loads%power) + of_body, sum(loads%inertial_power)])
   end subroutine series_write
 
-  !> Closes all files; fails if any of them could not be written completely. Collective.
+  !> Closes all files. Fails if any of them could not be written completely. Collective.
   subroutine series_close(self, failure)
     class(flight_series_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure

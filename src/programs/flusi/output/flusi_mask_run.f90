@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A run without a flow, as FLUSI's dry run: mask, velocity of the solids and surfaces of the wings every tsave.
+!> Makes a run without a flow, as FLUSI's dry run does: it draws the mask, the velocity of the solids and the surfaces of the
+!> wings every tsave.
 module flusi_mask_run
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -13,7 +14,7 @@ module flusi_mask_run
 
 contains
 
-  !> Writes what [Saving] asks for at 0, tsave, 2 tsave ... up to Tmax. Collective.
+  !> Writes the output that [Saving] asks for at 0, tsave, 2 tsave, ... up to Tmax. Stops at the first failure. Collective.
   subroutine draw_masks(settings, fluid, output, failure, wings)
     type(settings_t), intent(in) :: settings
     type(fluid_t), intent(inout) :: fluid

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How the files of a run are opened: what all of them share. Without a run it gathers the names of the series alone.
+!> Opens the files of a run with the properties that all of them share. Without a run it only gathers the names of the series.
 module flusi_opening
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -9,11 +9,12 @@ module flusi_opening
   private
   public :: opening_t
 
+  !> Holds what all files of a run share, the names of the series, and the first failure.
   type :: opening_t
     type(world_t) :: world
     character(:), allocatable :: name      !< first part of the names of files that have the run's
     character(:), allocatable :: note      !< on the units, stored with every file unless it is empty
-    real(rp), allocatable :: restart_time  !< what files have of the time before it is kept; not allocated in a new run
+    real(rp), allocatable :: restart_time  !< files keep their records before this time; not allocated in a new run
     logical :: is_listing = .false.        !< nothing is opened: there is no run
     type(message_list_t) :: series         !< names of the series, in their order
     type(failure_t) :: failure
@@ -24,8 +25,8 @@ module flusi_opening
 
 contains
 
-  !> Opens a series and lists its name. After a failure the others are opened in name only, so that all of them can be
-  !> closed. Collective.
+  !> Opens `series` in the file `path` and lists its name. After a first failure it opens the other series in name only, so that
+  !> the caller can close all of them. Collective.
   subroutine opening_open(self, series, path, columns)
     class(opening_t), intent(inout) :: self
     type(series_t), intent(inout) :: series
@@ -36,7 +37,7 @@ contains
                                                 note=self%note)
   end subroutine opening_open
 
-  !> Lists the name of a file that goes with the series, or a pattern of names that only a run knows.
+  !> Lists the name of a file that belongs to the series, or a pattern if only a run knows the name.
   subroutine opening_list(self, path)
     class(opening_t), intent(inout) :: self
     character(*), intent(in) :: path

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Fields and slices: what is due, and writing it.
+!> Decides when fields and slices are due, and writes them.
 module flusi_output
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
@@ -25,7 +25,7 @@ module flusi_output
   private
   public :: output_t
 
-  !> Due dates of the present step and scratch for one field.
+  !> Knows what is due in the present step, and holds scratch memory for fields.
   type :: output_t
     type(output_params_t) :: params
     character(:), allocatable, private :: note
@@ -44,7 +44,7 @@ module flusi_output
     procedure :: write_failed => output_write_failed
   end type output_t
 
-  !> How the fields of a step are written, and which have been.
+  !> Describes how the fields of a step are written, and lists those that have been written.
   type :: saving_t
     type(field_meta_t) :: meta
     type(field_form_t) :: form
@@ -56,7 +56,7 @@ module flusi_output
 
 contains
 
-  !> Opens the indices of fields and of wings. Collective.
+  !> Opens the indices of fields and wings, and makes room for what the output needs. Collective.
   subroutine output_init(self, opening, params, fluid, wings)
     class(output_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
@@ -77,8 +77,8 @@ contains
     call self%index%open(opening%world, opening%name//'.xmf', opening%failure, opening%restart_time)
   end subroutine output_init
 
-  !> Decides what has to be written for the state of `fluid`, and what its next pass must provide. Takes what the step
-  !> that follows would change: Q, which stays in the scratch until `write`. Collective.
+  !> Decides what to write for the present state of `fluid`, and states in `request` what the next pass must provide. If Q is
+  !> due it computes Q now, because the next step changes it, and keeps it in the scratch until `write`. Collective.
   subroutine output_request_fields(self, fluid, is_last, request, averages)
     class(output_t), target, intent(inout) :: self
     type(fluid_t), target, intent(inout) :: fluid
@@ -103,7 +103,7 @@ contains
       call q_criterion(fluid%transform, fluid%rhs%state%u, self%scratch(:, :, :, 1))
   end subroutine output_request_fields
 
-  !> Writes what `request_fields` found due, from the pass that has run since. Collective.
+  !> Writes what `request_fields` found due, from the pass that has run since then. Collective.
   subroutine output_write(self, fluid, failure, wings, coupler, averages)
     class(output_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -135,7 +135,7 @@ contains
     end associate
   end subroutine output_write
 
-  !> What is the same for all files of the present step but the label.
+  !> Sets what all files of the present step share, apart from the label.
   subroutine begin_saving(self, fluid, saving)
     class(output_t), intent(in) :: self
     type(fluid_t), intent(in) :: fluid
@@ -147,7 +147,7 @@ contains
     saving%form%stride = self%params%fields%stride
   end subroutine begin_saving
 
-  !> All fields of this time that the user wants.
+  !> Saves all fields of this time that the user wants.
   subroutine save_fields(self, fluid, saving, failure)
     class(output_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -193,7 +193,7 @@ contains
     end subroutine save
   end subroutine save_fields
 
-  !> Writes the scratch and remembers its name for the index.
+  !> Writes the scratch as a file and keeps its name for the index.
   subroutine save_scratch(self, fluid, prefix, saving, failure)
     class(output_t), intent(in) :: self
     type(fluid_t), intent(in) :: fluid
@@ -206,7 +206,7 @@ contains
     saving%prefixes(saving%n) = prefix
   end subroutine save_scratch
 
-  !> Means over time: in files of their own, or the newest ones alone.
+  !> Saves the means over time, either in files of their own or in files that keep the newest means alone.
   subroutine save_averages(self, fluid, averages, saving, failure)
     class(output_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -229,7 +229,7 @@ contains
     end do
   end subroutine save_averages
 
-  !> The planes of the velocity, or puts them on the stack.
+  !> Writes the planes of the velocity, or adds them to the stack.
   subroutine save_slices(self, fluid, saving, failure)
     class(output_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
@@ -251,7 +251,7 @@ contains
     end associate
   end subroutine save_slices
 
-  !> Writes what waits to be stacked, before a backup and at the end. Collective.
+  !> Writes the slices that wait in the stack. A run calls it before a backup and at the end. Collective.
   subroutine output_flush(self, fluid, failure)
     class(output_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
@@ -294,7 +294,7 @@ contains
     meta%nxyz = fluid%rhs%params%grid%n
   end function meta_of
 
-  !> Label of files that are written every `interval`.
+  !> Returns the label of files that are written every `interval` [T].
   function label_of(p, time, step, interval) result(label)
     type(output_params_t), intent(in) :: p
     real(rp), intent(in) :: time, interval

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a run writes, as the user chose it: [Saving], [DryRun], [SaveSlices]; and [Averaging] (flusi_averages).
+!> Reads what the user wants a run to write: [Saving], [DryRun] and [SaveSlices], and [Averaging] (flusi_averages).
 module flusi_output_params
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -13,7 +13,7 @@ module flusi_output_params
   private
   public :: output_params_t, output_keys, read_output, wanted_output
 
-  !> Fields, and when they are saved.
+  !> States which fields are saved, and when.
   type :: field_params_t
     real(rp) :: interval = 0, first = 0 !< T
     logical :: velocity = .false., pressure = .false., vorticity = .false., vorticity_magnitude = .false., &
@@ -25,7 +25,7 @@ module flusi_output_params
     real(rp) :: period = 1              !< T
   end type field_params_t
 
-  !> Planes of the velocity.
+  !> States which planes of the velocity are saved.
   type :: slice_params_t
     logical :: is_on = .false.
     integer :: plane(4) = -2            !< x indices, from 0; negative: none
@@ -34,7 +34,7 @@ module flusi_output_params
     real(rp) :: interval = 0, first = 0 !< T
   end type slice_params_t
 
-  !> What to write, how often, and when to stop.
+  !> States what to write, how often, and when to stop.
   type :: output_params_t
     type(field_params_t) :: fields
     type(slice_params_t) :: slices
@@ -55,7 +55,7 @@ module flusi_output_params
 
 contains
 
-  !> All keys.
+  !> Declares and reads all keys of the output.
   subroutine output_keys(keys, p)
     type(keys_t), intent(inout) :: keys
     type(output_params_t), intent(inout) :: p
@@ -119,7 +119,7 @@ contains
     call keys%older_name('nslice_cache')
   end subroutine slice_keys
 
-  !> What the user wants, whether there is anything of it or not.
+  !> Returns what the user asks for, whether or not the run has anything to write for it.
   function wanted_output(c) result(p)
     type(config_t), intent(in), target :: c
     type(output_params_t) :: p
@@ -128,7 +128,7 @@ contains
     call output_keys(keys, p)
   end function wanted_output
 
-  !> What the run with this `fluid` writes; mistakes go to `errors`.
+  !> Returns in `p` what the run with this `fluid` writes. Adds mistakes to `errors`.
   subroutine read_output(c, fluid, p, errors)
     type(config_t), intent(in) :: c
     type(fluid_params_t), intent(in) :: fluid
@@ -151,14 +151,14 @@ contains
     if (p%mask_only) call leave_mask_only(c, fluid, p, errors)
   end subroutine read_output
 
-  !> Name of the key of plane `i`.
+  !> Returns the name of the key of plane `i`.
   pure function slice_name(i) result(name)
     integer, intent(in) :: i
     character(6) :: name
     write (name, '(a,i1)') 'slice', i
   end function slice_name
 
-  !> Drops what needs a flow.
+  !> Drops all output that needs a flow. Adds a mistake if nothing remains.
   subroutine leave_mask_only(c, fluid, p, errors)
     type(config_t), intent(in) :: c
     type(fluid_params_t), intent(in) :: fluid
@@ -178,19 +178,19 @@ contains
     if (p%fields%interval > fluid%time%t_max .and. fluid%time%t_max > 0) p%fields%interval = fluid%time%t_max
   end subroutine leave_mask_only
 
-  !> Tells whether any output needs velocity or vorticity in physical space.
+  !> Tells whether any output needs the velocity or vorticity in physical space.
   pure logical function output_needs_fields(self) result(needs)
     class(output_params_t), intent(in) :: self
     needs = self%slices%is_on .or. self%averages%is_on
   end function output_needs_fields
 
-  !> Tells whether any output looks at one field of velocity or vorticity after the other.
+  !> Tells whether any output needs the velocity or vorticity one field after another.
   pure logical function output_needs_flow(self) result(needs)
     class(output_params_t), intent(in) :: self
     needs = self%fields%velocity .or. self%fields%vorticity .or. self%fields%vorticity_magnitude .or. self%fields%wing_sides
   end function output_needs_flow
 
-  !> How many fields of nx points the output keeps: sums of means over time, and stacked slices.
+  !> Returns how many fields of nx points the output keeps for sums of means over time and for stacked slices.
   pure real(rp) function output_held_fields(self, nx) result(n)
     class(output_params_t), intent(in) :: self
     integer, intent(in) :: nx
@@ -198,7 +198,7 @@ contains
     if (self%slices%is_on .and. self%slices%stack > 1) n = n + 3*count(self%slices%plane >= 0)*real(self%slices%stack, rp)/nx
   end function output_held_fields
 
-  !> Tells whether any output needs room to make a field.
+  !> Tells whether any output needs room to compute a field.
   pure logical function output_needs_scratch(self) result(needs)
     class(output_params_t), intent(in) :: self
     needs = self%needs_fields() .or. self%needs_flow() .or. self%fields%pressure .or. self%fields%mask .or. &

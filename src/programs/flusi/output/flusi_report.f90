@@ -24,7 +24,8 @@ module flusi_report
 
 contains
 
-  !> Version, grid, ranks, memory and dimensionless numbers. Root only. `restart_time` is absent in a new run.
+  !> Prints version, grid, ranks, memory and dimensionless numbers to `unit`. `restart_time` is absent in a new run. For root
+  !> only.
   subroutine print_run_header(unit, settings, plans, fluid, coupler, restart_time, thin)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
@@ -59,7 +60,7 @@ contains
     flush (unit)
   end subroutine print_run_header
 
-  !> How wings without thickness are covered with markers, and the vanishing viscosity of their flow.
+  !> Prints how markers cover the wings without thickness, and the vanishing viscosity of their flow.
   subroutine print_markers(unit, settings, thin)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
@@ -75,7 +76,8 @@ contains
       ' cells; vanishing viscosity damps the largest wavenumber at ', settings%fluid%vanishing_rate, ' per T'
   end subroutine print_markers
 
-  !> Reynolds number, penalization and sponge numbers, and with [units] the SI value of each unit.
+  !> Prints the Reynolds number and the numbers of penalization and sponge, and with [units] the SI value of each unit. For root
+  !> only.
   subroutine print_scales(unit, settings)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
@@ -98,7 +100,7 @@ contains
     end associate
   end subroutine print_scales
 
-  !> Wings, motion and the numbers that make the flight comparable.
+  !> Prints the wings, their motion and the numbers by which flights are compared.
   subroutine print_flight(unit, settings)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
@@ -140,7 +142,7 @@ contains
     if (settings%flexible) call print_bending(unit, settings)
   end subroutine print_flight
 
-  !> What the wings that bend are made of, and whether their coupling is safe for them (docs/guide/flexible-wings.md).
+  !> Prints what the wings that bend are made of, and whether their coupling is safe (docs/guide/flexible-wings.md).
   subroutine print_bending(unit, settings)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
@@ -177,7 +179,7 @@ contains
     end associate
   end subroutine print_bending
 
-  !> What a large added mass means for a coupling.
+  !> Says what a large added mass means for a coupling.
   pure function advice(coupling) result(text)
     integer, intent(in) :: coupling
     character(:), allocatable :: text
@@ -191,7 +193,7 @@ contains
     end select
   end function advice
 
-  !> Largest dt/C_eta that the parameters allow.
+  !> Returns the largest dt/C_eta that the parameters allow.
   pure real(rp) function step_over_c_eta(p) result(ratio)
     type(fluid_params_t), intent(in) :: p
     if (p%time%dt_fixed > 0) then
@@ -202,7 +204,7 @@ contains
     end if
   end function step_over_c_eta
 
-  !> How much work the sub-iterations of a strong coupling were; nothing for others. Root only.
+  !> Prints how much work the sub-iterations of a strong coupling took; it prints nothing for other couplings. For root only.
   subroutine print_coupling(unit, coupler)
     integer, intent(in) :: unit
     type(coupler_t), intent(in) :: coupler
@@ -214,7 +216,7 @@ contains
     end associate
   end subroutine print_coupling
 
-  !> Where the time went, over all ranks. Collective.
+  !> Prints where the time of the run went, over all ranks. Root prints. Collective.
   subroutine print_time_table(world, timers, whole, fluid, wings)
     type(world_t), intent(in) :: world
     type(timers_t), intent(in) :: timers
@@ -245,11 +247,11 @@ contains
       ' s on a rank, ', 1.0e9_rp*sums(1)/max(1.0_rp, sums(2)), ' ns per cell of the band around them'
   end subroutine print_time_table
 
-  !> Why a run has failed, on standard error.
+  !> Prints on standard error why a run has failed, and which files it leaves for that case. For root only.
   subroutine print_failure(reason, has_diverged, has_backup)
     character(*), intent(in) :: reason
-    logical, intent(in) :: has_diverged   !< the velocity is no longer one
-    logical, intent(in) :: has_backup !< there is one to go on from
+    logical, intent(in) :: has_diverged   !< the velocity has grown without bound or is not a number
+    logical, intent(in) :: has_backup !< there is a backup from which a run can continue
     write (error_unit, '(a)') 'flusi: '//reason
     if (has_diverged) write (error_unit, '(a)') 'flusi: the failing velocity is in failed-u*.h5'
     if (has_backup) write (error_unit, '(a)') 'flusi: the last valid backup is kept'

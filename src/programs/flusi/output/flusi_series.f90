@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The time series of a run, with FLUSI's file names and columns. Root writes, every record is flushed.
+!> Writes the time series of a run with FLUSI's file names and columns. Root writes, and every record reaches the disk at once.
 module flusi_series
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -24,6 +24,7 @@ module flusi_series
 
   character(*), parameter :: XYZ = 'xyz', T = 'time [T]'
 
+  !> Writes all time series of a run.
   type :: run_series_t
     private
     type(series_t) :: dt, timesteps, ekin, slip           !< every step
@@ -49,8 +50,8 @@ module flusi_series
 
 contains
 
-  !> Opens all files. Moving wings must be placed. Without `fluid`, and for wings `wings`, there is no run, and `opening` must
-  !> only gather names. Collective.
+  !> Opens all files. Moving wings must be at their places. `fluid`, and `wings` if wings move, are absent only where there is
+  !> no run and `opening` only gathers names. Collective.
   subroutine series_open(self, opening, settings, fluid, wings)
     class(run_series_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
@@ -85,7 +86,7 @@ contains
                       [character(40) :: T, ('rms |u-us| color '//achar(iachar('0') + c)//' [L/T]', c=0, N_COLORS - 1)])
   end subroutine open_solids
 
-  !> Forces on everything, and on the parts that there are: only a run knows them.
+  !> Opens the series of the forces on all solids and on each part. Only a run knows which parts there are.
   subroutine open_forces(self, opening, fluid, wings)
     class(run_series_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
@@ -120,7 +121,7 @@ contains
     if (settings%flexible) call self%coupling%open(opening, settings%flight)
   end subroutine open_wings
 
-  !> Which colors the solids have. Collective.
+  !> Finds which colours the solids have. Collective.
   subroutine find_colors(self, world, fluid, wings)
     class(run_series_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -174,13 +175,13 @@ contains
     if (has_power) columns = [columns, power_columns()]
   end function force_columns
 
-  !> What forces.t has in addition if there are wings.
+  !> Returns the columns that forces.t has in addition if there are wings.
   function power_columns() result(columns)
     character(40) :: columns(2)
     columns = [character(40) :: 'aerodynamic power [rho L^5/T^3]', 'inertial power [rho L^5/T^3]']
   end function power_columns
 
-  !> Remembers for the records of a step what `coupler` has looked at where it begins.
+  !> Stores the loads that `coupler` sampled at the beginning of the step, for the records of the step.
   subroutine series_record(self, wings, coupler, fluid)
     class(run_series_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
@@ -189,7 +190,7 @@ contains
     call self%coupling%record(wings, coupler, fluid)
   end subroutine series_record
 
-  !> The record of a free flyer, if there is one, where it is, for which the fluid's last pass was.
+  !> Writes the record of a free flyer, if there is one. The flyer must be where it was in the last pass of the fluid.
   subroutine series_write_flight(self, wings)
     class(run_series_t), intent(inout) :: self
     type(flapping_wings_t), intent(in), optional :: wings
@@ -197,16 +198,16 @@ contains
     if (allocated(wings%flyer)) call self%body%write(wings%time, wings%flyer)
   end subroutine series_write_flight
 
-  !> Remembers the energy spectra of the present state, if they are written, for the integrals of the step that follows and
-  !> changes it. Collective.
+  !> Stores the energy spectra of the present state, if they are written. The integrals of the next step need them, and that
+  !> step changes the state. Collective.
   subroutine series_record_spectra(self, fluid)
     class(run_series_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
     call self%spectra%record(fluid)
   end subroutine series_record_spectra
 
-  !> Records of every step, at the time at which it began; `seconds` is the wall time that the step took. With a coupler
-  !> `record` must have been called in this step.
+  !> Writes the records of every step at the time at which the step began. `seconds` is the wall time that the step took. With
+  !> `coupler`, the caller must have called `record` in this step. A failure shows in `write_integrals` or `close`.
   subroutine series_write_step(self, fluid, seconds, ranks, coupler, thin)
     class(run_series_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
@@ -228,8 +229,8 @@ contains
                                                   real(thin%slip%iterations, rp), thin%slip%left])
   end subroutine series_write_step
 
-  !> Integrals of the last pass, which must have requested them. Fails if any series can no longer be
-  !> written, for instance on a full disk. Wings must be where they were in that pass. Collective.
+  !> Writes the integrals of the last pass, which must have requested them. The wings must be where they were in that pass.
+  !> Fails if any series can no longer be written, for instance on a full disk. Collective.
   subroutine series_write_integrals(self, fluid, failure, wings)
     class(run_series_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
@@ -286,7 +287,7 @@ contains
     call self%energy%check(failure)
   end subroutine series_write_integrals
 
-  !> Whether this colour is that of one of the wings, if there are any.
+  !> Tells whether this colour is that of one of the wings.
   pure logical function is_wing(wings, color)
     type(flapping_wings_t), intent(in), optional :: wings
     integer, intent(in) :: color
@@ -295,7 +296,7 @@ contains
     if (present(wings)) is_wing = any([(wings%surfaces(i)%color == color, i=1, size(wings%surfaces))])
   end function is_wing
 
-  !> Whether this colour is that of the body of an insect.
+  !> Tells whether this colour is that of the body of an insect.
   pure logical function is_body(wings, color)
     type(flapping_wings_t), intent(in), optional :: wings
     integer, intent(in) :: color
@@ -303,7 +304,7 @@ contains
     if (present(wings)) is_body = color == COLOR_BODY .and. wings%has_body()
   end function is_body
 
-  !> What markers of wings without thickness that lie in the body do to it.
+  !> Returns the load on the body by markers of wings without thickness that lie inside it.
   pure type(surface_load_t) function marker_part(wings, color) result(load)
     type(flapping_wings_t), intent(in), optional :: wings
     integer, intent(in) :: color
@@ -311,7 +312,7 @@ contains
     if (allocated(wings%marker_loads)) load = wings%marker_loads(size(wings%marker_loads))
   end function marker_part
 
-  !> Aerodynamic power of the body of an insect, 0 without one.
+  !> Returns the aerodynamic power of the body of an insect; it is 0 if there is none.
   pure real(rp) function body_power(wings, fluid) result(power)
     type(flapping_wings_t), intent(in), optional :: wings
     type(fluid_t), intent(in) :: fluid
@@ -322,7 +323,7 @@ contains
     power = sum(fluid%sums%power(:, COLOR_BODY)) - wings%params%solid%power_of_fluid(wings%body) + at_markers%power
   end function body_power
 
-  !> Records of flexible wings and of the load that the coupler has just looked at.
+  !> Writes the records of flexible wings and of the load that the coupler has just sampled.
   subroutine series_write_bending(self, wings, coupler)
     class(run_series_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
@@ -330,7 +331,8 @@ contains
     call self%flight%write_bending(wings, coupler)
   end subroutine series_write_bending
 
-  !> Aerodynamic power of all wings and of the body, and inertial power of the wings; nothing without an insect.
+  !> Returns the aerodynamic power of all wings and the body, and the inertial power of the wings. It is empty if `wings` is
+  !> absent.
   pure function total_power(wings, loads, of_body) result(power)
     type(flapping_wings_t), intent(in), optional :: wings
     type(wing_loads_t), intent(in) :: loads(:)
@@ -343,7 +345,7 @@ contains
     end if
   end function total_power
 
-  !> Closes all files; fails if any of them could not be written completely. Collective.
+  !> Closes all files. Fails if any of them could not be written completely. Collective.
   subroutine series_close(self, failure)
     class(run_series_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure

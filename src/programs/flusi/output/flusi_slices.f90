@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Planes of the velocity, stacked over time as FLUSI does: up to `ncache_slices` planes of one place and component are one
-!> file, sliceu1-ix0012_000000.h5, whose x is the time. slice_times.t has the time of every plane and the number of its file.
+!> Saves planes of the velocity, stacked over time as FLUSI does. A file such as sliceu1-ix0012_000000.h5 holds up to
+!> `ncache_slices` planes of one place and one component; its x is the time. slice_times.t lists the time of every plane and the
+!> number of its file.
 module flusi_slices
   use base_errors, only: failure_t
   use base_files, only: file_exists
@@ -18,7 +19,7 @@ module flusi_slices
 
   character(*), parameter :: TIMES = 'slice_times.t'
 
-  !> Scratch and a few numbers; a checkpoint needs nothing of it, because all is written before one.
+  !> Holds scratch memory and a few numbers. A checkpoint needs none of them, because all planes are written before it.
   type :: slices_t
     private
     integer, allocatable :: place(:)          !< x indices of the planes, from 0
@@ -35,7 +36,7 @@ module flusi_slices
 
 contains
 
-  !> Makes room for `most` planes at each of the places `place`, and the list of times. Collective.
+  !> Makes room for `most` planes at each index in `place` that is not negative, and opens the list of times. Collective.
   subroutine slices_init(self, opening, block, place, most)
     class(slices_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
@@ -55,7 +56,7 @@ contains
     call self%times%open(opening%world, TIMES, ['time [T]', 'file [-]'], opening%failure, opening%restart_time)
   end subroutine slices_init
 
-  !> Takes the planes of the velocity that `fluid` keeps, and writes the cache if it is full. Collective.
+  !> Adds the planes of the velocity that `fluid` keeps to the cache, and writes the cache if it is full. Collective.
   subroutine slices_add(self, fluid, meta, precision, failure)
     class(slices_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
@@ -71,7 +72,7 @@ contains
     if (self%n_held == size(self%time)) call self%flush(fluid, meta, precision, failure)
   end subroutine slices_add
 
-  !> Writes what the cache holds. Collective.
+  !> Writes the planes in the cache. Collective.
   subroutine slices_flush(self, fluid, meta, precision, failure)
     class(slices_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Energy spectra over time, with FLUSI's file names: spectrum_tot.t, and spectrum_x.t, ..._y.t and ..._z.t of the components
-!> of the velocity have a column for each shell of wavenumbers, spectrum_k.t has these wavenumbers.
+!> Writes energy spectra over time with FLUSI's file names. spectrum_tot.t, and spectrum_x.t, ..._y.t and ..._z.t for the
+!> components of the velocity, have a column for each shell of wavenumbers. spectrum_k.t lists these wavenumbers.
 module flusi_spectra
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -15,6 +15,7 @@ module flusi_spectra
 
   character(*), parameter :: NAMES(4) = ['tot', 'x  ', 'y  ', 'z  ']
 
+  !> Writes the spectra. Call `record` before a step and `write` after it.
   type :: spectra_t
     private
     type(series_t) :: series(size(NAMES))
@@ -28,7 +29,8 @@ module flusi_spectra
 
 contains
 
-  !> Opens all files; without `fluid` nothing can be written. Without this call all others do nothing. Collective.
+  !> Opens all files through `opening`. If `fluid` is absent, nothing can be written. If this call is not made, the other calls
+  !> do nothing. Collective.
   subroutine spectra_open(self, opening, fluid)
     class(spectra_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
@@ -65,7 +67,7 @@ contains
       call opening%failure%raise('spectrum_k.t: cannot be written; is the disk full?')
   end subroutine spectra_open
 
-  !> Remembers the spectra of the present state, which a step changes. Collective.
+  !> Computes and stores the spectra of the present state, before a step changes it. Collective.
   subroutine spectra_record(self, fluid)
     class(spectra_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
@@ -73,7 +75,7 @@ contains
     call shell_energies(fluid%rhs%world, fluid%rhs%params%grid, fluid%transform%sticks, fluid%rhs%state%u, self%energies)
   end subroutine spectra_record
 
-  !> Writes what the last `record` has computed, which was at `time`.
+  !> Writes the spectra that the last `record` computed, which was at `time` [T]. A failure shows in `close`.
   subroutine spectra_write(self, time)
     class(spectra_t), intent(inout) :: self
     real(rp), intent(in) :: time
@@ -85,7 +87,7 @@ contains
     end do
   end subroutine spectra_write
 
-  !> Closes all files; fails if one of them could not be written completely. Collective.
+  !> Closes all files. Fails if any of them could not be written completely. Collective.
   subroutine spectra_close(self, failure)
     class(spectra_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> `summary.txt` of a run with flapping wings: lift, drag and power averaged over wing beats, as in Table 2 of
-!> the paper, normalised and in SI units.
+!> Writes `summary.txt` of a run with flapping wings: lift, drag and power averaged over wing beats, as in Table 2 of the paper,
+!> both normalised and in SI units.
 !>
-!> Everything is computed from the series on the disk, so that a run in several parts has one summary.
+!> It computes everything from the series on the disk, so that a run in several parts has one summary.
 module flusi_summary
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
@@ -28,7 +28,8 @@ module flusi_summary
 
 contains
 
-  !> Writes `summary.txt` and prints it, if the series hold at least one whole wing beat. For root alone.
+  !> Writes `summary.txt` and prints it, if the series hold at least one whole wing beat. Fails if the file cannot be written or
+  !> a series cannot be read. For root alone.
   subroutine write_summary(settings, name, failure)
     type(settings_t), intent(in) :: settings
     character(*), intent(in) :: name !< of the run
@@ -84,7 +85,7 @@ contains
     if (.not. ok) call failure%raise('summary.txt: cannot be written; is the disk full?')
   end subroutine write_summary
 
-  !> Adds to `text` what the body has of lift, drag and power in the last of n beats, if there is one.
+  !> Adds to `text` the lift, drag and power of the body in the last of n beats, if there is a body.
   subroutine add_body(settings, period, n, text, failure)
     type(settings_t), intent(in) :: settings
     real(rp), intent(in) :: period
@@ -110,8 +111,8 @@ contains
     text = text//trim(line)//NL
   end subroutine add_body
 
-  !> Lift, drag and so on (quantity, record) from the records of forces.t. Lift is along z; drag is along the
-  !> horizontal mean flow, or along x if there is none.
+  !> Returns lift, drag and so on as values(quantity, record) from the records of forces.t. Lift points along z. Drag points
+  !> along the horizontal mean flow, or along x if there is none.
   subroutine quantities(settings, series, values)
     type(settings_t), intent(in) :: settings
     real(rp), intent(in) :: series(:, :)
@@ -177,7 +178,7 @@ contains
     end do
   end function summary_text
 
-  !> Mean and spread of the means, mean and spread of the peaks of some beats, times `unit`.
+  !> Returns the mean and spread of the means, and the mean and spread of the peaks, of some beats, multiplied by `unit`.
   pure function four_numbers(b, unit) result(x)
     type(beat_t), intent(in) :: b(:)
     real(rp), intent(in) :: unit
@@ -186,14 +187,14 @@ contains
               sum(b%largest)/size(b), (maxval(b%largest) - minval(b%largest))/2]
   end function four_numbers
 
-  !> Whether two or more of `times` are in beat n.
+  !> Tells whether two or more of `times` lie in beat n.
   pure logical function has_rows(times, period, n)
     real(rp), intent(in) :: times(:), period
     integer, intent(in) :: n
     has_rows = count(times >= (n - 1)*period .and. times <= n*period) > 1
   end function has_rows
 
-  !> How well the flow follows wings without thickness in the last beat.
+  !> Says how well the flow follows wings without thickness in the last beat.
   function thin_slip_text(settings, series, period, n) result(text)
     type(settings_t), intent(in) :: settings
     real(rp), intent(in) :: series(:, :) !< of slip.t
@@ -224,8 +225,8 @@ contains
     if (fraction > MUCH) text = text//'            the flow follows the wings badly: set a smaller CFL'//NL
   end function thin_slip_text
 
-  !> Whether the flow receives the power that the wings lose, means of the last beat. Nothing of wings that give and take
-  !> power in turns and none in the mean.
+  !> Says whether the flow receives the power that the wings lose, in the mean of the last beat. It says nothing about wings
+  !> that give and take power in turns and none in the mean.
   function balance_text(lost, received, least, advice) result(text)
     real(rp), intent(in) :: lost, least
     type(beat_t), intent(in) :: received
@@ -243,7 +244,7 @@ contains
     if (ratio < least .or. ratio > 1/least) text = text//'            these should be equal: '//advice//NL
   end function balance_text
 
-  !> How much flow passes the wings, which are porous: the slip is about (pressure difference) C_eta/thickness.
+  !> Says how much flow passes through the wings, which are porous: the slip is about (pressure difference) C_eta/thickness.
   function slip_text(settings, series, period, n) result(text)
     type(settings_t), intent(in) :: settings
     real(rp), intent(in) :: series(:, :) !< of u_residual.t
@@ -269,7 +270,7 @@ contains
                                 'in proportion to eps'//NL
   end function slip_text
 
-  !> Ratio of the means over some beats, with half the range of the ratios of the beats.
+  !> Returns the ratio of the means over some beats, with half the range of the ratios of the beats.
   function ratio(name, a, b) result(text)
     character(*), intent(in) :: name
     real(rp), intent(in) :: a(:), b(:)

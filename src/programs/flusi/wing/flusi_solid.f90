@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> `flusi --solid INI`: the motion of a wing in time without a fluid (see solid_dynamics). One rank.
+!> Runs `flusi --solid INI`: it computes the motion of a wing in time without a fluid (see solid_dynamics), on one rank.
 module flusi_solid
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use base_errors, only: failure_t, message_list_t
@@ -32,10 +32,11 @@ module flusi_solid
   public :: check_solid, run_solid
 
   real(rp), parameter :: PART = 1.0e-6_rp !< of a step: times closer than this are the same
-  !> Inputs that a state belongs to: it is relative to the wing and to its frame, whose beat these units time.
+  !> A state belongs to these inputs: it is relative to the wing and to the frame of the wing, and these units time the beat of
+  !> the frame.
   character(20), parameter :: STATE_KEYS(3) = [character(20) :: '[units] *', '[Motion] type', '[Motion] wing']
 
-  !> One run.
+  !> Holds one run.
   type :: solid_run_t
     type(world_t) :: world
     type(solid_settings_t) :: settings
@@ -46,7 +47,7 @@ module flusi_solid
     type(step_report_t) :: report
     type(solid_output_t) :: output
     type(checkpoint_slots_t) :: slots
-    type(run_t) :: files                 !< that are written, and no other run's
+    type(run_t) :: files                 !< files of this run, locked against other runs
     type(stop_rules_t) :: stop_rules
     type(progress_t) :: progress
     real(rp), allocatable :: force(:, :) !< (3, n_all) [N] external forces at the time of the state
@@ -62,7 +63,7 @@ module flusi_solid
 
 contains
 
-  !> Reads the input; mistakes are printed, and `outcome` is then not good.
+  !> Reads the input. Prints the mistakes, if there are any; `outcome` is then not good.
   subroutine read_settings(command, settings, is_check, outcome)
     type(command_t), intent(in) :: command
     type(solid_settings_t), intent(out) :: settings
@@ -78,7 +79,7 @@ contains
     end if
   end subroutine read_settings
 
-  !> Prints the value of every key.
+  !> Prints the value of every key that the input sets or leaves at its default. Prints the mistakes instead if there are any.
   subroutine check_solid(command, outcome)
     type(command_t), intent(in) :: command
     type(outcome_t), intent(inout) :: outcome
@@ -87,7 +88,8 @@ contains
     if (outcome%is_good()) call settings%config%print_effective(output_unit)
   end subroutine check_solid
 
-  !> Runs to the end. Collective.
+  !> Runs `flusi --solid` to its end and releases its files; `outcome` tells how the run ended. It refuses to run on more than
+  !> one rank. Collective.
   subroutine run_solid(command, world, outcome)
     type(command_t), intent(in) :: command
     type(world_t), intent(in) :: world
@@ -161,7 +163,7 @@ contains
     end associate
   end subroutine run_start
 
-  !> The files of a run of this name, as patterns (see matches_name).
+  !> Adds to `patterns` the names of the files of a run called `name` (see matches_name).
   subroutine result_names(name, patterns)
     character(*), intent(in) :: name
     type(message_list_t), intent(inout) :: patterns
@@ -170,7 +172,7 @@ contains
     call patterns%add(name//'_#.h5')
   end subroutine result_names
 
-  !> The unloaded wing, one bent by forces, or one in a natural mode; at rest in its frame.
+  !> Sets the shape at the beginning, at rest in the frame of the wing: unloaded, bent by forces, or in a natural mode.
   subroutine set_initial_shape(self, problem)
     type(solid_run_t), intent(inout) :: self
     type(failure_t), intent(inout) :: problem
@@ -236,7 +238,7 @@ contains
     if (.not. problem%failed) write (output_unit, '(a,es16.9,a)') 'restart   at t = ', self%state%time, ' s from '//path
   end subroutine restart
 
-  !> Steps until the end or until something asks to stop.
+  !> Steps until the run ends or something asks it to stop.
   subroutine advance_all(run)
     type(solid_run_t), intent(inout) :: run
     real(rp) :: seconds
@@ -281,7 +283,7 @@ contains
     end associate
   end subroutine advance_all
 
-  !> One step, with its record and shape if due.
+  !> Makes one step, and writes its record and the shape if they are due.
   subroutine run_advance(self)
     class(solid_run_t), intent(inout) :: self
     real(rp) :: h, before
@@ -304,7 +306,7 @@ contains
     end associate
   end subroutine run_advance
 
-  !> Tells whether the end of the run is reached.
+  !> Tells whether the run has reached its end.
   pure logical function run_is_done(self) result(is_done)
     class(solid_run_t), intent(in) :: self
     is_done = self%state%time > self%settings%t_max - PART*self%settings%dt

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The ini keys of `flusi --solid`. All units are SI; [units] gives those of [Insects].
+!> Declares the ini keys of `flusi --solid`. All units are SI; [units] states the units of [Insects].
 module flusi_solid_keys
   use base_constants, only: PI
   use base_kinds, only: rp
@@ -19,7 +19,7 @@ module flusi_solid_keys
 
   real(rp), parameter :: ZERO(3) = 0.0_rp
 
-  !> What a user chooses, beside the wing and the kinematics of [Insects].
+  !> Holds what a user chooses apart from the wing and the kinematics of [Insects].
   type :: solid_choices_t
     character(:), allocatable :: motion_type, wing  !< rest, rotation or flapping; left or right
     real(rp) :: axis(3) = 0, through(3) = 0         !< of the rotation, [-] and [m]
@@ -60,7 +60,7 @@ contains
     call solid_keys(keys, unused)
   end subroutine register_solid_keys
 
-  !> Writes the reference of these keys, the third part of docs/formats/parameters.md.
+  !> Writes the reference of these keys, the third part of docs/formats/parameters.md, to `unit`.
   subroutine write_solid_reference(unit)
     integer, intent(in) :: unit
     type(registry_t) :: registry
@@ -70,7 +70,7 @@ contains
     call registry%write_markdown(unit)
   end subroutine write_solid_reference
 
-  !> How the frame moves, and the units of [Insects].
+  !> Declares and reads the keys on the motion of the frame and on the units of [Insects].
   subroutine motion_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(solid_choices_t), intent(inout) :: c
@@ -89,7 +89,7 @@ contains
     call keys%real('frequency', c%unit_frequency, 1.0_rp, '1/T, for instance the wing beat frequency', unit='1/s', above=0.0_rp)
   end subroutine motion_keys
 
-  !> Forces, and how they depend on time.
+  !> Declares and reads the keys on forces and on their dependence on time.
   subroutine load_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(solid_choices_t), intent(inout) :: c
@@ -104,7 +104,7 @@ contains
                     'time 0, or those in which [Insects] states the attitude', unit='m/s^2')
   end subroutine load_keys
 
-  !> All other keys.
+  !> Declares and reads all other keys of `flusi --solid`.
   subroutine solid_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(solid_choices_t), intent(inout) :: c

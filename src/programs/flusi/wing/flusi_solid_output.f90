@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Files of `flusi --solid`: the time series <name>.t, and at every save the wing in <name>_NNNNN.h5 with one
-!> index <name>.xmf over all times (see flusi_wing_output). Positions and velocities are along the axes of
-!> the wing file.
+!> Writes the files of `flusi --solid`: the time series <name>.t, and at every save the wing in <name>_NNNNN.h5, with one index
+!> <name>.xmf over all times (see flusi_wing_output). Positions and velocities have components along the axes of the wing file.
 module flusi_solid_output
   use base_errors, only: failure_t
   use base_files, only: name_of
@@ -30,6 +29,7 @@ module flusi_solid_output
   integer, parameter :: DIGITS = 10
   real(rp), parameter :: PART = 1.0e-6_rp !< of a step: times closer than this are the same
 
+  !> Writes the series and the shapes of a run.
   type :: solid_output_t
     private
     type(series_t) :: series
@@ -49,7 +49,8 @@ module flusi_solid_output
 
 contains
 
-  !> Opens series and index. After a restart from `state` what they hold up to its time is kept. Collective.
+  !> Opens the series and the index. After a restart from `state` it keeps what they hold up to the time of that state.
+  !> Collective.
   subroutine output_open(self, world, settings, state, is_restart, failure)
     class(solid_output_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -72,14 +73,14 @@ contains
     end if
   end subroutine output_open
 
-  !> Number of the last multiple of t_save up to `time`.
+  !> Returns the number of the last multiple of t_save up to `time` [s].
   pure integer function shape_number(settings, time) result(number)
     type(solid_settings_t), intent(in) :: settings
     real(rp), intent(in) :: time
     number = int((time + PART*settings%dt)/settings%output%fields%interval)
   end function shape_number
 
-  !> Tells whether a shape is to be saved at `time`.
+  !> Tells whether a shape must be saved at `time` [s].
   pure logical function output_is_due(self, settings, time) result(is_due)
     class(solid_output_t), intent(in) :: self
     type(solid_settings_t), intent(in) :: settings
@@ -87,7 +88,7 @@ contains
     is_due = shape_number(settings, time) >= self%number
   end function output_is_due
 
-  !> Writes a record of the time series. A failure shows in `close`.
+  !> Writes one record of the time series. A failure shows in `close`.
   subroutine output_record(self, settings, frame, state, work, report)
     class(solid_output_t), intent(inout) :: self
     type(solid_settings_t), intent(in) :: settings
@@ -110,7 +111,7 @@ contains
     end associate
   end subroutine output_record
 
-  !> Saves the shape of `state`, unless it is saved.
+  !> Saves the shape of `state`, unless it is already saved.
   subroutine output_save(self, settings, frame, state, failure)
     class(solid_output_t), intent(inout) :: self
     type(solid_settings_t), intent(in) :: settings
@@ -142,7 +143,7 @@ contains
     self%number = max(self%number, shape_number(settings, state%time)) + 1
   end subroutine output_save
 
-  !> Closes the series. Collective.
+  !> Closes the series. Fails if it could not be written completely. Collective.
   subroutine output_close(self, failure)
     class(solid_output_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure

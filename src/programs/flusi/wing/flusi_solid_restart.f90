@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The checkpoint of `flusi --solid`: motion of the wing, steps made, work done. It belongs to one wing; time
-!> step, stiffness, motion and loads may change at a restart. Vectors have components along the frame of the wing that
-!> moves, as in checkpoints of flights.
+!> Writes and reads the checkpoint of `flusi --solid`: the motion of the wing, the number of steps and the work done. A
+!> checkpoint belongs to one wing; the time step, stiffness, motion and loads may change at a restart. Vectors have components
+!> along the frame of the wing that moves, as in checkpoints of flights.
 module flusi_solid_restart
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
@@ -20,7 +20,7 @@ module flusi_solid_restart
 
 contains
 
-  !> Puts the state into an open checkpoint. Collective.
+  !> Writes the state, the number `step` of steps and the `work` into an open checkpoint. Collective.
   subroutine save_solid(writer, model, is_mirrored, state, step, work)
     type(checkpoint_writer_t), intent(inout) :: writer
     type(solid_model_t), intent(in) :: model
@@ -42,7 +42,8 @@ contains
     call save_motion(writer, '', moving)
   end subroutine save_solid
 
-  !> Restores an initialised state from an open checkpoint. Fails if it belongs to something else. Collective.
+  !> Restores `state`, which must be initialised, with `step` and `work` from an open checkpoint. Fails if the checkpoint
+  !> belongs to another kind of run or to another wing. Collective.
   subroutine load_solid(reader, model, is_mirrored, state, step, work, failure)
     type(checkpoint_reader_t), intent(inout) :: reader
     type(solid_model_t), intent(in) :: model

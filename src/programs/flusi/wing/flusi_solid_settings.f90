@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What `flusi --solid` is to compute: from the ini file, the wing file and the kinematics file to a mechanical
-!> model, its motion and its loads. Whatever a user can do wrong is found here, before anything is computed
-!> or written. SI units.
+!> Reads what `flusi --solid` must compute: it makes a mechanical model, its motion and its loads from the ini file, the wing
+!> file and the kinematics file. It finds all mistakes of the user before the program computes or writes anything. SI units.
 module flusi_solid_settings
   use base_constants, only: PI, TWO_PI
   use base_errors, only: message_list_t
@@ -31,7 +30,7 @@ module flusi_solid_settings
 
   integer, parameter :: MOST_SHAPES = 99999 !< their numbers have five digits
 
-  !> External forces as functions of time.
+  !> Holds external forces as functions of time.
   type :: load_law_t
     type(point_force_t), allocatable :: constant(:), ramped(:), sinusoidal(:)
     real(rp) :: ramp = 1, frequency = 0, phase = 0 !< [s], [1/s], [rad]
@@ -39,6 +38,7 @@ module flusi_solid_settings
     procedure :: at => law_at
   end type load_law_t
 
+  !> Holds what a run of `flusi --solid` needs, read and checked.
   type, extends(solid_choices_t) :: solid_settings_t
     type(config_t) :: config
     type(wing_case_t) :: wing_case
@@ -52,7 +52,7 @@ module flusi_solid_settings
 
 contains
 
-  !> force(3, n_all) [N] at `time` [s].
+  !> Sets force(3, n_all) [N] to the sum of all forces at `time` [s].
   subroutine law_at(self, time, force)
     class(load_law_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -72,7 +72,8 @@ contains
     end do
   end subroutine law_at
 
-  !> Reads the ini file `path`; all mistakes go to `errors`, remarks to `notices`.
+  !> Reads the ini file `path` into `s`. Adds all mistakes to `errors` and all remarks to `notices`; `s` is complete only if
+  !> there is no mistake.
   subroutine load_solid_settings(path, flusi_compat, s, errors, notices)
     character(*), intent(in) :: path
     logical, intent(in) :: flusi_compat
@@ -134,7 +135,7 @@ contains
     end associate
   end subroutine read_options
 
-  !> Keys of a motion that was not chosen are allowed but do nothing.
+  !> Adds a notice for each key of a motion that was not chosen. Such keys are allowed but have no effect.
   subroutine notice_idle_keys(c, type, notices)
     type(config_t), intent(in) :: c
     character(*), intent(in) :: type !< of the motion
@@ -179,7 +180,7 @@ contains
     allocate (s%motion, source=rotation)
   end subroutine read_rotation
 
-  !> One wing of [Insects].
+  !> Reads the motion of one wing of [Insects].
   subroutine read_flapping(s, errors, notices)
     type(solid_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors, notices
@@ -217,8 +218,8 @@ contains
     allocate (s%motion, source=flapping)
   end subroutine read_flapping
 
-  !> The mechanics is along the axes of the wing file. Where z of the wing that flaps is on another side, that wing is
-  !> the mirror image of the one in the file, and the latter makes the mirrored motion.
+  !> The mechanics uses the axes of the wing file. If z of the flapping wing points to another side, that wing is the mirror
+  !> image of the one in the file, and this makes the wing in the file perform the mirrored motion.
   subroutine mirror_motion(wing, motion, is_mirrored)
     type(wing_t), intent(in) :: wing
     class(motion_t), intent(inout) :: motion
@@ -231,7 +232,7 @@ contains
     end select
   end subroutine mirror_motion
 
-  !> The forces under `key`, all of which act together.
+  !> Reads the forces of `key`, all of which act together.
   subroutine read_forces(s, section, key, text, forces, errors)
     type(solid_settings_t), intent(in) :: s
     character(*), intent(in) :: section, key, text

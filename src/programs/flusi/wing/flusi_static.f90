@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> `flusi --static INI`: the shape of a wing under given loads, each from the unloaded state (see
-!> solid_statics). One process; MPI is not needed.
+!> Runs `flusi --static INI`: it computes the shape of a wing under given loads, each from the unloaded state (see
+!> solid_statics). It runs as one process and does not need MPI.
 module flusi_static
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use base_errors, only: failure_t, message_list_t
@@ -19,7 +19,8 @@ module flusi_static
 
 contains
 
-  !> Does what `command` says.
+  !> Reads the input and then checks it or computes, as `command` asks. Prints mistakes and reasons of failures; `outcome` tells
+  !> how it ended.
   subroutine run_static(command, outcome)
     type(command_t), intent(in) :: command
     type(outcome_t), intent(inout) :: outcome
@@ -48,7 +49,7 @@ contains
     call outcome%classify(OUTCOME_UNWRITABLE)
   end subroutine run_static
 
-  !> Prints and saves the natural modes of the unloaded wing; without them the loads go on.
+  !> Prints and saves the natural modes of the unloaded wing. If they cannot be found, the loads are still computed.
   subroutine solve_modes(settings, outcome)
     type(static_settings_t), intent(in) :: settings
     type(outcome_t), intent(inout) :: outcome
@@ -64,7 +65,8 @@ contains
     end if
   end subroutine solve_modes
 
-  !> Solves and saves load by load; `failure` means that files cannot be written.
+  !> Solves and saves one load after another. `n_failed` counts the loads without a solution; `failure` means that files cannot
+  !> be written.
   subroutine solve_all(settings, n_failed, failure)
     type(static_settings_t), intent(in) :: settings
     integer, intent(out) :: n_failed
@@ -103,7 +105,7 @@ contains
       'deformed wings in '//settings%name//'_NN.xmf, NN the number of the load, for ParaView'
   end subroutine solve_all
 
-  !> The equilibrium u(3, n_all) [m] under load i, and what is to be told about it.
+  !> Computes the equilibrium u(3, n_all) [m] under load i, and what to report about it.
   subroutine solve_one(settings, i, work, u, row)
     type(static_settings_t), intent(in) :: settings
     integer, intent(in) :: i

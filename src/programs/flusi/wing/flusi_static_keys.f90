@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The ini keys of `flusi --static`. All units are SI.
+!> Declares the ini keys of `flusi --static`. All units are SI.
 module flusi_static_keys
   use base_kinds, only: rp
   use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_STATIC
@@ -14,7 +14,7 @@ module flusi_static_keys
   private
   public :: static_choices_t, static_keys, register_static_keys, write_static_reference
 
-  !> What a user chooses, beside the wing.
+  !> Holds what a user chooses apart from the wing.
   type :: static_choices_t
     real(rp), allocatable :: forces(:, :), point_forces(:, :) !< x y force; point fx fy fz
     character(:), allocatable :: named_forces
@@ -40,7 +40,7 @@ contains
     call static_keys(keys, unused)
   end subroutine register_static_keys
 
-  !> Writes the reference of these keys, the second part of docs/formats/parameters.md.
+  !> Writes the reference of these keys, the second part of docs/formats/parameters.md, to `unit`.
   subroutine write_static_reference(unit)
     integer, intent(in) :: unit
     type(registry_t) :: registry
@@ -50,7 +50,7 @@ contains
     call registry%write_markdown(unit)
   end subroutine write_static_reference
 
-  !> All keys but those of the wing.
+  !> Declares and reads all keys but those of the wing.
   subroutine static_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(static_choices_t), intent(inout) :: c

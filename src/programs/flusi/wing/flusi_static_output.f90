@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Files of `flusi --static`: for each load the deformed wing in HDF5, with the forces of the load, and an
-!> XDMF index (see flusi_wing_output); and a table of all loads. Every file gets its name when it is complete.
+!> Writes the files of `flusi --static`: for each load the deformed wing in HDF5, with the forces of the load, and an XDMF index
+!> (see flusi_wing_output); and a table of all loads. Every file gets its name when it is complete.
 module flusi_static_output
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use base_errors, only: failure_t
@@ -22,7 +22,7 @@ module flusi_static_output
       'fz [N]', 'converged [-]', 'residual [-]', 'factors [-]', 'snaps [-]', 'stages [-]', 'rcond [-]', 'at_load [m]', &
                                                'tip_x [m]', 'tip_y [m]', 'tip_z [m]', 'largest [m]', 'R [m]', 'CPU [s]']
 
-  !> What came out for one load; the shape is defined if it converged.
+  !> Holds the result for one load. The shape is defined only if the solution converged.
   type :: static_row_t
     type(static_report_t) :: report
     real(rp) :: at_load = 0  !< [m] movement of the loaded place along the force
@@ -31,7 +31,7 @@ module flusi_static_output
     real(rp) :: seconds = 0  !< CPU time
   end type static_row_t
 
-  !> The table of loads, rewritten as a whole after every load.
+  !> Holds the table of loads. It is written again as a whole after every load.
   type :: static_table_t
     private
     character(:), allocatable :: path, text
@@ -42,7 +42,7 @@ module flusi_static_output
 
 contains
 
-  !> Writes the header of the table, which also shows whether files can be written at all.
+  !> Writes the header of the table <name>_loads.t. Fails if the file cannot be written.
   subroutine table_start(self, name, failure)
     class(static_table_t), intent(out) :: self
     character(*), intent(in) :: name
@@ -56,7 +56,8 @@ contains
     call save(self, failure)
   end subroutine table_start
 
-  !> Adds the row of load number `number`; what a failed load leaves unknown is NaN.
+  !> Adds the row of load number `number` and writes the table again. What a failed load leaves unknown is NaN. Fails if the
+  !> table cannot be written.
   subroutine table_add(self, settings, number, row, failure)
     class(static_table_t), intent(inout) :: self
     type(static_settings_t), intent(in) :: settings
@@ -89,7 +90,7 @@ contains
     if (.not. ok) call failure%raise(self%path//': cannot be written; is the folder missing or the disk full?')
   end subroutine save
 
-  !> Name of the files of load number `number`, without .h5 or .xmf.
+  !> Returns the name of the files of load number `number`, without .h5 or .xmf.
   function shape_file(settings, number) result(path)
     type(static_settings_t), intent(in) :: settings
     integer, intent(in) :: number
@@ -99,7 +100,7 @@ contains
     path = settings%name//'_'//trim(text)
   end function shape_file
 
-  !> Removes the files of a load that an earlier run may have left.
+  !> Removes the files of load number `number` that an earlier run may have left.
   subroutine remove_shape(settings, number)
     type(static_settings_t), intent(in) :: settings
     integer, intent(in) :: number
@@ -108,7 +109,7 @@ contains
     call remove_file(shape_file(settings, number)//'.h5', ignored)
   end subroutine remove_shape
 
-  !> Writes the wing displaced by u(3, n_all) [m] under load number `number`.
+  !> Writes the wing displaced by u(3, n_all) [m] under load number `number`. Fails if the files cannot be written.
   subroutine write_shape(settings, number, u, row, failure)
     type(static_settings_t), intent(in) :: settings
     integer, intent(in) :: number

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What `flusi --static` is to compute: from the ini file and the wing file to a mechanical model and its
-!> loads. Whatever a user can do wrong is found here, before anything is computed or written. SI units.
+!> Reads what `flusi --static` must compute: it makes a mechanical model and its loads from the ini file and the wing file. It
+!> finds all mistakes of the user before the program computes or writes anything. SI units.
 module flusi_static_settings
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -18,7 +18,7 @@ module flusi_static_settings
   private
   public :: static_settings_t, static_load_t, load_static_settings
 
-  !> One load of the list.
+  !> Holds one load of the list.
   type :: static_load_t
     type(load_t) :: load                   !< everything
     real(rp), allocatable :: applied(:, :) !< (3, n_all) [N] its forces without the weight, or the weight alone
@@ -27,6 +27,7 @@ module flusi_static_settings
     real(rp) :: magnitude = 0              !< [N] sum of the magnitudes
   end type static_load_t
 
+  !> Holds what a run of `flusi --static` needs, read and checked.
   type, extends(static_choices_t) :: static_settings_t
     type(config_t) :: config
     type(wing_case_t) :: wing_case
@@ -35,7 +36,8 @@ module flusi_static_settings
 
 contains
 
-  !> Reads the ini file `path`; all mistakes go to `errors`, remarks to `notices`.
+  !> Reads the ini file `path` into `s`. Adds all mistakes to `errors` and all remarks to `notices`; `s` is complete only if
+  !> there is no mistake.
   subroutine load_static_settings(path, flusi_compat, s, errors, notices)
     character(*), intent(in) :: path
     logical, intent(in) :: flusi_compat
@@ -61,7 +63,7 @@ contains
     call check_name(s%config, s%name, errors)
   end subroutine read_options
 
-  !> All loads: rows of forces, rows of point_forces, the list; the weight is added to each.
+  !> Reads all loads: the rows of forces, the rows of point_forces, and the list. Adds the weight to each of them.
   subroutine read_loads(s, errors)
     type(static_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors
@@ -96,7 +98,7 @@ contains
     end do
   end subroutine read_loads
 
-  !> Rows x y force.
+  !> Reads rows of the form: x y force.
   subroutine read_rows(s, rows, loads, errors)
     type(static_settings_t), intent(in) :: s
     real(rp), intent(in) :: rows(:, :)
@@ -121,7 +123,7 @@ contains
     if (len(problems) > 0) call s%config%complain(errors, 'Loads', 'forces', problems(3:))
   end subroutine read_rows
 
-  !> Rows point fx fy fz.
+  !> Reads rows of the form: point fx fy fz.
   subroutine read_points(s, points, loads, errors)
     type(static_settings_t), intent(in) :: s
     real(rp), intent(in) :: points(:, :)
@@ -148,7 +150,7 @@ contains
     if (len(problems) > 0) call s%config%complain(errors, 'Loads', 'point_forces', problems(3:))
   end subroutine read_points
 
-  !> Forces that act together.
+  !> Adds forces that act together to `load`.
   subroutine take_group(model, group, load)
     type(solid_model_t), intent(in) :: model
     type(force_group_t), intent(in) :: group
@@ -163,7 +165,7 @@ contains
     end associate
   end subroutine take_group
 
-  !> Adds the weight. It counts as applied where nothing else is.
+  !> Adds the weight. The weight counts as the applied force only if there is no other one.
   subroutine complete(s, load)
     type(static_settings_t), intent(in) :: s
     type(static_load_t), intent(inout) :: load
@@ -182,7 +184,7 @@ contains
     end do
   end subroutine complete
 
-  !> A load must be able to move something.
+  !> Adds a problem if the load cannot move anything.
   subroutine check_force(model, row, load, problems)
     type(solid_model_t), intent(in) :: model
     integer, intent(in) :: row

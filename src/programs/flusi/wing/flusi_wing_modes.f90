@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Natural modes of the unloaded wing: computed, printed, and saved as deformed wings for viewers.
+!> Computes the natural modes of the unloaded wing, prints them, and saves them as deformed wings for viewers.
 module flusi_wing_modes
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t
@@ -23,8 +23,9 @@ module flusi_wing_modes
 
 contains
 
-  !> Frequencies(:) [Hz], lowest first, and shapes(3, n_all, :), each with the largest movement 1, of small
-  !> undamped vibrations about the unloaded wing at rest. Largest movement is along +z where there is a choice.
+  !> Finds the frequencies(:) [Hz], lowest first, and the shapes(3, n_all, :) of small undamped vibrations about the unloaded
+  !> wing at rest. The largest movement in each shape is 1, and it points to +z if it moves along z at all. Fails if the modes
+  !> cannot be found.
   subroutine find_modes(s, frequencies, shapes, failure)
     type(wing_case_t), intent(in) :: s
     real(rp), intent(out) :: frequencies(:), shapes(:, :, :)
@@ -50,7 +51,8 @@ contains
     end do
   end subroutine find_modes
 
-  !> Prints the frequencies, writes <name>_modes.t and, if wanted, <name>_mode_NN.h5 with .xmf.
+  !> Prints the frequencies and writes <name>_modes.t; if `save_shapes`, it also writes <name>_mode_NN.h5 with .xmf. Fails if a
+  !> file cannot be written.
   subroutine save_modes(s, name, save_shapes, frequencies, shapes, failure)
     type(wing_case_t), intent(in) :: s
     character(*), intent(in) :: name

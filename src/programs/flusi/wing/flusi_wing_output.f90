@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A deformed wing in an HDF5 file, and the part of an XDMF index that describes it.
+!> Writes a deformed wing into an HDF5 file, and makes the part of an XDMF index that describes it.
 !>
-!> The file holds points, displacement, other vectors (n x 3) and triangles (m x 3, from 0) of the membrane;
-!> the veins have points of their own, since a point where veins meet has several diameters: vein_points,
-!> vein_displacement, vein_diameter, and vein_cells, one polyline a vein in XDMF's mixed topology: 2, number
-!> of points, points. A filter like ParaView's Tube makes tubes of them. SI units, 64 bits.
+!> The file holds points, displacement, other vectors (n x 3) and triangles (m x 3, counted from 0) of the membrane. The veins
+!> have points of their own, because a point where veins meet has several diameters: vein_points, vein_displacement,
+!> vein_diameter, and vein_cells. The latter holds one polyline for each vein in XDMF's mixed topology: 2, the number of points,
+!> the points. A filter such as ParaView's Tube makes tubes of them. SI units, 64 bits.
 module flusi_wing_output
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
@@ -21,7 +21,7 @@ module flusi_wing_output
   character(*), parameter :: NL = new_line('a')
   integer, parameter :: POLYLINE = 2 !< XDMF's number of this kind of cell
 
-  !> Points and diameters of all veins one after the other, and the cells that join them.
+  !> Holds the points and diameters of all veins one after the other, and the cells that join them.
   type :: wing_lines_t
     integer :: n_points = 0, n_triangles = 0, n_veins = 0 !< of the wing
     integer, allocatable :: nodes(:), cells(:)
@@ -32,7 +32,7 @@ module flusi_wing_output
 
 contains
 
-  !> Lists the veins of a wing.
+  !> Lists the points, diameters and cells of the veins of a wing.
   subroutine lines_init(self, wing)
     class(wing_lines_t), intent(out) :: self
     type(wing_t), intent(in) :: wing
@@ -49,7 +49,7 @@ contains
     end do
   end subroutine lines_init
 
-  !> Writes the wing displaced by u(3, n) [m] into an open file: points, displacement, triangles, veins.
+  !> Writes the wing displaced by u(3, n) [m] into an open file: points, displacement, triangles and veins.
   subroutine put_wing(file, lines, wing, u, failure)
     type(hdf5_file_t), intent(in) :: file
     type(wing_lines_t), intent(in) :: lines
@@ -68,8 +68,8 @@ contains
     call write_integers(file, 'vein_cells', [size(lines%cells, kind=i8)], lines%cells, failure)
   end subroutine put_wing
 
-  !> Writes vectors v(3, n) at the points of the membrane, and with `on_veins` as vein_<name> at those of the
-  !> veins.
+  !> Writes vectors v(3, n) at the points of the membrane. If `on_veins`, it also writes them at the points of the veins as
+  !> vein_<name>.
   subroutine put_wing_vectors(file, lines, name, units, v, on_veins, failure)
     type(hdf5_file_t), intent(in) :: file
     type(wing_lines_t), intent(in) :: lines
@@ -92,9 +92,9 @@ contains
     end subroutine put
   end subroutine put_wing_vectors
 
-  !> Returns the collection called `name` of membrane and veins that are in `file`, for an XDMF index. `vectors` names the vectors
-  !> of the membrane besides the displacement; those of `vein_vectors` are on the veins too. With `time` the collection belongs to
-  !> that time.
+  !> Returns the part of an XDMF index that describes membrane and veins in `file` as a collection called `name`. `vectors`
+  !> names the vectors of the membrane besides the displacement; those in `vein_vectors` are on the veins too. With `time` the
+  !> collection belongs to that time.
   function shape_grid(lines, file, name, vectors, vein_vectors, time) result(xml)
     type(wing_lines_t), intent(in) :: lines
     character(*), intent(in) :: file, name, vectors(:), vein_vectors(:)

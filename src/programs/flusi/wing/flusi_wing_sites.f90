@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Forces at places that have names: 'tip 0 0 1e-4 + vein:C:last 0 0 2e-5, joint:C_Sc 0 0 1e-4' is a list of
-!> two groups, the first of two forces. See PLACE_HELP for the places.
+!> Reads forces at named places. For example, 'tip 0 0 1e-4 + vein:C:last 0 0 2e-5, joint:C_Sc 0 0 1e-4' lists two groups, the
+!> first of which has two forces. PLACE_HELP explains the places.
 module flusi_wing_sites
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -12,26 +12,27 @@ module flusi_wing_sites
   private
   public :: site_t, point_force_t, force_group_t, read_force_groups, add_force
 
-  !> A point of the wing, or a place in a triangle: corners and their shares.
+  !> Holds a point of the wing, or a place in a triangle as its corners and their shares.
   type :: site_t
     integer :: n = 0
     integer :: points(3) = 0
     real(rp) :: weights(3) = 0
   end type site_t
 
+  !> Holds a force and its place.
   type :: point_force_t
     type(site_t) :: site
     real(rp) :: force(3) = 0 !< [N]
   end type point_force_t
 
-  !> Forces that act together.
+  !> Holds forces that act together.
   type :: force_group_t
     type(point_force_t), allocatable :: forces(:)
   end type force_group_t
 
 contains
 
-  !> Adds `factor` times a force to forces(3, n_all) [N].
+  !> Adds `factor` times this force to forces(3, n_all) [N], shared among the points of its place.
   pure subroutine add_force(self, factor, forces)
     type(point_force_t), intent(in) :: self
     real(rp), intent(in) :: factor
@@ -44,7 +45,7 @@ contains
     end do
   end subroutine add_force
 
-  !> The groups that `text`, the value of [section] key, lists. All mistakes are added to `errors`.
+  !> Reads the groups that `text`, the value of [section] key, lists. Adds all mistakes to `errors`.
   subroutine read_force_groups(config, section, key, text, s, groups, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: section, key, text
@@ -127,7 +128,7 @@ contains
     end if
   end subroutine read_force
 
-  !> The place called `name`; `problem` is set if there is none.
+  !> Finds the place called `name`. Sets `problem` if there is none.
   subroutine find_site(name, s, site, problem)
     character(*), intent(in) :: name
     type(wing_case_t), intent(in) :: s
@@ -189,7 +190,7 @@ contains
     problem = 'there is no joint '//quoted(name)//'; valid: '//names(min(4, len(names) + 1):)
   end subroutine find_joint
 
-  !> NAME:first, NAME:last or NAME:K.
+  !> Finds a place of the form NAME:first, NAME:last or NAME:K.
   subroutine find_on_vein(text, s, point, problem)
     character(*), intent(in) :: text
     type(wing_case_t), intent(in) :: s
@@ -221,7 +222,7 @@ contains
     problem = 'there is no vein '//quoted(text(:colon - 1))//'; valid: '//names(min(4, len(names) + 1):)
   end subroutine find_on_vein
 
-  !> X:Y, shared between the corners of the triangle there.
+  !> Finds a place of the form X:Y. The corners of the triangle there share it.
   subroutine find_at(text, s, site, problem)
     character(*), intent(in) :: text
     type(wing_case_t), intent(in) :: s
