@@ -265,8 +265,8 @@ contains
 
   end subroutine enter_balance
 
-  !> Returns the root mean square of each component, tells which components were measured, and returns the mass [kg] whose inertia
-  !> is a tenth of the forces.
+  !> Returns for each component its largest root mean square over the beat in any record, in its unit, and whether it was measured
+  !> at all. `mass` is the mass of the wings [kg, or kg/m for a section] whose inertia is a tenth of the forces.
   pure subroutine find_sizes(facts, flights, sizes, is_there, mass)
     type(flight_facts_t), intent(in) :: facts
     type(measured_flight_t), intent(in) :: flights(:)

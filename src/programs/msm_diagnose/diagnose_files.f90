@@ -76,8 +76,8 @@ contains
     if (.not. ok) call failure%raise(path//': cannot be written; is the folder missing or the disk full?')
   end subroutine write_fragment
 
-  !> Writes NAME.h5. For each load it holds the averages with the whitened residuals of the baseline and of the extended wing; it
-  !> also shows where on the wing unknown causes would act.
+  !> Writes NAME.h5. For each load it holds the averages with the residuals of the baseline and of the extended wing, as they are
+  !> and whitened. It also holds the tables of modes and of records of motion, and shows where on the wing unknown causes would act.
   subroutine write_maps(s, simulator, d, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator

@@ -337,7 +337,7 @@ contains
     call json%close()
   end subroutine put_validation
 
-  !> Writes the zero readings of the sensors of an instrument that has several.
+  !> Writes the zero readings of one instrument, if there are several, with their differences from the first one [m].
   subroutine put_zeros(json, zeros)
     type(json_t), intent(inout) :: json
     type(zeros_t), intent(in) :: zeros

@@ -75,7 +75,7 @@ contains
     end do
   end subroutine print_best_loads
 
-  !> Prints the variant of effect e that shows best.
+  !> Prints the variant of effect e that shows best and its smallest detectable strength.
   subroutine print_detectable(unit, s, design, e, snr)
     integer, intent(in) :: unit, e
     type(diagnose_settings_t), intent(in) :: s

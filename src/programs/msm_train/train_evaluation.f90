@@ -15,7 +15,8 @@ module train_evaluation
 
 contains
 
-  !> Prints the table of loads and h. `ok` is true if every shape was found. Prints nothing if the pool is stopped on the way.
+  !> Prints the table of loads and, if every shape was found, the cost h [m]; `ok` is then true. Prints nothing if the pool is
+  !> stopped on the way. Only rank 0 calls it.
   subroutine evaluate_wing(settings, pool, ok)
     type(train_settings_t), intent(in) :: settings
     type(worker_pool_t), intent(inout) :: pool
