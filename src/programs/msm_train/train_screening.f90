@@ -74,7 +74,7 @@ contains
     end associate
   end subroutine screen_wing
 
-  !> Removes from the other columns what the first n columns, those of unknown offsets, can imitate.
+  !> Removes from the first n columns what the columns after them, those of unknown offsets, can imitate.
   pure subroutine remove_offsets(rows, n)
     real(rp), intent(inout) :: rows(:, :)
     integer, intent(in) :: n
