@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes the entries of the catalogue that records of forces over the beat can show: errors of the kinematics, of the flow and
-!> of the force balance. Each group registers its own. Without such records the catalogue has none of them.
+!> Makes the entries of the catalogue that records of forces over the beat can show: errors of the kinematics, of the flow and of
+!> the force balance. A separate procedure enters each of these groups. Without such records the catalogue has none of these
+!> entries.
 module diagnosis_flight_catalogue
   use base_kinds, only: rp
   use base_parameter, only: define_effect, parameter_t
@@ -25,8 +26,9 @@ module diagnosis_flight_catalogue
 
 contains
 
-  !> The half-distance of the two flights for each change, the sd of its prior; 0: none is flown, as no effect of `wanted` (all if
-  !> empty) asks for it, or the case cannot make it.
+  !> Returns the step of each change, in its unit: the two flights for a change lie one step above and one step below the case.
+  !> The step is the prior sd of the change. It is 0, and no flight is made, if no effect in the list `wanted` needs the change or
+  !> if the case cannot make it. An empty `wanted` means all effects.
   pure function flight_steps(facts, wanted) result(steps)
     type(flight_facts_t), intent(in) :: facts
     character(*), intent(in) :: wanted
@@ -57,7 +59,7 @@ contains
     end do
   end function is_wanted
 
-  !> The effect to which a change belongs.
+  !> Returns the name of the effect to which change j belongs.
   pure function effect_of(j) result(name)
     integer, intent(in) :: j
     character(:), allocatable :: name
@@ -67,7 +69,7 @@ contains
     name = trim(NAMES(j))
   end function effect_of
 
-  !> A change of kinematics or flow, by its coordinate; 0 is the case.
+  !> Returns change j of the kinematics or the flow as a parameter. Its coordinate is 0 for the case as it is.
   pure function flow_parameter(j, facts) result(p)
     integer, intent(in) :: j
     type(flight_facts_t), intent(in) :: facts
@@ -91,7 +93,7 @@ contains
     p = q%as_coordinate(q%null)
   end function flow_parameter
 
-  !> Enters all effects of `wanted` (all if empty).
+  !> Adds to the catalogue all effects in the list `wanted` that records of forces can show. An empty `wanted` means all effects.
   subroutine enter_flights(c, facts, flights, wanted)
     type(catalogue_t), intent(inout) :: c
     type(flight_facts_t), intent(in) :: facts
@@ -102,8 +104,8 @@ contains
     call enter_balance(c, facts, flights, wanted)
   end subroutine enter_flights
 
-  !> Of reasons(N_FLOW) why flights cannot be made, the first that concerns change j. A beat of another frequency is made of
-  !> flights of another viscosity and, in wind, of another wind.
+  !> Returns why the flights that change j needs cannot be made: the first such reason in reasons(N_FLOW), or an empty text. A
+  !> beat of another frequency needs the flights with another viscosity and, if the case has wind, those with another wind.
   pure function first_reason(j, facts, reasons) result(reason)
     integer, intent(in) :: j
     type(flight_facts_t), intent(in) :: facts
@@ -120,7 +122,8 @@ contains
     end do
   end function first_reason
 
-  !> What needs a flight that failed cannot be tested: `reason(j)` is why those of change j did; '': they have not.
+  !> Excludes from the test every effect that needs a flight that failed. `reason(j)` says why the flights of change j failed; it
+  !> is empty if they did not fail.
   subroutine exclude_unflown(c, facts, reason)
     type(catalogue_t), intent(inout) :: c
     type(flight_facts_t), intent(in) :: facts
@@ -178,7 +181,7 @@ contains
                        'temperature differs.', facts, wanted)
   end subroutine enter_flow
 
-  !> One effect of these changes, released together.
+  !> Adds one effect whose parameters are the changes `numbers`, which are fitted together.
   subroutine enter_changes(c, numbers, title, sentence, facts, wanted)
     type(catalogue_t), intent(inout) :: c
     integer, intent(in) :: numbers(:)
@@ -236,7 +239,7 @@ contains
 
   contains
 
-    !> Whether the flow has that component at all.
+    !> Tells whether flights have the force or torque `component`, from 1 to 6: of a section they have only 2 and 3.
     pure logical function is_flown(component)
       integer, intent(in) :: component
       is_flown = .not. facts%is_section .or. any(component == [2, 3])
@@ -262,7 +265,8 @@ contains
 
   end subroutine enter_balance
 
-  !> Root mean squares of all components, which of them were measured, and the mass whose inertia is a tenth of the forces.
+  !> Returns for each component its largest root mean square over the beat in any record, in its unit, and whether it was measured
+  !> at all. `mass` is the mass of the wings [kg, or kg/m for a section] whose inertia is a tenth of the forces.
   pure subroutine find_sizes(facts, flights, sizes, is_there, mass)
     type(flight_facts_t), intent(in) :: facts
     type(measured_flight_t), intent(in) :: flights(:)

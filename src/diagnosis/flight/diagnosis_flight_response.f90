@@ -1,11 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What simulated flights say about forces of other kinematics and another flow: value, first and diagonal second derivative at the
-!> case, from central differences,
+!> Approximates the forces, torques and power for other kinematics and another flow by a quadratic function of the changes c. The
+!> value, the first derivative and the diagonal second derivative at the case come from simulated flights, by central differences
+!> with the steps h_j:
 !>
 !>     F(c) = F_0 + sum_j (F_j+ - F_j-)/(2 h_j) c_j + (F_j+ - 2 F_0 + F_j-)/(2 h_j^2) c_j^2.
 !>
-!> A beat that is exp(e) as fast, of a rigid wing, needs no flight of its own: it is the case in a fluid of the viscosity nu exp(-e)
-!> and a wind that is exp(-e) times that of the case, with forces exp(2 e) times and power exp(3 e) times as large.
+!> A beat of a rigid wing whose frequency is exp(e) times that of the case needs no flight of its own. It is the case in a fluid
+!> of viscosity nu exp(-e) with a wind that is exp(-e) times that of the case. Its forces are exp(2 e) times and its power is
+!> exp(3 e) times as large.
 module diagnosis_flight_response
   use base_kinds, only: rp
   use diagnosis_flight_runner, only: flight_record_t, flight_request_t, FLOW_VISCOSITY, FLOW_WIND, N_FLOW
@@ -37,7 +39,8 @@ module diagnosis_flight_response
 
 contains
 
-  !> The flights that are needed: the case, perhaps on a finer grid, and two for each change with a step > 0.
+  !> Lists the flights that are needed: the case, the case on a finer grid if `is_refined`, and two flights for each change whose
+  !> step is above 0.
   pure function response_requests(self, steps, is_refined) result(requests)
     class(flight_response_t), intent(in) :: self
     real(rp), intent(in) :: steps(N_FLOW)
@@ -57,7 +60,9 @@ contains
     end do
   end function response_requests
 
-  !> Takes the records of these flights. If that of the case itself, or of its finer grid, is missing, `reason` is why.
+  !> Takes the records of the flights in the order in which `requests` lists them. If the flight of the case, or the one on the
+  !> finer grid, is missing, `reason` says why and nothing is taken. Otherwise `reason` is empty. If a flight of change j is
+  !> missing, is_known(j) is false and self%reason(j) says why.
   subroutine response_take(self, steps, is_refined, records, reason)
     class(flight_response_t), intent(inout) :: self
     real(rp), intent(in) :: steps(N_FLOW)
@@ -104,7 +109,7 @@ contains
     x = balance_harmonics(record%values, self%n_harmonics)
   end function series
 
-  !> Forces, torques and power of the changes c.
+  !> Returns the Fourier coefficients (harmonics from 0, components) of forces, torques and power [SI units] for the changes c.
   pure function response_at(self, c) result(values)
     class(flight_response_t), intent(in) :: self
     real(rp), intent(in) :: c(N_CHANGES)
@@ -119,7 +124,7 @@ contains
     if (abs(c(FLOW_FREQUENCY)) > 0) values = values*sizes(self, c(FLOW_FREQUENCY))
   end function response_at
 
-  !> Their derivative with respect to change j.
+  !> Returns the derivative of what `at` returns with respect to change j, per unit of that change.
   pure function response_derivative(self, c, j) result(values)
     class(flight_response_t), intent(in) :: self
     real(rp), intent(in) :: c(N_CHANGES)
@@ -146,7 +151,7 @@ contains
     end associate
   end function response_derivative
 
-  !> The changes of the flow in the units of a beat of another frequency.
+  !> Converts the changes c into the changes of viscosity and wind that give the same flow at the frequency of the case.
   pure function seen_by_flow(self, c) result(seen)
     class(flight_response_t), intent(in) :: self
     real(rp), intent(in) :: c(N_CHANGES)

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a diagnosis needs of a program that simulates flights: it changes the kinematics or the flow of a given case, flies, and
-!> gives forces, torques and power over the last beat. A diagnosis does not know the fluid; a program implements `flight_runner_t`.
+!> Defines what a diagnosis needs from a program that simulates flights. The program changes the kinematics or the flow of a given
+!> case, simulates the flight, and returns forces, torques and power over the last beat. A diagnosis does not know the fluid
+!> solver; a program extends `flight_runner_t`.
 module diagnosis_flight_runner
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -10,25 +11,26 @@ module diagnosis_flight_runner
   private
   public :: flight_facts_t, flight_record_t, flight_request_t, flight_runner_t
 
-  !> What may change. Amplitudes: relative; angles: degrees; lead: beats; wind: m/s; viscosity: log of a factor.
+  !> These are the changes that a request can make. Amplitudes change by a relative amount, angles by degrees, the lead by a
+  !> fraction of a beat, the wind by m/s, and the viscosity by the logarithm of a factor.
   integer, parameter, public :: FLOW_STROKE = 1, FLOW_STROKE_MEAN = 2, FLOW_PITCH = 3, FLOW_PITCH_MEAN = 4, FLOW_LEAD = 5, &
                                 FLOW_DEVIATION = 6, FLOW_PLANE = 7, FLOW_WIND = 7, FLOW_VISCOSITY = 11, N_FLOW = 11
   integer, parameter, public :: N_PHASES = 200 !< samples of a beat, at 0, 1/N_PHASES, ..
 
-  !> One flight: the case with these changes, perhaps on a finer grid.
+  !> A request asks for one flight: the case with these changes, on a finer grid if `is_refined`.
   type :: flight_request_t
     real(rp) :: change(N_FLOW) = 0
     logical :: is_refined = .false.
   end type flight_request_t
 
-  !> What came of it.
+  !> A record holds the result of one flight.
   type :: flight_record_t
     logical :: is_flown = .false.
     character(:), allocatable :: reason                !< why not
     real(rp) :: values(N_PHASES, N_COMPONENTS) = 0     !< SI units, torques about the origin of the box; per metre of a section
   end type flight_record_t
 
-  !> What is known of the case before anything flies. SI units.
+  !> The facts are what is known of the case before any flight. They are in SI units.
   type :: flight_facts_t
     character(:), allocatable :: path
     logical :: is_section = .false.                    !< two-dimensional
@@ -49,8 +51,9 @@ module diagnosis_flight_runner
   end type flight_runner_t
 
   abstract interface
-    !> Flies all requests that were not flown before. On rank 0 records(i) is that of requests(i), and depends on nothing
-    !> else; `failure` is that of the machine or a wanted stop, the same on all ranks. Collective.
+    !> Simulates all requests that were not flown before. On rank 0, records(i) is the result of requests(i) and depends on
+    !> nothing else. `failure` reports that the machine failed or that a stop was asked for; it is the same on all ranks.
+    !> Collective.
     subroutine fly_interface(self, world, requests, records, failure)
       import :: flight_runner_t, flight_request_t, flight_record_t, world_t, failure_t
       class(flight_runner_t), intent(inout) :: self
@@ -60,7 +63,7 @@ module diagnosis_flight_runner
       type(failure_t), intent(inout) :: failure
     end subroutine fly_interface
 
-    !> How many of the requests have not been flown before. Not collective.
+    !> Returns how many of the requests have not been flown before. Not collective.
     integer function count_interface(self, requests) result(n)
       import :: flight_runner_t, flight_request_t
       class(flight_runner_t), intent(inout) :: self

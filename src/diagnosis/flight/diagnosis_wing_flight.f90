@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes the residuals of records of forces over the beat in units of their sd, and their derivatives, from what flights have
-!> shown (diagnosis_flight_response) and what a balance makes of that (measurement_balance). Each component of each record is a
-!> surface, a fold and a block by itself. What a finer grid changes is a nuisance. Without records there are no observations here.
+!> Computes the residuals of records of forces over the beat, in units of their sd, and their derivatives. It takes the simulated
+!> forces from diagnosis_flight_response and converts them by the model of the balance in measurement_balance. Each component of
+!> each record has its own surface, fold and block. The difference that a finer grid makes is a nuisance. Without records there
+!> are no observations here.
 module diagnosis_wing_flight
   use base_constants, only: TWO_PI
   use base_kinds, only: rp
@@ -20,7 +21,7 @@ module diagnosis_wing_flight
   integer, parameter :: N_WAVES = 6           !< harmonics of an unknown cause
   real(rp), parameter :: UNKNOWN_SHARE = 0.1_rp !< of a component's root mean square: its size
 
-  !> Everything that is known of flights before the statistics begin.
+  !> The data hold everything that is known of flights before the statistics begin.
   type :: flight_data_t
     logical :: has_records = .false. !< there are any; the rest counts then
     type(flight_response_t) :: response
@@ -54,7 +55,8 @@ module diagnosis_wing_flight
 
 contains
 
-  !> The records, and what flights have shown.
+  !> Takes the measured records `flights`, the parameters of the model in the order of their coordinates, and the results of the
+  !> simulated flights in `data`. Sets the numbers of observations, nuisances and patterns.
   subroutine flight_init(self, flights, parameters, data)
     class(wing_flight_t), intent(inout) :: self
     type(measured_flight_t), intent(in) :: flights(:)
@@ -83,8 +85,8 @@ contains
     self%n_patterns = (2*N_WAVES + 1)*sum([(size(flights(r)%component), r=1, size(flights))])
   end subroutine flight_init
 
-  !> What the flight of the case has between its samples, straight, and its series up to the last harmonic has not: a beat that is
-  !> not quite periodic, and what is quicker.
+  !> Finds, for the case, the difference between its samples, joined by straight lines, and its Fourier series up to the last
+  !> harmonic. This is what the series leaves out: higher frequencies, and the part that is not quite periodic.
   subroutine find_rest(self)
     type(wing_flight_t), intent(inout) :: self
     complex(rp), allocatable :: samples(:, :)
@@ -113,8 +115,8 @@ contains
     end do
   end subroutine find_rest
 
-  !> values(n): what the balance with the coordinates p shows of `series`, in sd; with `number` the derivative with respect
-  !> to this coordinate.
+  !> Returns in values(n) what the balance with the coordinates p shows of the Fourier series `series`, in units of the sd. With
+  !> `number` it returns the derivative with respect to that coordinate of the balance instead.
   subroutine flight_show(self, p, series, values, number)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(in) :: p(N_BALANCE)
@@ -140,7 +142,7 @@ contains
     end do
   end subroutine flight_show
 
-  !> Torques about the origin become torques about `reference` [m].
+  !> Converts torques about the origin into torques about `reference` [m].
   pure subroutine move_torques(x, reference)
     complex(rp), intent(inout) :: x(0:, :)
     real(rp), intent(in) :: reference(3)
@@ -152,7 +154,7 @@ contains
     end do
   end subroutine move_torques
 
-  !> Changes of the flight and coordinates of the balance at q.
+  !> Splits the coordinates q of all parameters into the changes c of the flight and the coordinates p of the balance.
   pure subroutine split(self, q, c, p)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(in) :: q(:)
@@ -166,7 +168,8 @@ contains
     end do
   end subroutine split
 
-  !> residuals(n) at q and their derivatives jacobian(n, size(columns)).
+  !> Returns the residuals(n), simulated minus measured in units of the sd, at the coordinates q, and their derivatives
+  !> jacobian(n, size(columns)) with respect to the coordinates q(columns).
   subroutine flight_evaluate(self, q, columns, residuals, jacobian)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(in) :: q(:)
@@ -188,7 +191,7 @@ contains
     end do
   end subroutine flight_evaluate
 
-  !> The balance without what it adds to the forces of a flight.
+  !> Returns the coordinates of the balance without the offsets and the mass, which add to the forces of a flight.
   pure function without_additions(p) result(rest)
     real(rp), intent(in) :: p(N_BALANCE)
     real(rp) :: rest(N_BALANCE)
@@ -197,7 +200,7 @@ contains
     rest(BALANCE_OFFSET + 1:BALANCE_OFFSET + N_COMPONENTS) = 0
   end function without_additions
 
-  !> The measured means in sd.
+  !> Returns the measured means in units of their sd.
   pure function observed(self) result(values)
     class(wing_flight_t), intent(in) :: self
     real(rp) :: values(self%n)
@@ -214,8 +217,8 @@ contains
     end do
   end function observed
 
-  !> Returns nuisances(n, n_nuisances) at q: what a finer grid changes, if that is known, and what an error of one sd of the
-  !> simulation does to all components together, and to each.
+  !> Returns nuisances(n, n_nuisances) at q. They are the change that a finer grid makes, if it is known, and the effect of an
+  !> error of one sd of the simulation, first on all components together and then on each one alone.
   subroutine flight_nuisances(self, q, nuisances)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(in) :: q(:)
@@ -240,7 +243,7 @@ contains
     end do
   end subroutine flight_nuisances
 
-  !> Returns patterns(n, n_patterns), waves of each component over the beat: what unknown causes may do.
+  !> Returns patterns(n, n_patterns): waves over the beat in each component, which stand for the effect of unknown causes.
   subroutine flight_patterns(self, patterns)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(inout) :: patterns(:, :)
@@ -268,7 +271,7 @@ contains
     end do
   end subroutine flight_patterns
 
-  !> A surface with a fold and a block for each component of each record.
+  !> Appends the labels of the observations. Each component of each record becomes a surface with its own fold and block.
   subroutine flight_append_labels(self, labels)
     class(wing_flight_t), intent(in) :: self
     type(labels_t), intent(inout) :: labels
@@ -280,7 +283,7 @@ contains
     end do
   end subroutine flight_append_labels
 
-  !> c: covariance of the observations `rows` of one block.
+  !> Returns in c the covariance, in units of the sd, of the observations `rows`, which belong to one block.
   pure subroutine flight_covariance(self, rows, c)
     class(wing_flight_t), intent(in) :: self
     integer, intent(in) :: rows(:)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds one wing without thickness: its markers, and what forces at them do to the flow there (fsi_thin_wings). One rank owns
-!> the wing. It has the response, or it shares it with the other ranks of a group, which help it.
+!> Holds one wing without thickness: its markers, and the response of the flow there to forces at them (fsi_thin_wings). One rank
+!> owns the wing. The owner holds the response alone, or it shares it with the other ranks of a group, its helpers.
 module fsi_thin_wing
   use base_kinds, only: rp
   use fsi_flow_reaction, only: flow_reaction_t
@@ -14,7 +14,7 @@ module fsi_thin_wing
   private
   public :: thin_wing_t, form_group
 
-  !> The markers of one wing are first .. last of all markers.
+  !> The markers of one wing are numbers first .. last of the markers of all wings.
   type :: thin_wing_t
     type(markers_t) :: markers
     type(flow_reaction_t) :: reaction
@@ -36,8 +36,8 @@ module fsi_thin_wing
 
 contains
 
-  !> Puts markers on a wing of points(3, :) [L] and triangles(3, :) that is unloaded, about `spacing` [L] apart, behind those of
-  !> other wings, `n_before` in number.
+  !> Puts markers on an unloaded wing of points(3, :) [L] and triangles(3, :). They are about `spacing` [L] apart. Their numbers
+  !> begin after the n_before markers of the other wings.
   subroutine wing_init(self, points, triangles, spacing, is_2d, n_before)
     class(thin_wing_t), intent(inout) :: self
     real(rp), intent(in) :: points(:, :), spacing
@@ -52,10 +52,10 @@ contains
     self%shape = self%flat
   end subroutine wing_init
 
-  !> Whether the ranks of `world` form a group for each of the wings, which have n_markers(wings), to share their
-  !> responses. If so `group` is that of this rank: ranks take turns, so that the owner of wing i, rank i - 1, is the first of
-  !> its group. With `sharing` automatic only if that is faster: an inverse takes six times the operations of a factor.
-  !> Collective.
+  !> Decides whether the ranks of `world` form one group for each wing to share its response; wing i has n_markers(i) markers. If
+  !> so, `is_shared` is true and `group` is the group of this rank. Ranks are dealt to the groups in turn, so that rank i - 1, the
+  !> owner of wing i, is the first of its group. If `sharing` is automatic, groups form only where that is faster: an inverse
+  !> takes six times the operations of a factor. Collective.
   subroutine form_group(world, n_markers, sharing, is_shared, group)
     type(world_t), intent(in) :: world
     integer, intent(in) :: n_markers(:), sharing
@@ -70,8 +70,8 @@ contains
     if (is_shared) call world%split(mod(world%rank, size(n_markers)), group)
   end subroutine form_group
 
-  !> Room for the response of this wing, number i of n_wings, on the ranks that hold it: those of `group`, see form_group, if it
-  !> `is_shared`, else the owner alone. Collective.
+  !> Allocates the response of this wing, number i of n_wings, on the ranks that hold it. If it `is_shared`, these are the ranks
+  !> of `group`, which form_group made; else it is the owner alone. Collective.
   subroutine wing_hold_response(self, world, i, n_wings, is_2d, is_shared, group)
     class(thin_wing_t), intent(inout) :: self
     type(world_t), intent(in) :: world, group
@@ -87,8 +87,8 @@ contains
     end if
   end subroutine wing_hold_response
 
-  !> Makes the response for markers at `shape`, and what the reaction of a flexible wing needs of it, on the ranks that hold
-  !> it. `has_factor` is false on the owner if markers are too close. Collective over the owner and its helpers.
+  !> Computes the response for markers at `shape` on the ranks that hold it, and what the reaction of a flexible wing needs from
+  !> it. `has_factor` is false on the owner if markers are too close together. Collective over the owner and its helpers.
   subroutine wing_build_response(self, green, has_factor)
     class(thin_wing_t), intent(inout) :: self
     type(green_t), intent(in) :: green
@@ -101,22 +101,23 @@ contains
     if (has_factor) call self%update_reaction()
   end subroutine wing_build_response
 
-  !> Takes a changed response over to the reaction of a flexible wing. Collective over the owner and its helpers.
+  !> Updates the reaction of a flexible wing after its response has changed. Collective over the owner and its helpers.
   subroutine wing_update_reaction(self)
     class(thin_wing_t), intent(inout) :: self
     if (self%is_owner) call self%reaction%update_response()
     call self%end_solutions()
   end subroutine wing_update_reaction
 
-  !> The owner has the solutions that it wanted: helpers, who have served them, may go on. Collective over both.
+  !> Ends the service of the helpers. The owner calls it when it has all the solutions that it needs; helpers serve solutions in
+  !> it until then. Collective over the owner and its helpers.
   subroutine wing_end_solutions(self)
     class(thin_wing_t), intent(inout) :: self
     if (self%is_owner) call self%reaction%response%release()
     if (self%is_helper) call self%reaction%response%serve()
   end subroutine wing_end_solutions
 
-  !> The forces f(3, n) that the wing alone needs for the velocities v(3, n), both in space, where it has `pose`; f is set on the
-  !> owner. Collective over the owner and its helpers.
+  !> Returns the forces f(3, n) at the n markers of this wing that give the velocities v(3, n) there, without other wings. Both
+  !> are vectors in space, and `pose` is the pose of the wing. Only the owner sets f. Collective over the owner and its helpers.
   subroutine wing_solve(self, pose, v, f)
     class(thin_wing_t), intent(inout) :: self
     type(wing_pose_t), intent(in) :: pose

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Records of the forces on a wing that flaps: force, torque and power over the beat. Their part of a measurement file, `/flight`
-!> (docs/formats/measurement-format.md).
+!> Reads records of the forces on a flapping wing: force, torque and power over the beat. They are in the group `/flight` of a
+!> measurement file (docs/formats/measurement-format.md).
 module measurement_flight
   use base_kinds, only: i8, rp
   use base_text, only: next_word, number_text, quoted
@@ -22,7 +22,7 @@ module measurement_flight
   integer, parameter, public :: MOST_FLIGHT_NUMBERS = 20000 !< of all records
   integer, parameter :: FEWEST = 4 !< times of a record
 
-  !> One record: means over beats at fixed times of the beat.
+  !> A record holds the means over several beats at fixed times of the beat.
   type, extends(visited_t) :: measured_flight_t
     character(:), allocatable :: name
     real(rp) :: frequency = 0                 !< [Hz] of the beat
@@ -44,7 +44,7 @@ module measurement_flight
 
 contains
 
-  !> Shows every component to the visitor.
+  !> Passes every component of the type to the visitor.
   subroutine flight_visit(self, visitor)
     class(measured_flight_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor
@@ -61,14 +61,14 @@ contains
     call visitor%visit_allocatable('sd', self%sd)
   end subroutine flight_visit
 
-  !> Numbers that are known.
+  !> Returns how many measured numbers are known.
   pure integer function flight_count(self) result(n)
     class(measured_flight_t), intent(in) :: self
     n = 0
     if (allocated(self%is_known)) n = count(self%is_known)
   end function flight_count
 
-  !> The unit of a component, of a wing or per metre of span.
+  !> Returns the unit of a component, for a wing or, if `is_per_length`, per metre of span.
   pure function component_unit(component, is_per_length) result(unit)
     integer, intent(in) :: component
     logical, intent(in) :: is_per_length
@@ -83,7 +83,8 @@ contains
     end select
   end function component_unit
 
-  !> The records of a file, in alphabetical order, none if it has none.
+  !> Reads all records of a file in alphabetical order. `flights` is empty if the file has none. Mistakes in the file go to
+  !> `report`.
   subroutine read_flights(file, flights, report)
     type(hdf5_file_t), intent(in) :: file
     type(measured_flight_t), allocatable, intent(out) :: flights(:)
@@ -144,7 +145,7 @@ contains
     call read_whole(file, group, 'beats', 1, huge(1), 1, f%beats, report)
   end subroutine read_beats
 
-  !> Names of the components, and their units, which say what they are.
+  !> Reads the names of the components, and checks that the attribute `units` names their units.
   subroutine read_components(file, group, f, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -209,7 +210,7 @@ contains
     end if
   end subroutine read_times
 
-  !> Means and their sd, given or from the spread over the beats.
+  !> Reads the means and their sd. The sd is either given or computed from the spread over the beats.
   subroutine read_values(file, group, f, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a force balance makes of forces, torques and power that repeat in every beat of frequency f. They are Fourier series,
+!> Models what a force balance shows of forces, torques and power that repeat in every beat of frequency f. They are Fourier
+!> series,
 !>
 !>     x(s) = Re sum_{h=0}^{H} x_h exp(2 pi i h s),   s = t f,
 !>
@@ -7,8 +8,9 @@
 !>
 !>     y_h = L_h [ g (M (x_h + m a_h)) + o delta_{h0} ],   L_h = exp(-2 pi i h f d)/(1 + 2 pi i h f T),   M = I + turn + cross-talk,
 !>
-!> with the gain g, the offsets o, the delay d, the time T of a filter of first order, and the mass m whose inertia m a_h has
-!> not been subtracted. Turn and cross-talk mix forces among themselves and torques among themselves. All derivatives are exact.
+!> where g is the gain, o are the offsets, d is the delay, T is the time constant of a first-order filter, and m is the mass whose
+!> inertia m a_h has not been subtracted. Turn and cross-talk mix forces among themselves and torques among themselves. All
+!> derivatives are exact.
 module measurement_balance
   use base_constants, only: PI, TWO_PI
   use base_kinds, only: rp
@@ -18,15 +20,16 @@ module measurement_balance
   private
   public :: apply_balance, balance_harmonics, balance_values, describe_balance, cross_number
 
-  !> Numbers of the parameters. Offsets are BALANCE_OFFSET + component; turns are about x, y, z; see `cross_number`.
+  !> These are the numbers of the parameters. The offset of a component is BALANCE_OFFSET + component. The turns about x, y and z
+  !> are BALANCE_TURN + 1 to 3. `cross_number` returns the number of a cross-talk.
   integer, parameter, public :: BALANCE_GAIN = 1, BALANCE_OFFSET = 1, BALANCE_TURN = 8, BALANCE_LOWPASS = 12, BALANCE_DELAY = 13, &
                                 BALANCE_MASS = 14, BALANCE_CROSS = 14, N_BALANCE = 14 + 12
   real(rp), parameter :: DEGREE = PI/180
 
 contains
 
-  !> The number of the cross-talk by which the balance shows `share` of component j in component i, both forces or both torques,
-  !> 1 to 6 and not the same.
+  !> Returns the number of the cross-talk that adds a share of component j to what the balance shows as component i. Both must be
+  !> forces (1 to 3) or both torques (4 to 6), and they must differ.
   pure integer function cross_number(i, j) result(number)
     integer, intent(in) :: i, j
     integer :: own, other
@@ -35,9 +38,9 @@ contains
     number = BALANCE_CROSS + 6*((i - 1)/3) + 2*own + merge(other, other - 1, other < own) + 1
   end function cross_number
 
-  !> A parameter by its coordinate, 0 where the balance is right. `sizes` are those of the components in the record, for offsets,
-  !> in their units; `period` [s] is that of the beat, `mass` [kg] the sd of the mass. Bounds and sd are documented in
-  !> docs/theory/flight-records.md.
+  !> Describes parameter `number` by its coordinate, which is 0 where the balance is right. `sizes` are those of the components in
+  !> the record, in their units, and scale the offsets; `period` [s] is that of the beat; `mass` [kg, or kg/m if `is_per_length`]
+  !> is the prior sd of the mass. Bounds and sd are documented in docs/theory/flight-records.md.
   function describe_balance(number, sizes, period, mass, is_per_length) result(p)
     integer, intent(in) :: number
     real(rp), intent(in) :: sizes(N_COMPONENTS), period, mass
@@ -74,7 +77,8 @@ contains
     p = p%as_coordinate(p%null)
   end function describe_balance
 
-  !> x(0:n_harmonics, k): the series of samples(n, k), at s = 0, 1/n, ..; n is above twice n_harmonics.
+  !> Returns the Fourier coefficients x(0:n_harmonics, k) of samples(n, k), which are taken at s = 0, 1/n, .. of the beat. n must
+  !> be larger than twice n_harmonics.
   pure function balance_harmonics(samples, n_harmonics) result(x)
     real(rp), intent(in) :: samples(:, :)
     integer, intent(in) :: n_harmonics
@@ -92,7 +96,7 @@ contains
     end do
   end function balance_harmonics
 
-  !> values(size(s)) of one series at the fractions s of the beat.
+  !> Returns values(size(s)) of the series x(0:H) at the fractions s of the beat.
   pure function balance_values(x, s) result(values)
     complex(rp), intent(in) :: x(0:)
     real(rp), intent(in) :: s(:)
@@ -104,8 +108,9 @@ contains
     end do
   end function balance_values
 
-  !> y(0:H, 7): what the balance with the coordinates p(N_BALANCE) shows of the series x(0:H, 7), where the inertia of a unit mass
-  !> is a(0:H, 7); with `number`, the derivative of that with respect to this coordinate in place of it.
+  !> Returns in y(0:H, 7) what the balance with the coordinates p(N_BALANCE) shows of the series x(0:H, 7) at the frequency [Hz]
+  !> of the beat. a(0:H, 7) is the series of the inertia of a unit mass. With `number`, y is the derivative with respect to that
+  !> coordinate instead.
   pure subroutine apply_balance(p, frequency, x, a, y, number)
     real(rp), intent(in) :: p(:), frequency
     complex(rp), intent(in) :: x(0:, :), a(0:, :)
@@ -138,7 +143,7 @@ contains
     end do
   end subroutine apply_balance
 
-  !> g M x.
+  !> Returns g M x.
   pure function mixed(p, x) result(y)
     real(rp), intent(in) :: p(:)
     complex(rp), intent(in) :: x(0:, :)
@@ -162,8 +167,8 @@ contains
     y = matmul(x, cmplx(transpose(matrix), kind=rp))
   end function of_matrix
 
-  !> The derivative of M with respect to the coordinate of a turn or of a cross-talk. A balance that is turned by small angles
-  !> against the axes shows x - angles x x.
+  !> Returns the derivative of M with respect to the coordinate of a turn or of a cross-talk. A balance that is turned by small
+  !> angles against the axes shows x - angles x x.
   pure function mixing_direction(number) result(matrix)
     integer, intent(in) :: number
     real(rp) :: matrix(N_COMPONENTS, N_COMPONENTS)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The checks of the residuals of a fit in NAME.json.
+!> Writes the checks of the residuals of a fit to NAME.json.
 module diagnose_checks
   use diagnose_summary, only: alarm_of
   use inference_engine, only: diagnosis_t
@@ -11,7 +11,7 @@ module diagnose_checks
 
 contains
 
-  !> Returns the name of the check that speaks against the baseline, or nothing.
+  !> Returns the name of the check that speaks against the baseline. It is empty if none does.
   function alarm_name(d) result(name)
     type(diagnosis_t), intent(in) :: d
     character(:), allocatable :: name
@@ -19,7 +19,7 @@ contains
     if (alarm_of(d) > 0) name = d%checks(alarm_of(d))%name
   end function alarm_name
 
-  !> Checks of residuals and their answers.
+  !> Adds to the open object of `json` the member `name`, which lists the checks of the residuals and their results.
   subroutine put_checks(json, name, checks)
     type(json_t), intent(inout) :: json
     character(*), intent(in) :: name

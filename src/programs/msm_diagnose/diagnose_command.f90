@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The command line of `msm_diagnose`.
+!> Reads the command line of `msm_diagnose`.
 module diagnose_command
   use base_errors, only: message_list_t
   use common_arguments, only: arguments_t, parse_arguments, print_lines
@@ -9,10 +9,10 @@ module diagnose_command
 
   integer, parameter, public :: DIAGNOSE_RUN = 1, DIAGNOSE_CHECK = 2, DIAGNOSE_PLAN = 3, DIAGNOSE_HELP = 4, &
                                 DIAGNOSE_VERSION = 5, DIAGNOSE_PARAMETERS = 6
-  !> In the order of the numbers above, from the second on.
+  !> The options are in the order of the action numbers above, from the second number on.
   character(12), parameter :: ACTIONS(5) = [character(12) :: '--check', '--plan', '--help', '--version', '--parameters']
 
-  !> What the user wants.
+  !> The command holds what the user asks for.
   type :: diagnose_command_t
     integer :: action = DIAGNOSE_RUN
     character(:), allocatable :: ini !< parameter file
@@ -22,7 +22,7 @@ module diagnose_command
 
 contains
 
-  !> Reads the arguments; every mistake is added to `errors`.
+  !> Reads the command line into `command`. Every mistake is added to `errors`.
   subroutine parse_diagnose_command(command, errors)
     type(diagnose_command_t), intent(out) :: command
     type(message_list_t), intent(inout) :: errors
@@ -48,7 +48,7 @@ contains
     if (arguments%n_files < 1) call errors%add('the name of a parameter file is missing')
   end subroutine parse_diagnose_command
 
-  !> Writes how the program is called.
+  !> Prints on `unit` how the program is called.
   subroutine print_diagnose_usage(unit)
     integer, intent(in) :: unit
     character(*), parameter :: LINES(21) = [character(84) :: &

@@ -31,7 +31,8 @@ module diagnose_draws
 
 contains
 
-  !> On one process.
+  !> Reads the null distribution of the design `key`. `is_found` is false if the file has no valid one. Not collective: one
+  !> process calls it.
   subroutine draws_recall(self, key, calibration, is_found)
     class(draws_file_t), intent(inout) :: self
     integer(i8), intent(in) :: key
@@ -90,7 +91,7 @@ contains
     values = reshape(flat, [n, m])
   end subroutine read_table
 
-  !> On one process. Nothing is said if it fails.
+  !> Writes the null distribution of the design `key`. A failure is not reported. Not collective: one process calls it.
   subroutine draws_keep(self, key, calibration)
     class(draws_file_t), intent(inout) :: self
     integer(i8), intent(in) :: key

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The other files of a diagnosis: the wing of the baseline and the extended one as fragments for [include], maps, and the
-!> next measurements.
+!> Writes the files of a diagnosis other than NAME.json: the wing of the baseline and the extended wing as fragments for
+!> [include], the maps, and the next measurements.
 module diagnose_files
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t
@@ -32,9 +32,9 @@ module diagnose_files
 
 contains
 
-  !> Writes NAME_baseline.ini and, if a cause was found, NAME_extended.ini; if none was, that of an earlier diagnosis is
-  !> removed. They are for the wing of the file: fitted on a
-  !> finer mesh, the same wing differs from them by what the mesh does.
+  !> Writes NAME_baseline.ini and, if a cause was found, NAME_extended.ini. If none was found, it removes the NAME_extended.ini of
+  !> another diagnosis. The values are for the mesh in the wing file. If they were fitted on a finer mesh, the wing in these files
+  !> differs from the fit by the error of the mesh.
   subroutine write_fragments(s, d, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
@@ -76,8 +76,8 @@ contains
     if (.not. ok) call failure%raise(path//': cannot be written; is the folder missing or the disk full?')
   end subroutine write_fragment
 
-  !> Writes NAME.h5: for each load the averages with whitened residuals of baseline and extended wing, and where on the
-  !> wing unknown causes would act.
+  !> Writes NAME.h5. For each load it holds the averages with the residuals of the baseline and of the extended wing, as they are
+  !> and whitened. It also holds the tables of modes and of records of motion, and shows where on the wing unknown causes would act.
   subroutine write_maps(s, simulator, d, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
@@ -124,7 +124,8 @@ contains
     call file%publish(s%name//'.h5', .false., failure)
   end subroutine write_maps
 
-  !> Posterior means of pattern strengths over their largest prior sd, of the whole misfit of the baseline.
+  !> Writes the posterior means and sd of the pattern strengths over their largest prior sd, from the whole misfit of the
+  !> baseline, with the place of each pattern.
   subroutine write_unknown(file, simulator, d, failure)
     type(hdf5_file_t), intent(in) :: file
     type(wing_simulator_t), intent(in) :: simulator
@@ -145,7 +146,7 @@ contains
     end do
   end subroutine write_unknown
 
-  !> Writes NAME_next_measurements.csv.
+  !> Writes NAME_next_measurements.csv, a table of the next measurements.
   subroutine write_next(s, next, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(next_measurement_t), intent(in) :: next

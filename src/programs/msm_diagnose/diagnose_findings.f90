@@ -14,7 +14,7 @@ module diagnose_findings
 
 contains
 
-  !> Cause number i of the verdict, as the extended model has it; empty if it was not fitted.
+  !> Returns a sentence on cause i of the verdict, from the fit of the extended model. It is empty if that model was not fitted.
   function cause_finding(s, d, i) result(text)
     class(diagnosis_case_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
@@ -24,7 +24,8 @@ contains
     if (d%extended%is_found) text = fit_text(s, d, d%decision%causes(i), d%extended, d%intervals)
   end function cause_finding
 
-  !> Parameter number k of cause i of the verdict, the same.
+  !> Returns a sentence on parameter k of cause i of the verdict, from the fit of the extended model. It is empty if that model
+  !> was not fitted.
   function parameter_finding(s, d, i, k) result(text)
     class(diagnosis_case_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
@@ -34,8 +35,8 @@ contains
     if (d%extended%is_found) text = fit_text(s, d, d%decision%causes(i), d%extended, d%intervals, k)
   end function parameter_finding
 
-  !> Returns the smallest strength of effect e that these data would show in nine of ten experiments, in words: of each of its
-  !> parameters alone, upward; empty if none shows at any strength.
+  !> Returns in words the smallest strength of effect e that these data would show in nine of ten experiments. There is a part for
+  !> each of its parameters that shows alone, for an increase of its coordinate. The text is empty if none shows at any strength.
   function shows_from(s, d, e) result(text)
     class(diagnosis_case_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
@@ -59,7 +60,7 @@ contains
     end associate
   end function shows_from
 
-  !> Effect number e if it were the only cause, as its own fit has it; empty if it was not fitted.
+  !> Returns a sentence on effect e as if it were the only cause, from its own fit. It is empty if that fit was not made.
   function effect_finding(s, d, e) result(text)
     class(diagnosis_case_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
@@ -74,8 +75,8 @@ contains
     end do
   end function effect_finding
 
-  !> The parameters of a candidate in a fit, or number `only` of them; `intervals` are of the parameters behind those of the
-  !> baseline.
+  !> Describes the parameters of a candidate in a fit, or only its parameter number `only`. `intervals` belong to the parameters
+  !> that follow those of the baseline.
   function fit_text(s, d, candidate, fit, intervals, only) result(text)
     class(diagnosis_case_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
@@ -106,7 +107,7 @@ contains
     end associate
   end function fit_text
 
-  !> Returns a parameter at the coordinate q, without an interval.
+  !> Returns a parameter with the coordinate q as a finding without an interval.
   function make_finding(parameter, site, q) result(finding)
     class(parameter_t), intent(in) :: parameter
     character(*), intent(in) :: site

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The `flusi` case of an experiment, and what it becomes with other kinematics, another flow or a finer grid: an ini file that
-!> includes the case and has the keys that change. All ranks hold the same.
+!> Holds the `flusi` case of an experiment and derives cases from it with other kinematics, another flow or a finer grid. A
+!> derived case is an ini file that includes the case and sets the keys that change. All ranks hold the same.
 module diagnose_flight_case
   use base_checksum, only: checksum_text
   use base_build, only: BUILD_VERSION
@@ -45,7 +45,7 @@ module diagnose_flight_case
 
 contains
 
-  !> Reads the case at `path`; mistakes go to `errors`. Collective.
+  !> Reads the case at `path`. Mistakes go to `errors` and remarks to `notices`. Collective.
   subroutine case_load(self, path, beats, world, errors, notices)
     class(flight_case_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -78,7 +78,7 @@ contains
     end associate
   end subroutine case_load
 
-  !> What is known before anything flies.
+  !> Fills `facts` with what is known of the case before any flight.
   subroutine case_tell(self, facts)
     class(flight_case_t), intent(in) :: self
     type(flight_facts_t), intent(inout) :: facts
@@ -109,8 +109,8 @@ contains
     call find_inertia(self, facts%inertia)
   end subroutine case_tell
 
-  !> Forces and torques about the origin of the wings per unit mass of all of them, spread evenly over their area, on what holds
-  !> them [m/s^2, m^2/s^2]. Bending is left out.
+  !> Finds the inertia over the beat: the forces [m/s^2] and the torques about the origin [m^2/s^2] on what holds the wings, per
+  !> unit mass of all wings. The mass is spread evenly over the area of the wings. Bending is left out.
   subroutine find_inertia(self, inertia)
     class(flight_case_t), intent(in) :: self
     real(rp), intent(out) :: inertia(N_PHASES, N_COMPONENTS)
@@ -154,7 +154,7 @@ contains
     if (total > 0) centroid = centroid/total
   end function centroid_of
 
-  !> The ini file of a flight.
+  !> Returns the text of the ini file of a flight.
   function case_text(self, request) result(text)
     class(flight_case_t), intent(in) :: self
     type(flight_request_t), intent(in) :: request
@@ -227,7 +227,8 @@ contains
     end do
   end function numbers
 
-  !> Half as many points again, even, and a sponge of the same size.
+  !> Returns the keys of a grid with about half as many points again in each direction, an even number, and of a sponge of the
+  !> same physical size.
   function finer_grid(s) result(text)
     type(settings_t), intent(in) :: s
     character(:), allocatable :: text
@@ -242,15 +243,15 @@ contains
                                              number_text(nint(REFINEMENT*s%fluid%sponge%thickness))//NL
   end function finer_grid
 
-  !> The name under which the ini file of a flight is read: beside the case, where it is not, so that the names of files in the case
-  !> hold.
+  !> Returns the name under which the ini file of a flight is read. No file of that name exists. It is in the folder of the case,
+  !> so that relative names of files in the case stay valid.
   function case_name(self) result(name)
     class(flight_case_t), intent(in) :: self
     character(:), allocatable :: name
     name = join_path(folder_of(self%path), 'flight-of-'//name_of(self%path))
   end function case_name
 
-  !> The settings of a flight; mistakes go to `errors`. Collective if `world` is there.
+  !> Reads the settings of a flight. Mistakes go to `errors`. Collective if `world` is present.
   subroutine case_read(self, request, settings, errors, world)
     class(flight_case_t), intent(in) :: self
     type(flight_request_t), intent(in) :: request
@@ -261,8 +262,8 @@ contains
     call load_settings(self%text(request), self%name(), .false., settings, errors, notices, world)
   end subroutine case_read
 
-  !> A word that differs where inputs of a flight, or the version of the program, do; `reason` is allocated if they are not
-  !> valid. By the calling rank alone.
+  !> Returns a word that differs whenever the inputs of a flight or the version of the program differ. `reason` is allocated, and
+  !> says why, if the inputs are not valid. Not collective.
   subroutine case_fingerprint(self, request, word, reason)
     class(flight_case_t), intent(in) :: self
     type(flight_request_t), intent(in) :: request

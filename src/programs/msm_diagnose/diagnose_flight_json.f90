@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Records of forces over the beat in NAME.json: measured, simulated by the case as it is, and with what was found. The
-!> case with what was found, for flusi.
+!> Writes records of forces over the beat to NAME.json: as measured, as simulated by the case as it is, and as simulated with the
+!> causes that were found. It also writes the case with these causes for flusi.
 module diagnose_flight_json
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -18,7 +18,7 @@ module diagnose_flight_json
 
 contains
 
-  !> The member `flight`; nothing without records.
+  !> Adds the member `flight` to the open object. Does nothing without records.
   subroutine put_flights(json, s, d)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
@@ -65,7 +65,7 @@ contains
 
   contains
 
-    !> The measured values plus residuals(:) in sd, at the times that are known.
+    !> Writes the measured values plus residuals(:), which are in sd, at the times at which values are known.
     subroutine put_residuals(name, residuals)
       character(*), intent(in) :: name
       real(rp), intent(in) :: residuals(:)
@@ -76,7 +76,8 @@ contains
 
   end subroutine put_flights
 
-  !> Writes NAME_extended_flight.ini: the case with the kinematics and the flow that were found, if any were.
+  !> Writes NAME_extended_flight.ini: the case with the errors of the kinematics and the flow that were found. Writes nothing if
+  !> none were found.
   subroutine write_extended_flight(s, d, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> [Flight] of a diagnosis: the case that simulates the experiment in which forces were recorded, whether both fit together, what
-!> the flights cost, and flying them.
+!> Handles the section [Flight] of a diagnosis. It reads the case that simulates the experiment in which forces were recorded,
+!> checks that the records fit the case, estimates the cost of the flights, and has them flown.
 module diagnose_flight_settings
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -25,7 +25,7 @@ module diagnose_flight_settings
 
 contains
 
-  !> Reads the case that the records of the measurement need; mistakes go to `errors`. Collective.
+  !> Reads the case that the records of the measurement need. Mistakes go to `errors` and remarks to `notices`. Collective.
   subroutine load_flights(config, c, measurement, world, runner, data, errors, notices)
     type(config_t), intent(in) :: config
     type(flight_choices_t), intent(in) :: c
@@ -95,7 +95,8 @@ contains
     end do
   end subroutine check_effects
 
-  !> The records must be of this case.
+  !> Complains about records that do not belong to this case: another frequency of the beat, or components that the case does not
+  !> have.
   subroutine check_records(measurement, runner, errors)
     type(measurement_t), intent(in) :: measurement
     type(flusi_runner_t), intent(in) :: runner
@@ -123,7 +124,7 @@ contains
     end associate
   end subroutine check_records
 
-  !> Tells on `unit` how many flights are needed and what they may cost. On rank 0.
+  !> Prints on `unit` how many flights are needed and what they may cost. Not collective: rank 0 calls it.
   subroutine print_cost(unit, runner, data, world)
     integer, intent(in) :: unit
     type(flusi_runner_t), intent(inout) :: runner
@@ -154,8 +155,8 @@ contains
     end if
   end function time_text
 
-  !> Flies what is needed, and puts it into `data`; effects of flights that failed are excluded. If the flight of the case itself
-  !> failed, `failure` says why on all ranks. Collective.
+  !> Simulates the flights that are needed and stores what they show in `data`. Effects that need a flight that failed are
+  !> excluded from the catalogue. If the flight of the case itself failed, `failure` says why on all ranks. Collective.
   subroutine fly_all(world, runner, data, catalogue, failure)
     type(world_t), intent(in) :: world
     type(flusi_runner_t), intent(inout) :: runner

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Words for the parameters that records of forces over the beat show: kinematics, flow and force balance.
+!> Provides the words for the parameters that records of forces over the beat show: kinematics, flow and force balance.
 module diagnose_flight_wordings
   use base_kinds, only: rp
   use solid_wording, only: factor => word_factor, plain => word_plain, wording_t, SCALE_FACTOR, SCALE_LINEAR
@@ -11,7 +11,7 @@ module diagnose_flight_wordings
 
 contains
 
-  !> The words of parameter `name` [unit]; nothing for others.
+  !> Fills w with the words of parameter `name` [unit]. Leaves w as it is for other parameters.
   subroutine word_flight(w, name, unit)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: name, unit

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Flies flights with `flusi` in this program, whole flights by groups of ranks, each in a folder of its own that its inputs name.
-!> A flight that has ended is read and not flown again; one that was interrupted goes on, from its backup if it has one.
+!> Simulates flights with `flusi` inside this program. Groups of ranks simulate whole flights, each in a folder of its own, whose
+!> name depends on the inputs of the flight. A flight that has ended is read and not flown again. One that was interrupted goes on
+!> from its backup, or begins again if it has none.
 module diagnose_flights
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: failure_t, message_list_t
@@ -46,9 +47,9 @@ module diagnose_flights
 
 contains
 
-  !> Flies the requests whose folders have no flight that has ended, one group of ranks for each at a time, and reads the records
-  !> on rank 0. Fails if a flight cannot be made or begun; a flight that ends by itself without a record says why in it.
-  !> Collective.
+  !> Simulates the requests whose folders hold no ended flight; each group of ranks does one at a time. Then rank 0 reads all
+  !> records. `failure` is set if a flight cannot be prepared or begun. A flight that ends by itself without a result gives the
+  !> reason in its record. Collective.
   subroutine runner_fly(self, world, requests, records, failure)
     class(flusi_runner_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -82,7 +83,7 @@ contains
     end do
   end subroutine runner_fly
 
-  !> The first failure of any rank is that of all. Collective.
+  !> Gives all ranks the failure of the first rank that has one. Collective.
   subroutine agree(world, failure)
     type(world_t), intent(in) :: world
     type(failure_t), intent(inout) :: failure
@@ -96,7 +97,7 @@ contains
     if (.not. failure%failed) call failure%raise(reason)
   end subroutine agree
 
-  !> Returns how many of the requests have not been flown. On one rank.
+  !> Returns how many of the requests have not been flown. Not collective.
   integer function runner_count_missing(self, requests) result(n)
     class(flusi_runner_t), intent(inout) :: self
     type(flight_request_t), intent(in) :: requests(:)
@@ -106,7 +107,7 @@ contains
     n = count(.not. names%has_ended)
   end function runner_count_missing
 
-  !> Where each flight is or will be, and whether it has ended. By the calling rank alone.
+  !> Finds the folder of each flight and whether the flight has ended. Not collective.
   subroutine find_names(self, requests, names)
     class(flusi_runner_t), intent(in) :: self
     type(flight_request_t), intent(in) :: requests(:)
@@ -135,8 +136,8 @@ contains
     end do
   end subroutine share_names
 
-  !> Flies in the folder; what that prints is in the file `log` there. A flight that diverges has ended too. Collective over
-  !> the group.
+  !> Simulates one flight in `folder`. Its output goes to the file `log` there. A flight that diverges counts as ended. Collective
+  !> over the group.
   subroutine fly_one(self, group, request, folder, failure)
     class(flusi_runner_t), intent(in) :: self
     type(world_t), intent(in) :: group
@@ -188,7 +189,7 @@ contains
     call write_text(join_path(folder, INI), self%case%text(request), ok)
   end subroutine write_start
 
-  !> In the current folder.
+  !> Runs the simulation in the current folder, from its backup if there is one. Collective over the group.
   subroutine simulate(group, settings, outcome)
     type(world_t), intent(in) :: group
     type(settings_t), intent(in) :: settings
@@ -211,7 +212,7 @@ contains
     deallocate (simulation)
   end subroutine simulate
 
-  !> The mark of a flight that need not be flown again.
+  !> Writes the mark of a flight that has ended and need not be flown again.
   subroutine write_end(outcome, ok)
     type(outcome_t), intent(in) :: outcome
     logical, intent(out) :: ok
@@ -224,7 +225,7 @@ contains
     end select
   end subroutine write_end
 
-  !> What the flight of this name has left: straight lines between the records of its last beat.
+  !> Reads the result of the flight of this name. It interpolates linearly between the values that were recorded in the last beat.
   subroutine read_record(self, name, record)
     class(flusi_runner_t), intent(in) :: self
     type(name_t), intent(in) :: name

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A diagnosis from beginning to end. Rank 0 leads, all ranks solve.
+!> Runs a diagnosis from beginning to end. Rank 0 leads; all ranks solve.
 module diagnose_job
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
@@ -62,7 +62,7 @@ module diagnose_job
 
 contains
 
-  !> Reads the input; mistakes are printed, and `outcome` is then not good. Collective.
+  !> Reads the input. Mistakes are printed, and the kind of `outcome` then says that the input is not valid. Collective.
   subroutine diagnose_load(self, command, world)
     class(diagnose_t), intent(inout) :: self
     type(diagnose_command_t), intent(in) :: command
@@ -81,7 +81,7 @@ contains
     call agree_on_outcome(world, self%outcome)
   end subroutine diagnose_load
 
-  !> Makes all ranks ready for tasks. Collective.
+  !> Makes all ranks ready to take tasks. Collective.
   subroutine diagnose_begin(self, command)
     class(diagnose_t), intent(inout), target :: self
     type(diagnose_command_t), intent(in) :: command
@@ -106,7 +106,7 @@ contains
       write (error_unit, '(a)') 'notice: the error of the mesh is not estimated: '//failure%reason
   end subroutine diagnose_begin
 
-  !> Tells what flights cost, and flies them unless this is a plan. Collective.
+  !> Prints what the flights cost, and simulates them unless this is a plan. Collective.
   subroutine fly(self, command)
     class(diagnose_t), intent(inout) :: self
     type(diagnose_command_t), intent(in) :: command
@@ -122,7 +122,7 @@ contains
     end associate
   end subroutine fly
 
-  !> Rank 0: diagnoses, prints and writes, or tells what the loads could show.
+  !> Makes the diagnosis, prints it and writes the files; for a plan it prints what the loads could show. Only rank 0 calls it.
   subroutine diagnose_lead(self, command)
     class(diagnose_t), intent(inout), target :: self
     type(diagnose_command_t), intent(in) :: command
@@ -171,8 +171,8 @@ contains
     call self%outcome%classify(OUTCOME_UNWRITABLE)
   end subroutine diagnose_lead
 
-  !> Rank 0: finds out whether files can be written, by a lock against another run, and moves a verdict of before aside, so
-  !> that none is there if this run does not come to one.
+  !> Locks the files against another run, which also shows whether they can be written, and moves the results of an earlier
+  !> diagnosis aside. No verdict is then left if this run ends without one. Only rank 0 calls it.
   subroutine prepare_files(self, is_plan)
     class(diagnose_t), intent(inout) :: self
     logical, intent(in) :: is_plan
@@ -196,7 +196,8 @@ contains
     flush (error_unit)
   end subroutine prepare_files
 
-  !> Rank 0: from now on what was computed is kept, and a diagnosis of the same inputs that did not end is gone on with.
+  !> Begins to keep what is computed in a journal. If the journal is of a diagnosis of the same inputs that did not end, this
+  !> diagnosis continues it. Only rank 0 calls it.
   subroutine begin_journal(self, command)
     class(diagnose_t), intent(inout), target :: self
     type(diagnose_command_t), intent(in) :: command
@@ -212,7 +213,7 @@ contains
     if (self%has_discretisation) call self%discretisation%use_journal(journal)
   end subroutine begin_journal
 
-  !> Does tasks for rank 0. On the other ranks.
+  !> Carries out tasks for rank 0. All other ranks call it.
   subroutine diagnose_serve(self)
     class(diagnose_t), intent(inout) :: self
     if (self%is_over) return
@@ -223,7 +224,7 @@ contains
     end if
   end subroutine diagnose_serve
 
-  !> Ends `serve`. On rank 0.
+  !> Ends `serve` on the other ranks. Only rank 0 calls it.
   subroutine diagnose_shut_down(self)
     class(diagnose_t), intent(inout) :: self
     if (self%is_over) return
@@ -234,7 +235,8 @@ contains
     end if
   end subroutine diagnose_shut_down
 
-  !> The values of [Wing], or where the fit for the error of the mesh has come from there; then points about the values of [Wing].
+  !> Returns the points from which fits start, one in each column. The first has the values of [Wing], or those at which the fit
+  !> for the error of the mesh ended. The others are random points about the values of [Wing].
   function starts(self) result(points)
     class(diagnose_t), intent(in) :: self
     real(rp), allocatable :: points(:, :)
@@ -254,7 +256,7 @@ contains
     end do
   end function starts
 
-  !> Ends the work of all ranks; the kind of `outcome` is the same on all. Collective.
+  !> Ends the work of all ranks. The kind of `outcome` is then the same on all ranks. Collective.
   subroutine diagnose_finish(self)
     class(diagnose_t), intent(inout) :: self
     if (self%outcome%failure%failed .and. (self%world%is_root .or. .not. self%is_over)) &

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> NAME.json: everything that a diagnosis found, for programs. Its form is told by `schema_version` and
-!> docs/guide/diagnosis.md.
+!> Writes NAME.json, which holds everything that a diagnosis found, for other programs. `schema_version` and
+!> docs/guide/diagnosis.md define its form.
 module diagnose_json
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t
@@ -34,7 +34,7 @@ module diagnose_json
 
 contains
 
-  !> Writes the file.
+  !> Writes NAME.json. `failure` says why if it cannot be written.
   subroutine write_diagnosis_json(s, d, discretisation, next, zeros, unknown, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
@@ -77,7 +77,7 @@ contains
     if (.not. ok) call failure%raise(s%name//'.json: cannot be written; is the folder missing or the disk full?')
   end subroutine write_diagnosis_json
 
-  !> Of every effect the place at which it comes nearest to the first cause.
+  !> Lists the rival effects, each with the variant that comes nearest to the first cause.
   subroutine put_rivals(json, s, d, next)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
@@ -194,7 +194,7 @@ contains
     call json%close()
   end subroutine put_baseline
 
-  !> Values of what was fitted, in their units, and the sd of their coordinates.
+  !> Writes the fitted values in their units, and the sd of their coordinates.
   subroutine put_parameters(json, s, fit)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
@@ -217,7 +217,7 @@ contains
     call json%close()
   end subroutine put_parameters
 
-  !> A sentence for every parameter of the causes that were fitted.
+  !> Writes a sentence for every parameter of the causes that were fitted.
   subroutine put_findings(json, s, d)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
@@ -337,7 +337,7 @@ contains
     call json%close()
   end subroutine put_validation
 
-  !> Zero readings of one instrument, where there are several.
+  !> Writes the zero readings of one instrument, if there are several, with their differences from the first one [m].
   subroutine put_zeros(json, zeros)
     type(json_t), intent(inout) :: json
     type(zeros_t), intent(in) :: zeros

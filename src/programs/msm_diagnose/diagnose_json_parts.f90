@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Parts of NAME.json: the error of the mesh, the checks of the residuals, and what to measure next.
+!> Writes parts of NAME.json: the error of the mesh, and what to measure next.
 module diagnose_json_parts
   use diagnosis_discretisation, only: discretisation_error_t
   use diagnosis_next_measurement, only: next_measurement_t
@@ -11,7 +11,8 @@ module diagnose_json_parts
 
 contains
 
-  !> The error of the mesh. `is_fitted_on`: everything is fitted on the finer one.
+  !> Adds the member `mesh_band`, the error of the mesh, to the open object. `is_fitted_on` means that everything is fitted on the
+  !> finer mesh.
   subroutine put_discretisation(json, discretisation, is_fitted_on)
     type(json_t), intent(inout) :: json
     type(discretisation_error_t), intent(in) :: discretisation
@@ -25,7 +26,7 @@ contains
     call json%close()
   end subroutine put_discretisation
 
-  !> Loads of the measurement to repeat, and loads at new sites.
+  !> Adds the loads of the measurement that should be repeated and the loads at new sites to the open object.
   subroutine put_next(json, measurement, next)
     type(json_t), intent(inout) :: json
     type(measurement_t), intent(in) :: measurement

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reports natural modes in a diagnosis: a line on the terminal, a list in NAME.json, tables in NAME.h5.
+!> Reports natural modes in a diagnosis, in a line on the terminal, a list in NAME.json and tables in NAME.h5.
 module diagnose_modes
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -21,7 +21,7 @@ module diagnose_modes
 
 contains
 
-  !> The mode whose frequency fits worst.
+  !> Prints a line on the mode whose frequency fits worst, in units of its sd. Prints nothing without modes.
   subroutine print_modes(unit, s, d)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -40,7 +40,7 @@ contains
     end associate
   end subroutine print_modes
 
-  !> The list `modes` of the JSON file, if there are any.
+  !> Adds the list `modes` to the JSON file if there are any modes.
   subroutine put_modes(json, s, d)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
@@ -69,7 +69,8 @@ contains
     call json%close()
   end subroutine put_modes
 
-  !> Returns the section [Mass] of a wing at q, as far as its masses differ from those of the input; nothing if it did not move.
+  !> Returns the text of the section [Mass] of a wing at the coordinates q. It is empty if the measurement has neither modes nor
+  !> records of motion.
   function mass_lines(s, q) result(text)
     type(diagnose_settings_t), intent(in) :: s
     real(rp), intent(in) :: q(:)
@@ -96,7 +97,7 @@ contains
       number_text(effects%added)//' of that of strip theory'//NL
   end function mass_lines
 
-  !> The group `modes` of the HDF5 file.
+  !> Writes the group `modes` of the HDF5 file.
   subroutine write_mode_tables(file, s, failure)
     type(hdf5_file_t), intent(in) :: file
     type(diagnose_settings_t), intent(in) :: s

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> `msm_diagnose --plan`: what the loads of a measurement, or of a plan without heights, could show: on the terminal, and
-!> NAME_plan.json for programs.
+!> Implements `msm_diagnose --plan`: reports what the loads of a measurement, or of a plan without heights, could show. It prints
+!> a table on the terminal and writes NAME_plan.json for other programs.
 module diagnose_plan_report
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t
@@ -21,8 +21,9 @@ module diagnose_plan_report
 
 contains
 
-  !> The smallest strength of every effect that the loads would show with a probability of 90 %, from tangents at the
-  !> wing as [Wing] has it. On rank 0; the others serve. `store` keeps what is drawn.
+  !> Prints the smallest strength of every effect that the loads would show with a probability of 90 %, and writes NAME_plan.json.
+  !> It uses the derivatives at the wing with the values in [Wing]. `store` keeps the random draws for another run. Rank 0 calls
+  !> it while the other ranks serve.
   subroutine print_plan(unit, s, simulator, failure, store)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -54,7 +55,7 @@ contains
     call write_plan(s, found%design, found%snr, found%best_loads, failure)
   end subroutine print_plan
 
-  !> For each effect the load at a new place that would lower its smallest strength most.
+  !> Prints for each effect the load at a new place that would lower its smallest strength most.
   subroutine print_best_loads(unit, s, best_loads)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -74,7 +75,7 @@ contains
     end do
   end subroutine print_best_loads
 
-  !> The variant that shows best.
+  !> Prints the variant of effect e that shows best and its smallest detectable strength.
   subroutine print_detectable(unit, s, design, e, snr)
     integer, intent(in) :: unit, e
     type(diagnose_settings_t), intent(in) :: s
@@ -176,7 +177,7 @@ contains
     call json%close()
   end subroutine put_plan
 
-  !> A change of a coordinate as users see it: a factor, where that is a logarithm.
+  !> Converts a change of a coordinate into the number that users see. It is a factor if the coordinate is a logarithm.
   pure real(rp) function in_words_of(is_log, change) result(value)
     logical, intent(in) :: is_log
     real(rp), intent(in) :: change

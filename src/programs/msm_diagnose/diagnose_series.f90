@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reports records of a wing that rings in a diagnosis: a list in NAME.json, tables in NAME.h5, and the damping with which flusi
-!> runs the wing.
+!> Reports records of a ringing wing in a diagnosis, in a list in NAME.json and tables in NAME.h5. It also returns the damping
+!> with which flusi should run the wing.
 module diagnose_series
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -21,7 +21,7 @@ module diagnose_series
 
 contains
 
-  !> The list `series` of the JSON file, if there are any records.
+  !> Adds the list `series` to the JSON file if there are any records.
   subroutine put_series(json, s, d)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
@@ -50,7 +50,7 @@ contains
     call json%close()
   end subroutine put_series
 
-  !> The group `series` of the HDF5 file: a table for each trace, RECORD/NUMBER.
+  !> Writes the group `series` of the HDF5 file, with a table RECORD/NUMBER for each trace.
   subroutine write_series_tables(file, s, failure)
     type(hdf5_file_t), intent(in) :: file
     type(diagnose_settings_t), intent(in) :: s
@@ -81,7 +81,7 @@ contains
     end do
   end subroutine write_series_tables
 
-  !> Returns the section [Damping] of a wing at q; nothing without records of motion.
+  !> Returns the text of the section [Damping] of a wing at the coordinates q. It is empty without records of motion.
   function damping_lines(s, q) result(text)
     type(diagnose_settings_t), intent(in) :: s
     real(rp), intent(in) :: q(:)

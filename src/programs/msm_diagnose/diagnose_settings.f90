@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What `msm_diagnose` is to do: from the ini file, the wing file and the measurement file to an experiment, a catalogue
-!> and the choices of the statistics. Whatever a user can do wrong is found here. SI units.
+!> Reads what `msm_diagnose` has to do: it turns the ini file, the wing file and the measurement file into an experiment, a
+!> catalogue and the settings of the statistics. All mistakes that a user can make are found here. Quantities are in SI units.
 module diagnose_settings
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -41,8 +41,8 @@ module diagnose_settings
 
 contains
 
-  !> Reads the ini file `path` and what it names on all ranks; all mistakes go to `errors`, remarks to `notices`.
-  !> `refine` goes before [Diagnose] refine unless it is empty. What `may_plan` needs no heights. Collective.
+  !> Reads the ini file `path` and the files that it names on all ranks. All mistakes go to `errors` and remarks to `notices`.
+  !> `refine` replaces [Diagnose] refine unless it is empty. With `may_plan` the measurement needs no heights. Collective.
   subroutine load_diagnose_settings(path, refine, may_plan, world, s, errors, notices)
     character(*), intent(in) :: path, refine
     logical, intent(in) :: may_plan
@@ -78,7 +78,8 @@ contains
     if (errors%count() == 0) call make_all(s, errors, notices)
   end subroutine load_diagnose_settings
 
-  !> What natural modes and records of motion need.
+  !> Complains if a measurement of natural modes or motion lacks what it needs: the mass of the wing, and a wing that is flat and
+  !> free of stress at rest.
   subroutine check_modes(s, errors)
     type(diagnose_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: errors
@@ -96,7 +97,7 @@ contains
     end do
   end subroutine check_modes
 
-  !> No result may take the place of what is read.
+  !> Complains if a result would overwrite a file that is read.
   subroutine check_output_files(s, errors)
     type(diagnose_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: errors
@@ -113,7 +114,7 @@ contains
     call refuse_overwriting(s%config, 'Saving', 'draws', s%draws_path, inputs, errors)
   end subroutine check_output_files
 
-  !> The finer wing takes the place of that of the file.
+  !> Replaces the wing of the file by one with a finer mesh, and keeps the wing of the file.
   subroutine take_finer(s)
     type(diagnose_settings_t), intent(inout) :: s
     type(message_list_t) :: messages
@@ -152,7 +153,7 @@ contains
     end associate
   end subroutine read_options
 
-  !> The experiment, what is averaged, the catalogue, and what neighbouring heights say about their errors.
+  !> Makes the experiment, the averages and the catalogue, and finds what neighbouring heights say about their errors.
   subroutine make_all(s, errors, notices)
     type(diagnose_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors, notices
@@ -190,7 +191,7 @@ contains
     if (s%noise%warning /= '') call notices%add(s%measurement_path//': '//s%noise%warning)
   end subroutine make_all
 
-  !> Whether one-way joints could show.
+  !> Tells whether some loads push up and others down, without which one-way joints cannot show.
   pure logical function is_loaded_from_both_sides(m) result(is_it)
     type(measurement_t), intent(in) :: m
     integer :: l

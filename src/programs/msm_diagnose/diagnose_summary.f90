@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Prints what a diagnosis found on the terminal, in at most 15 lines.
+!> Prints what a diagnosis found on the terminal, in at most 16 lines.
 module diagnose_summary
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -23,7 +23,8 @@ module diagnose_summary
 
 contains
 
-  !> At most 16 lines.
+  !> Prints on `unit`, in at most 16 lines, the data, the misfit of the baseline, the verdict with its causes, what to measure next,
+  !> and the names of the files.
   subroutine print_verdict(unit, s, d, discretisation, next, zeros, unknown)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -68,7 +69,7 @@ contains
     flush (unit)
   end subroutine print_verdict
 
-  !> How well the baseline fits, and how surely something is left.
+  !> Prints how well the baseline fits, and how surely something is left.
   subroutine print_misfit(unit, s, d)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -84,14 +85,14 @@ contains
       'and a cause shows in few combinations of them)'
   end subroutine print_misfit
 
-  !> Whether the sum of squares looks like noise, within two of its sd, although something was found.
+  !> Tells whether something was found although the sum of squares is like that of noise, at most two of its sd above its mean.
   pure logical function hides_cause(n, d) result(hides)
     integer, intent(in) :: n
     type(diagnosis_t), intent(in) :: d
     hides = d%decision%log_p_global < log(LEVEL) .and. d%initial_baseline%chi2 < n + 2*sqrt(2.0_rp*n)
   end function hides_cause
 
-  !> A cause with sign, size and interval, or in general if it was not fitted.
+  !> Describes a cause with its sign, size and interval, or in general terms if it was not fitted.
   function told_cause(s, d, i) result(text)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
@@ -103,7 +104,7 @@ contains
       text = 'if it is '//s%catalogue%effects(d%design%candidates(d%decision%causes(i))%effect)%title//': '//text
   end function told_cause
 
-  !> The sensor whose zero differs most from that of the first one.
+  !> Prints the sensor whose zero differs most from that of the first one, in units of the error of the difference.
   subroutine print_zeros(unit, zeros)
     integer, intent(in) :: unit
     type(zeros_t), intent(in) :: zeros
@@ -116,7 +117,7 @@ contains
       '; they are equal with p = '//probability_text(zeros%log_p)
   end subroutine print_zeros
 
-  !> What the plain questions say against the baseline, if anything.
+  !> Prints the check of the residuals that speaks against the baseline, if there is one.
   subroutine print_alarm(unit, d)
     integer, intent(in) :: unit
     type(diagnosis_t), intent(in) :: d
@@ -127,7 +128,7 @@ contains
       probability_text(d%checks(at)%log_p)//' of '//number_text(count(d%checks%takes_part))//' checks)'
   end subroutine print_alarm
 
-  !> The load that separates the cause from its nearest rival best: a repeat or a new place.
+  !> Prints the load that separates the cause from its nearest rival best. It is a repeat or a load at a new place.
   subroutine print_next(unit, s, d, next)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -167,7 +168,7 @@ contains
 
   end subroutine print_next
 
-  !> What was measured, and how exactly; two lines.
+  !> Prints what was measured, and how exactly, in two lines.
   subroutine print_data(unit, s)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -196,7 +197,7 @@ contains
     write (unit, '(a)') what
   end subroutine print_data
 
-  !> One sentence.
+  !> Returns one sentence that states the verdict.
   function verdict_sentence(s, d) result(text)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
@@ -243,7 +244,7 @@ contains
     text = text//' (probability '//trim(percent)//' %)'
   end function verdict_sentence
 
-  !> A probability in percent.
+  !> Returns a probability in percent.
   function percent_text(probability) result(text)
     real(rp), intent(in) :: probability
     character(:), allocatable :: text
@@ -259,7 +260,7 @@ contains
     if (d%decision%log_p_checks <= log(LEVEL*(1 - TESTS_FRACTION))) at = most_significant(d%checks)
   end function alarm_of
 
-  !> Why the fit of what could have been a name speaks against it, or nothing.
+  !> Returns why the fit of a cause that could have been named speaks against naming it. The text is empty if the fit does not.
   pure function because(decision) result(text)
     type(decision_t), intent(in) :: decision
     character(:), allocatable :: text
@@ -277,7 +278,7 @@ contains
     end select
   end function because
 
-  !> Title and place of a cause.
+  !> Returns the title and the place of cause i of the verdict.
   function cause_name(s, d, i) result(text)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
@@ -286,7 +287,7 @@ contains
     text = candidate_name(s, d, d%decision%causes(i))
   end function cause_name
 
-  !> Returns a probability from its logarithm.
+  !> Returns the text of a probability whose logarithm is given.
   function probability_text(log_p) result(text)
     real(rp), intent(in) :: log_p
     character(:), allocatable :: text

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> An unknown cause in words and in NAME.json.
+!> Describes an unknown cause in words and in NAME.json.
 module diagnose_unknown
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -13,7 +13,7 @@ module diagnose_unknown
 
 contains
 
-  !> Members `related` and `region` of the object that is open.
+  !> Adds the members `related` and, if a region was found, `region` to the open object.
   subroutine put_unknown(json, s, unknown)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
@@ -51,7 +51,7 @@ contains
     call json%close()
   end subroutine put_unknown
 
-  !> Two lines at most: where, and what is related.
+  !> Prints at most two lines: where the unknown cause acts, and which effects are related to it.
   subroutine print_unknown(unit, unknown)
     integer, intent(in) :: unit
     type(unknown_t), intent(in) :: unknown
@@ -66,7 +66,7 @@ contains
     write (unit, '(a)') '          related, not sufficient (share of the misfit): '//text(3:)
   end subroutine print_unknown
 
-  !> The largest part in words.
+  !> Describes in words the largest part of the region.
   function region_text(unknown) result(text)
     type(unknown_t), intent(in) :: unknown
     character(:), allocatable :: text

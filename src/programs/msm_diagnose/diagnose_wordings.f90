@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Words for the parameters of causes. Those of effects of the wing stand in the modules solid_effect_*; here are those of
-!> parameters that every wing has, of the measurement and of masses. The scales are those of solid_wording.
+!> Provides the words for the parameters of causes. Those of effects of the wing are in the modules solid_effect_*. Here are those
+!> of parameters that every wing has, of the measurement and of masses. solid_wording defines the scales.
 module diagnose_wordings
   use base_kinds, only: rp
   use diagnose_flight_wordings, only: word_flight
@@ -16,7 +16,8 @@ module diagnose_wordings
 
 contains
 
-  !> Returns the words of parameter `name` [unit] at `site`, of which `null` was assumed; `best` chooses prefixes of units.
+  !> Returns the words of parameter `name` [unit] at `site`. `null` is its assumed value; `best`, its fitted value, determines the
+  !> prefix of the unit.
   function find_wording(name, unit, site, null, best) result(w)
     character(*), intent(in) :: name, unit, site
     real(rp), intent(in) :: null, best
@@ -38,7 +39,7 @@ contains
     if (w%scale == SCALE_PLAIN) call choose_prefix(w, best)
   end function find_wording
 
-  !> Stiffness of veins, membrane and joints.
+  !> Gives the words for the stiffness of veins, membrane and joints.
   subroutine word_structure(w, name)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: name
@@ -80,7 +81,7 @@ contains
                 'softer', ASSUMED, 'as stiff as was assumed')
   end subroutine springs
 
-  !> Forces, and what is read under them.
+  !> Gives the words for forces, and for what is read under them.
   subroutine word_forces(w, name)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: name
@@ -119,7 +120,7 @@ contains
     w%unit = 'm/s^2'
   end subroutine weight
 
-  !> Height maps.
+  !> Gives the words for errors of height maps.
   subroutine word_maps(w, name)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: name
@@ -149,7 +150,7 @@ contains
     end select
   end subroutine word_maps
 
-  !> What changes while it is measured.
+  !> Gives the words for what changes during the measurement.
   subroutine word_course(w, name)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: name
@@ -169,7 +170,7 @@ contains
     end select
   end subroutine word_course
 
-  !> What motion alone shows.
+  !> Gives the words for what only motion shows.
   subroutine word_masses(w, name, site)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: name, site
@@ -197,7 +198,7 @@ contains
     w%unit = 'degrees'
   end subroutine degrees_of
 
-  !> A prefix that makes the number one from 1 to 1000, for units that take one.
+  !> Chooses a prefix that brings the number between 1 and 1000, if the unit takes one.
   subroutine choose_prefix(w, best)
     type(wording_t), intent(inout) :: w
     real(rp), intent(in) :: best

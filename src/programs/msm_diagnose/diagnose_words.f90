@@ -22,7 +22,7 @@ module diagnose_words
   real(rp), parameter :: LEAST_TIMES = 0.01_rp
   real(rp), parameter :: SMALL = 1.0e-3_rp
 
-  !> A parameter that was found, in its unit: factors as factors, not as logarithms.
+  !> A finding is a parameter that was found, in its unit. Factors are stored as factors, not as logarithms.
   type :: finding_t
     character(:), allocatable :: name    !< of the parameter, as in ini files
     character(:), allocatable :: unit
@@ -35,7 +35,7 @@ module diagnose_words
     logical :: is_jump = .false.         !< an end is where a shape jumps
   end type finding_t
 
-  !> Numbers as they are displayed.
+  !> These are the numbers of a finding as they are displayed.
   type :: numbers_t
     type(wording_t) :: w
     real(rp) :: shown(3) = 0        !< lower end, value and upper end
@@ -48,7 +48,7 @@ module diagnose_words
 
 contains
 
-  !> Returns the sentence, without a stop at its end.
+  !> Returns the sentence on a finding, without a full stop at its end.
   function finding_text(finding) result(text)
     type(finding_t), intent(in) :: finding
     character(:), allocatable :: text
@@ -77,7 +77,8 @@ contains
     if (n%w%is_natural .and. abs(finding%null - n%w%reference) > 0) text = text//'; the input assumes that there is some of it'
   end function finding_text
 
-  !> By how much a parameter at `best` differs from nothing, without the words before that: "25 % higher than at the root".
+  !> Returns by how much a parameter at `best` differs from nothing, without the words that lead to the number, as in "25 % higher
+  !> than at the root".
   function strength_text(finding) result(text)
     type(finding_t), intent(in) :: finding
     character(:), allocatable :: text
@@ -90,7 +91,7 @@ contains
     text = text(i + len(' about '):)
   end function strength_text
 
-  !> The sentence of numbers that are ready to be told.
+  !> Returns the sentence for numbers that are already converted for display.
   function told(n, has, has_interval) result(text)
     type(numbers_t), intent(in) :: n
     logical, intent(in) :: has(2), has_interval
@@ -131,7 +132,7 @@ contains
     text = fixed(merge(x, abs(x), n%is_absolute), n%decimals)
   end function number_of
 
-  !> A number with its unit.
+  !> Returns a number with its unit.
   function amount(n, x) result(words)
     type(numbers_t), intent(in) :: n
     real(rp), intent(in) :: x
@@ -144,7 +145,7 @@ contains
     end if
   end function amount
 
-  !> The word for more, or for less.
+  !> Returns the word for more if `is_up`, else the word for less.
   function side(n, is_up) result(word)
     type(numbers_t), intent(in) :: n
     logical, intent(in) :: is_up
@@ -156,7 +157,7 @@ contains
     if (word == '') word = merge(' more', ' less', is_up)
   end function side
 
-  !> What stands behind the number.
+  !> Returns the words that follow the number.
   function tail_of(n) result(words)
     type(numbers_t), intent(in) :: n
     character(:), allocatable :: words
@@ -170,7 +171,7 @@ contains
     end if
   end function tail_of
 
-  !> "Perhaps the membrane .." of "The membrane ..".
+  !> Turns "The membrane .." into "Perhaps the membrane ..".
   function perhaps(lead) result(text)
     character(*), intent(in) :: lead
     character(:), allocatable :: text
@@ -187,7 +188,8 @@ contains
     if (word /= '') text = ' '//word
   end function blank_before
 
-  !> Digits behind the point, so that the interval shows, or without one two digits of the value.
+  !> Returns how many decimals are displayed: enough to resolve the interval or, without an interval, to give two digits of the
+  !> value.
   pure integer function decimals_for(shown, has) result(decimals)
     real(rp), intent(in) :: shown(3)
     logical, intent(in) :: has(2)
@@ -201,7 +203,7 @@ contains
     if (step > 0) decimals = max(0, min(MOST, -floor(log10(0.5_rp*step) + 1.0e-6_rp)))
   end function decimals_for
 
-  !> x with `decimals` digits behind the point.
+  !> Returns x with `decimals` digits after the decimal point.
   function fixed(x, decimals) result(text)
     real(rp), intent(in) :: x
     integer, intent(in) :: decimals

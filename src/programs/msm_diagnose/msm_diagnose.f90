@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> msm_diagnose: what the model of a wing gets wrong in bending tests, and why.
+!> msm_diagnose finds what the model of a wing gets wrong in its measurements, and why.
 program msm_diagnose
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use base_errors, only: message_list_t

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> msm_probe wing|measurement FILE: reads a file without a seal before another program does, so that damage which the HDF5
-!> library does not survive ends this process and not the other one. Exit code 0: it can be read, though it may have mistakes.
+!> msm_probe wing|measurement FILE reads a file without a seal before another program does. Damage that crashes the HDF5 library
+!> then ends this process and not the other one. Exit code 0 means that the file can be read; it may still have mistakes.
 program msm_probe
   use base_errors, only: failure_t, message_list_t
   use base_outcome, only: exit_code_of, OUTCOME_DONE, OUTCOME_MISTAKE

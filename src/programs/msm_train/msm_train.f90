@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> msm_train: finds the stiffness of a wing from bending tests.
+!> msm_train finds the stiffness of a wing from bending tests.
 program msm_train
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use base_errors, only: message_list_t

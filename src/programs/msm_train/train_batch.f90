@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What `msm_train` is asked to do, for one individual after another. All inputs are checked before the first is
-!> begun. One that cannot be trained does not keep the others from it.
+!> Carries out what the command line of `msm_train` asks for, for one individual after another. It checks all inputs before it
+!> begins the first individual. If one individual cannot be trained, the others still are.
 module train_batch
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: message_list_t
@@ -21,7 +21,8 @@ module train_batch
 
 contains
 
-  !> Does what `command` says; the kind of `outcome` is the same on all ranks. Collective.
+  !> Carries out `command` for every individual. A stop or files that cannot be written end the work at once. `outcome` is that of
+  !> the first individual that was not done, or done if all are; its kind is the same on all ranks. Collective.
   subroutine train_individuals(command, world, outcome)
     type(train_command_t), intent(in) :: command
     type(world_t), intent(in) :: world
@@ -45,7 +46,7 @@ contains
     call agree_on_outcome(world, outcome)
   end subroutine train_individuals
 
-  !> Finds the mistakes in the inputs of all, which are printed once, and prints what --check asks for. Collective.
+  !> Finds the mistakes in the inputs of all individuals, prints each once, and prints what --check asks for. Collective.
   subroutine check_all(command, world, n_individuals, outcome)
     type(train_command_t), intent(in) :: command
     type(world_t), intent(in) :: world
@@ -77,7 +78,7 @@ contains
 
   contains
 
-    !> Those of individual `number` that were not there yet: most of the input is common.
+    !> Adds the messages of individual `number` that are not there yet; most of the input is common to all individuals.
     subroutine add_new_messages(number)
       integer, intent(in) :: number
       type(message_list_t) :: own_errors, own_notices
@@ -102,7 +103,8 @@ contains
     end do
   end subroutine add_new
 
-  !> One individual from its input to its files; `spent` [s] of the wall time is gone. Collective.
+  !> Trains one individual, from reading its input to writing its files. `spent` [s] is the wall time that has passed since the
+  !> program began to train. Collective.
   subroutine train_one(command, world, number, spent, summary, outcome)
     type(train_command_t), intent(in) :: command
     type(world_t), intent(in) :: world

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The command line of `msm_train`.
+!> Reads the command line of `msm_train`.
 module train_command
   use base_errors, only: message_list_t
   use common_arguments, only: arguments_t, parse_arguments, print_lines
@@ -9,11 +9,11 @@ module train_command
 
   integer, parameter, public :: TRAIN_RUN = 1, TRAIN_CHECK = 2, TRAIN_EVALUATE = 3, TRAIN_SCREEN = 4, TRAIN_HELP = 5, &
                                 TRAIN_VERSION = 6, TRAIN_PARAMETERS = 7
-  !> In the order of the numbers above, from the second on.
+  !> The options are in the order of the action numbers above, from the second number on.
   character(12), parameter :: ACTIONS(6) = [character(12) :: '--check', '--evaluate', '--screen', '--help', &
                                                                                             '--version', '--parameters']
 
-  !> What the user wants.
+  !> The command holds what the user asks for.
   type :: train_command_t
     integer :: action = TRAIN_RUN
     character(:), allocatable :: ini          !< parameter file
@@ -25,7 +25,7 @@ module train_command
 
 contains
 
-  !> Reads the arguments; every mistake is added to `errors`.
+  !> Reads the command line into `command`. Every mistake is added to `errors`.
   subroutine parse_train_command(command, errors)
     type(train_command_t), intent(out) :: command
     type(message_list_t), intent(inout) :: errors
@@ -44,7 +44,7 @@ contains
     if (command%overwrite .and. command%action /= TRAIN_RUN) call errors%add('--overwrite is valid with a run only')
   end subroutine parse_train_command
 
-  !> Writes how the program is called.
+  !> Prints on `unit` how the program is called.
   subroutine print_train_usage(unit)
     integer, intent(in) :: unit
     character(*), parameter :: LINES(18) = [character(84) :: &

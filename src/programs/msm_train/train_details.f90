@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Writes what a report of a training needs besides its outcome: the path of least squares, the profiles behind the intervals,
-!> scalar readings, and how well each load is fitted. They are parts of NAME_history.h5; tools/plot_training draws them.
+!> Writes what a report of a training needs in addition to its outcome: the path of least squares, the profiles behind the
+!> intervals, scalar readings, and how well each load is fitted. They are parts of NAME_history.h5; tools/plot_training draws
+!> them.
 module train_details
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -19,8 +20,8 @@ module train_details
 
 contains
 
-  !> Writes /outcome/path, /profiles and /readings as far as there are any, and attributes of /outcome and /loads, which
-  !> exist. By the process that has the file.
+  !> Writes /outcome/path, /profiles and /readings if the training has them, and adds attributes to /outcome and /loads, which
+  !> must exist. Only the process that has opened the file calls it.
   subroutine write_details(file, settings, space, trained, failure)
     type(hdf5_file_t), intent(in) :: file
     type(train_settings_t), intent(in) :: settings
@@ -49,7 +50,7 @@ contains
     call write_readings(file, settings, trained, failure)
   end subroutine write_details
 
-  !> Rows of chi^2 and the values, in their units, where each start of the polish ended.
+  !> Writes a row for each start of the polish: chi^2 and the values, in their units, at which it ended.
   subroutine write_local_minima(file, space, local_minima, failure)
     type(hdf5_file_t), intent(in) :: file
     type(search_space_t), intent(in) :: space
@@ -64,7 +65,8 @@ contains
     call put_table(file, '/outcome/ends', rows, 'chi2, then the values', failure)
   end subroutine write_local_minima
 
-  !> Rows of values tried, in their units and in ascending order, and the sum of squares above its minimum.
+  !> Writes a profile. Each row holds a value that was tried, in its unit, and how far the sum of squares was above its minimum.
+  !> The values ascend.
   subroutine write_profile(file, name, interval, is_log, left_out, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -89,7 +91,7 @@ contains
     if (left_out /= '') call put_attribute(file, name, 'left_out', left_out, failure)
   end subroutine write_profile
 
-  !> Attributes of a load with heights: what it was, and how it was met.
+  !> Writes attributes of a load with heights: what the load was, and how well the model fits it.
   subroutine describe_load(file, settings, trained, l, failure)
     type(hdf5_file_t), intent(in) :: file
     type(train_settings_t), intent(in) :: settings
@@ -113,7 +115,8 @@ contains
     end associate
   end subroutine describe_load
 
-  !> Rows of load number, measured and computed value, sd and 1 for rotations, with the names of the observations.
+  !> Writes a row for each scalar reading: the number of its load, the measured and the computed value, the sd, and 1 if it is a
+  !> rotation. The names of the observations are written too.
   subroutine write_readings(file, settings, trained, failure)
     type(hdf5_file_t), intent(in) :: file
     type(train_settings_t), intent(in) :: settings

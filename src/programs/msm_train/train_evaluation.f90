@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> `msm_train --evaluate`: the cost of the wing as [Wing] has it, load by load, all solved cold. On rank 0; the others
-!> serve the pool.
+!> Implements `msm_train --evaluate`: computes the cost of the wing with the values in [Wing], load by load, without warm starts.
+!> Rank 0 runs it while the other ranks serve the pool.
 module train_evaluation
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: rp
@@ -15,7 +15,8 @@ module train_evaluation
 
 contains
 
-  !> Prints the table and h; `ok` if every shape was found. Nothing is printed if the pool is stopped on the way.
+  !> Prints the table of loads and, if every shape was found, the cost h [m]; `ok` is then true. Prints nothing if the pool is
+  !> stopped on the way. Only rank 0 calls it.
   subroutine evaluate_wing(settings, pool, ok)
     type(train_settings_t), intent(in) :: settings
     type(worker_pool_t), intent(inout) :: pool
@@ -38,7 +39,8 @@ contains
     write (output_unit, '(a,es23.15,a)') 'h = ', settings%experiment%cost(residuals), ' m'
   end subroutine evaluate_wing
 
-  !> Unknown offsets of observations are no property of the wing: they are given the values that suit best, and said.
+  !> Gives the unknown offsets of observations, which are no property of the wing, their least-squares values. Corrects the
+  !> residuals by them and prints them.
   subroutine fit_offsets(experiment, evaluations)
     type(experiment_t), intent(in) :: experiment
     type(evaluation_t), intent(inout) :: evaluations(:)
@@ -64,7 +66,7 @@ contains
     end do
   end subroutine fit_offsets
 
-  !> All loads at these coordinates, without warm starts. If the pool is stopped afterwards some are missing.
+  !> Solves all loads at these coordinates without warm starts. Results are missing if the pool was stopped on the way.
   subroutine solve_all_cold(experiment, pool, coordinates, evaluations)
     type(experiment_t), intent(in) :: experiment
     type(worker_pool_t), intent(inout) :: pool
@@ -77,7 +79,7 @@ contains
     call full_results(experiment, pool, coordinates, is_start, starts, evaluations, shapes)
   end subroutine solve_all_cold
 
-  !> A row for every load.
+  !> Prints a header and a row for every load: force, number of points, misfit, and the work of the solution.
   subroutine print_loads(unit, experiment, evaluations)
     integer, intent(in) :: unit
     type(experiment_t), intent(in) :: experiment

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Several individuals in one input: lists of files, and the names of what belongs to each of them.
+!> Handles several individuals in one input: reads the lists of files and names the files of each individual.
 module train_files
   use base_errors, only: message_list_t
   use base_files, only: name_of
@@ -15,9 +15,10 @@ module train_files
 
 contains
 
-  !> The wing and the measurement of individual `number` out of the lists, separated by commas, of [Wing] file (one for
-  !> all, or one for each) and [Measurement] file. `individual` is its name, that of its measurement without folder and
-  !> ending; empty if there is only one. Lists that do not fit together go to `errors`.
+  !> Chooses the wing and the measurement of individual `number` from the lists in [Wing] file (one wing for all individuals, or
+  !> one for each) and [Measurement] file. Commas separate the items of a list. `individual` is the name of the individual: that
+  !> of its measurement without folder and ending, or empty if there is only one. `n_individuals` is the number of measurements,
+  !> at least 1. A complaint goes to `errors` if the lists do not fit together or two measurements have the same name.
   subroutine choose_individual(config, number, n_individuals, individual, wing, measurement, errors)
     type(config_t), intent(in) :: config
     integer, intent(in) :: number
@@ -48,8 +49,8 @@ contains
     end do
   end subroutine choose_individual
 
-  !> Paths of the wings and measurements of all individuals that the input file `ini` names; empty where there is no such
-  !> file. Collective.
+  !> Adds to `paths` the paths of the wings and measurements of all individuals that the input file `ini` names. A path is empty
+  !> where there is no such file. Collective.
   subroutine individual_files(config, ini, world, paths)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: ini
@@ -71,7 +72,7 @@ contains
     end subroutine add_paths
   end subroutine individual_files
 
-  !> The lists of [Wing] file and [Measurement] file.
+  !> Returns the lists in [Wing] file and [Measurement] file.
   subroutine file_names(config, wings, measurements)
     type(config_t), intent(in) :: config
     character(:), allocatable, intent(out) :: wings, measurements
@@ -83,7 +84,8 @@ contains
     measurements = measurement%file
   end subroutine file_names
 
-  !> Returns the name of a file of this individual: `individual` goes before `ending`, or behind a name that does not end so.
+  !> Returns the name of a file of this individual. `individual` is inserted before `ending`, or appended to a name that does not
+  !> end so.
   pure function of_individual(name, individual, ending) result(own)
     character(*), intent(in) :: name, individual, ending
     character(:), allocatable :: own
@@ -96,7 +98,7 @@ contains
     if (name(n + 1:) == ending) own = name(:n)//'_'//individual//ending
   end function of_individual
 
-  !> Item k of a list, without blanks around it; empty if there are not so many.
+  !> Returns item k of a list without the blanks around it. It is empty if the list is shorter.
   function item(list, k) result(text)
     character(*), intent(in) :: list
     integer, intent(in) :: k
@@ -112,7 +114,7 @@ contains
     text = trim(adjustl(list(first:last)))
   end function item
 
-  !> The name of a file without folder and ending.
+  !> Returns the name of a file without its folder and its ending.
   function stem_of(path) result(stem)
     character(*), intent(in) :: path
     character(:), allocatable :: stem

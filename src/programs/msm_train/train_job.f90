@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A training from beginning to end: search, polish, files. Rank 0 leads, all ranks solve.
+!> Runs a training from beginning to end: it searches, polishes the result by least squares, and writes files. Rank 0 leads; all
+!> ranks solve.
 module train_job
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: failure_t, message_list_t, require
@@ -48,7 +49,8 @@ module train_job
 
 contains
 
-  !> Reads the input for individual `number`; mistakes are printed, and `outcome` is then not good. Collective.
+  !> Reads the input of individual `number`. Mistakes are printed, and the kind of `outcome` then says that the input is not
+  !> valid. Collective.
   subroutine training_load(self, command, number, world)
     class(training_t), intent(inout) :: self
     type(train_command_t), intent(in) :: command
@@ -63,7 +65,7 @@ contains
     call agree_on_outcome(world, self%outcome)
   end subroutine training_load
 
-  !> Makes all ranks ready for tasks. Collective.
+  !> Makes all ranks ready to take tasks. Collective.
   subroutine training_begin(self, command)
     class(training_t), intent(inout), target :: self
     type(train_command_t), intent(in) :: command
@@ -86,7 +88,7 @@ contains
     end function what
   end subroutine training_begin
 
-  !> Rank 0: searches, polishes, writes.
+  !> Searches, polishes and writes the results. Only rank 0 calls it.
   subroutine training_lead(self, command)
     class(training_t), intent(inout), target :: self
     type(train_command_t), intent(in) :: command
@@ -113,8 +115,9 @@ contains
     call tell_outcome(self, self%trained)
   end subroutine training_lead
 
-  !> A search, and least squares behind it. A short search goes on if least squares find no minimum from where it ended.
-  !> `has_best` is false if no candidate was feasible. Not complete if the pool is stopped or files failed.
+  !> Searches, then fits by least squares from where the search ended. If a search was short and least squares found no minimum
+  !> from there, the search goes on. `has_best` is false if no candidate was feasible. The work is incomplete if the pool is
+  !> stopped or files failed.
   subroutine search_and_polish(self, has_best)
     class(training_t), intent(inout), target :: self
     logical, intent(out) :: has_best
@@ -140,7 +143,8 @@ contains
     end do
   end subroutine search_and_polish
 
-  !> Rank 0: locks the files, restores the search if wanted, and makes place for results. No result that looks final stays.
+  !> Locks the files, restores the search if asked to, and moves earlier results out of the way, so that none of them looks like
+  !> the result of this run. Only rank 0 calls it.
   subroutine open_files(self, command)
     class(training_t), intent(inout), target :: self
     type(train_command_t), intent(in) :: command
@@ -177,7 +181,7 @@ contains
     end associate
   end subroutine open_files
 
-  !> Goes on from a checkpoint, and tells which inputs differ.
+  !> Continues from a checkpoint, and tells which inputs differ from those of the checkpoint.
   subroutine restore(self, command)
     class(training_t), intent(inout), target :: self
     type(train_command_t), intent(in) :: command
@@ -198,7 +202,7 @@ contains
     end do
   end subroutine restore
 
-  !> A failure of files in the search ends the training.
+  !> Tells whether files failed during the search, and takes that failure over into the outcome. The training then ends.
   logical function take_failure(self) result(failed)
     class(training_t), intent(inout) :: self
     failed = self%search%failure%failed
@@ -271,8 +275,8 @@ contains
                                                      '[include]; '//self%settings%name//'_history.h5 the search')
   end subroutine tell_outcome
 
-  !> Rank 0: the cost of the wing as it is, or the screening of its parameters. Loads that were not solved because of a
-  !> stop say nothing of the wing.
+  !> Prints the cost of the wing with its given values, or the screening of its parameters. A stop that leaves loads unsolved is
+  !> not counted as a failure of the wing. Only rank 0 calls it.
   subroutine training_evaluate(self, command)
     class(training_t), intent(inout) :: self
     type(train_command_t), intent(in) :: command
@@ -292,7 +296,7 @@ contains
     end if
   end subroutine training_evaluate
 
-  !> Ends the work of all ranks; the kind of `outcome` is the same on all. Collective.
+  !> Ends the work of all ranks. The kind of `outcome` is then the same on all ranks. Collective.
   subroutine training_finish(self)
     class(training_t), intent(inout) :: self
     call self%log%close()

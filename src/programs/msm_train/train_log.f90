@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What `msm_train` tells: on the terminal and in NAME.log, by rank 0; and one live line while it searches and polishes.
+!> Writes the messages of `msm_train` to the terminal and to NAME.log, from rank 0 alone. While it searches and polishes, it shows
+!> one live line of progress.
 module train_log
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: i8, rp
@@ -29,8 +30,8 @@ module train_log
 
 contains
 
-  !> Opens the file, behind what it holds after a restart; on ranks that do not speak nothing happens. Without the
-  !> file there is no run.
+  !> Opens the log file; after a restart it appends to the file. Does nothing on ranks that do not speak. `ok` is false if the
+  !> file cannot be opened, and the training must then not run.
   subroutine log_open(self, speaks, path, is_restart, interval, ok)
     class(train_log_t), intent(inout) :: self
     logical, intent(in) :: speaks, is_restart
@@ -50,7 +51,7 @@ contains
     end if
   end subroutine log_open
 
-  !> A line for both.
+  !> Writes a line to the terminal and to the log file.
   subroutine log_say(self, text)
     class(train_log_t), intent(inout) :: self
     character(*), intent(in) :: text
@@ -64,7 +65,8 @@ contains
     call self%file%flush(ignored)
   end subroutine log_say
 
-  !> How far the search is; what is left to it, with which the time is estimated from the second generation on.
+  !> Shows the progress of the search. From the second generation on it estimates the remaining time from the budget that is
+  !> `left`.
   subroutine log_progress(self, generation, evaluations, left, best, sigma, condition)
     class(train_log_t), intent(inout) :: self
     integer, intent(in) :: generation
@@ -90,8 +92,8 @@ contains
     call show(self, trim(line), now)
   end subroutine log_progress
 
-  !> How far least squares is from one of its starts: points solved, and the lowest chi^2 so far. What the starts before
-  !> took since the wall time `begun` [s] tells when the last may end; of the first nothing is known.
+  !> Shows the progress of least squares from start `part`: the number of points solved and the lowest chi^2 so far. The time that
+  !> the earlier starts took since the wall time `begun` [s] gives an estimate of the end; there is none during the first start.
   subroutine log_polish_progress(self, kind, part, n_parts, evaluations, chi2, begun)
     class(train_log_t), intent(inout) :: self
     character(*), intent(in) :: kind        !< 'start' or 'move'
@@ -108,7 +110,7 @@ contains
     call show(self, trim(line), now)
   end subroutine log_polish_progress
 
-  !> How far the intervals are: `done` of n are found since the wall time `begun` [s].
+  !> Shows the progress of the intervals: `done` of n were found since the wall time `begun` [s].
   subroutine log_interval_progress(self, name, done, n, evaluations, begun)
     class(train_log_t), intent(inout) :: self
     character(*), intent(in) :: name     !< of the parameter whose interval is being sought
@@ -124,7 +126,7 @@ contains
     call show(self, trim(line), now)
   end subroutine log_interval_progress
 
-  !> When all of n parts end if the `done` first of them took `seconds`; empty before one is done.
+  !> Returns an estimate of when all n parts end if the first `done` of them took `seconds`. It is empty until one part is done.
   function estimate(done, n, seconds) result(text)
     integer, intent(in) :: done, n
     real(rp), intent(in) :: seconds
@@ -133,15 +135,15 @@ contains
     if (done > 0) text = '  all end in about '//duration(seconds*(n - done)/done)
   end function estimate
 
-  !> Whether it is time for another progress line.
+  !> Tells whether another progress line is due.
   pure logical function is_due(self, now)
     type(train_log_t), intent(in) :: self
     real(rp), intent(in) :: now
     is_due = now - self%shown >= merge(0.2_rp, self%interval, self%is_live)
   end function is_due
 
-  !> A progress line: on a terminal in the place of the last one; in the file a line of its own, no more often than the
-  !> interval allows.
+  !> Shows a progress line. On a terminal it replaces the previous one. In the file it is a line of its own, and such lines are
+  !> written no more often than the interval allows.
   subroutine show(self, line, now)
     type(train_log_t), intent(inout) :: self
     character(*), intent(in) :: line
@@ -168,7 +170,7 @@ contains
     self%is_line_open = .false.
   end subroutine log_end_line
 
-  !> Ends the live line and closes the log. A log that cannot be closed is ignored.
+  !> Ends the live line and closes the log. An error while closing is ignored.
   subroutine log_close(self)
     class(train_log_t), intent(inout) :: self
     logical :: ignored

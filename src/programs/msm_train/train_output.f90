@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The files of a training: NAME.ini, the trained wing as a fragment that parameter files include, and
-!> NAME_history.h5, all that was computed. Both get their names when they are complete.
+!> Writes the files of a training: NAME.ini, a fragment with the trained wing that parameter files include, and NAME_history.h5
+!> with everything that was computed. Each file gets its name only when it is complete.
 module train_output
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t
@@ -27,7 +27,7 @@ module train_output
 
 contains
 
-  !> Writes the fragment with the trained values and all others of the model that they belong to.
+  !> Writes the fragment with the trained values and with all other values of the model that they belong to.
   subroutine write_fragment(settings, space, trained, failure)
     type(train_settings_t), intent(in) :: settings
     type(search_space_t), intent(in) :: space
@@ -48,7 +48,8 @@ contains
     if (.not. ok) call failure%raise(settings%result//': cannot be written; is the disk full?')
   end subroutine write_fragment
 
-  !> Which values of a fragment are some that fit, and no more: a line, empty if there is none.
+  !> Returns a line that lists the values which the data do not determine, so that other values fit as well. It is empty if there
+  !> are none.
   function free_note(space, trained) result(text)
     type(search_space_t), intent(in) :: space
     type(trained_t), intent(in) :: trained
@@ -93,7 +94,7 @@ contains
     end do
   end function outcome_lines
 
-  !> What is said about unknown i where no interval was sought: its value, and how far it is to be believed.
+  !> Returns what is said about unknown i if no interval was sought: its value, and how far the value can be trusted.
   function value_words(space, trained, i) result(words)
     type(search_space_t), intent(in) :: space
     type(trained_t), intent(in) :: trained
@@ -120,7 +121,7 @@ contains
     end if
   end function value_words
 
-  !> Writes the history, and the outcome if there is one.
+  !> Writes the history, and the outcome if `trained` is present.
   subroutine write_history(settings, space, history, failure, trained)
     type(train_settings_t), intent(in) :: settings
     type(search_space_t), intent(in) :: space
@@ -188,7 +189,7 @@ contains
     call write_details(file, settings, space, trained, failure)
   end subroutine write_outcome
 
-  !> Rows x, y, measured and computed deformation [m] at every height of the load.
+  !> Writes a row for every height of the load: x, y, the measured and the computed deformation, all in m.
   subroutine write_load(file, settings, l, residuals, failure)
     type(hdf5_file_t), intent(in) :: file
     type(train_settings_t), intent(in) :: settings

@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> `msm_train --screen`: which veins and joints can be found from these loads at all. The derivatives of everything
-!> that was measured, in units of its errors, are taken at the wing as [Wing] has it. On rank 0; the others serve.
+!> Implements `msm_train --screen`: tells which veins and joints these loads can determine at all. It takes the derivatives of
+!> everything that was measured, in units of its errors, at the wing with the values in [Wing]. Rank 0 runs it while the other
+!> ranks serve the pool.
 !>
-!> Parameters are taken one after another, always the one whose effect the ones before imitate least (QR with column
-!> pivoting); a parameter is proposed while its predicted 90 % interval, with the proposed ones sought too, is within
-!> a factor of two.
+!> It ranks the parameters one after another (QR with column pivoting). The next one is always the parameter whose effect those
+!> already ranked imitate least. A parameter is proposed while its predicted 90 % interval, with the proposed ones sought too, is
+!> within a factor of two.
 module train_screening
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t
@@ -25,7 +26,7 @@ module train_screening
 
 contains
 
-  !> Makes E, all veins and all joints the unknowns of the experiment. On all ranks.
+  !> Makes Young's modulus E, all veins and all joints the unknowns of the experiment. Every rank calls it.
   subroutine prepare_screen(settings, failure)
     type(train_settings_t), intent(inout) :: settings
     type(failure_t), intent(out) :: failure
@@ -37,8 +38,7 @@ contains
     end associate
   end subroutine prepare_screen
 
-  !> Prints the ranking and a proposal; `ok` if every shape was found. Nothing is printed if the pool is stopped on the
-  !> way.
+  !> Prints the ranking and a proposal. `ok` is true if every shape was found. Prints nothing if the pool is stopped on the way.
   subroutine screen_wing(settings, pool, ok)
     type(train_settings_t), intent(in) :: settings
     type(worker_pool_t), intent(inout) :: pool
@@ -74,7 +74,7 @@ contains
     end associate
   end subroutine screen_wing
 
-  !> Takes what unknown offsets imitate out of the other columns.
+  !> Removes from the first n columns what the columns after them, those of unknown offsets, can imitate.
   pure subroutine remove_offsets(rows, n)
     real(rp), intent(inout) :: rows(:, :)
     integer, intent(in) :: n
@@ -86,7 +86,7 @@ contains
     end do
   end subroutine remove_offsets
 
-  !> b without its part along a.
+  !> Removes from b its component along a.
   pure subroutine project_out(a, b)
     real(rp), intent(in) :: a(:)
     real(rp), intent(inout) :: b(:)
@@ -95,8 +95,8 @@ contains
     if (square > 0) b = b - a*(dot_product(a, b)/square)
   end subroutine project_out
 
-  !> order(n): columns so that each is the longest when those before are projected out of it; remaining(n) is its
-  !> length then, in that order.
+  !> Returns in order(n) the columns in an order in which each one is the longest of the rest after those before it have been
+  !> projected out. remaining(n) holds these lengths in the same order.
   pure subroutine pivot_columns(columns, order, remaining)
     real(rp), intent(in) :: columns(:, :)
     integer, allocatable, intent(out) :: order(:)
@@ -156,7 +156,7 @@ contains
     flush (output_unit)
   end subroutine print_ranking
 
-  !> 1/length in `width` letters.
+  !> Returns 1/length as text of `width` characters.
   function sd_text(length, width) result(text)
     real(rp), intent(in) :: length
     integer, intent(in) :: width

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What `msm_train` is to do: from the ini file, the wing file and the measurement file to an experiment and the
-!> choices of search and fit. Whatever a user can do wrong is found here. SI units.
+!> Reads what `msm_train` has to do: it turns the ini file, the wing file and the measurement file into an experiment and the
+!> settings of search and fit. All mistakes that a user can make are found here. Quantities are in SI units.
 module train_settings
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
@@ -37,8 +37,8 @@ module train_settings
 
 contains
 
-  !> Reads the ini file `path` and what it names for one individual on all ranks; all mistakes go to `errors`, remarks to
-  !> `notices`. Collective.
+  !> Reads the ini file `path`, and the files that it names for one individual, on all ranks. All mistakes go to `errors` and
+  !> remarks to `notices`. Collective.
   subroutine load_train_settings(path, number, writes, world, s, errors, notices)
     character(*), intent(in) :: path
     integer, intent(in) :: number !< of the individual
@@ -98,7 +98,7 @@ contains
     end associate
   end subroutine read_options
 
-  !> No result may take the place of an input, not even of another individual.
+  !> Complains if a result would overwrite an input, also one of another individual.
   subroutine check_output_files(s, ini, world, errors)
     type(train_settings_t), intent(in) :: s
     character(*), intent(in) :: ini
@@ -114,7 +114,7 @@ contains
     end do
   end subroutine check_output_files
 
-  !> A training needs bending tests.
+  !> Complains if the measurement has no bending tests, which a training needs.
   subroutine check_tests(s, errors)
     type(train_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: errors
@@ -172,7 +172,7 @@ contains
     if (problem /= '') call s%config%complain(errors, 'CMAES', key_of(problem), problem)
   end subroutine read_search
 
-  !> The key that a sentence of `option_problem` is about: its first word, unless that stands for several.
+  !> Returns the key that a sentence of `option_problem` is about. It is the first word, unless that word stands for several keys.
   pure function key_of(problem) result(key)
     character(*), intent(in) :: problem
     character(:), allocatable :: key
@@ -181,7 +181,7 @@ contains
     if (key == 'there') key = 'lambda'
   end function key_of
 
-  !> `given`, unless that leaves the choice to the preset.
+  !> Returns `given`, or the word of the preset if `given` leaves the choice to it.
   function preset_word(s, given, fallback) result(word)
     type(train_settings_t), intent(in) :: s
     character(*), intent(in) :: given, fallback
@@ -192,8 +192,8 @@ contains
     if (s%is_paper) word = 'paper'
   end function preset_word
 
-  !> Gives --check what was chosen where the file leaves the choice, or nothing says otherwise. Constants that follow from
-  !> lambda, which restarts change, stay open.
+  !> Records for --check the values that are used where the file leaves the choice or is silent. Constants that follow from lambda
+  !> stay open, because restarts change lambda.
   subroutine settle_choices(s)
     type(train_settings_t), intent(inout) :: s
     associate (o => s%search)
@@ -214,7 +214,7 @@ contains
 
   contains
 
-    !> Words that leave the choice.
+    !> Records the choice for words that leave it open.
     subroutine settle_word(section, key, word)
       character(*), intent(in) :: section, key, word
       character(:), allocatable :: given
@@ -242,7 +242,8 @@ contains
     end function origin
   end subroutine settle_choices
 
-  !> A joint that is not sought but was never set stays as stiff as a vein of the E of [Wing], also if E is sought.
+  !> Adds a notice for each joint that is not sought and was never set, if E is sought. Such a joint keeps the stiffness of a vein
+  !> with the E of [Wing].
   subroutine add_notices(s, notices)
     type(train_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: notices

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Summarises several individuals: the mean and the standard deviation of every parameter, as in the protocol of Truong et al.,
-!> on the terminal and in NAME_individuals.csv. On rank 0.
+!> Summarises several individuals by the mean and the standard deviation of every parameter, as in the protocol of Truong et al.
+!> It prints them on the terminal and writes NAME_individuals.csv. Only rank 0 uses it.
 module train_summary
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: rp
@@ -15,7 +15,7 @@ module train_summary
 
   character(*), parameter :: NL = new_line('a')
 
-  !> One parameter of one individual.
+  !> An entry holds one parameter of one individual.
   type :: entry_t
     character(:), allocatable :: individual, name, unit
     real(rp) :: value = 0, lower = 0, upper = 0
@@ -34,7 +34,7 @@ module train_summary
 
 contains
 
-  !> Adds an individual; without `has_outcome` it is counted as one that was not trained.
+  !> Adds an individual. Without `has_outcome` it is counted as one that was not trained.
   subroutine summary_add(self, settings, space, trained, has_outcome)
     class(summary_t), intent(inout) :: self
     type(train_settings_t), intent(in) :: settings
@@ -75,7 +75,7 @@ contains
     end do
   end subroutine summary_add
 
-  !> Prints the table and writes the file; not `ok` if it cannot be written.
+  !> Prints the table and writes the file. `ok` is false if the file cannot be written.
   subroutine summary_write(self, ok)
     class(summary_t), intent(in) :: self
     logical, intent(out) :: ok
@@ -116,7 +116,7 @@ contains
     call write_text(self%path, text(:len(text) - 1), ok)
   end subroutine summary_write
 
-  !> Whether entry i is the first of its parameter.
+  !> Tells whether entry i is the first one of its parameter.
   pure logical function is_first(self, i)
     class(summary_t), intent(in) :: self
     integer, intent(in) :: i
@@ -127,7 +127,7 @@ contains
     end do
   end function is_first
 
-  !> Values that count for the mean of a parameter.
+  !> Returns the values that count for the mean of a parameter.
   pure function values_of(self, name) result(values)
     class(summary_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -139,7 +139,7 @@ contains
     end do
   end function values_of
 
-  !> Mean and standard deviation of a sample (n - 1).
+  !> Returns the mean and the standard deviation of a sample (divisor n - 1).
   pure subroutine moments(values, mean, sd)
     real(rp), intent(in) :: values(:)
     real(rp), intent(out) :: mean, sd
