@@ -26,13 +26,14 @@ module io_arrays
                                                                             c_size_t
   implicit none
   private
-  public :: is_group, member_names, describe_array, read_reals, read_integers, is_finite
+  public :: is_group, member_names, describe_array, read_reals, read_integers, is_finite, is_infinite
   public :: read_text, read_attribute_reals, read_attribute_integer
   public :: ARRAY_MISSING, ARRAY_REAL, ARRAY_INTEGER, ARRAY_OTHER
 
   integer, parameter :: ARRAY_MISSING = 0, ARRAY_REAL = 1, ARRAY_INTEGER = 2, ARRAY_OTHER = 3
   integer, parameter :: LONGEST_TEXT = 4096
   integer(i8), parameter :: EXPONENT_BITS = int(z'7FF0000000000000', i8)
+  integer(i8), parameter :: MANTISSA_BITS = int(z'000FFFFFFFFFFFFF', i8)
 
   interface
     integer(c_size_t) function c_strlen(text) bind(C, name='strlen')
@@ -326,6 +327,12 @@ contains
     real(rp), intent(in) :: x
     is_finite = iand(transfer(x, 0_i8), EXPONENT_BITS) /= EXPONENT_BITS
   end function is_finite
+
+  !> Tells whether x is infinite; NaN is not. Looks at the bits only and so raises no floating-point exception.
+  pure elemental logical function is_infinite(x)
+    real(rp), intent(in) :: x
+    is_infinite = .not. is_finite(x) .and. iand(transfer(x, 0_i8), MANTISSA_BITS) == 0
+  end function is_infinite
 
   !> Switches all floating-point traps off and remembers which were on. The HDF5 library raises exceptions while it converts
   !> numbers.

@@ -2,10 +2,10 @@
 !> Reads records of the forces on a flapping wing: force, torque and power over the beat. They are in the group `/flight` of a
 !> measurement file (docs/formats/measurement-format.md).
 module measurement_flight
-  use base_kinds, only: i8, rp
+  use base_kinds, only: rp
   use base_text, only: next_word, number_text, quoted
   use base_visitor, only: visited_t, visitor_t
-  use io_arrays, only: is_finite, is_group
+  use io_arrays, only: is_finite, is_group, is_infinite
   use io_attributes, only: has_attribute
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use io_suggest, only: suggestion_t
@@ -258,11 +258,4 @@ contains
       f%sd = transpose(reshape(sd, [k, n]))
     end if
   end subroutine read_values
-
-  !> By its bits, without a floating-point exception.
-  pure elemental logical function is_infinite(x)
-    real(rp), intent(in) :: x
-    integer(i8), parameter :: MANTISSA_BITS = int(z'000FFFFFFFFFFFFF', i8)
-    is_infinite = .not. is_finite(x) .and. iand(transfer(x, 0_i8), MANTISSA_BITS) == 0
-  end function is_infinite
 end module measurement_flight

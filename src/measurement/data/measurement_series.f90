@@ -2,10 +2,10 @@
 !> Records of a wing that rings: displacement or velocity of points over time after a release, a tap, or a known motion of the
 !> clamp. Their part of a measurement file, `/series` (docs/formats/measurement-format.md).
 module measurement_series
-  use base_kinds, only: i8, rp
+  use base_kinds, only: rp
   use base_text, only: number_text, quoted
   use base_visitor, only: visited_t, visitor_t
-  use io_arrays, only: is_finite, is_group
+  use io_arrays, only: is_finite, is_group, is_infinite
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use measurement_attributes, only: above_zero, check_names, from_zero, read_direction, read_real, read_vector, read_whole, &
                                     read_word
@@ -206,13 +206,6 @@ contains
       s%sigma = sigma
     end if
   end subroutine read_values
-
-  !> By its bits, without a floating-point exception.
-  pure elemental logical function is_infinite(x)
-    real(rp), intent(in) :: x
-    integer(i8), parameter :: MANTISSA_BITS = int(z'000FFFFFFFFFFFFF', i8)
-    is_infinite = .not. is_finite(x) .and. iand(transfer(x, 0_i8), MANTISSA_BITS) == 0
-  end function is_infinite
 
   !> The record of the clamp's acceleration, as long as the samples.
   subroutine read_base(file, group, s, report)

@@ -7,6 +7,7 @@ program test_measurement_flight
   use measurement_broadcast, only: load_measurement
   use measurement_data, only: measurement_t
   use measurement_file, only: read_measurement
+  use measurement_refusals, only: check_refused
   use measurement_writer, only: measurement_writer_t
   use solid_wing, only: wing_t
   use solid_wing_file, only: read_wing
@@ -149,17 +150,7 @@ contains
 
   subroutine refused(object, what)
     character(*), intent(in) :: object, what
-    type(measurement_t) :: m
-    type(message_list_t) :: found
-    integer :: i
-    logical :: is_there
     call w%close()
-    call read_measurement(PATH, wing, m, found)
-    is_there = .false.
-    do i = 1, found%count()
-      is_there = is_there .or. (index(found%text(i), object//':') > 0 .and. index(found%text(i), what) > 0)
-    end do
-    call t%check('refused: '//what, is_there)
-    if (.not. is_there) call found%print(6, '  found ')
+    call check_refused(t, PATH, wing, object, what)
   end subroutine refused
 end program test_measurement_flight

@@ -10,6 +10,7 @@ program test_measurement_series
   use measurement_file, only: read_measurement
   use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
   use measurement_write, only: write_measurement
+  use measurement_refusals, only: check_refused
   use measurement_writer, only: measurement_writer_t, MM
   use solid_ringing, only: EXCITED_BASE, EXCITED_RELEASE
   use solid_wing, only: wing_t
@@ -203,17 +204,7 @@ contains
 
   subroutine refused(object, what)
     character(*), intent(in) :: object, what
-    type(measurement_t) :: m
-    type(message_list_t) :: found
-    integer :: i
-    logical :: is_there
     call w%close()
-    call read_measurement(PATH, wing, m, found)
-    is_there = .false.
-    do i = 1, found%count()
-      is_there = is_there .or. (index(found%text(i), object//':') > 0 .and. index(found%text(i), what) > 0)
-    end do
-    call t%check('refused: '//what, is_there)
-    if (.not. is_there) call found%print(6, '  found ')
+    call check_refused(t, PATH, wing, object, what)
   end subroutine refused
 end program test_measurement_series
