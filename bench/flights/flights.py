@@ -9,9 +9,7 @@ usage: run [--program FLUSI] [--measured FOLDER] [--picture FILE] FOLDER [CASE .
 runs the cases of flusi (all of them without names) in FOLDER and those of the other flow, and prints the tables; the last line is
 JSON. What has finished is not run again. --measured names the folder with CL_measured.dat and CD_measured.dat.
 """
-import argparse
 import json
-import os
 import sys
 from pathlib import Path
 
@@ -149,24 +147,8 @@ def draw(curves, measured, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--program", default=str(ROOT / "build/release/bin/flusi"), help="flusi (that of build/release)")
-    parser.add_argument("--measured", type=Path)
-    parser.add_argument("--picture", type=Path)
-    parser.add_argument("--list", action="store_true")
-    parser.add_argument("folder", nargs="?", type=Path)
-    parser.add_argument("cases", nargs="*", metavar="CASE")
-    options = parser.parse_args()
-    if options.list:
-        print("\n".join(CASES))
-        return
-    if options.folder is None or not set(options.cases) <= set(CASES):
-        parser.error("a folder is needed, and cases that --list names")
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    for name in options.cases or CASES:
-        if not (options.folder / name / "done").exists():
-            beats, points, box = CASES[name]
-            hovering.run(str(Path(options.program).resolve()), options.folder / name, (RE, STROKE, beats, points, 0, False, box))
+    options = hovering.read_options(__doc__, CASES)
+    hovering.fly(options, {name: (RE, STROKE, beats, points, 0, False, box) for name, (beats, points, box) in CASES.items()})
     curves = curves_of(options.folder)
     found = {reference: compare(curves, reference) for reference in (THIN, "ellipse-0.05")}
     found["measured"] = beside_measured(curves, options.measured)

@@ -21,6 +21,8 @@ from pathlib import Path
 
 import numpy as np
 
+from flusi_msm.hovering_plate import write_plate, write_stroke
+
 ROOT = Path(__file__).resolve().parents[2]
 PITCH = 45.0             # degrees
 STEP = 0.15              # of dx/U
@@ -92,24 +94,6 @@ iDoBackup = no
 progress_interval = 300
 """
 
-PLATE = "[Wing]\ntype = rectangular\nroot = {0!r}\nlength = {1!r}\nmean_chord = 1.0\nfront = 0.5\n"
-# The wing lies along y of the body and turns about its x by phi alone.
-TURN = """[kinematics]
-type = fourier
-nfft_phi = 1
-a0_phi = 180.0
-ai_phi = 0.0
-bi_phi = {pitch}
-nfft_alpha = 1
-a0_alpha = 0.0
-ai_alpha = 0.0
-bi_alpha = 0.0
-nfft_theta = 1
-a0_theta = 0.0
-ai_theta = 0.0
-bi_theta = 0.0
-"""
-
 
 def write(folder, re, stroke, beats, points, cells, is_drawn_in, box):
     """The files of a run: place of the plate A0/2 cos(2 pi f t), angle of its chord 90 + 45 sin(2 pi f t) degrees."""
@@ -118,15 +102,8 @@ def write(folder, re, stroke, beats, points, cells, is_drawn_in, box):
     end = beats * period
     half = 0.5 - (cells / points / 2 if is_drawn_in else 0)
     dt = STEP / points
-    (folder / "plate.ini").write_text(PLATE.format(-half, half))
-    (folder / "pitch.ini").write_text(TURN.format(pitch=PITCH))
-    rows = []
-    for i in range(400 * beats + 41):
-        t = i * period / 400
-        w = 2 * math.pi * t / period
-        y, v = middle + stroke / 2 * math.cos(w), -stroke / 2 * (2 * math.pi / period) * math.sin(w)
-        rows.append(f"{t:.12e} 0 {y:.12e} {middle} 0 {v:.12e} 0  1 0 0 0  0 0 0\n")
-    (folder / "stroke.t").write_text("".join(rows))
+    write_plate(folder, half, PITCH)
+    write_stroke(folder, stroke, period, beats, middle, 400)
     (folder / "run.ini").write_text(INI.format(
         re=re, cells=points * box, box=float(box), end=end, dt=dt, nu=1 / re, eps=1.2 * dt, middle=middle, frequency=1 / period,
         surface=f"surface = penalized\nWingThickness = {cells / points!r}" if cells else "surface = thin",
@@ -275,8 +252,9 @@ def draw(root, measured, path):
     save(figure, path)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, add_help=True)
+def read_options(text, known):
+    """Options of a program that flies the `known` cases; it ends here where they are only listed. `text` is its help."""
+    parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", default=str(ROOT / "build/release/bin/flusi"), help="flusi (that of build/release)")
     parser.add_argument("--measured", type=Path)
     parser.add_argument("--picture", type=Path)
@@ -285,14 +263,24 @@ def main():
     parser.add_argument("cases", nargs="*", metavar="CASE")
     options = parser.parse_args()
     if options.list:
-        print("\n".join(CASES))
-        return
-    if options.folder is None or not set(options.cases) <= set(CASES):
+        print("\n".join(known))
+        sys.exit()
+    if options.folder is None or not set(options.cases) <= set(known):
         parser.error("a folder is needed, and cases that --list names")
+    return options
+
+
+def fly(options, known):
+    """Runs the chosen ones of the known cases, {name: arguments of `write`}, that have not finished."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    for name in options.cases or CASES:
+    for name in options.cases or known:
         if not (options.folder / name / "done").exists():
-            run(str(Path(options.program).resolve()), options.folder / name, CASES[name])
+            run(str(Path(options.program).resolve()), options.folder / name, known[name])
+
+
+def main():
+    options = read_options(__doc__, CASES)
+    fly(options, CASES)
     found = {f"re{re}": compare(options.folder, re) for re in (100, 1000)}
     found["re75"] = beside_measured(options.folder, options.measured)
     if options.picture:

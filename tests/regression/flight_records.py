@@ -19,6 +19,7 @@ import numpy as np
 from synthetic_bending import ADEQUATE, NAMED, SET, measure
 from whole_program import SOURCE, check, main
 
+from flusi_msm.hovering_plate import write_plate, write_stroke
 from json_schema import validate
 
 RE, STROKE, BOX, BEATS = 75, 2.0, 6, 2
@@ -70,37 +71,14 @@ tintegral = {record!r}
 iDoBackup = no
 progress_interval = 300
 """
-PLATE = "[Wing]\ntype = rectangular\nroot = -0.5\nlength = 0.5\nmean_chord = 1.0\nfront = 0.5\n"
-TURN = """[kinematics]
-type = fourier
-nfft_phi = 1
-a0_phi = 180.0
-ai_phi = 0.0
-bi_phi = 45.0
-nfft_alpha = 1
-a0_alpha = 0.0
-ai_alpha = 0.0
-bi_alpha = 0.0
-nfft_theta = 1
-a0_theta = 0.0
-ai_theta = 0.0
-bi_theta = 0.0
-"""
 
 
 def write_case(folder, points, surface="thin", more="", step=0.2):
     """A case with so many points per chord and steps of `step` dx/U."""
     folder.mkdir(parents=True, exist_ok=True)
     middle = BOX / 2
-    (folder / "plate.ini").write_text(PLATE)
-    (folder / "pitch.ini").write_text(TURN)
-    rows = []
-    for i in range(200 * BEATS + 41):
-        t = i * PERIOD / 200
-        w = 2 * math.pi * t / PERIOD
-        y, v = middle + STROKE / 2 * math.cos(w), -STROKE / 2 * (2 * math.pi / PERIOD) * math.sin(w)
-        rows.append(f"{t:.12e} 0 {y:.12e} {middle} 0 {v:.12e} 0  1 0 0 0  0 0 0\n")
-    (folder / "stroke.t").write_text("".join(rows))
+    write_plate(folder, 0.5, 45.0)
+    write_stroke(folder, STROKE, PERIOD, BEATS, middle, 200)
     dt = step / points
     (folder / "hover.ini").write_text(INI.format(
         length=LENGTH, unit=UNIT_FREQUENCY, density=DENSITY, cells=BOX * points, box=BOX, end=BEATS * PERIOD, dt=dt, nu=1 / RE, eps=1.2 * dt,

@@ -43,31 +43,53 @@ def salt_of(seed, name):
     return hashlib.sha256(f"salt {seed} {name}".encode()).hexdigest()
 
 
-def make_batch(design, folder, count, seed, options, jobs, tell):
-    """Makes the cases 1 to `count` that are not there yet, each as soon as its individual is bent."""
+def begin_batch(folder, seed, contents):
+    """(ledger, seed) of a batch that begins, or goes on with the seed that it has. Without a seed one is drawn and sealed.
+    `contents` tells what the batch is of."""
     ledger, key = Ledger(folder), folder / "sealed" / "seed.json"
     is_public = seed is not None
     if ledger.cases and not is_public:
         seed, is_public = read(key)["seed"], read(key)["is_public"]
     elif seed is None:
         seed = secrets.randbits(63)
-    ledger.begin({"design": digest(dump(asdict(replace(design, wing=Path(design.wing).name)))),
-                  "options": {**asdict(options), "snr": list(options.snr), "meshes": list(options.meshes)},
-                  "seed": seed if is_public else "sealed"})
+    ledger.begin({**contents, "seed": seed if is_public else "sealed"})
     write(key, dump({"seed": seed, "is_public": is_public}))
+    return ledger, seed
+
+
+def described(options):
+    """What a ledger holds of the options of a batch."""
+    return {**asdict(options), "snr": list(options.snr), "meshes": list(options.meshes)}
+
+
+def end_batch(folder, ledger, tell):
+    """Tells how many cases there are, and whether their seed is known."""
+    is_public = read(folder / "sealed" / "seed.json")["is_public"]
+    tell(f"{ledger.path}: {len(ledger.cases)} cases; seed {'as given' if is_public else 'sealed'}")
+
+
+def workers(jobs):
+    """A pool of so many processes, or this one alone."""
+    return Pool(jobs) if jobs > 1 else _Alone()
+
+
+def make_batch(design, folder, count, seed, options, jobs, tell):
+    """Makes the cases 1 to `count` that are not there yet, each as soon as its individual is bent."""
+    ledger, seed = begin_batch(folder, seed, {"design": digest(dump(asdict(replace(design, wing=Path(design.wing).name)))),
+                                              "options": described(options)})
     groups = {}
     for number in range(1, count + 1):
         if f"{number:04d}" not in ledger.cases:
             groups.setdefault(draw_head(seed, number, options)[1]["individual"], []).append(number)
     tasks = [(design, seed, who, numbers, options, folder) for who, numbers in sorted(groups.items())]
     done = 0
-    with Pool(jobs) if jobs > 1 else _Alone() as pool:
+    with workers(jobs) as pool:
         for found in pool.imap_unordered(_make_group, tasks):
             for name, truth in found:
                 ledger.seal(name, truth, salt_of(seed, name))
                 done += 1
             tell(f"{done} of {sum(map(len, groups.values()))} cases")
-    tell(f"{ledger.path}: {len(ledger.cases)} cases; seed {'as given' if is_public else 'sealed'}")
+    end_batch(folder, ledger, tell)
 
 
 def _make_group(task):

@@ -154,6 +154,16 @@ def stated(rng, case):
             if value > 0 and key != "correlation_length"}
 
 
+def next_strength(tried, s, snr, wanted, factors):
+    """The strength that should have the wanted signal-to-noise ratio, after strength s had `snr`: along the straight line of their
+    logarithms through the last two of `tried`, within the least and the largest of `factors` of s. (s, snr) joins `tried`."""
+    slope = 1.0
+    if tried and abs(np.log(s / tried[-1][0])) > 0.01:
+        slope = float(np.clip(np.log(snr / tried[-1][1]) / np.log(s / tried[-1][0]), 0.3, 3))
+    tried.append((s, snr))
+    return s * float(np.clip((wanted / snr)**(1 / slope), *factors))
+
+
 def make_strong(individual, mesh, rig, case, effect, wanted, bounds=(0.0, np.inf)):
     """(strength, snr) near the wanted snr and within bounds, or None if that is out of reach; the individual's `latest`
     are then its shapes. The first guess is tried on the mesh of the wing file."""
@@ -173,13 +183,9 @@ def make_strong(individual, mesh, rig, case, effect, wanted, bounds=(0.0, np.inf
             return None
         if on == mesh and 1 / CLOSE <= snr / wanted <= CLOSE and bounds[0] <= snr < bounds[1]:
             return s, snr
-        slope = 1.0
-        if tried and abs(np.log(s / tried[-1][0])) > 0.01:
-            slope = float(np.clip(np.log(snr / tried[-1][1]) / np.log(s / tried[-1][0]), 0.3, 3))
         if s >= effect.most and snr < wanted:
             return None
-        tried.append((s, snr))
-        s *= float(np.clip((wanted / snr)**(1 / slope), 1e-3, 1e3))
+        s = next_strength(tried, s, snr, wanted, (1e-3, 1e3))
         on = mesh
     return None
 

@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blind flights: records of make_flight that hide one thing, two or nothing, and a batch of them with sealed truths."""
 import json
-import secrets
 from dataclasses import asdict, replace
 from functools import lru_cache
-from multiprocessing import Pool
 
 import numpy as np
 
-from flusi_msm.blind.batch import _Alone, salt_of
+from flusi_msm.blind.batch import begin_batch, described, end_batch, salt_of, workers
 from flusi_msm.blind.cases import CLOSE, DRAWS, STATED, numbers
 from flusi_msm.blind.flight_effects import KNOWN, OUTSIDE
-from flusi_msm.blind.ledger import Ledger, digest, dump, read, write
+from flusi_msm.blind.ledger import digest, dump, write
 from flusi_msm.errors import InputError
 from flusi_msm.measurement.balance import check_names, shown
 from flusi_msm.measurement.case_file import build
@@ -127,19 +125,10 @@ def _make(task):
 
 def make_flights(design, folder, count, seed, options, jobs, tell):
     """Makes the cases 1 to `count` that are not there yet."""
-    ledger, key = Ledger(folder), folder / "sealed" / "seed.json"
-    is_public = seed is not None
-    if ledger.cases and not is_public:
-        seed, is_public = read(key)["seed"], read(key)["is_public"]
-    elif seed is None:
-        seed = secrets.randbits(63)
-    ledger.begin({"design": digest(dump(asdict(design))), "kind": "flight",
-                  "options": {**asdict(options), "snr": list(options.snr), "meshes": list(options.meshes)},
-                  "seed": seed if is_public else "sealed"})
-    write(key, dump({"seed": seed, "is_public": is_public}))
+    ledger, seed = begin_batch(folder, seed, {"design": digest(dump(asdict(design))), "kind": "flight", "options": described(options)})
     tasks = [(design, seed, number, options, folder) for number in range(1, count + 1) if f"{number:04d}" not in ledger.cases]
-    with Pool(jobs) if jobs > 1 else _Alone() as pool:
+    with workers(jobs) as pool:
         for done, (name, truth) in enumerate(pool.imap_unordered(_make, tasks), 1):
             ledger.seal(name, truth, salt_of(seed, name))
             tell(f"{done} of {len(tasks)} cases")
-    tell(f"{ledger.path}: {len(ledger.cases)} cases; seed {'as given' if is_public else 'sealed'}")
+    end_batch(folder, ledger, tell)

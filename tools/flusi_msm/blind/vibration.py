@@ -6,7 +6,7 @@ import numpy as np
 
 from flusi_msm.bending.model import Model
 from flusi_msm.blind import vibration_subject as subjects
-from flusi_msm.blind.cases import CLOSE, DRAWS, numbers
+from flusi_msm.blind.cases import CLOSE, DRAWS, next_strength, numbers
 from flusi_msm.blind.vibration_effects import menu
 from flusi_msm.blind.vibration_oracle import Oracle
 from flusi_msm.errors import InputError
@@ -75,13 +75,9 @@ def make_strong(oracle, effect, wanted, bounds):
             return None
         if 1 / CLOSE <= snr / wanted <= CLOSE and bounds[0] <= snr < bounds[1]:
             return s, snr
-        slope = 1.0
-        if tried and abs(np.log(s / tried[-1][0])) > 0.01:
-            slope = float(np.clip(np.log(snr / tried[-1][1]) / np.log(s / tried[-1][0]), 0.3, 3))
         if s >= effect.most and snr < wanted:
             return None
-        tried.append((s, snr))
-        s *= float(np.clip((wanted / snr)**(1 / slope), 0.02, 50.0))
+        s = next_strength(tried, s, snr, wanted, (0.02, 50.0))
     return None
 
 
