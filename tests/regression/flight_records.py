@@ -9,15 +9,17 @@ import functools
 import json
 import math
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import h5py
 import numpy as np
 from synthetic_bending import ADEQUATE, NAMED, SET, measure
-from whole_program import SOURCE, check, main
+from whole_program import EXIT_STOPPED, SOURCE, check, main
 
 from flusi_msm.hovering_plate import write_plate, write_stroke
 from json_schema import validate
@@ -115,8 +117,7 @@ def write_data(path, mean, seed, **attributes):
         flight["sd"] = sd
 
 
-def diagnose(case, data, name, more="", ranks=0, flags=(), cache="../flights", options=""):
-    """Exit code, JSON (or none) and what was printed."""
+def write_input(case, data, name, more="", cache="../flights", options=""):
     case_folder = case.folder / "case"
     if not case_folder.exists():
         write_case(case_folder, 8)
@@ -125,6 +126,11 @@ def diagnose(case, data, name, more="", ranks=0, flags=(), cache="../flights", o
         # The data come from the same box, wing and start, so that the simulation errs by its grid alone.
         f"[Flight]\nfile = case/hover.ini\nbeats = {BEATS}\nharmonics = 12\nfolder = {cache}\nmodel_sd = 0\n{more}"
         f"[Diagnose]\nnoise = declared\ndraws = 1000\nstarts = 1\n{options}[Saving]\nname = {name}\n")
+
+
+def diagnose(case, data, name, more="", ranks=0, flags=(), cache="../flights", options=""):
+    """Exit code, JSON (or none) and what was printed."""
+    write_input(case, data, name, more, cache, options)
     done = case.flusi(f"{name}.ini", "--exit-code", *flags, ranks=ranks, timeout=300)
     path = case.folder / f"{name}.json"
     found = json.loads(path.read_text()) if path.exists() else None
@@ -219,6 +225,25 @@ def test_cache(case):
         for line, other in zip(text.splitlines(), flights[name].splitlines()):
             if not line.lstrip().startswith("%"):
                 check(np.allclose(np.array(line.split(), float), np.array(other.split(), float), rtol=1e-7, atol=1e-9), f"{line} {other}")
+
+
+def test_stop(case):
+    """A stop while a flight is flown has the exit code of a stop; called again, the program goes on and ends with the same flight."""
+    few = "effects = balance_gain\nrefine = no\n"
+    write_data(case.folder / "data.h5", flown(12), 6)
+    diagnose(case, "data.h5", "whole", few, cache="whole-flights")
+    write_input(case, "data.h5", "parts", few, cache="parts-flights")
+    case.start("parts.ini", "--exit-code")
+    end = time.monotonic() + 60
+    while not list(case.folder.glob("parts-flights/*/forces.t")):
+        check(case.process.poll() is None and time.monotonic() < end, f"a flight begins: {case.out.read_text()}")
+        time.sleep(0.02)
+    case.process.send_signal(signal.SIGTERM)
+    done = case.wait()
+    check(done.code == EXIT_STOPPED and "Start again to go on" in done.err, f"stopped: {done}")
+    _, _, text = diagnose(case, "data.h5", "parts", few, cache="parts-flights")
+    check("1 are to be flown" in text, f"it goes on: {text}")
+    check(forces(case.folder / "parts-flights") == forces(case.folder / "whole-flights"), "and ends with the same numbers")
 
 
 def test_refused(case):

@@ -3,8 +3,8 @@
 !> case, simulates the flight, and returns forces, torques and power over the last beat. A diagnosis does not know the fluid
 !> solver; a program extends `flight_runner_t`.
 module diagnosis_flight_runner
-  use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_outcome, only: outcome_t
   use measurement_flight, only: N_COMPONENTS
   use parallel_world, only: world_t
   implicit none
@@ -52,15 +52,15 @@ module diagnosis_flight_runner
 
   abstract interface
     !> Simulates all requests that were not flown before. On rank 0, records(i) is the result of requests(i) and depends on
-    !> nothing else. `failure` reports that the machine failed or that a stop was asked for; it is the same on all ranks.
+    !> nothing else. `outcome` becomes a failure if the machine failed or a stop was asked for, the same on all ranks.
     !> Collective.
-    subroutine fly_interface(self, world, requests, records, failure)
-      import :: flight_runner_t, flight_request_t, flight_record_t, world_t, failure_t
+    subroutine fly_interface(self, world, requests, records, outcome)
+      import :: flight_runner_t, flight_request_t, flight_record_t, world_t, outcome_t
       class(flight_runner_t), intent(inout) :: self
       type(world_t), intent(in) :: world
       type(flight_request_t), intent(in) :: requests(:)
       type(flight_record_t), allocatable, intent(out) :: records(:)
-      type(failure_t), intent(inout) :: failure
+      type(outcome_t), intent(inout) :: outcome
     end subroutine fly_interface
 
     !> Returns how many of the requests have not been flown before. Not collective.

@@ -97,8 +97,9 @@ contains
     if (self%flight%n > 0) call self%flight%nuisances(q, nuisances(m + 1:, k + 2:))
   end subroutine motion_nuisances
 
-  !> Returns patterns(n, :), what unknown causes do, at the last `nuisances` or `evaluate`: those at site(2, :) [m] to a wing, see
-  !> `site_tangents`, and in the last columns those in flights.
+  !> Returns patterns(n, :), the changes of the residuals that unknown causes would make. First come causes at site(2, :) [m] of the
+  !> wing (see `site_tangents`), then causes in flights. The caller must have called `nuisances` or `evaluate` before: the patterns
+  !> are those at the parameters of that call.
   subroutine motion_patterns(self, site, radius, patterns)
     class(wing_motion_t), intent(inout) :: self
     real(rp), intent(in) :: site(:, :), radius

@@ -45,9 +45,9 @@ contains
                    'damped at the rate c u K, of which nu K^2 is a part; u: mean speeds of tip, body and stream', min=0.0_rp)
     call keys%integer('slip_interval', p%slip_interval, 1, 'surface = thin: the slip after the forces and the power that the '// &
                       'flow receives are measured in every so many steps, for slip.t', unit='steps', min=1)
-    call keys%word('marker_response', sharing, 'auto', 'auto|one|group', 'surface = thin: what forces at the markers do to the '// &
-                   'flow there is computed by one rank for each wing, or by all ranks in a group for each wing; auto: by '// &
-                   'groups if they have eight ranks or more and wings a thousand markers or more')
+    call keys%word('marker_response', sharing, 'auto', 'auto|one|group', 'surface = thin: who finds the forces at the markers '// &
+                   'of a wing; one: one rank; group: the ranks of a group, together; auto: a group, if there are eight ranks '// &
+                   'for each wing and a wing has a thousand markers or more, else one rank')
   end subroutine thin_keys
 
   !> Takes the values of the keys from `config`.

@@ -4,8 +4,10 @@
 module diagnose_flight_json
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_text, only: number_text
   use base_text_file, only: write_text
   use diagnose_settings, only: diagnose_settings_t
+  use diagnosis_flight_response, only: FLOW_FREQUENCY
   use diagnosis_flight_runner, only: flight_request_t, N_FLOW
   use diagnosis_wing_flight, only: wing_flight_t
   use diagnosis_wing_parameters, only: KIND_FLIGHT
@@ -76,24 +78,28 @@ contains
 
   end subroutine put_flights
 
-  !> Writes NAME_extended_flight.ini: the case with the errors of the kinematics and the flow that were found. Writes nothing if
-  !> none were found.
+  !> Writes NAME_extended_flight.ini: the case with the errors of the kinematics and the flow that were found. Another beat
+  !> frequency is told in a comment. Writes nothing if no other error was found.
   subroutine write_extended_flight(s, d, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     type(failure_t), intent(inout) :: failure
     type(flight_request_t) :: request
+    character(:), allocatable :: head
     logical :: ok
     integer :: i
     if (failure%failed .or. .not. s%flights%is_ready .or. .not. d%extended%is_found) return
+    head = '; Run it in the folder of the case.'//new_line('a')
     do i = 1, size(s%catalogue%parameters)
       associate (p => s%catalogue%parameters(i))
         if (p%kind == KIND_FLIGHT .and. p%number <= N_FLOW) request%change(p%number) = d%extended%q(i)
+        if (p%kind == KIND_FLIGHT .and. p%number == FLOW_FREQUENCY .and. abs(d%extended%q(i)) > 0) &
+          head = head//'; The beat that was found is '//number_text(exp(d%extended%q(i)))//' times as fast as that of '// &
+                 'the case. This file has the beat of the case: change it there.'//new_line('a')
       end associate
     end do
     if (.not. any(abs(request%change) > 0)) return
-    call write_text(s%name//'_extended_flight.ini', '; Run it in the folder of the case.'//new_line('a')// &
-                    s%runner%case%text(request), ok)
+    call write_text(s%name//'_extended_flight.ini', head//s%runner%case%text(request), ok)
     if (.not. ok) call failure%raise(s%name//'_extended_flight.ini: cannot be written; is the disk full?')
   end subroutine write_extended_flight
 end module diagnose_flight_json

@@ -2,8 +2,9 @@
 !> Handles the section [Flight] of a diagnosis. It reads the case that simulates the experiment in which forces were recorded,
 !> checks that the records fit the case, estimates the cost of the flights, and has them flown.
 module diagnose_flight_settings
-  use base_errors, only: failure_t, message_list_t
+  use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use base_outcome, only: outcome_t, OUTCOME_NOT_CONVERGED
   use base_text, only: next_word, number_text, quoted
   use common_diagnose_keys, only: flight_choices_t
   use common_wing_settings, only: find_beside
@@ -157,24 +158,24 @@ contains
 
   !> Simulates the flights that are needed and stores what they show in `data`. Effects that need a flight that failed are
   !> excluded from the catalogue. If the flight of the case itself failed, `failure` says why on all ranks. Collective.
-  subroutine fly_all(world, runner, data, catalogue, failure)
+  subroutine fly_all(world, runner, data, catalogue, outcome)
     type(world_t), intent(in) :: world
     type(flusi_runner_t), intent(inout) :: runner
     type(flight_data_t), intent(inout) :: data
     type(catalogue_t), intent(inout) :: catalogue
-    type(failure_t), intent(inout) :: failure
+    type(outcome_t), intent(inout) :: outcome
     type(flight_record_t), allocatable :: records(:)
     character(:), allocatable :: reason
     real(rp) :: steps(size(data%response%is_known))
     integer :: j
     steps = flight_steps(data%facts, data%effects)
-    call runner%fly(world, data%response%requests(steps, data%is_refined), records, failure)
-    if (failure%failed) return
+    call runner%fly(world, data%response%requests(steps, data%is_refined), records, outcome)
+    if (.not. outcome%is_good()) return
     reason = ''
     if (world%is_root) call data%response%take(steps, data%is_refined, records, reason)
     call world%broadcast_text(reason)
     if (reason /= '') then
-      call failure%raise('the flight of '//data%facts%path//' cannot be compared with records: '//reason)
+      call outcome%fail(OUTCOME_NOT_CONVERGED, 'the flight of '//data%facts%path//' cannot be compared with records: '//reason)
       return
     end if
     do j = 1, size(steps)

@@ -7,7 +7,8 @@ module diagnose_flights
   use base_errors, only: failure_t, message_list_t
   use base_files, only: file_exists, join_path, make_folder, real_path
   use base_kinds, only: rp
-  use base_outcome, only: outcome_t, OUTCOME_COLLISION, OUTCOME_DIVERGED, OUTCOME_DONE, OUTCOME_NOT_CONVERGED
+  use base_outcome, only: outcome_t, OUTCOME_COLLISION, OUTCOME_DIVERGED, OUTCOME_DONE, OUTCOME_MISTAKE, &
+                          OUTCOME_NOT_CONVERGED, OUTCOME_UNWRITABLE
   use base_redirection, only: change_folder, redirection_t
   use base_text, only: number_text
   use base_text_file, only: write_text
@@ -48,14 +49,14 @@ module diagnose_flights
 contains
 
   !> Simulates the requests whose folders hold no ended flight; each group of ranks does one at a time. Then rank 0 reads all
-  !> records. `failure` is set if a flight cannot be prepared or begun. A flight that ends by itself without a result gives the
-  !> reason in its record. Collective.
-  subroutine runner_fly(self, world, requests, records, failure)
+  !> records. `outcome` is a failure if a flight cannot be begun or was stopped. A flight that ends by itself without a result gives
+  !> the reason in its record. Collective.
+  subroutine runner_fly(self, world, requests, records, outcome)
     class(flusi_runner_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(flight_request_t), intent(in) :: requests(:)
     type(flight_record_t), allocatable, intent(out) :: records(:)
-    type(failure_t), intent(inout) :: failure
+    type(outcome_t), intent(inout) :: outcome
     type(name_t), allocatable :: names(:)
     type(world_t) :: group
     integer :: i, k, ranks, n_groups, own
@@ -72,29 +73,30 @@ contains
       if (names(i)%has_ended .or. names(i)%reason /= '') cycle
       if (any([(names(i)%folder == names(k)%folder, k=1, i - 1)])) cycle
       k = count(.not. names(:i - 1)%has_ended) ! static order: groups take turns
-      if (modulo(k, n_groups) /= own .or. failure%failed) cycle
-      call fly_one(self, group, requests(i), names(i)%folder, failure)
+      if (modulo(k, n_groups) /= own .or. .not. outcome%is_good()) cycle
+      call fly_one(self, group, requests(i), names(i)%folder, outcome)
     end do
     call group%release()
-    call agree(world, failure)
-    if (failure%failed .or. .not. world%is_root) return
+    call agree(world, outcome)
+    if (.not. (outcome%is_good() .and. world%is_root)) return
     do i = 1, size(requests)
       call read_record(self, names(i), records(i))
     end do
   end subroutine runner_fly
 
   !> Gives all ranks the failure of the first rank that has one. Collective.
-  subroutine agree(world, failure)
+  subroutine agree(world, outcome)
     type(world_t), intent(in) :: world
-    type(failure_t), intent(inout) :: failure
+    type(outcome_t), intent(inout) :: outcome
     character(:), allocatable :: reason
-    integer :: first
-    first = world%max_integer(merge(world%size - world%rank, 0, failure%failed))
+    integer :: first, kind
+    first = world%max_integer(merge(world%size - world%rank, 0, outcome%failure%failed))
     if (first == 0) return
+    kind = world%max_integer(outcome%kind)
     reason = ''
-    if (failure%failed) reason = failure%reason
+    if (outcome%failure%failed) reason = outcome%failure%reason
     call world%broadcast_text(reason, from=world%size - first)
-    if (.not. failure%failed) call failure%raise(reason)
+    if (.not. outcome%failure%failed) call outcome%fail(kind, reason)
   end subroutine agree
 
   !> Returns how many of the requests have not been flown. Not collective.
@@ -138,12 +140,12 @@ contains
 
   !> Simulates one flight in `folder`. Its output goes to the file `log` there. A flight that diverges counts as ended. Collective
   !> over the group.
-  subroutine fly_one(self, group, request, folder, failure)
+  subroutine fly_one(self, group, request, folder, of_all)
     class(flusi_runner_t), intent(in) :: self
     type(world_t), intent(in) :: group
     type(flight_request_t), intent(in) :: request
     character(*), intent(in) :: folder
-    type(failure_t), intent(inout) :: failure
+    type(outcome_t), intent(inout) :: of_all
     type(settings_t), allocatable :: settings
     type(message_list_t) :: errors
     type(redirection_t) :: redirection
@@ -155,7 +157,8 @@ contains
     call self%case%read(request, settings, errors, group)
     memory = estimate_memory(settings, group%size)
     if (.not. memory%possible) then
-      call failure%raise('the grid of a flight cannot be shared among '//number_text(group%size)//' ranks: give [Flight] ranks')
+      call of_all%fail(OUTCOME_MISTAKE, 'the grid of a flight cannot be shared among '//number_text(group%size)// &
+                       ' ranks: give [Flight] ranks')
       return
     end if
     ok = .true.
@@ -163,7 +166,7 @@ contains
     call group%barrier()
     here = real_path('.')
     if (group%max_integer(merge(0, 1, ok)) == 1) then
-      call failure%raise(folder//': cannot be written; is the folder read-only or the disk full?')
+      call of_all%fail(OUTCOME_UNWRITABLE, folder//': cannot be written; is the folder read-only or the disk full?')
       return
     end if
     if (group%is_root .and. .not. self%is_quiet) write (output_unit, '(a)') 'flight    '//folder
@@ -176,7 +179,7 @@ contains
     if (group%is_root) call write_end(outcome, ok)
     call change_folder(here)
     if (any(outcome%kind == [OUTCOME_DONE, OUTCOME_DIVERGED, OUTCOME_COLLISION, OUTCOME_NOT_CONVERGED])) return
-    call failure%raise('a flight did not come to its end; '//join_path(folder, LOG)//' tells why. Start again to go on')
+    call of_all%fail(outcome%kind, 'a flight did not come to its end; '//join_path(folder, LOG)//' tells why. Start again to go on')
   end subroutine fly_one
 
   subroutine write_start(self, request, folder, ok)

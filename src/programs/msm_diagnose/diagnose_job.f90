@@ -116,8 +116,7 @@ contains
       flush (output_unit)
       self%is_over = command%action == DIAGNOSE_PLAN .and. s%only_flies()
       if (command%action == DIAGNOSE_PLAN) return
-      call fly_all(self%world, s%runner, s%flights, s%catalogue, self%outcome%failure)
-      call self%outcome%classify(OUTCOME_NOT_CONVERGED)
+      call fly_all(self%world, s%runner, s%flights, s%catalogue, self%outcome)
       self%is_over = self%outcome%failure%failed
     end associate
   end subroutine fly
