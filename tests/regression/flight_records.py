@@ -190,6 +190,8 @@ def test_joint(case):
     check(code in (NAMED, SET) and "pitch_lead" in names(found), text)
     check(found["baseline"]["observations"] > 90, "heights and forces are observations")
     check([one["name"] for one in found["baseline"]["parameters"]] == ["E"], "the stiffness is fitted beside")
+    leads = [one["value"] for one in found["extended"].get("parameters", []) if one["name"] == "pitch_lead"]
+    check(code == SET or len(leads) == 1 and 0.03 < leads[0] < 0.07, f"the plate turns 0.05 beats early: {leads}")
 
 
 def forces(folder):
