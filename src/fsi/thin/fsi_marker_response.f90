@@ -21,7 +21,7 @@ module fsi_marker_response
   private
   public :: marker_response_t
 
-  integer, parameter :: MARKERS_IN_BLOCK = 32 !< whose rows of M are on one rank
+  integer, parameter :: MOST_IN_BLOCK = 32 !< markers whose rows of M are together on one rank
 
   type :: marker_response_t
     real(rp), allocatable, private :: factor(:, :) !< (3n, 3n) Cholesky's factor of M, in its lower triangle, if it is not shared
@@ -57,7 +57,7 @@ contains
     allocate (self%work(3*n), source=0.0_rp)
     if (present(group)) then
       allocate (self%inverse)
-      call self%inverse%init(group, 3*n, 3*MARKERS_IN_BLOCK)
+      call self%inverse%init(group, 3*n, 3*min(MOST_IN_BLOCK, (n + group%size - 1)/group%size)) ! each rank has some
     else
       allocate (self%factor(3*n, 3*n), source=0.0_rp)
     end if
