@@ -36,7 +36,7 @@ def kill(case, delay, n):
     check(len(ranks) == n, f"all ranks are found: {ranks}")
     for process in ranks:
         os.kill(process, signal.SIGKILL)
-    done = case.wait()
+    done = case.wait_killed()
     check(done.code not in (0, 4), f"the run was killed: {done.code}")
     no_crash(done)
     return sorted(name for name in case.files() if name.endswith(".part"))

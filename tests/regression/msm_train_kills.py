@@ -40,7 +40,7 @@ def kill(case, words, ranks, dice, needs_backup):
             os.kill(process, signal.SIGKILL)
         except ProcessLookupError:
             pass
-    done = case.wait()
+    done = case.wait_killed()
     no_crash(done)
     check(done.code not in (2, 3, 4, 5), f"nothing but the kill ends it: {done}")
     if re.search(r"^evaluations +\d+ in all", done.out, re.M):  # it writes what it has found, or has written

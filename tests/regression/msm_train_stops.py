@@ -39,7 +39,7 @@ def kill(case, ranks):
     elif case.ranks():
         with contextlib.suppress(ProcessLookupError, ValueError):
             os.kill(min(case.ranks()), signal.SIGKILL)
-    done = case.wait()
+    done = case.wait_killed()
     end = time.monotonic() + 20
     while case.ranks():
         check(time.monotonic() < end, "no rank outlives mpiexec")

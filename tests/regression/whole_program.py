@@ -6,6 +6,7 @@ the program, h5dump, and optionally the names of the tests to run. Every test ge
 own below the working directory. Nothing but the standard library is used; HDF5 is read through h5dump. With
 FLUSI_TEST_TRANSFORM in the environment all runs use that transform.
 """
+import contextlib
 import os
 import re
 import shutil
@@ -140,6 +141,18 @@ class Case:
         self.out.unlink()
         self.err.unlink()
         return result
+
+    def wait_killed(self, timeout=60):
+        """Waits for the end of a run whose ranks a test has killed. Where the launcher waits for a rank that is dead, it is
+        killed as well: that of OpenMPI can hang if ranks die while they still connect to it. A rank that lives is a failure."""
+        end = time.monotonic() + timeout
+        while self.process.poll() is None and time.monotonic() < end:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self.process.wait(10)
+            if self.process.poll() is None and not self.ranks():
+                self.process.kill()
+                self.process.wait(10)
+        return self.wait(1)
 
     def flusi(self, *arguments, ranks=0, env=None, timeout=60):
         """Runs flusi to its end."""
