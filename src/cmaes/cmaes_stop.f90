@@ -53,7 +53,7 @@ contains
     case (TOLFACUPX)
       text = 'the step grew by tolfacupx: sigma0 is far too small, or the search diverges'
     case (TOLUPSIGMA)
-      text = 'sigma grows while the axes shrink: creeping'
+      text = 'the step size grows while the axes of the distribution shrink: the search makes no progress'
     case (STAGNATION)
       text = 'neither the best nor the median f has improved for tolstagnation generations'
     case (FLAT_FITNESS)

@@ -55,8 +55,8 @@ contains
     call reader%get_reals('grid', numbers, failure)
     if (failure%failed) return
     if (any(nint(numbers) /= params%grid%n)) then
-      call failure%raise('the checkpoint has another grid: '//three_integers(nint(numbers))//' instead of '// &
-                         three_integers(params%grid%n))
+      call failure%raise('the checkpoint has another grid, '//three_integers(nint(numbers))//' instead of '// &
+                         three_integers(params%grid%n)//': set nx, ny and nz of [Resolution] as in the run that wrote it')
       return
     end if
     call reader%get_reals('length', numbers, failure)
@@ -66,7 +66,8 @@ contains
     end if
     call reader%get_text('dealias', text, failure)
     if (.not. failure%failed) then
-      if (text /= params%resolution%dealias) call failure%raise('the checkpoint has another truncation: '//text)
+      if (text /= params%resolution%dealias) call failure%raise('the checkpoint has another truncation, '// &
+                                                                     text//': set [Dealiasing] as in the run that wrote it')
     end if
     call reader%get_integer('scheme', number, failure)
     if (.not. failure%failed .and. number /= params%time%scheme) &

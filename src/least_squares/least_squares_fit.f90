@@ -53,7 +53,7 @@ contains
       if (is_end) exit
       call try_point(problem, unknowns, options, report, trial)
       if (trial%jumps >= MOST_JUMPS) then
-        report%reason = 'the sum of squares jumps wherever a step leads'
+        report%reason = 'at the end of every further step a wing has snapped to another shape'
         exit
       end if
       if (trial%ratio(report%cost()) > 1.0e-4_rp) then

@@ -172,7 +172,8 @@ contains
     call was%load(reader, failure)
     call reader%get_integer('mark', number, failure)
     if (.not. failure%failed .and. number /= self%fingerprint) &
-      call failure%raise(name//': belongs to another wing, measurement, box, seed or kind of search')
+      call failure%raise(name//': does not fit this input: the wing, measurement, bounds of parameters, seed or '// &
+                         'kind of search differ; restore them, or begin anew with --overwrite')
     if (.not. failure%failed) call load_state(self, settings, reader, failure)
     call reader%close(failure)
     call self%slots%came_from(name)
@@ -306,7 +307,7 @@ contains
     end if
     self%is_done = self%stage == settings%n_stages .or. .not. has_best
     if (self%is_done) return
-    call log%say('stage 2   E is fixed, the other parameters are sought again')
+    call log%say('stage 2   E is fixed, the other parameters are fitted again')
     call fix_youngs_modulus(self, settings, whole(self, u))
   end subroutine finish_stage
 

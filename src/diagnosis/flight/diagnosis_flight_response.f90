@@ -74,8 +74,8 @@ contains
     reason = ''
     n = merge(2, 1, is_refined)
     if (is_refined) then
-      if (.not. records(2)%is_flown) reason = records(2)%reason//'. It is that on the finer grid; [Flight] refine = no does '// &
-                                              'without it'
+      if (.not. records(2)%is_flown) reason = records(2)%reason//'. This is the flight on the finer grid; [Flight] refine = no '// &
+                                              'leaves it out'
     end if
     if (.not. records(1)%is_flown) reason = records(1)%reason
     if (reason /= '') return

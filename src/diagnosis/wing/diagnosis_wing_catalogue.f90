@@ -144,7 +144,7 @@ contains
       call enter_named(c, e, numbers, text, [character(20) :: 'D'], .true., '')
     case ('elasticity')
       text%title = 'stiffness of membrane and springs'
-      text%sentence = 'Everything elastic that is not sought, membrane and springs, is stiffer or softer than was assumed, '// &
+      text%sentence = 'Everything elastic that is not fitted, membrane and springs, is stiffer or softer than was assumed, '// &
                       'as if all forces had another size.'
       call enter_named(c, e, numbers, text, [character(20) :: 'D', 'k_vein', 'k_membrane', 'k_cross'], .true., '')
     end select
@@ -260,7 +260,7 @@ contains
                           'All loaded scans were tilted or lifted against the unloaded one, in the same way.', '')
     call enter_instrument(c, e, 'registration', 'shifted or turned maps', [MAP_SHIFT_X, MAP_SHIFT_Y, MAP_ROTATION, &
                                                                            MAP_SCALE], .true., &
-                          'The wing lay elsewhere, turned or magnified in the height maps than the file says.', '')
+                          'In the height maps the wing was shifted, turned or magnified against what the file says.', '')
     call enter_instrument(c, e, 'drift', 'a wing that changed during the experiment', [DRIFT], .true., &
                           'The wing became stiffer (it dried) or softer from one measurement to the next.', '')
     call enter_instrument(c, e, 'drift_in_time', 'a wing that changed with time', [DRIFT_RATE], .true., &
@@ -270,7 +270,7 @@ contains
     call enter_instrument(c, e, 'gravity', 'weight of the wing', [GRAVITY_X, GRAVITY_Y, GRAVITY_Z], .true., &
                           'The wing''s own weight bends it, also when nothing pushes.', needs_mass(e))
     call enter_instrument(c, e, 'nonlinearity', 'large deflections', [NONLINEARITY], .false., &
-                          'The wing bends so far that twice the force is not twice the way, as geometry alone makes it.', &
+                          'The wing bends so far that twice the force does not bend it twice as far. Geometry alone does that.', &
                           needs_small_deflections(e))
   end subroutine enter_measurement
 

@@ -26,9 +26,9 @@ contains
       if (size(hold) == 0) then
         missing = 'needs bending tests'
       else if (any(hold < 0)) then
-        missing = 'needs the hold of all loads'
+        missing = 'needs the attribute `hold` of every load'
       else if (maxval(hold) < 1.5_rp*minval(hold)) then
-        missing = 'needs two times of holding that differ'
+        missing = 'needs loads whose `hold` differs by a factor of 1.5 or more'
       end if
     end associate
   end function needs_holds
@@ -39,7 +39,7 @@ contains
     type(experiment_t), intent(in) :: e
     character(:), allocatable :: missing
     integer :: i, k
-    missing = 'needs two forces at one place'
+    missing = 'needs two different forces at the same place'
     associate (loads => e%measurement%loads)
       do i = 1, size(loads)
         do k = 1, i - 1
@@ -69,7 +69,7 @@ contains
       case (NEED_NO_SLACK)
         if (e%model%params%slack < 1) missing = 'needs a membrane that does not go slack'
       case (NEED_UNSTRESSED_REST) ! motion is that about a flat wing without stress
-        if (e%measurement%moves()) missing = 'cannot be sought where natural modes or records of motion are in the data'
+        if (e%measurement%moves()) missing = 'cannot be found from data with natural modes or records of motion'
       case (NEED_SIDED_JOINTS)
         missing = lacks(e%model%params%effects, needs(i))
       end select ! places and sided veins are given by the diagnosis itself

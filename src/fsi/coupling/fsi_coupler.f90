@@ -348,7 +348,8 @@ contains
       report%total = report%total + report%iterations
       if (.not. self%has_current_force .and. .not. failure%failed) &
         call failure%raise('the strong coupling has not converged: after '//number_text(real(report%iterations, rp))// &
-                           ' sub-iterations the load still changes by '//number_text(report%residual)//' of itself')
+                           ' sub-iterations the load still changes by the fraction '//number_text(report%residual)// &
+                           ': set a smaller [Time] CFL or more [Flexible_wing] coupling_iterations')
     end associate
   end subroutine subiterate
 

@@ -90,11 +90,12 @@ contains
       end if
       if (present(coupler)) call carry_wings(wings, coupler)
       if (flyer%fraction < SMALLEST_FRACTION) then
-        call failure%raise('the insect cannot fly freely: [Insects] mass = '//number_text(flyer%params%mass)// &
-                           ' and J_body_yawpitchroll against the fluid that body and wings displace in the mask, '// &
-                           'with the mass '//number_text(flyer%params%mass - rest%mass)//', leave '//number_text(flyer%fraction)// &
-                           ' of the inertia; valid: more than '//number_text(SMALLEST_FRACTION)//'. With [Penalization] '// &
-                           'unst_corrections = no the insect carries this fluid along, as in FLUSI')
+        call failure%raise('the insect is too light to fly freely: its mass is '//number_text(flyer%params%mass)// &
+                           ', body and wings displace fluid of mass '//number_text(flyer%params%mass - rest%mass)// &
+                           ' in the mask, and without that fluid '//number_text(flyer%fraction)// &
+                           ' of its inertia is left; valid: more than '//number_text(SMALLEST_FRACTION)// &
+                           '. Raise [Insects] mass or J_body_yawpitchroll, or set [Penalization] unst_corrections = no, '// &
+                           'with which the insect carries this fluid along, as in FLUSI')
         return
       end if
       fluid%rhs%params%solids%dt_fraction = DAMPED*flyer%fraction

@@ -84,7 +84,7 @@ contains
       motion%known(2)%velocity = motion%velocity
       motion%word = word
       if (all(word /= [character(12) :: 'free_flight', 'yawpitchroll']) .and. norm2(motion%velocity) > 0) &
-        call config%complain(notices, SECTION, 'v0', 'is of no effect with BodyMotion = '//word)
+        call config%complain(notices, SECTION, 'v0', 'has no effect with BodyMotion = '//word)
       if (word == 'takeoff') call config%complain(errors, SECTION, 'BodyMotion', &
         'is takeoff with KineFromFile = '//choices%from_file//'; FLUSI''s legs that push off are '// &
         'not built here; valid: KineFromFile = yes, a take-off in a table, free_flight, or '//TABLE_WORD//'a flight')

@@ -67,7 +67,7 @@ contains
     params%is_thin = wants_thin_wings(config)
     mask = mask_choices(config)
     if (params%is_thin .and. mask%say_thickness()) &
-      call notices%add('[Insects] WingThickness, t_wing and wing_smoothing are of no effect with surface = thin')
+      call notices%add('[Insects] WingThickness, t_wing and wing_smoothing have no effect with surface = thin')
   end subroutine read_thin_keys
 
   !> Returns the user's word for how the flow sees the wings.

@@ -181,7 +181,8 @@ contains
     call get_attribute(self%file, '/', CONTENTS, stored, failure)
     call get_attribute(self%file, '/', 'format', version, failure)
     if (.not. failure%failed) call self%file%agree(version == FORMAT_VERSION, &
-                                                   'has another checkpoint format', failure)
+                                                   'has the format of another version of flusi-msm: '// &
+                                                   'restart with that version', failure)
     total = 0
     call verify_values(self%file, total, failure)
     call verify_tables(self%file, total, failure)

@@ -99,7 +99,7 @@ contains
       call apply_load(self%view%instrument, load, experiment%sites(l), experiment%model, off, self%applied, self%force)
       factor = stiffness_factor(self%view%instrument, load)
     end associate
-    if (.not. self%applied%is_valid) report%reason = 'the force acts beside the wing'
+    if (.not. self%applied%is_valid) report%reason = 'the place of the force is outside the outline of the wing'
     if (.not. minval(factor) > 0) report%reason = 'drift or creep makes the stiffness zero or negative'
     if (allocated(report%reason)) return
     self%force = self%view%scale*self%force

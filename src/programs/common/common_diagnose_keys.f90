@@ -110,7 +110,7 @@ contains
     call keys%text('folder', c%folder, 'flights', 'folder of the flights; what was flown there is not flown again')
     call keys%integer('ranks', c%ranks, 0, 'of each flight, so that several are flown at a time; 0: all ranks fly together', min=0)
     call keys%integer('beats', c%beats, 3, 'that are flown; the last one is compared', min=1, max=1000)
-    call keys%text('effects', c%effects, '', 'names of the effects of kinematics, flow and balance that are sought, '// &
+    call keys%text('effects', c%effects, '', 'names of the effects of kinematics, flow and balance to look for, '// &
                    'with commas; empty: all that can be (docs/theory/flight-records.md)')
     call keys%switch('refine', c%refine, .true., 'fly the case on a grid of half as many points again too, and count the '// &
                      'difference as an error')

@@ -67,11 +67,11 @@ contains
   subroutine train_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(train_choices_t), intent(inout) :: c
-    call keys%section('Train', 'what is sought, and where')
+    call keys%section('Train', 'free parameters and their bounds')
     call keys%word('preset', c%preset, 'default', 'default|paper', 'paper: as Truong et al.: linear box, their '// &
                    'weights, population 16, end at h < 1e-6 m (their 1e-4 in cm) or after 100 generations, no '// &
                    'polish, two stages, cross-springs')
-    call keys%text('parameters', c%parameters, 'E, joint:*', 'what is sought: NAME, or NAME LOWER UPPER, or NAME LOWER '// &
+    call keys%text('parameters', c%parameters, 'E, joint:*', 'free parameters: NAME, or NAME LOWER UPPER, or NAME LOWER '// &
                    'UPPER log|linear, separated by commas; names as in [Wing] and [Instrument] parameters, or E, D; '// &
                    'joint:*, E:* and hardening:* mean all joints and all veins')
     call keys%word('scale', c%scale, 'preset', 'preset|log|linear', 'of bounds that do not say it; paper: linear')

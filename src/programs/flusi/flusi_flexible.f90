@@ -188,7 +188,7 @@ contains
       params%coupling = COUPLING_STRONG
     end select
     if (params%coupling /= COUPLING_STRONG .and. (c%has_tolerance .or. c%has_iterations)) &
-      call notices%add('[Flexible_wing] coupling_tolerance and coupling_iterations are of no effect without '// &
+      call notices%add('[Flexible_wing] coupling_tolerance and coupling_iterations have no effect without '// &
                        'coupling = strong')
     if (flight%thin%is_thin) call notice_pressure_keys([c%has_distance, c%has_load, c%has_extrapolated], notices)
     if (params%release >= fluid%time%t_max) &
@@ -246,7 +246,7 @@ contains
     character(17), parameter :: NAMES(3) = [character(17) :: DISTANCE, 'load', 'load_extrapolated']
     integer :: i
     do i = 1, size(NAMES)
-      if (given(i)) call notices%add('[Flexible_wing] '//trim(NAMES(i))//' is of no effect '// &
+      if (given(i)) call notices%add('[Flexible_wing] '//trim(NAMES(i))//' has no effect '// &
                                      'with [Insects] surface = thin: the forces of the markers are the whole load')
     end do
   end subroutine notice_pressure_keys

@@ -155,7 +155,7 @@ contains
     character(160) :: line
     integer :: i
     logical :: ok
-    text = 'rank,load,x [m],y [m],force [N],separation now [sd],separation with it once more [sd]'//new_line('a')
+    text = 'rank,load,x [m],y [m],force [N],separation now [sd],separation if repeated [sd]'//new_line('a')
     do i = 1, size(next%order)
       line = ',,,' ! a mode has no place and no force
       if (next%order(i) <= size(s%measurement%loads)) then

@@ -266,13 +266,13 @@ contains
     character(:), allocatable :: text
     select case (decision%reason)
     case (AT_BOUND)
-      text = ', as the fit stands at a bound'
+      text = ', because the fitted value reached its bound'
     case (NO_INTERVAL)
-      text = ', as an interval holds that there is none'
+      text = ', because its interval contains no effect at all'
     case (NO_GAIN)
-      text = ', as it predicts no better'
+      text = ', because it does not improve the prediction of data left out'
     case (NO_FIT)
-      text = ', as it cannot be fitted'
+      text = ', because its fit does not converge'
     case default
       text = ''
     end select

@@ -101,7 +101,7 @@ contains
     case ('load_shift_y')
       call plain(w, 'm', BESIDE, BESIDE, 'toward +y', 'toward -y', '', 0.0_rp)
     case ('nonlinearity')
-      call fraction(w, 'The wing bends so far that twice the force is not twice the way: with', &
+      call fraction(w, 'The wing bends so far that twice the force does not bend it twice as far: with', &
                     'The wing bends more in proportion to the force than was assumed: with', 'of what geometry alone makes')
     case ('gravity_x')
       call weight(w, 'x')

@@ -73,7 +73,7 @@ contains
     n%is_up = n%shown(2) >= n%nothing
     n%decimals = decimals_for(n%shown, has .and. finding%has_interval)
     text = told(n, has, finding%has_interval)
-    if (finding%is_jump) text = text//' (an end is where a shape jumps)'
+    if (finding%is_jump) text = text//' (an end of the interval is where the wing snaps to another shape)'
     if (n%w%is_natural .and. abs(finding%null - n%w%reference) > 0) text = text//'; the input assumes that there is some of it'
   end function finding_text
 

@@ -216,7 +216,7 @@ contains
       call self%log%say('data      '//s%measurement_path//': '//number_text(size(e%loads))//' loads, '// &
                         number_text(e%count_residuals(0))//' residuals')
       do i = 1, size(space%names)
-        call self%log%say('sought    '//trim(space%names(i))//' from '//number_text(space%box%lower(i))//' to '// &
+        call self%log%say('free      '//trim(space%names(i))//' from '//number_text(space%box%lower(i))//' to '// &
                           number_text(space%box%upper(i))//' '//trim(space%units(i))// &
                           trim(merge(', logarithmic', ', linear     ', space%box%is_log(i))))
       end do

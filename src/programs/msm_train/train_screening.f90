@@ -133,9 +133,10 @@ contains
     logical :: is_proposed
     integer :: i
     proposal = ''
-    write (output_unit, '(a)') '', 'effect of 10 %: rms movement of the measured points; effect over noise: of one '// &
-      'e-fold, in units of the declared errors;', 'sd of the logarithm: predicted if this one alone is sought, and '// &
-      'if all above it are sought too', '', &
+    write (output_unit, '(a)') '', 'effect of 10 %: rms movement of the measured points if the parameter changes by 10 %;', &
+      'over noise: signal-to-noise ratio of a change by a factor e, at the declared errors;', &
+      'sd: predicted standard deviation of the logarithm if this parameter alone is fitted, '// &
+      'and if all above it are fitted too', '', &
       'rank  parameter                 effect of 10 % [um]  over noise    sd alone  sd with those above  proposed'
     is_proposed = .true.
     do i = 1, size(order)

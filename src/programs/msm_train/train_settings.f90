@@ -252,8 +252,9 @@ contains
     do i = 1, size(s%wing_case%requested%joint)
       number = N_COMMON + size(s%wing_case%requested%vein_factor) + i
       if (s%wing_case%requested%joint(i) < 0 .and. .not. any(s%free_parameters%numbers == number)) &
-       call notices%add('joint:'//trim(s%wing_case%requested%joint_names(i))//' is not sought and keeps the stiffness of a '// &
-                         'vein of the E of [Wing], '//number_text(s%experiment%model%params%joint(i))//' N m/rad')
+       call notices%add('joint:'//trim(s%wing_case%requested%joint_names(i))//' is not fitted: it keeps '// &
+                         'the stiffness of a vein with the E of [Wing], '//number_text(s%experiment%model%params%joint(i))// &
+                         ' N m/rad; to fit it, add it to the parameters')
     end do
   end subroutine add_notices
 end module train_settings

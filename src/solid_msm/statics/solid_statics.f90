@@ -138,7 +138,7 @@ contains
       if (way%is_warm .and. options%redo_cold) then
         if (correction%was_unstable .or. correction%accepted .and. correction%n_used > STRAIGHT &
             .or. path%dt < COLD_STEP) then
-          report%reason = 'the warm start does not go straight to its end'
+          report%reason = 'the solution that begins at an earlier shape met an instability'
           exit
         end if
       end if
@@ -151,16 +151,16 @@ contains
           call fall(work, model, load, options, u, path, is_lost)
           report%snaps = report%snaps + 1
           if (is_lost) then
-            report%reason = 'the descent from a fold of the path did not converge at '// &
-                            number_text(real(nint(100*work%stage), rp))//' % of the load'
+            report%reason = 'the wing snaps through at '//number_text(real(nint(100*work%stage), rp))// &
+                            ' % of the load, and no shape at rest is found behind that'
             exit
           end if
           report%stages = report%stages + 1
         end if
       end if
       if (work%cholesky%n_factorisations - begin > options%factorisation_limit) then
-        report%reason = 'the path needs more than '//number_text(options%factorisation_limit)// &
-                        ' factorisations'
+        report%reason = 'no equilibrium is found with '//number_text(options%factorisation_limit)// &
+                        ' factorisations of the stiffness matrix'
         exit
       end if
     end do
@@ -264,7 +264,7 @@ contains
     call work%factorise(model, load, u, .false., 0.0_rp, is_spd) ! no shift: sensitivities feel it
     is_lost = .not. is_spd
     if (is_lost) then
-      report%reason = 'the path ends in an unstable equilibrium'
+      report%reason = 'the shape that is found under the full load is an unstable equilibrium'
       return
     end if
     report%reciprocal_condition = work%cholesky%reciprocal_condition()
@@ -281,7 +281,7 @@ contains
     end do
     if (work%force_scale > 0) report%residual = size_g/work%force_scale
     report%converged = report%residual <= options%tolerance
-    if (.not. report%converged) report%reason = 'the residual is limited by rounding at '// &
-                                                number_text(report%residual)
+    if (.not. report%converged) report%reason = 'rounding errors keep the relative residual at '// &
+                                                number_text(report%residual)//', above the tolerance'
   end subroutine conclude
 end module solid_statics

@@ -137,8 +137,8 @@ contains
       if (other == 0) exit
       if (other > n_bodies .and. lowest(node) >= place(other)) then
         call report%found('point '//report%point(first(node))//others(members(node) - 1)//' on point '// &
-                          report%point(other - n_bodies)//' alone, about which they can turn: no edge of two '// &
-                          'triangles and no vein goes across')
+                          report%point(other - n_bodies)//' alone and can turn about it: join the two parts by '// &
+                          'an edge of two triangles or by a vein')
       end if
       lowest(other) = min(lowest(other), lowest(node))
       members(other) = members(other) + members(node)

@@ -185,9 +185,10 @@ contains
     character(:), allocatable :: text
     select case (coupling)
     case (COUPLING_WEAK)
-      text = 'the lag of the weak coupling is felt; better: coupling = strong, or extrapolated where it is stable'
+      text = 'with weak coupling the load lags behind the motion by a step; '// &
+             'set coupling = strong, or extrapolated where it is stable'
     case (COUPLING_STRONG)
-      text = 'the strong coupling is made for that; the lighter the wing, the more evaluations of the flow it takes'
+      text = 'strong coupling is made for this; the lighter the wing, the more evaluations of the flow a step takes'
     case default
       text = 'compare with coupling = strong'
     end select
