@@ -12,6 +12,7 @@ module diagnosis_detectability
   use inference_calibration_store, only: calibrate, calibration_store_t
   use inference_decision, only: LEVEL
   use inference_design, only: build_design, design_t
+  use least_squares_state, only: solver_state_t
   implicit none
   private
   public :: detectability_t, best_load_t, find_detectability, most_detectable
@@ -41,17 +42,20 @@ contains
     type(failure_t), intent(out) :: failure
     class(calibration_store_t), intent(inout), optional :: store
     type(calibration_t) :: calibration
-    call build_design(simulator, simulator%null_point(), found%design, failure)
+    class(solver_state_t), allocatable :: state
+    call simulator%initial_state(state)
+    call build_design(simulator, simulator%null_point(), state, found%design, failure)
     if (failure%failed) return
     call calibrate(found%design, size(s%catalogue%effects), .true., s%options%n_draws, s%options%seed, calibration, store)
     call find_detectable(found%design, calibration, size(s%catalogue%effects), LEVEL, found%snr)
-    call find_best_loads(s, simulator, found)
+    call find_best_loads(s, simulator, state, found)
   end subroutine find_detectability
 
   !> For each effect the load at a new place that would lower this strength most.
-  subroutine find_best_loads(s, simulator, found)
+  subroutine find_best_loads(s, simulator, from, found)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
+    class(solver_state_t), intent(in) :: from
     type(detectability_t), intent(inout) :: found
     type(new_load_t), allocatable :: loads(:)
     real(rp), allocatable :: normal(:, :), lengths(:), common_sd(:)
@@ -72,7 +76,7 @@ contains
       columns = [columns, found%design%candidates(best(1))%columns(best(2))]
     end do
     allocate (normal(size(columns), size(columns)))
-    call normal_matrix(simulator, simulator%null_point(), columns, common_sd, normal, ok)
+    call normal_matrix(simulator, simulator%null_point(), from, columns, common_sd, normal, ok)
     if (.not. ok) return
     call try_loads(s, simulator, simulator%null_point(), columns, loads)
     found%has_loads = size(loads) > 0

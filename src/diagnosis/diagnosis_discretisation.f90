@@ -23,12 +23,14 @@ module diagnosis_discretisation
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_DAMAGE, KIND_POINT_MASS, KIND_RELAXATION, &
                                        KIND_RELAXATION_TIME, KIND_SOFT
   use diagnosis_wing_simulator, only: wing_simulator_t
+  use diagnosis_wing_state, only: wing_state_t
   use diagnosis_wing_task, only: wing_patterns_t
   use inference_refit, only: fit_nested, fit_loosely, nested_fit_t, loose_options
   use inference_relinearisation, only: model_error_t
   use inference_whitener, only: whitener_t
   use io_journal, only: journal_t
   use least_squares_fit, only: fit_options_t
+  use least_squares_state, only: solver_state_t
   use measurement_experiment, only: experiment_t
   use parallel_world, only: world_t
   use solid_mass, only: lump_mass, mass_t
@@ -149,12 +151,12 @@ contains
     call whitener%apply(white)
     call whitener%apply(jacobian)
     self%snr = length_after_projection(white(:, 1), jacobian)
-    call set_error_directions(simulator, fine - coarse)
+    call simulator%set_error_directions(error_directions(simulator, fine - coarse))
   end subroutine discretisation_find
 
-  !> The directions of the error for a difference(n) of both meshes.
-  subroutine set_error_directions(simulator, difference)
-    type(wing_simulator_t), intent(inout) :: simulator
+  !> Returns the directions of the error for a difference(n) of both meshes.
+  function error_directions(simulator, difference) result(directions)
+    type(wing_simulator_t), intent(in) :: simulator
     real(rp), intent(in) :: difference(:)
     real(rp) :: directions(size(difference), 0:size(simulator%labels%fold))
     integer :: l
@@ -162,32 +164,39 @@ contains
     do l = 1, ubound(directions, 2)
       directions(:, l) = merge(LOADS_DIFFER, 0.0_rp, simulator%labels%surface == l)*difference
     end do
-    call simulator%set_error_directions(directions)
-  end subroutine set_error_directions
+  end function error_directions
 
-  !> Takes the difference of both meshes at q. On rank 0, within `run_diagnosis`; the others are in `serve`.
-  subroutine discretisation_renew(self, whitener, q)
+  !> Gives `state` the difference of both meshes at q, to which it belongs. On rank 0, within `run_diagnosis`; the others are in
+  !> `serve`.
+  subroutine discretisation_renew(self, whitener, q, state)
     class(discretisation_error_t), intent(inout) :: self
     type(whitener_t), intent(in), target :: whitener
     real(rp), intent(in) :: q(:)
+    class(solver_state_t), intent(inout) :: state
     type(nested_fit_t) :: fitted
+    class(solver_state_t), allocatable :: other_state
     integer :: i, more
     logical :: is_valid
     real(rp), allocatable :: q_other(:)
-    real(rp) :: diagnosis_simulator(whitener%n), other(whitener%n), nothing(whitener%n, 0)
+    real(rp) :: own(whitener%n), other(whitener%n), nothing(whitener%n, 0)
     if (.not. self%is_found) return
     call map_to_other_mesh(self, q, q_other)
     if (.not. allocated(q_other)) return
-    call self%diagnosis_simulator%evaluate(q, [integer ::], diagnosis_simulator, nothing, is_valid)
+    call self%diagnosis_simulator%evaluate(q, [integer ::], state, own, nothing, is_valid)
     if (.not. is_valid) return
     call self%diagnosis_simulator%shut_down()
     more = self%world%max_integer(1)
-    call self%simulator%start_from_mesh(self%diagnosis_simulator, self%parents)
-    call fit_nested(self%simulator, whitener, [(i, i=1, self%diagnosis_simulator%n_baseline)], q_other, self%options, fitted)
+    call self%simulator%state_from_mesh(state, self%parents, other_state)
+    call fit_nested(self%simulator, whitener, [(i, i=1, self%diagnosis_simulator%n_baseline)], q_other, other_state, &
+                    self%options, fitted)
     is_valid = fitted%is_found
-    if (is_valid) call self%simulator%evaluate(fitted%q, [integer ::], other, nothing, is_valid)
+    if (is_valid) call self%simulator%evaluate(fitted%q, [integer ::], fitted%state, other, nothing, is_valid)
     call self%simulator%shut_down()
-    if (is_valid) call set_error_directions(self%diagnosis_simulator, other - diagnosis_simulator)
+    if (.not. is_valid) return
+    select type (state)
+    type is (wing_state_t)
+      state%error_directions = error_directions(self%diagnosis_simulator, other - own)
+    end select
   end subroutine discretisation_renew
 
   !> Parameters of the other mesh for q of the own one; none if it has not all of them that differ from their null. A soft
@@ -254,21 +263,23 @@ contains
     real(rp), intent(out) :: r_coarse(:), r_fine(:), jacobian(:, :)
     type(nested_fit_t) :: one, two
     type(failure_t) :: failure
+    class(solver_state_t), allocatable :: state
     integer :: i
     real(rp) :: nothing(size(r_fine), 0), q(size(fine%parameters))
+    call coarse%initial_state(state)
     call whitener%init(coarse, [(i, i=1, coarse%n_observations)], failure)
-    if (.not. failure%failed) call fit_loosely(coarse, coarse%null_point(), s%options%fit, whitener, one, failure)
+    if (.not. failure%failed) call fit_loosely(coarse, coarse%null_point(), state, s%options%fit, whitener, one, failure)
     self%is_found = .not. failure%failed
-    if (self%is_found) call coarse%evaluate(one%q, one%active, r_coarse, jacobian, self%is_found)
+    if (self%is_found) call coarse%evaluate(one%q, one%active, one%state, r_coarse, jacobian, self%is_found)
     call coarse%shut_down()
     if (self%is_found) then
-      call fine%start_from_mesh(coarse, self%parents)
+      call fine%state_from_mesh(one%state, self%parents, state)
       q = fine%null_point()
       q(one%active) = one%q(one%active) ! further parameters are those of the catalogue, at their null
-      call fit_nested(fine, whitener, one%active, q, loose_options(s%options%fit), two)
+      call fit_nested(fine, whitener, one%active, q, state, loose_options(s%options%fit), two)
       self%is_found = two%is_found
     end if
-    if (self%is_found) call fine%evaluate(two%q, [integer ::], r_fine, nothing, self%is_found)
+    if (self%is_found) call fine%evaluate(two%q, [integer ::], two%state, r_fine, nothing, self%is_found)
     call fine%shut_down()
     if (.not. self%is_found) return
     if (self%is_coarser) self%start = two%q

@@ -18,6 +18,7 @@ module diagnosis_load_sites
                                        KIND_INSTRUMENT, KIND_PARAMETER
   use diagnosis_wing_simulator, only: wing_simulator_t, N_COMMON_NUISANCES
   use inference_whitener, only: whitener_t
+  use least_squares_state, only: solver_state_t
   use measurement_data, only: measured_load_t, measurement_t, observation_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
@@ -232,10 +233,11 @@ contains
 
   !> Returns the normal matrix of all loads of the measurement. columns(:) are the n_baseline of the baseline, as many as
   !> common_sd(:) that are shared, and others; the first two have priors. `whitened`(n_observations, columns) are the tangents of
-  !> which it is made. Rank 0 calls it; the others serve.
-  subroutine normal_matrix(simulator, q, columns, common_sd, normal, ok, whitened)
+  !> which it is made. Solutions begin at the shapes of `from`. Rank 0 calls it; the others serve.
+  subroutine normal_matrix(simulator, q, from, columns, common_sd, normal, ok, whitened)
     type(wing_simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:), common_sd(:)
+    class(solver_state_t), intent(in) :: from
     integer, intent(in) :: columns(:)
     real(rp), intent(out) :: normal(:, :)
     logical, intent(out) :: ok
@@ -248,8 +250,8 @@ contains
     n = simulator%n_observations
     allocate (white(n, size(columns)), nuisances(n, simulator%n_nuisances), patterns(n, 0))
     normal = 0
-    call simulator%evaluate(q, columns, residuals, white, ok)
-    if (ok) call simulator%directions(q, nuisances, patterns, ok)
+    call simulator%evaluate(q, columns, from, residuals, white, ok)
+    if (ok) call simulator%directions(q, from, nuisances, patterns, ok)
     if (ok) call whitener%init(simulator, [(i, i=1, n)], failure)
     if (failure%failed) ok = .false.
     if (.not. ok) return

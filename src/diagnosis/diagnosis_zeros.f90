@@ -44,11 +44,9 @@ contains
     if (size(same) < 2) return
     found = d%baseline
     if (d%extended%is_found) found = d%extended
-    call d%restore_extended(simulator)
     call find_triangle(simulator, d, found, r, is_valid)
     if (.not. is_valid .and. d%extended%is_found) then ! a cause at a bound may do nothing
       found = d%baseline
-      call d%restore_baseline(simulator)
       call find_triangle(simulator, d, found, r, is_valid)
     end if
     if (.not. is_valid) return ! what the data do not determine has no sd
@@ -88,7 +86,7 @@ contains
     integer :: i, m, n
     m = size(jacobian, 1)
     n = size(jacobian, 2)
-    call simulator%evaluate(found%q, found%active, residuals, jacobian, is_valid)
+    call simulator%evaluate(found%q, found%active, found%state, residuals, jacobian, is_valid)
     if (.not. is_valid) return
     call d%whitener%apply(jacobian)
     rows = 0

@@ -15,6 +15,7 @@ module inference_design
   use inference_simulator, only: simulator_t
   use inference_weights, only: cell_weights
   use inference_whitener, only: whitener_t
+  use least_squares_state, only: solver_state_t
   implicit none
   private
   public :: design_t, candidate_t, family_t, build_design, is_part_of
@@ -84,15 +85,16 @@ contains
                  all([(any(other%columns == one%columns(k)), k=1, size(one%columns))])
   end function is_part_of
 
-  !> Builds the design of a simulator at q. It leaves out candidates whose data are missing, and finer variants that are not
-  !> released. Fails if the simulator has no result at q.
+  !> Builds the design of a simulator at q, which `state` is near to before, and belongs to afterwards. It leaves out candidates
+  !> whose data are missing, and finer variants that are not released. Fails if the simulator has no result at q.
   !>
   !> `known` is a design of the same simulator at the same q, of which only some effects, or variants, are missing, or at a q
   !> close by, whose tangents and patterns are kept. nuisances(n, :), where given, take the place of its own; no direction of a
   !> candidate that `known` has is lost to these.
-  subroutine build_design(simulator, q, design, failure, known, nuisances)
+  subroutine build_design(simulator, q, state, design, failure, known, nuisances)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
+    class(solver_state_t), allocatable, intent(inout) :: state
     type(design_t), intent(out) :: design
     type(failure_t), intent(out) :: failure
     type(design_t), intent(in), optional :: known
@@ -105,7 +107,7 @@ contains
     b = simulator%n_baseline
     columns = [(i, i=1, b), effect_columns(simulator)]
     design%q = q
-    call evaluate_tangents(simulator, q, columns, design, is_valid, known)
+    call evaluate_tangents(simulator, q, columns, state, design, is_valid, known)
     if (.not. is_valid) then
       call failure%raise('the wing cannot be computed at the best fit of the baseline: check loads, units and [Wing]')
       return
@@ -146,14 +148,16 @@ contains
                                         field_among(simulator, columns(b + 1:))]), design)
   end subroutine build_design
 
-  !> All that the simulator has to tell at q. What `known` has is not asked for again.
-  subroutine evaluate_tangents(simulator, q, columns, design, is_valid, known)
+  !> All that the simulator has to tell at q, where `state` goes. What `known` has is not asked for again.
+  subroutine evaluate_tangents(simulator, q, columns, state, design, is_valid, known)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
     integer, intent(in) :: columns(:)
+    class(solver_state_t), allocatable, intent(inout) :: state
     type(design_t), intent(inout) :: design
     logical, intent(out) :: is_valid
     type(design_t), intent(in), optional :: known
+    class(solver_state_t), allocatable :: next
     real(rp), allocatable :: residuals(:), fresh(:, :)
     integer, allocatable :: missing(:)
     integer :: i, n
@@ -162,9 +166,9 @@ contains
     missing = columns
     if (present(known)) missing = pack(columns, [(all(known%columns /= columns(i)), i=1, size(columns))])
     allocate (residuals(n), fresh(n, size(missing)), design%tangents(n, size(columns)))
-    call simulator%evaluate(q, missing, residuals, fresh, is_valid)
+    call simulator%evaluate(q, missing, state, residuals, fresh, is_valid, next)
     if (.not. is_valid) return
-    call simulator%accept()
+    call move_alloc(next, state)
     do i = 1, size(columns)
       if (any(missing == columns(i))) then
         design%tangents(:, i) = fresh(:, findloc(missing, columns(i), 1))
@@ -177,7 +181,7 @@ contains
       design%patterns = known%patterns
     else
       allocate (design%nuisances(n, simulator%n_nuisances), design%patterns(n, simulator%n_patterns))
-      call simulator%directions(q, design%nuisances, design%patterns, is_valid)
+      call simulator%directions(q, state, design%nuisances, design%patterns, is_valid)
     end if
   end subroutine evaluate_tangents
 

@@ -22,6 +22,7 @@ module inference_engine
   use inference_top_candidates, only: fit_extended, refit_top_candidates
   use inference_validation, only: compare_folds, validate
   use inference_whitener, only: whitener_t
+  use least_squares_state, only: solver_state_t
   implicit none
   private
   public :: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
@@ -31,8 +32,7 @@ module inference_engine
 contains
 
   !> Diagnoses from starts(parameters, :) of the baseline. Fails if the baseline has no fit. `store` keeps what is drawn,
-  !> `model_error` renews directions of errors. Afterwards the simulator stands where the extended fit has ended, or that of the
-  !> baseline if there is none.
+  !> `model_error` renews directions of errors. All fits of `d` carry the state in which they have ended.
   subroutine run_diagnosis(simulator, starts, options, d, failure, store, model_error)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -43,15 +43,18 @@ contains
     class(model_error_t), intent(inout), optional :: model_error
     type(refit_t), allocatable :: before(:)
     integer :: n_effects
+    class(solver_state_t), allocatable :: state !< near the baseline
     real(rp), allocatable :: nuisances(:, :)
     logical :: is_scale_known, has_finer, is_new
     n_effects = size(simulator%effects)
     allocate (d%refits(0))
-    call find_baseline(simulator, starts, options, d%whitener, d%baseline, d%spread, nuisances, failure)
+    call simulator%initial_state(state)
+    call find_baseline(simulator, starts, options, state, d%whitener, d%baseline, d%spread, nuisances, failure)
     if (failure%failed) return
-    call build_design(simulator, d%baseline%q, d%design, failure, nuisances=nuisances)
+    call build_design(simulator, d%baseline%q, state, d%design, failure, nuisances=nuisances)
     if (failure%failed) return
-    call simulator%get_state(d%baseline%state) ! where all refits begin
+    deallocate (d%baseline%state)
+    allocate (d%baseline%state, source=state) ! all refits begin here
     d%initial_baseline = d%baseline
     ! Without directions that no test uses the noise model is believed.
     is_scale_known = options%is_scale_known .or. d%design%residual_dof < FEWEST_REST
@@ -63,66 +66,73 @@ contains
     end if
     call calibrate(d%design, n_effects, is_scale_known, options%n_draws, options%seed, d%calibration, store)
     call find_detectable(d%design, d%calibration, n_effects, LEVEL, d%detectable_snr)
-    call test_hypotheses(simulator, options, is_scale_known, d, failure)
+    call test_hypotheses(simulator, options, is_scale_known, state, d, failure)
     if (failure%failed) return
     if (d%linear%verdict == VERDICT_ADEQUATE .or. d%linear%verdict == VERDICT_INSUFFICIENT .or. &
         d%linear%is_rejected_by_checks) then
-      if (options%validates) call validate(simulator, d%initial_baseline%active, d%initial_baseline%q, &
-                                           d%design%nuisances, options%fit, d%prediction%baseline)
-      call d%restore_baseline(simulator)
+      if (options%validates) call validate_baseline(simulator, options, d)
       return
     end if
-    call refine_design(simulator, d%baseline%q, d%hypotheses%best, d%design, has_finer, failure)
+    call refine_design(simulator, d%baseline%q, d%hypotheses%best, state, d%design, has_finer, failure)
     if (failure%failed) return
-    if (has_finer) call test_hypotheses(simulator, options, is_scale_known, d, failure)
+    if (has_finer) call test_hypotheses(simulator, options, is_scale_known, state, d, failure)
     if (failure%failed) return
     call refit_top_candidates(simulator, options, d)
-    call d%restore_baseline(simulator)
-    if (options%validates) &
-      call validate(simulator, d%initial_baseline%active, d%initial_baseline%q, d%design%nuisances, options%fit, &
-                    d%prediction%baseline)
+    if (options%validates) call validate_baseline(simulator, options, d)
     call relinearise(simulator, options, d, is_new, model_error)
     if (is_new) then
-      call test_hypotheses(simulator, options, is_scale_known, d, failure)
+      deallocate (state)
+      allocate (state, source=d%baseline%state)
+      call test_hypotheses(simulator, options, is_scale_known, state, d, failure)
       if (failure%failed) return
       call move_alloc(d%refits, before)
       call refit_top_candidates(simulator, options, d, before)
     end if
     call validate_causes(simulator, options, d)
-    call d%restore_extended(simulator)
   end subroutine run_diagnosis
 
-  !> Fits the baseline, and once more from there if the noise is not as declared but of other parts.
-  subroutine find_baseline(simulator, starts, options, whitener, baseline, spread, nuisances, failure)
+  !> Tries the baseline on locations that a fit does not see.
+  subroutine validate_baseline(simulator, options, d)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout) :: d
+    call validate(simulator, d%initial_baseline%active, d%initial_baseline%q, d%baseline%state, d%design%nuisances, options%fit, &
+                  d%prediction%baseline)
+  end subroutine validate_baseline
+
+  !> Fits the baseline, and once more from there if the noise is not as declared but of other parts. For `state` see fit_baseline.
+  subroutine find_baseline(simulator, starts, options, state, whitener, baseline, spread, nuisances, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
     type(diagnosis_options_t), intent(in) :: options
+    class(solver_state_t), allocatable, intent(inout) :: state
     type(whitener_t), intent(out), target :: whitener
     type(nested_fit_t), intent(out) :: baseline
     real(rp), allocatable, intent(out) :: spread(:), nuisances(:, :) !< see fit_baseline
     type(failure_t), intent(out) :: failure
     real(rp), allocatable :: again(:), best(:, :)
     logical :: is_new
-    call fit_baseline(simulator, starts, options%fit, whitener, baseline, spread, failure, nuisances)
+    call fit_baseline(simulator, starts, options%fit, state, whitener, baseline, spread, failure, nuisances)
     if (failure%failed .or. options%is_scale_known) return
-    call find_noise_fraction(simulator, baseline%q, is_new)
+    call find_noise_fraction(simulator, baseline%q, state, is_new)
     best = reshape(baseline%q, [size(baseline%q), 1])
-    if (is_new) call fit_baseline(simulator, best, options%fit, whitener, baseline, again, failure, nuisances)
+    if (is_new) call fit_baseline(simulator, best, options%fit, state, whitener, baseline, again, failure, nuisances)
   end subroutine find_baseline
 
   !> The design with finer places about those of the leading candidates, `best` of each effect, at the baseline q. The degrees
   !> of freedom of the rest stay those of the scan.
-  subroutine refine_design(simulator, q, best, design, has_finer, failure)
+  subroutine refine_design(simulator, q, best, state, design, has_finer, failure)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
     integer, intent(in) :: best(:)
+    class(solver_state_t), allocatable, intent(inout) :: state
     type(design_t), intent(inout) :: design
     logical, intent(out) :: has_finer
     type(failure_t), intent(out) :: failure
     type(design_t) :: finer
     call add_finer(simulator, design, best, has_finer)
     if (.not. has_finer) return
-    call build_design(simulator, q, finer, failure, design)
+    call build_design(simulator, q, state, finer, failure, design)
     finer%residual_dof = design%residual_dof
     design = finer
   end subroutine refine_design
@@ -130,10 +140,11 @@ contains
   !> What the tangents and the checks say: z, statistics, odds, and a first verdict. Checks and statistics that are
   !> there already are those of the scan, with which the global p and the size of the noise stay: finer places may leave
   !> nothing to tell it from.
-  subroutine test_hypotheses(simulator, options, is_scale_known, d, failure)
+  subroutine test_hypotheses(simulator, options, is_scale_known, from, d, failure)
     class(simulator_t), intent(inout) :: simulator
     type(diagnosis_options_t), intent(in) :: options
     logical, intent(in) :: is_scale_known
+    class(solver_state_t), intent(in) :: from !< near the baseline
     type(diagnosis_t), intent(inout) :: d
     type(failure_t), intent(out) :: failure
     type(statistics_t) :: scan
@@ -144,7 +155,7 @@ contains
     residual_square = d%residual_square
     if (allocated(d%z)) deallocate (d%z)
     allocate (d%z(d%design%k))
-    call compress_at(simulator, d%baseline%q, d%design, d%z, d%residual_square, failure)
+    call compress_at(simulator, d%baseline%q, from, d%design, d%z, d%residual_square, failure)
     if (failure%failed) return
     if (allocated(scan%effect)) d%residual_square = residual_square
     call find_statistics(d%design, n_effects, is_scale_known, d%z, d%residual_square, d%statistics)
@@ -190,7 +201,6 @@ contains
     if (d%extended_scale > LARGEST_SCALE .and. any(d%decision%verdict == [VERDICT_NAMED, VERDICT_SET])) then
       call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
     end if
-    call d%restore_extended(simulator)
     ! Nor does an interval in units of the noise say anything then, and its search creeps from one ripple to the next. What the
     ! extended model leaves beyond the noise is an error of it, of which nobody knows more than its size: intervals carry it.
     if (options%finds_intervals .and. .not. d%extended_scale > LARGEST_SCALE) then
@@ -201,8 +211,8 @@ contains
                         d%extended, d%intervals, d%is_null_excluded, d%is_at_bound)
     end if
     if (options%validates) then
-      call d%restore_extended(simulator)
-      call validate(simulator, d%extended%active, d%extended%q, d%design%nuisances, options%fit, d%prediction%extended)
+      call validate(simulator, d%extended%active, d%extended%q, d%extended%state, d%design%nuisances, options%fit, &
+                    d%prediction%extended)
       call compare_folds(d%prediction%baseline, d%prediction%extended, d%prediction%gain, d%prediction%gain_error, ok)
       d%prediction%has_gain = ok
     end if

@@ -10,7 +10,6 @@ module inference_intervals
   use inference_whitener, only: whitener_t
   use least_squares_fit, only: fit_options_t
   use least_squares_profile, only: interval_t, linear_guess_t, profile_interval, THRESHOLD_90
-  use least_squares_state, only: solver_state_t
   implicit none
   private
   public :: find_intervals, find_support, refit_from_better
@@ -18,8 +17,8 @@ module inference_intervals
 contains
 
   !> Finds intervals of the parameters that `extended`, a fit over the observations of the whitener, has beside those of the
-  !> baseline, in the order in which they are active. `scale` is the variance of the noise over that of the whitener. The
-  !> simulator stands where the fit has ended, before and after.
+  !> baseline, in the order in which they are active. `scale` is the variance of the noise over that of the whitener. Each search
+  !> begins in the state in which the fit has ended.
   subroutine find_intervals(simulator, whitener, scale, options, extended, intervals)
     class(simulator_t), intent(inout), target :: simulator
     type(whitener_t), intent(in), target :: whitener
@@ -28,28 +27,24 @@ contains
     type(nested_fit_t), intent(in) :: extended
     type(interval_t), allocatable, intent(out) :: intervals(:)
     real(rp), parameter :: RESOLUTION = 0.01_rp ! of the threshold, in sums of squares
-    class(solver_state_t), allocatable :: start
     type(nested_problem_t) :: problem
     type(fit_options_t) :: fits
     integer :: i, n, first
     n = size(extended%active)
     first = simulator%n_baseline + 1
-    call problem%init(simulator, whitener, extended%active, extended%q)
     allocate (intervals(n - first + 1))
     fits = options
     fits%most_rejections = 3
     ! As a share of what the sum of squares is at the end of an interval: its minimum may be far below the threshold.
     fits%reduction_tolerance = max(fits%reduction_tolerance, RESOLUTION*THRESHOLD_90*scale/ &
                                    (extended%cost() + THRESHOLD_90*scale))
-    call simulator%get_state(start)
     do i = first, n
-      call simulator%set_state(start)
+      call problem%init(simulator, whitener, extended%active, extended%q, extended%state)
       call profile_interval(problem, nested_unknowns(simulator, extended%active, extended%q), &
                             extended%q(extended%active), i, linear_guess_t(sqrt(extended%covariance(i, i)), &
                             extended%covariance(:, i)/extended%covariance(i, i)), THRESHOLD_90*scale, fits, &
                             intervals(i - first + 1))
     end do
-    call simulator%set_state(start)
   end subroutine find_intervals
 
   !> Whether an interval excludes the null.
@@ -99,7 +94,7 @@ contains
                     (intervals%has_upper .and. q(columns) > intervals%upper))
     if (.not. is_better) return
     q(columns) = intervals%best
-    call fit_nested(simulator, whitener, extended%active, q, options, other)
+    call fit_nested(simulator, whitener, extended%active, q, extended%state, options, other)
     is_better = other%is_found
     if (is_better) is_better = other%cost() < extended%cost()
     if (is_better) extended = other

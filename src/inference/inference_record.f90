@@ -14,6 +14,7 @@ module inference_record
   use inference_whitener, only: whitener_t
   use least_squares_fit, only: fit_options_t
   use least_squares_profile, only: interval_t
+  use least_squares_state, only: solver_state_t
   implicit none
   private
   public :: compress_at, diagnosis_options_t, diagnosis_t, refit_t
@@ -73,40 +74,33 @@ module inference_record
     type(prediction_t) :: prediction
     real(rp), allocatable :: detectable_snr(:) !< (effects)
   contains
-    procedure :: restore_baseline => diagnosis_restore_baseline
-    procedure :: restore_extended => diagnosis_restore_extended
+    procedure :: final_state => diagnosis_final_state
   end type diagnosis_t
 
 contains
 
-  !> Makes the simulator stand where the fit of the baseline has ended and all refits begin.
-  subroutine diagnosis_restore_baseline(self, simulator)
+  !> Returns the state in which the fit of the extended model has ended, or that of the baseline if there is none.
+  function diagnosis_final_state(self) result(state)
     class(diagnosis_t), intent(in) :: self
-    class(simulator_t), intent(inout) :: simulator
-    call simulator%set_state(self%baseline%state)
-  end subroutine diagnosis_restore_baseline
-
-  !> Makes the simulator stand where the fit of the extended model has ended, or that of the baseline if there is none.
-  subroutine diagnosis_restore_extended(self, simulator)
-    class(diagnosis_t), intent(in) :: self
-    class(simulator_t), intent(inout) :: simulator
+    class(solver_state_t), allocatable :: state
     if (self%extended%is_found) then
-      call simulator%set_state(self%extended%state)
+      allocate (state, source=self%extended%state)
     else
-      call simulator%set_state(self%baseline%state)
+      allocate (state, source=self%baseline%state)
     end if
-  end subroutine diagnosis_restore_extended
+  end function diagnosis_final_state
 
-  !> Returns z and the residual sum of squares of the data at the point q.
-  subroutine compress_at(simulator, q, design, z, residual_square, failure)
+  !> Returns z and the residual sum of squares of the data at the point q, found from the state `from`.
+  subroutine compress_at(simulator, q, from, design, z, residual_square, failure)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
+    class(solver_state_t), intent(in) :: from
     type(design_t), intent(in) :: design
     real(rp), intent(out) :: z(:), residual_square
     type(failure_t), intent(out) :: failure
     real(rp) :: residuals(simulator%n_observations), jacobian(simulator%n_observations, 0)
     logical :: is_valid
-    call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
+    call simulator%evaluate(q, [integer ::], from, residuals, jacobian, is_valid)
     if (.not. is_valid) then
       z = 0
       residual_square = 0

@@ -40,8 +40,7 @@ contains
     n = simulator%n_observations
     columns = [(i, i=1, b), (design%candidates(rivals(i))%columns(1), i=1, size(rivals))]
     allocate (raw(n), tangents(n, size(columns)), left(n + b))
-    call simulator%set_state(found%state)
-    call simulator%evaluate(found%q, columns, raw, tangents, is_valid)
+    call simulator%evaluate(found%q, columns, found%state, raw, tangents, is_valid)
     if (.not. is_valid) return
     call whitener%apply_one(raw)
     call whitener%apply(tangents)

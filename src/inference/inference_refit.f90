@@ -27,6 +27,9 @@ module inference_refit
     type(whitener_t), pointer :: whitener => null()
     integer, allocatable :: active(:)
     real(rp), allocatable :: q(:)
+    class(solver_state_t), allocatable :: state    !< at the last point that was accepted
+    logical, allocatable, private :: is_wanted(:)  !< (surfaces) not allocated: all are
+    class(solver_state_t), allocatable, private :: trial !< at the last point that was evaluated
     real(rp), allocatable, private :: raw(:), raw_jacobian(:, :)
   contains
     procedure :: init => nested_init
@@ -45,26 +48,33 @@ module inference_refit
     real(rp), allocatable :: covariance(:, :) !< (active, active) in the linear approximation
     logical, allocatable :: is_at_bound(:)   !< (active)
     integer :: n_evaluations = 0
-    class(solver_state_t), allocatable :: state !< of the simulator, where the fit has ended
+    class(solver_state_t), allocatable :: state !< where the fit has ended
   contains
     procedure :: cost => nested_cost
   end type nested_fit_t
 
 contains
 
-  !> Makes the problem over the observations of the whitener, from the point q. Simulator and whitener must live as long as the
+  !> Makes the problem over the observations of the whitener, from the point q, where solutions begin at the shapes of `from`.
+  !> is_wanted(surfaces), where given, are those to which the observations belong. Simulator and whitener must live as long as the
   !> problem.
-  subroutine nested_init(self, simulator, whitener, active, q)
+  subroutine nested_init(self, simulator, whitener, active, q, from, is_wanted)
     class(nested_problem_t), intent(inout) :: self
     class(simulator_t), intent(in), target :: simulator
     type(whitener_t), intent(in), target :: whitener
     integer, intent(in) :: active(:)
     real(rp), intent(in) :: q(:)
+    class(solver_state_t), intent(in) :: from
+    logical, intent(in), optional :: is_wanted(:)
     self%simulator => simulator
     self%whitener => whitener
     self%n_residuals = whitener%n
     self%active = active
     self%q = q
+    if (allocated(self%state)) deallocate (self%state)
+    allocate (self%state, source=from)
+    if (allocated(self%is_wanted)) deallocate (self%is_wanted)
+    if (present(is_wanted)) self%is_wanted = is_wanted
     if (allocated(self%raw)) deallocate (self%raw, self%raw_jacobian)
     allocate (self%raw(simulator%n_observations), self%raw_jacobian(simulator%n_observations, size(active)))
   end subroutine nested_init
@@ -79,7 +89,8 @@ contains
     self%q(self%active) = p
     residuals = 0
     jacobian = 0
-    call self%simulator%evaluate(self%q, self%active, self%raw, self%raw_jacobian, is_valid)
+    call self%simulator%evaluate(self%q, self%active, self%state, self%raw, self%raw_jacobian, is_valid, self%trial, &
+                                 self%is_wanted)
     if (.not. is_valid) return
     both(:, 1) = self%raw(self%whitener%rows)
     both(:, 2:) = self%raw_jacobian(self%whitener%rows, :)
@@ -88,24 +99,26 @@ contains
     jacobian = both(:, 2:)
   end subroutine nested_evaluate
 
-  !> Tells the simulator that it now stands at the last point; see `least_squares_t`.
+  !> Takes the state of the last point; see `least_squares_t`.
   subroutine nested_accept(self)
     class(nested_problem_t), intent(inout) :: self
-    call self%simulator%accept()
+    if (allocated(self%trial)) call move_alloc(self%trial, self%state)
   end subroutine nested_accept
 
-  !> Returns the state of the simulator; see `least_squares_t`.
+  !> Returns the state; see `least_squares_t`.
   subroutine nested_get_state(self, state)
     class(nested_problem_t), intent(in) :: self
     class(solver_state_t), allocatable, intent(out) :: state
-    call self%simulator%get_state(state)
+    allocate (state, source=self%state)
   end subroutine nested_get_state
 
-  !> Gives the simulator its state back; see `least_squares_t`.
+  !> Takes this state; see `least_squares_t`.
   subroutine nested_set_state(self, state)
     class(nested_problem_t), intent(inout) :: self
     class(solver_state_t), intent(in) :: state
-    call self%simulator%set_state(state)
+    class(solver_state_t), allocatable :: given ! `state` may be that of the problem
+    allocate (given, source=state)
+    call move_alloc(given, self%state)
   end subroutine nested_set_state
 
   !> Returns the sum of squares with priors.
@@ -136,21 +149,23 @@ contains
     end do
   end function nested_unknowns
 
-  !> Fits the parameters `active` over the observations of the whitener, from q. typical(parameters), where given, is a
-  !> point as far from their null as effects are expected to be.
-  subroutine fit_nested(simulator, whitener, active, q, options, found, typical)
+  !> Fits the parameters `active` over the observations of the whitener, from q and the state `from`. typical(parameters), where
+  !> given, is a point as far from their null as effects are expected to be; is_wanted(surfaces) are those of the observations.
+  subroutine fit_nested(simulator, whitener, active, q, from, options, found, typical, is_wanted)
     class(simulator_t), intent(inout), target :: simulator
     type(whitener_t), intent(in), target :: whitener
     integer, intent(in) :: active(:)
     real(rp), intent(in) :: q(:)
+    class(solver_state_t), intent(in) :: from
     type(fit_options_t), intent(in) :: options
     type(nested_fit_t), intent(out) :: found
     real(rp), intent(in), optional :: typical(:)
+    logical, intent(in), optional :: is_wanted(:)
     type(nested_problem_t) :: problem
     type(unknowns_t) :: unknowns
     type(fit_report_t) :: report
     type(posterior_t) :: posterior
-    call problem%init(simulator, whitener, active, q)
+    call problem%init(simulator, whitener, active, q, from, is_wanted)
     if (present(typical)) then
       unknowns = nested_unknowns(simulator, active, typical)
     else
@@ -167,19 +182,20 @@ contains
     found%n_evaluations = report%n_evaluations
     posterior = find_posterior(unknowns, report)
     found%covariance = posterior%covariance
-    call simulator%get_state(found%state)
+    call move_alloc(problem%state, found%state)
   end subroutine fit_nested
 
   !> Fits the baseline from several starts (parameters, :), each as `fit_loosely` does, and the most probable of them to
   !> the end, in passes that begin at shapes found from rest and at the most probable errors, until two end alike. Errors may
   !> go to and fro about a kink; the most probable pass counts. `whitener`, over all observations, has then the directions of
   !> `nuisances` at this point, and the fit is the best one with these. spread(starts) is how much less
-  !> probable than the best each start ended (sum of squares and log determinant), huge without an end. Fails if none has
-  !> one.
-  subroutine fit_baseline(simulator, starts, options, whitener, found, spread, failure, nuisances)
+  !> probable than the best each start ended (sum of squares and log determinant), huge without an end. `state` holds the errors
+  !> about which nuisances are linear, before and after, and the shapes at the end. Fails if no start has an end.
+  subroutine fit_baseline(simulator, starts, options, state, whitener, found, spread, failure, nuisances)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
     type(fit_options_t), intent(in) :: options
+    class(solver_state_t), allocatable, intent(inout) :: state
     type(whitener_t), intent(out), target :: whitener
     type(nested_fit_t), intent(out) :: found
     real(rp), allocatable, intent(out) :: spread(:)
@@ -188,12 +204,11 @@ contains
     type(nested_fit_t) :: again
     real(rp), allocatable :: seen(:)
     logical :: is_valid
-    call fit_best_start(simulator, starts, options, whitener, found, spread, failure)
+    call fit_best_start(simulator, starts, options, state, whitener, found, spread, failure)
     if (failure%failed) return
-    call simulator%set_state(found%state)
     call settle_baseline(simulator, options, whitener, found)
-    call simulator%set_state(found%state)
-    call update_directions(simulator, found%q, whitener, is_valid, seen, nuisances)
+    call copy_state(found%state, state)
+    call update_directions(simulator, found%q, state, whitener, is_valid, seen, nuisances)
     if (.not. is_valid) then
       call failure%raise('the wing cannot be computed at the best fit of the baseline: check loads, units and [Wing]')
       return
@@ -201,15 +216,25 @@ contains
     ! Without an end of the passes these directions may be others than those of the fit.
     call whitener%apply_one(seen)
     if (abs(sum(seen**2) + found%prior_chi2 - found%cost()) <= SETTLED) return
-    call fit_nested(simulator, whitener, found%active, found%q, options, again)
+    call fit_nested(simulator, whitener, found%active, found%q, state, options, again)
+    call copy_state(again%state, state)
     if (again%is_found) found = again
   end subroutine fit_baseline
 
+  !> Makes `to` the same state as `from`.
+  subroutine copy_state(from, to)
+    class(solver_state_t), intent(in) :: from
+    class(solver_state_t), allocatable, intent(inout) :: to
+    if (allocated(to)) deallocate (to)
+    allocate (to, source=from)
+  end subroutine copy_state
+
   !> The most probable of loose fits of the baseline, from these starts, and `spread` as `fit_baseline` has it.
-  subroutine fit_best_start(simulator, starts, options, whitener, found, spread, failure)
+  subroutine fit_best_start(simulator, starts, options, state, whitener, found, spread, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
     type(fit_options_t), intent(in) :: options
+    class(solver_state_t), intent(in) :: state
     type(whitener_t), intent(out), target :: whitener
     type(nested_fit_t), intent(out) :: found
     real(rp), allocatable, intent(out) :: spread(:)
@@ -223,7 +248,7 @@ contains
     allocate (spread(size(starts, 2)), source=huge(1.0_rp))
     least = huge(least)
     do s = 1, size(starts, 2)
-      call fit_loosely(simulator, starts(:, s), options, whitener, one, failed)
+      call fit_loosely(simulator, starts(:, s), state, options, whitener, one, failed)
       if (failed%failed) cycle
       spread(s) = one%cost() + whitener%log_determinant
       if (found%is_found .and. .not. spread(s) < least) cycle
@@ -245,57 +270,63 @@ contains
     type(nested_fit_t), intent(inout) :: found
     integer, parameter :: MOST_PASSES = 6
     type(nested_fit_t) :: one
+    class(solver_state_t), allocatable :: state
     real(rp), allocatable :: q(:)
     real(rp) :: before, least
     integer :: pass
     logical :: is_valid
     least = huge(least)
     one = found
+    allocate (state, source=found%state)
     do pass = 1, MOST_PASSES
       before = one%cost()
       q = one%q
-      call simulator%forget_warm_starts()
-      call update_directions(simulator, q, whitener, is_valid)
+      call state%begin_at_rest()
+      call update_directions(simulator, q, state, whitener, is_valid)
       if (.not. is_valid) exit
-      call fit_nested(simulator, whitener, found%active, q, options, one)
+      call fit_nested(simulator, whitener, found%active, q, state, options, one)
       if (.not. one%is_found) exit
       if (pass == 1 .or. one%cost() + whitener%log_determinant < least) then
         least = one%cost() + whitener%log_determinant
         found = one
       end if
       if (pass > 1 .and. abs(one%cost() - before) <= SETTLED) exit
-      call relinearise_nuisances(simulator, whitener, one%q, is_valid)
+      call copy_state(one%state, state)
+      call relinearise_nuisances(simulator, whitener, one%q, state, is_valid)
     end do
   end subroutine settle_baseline
 
   !> Fits the baseline roughly from q with a whitener over all observations, which has then the nuisances where the fit
-  !> ends. On the way a wing may follow an equilibrium that it would not come to from rest: where the fit ends all shapes are
+  !> ends. They are linear about the errors that `from` holds. On the way a wing may follow an equilibrium that it would not come to from rest: where the fit ends all shapes are
   !> found from rest, and if they are others it goes on from them, if that is possible.
-  subroutine fit_loosely(simulator, q, options, whitener, found, failure)
+  subroutine fit_loosely(simulator, q, from, options, whitener, found, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: q(:)
+    class(solver_state_t), intent(in) :: from
     type(fit_options_t), intent(in) :: options
     type(whitener_t), intent(inout), target :: whitener
     type(nested_fit_t), intent(out) :: found
     type(failure_t), intent(out) :: failure
     real(rp), parameter :: SAME = 0.01_rp ! sum of squares of the difference, in units of the noise
     type(nested_fit_t) :: one
+    class(solver_state_t), allocatable :: state
     real(rp) :: followed(simulator%n_observations), nothing(simulator%n_observations, 0)
     real(rp), allocatable :: from_rest(:)
     integer :: i, active(simulator%n_baseline)
     logical :: is_valid
     active = [(i, i=1, simulator%n_baseline)]
-    call simulator%forget_warm_starts()
-    call update_directions(simulator, q, whitener, is_valid)
-    if (is_valid) call fit_nested(simulator, whitener, active, q, loose_options(options), found)
+    allocate (state, source=from)
+    call state%begin_at_rest()
+    call update_directions(simulator, q, state, whitener, is_valid)
+    if (is_valid) call fit_nested(simulator, whitener, active, q, state, loose_options(options), found)
     if (.not. found%is_found) then
       call failure%raise('the baseline could not be fitted: check loads, units and [Wing]')
       return
     end if
     check: block
-      call simulator%evaluate(found%q, [integer ::], followed, nothing, is_valid)
-      call simulator%forget_warm_starts()
-      if (is_valid) call update_directions(simulator, found%q, whitener, is_valid, from_rest)
+      call simulator%evaluate(found%q, [integer ::], found%state, followed, nothing, is_valid)
+      call found%state%begin_at_rest()
+      if (is_valid) call update_directions(simulator, found%q, found%state, whitener, is_valid, from_rest)
       if (.not. is_valid) exit check
       followed = followed - from_rest
       call whitener%apply_one(followed)
@@ -304,10 +335,9 @@ contains
         found%chi2 = sum(from_rest**2)
         exit check
       end if
-      call fit_nested(simulator, whitener, active, found%q, loose_options(options), one)
+      call fit_nested(simulator, whitener, active, found%q, found%state, loose_options(options), one)
       if (one%is_found) found = one
     end block check
-    call simulator%get_state(found%state)
   end subroutine fit_loosely
 
   !> Returns the same choices, but with an end where little is gained.
@@ -318,13 +348,14 @@ contains
     loose%reduction_tolerance = max(LOOSE_TOLERANCE, options%reduction_tolerance)
   end function loose_options
 
-  !> Takes the nuisances about their most probable errors at q, where the simulator stands, since what they do is not linear. If
-  !> there is anything to settle, the directions of the whitener, over all observations, are then those at q before that. If there
-  !> is no result (`is_valid` false), errors are as before.
-  subroutine relinearise_nuisances(simulator, whitener, q, is_valid)
+  !> Takes the nuisances about their most probable errors at q, to which `state` belongs, since what they do is not linear: `state`
+  !> then holds these errors. If there is anything to settle, the directions of the whitener, over all observations, are then those
+  !> at q before that. If there is no result (`is_valid` false), errors are as before.
+  subroutine relinearise_nuisances(simulator, whitener, q, state, is_valid)
     class(simulator_t), intent(inout) :: simulator
     type(whitener_t), intent(inout) :: whitener
     real(rp), intent(in) :: q(:)
+    class(solver_state_t), allocatable, intent(inout) :: state
     logical, intent(out) :: is_valid
     real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :)
     integer :: n
@@ -332,31 +363,33 @@ contains
     if (.not. simulator%has_nonlinear_nuisances()) return
     n = simulator%n_observations
     allocate (residuals(n), jacobian(n, 0), nuisances(n, simulator%n_nuisances), patterns(n, 0))
-    call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
-    if (is_valid) call simulator%directions(q, nuisances, patterns, is_valid)
+    call simulator%evaluate(q, [integer ::], state, residuals, jacobian, is_valid)
+    if (is_valid) call simulator%directions(q, state, nuisances, patterns, is_valid)
     if (.not. is_valid) return
     call whitener%add_directions(nuisances)
     call whitener%apply(nuisances)
     call whitener%apply_one(residuals)
-    call simulator%linearise_at(-matmul(residuals, nuisances), q, is_valid)
+    call simulator%linearise_at(-matmul(residuals, nuisances), q, state, is_valid)
   end subroutine relinearise_nuisances
 
-  !> Nuisances at q, where the simulator goes; it then sees these residuals.
-  subroutine update_directions(simulator, q, whitener, is_valid, seen, directions)
+  !> Nuisances at q, where `state` goes, and the residuals that are then `seen`.
+  subroutine update_directions(simulator, q, state, whitener, is_valid, seen, directions)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
+    class(solver_state_t), allocatable, intent(inout) :: state
     type(whitener_t), intent(inout) :: whitener
     logical, intent(out) :: is_valid
     real(rp), allocatable, intent(out), optional :: seen(:), directions(:, :)
     real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :)
+    class(solver_state_t), allocatable :: next
     integer :: n
     n = simulator%n_observations
     allocate (residuals(n), jacobian(n, 0), nuisances(n, simulator%n_nuisances), patterns(n, 0))
-    call simulator%evaluate(q, [integer ::], residuals, jacobian, is_valid)
+    call simulator%evaluate(q, [integer ::], state, residuals, jacobian, is_valid, next)
     if (.not. is_valid) return
-    call simulator%accept()
+    call move_alloc(next, state)
     if (present(seen)) seen = residuals
-    call simulator%directions(q, nuisances, patterns, is_valid)
+    call simulator%directions(q, state, nuisances, patterns, is_valid)
     if (is_valid) call whitener%add_directions(nuisances(whitener%rows, :))
     if (present(directions)) call move_alloc(nuisances, directions)
   end subroutine update_directions

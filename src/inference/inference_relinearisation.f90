@@ -12,6 +12,7 @@ module inference_relinearisation
   use inference_refit, only: fit_nested, nested_fit_t, relinearise_nuisances
   use inference_simulator, only: simulator_t
   use inference_whitener, only: whitener_t
+  use least_squares_state, only: solver_state_t
   implicit none
   private
   public :: model_error_t, relinearise
@@ -19,17 +20,17 @@ module inference_relinearisation
   !> Directions of errors of a simulator that only fits of other models tell, such as one on another mesh.
   type, abstract :: model_error_t
   contains
-    !> Gives the simulator new ones at q, where it stands after a fit with the whitener. If that cannot be done the old ones
-    !> stay.
+    !> Gives `state` new ones at q, to which it belongs after a fit with the whitener. If that cannot be done the old ones stay.
     procedure(renew_interface), deferred :: renew
   end type model_error_t
 
   abstract interface
-    subroutine renew_interface(self, whitener, q)
-      import :: model_error_t, rp, whitener_t
+    subroutine renew_interface(self, whitener, q, state)
+      import :: model_error_t, rp, solver_state_t, whitener_t
       class(model_error_t), intent(inout) :: self
       type(whitener_t), intent(in), target :: whitener
       real(rp), intent(in) :: q(:)
+      class(solver_state_t), intent(inout) :: state
     end subroutine renew_interface
   end interface
 
@@ -49,6 +50,7 @@ contains
     class(model_error_t), intent(inout), optional :: model_error
     type(whitener_t), target :: whitener
     type(nested_fit_t) :: baseline, top_fit
+    class(solver_state_t), allocatable :: state
     type(design_t) :: design
     type(failure_t) :: failure
     real(rp) :: nuisances(simulator%n_observations, simulator%n_nuisances)
@@ -59,31 +61,26 @@ contains
     if (d%refits(i)%gain < CLEAR) return
     top_fit = d%refits(i)%found
     whitener = d%whitener
-    call simulator%set_state(top_fit%state)
     call iterate_relinearisation(simulator, options, d%scale, whitener, top_fit, nuisances, is_new, model_error)
     if (is_new) then
-      call simulator%set_state(d%baseline%state, only_shapes=.true.)
-      call fit_nested(simulator, whitener, d%baseline%active, d%baseline%q, options%fit, baseline)
+      allocate (state, source=top_fit%state)
+      call state%take_shapes(d%baseline%state)
+      call fit_nested(simulator, whitener, d%baseline%active, d%baseline%q, state, options%fit, baseline)
       is_new = baseline%is_found
     end if
-    if (is_new) call build_design(simulator, baseline%q, design, failure, d%design, nuisances)
+    if (is_new) call build_design(simulator, baseline%q, baseline%state, design, failure, d%design, nuisances)
     is_new = is_new .and. .not. failure%failed
-    if (.not. is_new) then
-      call d%restore_baseline(simulator)
-      return
-    end if
+    if (.not. is_new) return
     design%residual_dof = d%design%residual_dof ! of the scan, as the scale is
     d%design = design
     d%whitener = whitener
     d%baseline = baseline
     d%refits(i)%found = top_fit
-    call simulator%get_state(d%baseline%state)
   end subroutine relinearise
 
   !> Alternates between the fit of the top candidate and the nuisances about it, until it stays or becomes less probable: the larger
-  !> the errors
-  !> that a cause brings with it, the better it fits, which the determinant of the covariance counts against it. The simulator
-  !> stands where the fit has ended, before and after. `is_new` false: it has not become more probable.
+  !> the errors that a cause brings with it, the better it fits, which the determinant of the covariance counts against it.
+  !> `is_new` false: it has not become more probable.
   subroutine iterate_relinearisation(simulator, options, scale, whitener, top_fit, nuisances, is_new, model_error)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -97,24 +94,26 @@ contains
     real(rp), parameter :: STAYS = 0.3_rp ! of the sd of a parameter
     type(whitener_t), target :: trial_whitener
     type(nested_fit_t) :: found
+    class(solver_state_t), allocatable :: state, next_state
     real(rp), dimension(size(nuisances, 1), size(nuisances, 2)) :: next
     real(rp) :: residuals(size(next, 1)), nothing(size(next, 1), 0), moved, score
     integer :: round, k
     logical :: is_valid
     is_new = .false.
     score = minus_two_log_posterior(top_fit, whitener, scale)
+    allocate (state, source=top_fit%state)
     do round = 1, MOST_ROUNDS
       trial_whitener = whitener
-      call simulator%evaluate(top_fit%q, [integer ::], residuals, nothing, is_valid)
-      if (is_valid) call simulator%accept()
+      call simulator%evaluate(top_fit%q, [integer ::], state, residuals, nothing, is_valid, next_state)
+      call move_alloc(next_state, state)
       ! Twice: what the errors did for the baseline is another thing than what they do for the top candidate.
-      if (is_valid) call relinearise_nuisances(simulator, trial_whitener, top_fit%q, is_valid)
-      if (is_valid) call relinearise_nuisances(simulator, trial_whitener, top_fit%q, is_valid)
-      if (is_valid .and. present(model_error)) call model_error%renew(trial_whitener, top_fit%q)
-      if (is_valid) call simulator%directions(top_fit%q, next, nothing, is_valid)
+      if (is_valid) call relinearise_nuisances(simulator, trial_whitener, top_fit%q, state, is_valid)
+      if (is_valid) call relinearise_nuisances(simulator, trial_whitener, top_fit%q, state, is_valid)
+      if (is_valid .and. present(model_error)) call model_error%renew(trial_whitener, top_fit%q, state)
+      if (is_valid) call simulator%directions(top_fit%q, state, next, nothing, is_valid)
       if (is_valid) then
         call trial_whitener%add_directions(next)
-        call fit_nested(simulator, trial_whitener, top_fit%active, top_fit%q, options%fit, found)
+        call fit_nested(simulator, trial_whitener, top_fit%active, top_fit%q, state, options%fit, found)
         is_valid = found%is_found
       end if
       if (is_valid) is_valid = minus_two_log_posterior(found, trial_whitener, scale) < score
@@ -126,10 +125,11 @@ contains
       score = minus_two_log_posterior(found, trial_whitener, scale)
       whitener = trial_whitener
       top_fit = found
+      deallocate (state)
+      allocate (state, source=found%state)
       nuisances = next
       if (moved < STAYS) exit
     end do
-    if (is_new) call simulator%set_state(top_fit%state)
   end subroutine iterate_relinearisation
 
   !> Twice the negative logarithm of the probability density of data and parameters, without a constant.

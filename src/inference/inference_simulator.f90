@@ -68,19 +68,13 @@ module inference_simulator
     integer, allocatable :: field(:)
     integer, allocatable :: family(:)         !< (n_patterns + size(field)) 1, 2, .. kind of unknown cause
     real(rp), allocatable :: pattern_site(:, :) !< (2, n_patterns + size(field)) [m] where on the wing
-    logical, allocatable :: is_skipped(:)     !< (surfaces) see `skip`
   contains
     procedure(evaluate_interface), deferred :: evaluate
     procedure(covariance_interface), deferred :: covariance
     procedure(directions_interface), deferred :: directions
-    procedure :: accept => simulator_accept
-    procedure :: get_state => simulator_get_state
-    procedure :: set_state => simulator_set_state
-    procedure :: forget_warm_starts => simulator_forget_warm_starts
+    procedure :: initial_state => simulator_initial_state
     procedure :: linearise_at => simulator_linearise_at
     procedure :: has_nonlinear_nuisances => simulator_has_nonlinear_nuisances
-    procedure :: skip => simulator_skip
-    procedure :: skip_none => simulator_skip_none
     procedure :: null_point => simulator_null_point
     procedure :: common_fraction => simulator_common_fraction
     procedure :: set_common_fraction => simulator_set_common_fraction
@@ -88,14 +82,19 @@ module inference_simulator
 
   abstract interface
     !> residuals(n) (computed minus observed) at q(parameters), and their derivatives jacobian(n, size(columns)) with
-    !> respect to the parameters `columns`. `is_valid` false: there is no result at q.
-    subroutine evaluate_interface(self, q, columns, residuals, jacobian, is_valid)
-      import :: simulator_t, rp
+    !> respect to the parameters `columns`. Solutions begin at the shapes of `from`, and `to` holds those that were found.
+    !> is_wanted(surfaces), where given, tells which surfaces count: a simulator may leave out the others, whose residuals are then
+    !> 0. `is_valid` false: there is no result at q, and `to` is `from`.
+    subroutine evaluate_interface(self, q, columns, from, residuals, jacobian, is_valid, to, is_wanted)
+      import :: simulator_t, solver_state_t, rp
       class(simulator_t), intent(inout) :: self
       real(rp), intent(in) :: q(:)
       integer, intent(in) :: columns(:)
+      class(solver_state_t), intent(in) :: from
       real(rp), intent(out) :: residuals(:), jacobian(:, :)
       logical, intent(out) :: is_valid
+      class(solver_state_t), allocatable, intent(out), optional :: to
+      logical, intent(in), optional :: is_wanted(:)
     end subroutine evaluate_interface
 
     !> c(size(rows), size(rows)): covariance of the noise of these observations, which are of one block.
@@ -107,11 +106,13 @@ module inference_simulator
     end subroutine covariance_interface
 
     !> At q: nuisances(n, n_nuisances), what an error of one sd of each nuisance does to the residuals; and
-    !> patterns(n, n_patterns), what an unknown cause of unit strength at each place would do, or patterns(n, 0).
-    subroutine directions_interface(self, q, nuisances, patterns, is_valid)
-      import :: simulator_t, rp
+    !> patterns(n, n_patterns), what an unknown cause of unit strength at each place would do, or patterns(n, 0). Solutions
+    !> begin at the shapes of `from`.
+    subroutine directions_interface(self, q, from, nuisances, patterns, is_valid)
+      import :: simulator_t, solver_state_t, rp
       class(simulator_t), intent(inout) :: self
       real(rp), intent(in) :: q(:)
+      class(solver_state_t), intent(in) :: from
       real(rp), intent(out) :: nuisances(:, :), patterns(:, :)
       logical, intent(out) :: is_valid
     end subroutine directions_interface
@@ -148,50 +149,25 @@ contains
     end associate
   end subroutine simulator_set_common_fraction
 
-  !> Says that the point that was evaluated last is where the solver now stands. A simulator without iterations of its own has
-  !> nothing to remember of it.
-  subroutine simulator_accept(self)
-    class(simulator_t), intent(inout) :: self
-    associate (unused => self)
-    end associate
-  end subroutine simulator_accept
-
-  !> Returns where the solver stands, and the errors about which nuisances are linear.
-  subroutine simulator_get_state(self, state)
+  !> Returns the state of a simulator that has not found anything yet. One without iterations of its own has an empty state.
+  subroutine simulator_initial_state(self, state)
     class(simulator_t), intent(in) :: self
     class(solver_state_t), allocatable, intent(out) :: state
     allocate (state)
     associate (unused => self)
     end associate
-  end subroutine simulator_get_state
-
-  !> Puts the solver and the nuisances back to where they were when this simulator gave the state. If `only_shapes`, it puts back
-  !> the solver alone; errors stay those about which nuisances are now.
-  subroutine simulator_set_state(self, state, only_shapes)
-    class(simulator_t), intent(inout) :: self
-    class(solver_state_t), intent(in) :: state
-    logical, intent(in), optional :: only_shapes
-    associate (unused => self, nothing => state)
-    end associate
-    if (present(only_shapes)) return
-  end subroutine simulator_set_state
-
-  !> Makes the solver begin elsewhere than where it stands: it may have followed another equilibrium than the one that a wing at
-  !> rest comes to.
-  subroutine simulator_forget_warm_starts(self)
-    class(simulator_t), intent(inout) :: self
-    associate (unused => self)
-    end associate
-  end subroutine simulator_forget_warm_starts
+  end subroutine simulator_initial_state
 
   !> Takes nuisances about errors(n_nuisances) sd, as far as they are not linear: residuals are then those with these errors, less
-  !> what the tangents there, which are the new directions, say of them. The solver stands at q. If that has no result (`is_valid`
-  !> false), nothing has changed. `whitener_t` needs its directions anew.
-  subroutine simulator_linearise_at(self, errors, q, is_valid)
+  !> what the tangents there, which are the new directions, say of them. `state` belongs to q, and holds the errors afterwards. If q
+  !> has no result (`is_valid` false), it does not change. `whitener_t` needs its directions anew.
+  subroutine simulator_linearise_at(self, errors, q, state, is_valid)
     class(simulator_t), intent(inout) :: self
     real(rp), intent(in) :: errors(:), q(:)
+    class(solver_state_t), allocatable, intent(inout) :: state
     logical, intent(out) :: is_valid
-    is_valid = size(errors) == self%n_nuisances .and. size(q) == size(self%parameters)
+    is_valid = allocated(state)
+    if (is_valid) is_valid = size(errors) == self%n_nuisances .and. size(q) == size(self%parameters)
   end subroutine simulator_linearise_at
 
   !> Tells whether nuisances are not linear, so that `linearise_at` does something.
@@ -201,20 +177,6 @@ contains
     associate (unused => self)
     end associate
   end function simulator_has_nonlinear_nuisances
-
-  !> Leaves these surfaces out: nobody looks at them, a simulator may leave out their results, and `is_valid` says nothing of
-  !> them.
-  subroutine simulator_skip(self, is_skipped)
-    class(simulator_t), intent(inout) :: self
-    logical, intent(in) :: is_skipped(:)
-    self%is_skipped = is_skipped
-  end subroutine simulator_skip
-
-  !> Ends `skip`: everything is wanted again.
-  subroutine simulator_skip_none(self)
-    class(simulator_t), intent(inout) :: self
-    if (allocated(self%is_skipped)) deallocate (self%is_skipped)
-  end subroutine simulator_skip_none
 
   !> Returns all parameters at their null values.
   pure function simulator_null_point(self) result(q)

@@ -12,6 +12,7 @@ module inference_top_candidates
   use inference_refit, only: fit_nested, nested_fit_t, loose_options
   use inference_simulator, only: simulator_t
   use least_squares_fit, only: fit_options_t
+  use least_squares_state, only: solver_state_t
   implicit none
   private
 
@@ -207,8 +208,7 @@ contains
     real(rp) :: z(d%design%k), residual_square
     one%gain = (d%baseline%cost() - one%found%cost())/d%scale
     call explain(d%design, [one%candidate], d%z, alone)
-    call simulator%set_state(one%found%state)
-    call compress_at(simulator, one%found%q, d%design, z, residual_square, failure)
+    call compress_at(simulator, one%found%q, one%found%state, d%design, z, residual_square, failure)
     if (failure%failed) return
     z = z/sqrt(d%scale)
     z = z - matmul(alone%basis, matmul(z, alone%basis))
@@ -278,6 +278,7 @@ contains
     type(nested_fit_t) :: other
     type(fit_options_t) :: how
     type(explained_t) :: joint
+    class(solver_state_t), allocatable :: state
     integer, allocatable :: active(:)
     real(rp) :: q(size(simulator%parameters)), typical(size(simulator%parameters))
     logical :: is_strong
@@ -296,7 +297,6 @@ contains
       end associate
     end do
     typical = q
-    call d%restore_baseline(simulator)
     if (present(near)) then
       associate (old => d%design%candidates(near%candidate)%columns, new => d%design%candidates(candidates(1))%columns)
         q = near%found%q
@@ -304,19 +304,18 @@ contains
         if (size(new) == size(old)) q(new) = near%found%q(old)
         if (size(new) < size(old)) q(new) = near%found%q(new)
       end associate
-      call simulator%set_state(near%found%state, only_shapes=.true.)
-      call fit_nested(simulator, d%whitener, active, q, options%fit, found, typical)
+      allocate (state, source=d%baseline%state)
+      call state%take_shapes(near%found%state)
+      call fit_nested(simulator, d%whitener, active, q, state, options%fit, found, typical)
       if (found%is_found) return
-      call d%restore_baseline(simulator)
     end if
-    call fit_nested(simulator, d%whitener, active, d%baseline%q, how, found, typical)
+    call fit_nested(simulator, d%whitener, active, d%baseline%q, d%baseline%state, how, found, typical)
     call explain(d%design, candidates, d%z, joint)
     is_strong = any(simulator%parameters(active)%strong > 0)
     if (found%is_found .and. .not. is_strong .and. &
         d%baseline%cost() - found%cost() > d%scale*(joint%square - SHORTFALL)) return
-    call d%restore_baseline(simulator)
     q = max(simulator%parameters%lower, min(simulator%parameters%upper, typical))
-    call fit_nested(simulator, d%whitener, active, q, how, other, typical)
+    call fit_nested(simulator, d%whitener, active, q, d%baseline%state, how, other, typical)
     if (.not. other%is_found) return
     if (found%is_found .and. .not. other%cost() < found%cost()) return
     found = other

@@ -36,7 +36,7 @@ module inference_validation
   type :: tangents_t
     logical :: is_valid = .false.
     real(rp), allocatable :: q(:), residuals(:), jacobian(:, :), nuisances(:, :)
-    class(solver_state_t), allocatable :: state !< of the simulator
+    class(solver_state_t), allocatable :: state
   end type tangents_t
 
   real(rp), parameter :: LINEAR = 0.1_rp  !< see above
@@ -44,12 +44,13 @@ module inference_validation
 
 contains
 
-  !> Validates the model with the parameters `active` free, from its fit q to everything, with the nuisances(n, :) of this
-  !> fit.
-  subroutine validate(simulator, active, q, nuisances, options, validation)
+  !> Validates the model with the parameters `active` free, from its fit q to everything, which ended in the state `from`, with the
+  !> nuisances(n, :) of this fit.
+  subroutine validate(simulator, active, q, from, nuisances, options, validation)
     class(simulator_t), intent(inout), target :: simulator
     integer, intent(in) :: active(:)
     real(rp), intent(in) :: q(:), nuisances(:, :)
+    class(solver_state_t), intent(in) :: from
     type(fit_options_t), intent(in) :: options
     type(validation_t), intent(out) :: validation
     type(tangents_t) :: full
@@ -59,9 +60,8 @@ contains
     logical :: ok
     allocate (validation%fold(0), validation%n(0), validation%density(0), validation%chi2(0), validation%square(0))
     validation%is_complete = .true.
-    call find_tangents(simulator, active, q, full, ok)
+    call find_tangents(simulator, active, q, from, full, ok)
     full%nuisances = nuisances
-    if (ok) call simulator%get_state(full%state)
     do f = 1, maxval(simulator%labels%fold)
       outside = pack([(i, i=1, simulator%n_observations)], simulator%labels%fold(simulator%labels%surface) == f)
       if (size(outside) == 0) cycle
@@ -77,19 +77,19 @@ contains
     end do
   end subroutine validate
 
-  !> Residuals and derivatives of everything at q; the simulator then stands there.
-  subroutine find_tangents(simulator, active, q, full, is_valid)
+  !> Residuals, derivatives and state of everything at q, found from the state `from`.
+  subroutine find_tangents(simulator, active, q, from, full, is_valid)
     class(simulator_t), intent(inout) :: simulator
     integer, intent(in) :: active(:)
     real(rp), intent(in) :: q(:)
+    class(solver_state_t), intent(in) :: from
     type(tangents_t), intent(out) :: full
     logical, intent(out) :: is_valid
     integer :: n
     n = simulator%n_observations
     full%q = q
     allocate (full%residuals(n), full%jacobian(n, size(active)))
-    call simulator%evaluate(q, active, full%residuals, full%jacobian, is_valid)
-    if (is_valid) call simulator%accept()
+    call simulator%evaluate(q, active, from, full%residuals, full%jacobian, is_valid, full%state)
     full%is_valid = is_valid
   end subroutine find_tangents
 
@@ -134,10 +134,8 @@ contains
       few%reduction_tolerance = max(options%reduction_tolerance, LINEAR/max(1.0_rp, real(inner%n, rp)))
       few%most_rejections = 2
       few%most_iterations = min(options%most_iterations, MOST_STEPS)
-      call simulator%set_state(full%state)
-      call simulator%skip(simulator%labels%fold == f)
-      call fit_nested(simulator, inner, active, merge(q, full%q, ok), few, found)
-      call simulator%skip_none()
+      call fit_nested(simulator, inner, active, merge(q, full%q, ok), full%state, few, found, &
+                      is_wanted=simulator%labels%fold /= f)
       ok = found%is_found
       if (ok) call predict(simulator, full%state, f, found%q, outside, seen, ok)
     end if
@@ -157,10 +155,7 @@ contains
     real(rp), allocatable, intent(out) :: residuals(:)
     logical, intent(out) :: ok
     real(rp) :: all(simulator%n_observations), jacobian(simulator%n_observations, 0)
-    call simulator%set_state(state)
-    call simulator%skip(simulator%labels%fold /= f)
-    call simulator%evaluate(q, [integer ::], all, jacobian, ok)
-    call simulator%skip_none()
+    call simulator%evaluate(q, [integer ::], state, all, jacobian, ok, is_wanted=simulator%labels%fold == f)
     residuals = all(outside)
   end subroutine predict
 

@@ -11,5 +11,27 @@ module least_squares_state
 
   !> Problems extend it by what they need; one without iterations of its own needs nothing.
   type :: solver_state_t
+  contains
+    procedure :: begin_at_rest => state_begin_at_rest
+    procedure :: take_shapes => state_take_shapes
   end type solver_state_t
+
+contains
+
+  !> Makes the next solutions begin at rest: a solver may have followed another equilibrium than the one to which rest leads. A
+  !> state without shapes does not change.
+  pure subroutine state_begin_at_rest(self)
+    class(solver_state_t), intent(inout) :: self
+    associate (unused => self)
+    end associate
+  end subroutine state_begin_at_rest
+
+  !> Takes the shapes of `other`, from which the next solutions begin, and nothing else of it. A state without shapes does not
+  !> change.
+  subroutine state_take_shapes(self, other)
+    class(solver_state_t), intent(inout) :: self
+    class(solver_state_t), intent(in) :: other
+    associate (unused => self, nothing => other)
+    end associate
+  end subroutine state_take_shapes
 end module least_squares_state

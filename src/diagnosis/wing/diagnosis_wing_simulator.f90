@@ -24,7 +24,7 @@ module diagnosis_wing_simulator
   use inference_simulator, only: simulator_t
   use io_journal, only: journal_t
   use least_squares_state, only: solver_state_t
-  use measurement_bending_task, only: TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES, TASK_PIXELS
+  use measurement_bending_task, only: TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: FORCE_GAIN
   use parallel_farm, only: farm_t
@@ -53,24 +53,18 @@ module diagnosis_wing_simulator
     character(9), allocatable :: family_names(:) !< of unknown causes
     !> Parameters that are the gain of all forces, and D, if the baseline does not seek it; 0: none.
     integer, private :: gain = 0, membrane = 0
-    type(wing_state_t), private :: current
-    real(rp), allocatable, private :: trial_shapes(:, :, :)
-    logical, allocatable, private :: was_snap_free(:), was_evaluated(:)
+    real(rp), allocatable, private :: error_directions(:, :) !< (n_observations, :) of the initial state
   contains
     procedure :: init => wing_init
     procedure :: free => wing_free
     procedure :: serve => wing_serve
     procedure :: shut_down => wing_shut_down
     procedure :: set_error_directions => wing_set_error_directions
-    procedure :: start_from_mesh => wing_start_from_mesh
-    procedure :: pixels => wing_pixels
+    procedure :: initial_state => wing_initial_state
+    procedure :: state_from_mesh => wing_state_from_mesh
     procedure :: evaluate => wing_evaluate
     procedure :: covariance => wing_covariance
     procedure :: directions => wing_directions
-    procedure :: accept => wing_accept
-    procedure :: get_state => wing_get_state
-    procedure :: set_state => wing_set_state
-    procedure :: forget_warm_starts => wing_forget_warm_starts
     procedure :: linearise_at => wing_linearise_at
     procedure :: has_nonlinear_nuisances => wing_has_nonlinear_nuisances
     procedure :: common_fraction => wing_common_fraction
@@ -114,10 +108,7 @@ contains
     call self%runner%init(experiment, wing, catalogue%parameters, bins, patterns)
     call self%farm%start(world, self%runner%input_size(), self%runner%most_output())
     n = size(experiment%loads)
-    call self%current%init(self%n_observations, bins%n, experiment%model%n_all, n)
-    self%trial_shapes = self%current%shapes
-    self%was_snap_free = self%current%is_start
-    self%was_evaluated = self%current%is_start
+    allocate (self%error_directions(self%n_observations, 0))
     self%nuisance_kind = [(NUISANCE_KIND, l=1, n)]
     self%n_nuisances = size(self%nuisance_kind) + N_COMMON_NUISANCES + self%motion%n_nuisances
     self%nuisance_names = NUISANCE_NAMES
@@ -146,162 +137,175 @@ contains
     call self%farm%shut_down()
   end subroutine wing_shut_down
 
-  !> Takes band(n, :) as further directions of errors of unit strength.
+  !> Gives the initial state directions(n_observations, :), what further errors of unit strength do.
   subroutine wing_set_error_directions(self, directions)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: directions(:, :)
-    self%n_nuisances = self%n_nuisances - size(self%current%error_directions, 2) + size(directions, 2)
-    self%current%error_directions = directions
+    self%n_nuisances = self%n_nuisances - size(self%error_directions, 2) + size(directions, 2)
+    self%error_directions = directions
   end subroutine wing_set_error_directions
 
-  !> Takes shapes, as starts of warm solutions, and errors from `other`, the same loads on a mesh of half or of twice the size.
-  !> parents(2, points of the finer mesh) are the points of the coarser one between which each lies.
-  subroutine wing_start_from_mesh(self, other, parents)
-    class(wing_simulator_t), intent(inout) :: self
-    class(wing_simulator_t), intent(in) :: other
-    integer, intent(in) :: parents(:, :)
-    call self%current%start_from_mesh(other%current, self%experiment%model%n_points, parents)
-  end subroutine wing_start_from_mesh
-
-  !> One batch: all loads at q but those that are skipped. outputs(:, loads).
-  subroutine run_all(self, task, q, columns, outputs, is_valid)
-    class(wing_simulator_t), intent(inout) :: self
-    integer, intent(in) :: task, columns(:)
-    real(rp), intent(in) :: q(:)
-    real(rp), allocatable, intent(out) :: outputs(:, :)
-    logical, intent(out) :: is_valid
-    real(rp), allocatable :: inputs(:, :), results(:, :)
-    integer, allocatable :: loads(:)
-    integer :: l, n
-    loads = [(l, l=1, size(self%experiment%loads))]
-    if (allocated(self%is_skipped)) loads = pack(loads,.not. self%is_skipped(:size(loads)))
-    n = size(loads)
-    allocate (inputs(self%runner%input_size(), n), results(self%runner%output_size(task, size(columns)), n))
-    do l = 1, n
-      inputs(:, l) = task_input(task, loads(l), self%current%is_start(loads(l)), self%current%load_offset(:, loads(l)), q, columns)
-    end do
-    call run_journalled_tasks(self%farm, self%runner, self%journal, [self%current%shapes], inputs, results, is_valid)
-    self%n_evaluations = self%n_evaluations + 1
-    if (n == size(self%experiment%loads)) then
-      call move_alloc(results, outputs)
-    else
-      allocate (outputs(size(results, 1), size(self%experiment%loads)), source=0.0_rp)
-      outputs(:, loads) = results
-    end if
-    self%was_evaluated = .false.
-    self%was_evaluated(loads) = .true.
-  end subroutine run_all
-
-  !> See `simulator_t`. Rank 0 calls it; the others serve.
-  subroutine wing_evaluate(self, q, columns, residuals, jacobian, is_valid)
-    class(wing_simulator_t), intent(inout) :: self
-    real(rp), intent(in) :: q(:)
-    integer, intent(in) :: columns(:)
-    real(rp), intent(out) :: residuals(:), jacobian(:, :)
-    logical, intent(out) :: is_valid
-    real(rp), allocatable :: outputs(:, :)
-    integer :: l, i, k, b, first, at
-    residuals = 0
-    jacobian = 0
-    call run_all(self, TASK_EVALUATE, q, columns, outputs, is_valid)
-    if (.not. is_valid) return
-    do l = 1, size(outputs, 2)
-      if (.not. self%was_evaluated(l)) cycle
-      b = self%bins%count(l)
-      first = self%bins%first(l)
-      self%was_snap_free(l) = outputs(1, l) > 0.5_rp
-      residuals(first:first + b - 1) = outputs(N_FACTS + 1:N_FACTS + b, l) - self%current%linear(first:first + b - 1)
-      at = N_FACTS + b
-      do i = 1, size(q)
-        if (.not. any(columns == i)) cycle
-        do k = 1, size(columns)
-          if (columns(k) == i) jacobian(first:first + b - 1, k) = outputs(at + 1:at + b, l)
-        end do
-        at = at + b
-      end do
-      self%trial_shapes(:, :, l) = reshape(outputs(at + 1:at + size(self%trial_shapes)/size(outputs, 2), l), &
-                                    shape(self%trial_shapes(:, :, l)))
-    end do
-    if (allocated(self%is_skipped)) then
-      if (all(self%is_skipped(size(outputs, 2) + 1:))) return
-    end if
-    call self%motion%evaluate(q, columns, residuals(self%bins%n + 1:), jacobian(self%bins%n + 1:, :), is_valid)
-  end subroutine wing_evaluate
-
-  !> The shapes of the last evaluation become starts of what follows.
-  subroutine wing_accept(self)
-    class(wing_simulator_t), intent(inout) :: self
-    integer :: l
-    do l = 1, size(self%was_evaluated)
-      if (self%was_evaluated(l)) self%current%shapes(:, :, l) = self%trial_shapes(:, :, l)
-    end do
-    where (self%was_evaluated) self%current%is_start = self%was_snap_free
-  end subroutine wing_accept
-
-  !> See `simulator_t`.
-  subroutine wing_get_state(self, state)
+  !> Returns the state in which solutions begin at rest, and nuisances are linear about none; see `simulator_t`.
+  subroutine wing_initial_state(self, state)
     class(wing_simulator_t), intent(in) :: self
     class(solver_state_t), allocatable, intent(out) :: state
-    allocate (state, source=self%current)
-  end subroutine wing_get_state
+    type(wing_state_t), allocatable :: rest
+    allocate (rest)
+    call rest%init(self%n_observations, self%bins%n, self%experiment%model%n_all, size(self%experiment%loads))
+    rest%error_directions = self%error_directions
+    call move_alloc(rest, state)
+  end subroutine wing_initial_state
 
-  !> See `simulator_t`. A state that is not one of a wing stops the program.
-  subroutine wing_set_state(self, state, only_shapes)
-    class(wing_simulator_t), intent(inout) :: self
+  !> Returns the state with the shapes, as starts of warm solutions, and the errors of `other`, a state of the same loads on a mesh
+  !> of half or of twice the size. parents(2, points of the finer mesh) are the points of the coarser one between which each lies.
+  subroutine wing_state_from_mesh(self, other, parents, state)
+    class(wing_simulator_t), intent(in) :: self
+    class(solver_state_t), intent(in) :: other
+    integer, intent(in) :: parents(:, :)
+    class(solver_state_t), allocatable, intent(out) :: state
+    type(wing_state_t), allocatable :: own
+    allocate (own)
+    call own%init(self%n_observations, self%bins%n, self%experiment%model%n_all, size(self%experiment%loads))
+    own%error_directions = self%error_directions
+    call own%start_from_mesh(wing_state(other), self%experiment%model%n_points, parents)
+    call move_alloc(own, state)
+  end subroutine wing_state_from_mesh
+
+  !> Returns a state as one of a wing. Any other stops the program.
+  function wing_state(state) result(own)
     class(solver_state_t), intent(in) :: state
-    logical, intent(in), optional :: only_shapes
+    type(wing_state_t) :: own
     select type (state)
     type is (wing_state_t)
-      self%current%shapes = state%shapes
-      self%current%is_start = state%is_start
-      if (present(only_shapes)) then
-        if (only_shapes) return
-      end if
-      call self%set_error_directions(state%error_directions)
-      self%current = state
+      own = state
     class default
       call require(.false., 'wing_simulator_t: the state must be one of a wing')
     end select
-  end subroutine wing_set_state
+  end function wing_state
 
-  !> Makes the next solutions begin at rest; see `simulator_t`.
-  subroutine wing_forget_warm_starts(self)
+  !> One batch: `task` of the `loads` at q, whose solutions begin at `state`. results(:, size(loads)).
+  subroutine run_loads(self, task, loads, q, columns, state, results, is_valid)
     class(wing_simulator_t), intent(inout) :: self
-    self%current%is_start = .false.
-  end subroutine wing_forget_warm_starts
+    integer, intent(in) :: task, loads(:), columns(:)
+    real(rp), intent(in) :: q(:)
+    type(wing_state_t), intent(in) :: state
+    real(rp), allocatable, intent(out) :: results(:, :)
+    logical, intent(out) :: is_valid
+    real(rp), allocatable :: inputs(:, :)
+    integer :: l
+    allocate (inputs(self%runner%input_size(), size(loads)), &
+              results(self%runner%output_size(task, size(columns)), size(loads)))
+    do l = 1, size(loads)
+      inputs(:, l) = task_input(task, loads(l), state%is_start(loads(l)), state%load_offset(:, loads(l)), q, columns)
+    end do
+    call run_journalled_tasks(self%farm, self%runner, self%journal, [state%shapes], inputs, results, is_valid)
+    self%n_evaluations = self%n_evaluations + 1
+  end subroutine run_loads
+
+  !> Returns the numbers of the loads whose surfaces are wanted.
+  pure function wanted_loads(self, is_wanted) result(loads)
+    class(wing_simulator_t), intent(in) :: self
+    logical, intent(in), optional :: is_wanted(:)
+    integer, allocatable :: loads(:)
+    integer :: l
+    loads = [(l, l=1, size(self%experiment%loads))]
+    if (present(is_wanted)) loads = pack(loads, is_wanted(:size(loads)))
+  end function wanted_loads
+
+  !> See `simulator_t`. Rank 0 calls it; the others serve.
+  subroutine wing_evaluate(self, q, columns, from, residuals, jacobian, is_valid, to, is_wanted)
+    class(wing_simulator_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:)
+    integer, intent(in) :: columns(:)
+    class(solver_state_t), intent(in) :: from
+    real(rp), intent(out) :: residuals(:), jacobian(:, :)
+    logical, intent(out) :: is_valid
+    class(solver_state_t), allocatable, intent(out), optional :: to
+    logical, intent(in), optional :: is_wanted(:)
+    type(wing_state_t), allocatable :: state
+    integer, allocatable :: loads(:)
+    real(rp), allocatable :: outputs(:, :)
+    integer :: l, k, b, first, at
+    residuals = 0
+    jacobian = 0
+    loads = wanted_loads(self, is_wanted)
+    state = wing_state(from)
+    call run_loads(self, TASK_EVALUATE, loads, q, columns, state, outputs, is_valid)
+    do k = 1, merge(size(loads), 0, is_valid)
+      l = loads(k)
+      b = self%bins%count(l)
+      first = self%bins%first(l)
+      residuals(first:first + b - 1) = outputs(N_FACTS + 1:N_FACTS + b, k) - state%linear(first:first + b - 1)
+      at = N_FACTS + b
+      call unpack_columns(columns, size(q), outputs(:, k), at, jacobian(first:first + b - 1, :))
+      state%is_start(l) = outputs(1, k) > 0.5_rp
+      state%shapes(:, :, l) = reshape(outputs(at + 1:at + size(state%shapes(:, :, l)), k), shape(state%shapes(:, :, l)))
+    end do
+    if (is_valid .and. wants_motion(self, is_wanted)) &
+      call self%motion%evaluate(q, columns, residuals(self%bins%n + 1:), jacobian(self%bins%n + 1:, :), is_valid)
+    if (.not. present(to)) return
+    if (is_valid) then
+      call move_alloc(state, to)
+    else
+      allocate (to, source=from)
+    end if
+  end subroutine wing_evaluate
+
+  !> Whether anything is wanted of what moves.
+  pure logical function wants_motion(self, is_wanted) result(wants)
+    class(wing_simulator_t), intent(in) :: self
+    logical, intent(in), optional :: is_wanted(:)
+    wants = .true.
+    if (present(is_wanted)) wants = any(is_wanted(size(self%experiment%loads) + 1:))
+  end function wants_motion
+
+  !> Takes derivatives(rows, columns) of one load out of an answer, which has those of each of n parameters once, in their order,
+  !> behind `at`. `at` moves behind them.
+  pure subroutine unpack_columns(columns, n, output, at, derivatives)
+    integer, intent(in) :: columns(:), n
+    real(rp), intent(in) :: output(:)
+    integer, intent(inout) :: at
+    real(rp), intent(inout) :: derivatives(:, :)
+    integer :: i, k, b
+    b = size(derivatives, 1)
+    do i = 1, n
+      if (.not. any(columns == i)) cycle
+      do k = 1, size(columns)
+        if (columns(k) == i) derivatives(:, k) = output(at + 1:at + b)
+      end do
+      at = at + b
+    end do
+  end subroutine unpack_columns
 
   !> See `simulator_t`. Errors of places are not linear where a load meets a soft place or the edge of a triangle.
-  subroutine wing_linearise_at(self, errors, q, is_valid)
+  subroutine wing_linearise_at(self, errors, q, state, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: errors(:), q(:)
+    class(solver_state_t), allocatable, intent(inout) :: state
     logical, intent(out) :: is_valid
-    real(rp) :: before(2, size(self%current%load_offset, 2)), was_linear(size(self%current%linear))
+    type(wing_state_t), allocatable :: own
     real(rp) :: residuals(self%n_observations), nothing(self%n_observations, 0)
     real(rp) :: nuisances(self%n_observations, self%n_nuisances)
     integer :: l, first, last, v
     is_valid = .true.
     if (.not. self%has_nonlinear_nuisances()) return
+    own = wing_state(state)
     associate (sd => self%experiment%measurement%accuracy%position)
-      before = self%current%load_offset
-      was_linear = self%current%linear
-      do l = 1, size(self%current%load_offset, 2)
+      do l = 1, size(own%load_offset, 2)
         v = (l - 1)*N_LOAD_NUISANCES + 1
-        self%current%load_offset(:, l) = offset_on_wing(self%experiment, l, errors(v + 1:v + 2))
+        own%load_offset(:, l) = offset_on_wing(self%experiment, l, errors(v + 1:v + 2))
       end do
-      call self%evaluate(q, [integer ::], residuals, nothing, is_valid)
-      if (is_valid) call self%directions(q, nuisances, nothing, is_valid)
-      if (.not. is_valid) then
-        self%current%load_offset = before
-        self%current%linear = was_linear
-        return
-      end if
-      do l = 1, size(self%current%load_offset, 2)
+      call self%evaluate(q, [integer ::], own, residuals, nothing, is_valid)
+      if (is_valid) call self%directions(q, own, nuisances, nothing, is_valid)
+      if (.not. is_valid) return
+      do l = 1, size(own%load_offset, 2)
         v = (l - 1)*N_LOAD_NUISANCES + 1
         first = self%bins%first(l)
         last = first + self%bins%count(l) - 1
-        self%current%linear(first:last) = matmul(nuisances(first:last, v + 1:v + 2), self%current%load_offset(:, l)/sd)
+        own%linear(first:last) = matmul(nuisances(first:last, v + 1:v + 2), own%load_offset(:, l)/sd)
       end do
     end associate
+    call move_alloc(own, state)
   end subroutine wing_linearise_at
 
   !> Errors of places are what is not linear.
@@ -309,17 +313,6 @@ contains
     class(wing_simulator_t), intent(in) :: self
     has_some = self%experiment%measurement%accuracy%position > 0 .and. size(self%experiment%model%triangles) > 0
   end function wing_has_nonlinear_nuisances
-
-  !> Residuals of all pixels of load l are values(:comparisons(l)%n, l).
-  subroutine wing_pixels(self, q, values, is_valid)
-    class(wing_simulator_t), intent(inout) :: self
-    real(rp), intent(in) :: q(:)
-    real(rp), allocatable, intent(out) :: values(:, :)
-    logical, intent(out) :: is_valid
-    real(rp), allocatable :: outputs(:, :)
-    call run_all(self, TASK_PIXELS, q, [integer ::], outputs, is_valid)
-    values = outputs(N_FACTS + 1:N_FACTS + maxval(self%experiment%comparisons%n), :)
-  end subroutine wing_pixels
 
   !> See `simulator_t`.
   subroutine wing_covariance(self, rows, c)
@@ -348,11 +341,13 @@ contains
   end subroutine wing_set_common_fraction
 
   !> Nuisances: accidents of every load (see simulation_t), the gain of all forces, D, those of motion, and the band.
-  subroutine wing_directions(self, q, nuisances, patterns, is_valid)
+  subroutine wing_directions(self, q, from, nuisances, patterns, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
+    class(solver_state_t), intent(in) :: from
     real(rp), intent(out) :: nuisances(:, :), patterns(:, :)
     logical, intent(out) :: is_valid
+    type(wing_state_t) :: state
     real(rp), allocatable :: outputs(:, :)
     integer, allocatable :: common(:)
     real(rp) :: sd(N_COMMON_NUISANCES)
@@ -361,10 +356,12 @@ contains
     patterns = 0
     common = pack([self%gain, self%membrane], [self%gain, self%membrane] > 0)
     sd = [self%experiment%measurement%accuracy%force_gain, self%membrane_sd]
-    call run_all(self, merge(TASK_DIRECTIONS, TASK_NUISANCES, size(patterns, 2) > 0), q, common, outputs, is_valid)
+    state = wing_state(from)
+    call run_loads(self, merge(TASK_DIRECTIONS, TASK_NUISANCES, size(patterns, 2) > 0), wanted_loads(self), q, common, state, &
+                   outputs, is_valid)
     if (.not. is_valid) return
     v = 0
-    shared = size(self%was_evaluated)*N_LOAD_NUISANCES
+    shared = size(outputs, 2)*N_LOAD_NUISANCES
     do l = 1, size(outputs, 2)
       b = self%bins%count(l)
       first = self%bins%first(l)
@@ -391,7 +388,7 @@ contains
                            patterns(first:first + b - 1, i + 1:i + N_DISTORTIONS))
     end do
     shared = shared + N_COMMON_NUISANCES
-    nuisances(:, shared + self%motion%n_nuisances + 1:) = self%current%error_directions
+    nuisances(:, shared + self%motion%n_nuisances + 1:) = state%error_directions
     associate (rows => self%bins%n + 1, last => shared + self%motion%n_nuisances, causes => self%runner%patterns)
       call self%motion%nuisances(q, self%membrane, self%membrane_sd, nuisances(rows:, shared:last), is_valid)
       if (is_valid) call self%motion%patterns(causes%site, causes%radius, patterns(rows:, :))

@@ -2,6 +2,7 @@
 !> Holds the state of a simulator of a wing: the shapes from which solutions begin, and the errors about which the nuisances are
 !> linearised.
 module diagnosis_wing_state
+  use base_errors, only: require
   use base_kinds, only: rp
   use least_squares_state, only: solver_state_t
   use measurement_experiment, only: experiment_t
@@ -17,6 +18,8 @@ module diagnosis_wing_state
     real(rp), allocatable :: linear(:)       !< (n) what these errors do by the tangent there
   contains
     procedure :: init => state_init
+    procedure :: begin_at_rest => state_begin_at_rest
+    procedure :: take_shapes => state_take_shapes
     procedure :: start_from_mesh => state_start_from_mesh
   end type wing_state_t
 
@@ -30,6 +33,26 @@ contains
               self%linear(n_bent), source=0.0_rp)
     allocate (self%is_start(n_loads), source=.false.)
   end subroutine state_init
+
+  !> Makes the next solutions begin at rest.
+  pure subroutine state_begin_at_rest(self)
+    class(wing_state_t), intent(inout) :: self
+    self%is_start = .false.
+  end subroutine state_begin_at_rest
+
+  !> Takes the shapes of `other`, from which the next solutions begin; errors stay. A state that is not one of a wing stops the
+  !> program.
+  subroutine state_take_shapes(self, other)
+    class(wing_state_t), intent(inout) :: self
+    class(solver_state_t), intent(in) :: other
+    select type (other)
+    type is (wing_state_t)
+      self%shapes = other%shapes
+      self%is_start = other%is_start
+    class default
+      call require(.false., 'wing_state_t: the other state must be one of a wing')
+    end select
+  end subroutine state_take_shapes
 
   !> Takes the shapes of `other`, the same loads on a mesh of half or of twice the size, and its errors. This mesh has
   !> n_points; parents(2, points of the finer mesh): the points of the coarser one between which each lies.

@@ -98,10 +98,8 @@ contains
       n = most*(1 + n_columns) + 3*self%bare%model%n_all
     case (TASK_NUISANCES)
       n = most*(N_LOAD_NUISANCES + n_columns)
-    case (TASK_DIRECTIONS)
+    case default ! TASK_DIRECTIONS
       n = most*(N_LOAD_NUISANCES + n_columns + 2*size(self%patterns%site, 2))
-    case default
-      n = max(0, maxval(self%bare%comparisons%n))
     end select
     n = n + N_FACTS
   end function runner_output_size
@@ -121,8 +119,8 @@ contains
 
   !> TASK_EVALUATE gives facts, residuals(b), derivatives(b, columns) in the order of the parameters and the shape;
   !> TASK_DIRECTIONS facts, nuisances(b, 6) of one declared sd (see simulation_t), derivatives(b, columns), patterns(b,
-  !> 2 n); TASK_NUISANCES the same without patterns; TASK_PIXELS facts and the residuals of all pixels. b observations of
-  !> the load; the status is NOT_SOLVED where there is no shape, or one in an excluded zone.
+  !> 2 n); TASK_NUISANCES the same without patterns. b observations of the load; the status is NOT_SOLVED where there is no
+  !> shape, or one in an excluded zone.
   subroutine runner_run_task(self, input, output, status)
     class(wing_runner_t), intent(inout) :: self
     real(rp), intent(in) :: input(:)
@@ -146,10 +144,8 @@ contains
       select case (task%kind)
       case (TASK_EVALUATE)
         call give_evaluation(self, q, is_wanted, l, evaluation%residuals, output(N_FACTS + 1:))
-      case (TASK_DIRECTIONS, TASK_NUISANCES)
-        call give_directions(self, q, is_wanted, task%kind == TASK_DIRECTIONS, l, output(N_FACTS + 1:))
       case default
-        output(N_FACTS + 1:N_FACTS + size(evaluation%residuals)) = evaluation%residuals
+        call give_directions(self, q, is_wanted, task%kind == TASK_DIRECTIONS, l, output(N_FACTS + 1:))
       end select
     end associate
   end subroutine runner_run_task

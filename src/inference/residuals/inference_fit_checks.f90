@@ -14,8 +14,7 @@ module inference_fit_checks
 
 contains
 
-  !> Returns the checks of the residuals of a fit, near which the simulator stands, with the whitener of the design. There are
-  !> none without a result there. For `scale` and `noise_dof` see check_residuals.
+  !> Returns the checks of the residuals of a fit, with the whitener of the design. There are none without a result there. For `scale` and `noise_dof` see check_residuals.
   subroutine check_fit(simulator, design, fitted, scale, noise_dof, checks)
     class(simulator_t), intent(inout) :: simulator
     type(design_t), intent(in) :: design
@@ -26,7 +25,7 @@ contains
     real(rp) :: residuals(simulator%n_observations), nothing(simulator%n_observations, 0)
     real(rp) :: responses(simulator%n_observations)
     logical :: is_valid
-    call simulator%evaluate(fitted%q, [integer ::], residuals, nothing, is_valid)
+    call simulator%evaluate(fitted%q, [integer ::], fitted%state, residuals, nothing, is_valid)
     allocate (checks(0))
     if (.not. is_valid) return
     responses = simulator%labels%observed + residuals

@@ -7,6 +7,7 @@ module inference_noise_fraction
   use base_kinds, only: rp
   use inference_simulator, only: simulator_t
   use inference_whitener, only: whitener_t
+  use least_squares_state, only: solver_state_t
   implicit none
   private
   public :: find_noise_fraction
@@ -18,9 +19,10 @@ contains
 
   !> Sets the share at the baseline q by golden section. `is_new` tells whether it is another one than before by more than a
   !> thousandth. Where something fails the share stays.
-  subroutine find_noise_fraction(simulator, q, is_new)
+  subroutine find_noise_fraction(simulator, q, from, is_new)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
+    class(solver_state_t), intent(in) :: from !< near q
     logical, intent(out) :: is_new
     real(rp), parameter :: GOLDEN = 0.6180339887498949_rp
     real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :), directions(:, :)
@@ -33,8 +35,8 @@ contains
     n = simulator%n_observations
     m = simulator%n_baseline
     allocate (residuals(n), jacobian(n, m), nuisances(n, simulator%n_nuisances), patterns(n, simulator%n_patterns))
-    call simulator%evaluate(q, [(i, i=1, m)], residuals, jacobian, ok)
-    if (ok) call simulator%directions(q, nuisances, patterns, ok)
+    call simulator%evaluate(q, [(i, i=1, m)], from, residuals, jacobian, ok)
+    if (ok) call simulator%directions(q, from, nuisances, patterns, ok)
     if (.not. ok) return
     do i = 1, m
       jacobian(:, i) = jacobian(:, i)*simulator%parameters(i)%prior_sd

@@ -6,7 +6,6 @@
 !> |---|---|
 !> | TASK_EVALUATE | residuals, derivatives, the shape |
 !> | TASK_DIRECTIONS | tangents with respect to nuisances, parameters and patterns |
-!> | TASK_PIXELS | residuals of all pixels |
 !> | TASK_NUISANCES | tangents without those of patterns |
 !> | TASK_COSTS | sums of squares |
 module measurement_bending_task
@@ -18,7 +17,7 @@ module measurement_bending_task
   private
   public :: bending_task_t, bending_worker_t, task_head, task_of
 
-  integer, parameter, public :: TASK_EVALUATE = 1, TASK_DIRECTIONS = 2, TASK_PIXELS = 3, TASK_NUISANCES = 4, TASK_COSTS = 5
+  integer, parameter, public :: TASK_EVALUATE = 1, TASK_DIRECTIONS = 2, TASK_NUISANCES = 3, TASK_COSTS = 4
   integer, parameter, public :: N_HEAD = 5     !< numbers of an input that tell the task
   integer, parameter, public :: NOT_SOLVED = 1 !< status of a task whose shape was not found
 

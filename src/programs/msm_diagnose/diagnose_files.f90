@@ -89,11 +89,10 @@ contains
     logical :: is_valid
     n = simulator%n_observations
     allocate (base(n), extended(n), jacobian(n, 0), white(n, 2))
-    call d%restore_baseline(simulator)
-    call simulator%evaluate(d%initial_baseline%q, [integer ::], base, jacobian, is_valid)
+    call simulator%evaluate(d%initial_baseline%q, [integer ::], d%baseline%state, base, jacobian, is_valid)
     extended = base
-    call d%restore_extended(simulator)
-    if (d%extended%is_found) call simulator%evaluate(d%extended%q, [integer ::], extended, jacobian, is_valid)
+    if (d%extended%is_found) &
+      call simulator%evaluate(d%extended%q, [integer ::], d%extended%state, extended, jacobian, is_valid)
     white(:, 1) = base
     white(:, 2) = extended
     call d%whitener%apply(white)

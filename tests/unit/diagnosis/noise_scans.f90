@@ -6,6 +6,7 @@ module noise_scans
   use base_parameter, only: parameter_t
   use base_random, only: fill_gaussians
   use inference_simulator, only: simulator_t
+  use least_squares_state, only: solver_state_t
   implicit none
   private
   public :: scans_t, make_scans
@@ -81,15 +82,20 @@ contains
     end do
   end function cholesky
 
-  subroutine scans_evaluate(self, q, columns, residuals, jacobian, is_valid)
+  subroutine scans_evaluate(self, q, columns, from, residuals, jacobian, is_valid, to, is_wanted)
     class(scans_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
     integer, intent(in) :: columns(:)
+    class(solver_state_t), intent(in) :: from
     real(rp), intent(out) :: residuals(:), jacobian(:, :)
     logical, intent(out) :: is_valid
+    class(solver_state_t), allocatable, intent(out), optional :: to
+    logical, intent(in), optional :: is_wanted(:)
     residuals = q(1) - self%data
     jacobian = 1
     is_valid = size(columns) == size(jacobian, 2)
+    if (present(is_wanted)) is_valid = is_valid .and. size(is_wanted) == N_SCANS
+    if (present(to)) allocate (to, source=from)
   end subroutine scans_evaluate
 
   subroutine scans_covariance(self, rows, c)
@@ -105,13 +111,16 @@ contains
     end do
   end subroutine scans_covariance
 
-  subroutine scans_directions(self, q, nuisances, patterns, is_valid)
+  subroutine scans_directions(self, q, from, nuisances, patterns, is_valid)
     class(scans_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
+    class(solver_state_t), intent(in) :: from !< which scans do not need
     real(rp), intent(out) :: nuisances(:, :), patterns(:, :)
     logical, intent(out) :: is_valid
     integer :: j
     nuisances = 0
+    associate (unused => from)
+    end associate
     do j = 1, N_SCANS
       patterns((j - 1)*N_POINTS + 1:j*N_POINTS, 1) = wave_of()
     end do

@@ -9,6 +9,7 @@ program test_noise_fraction
   use diagnosis_noise, only: check_declared_variance, noise_estimate_t
   use inference_noise_fraction, only: find_noise_fraction
   use noise_scans, only: make_scans, scans_t
+  use least_squares_state, only: solver_state_t
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: DRAWS = 30
@@ -36,7 +37,7 @@ contains
     do k = 1, DRAWS
       call make_scans(scans, truth, wave, int(k, i8))
       scans%fraction = before
-      call find_noise_fraction(scans, [3.0_rp], is_new)
+      call find_noise_fraction(scans, [3.0_rp], solver_state_t(), is_new)
       found(k) = scans%fraction
     end do
     mean = sum(found)/DRAWS
@@ -51,7 +52,7 @@ contains
     logical :: is_new
     call make_scans(scans, 0.0_rp, 0.0_rp, 99_i8)
     scans%fraction = 0.5_rp
-    call find_noise_fraction(scans, [3.0_rp], is_new)
+    call find_noise_fraction(scans, [3.0_rp], solver_state_t(), is_new)
     call t%check('none are found where there are none', scans%fraction < 0.1_rp .and. is_new)
   end subroutine find_none
 

@@ -10,6 +10,7 @@ module diagnosis_beam
   use base_parameter, only: parameter_t
   use base_random, only: fill_gaussians
   use inference_simulator, only: effect_t, labels_t, simulator_t, variant_t
+  use least_squares_state, only: solver_state_t
   implicit none
   private
   public :: beam_t, make_beam
@@ -212,16 +213,22 @@ contains
     self%hidden_twist = 0
   end subroutine beam_observe
 
-  subroutine beam_evaluate(self, q, columns, residuals, jacobian, is_valid)
+  !> Deflections of all surfaces, wanted or not.
+  subroutine beam_evaluate(self, q, columns, from, residuals, jacobian, is_valid, to, is_wanted)
     class(beam_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
     integer, intent(in) :: columns(:)
+    class(solver_state_t), intent(in) :: from
     real(rp), intent(out) :: residuals(:), jacobian(:, :)
     logical, intent(out) :: is_valid
+    class(solver_state_t), allocatable, intent(out), optional :: to
+    logical, intent(in), optional :: is_wanted(:)
     real(rp), parameter :: STEP = 1.0e-4_rp
     real(rp) :: moved(size(q)), above(size(residuals)), below(size(residuals))
     integer :: i
     is_valid = .true.
+    if (present(is_wanted)) is_valid = size(is_wanted) == size(self%load, 2)
+    if (present(to)) allocate (to, source=from)
     call self%shape(q, residuals)
     residuals = residuals - self%data
     do i = 1, size(columns)
@@ -247,14 +254,17 @@ contains
 
   !> Tilt and piston of every surface; bumps of log bending and torsional compliance, and of forces in proportion to the
   !> load along and beside the axis.
-  subroutine beam_directions(self, q, nuisances, patterns, is_valid)
+  subroutine beam_directions(self, q, from, nuisances, patterns, is_valid)
     class(beam_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
+    class(solver_state_t), intent(in) :: from !< which this beam does not need
     real(rp), intent(out) :: nuisances(:, :), patterns(:, :)
     logical, intent(out) :: is_valid
     real(rp) :: ds, s, x, y, a, b, f, green
     integer :: k, l, i, p
     is_valid = .true.
+    associate (unused => from)
+    end associate
     nuisances = 0
     patterns = 0
     if (self%n_nuisances > 3*size(self%load, 2)) then

@@ -22,54 +22,44 @@ module snapping_beam
     integer :: surface = 5, column = 1     !< that snaps, parameter that decides
     real(rp) :: farthest = huge(1.0_rp)    !< step at which it does not snap
     real(rp) :: fold = huge(1.0_rp)        !< it has the other shape above
-    type(site_t) :: here, tried
   contains
     procedure :: evaluate => snapping_evaluate
-    procedure :: accept => snapping_accept
-    procedure :: get_state => snapping_get_state
-    procedure :: set_state => snapping_set_state
+    procedure :: initial_state => snapping_initial_state
   end type snapping_t
 
 contains
 
-  subroutine snapping_evaluate(self, q, columns, residuals, jacobian, is_valid)
+  subroutine snapping_evaluate(self, q, columns, from, residuals, jacobian, is_valid, to, is_wanted)
     class(snapping_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
     integer, intent(in) :: columns(:)
+    class(solver_state_t), intent(in) :: from
     real(rp), intent(out) :: residuals(:), jacobian(:, :)
     logical, intent(out) :: is_valid
-    call self%beam_t%evaluate(q, columns, residuals, jacobian, is_valid)
-    self%tried = site_t(is_snapped=self%here%is_snapped, is_known=.true., x=q(self%column))
-    associate (x => self%tried%x)
-      if (self%here%is_known .and. abs(x - self%here%x) > self%farthest) self%tried%is_snapped = .true.
-      if (x > self%fold) self%tried%is_snapped = .true.
-    end associate
-    if (.not. self%tried%is_snapped) return
+    class(solver_state_t), allocatable, intent(out), optional :: to
+    logical, intent(in), optional :: is_wanted(:)
+    type(site_t) :: site
+    call self%beam_t%evaluate(q, columns, from, residuals, jacobian, is_valid, is_wanted=is_wanted)
+    select type (from)
+    type is (site_t)
+      site = site_t(is_snapped=from%is_snapped, is_known=.true., x=q(self%column))
+      if (from%is_known .and. abs(site%x - from%x) > self%farthest) site%is_snapped = .true.
+    end select
+    if (site%x > self%fold) site%is_snapped = .true.
+    if (present(to)) allocate (to, source=site)
+    if (.not. site%is_snapped) return
     ! Not a tilt or a piston, which are nuisances.
     where (self%labels%surface == self%surface)
       residuals = residuals + HEIGHT*self%sigma*sin(20*self%labels%site(1, :))
     end where
   end subroutine snapping_evaluate
 
-  subroutine snapping_accept(self)
-    class(snapping_t), intent(inout) :: self
-    self%here = self%tried
-  end subroutine snapping_accept
-
-  subroutine snapping_get_state(self, state)
+  !> Nowhere yet.
+  subroutine snapping_initial_state(self, state)
     class(snapping_t), intent(in) :: self
     class(solver_state_t), allocatable, intent(out) :: state
-    allocate (state, source=self%here)
-  end subroutine snapping_get_state
-
-  subroutine snapping_set_state(self, state, only_shapes)
-    class(snapping_t), intent(inout) :: self
-    class(solver_state_t), intent(in) :: state
-    logical, intent(in), optional :: only_shapes
-    if (present(only_shapes)) call self%beam_t%set_state(state, only_shapes)
-    select type (state)
-    type is (site_t)
-      self%here = state
-    end select
-  end subroutine snapping_set_state
+    associate (unused => self)
+    end associate
+    allocate (state, source=site_t())
+  end subroutine snapping_initial_state
 end module snapping_beam

@@ -3,6 +3,7 @@
 module stubborn_beams
   use base_kinds, only: rp
   use diagnosis_beam, only: beam_t, P_TORSION
+  use least_squares_state, only: solver_state_t
   implicit none
   private
   public :: curled_t, fickle_t
@@ -39,14 +40,15 @@ contains
     end do
   end function fickle_error
 
-  subroutine fickle_directions(self, q, nuisances, patterns, is_valid)
+  subroutine fickle_directions(self, q, from, nuisances, patterns, is_valid)
     class(fickle_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
+    class(solver_state_t), intent(in) :: from
     real(rp), intent(out) :: nuisances(:, :), patterns(:, :)
     logical, intent(out) :: is_valid
     integer :: n
     n = self%n_nuisances
-    call self%beam_t%directions(q, nuisances(:, :n - 1), patterns, is_valid)
+    call self%beam_t%directions(q, from, nuisances(:, :n - 1), patterns, is_valid)
     nuisances(:, n) = self%error(q(1) > self%edge)
   end subroutine fickle_directions
 

@@ -9,6 +9,7 @@ program test_decision
   use inference_decision, only: decide, decision_t, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use inference_design, only: build_design, design_t
   use inference_hypotheses, only: hypotheses_t, log_odds_unknown, log_prior
+  use least_squares_state, only: solver_state_t
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: N_EFFECTS = 12
@@ -16,6 +17,7 @@ program test_decision
   type(testkit_t) :: test
   type(beam_t), target :: beam
   type(design_t) :: design
+  class(solver_state_t), allocatable :: state
   type(calibration_t) :: calibration
   type(failure_t) :: failure
   real(rp), allocatable :: q0(:)
@@ -24,7 +26,8 @@ program test_decision
   call make_beam(beam)
   q0 = beam%null_point()
   call beam%observe(q0, beam%sigma, 1)
-  call build_design(beam, q0, design, failure)
+  allocate (state)
+  call build_design(beam, q0, state, design, failure)
   call test%check('the design exists',.not. failure%failed)
   call calibration%init(design, N_EFFECTS, .true., 500, SEED)
   call test_unknown()

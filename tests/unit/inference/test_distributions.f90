@@ -7,6 +7,7 @@ program test_distributions
   use inference_distributions, only: chi2_threshold, detectable_noncentrality, log_chi2_tail, log_f_tail, &
                                      noncentral_chi2_tail
   use inference_whitener, only: whitener_t
+  use least_squares_state, only: solver_state_t
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: test
@@ -48,7 +49,7 @@ contains
     call make_beam(beam)
     n = 56
     allocate (nuisances(beam%n_observations, beam%n_nuisances), patterns(beam%n_observations, beam%n_patterns), c(n, n))
-    call beam%directions(beam%null_point(), nuisances, patterns, is_valid)
+    call beam%directions(beam%null_point(), solver_state_t(), nuisances, patterns, is_valid)
     call whitener%init(beam, [(i, i=1, n)], failure)
     call whitener%add_directions(nuisances(:n, :))
     c = matmul(nuisances(:n, :), transpose(nuisances(:n, :)))

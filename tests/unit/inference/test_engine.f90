@@ -20,6 +20,7 @@ program test_engine
   use inference_record, only: LARGEST_SCALE
   use inference_residual_checks, only: check_residuals, residual_check_t
   use inference_simulator, only: variant_t
+  use least_squares_state, only: solver_state_t
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: N_EFFECTS = 12, BATCH = 20
@@ -28,6 +29,7 @@ program test_engine
   type(testkit_t) :: test
   type(beam_t), target :: beam
   type(design_t) :: design
+  class(solver_state_t), allocatable :: state
   type(calibration_t) :: believing, estimating
   type(failure_t) :: failure
   real(rp), allocatable :: q0(:)
@@ -37,7 +39,8 @@ program test_engine
   call make_beam(beam)
   q0 = beam%null_point()
   call beam%observe(q0, beam%sigma, 1)
-  call build_design(beam, q0, design, failure)
+  allocate (state)
+  call build_design(beam, q0, state, design, failure)
   call check(.not. failure%failed, 'the design exists')
   call believing%init(design, N_EFFECTS, .true., 2000, 5_i8)
   call estimating%init(design, N_EFFECTS, .false., 2000, 5_i8)
@@ -87,7 +90,7 @@ contains
     real(rp) :: residuals(beam%n_observations), jacobian(beam%n_observations, 0), z(design%k), rest
     logical :: is_valid
     call beam%observe(q, sigma, seed)
-    call beam%evaluate(q0, [integer ::], residuals, jacobian, is_valid)
+    call beam%evaluate(q0, [integer ::], solver_state_t(), residuals, jacobian, is_valid)
     call design%compress(residuals, q0(:N_BASE), z, rest)
     call find_statistics(design, N_EFFECTS, calibration%is_scale_known, z, rest, statistics)
     if (.not. calibration%is_scale_known) z = z/sqrt(rest/design%residual_dof)
@@ -253,7 +256,7 @@ contains
     q = point_of(P_OFFSET, 8.0_rp, 0)
     do s = 1, 200
       call beam%observe(q, beam%sigma, 600000 + s)
-      call beam%evaluate(q0, [integer ::], residuals, jacobian, is_valid)
+      call beam%evaluate(q0, [integer ::], solver_state_t(), residuals, jacobian, is_valid)
       call design%compress(residuals, q0(:N_BASE), z, rest)
       associate (one => design%candidates(c))
         value = -matmul(one%solve, matmul(z, one%basis)) ! residuals are computed minus observed

@@ -15,6 +15,7 @@ program test_fit_checks
   use inference_engine, only: diagnosis_options_t, diagnosis_t, run_diagnosis
   use inference_refit, only: fit_nested, nested_fit_t
   use least_squares_fit, only: fit_options_t
+  use least_squares_state, only: solver_state_t
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: SCATTER = 3000 !< degrees of freedom
@@ -22,6 +23,7 @@ program test_fit_checks
   type(testkit_t) :: test
   type(beam_t), target :: beam
   type(design_t) :: design
+  class(solver_state_t), allocatable :: state
   type(failure_t) :: failure
   real(rp), allocatable :: q0(:)
 
@@ -32,7 +34,8 @@ program test_fit_checks
   beam%gain_sd = 0.05_rp
   beam%n_nuisances = beam%n_nuisances + 1
   call beam%observe(q0, beam%sigma, 1)
-  call build_design(beam, q0, design, failure)
+  allocate (state)
+  call build_design(beam, q0, state, design, failure)
   call test_nulls()
   call test_tilts()
   call test_variance()
@@ -52,7 +55,7 @@ contains
     beam%tilt_sd = tilts*TILT_SD
     call beam%observe(q0, noise*beam%sigma, seed)
     beam%tilt_sd = TILT_SD
-    call fit_nested(beam, design%whitener, [(i, i=1, N_BASE)], q0, options, found)
+    call fit_nested(beam, design%whitener, [(i, i=1, N_BASE)], q0, solver_state_t(), options, found)
     call check_fit(beam, design, found, 1.0_rp, freedom, checks)
   end subroutine ask
 

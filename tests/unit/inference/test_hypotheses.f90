@@ -13,11 +13,13 @@ program test_hypotheses
   use inference_rejection, only: name_power
   use inference_weights, only: cell_weights
   use least_squares_profile, only: interval_t
+  use least_squares_state, only: solver_state_t
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: test
   type(beam_t), target :: beam
   type(design_t) :: design
+  class(solver_state_t), allocatable :: state
   type(failure_t) :: failure
   real(rp), allocatable :: q0(:)
 
@@ -25,7 +27,8 @@ program test_hypotheses
   call make_beam(beam)
   q0 = beam%null_point()
   call beam%observe(q0, beam%sigma, 1)
-  call build_design(beam, q0, design, failure)
+  allocate (state)
+  call build_design(beam, q0, state, design, failure)
   call check(.not. failure%failed, 'the design exists')
   call test_choice()
   call test_field()
@@ -83,7 +86,7 @@ contains
     n = size(other%parameters) - P_SOFT + 1
     other%field = [(c, c=P_SOFT, size(other%parameters))]
     other%family = [other%family, (maxval(other%family) + 1, c=1, n)]
-    call build_design(other, q0, wide, failure)
+    call build_design(other, q0, state, wide, failure)
     worst = 0
     associate (field => wide%families(size(wide%families)))
       do c = 1, size(wide%candidates)
@@ -190,7 +193,7 @@ contains
       soft%variants(size(soft%variants) - COPIES + 1:)%is_finer = .true.
       soft%variants%is_released = .true.
     end associate
-    call build_design(other, q0, finer, failure)
+    call build_design(other, q0, state, finer, failure)
     z = 7*design%candidates(first_of(E_SOFT) + BEST - 1)%basis(:, 1) &
         + 9*design%candidates(first_of(E_DRIFT))%basis(:, 1)
     call before%init(design, size(beam%effects), z)
@@ -267,9 +270,9 @@ contains
     real(rp) :: residuals(wing%n_observations), jacobian(wing%n_observations, 0), rest
     real(rp), allocatable :: z(:)
     logical :: is_valid
-    call build_design(wing, q0, one, failure)
+    call build_design(wing, q0, state, one, failure)
     allocate (z(one%k))
-    call wing%evaluate(q0, [integer ::], residuals, jacobian, is_valid)
+    call wing%evaluate(q0, [integer ::], solver_state_t(), residuals, jacobian, is_valid)
     call one%compress(residuals, q0(:N_BASE), z, rest)
     call find_statistics(one, size(wing%effects), .true., z, rest, statistics)
   end subroutine take

@@ -12,8 +12,9 @@ program test_refits
   use inference_engine, only: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
   use inference_refit, only: fit_nested
   use inference_top_candidates, only: refit_top_candidates
-  use snapping_beam, only: site_t, snapping_t
+  use snapping_beam, only: snapping_t
   use stubborn_beams, only: curled_t, fickle_t
+  use least_squares_state, only: solver_state_t
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: t
@@ -45,7 +46,6 @@ contains
     call run_diagnosis(beam, reshape(q0, [N_ALL, 1]), options, smooth, failure)
     call t%check('the joint is named where nothing snaps', smooth%decision%verdict == VERDICT_NAMED .and. &
                  all(smooth%decision%set == E_ONE_WAY))
-    beam%here = site_t()
     beam%farthest = 1.3_rp
     call run_diagnosis(beam, reshape(q0, [N_ALL, 1]), options, snapping, failure)
     call t%check('and where the way back snaps', snapping%decision%verdict == VERDICT_NAMED .and. &
@@ -106,7 +106,8 @@ contains
     call t%check('from the baseline it is not found',.not. failure%failed .and. i > 0)
     call t%check('but goes the other way', d%refits(max(1, i))%found%q(P_TORSION) < 0)
     whole%candidate = findloc(d%design%candidates%effect, E_TORSION, 1)
-    call fit_nested(beam, d%whitener, [d%baseline%active, P_TORSION, P_BOTH], q, options%fit, whole(1)%found)
+    call fit_nested(beam, d%whitener, [d%baseline%active, P_TORSION, P_BOTH], q, &
+                    d%baseline%state, options%fit, whole(1)%found)
     call refit_top_candidates(beam, options, d, whole)
     i = findloc(d%design%candidates(d%refits%candidate)%effect, E_SPAN, 1)
     call t%check_close('beside a fit of which it is a part it is', d%refits(i)%found%q(P_TORSION), TRUTH, &

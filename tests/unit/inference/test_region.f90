@@ -11,6 +11,7 @@ program test_region
   use inference_design, only: build_design, design_t
   use inference_probability, only: follow_knots, grade_of, calibrated_probability
   use inference_region, only: find_region, find_related, region_t, related_t
+  use least_squares_state, only: solver_state_t
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: N_EFFECTS = 12
@@ -18,12 +19,14 @@ program test_region
   type(testkit_t) :: test
   type(beam_t), target :: beam
   type(design_t) :: design
+  class(solver_state_t), allocatable :: state
   type(failure_t) :: failure
 
   call test%start(parallel=.false.)
   call make_beam(beam)
   call beam%observe(beam%null_point(), beam%sigma, 1)
-  call build_design(beam, beam%null_point(), design, failure)
+  allocate (state)
+  call build_design(beam, beam%null_point(), state, design, failure)
   call test%check('the design exists',.not. failure%failed)
   call test_one_place()
   call test_field()

@@ -74,14 +74,17 @@ contains
     integer :: i
     farthest = beam%farthest
     beam%farthest = huge(farthest) ! the fit itself finds its way
-    beam%here = site_t() ! nowhere yet
     q = beam%parameters%null
-    call beam%directions(q, nuisances, patterns, is_valid)
+    call beam%directions(q, site_t(), nuisances, patterns, is_valid)
     call whitener%init(beam, [(i, i=1, beam%n_observations)], failure)
     call whitener%add_directions(nuisances)
     q(P_ONE_WAY) = 0.9_rp
-    call fit_nested(beam, whitener, [(i, i=1, N_BASE), P_ONE_WAY, P_TORSION], q, options, found)
-    call t%check('the fit has an end', found%is_found .and. .not. failure%failed .and. .not. beam%here%is_snapped)
+    call fit_nested(beam, whitener, [(i, i=1, N_BASE), P_ONE_WAY, P_TORSION], q, site_t(), options, found)
+    call t%check('the fit has an end', found%is_found .and. .not. failure%failed)
+    select type (site => found%state)
+    type is (site_t)
+      call t%check('beside the shape that it began with',.not. site%is_snapped)
+    end select
     beam%farthest = farthest
     call find_intervals(beam, whitener, 1.0_rp, options, found, intervals)
     interval = intervals(1)
