@@ -142,7 +142,7 @@ contains
     if (settings%flexible) call print_bending(unit, settings)
   end subroutine print_flight
 
-  !> Prints what the wings that bend are made of, and whether their coupling is safe (docs/guide/flexible-wings.md).
+  !> Prints what the wings that bend are made of, and whether their coupling is safe (docs/theory/coupling.md).
   subroutine print_bending(unit, settings)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
