@@ -72,6 +72,7 @@ contains
     call notice_way(config, fluid, flight, notices)
   end subroutine check_free_flight
 
+  !> Returns the mass of all wings.
   pure real(rp) function mass_of_wings(flight) result(mass)
     type(flight_params_t), intent(in) :: flight
     integer :: i
@@ -81,6 +82,7 @@ contains
     end do
   end function mass_of_wings
 
+  !> Makes all wings massless.
   subroutine drop_masses(flight)
     type(flight_params_t), intent(inout) :: flight
     type(moments_t) :: nothing

@@ -125,6 +125,7 @@ contains
     end do
   end subroutine find_names
 
+  !> Gives all ranks the names that rank 0 has. Collective.
   subroutine share_names(world, names)
     type(world_t), intent(in) :: world
     type(name_t), intent(inout) :: names(:)
@@ -182,6 +183,7 @@ contains
     call of_all%fail(outcome%kind, 'a flight did not come to its end; '//join_path(folder, LOG)//' tells why. Start again to go on')
   end subroutine fly_one
 
+  !> Writes the input file of a flight into its folder, which it makes if it is missing.
   subroutine write_start(self, request, folder, ok)
     class(flusi_runner_t), intent(in) :: self
     type(flight_request_t), intent(in) :: request

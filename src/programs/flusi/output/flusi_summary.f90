@@ -130,6 +130,7 @@ contains
     values(INERTIAL, :) = series(15, :)
   end subroutine quantities
 
+  !> Returns the summary of a flight: the mean values of its last beats, their peaks and their spread.
   function summary_text(settings, name, beats) result(text)
     type(settings_t), intent(in) :: settings
     character(*), intent(in) :: name

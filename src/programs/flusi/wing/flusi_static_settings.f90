@@ -54,6 +54,7 @@ contains
     if (found) call read_loads(s, errors)
   end subroutine load_static_settings
 
+  !> Reads the options of the static solver.
   subroutine read_options(s, errors)
     type(static_settings_t), intent(inout), target :: s
     type(message_list_t), intent(inout) :: errors
