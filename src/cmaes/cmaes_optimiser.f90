@@ -113,6 +113,7 @@ contains
     end associate
   end subroutine cmaes_tell
 
+  !> Prepares the repetition of a generation with half the step, or ends the run if too many failed in a row.
   subroutine repeat_generation(options, lambda, state)
     type(cmaes_options_t), intent(in) :: options
     integer, intent(in) :: lambda

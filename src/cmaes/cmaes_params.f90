@@ -112,11 +112,13 @@ contains
     call scale_weights(p%alpha_minus, mu, weights)
   end subroutine weights_of_valid
 
+  !> Returns the effective number of weights: sum(w)^2/sum(w^2).
   pure real(rp) function effective(w)
     real(rp), intent(in) :: w(:)
     effective = sum(w)**2/sum(w**2)
   end function effective
 
+  !> Sets the learning rates of Hansen's tutorial.
   pure subroutine tutorial_constants(p)
     type(cmaes_params_t), intent(inout) :: p
     real(rp) :: n
@@ -140,6 +142,7 @@ contains
     p%c_c = 4/(n + 4)
   end subroutine paper_constants
 
+  !> Returns the damping of the step size.
   pure real(rp) function damping(n, mu_eff, c_sigma) result(d)
     integer, intent(in) :: n
     real(rp), intent(in) :: mu_eff, c_sigma

@@ -146,6 +146,7 @@ contains
     end do
   end function find_stop
 
+  !> Tells whether two reals are equal.
   pure logical function same(a, b)
     real(rp), intent(in) :: a, b
     same = abs(a - b) <= 0

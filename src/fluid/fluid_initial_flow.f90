@@ -77,6 +77,7 @@ contains
     call self%load(merge(1, self%part + 1, z == 1))
   end subroutine initial_bring
 
+  !> Computes the fields of a part of the planes. Collective.
   subroutine load(self, part)
     class(initial_flow_t), intent(inout) :: self
     integer, intent(in) :: part

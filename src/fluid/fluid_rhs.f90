@@ -155,6 +155,7 @@ contains
     end if
   end subroutine rhs_product
 
+  !> Computes what is needed in space on lines of plane `z`: u x omega, penalization, sponge, pressure and integrals.
   subroutine lines_product(self, first, count, z, in, out)
     type(rhs_t), intent(inout) :: self
     integer, intent(in) :: first, count, z

@@ -96,6 +96,7 @@ contains
     used = any(mode > 0) .and. all(2*mode < max(n, 2))
   end function is_used
 
+  !> Returns the number of the spherical shell of a wave vector.
   pure integer function shell_of(sticks, s, i, k_min) result(shell)
     type(sticks_t), intent(in) :: sticks
     integer, intent(in) :: s, i

@@ -85,6 +85,7 @@ contains
     end do
   end subroutine sums_add_solid_line
 
+  !> Returns the vector product.
   pure function cross(a, b) result(c)
     real(rp), intent(in) :: a(3), b(3)
     real(rp) :: c(3)
@@ -141,6 +142,7 @@ contains
 
   contains
 
+    !> Puts a number behind those that are packed, or takes it from there.
     subroutine move(x)
       real(rp), intent(inout) :: x
       n = n + 1

@@ -312,6 +312,7 @@ contains
     if (c%df > 0) call c%size_prior%init(pack(s, keep)/maxval(s, mask=keep))
   end subroutine fill_candidate
 
+  !> Makes the families of patterns of unknown causes: principal directions, priors and the patterns shown alone.
   subroutine make_families(simulator, retained, design)
     class(simulator_t), intent(in) :: simulator
     real(rp), intent(in) :: retained(:, :)

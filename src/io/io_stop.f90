@@ -112,6 +112,7 @@ contains
     is_over = time_verdict(self) /= GO_ON
   end function stop_is_time_over
 
+  !> Tells whether the wall time or the job's time is over.
   integer function time_verdict(self) result(verdict)
     class(stop_rules_t), intent(in) :: self
     verdict = GO_ON

@@ -229,6 +229,7 @@ contains
     call move_alloc(longer, report%path)
   end subroutine remember
 
+  !> Sums the squares of the residuals and of the deviations from the prior, in sd.
   pure subroutine sum_squares(unknowns, p, residuals, chi2, prior_chi2)
     type(unknowns_t), intent(in) :: unknowns
     real(rp), intent(in) :: p(:), residuals(:)
@@ -267,6 +268,7 @@ contains
     triangle = triangle_of(rows)
   end subroutine select_free
 
+  !> Returns the norms of the columns of a matrix.
   pure function column_norms(triangle) result(norms)
     real(rp), intent(in) :: triangle(:, :)
     real(rp) :: norms(size(triangle, 2) - 1)

@@ -134,6 +134,7 @@ contains
     runner%context_number = runner%context_number + 1
   end subroutine replace_context
 
+  !> Tells all other ranks what to do next. On rank 0.
   subroutine send_command(self, code, length)
     class(farm_t), intent(in) :: self
     integer, intent(in) :: code, length
@@ -312,6 +313,7 @@ contains
     end do
   end subroutine serve_batch
 
+  !> Prepares to receive a task into a slot.
   subroutine expect_task(self, slot)
     class(farm_t), intent(inout) :: self
     integer, intent(in) :: slot
@@ -319,6 +321,7 @@ contains
                    self%tasks(slot, 1)%request)
   end subroutine expect_task
 
+  !> Runs one task and measures its time.
   subroutine time_task(runner, input, output, status, seconds)
     class(task_runner_t), intent(inout) :: runner
     real(rp), intent(in) :: input(:)
@@ -330,6 +333,7 @@ contains
     seconds = MPI_Wtime() - seconds
   end subroutine time_task
 
+  !> Tells whether `order` holds each of the numbers 1 to n once.
   pure logical function is_permutation(order)
     integer, intent(in) :: order(:)
     logical :: seen(size(order))

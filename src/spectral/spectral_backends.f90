@@ -55,6 +55,7 @@ contains
     end select
   end subroutine make_full_transform
 
+  !> Makes the transform that this program brings with it.
   subroutine make_builtin(transform, world, grid, choices, max_in, max_out)
     class(transform_t), allocatable, intent(out) :: transform
     type(world_t), intent(in) :: world

@@ -133,6 +133,7 @@ contains
     u = space%point(coordinates)
   end subroutine history_improve
 
+  !> Tells whether two lists of numbers differ by more than the relative tolerance `apart`.
   pure logical function is_apart(a, b, apart)
     real(rp), intent(in) :: a(:), b(:), apart
     is_apart = any(abs(a - b) > apart*max(abs(a), abs(b)))
@@ -149,6 +150,7 @@ contains
     end do
   end function median
 
+  !> Makes room for n_rows columns in a table.
   subroutine make_room(table, n_rows)
     real(rp), allocatable, intent(inout) :: table(:, :)
     integer, intent(in) :: n_rows
@@ -177,6 +179,7 @@ contains
 
   contains
 
+    !> Reads a table from the checkpoint.
     subroutine load_table(name, table, n_rows)
       character(*), intent(in) :: name
       real(rp), allocatable, intent(inout) :: table(:, :)
@@ -211,6 +214,7 @@ contains
     call put_attribute(file, 'candidates', 'unknowns', names, failure)
   end subroutine history_write_tables
 
+  !> Writes a table.
   subroutine write_table(file, name, table, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name

@@ -91,6 +91,7 @@ contains
     path(1, :) = path(1, :) + n
   end subroutine delay
 
+  !> Writes to the log what the moves of single parameters have achieved.
   subroutine tell_moves(log, n_tried, n_lower, fall)
     class(training_listener_t), intent(inout) :: log
     integer, intent(in) :: n_tried, n_lower

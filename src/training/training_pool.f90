@@ -89,6 +89,7 @@ contains
     call run_batch(self, FULL, self%full_farm, batch)
   end subroutine pool_run_full
 
+  !> Runs the tasks of a batch on all ranks, and counts tasks and time.
   subroutine run_batch(self, command, farm, batch)
     class(worker_pool_t), intent(inout) :: self
     integer, intent(in) :: command
@@ -139,6 +140,7 @@ contains
     call send(self, SHUT_DOWN)
   end subroutine pool_shut_down
 
+  !> Tells all other ranks what to do next.
   subroutine send(self, command)
     class(worker_pool_t), intent(in) :: self
     integer, intent(in) :: command

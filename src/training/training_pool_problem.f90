@@ -44,6 +44,7 @@ contains
     if (associated(self%log)) call tell_progress(self)
   end subroutine problem_run
 
+  !> Writes to the log how far the fit is.
   subroutine tell_progress(self)
     type(pool_problem_t), intent(inout) :: self
     real(rp) :: chi2

@@ -180,6 +180,7 @@ contains
                                            ' evaluations from '//name)
   end subroutine search_restore
 
+  !> Reads the state of the search from a checkpoint.
   subroutine load_state(self, settings, reader, failure)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in) :: settings
@@ -319,6 +320,7 @@ contains
     all_u(self%space%free) = u
   end function whole
 
+  !> Fixes E at its present value and begins the second stage.
   subroutine fix_youngs_modulus(self, settings, u)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in) :: settings

@@ -84,6 +84,7 @@ contains
     n = evaluation_overhead(evaluation) + most*(1 + experiment%count()) + 3*experiment%model%n_all
   end function full_size
 
+  !> Returns how many numbers an evaluation has besides residuals and Jacobian.
   integer function evaluation_overhead(evaluation) result(n)
     type(evaluation_t), intent(in) :: evaluation
     type(evaluation_t) :: empty

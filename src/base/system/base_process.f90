@@ -86,6 +86,7 @@ contains
 
   contains
 
+    !> Reads the line of a process in /proc.
     subroutine read_line(process, status)
       integer, intent(in) :: process
       integer, intent(out) :: status

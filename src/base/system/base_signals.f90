@@ -55,6 +55,7 @@ contains
     previous = c_signal(SIGXFSZ, transfer(SIG_IGN, previous))
   end subroutine ignore_size_limit
 
+  !> Records a signal. A second interrupt from the keyboard ends the program.
   subroutine handle(number) bind(C)
     integer(c_int), value :: number
     type(c_funptr) :: previous

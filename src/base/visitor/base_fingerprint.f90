@@ -79,6 +79,7 @@ contains
     call add(self, mark)
   end subroutine fingerprint_text
 
+  !> Adds a mark, whose name must be new.
   subroutine add(self, mark)
     class(fingerprint_t), intent(inout) :: self
     type(mark_t), intent(in) :: mark

@@ -66,6 +66,7 @@ contains
     if (self%is_reading .and. .not. self%failure%failed) value = text
   end subroutine visit_text
 
+  !> Visits texts of the same length, numbered from 1.
   subroutine visit_texts(self, name, values)
     class(visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -76,6 +77,7 @@ contains
     end do
   end subroutine visit_texts
 
+  !> Visits a text of any length, which may be unallocated.
   subroutine any_text(self, name, value)
     class(visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -87,6 +89,7 @@ contains
     if (is_there .and. .not. self%failure%failed) call self%carry_text(self%full_name(name), value)
   end subroutine any_text
 
+  !> Visits an array of texts with its size, and allocates it when it is read. It may be unallocated.
   subroutine any_texts(self, name, values)
     class(visitor_t), intent(inout) :: self
     character(*), intent(in) :: name

@@ -102,6 +102,7 @@ contains
     end do
   end subroutine response_take
 
+  !> Returns the harmonics 0 to n_harmonics of a record, components in columns.
   pure function series(self, record) result(x)
     class(flight_response_t), intent(in) :: self
     type(flight_record_t), intent(in) :: record
@@ -165,6 +166,7 @@ contains
     end do
   end function seen_by_flow
 
+  !> Returns the factors on all harmonics if the frequency changes by the factor exp(e): exp(2e), power exp(3e).
   pure function sizes(self, e) result(factors)
     class(flight_response_t), intent(in) :: self
     real(rp), intent(in) :: e

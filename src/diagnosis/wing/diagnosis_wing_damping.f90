@@ -92,6 +92,7 @@ contains
 
   contains
 
+    !> Enters one damping parameter as an effect of its own.
     subroutine enter_one(c, number, name, title, sentence)
       type(catalogue_t), intent(inout) :: c
       integer, intent(in) :: number
@@ -112,6 +113,7 @@ contains
 
   end subroutine enter_damping
 
+  !> Returns a time [s] in milliseconds.
   function milliseconds(time) result(text)
     real(rp), intent(in) :: time
     character(:), allocatable :: text

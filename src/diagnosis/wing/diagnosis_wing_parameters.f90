@@ -163,6 +163,7 @@ contains
     call require(.not. failure%failed, 'diagnosis_wing_parameters: an experiment of tested parts')
   end subroutine make_fit_case
 
+  !> Tells whether a parameter belongs to an effect that needs [Wing] sided_veins.
   logical function needs_sided_veins(params, number)
     type(solid_params_t), intent(in) :: params
     integer, intent(in) :: number

@@ -154,6 +154,7 @@ contains
     end associate
   end subroutine runner_run_task
 
+  !> Gives residuals and wanted tangents of load `l`, averaged over the bins, and after them the displacements.
   subroutine give_evaluation(self, q, is_wanted, l, residuals, output)
     class(wing_runner_t), intent(inout) :: self
     real(rp), intent(in) :: q(:), residuals(:)
@@ -176,6 +177,7 @@ contains
     end associate
   end subroutine give_evaluation
 
+  !> Gives the tangents of load `l` for nuisances, wanted parameters and, if wanted, patterns, averaged over the bins.
   subroutine give_directions(self, q, is_wanted, has_patterns, l, output)
     class(wing_runner_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)

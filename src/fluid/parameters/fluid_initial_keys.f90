@@ -72,6 +72,7 @@ contains
     end select
   end subroutine check_initial
 
+  !> Adds an error if a key does not name a file that exists.
   subroutine need_file(c, errors, key, name)
     type(config_t), intent(in) :: c
     type(message_list_t), intent(inout) :: errors

@@ -165,6 +165,7 @@ contains
     shape%omega = self%omega
   end function solids_shape
 
+  !> Checks the obstacle and the shape of [Geometry].
   subroutine check_bodies(c, s, w, errors)
     type(config_t), intent(in) :: c
     type(solids_t), intent(in) :: s

@@ -165,6 +165,7 @@ contains
     self%overlaid(:, self%n_overlaid) = [line, self%line_first(line), self%line_last(line)]
   end subroutine save_line
 
+  !> Adds a point of the mask.
   subroutine append(self, x, chi, us, color)
     type(penalty_t), intent(inout) :: self
     integer, intent(in) :: x, color

@@ -183,6 +183,7 @@ contains
     nullify (self%u)
   end subroutine forces_sample
 
+  !> Sums the first n values over all ranks. Collective.
   subroutine sum_over_ranks(world, n, values)
     type(world_t), intent(in) :: world
     integer, intent(in) :: n
@@ -208,6 +209,7 @@ contains
     nullify (self%u)
   end subroutine forces_apply
 
+  !> Prepares a pass of the transform over the flow `u`.
   subroutine point_at(self, u)
     type(point_forces_t), intent(inout), target :: self
     complex(rp), contiguous, target, intent(in) :: u(:, :, :)
@@ -260,6 +262,7 @@ contains
     end do
   end subroutine forces_product
 
+  !> Adds the velocities on a line of the grid to the values of the points near it.
   subroutine gather_line(self, line, in)
     type(point_forces_t), intent(inout) :: self
     integer, intent(in) :: line
@@ -282,6 +285,7 @@ contains
     end associate
   end subroutine gather_line
 
+  !> Adds the forces of the points near a line of the grid to this line.
   subroutine spread_line(self, line, out)
     type(point_forces_t), intent(in) :: self
     integer, intent(in) :: line

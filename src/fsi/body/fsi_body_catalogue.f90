@@ -131,6 +131,7 @@ contains
     call add(parts, make_rod(MIRROR*from, MIRROR*upto, radius))
   end subroutine add_pair
 
+  !> Adds two spheres as eyes.
   subroutine add_eyes(parts, places, radius)
     type(shape_holder_t), allocatable, intent(inout) :: parts(:)
     real(rp), intent(in) :: places(3, 2), radius
@@ -146,12 +147,14 @@ contains
     places(:, 2) = sin(PI/4)*distance*[1, -1, 1]
   end function cheeks
 
+  !> Returns the first of several places.
   pure function first(places) result(place)
     real(rp), intent(in) :: places(:, :)
     real(rp) :: place(3)
     place = places(:, 1)
   end function first
 
+  !> Adds a shape to the parts of a body.
   subroutine add(parts, shape)
     type(shape_holder_t), allocatable, intent(inout) :: parts(:)
     class(solid_shape_t), intent(in) :: shape

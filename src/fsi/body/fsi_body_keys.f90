@@ -225,6 +225,7 @@ contains
     allocate (parts(1)%shape, source=make_closed_surface(points, triangles, smoothing))
   end subroutine read_surface
 
+  !> Makes a body of revolution from rows x r in units of the file, or adds an error.
   subroutine take_revolution(config, rows, file_unit, parts, errors)
     type(config_t), intent(in) :: config
     real(rp), intent(in) :: rows(:, :), file_unit

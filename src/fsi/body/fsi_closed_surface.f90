@@ -51,6 +51,7 @@ contains
     call find_sides(shape)
   end function make_closed_surface
 
+  !> Finds the normals of faces, edges and points; those of edges and points are means over the faces that meet there.
   subroutine find_normals(self, n_points, triangles)
     type(closed_surface_t), intent(inout) :: self
     integer, intent(in) :: n_points, triangles(:, :)
@@ -95,6 +96,7 @@ contains
     end do
   end subroutine find_normals
 
+  !> Returns the angle between two vectors [rad].
   pure real(rp) function angle(a, b)
     real(rp), intent(in) :: a(3), b(3)
     angle = atan2(norm2(cross(a, b)), dot_product(a, b))
@@ -138,6 +140,7 @@ contains
     end do
   end subroutine fill_cells
 
+  !> Finds which cells are wholly inside (-1) or outside (1); 0 where the surface may cross a cell.
   subroutine find_sides(self)
     type(closed_surface_t), intent(inout) :: self
     real(rp) :: d
@@ -160,12 +163,14 @@ contains
     end do
   end subroutine find_sides
 
+  !> Returns the number of cell (i, j, k).
   pure integer function cell(self, i, j, k)
     type(closed_surface_t), intent(in) :: self
     integer, intent(in) :: i, j, k
     cell = i + self%n(1)*(j - 1 + self%n(2)*(k - 1))
   end function cell
 
+  !> Returns the centre of cell (i, j, k).
   pure function middle(self, i, j, k) result(x)
     type(closed_surface_t), intent(in) :: self
     integer, intent(in) :: i, j, k

@@ -47,6 +47,7 @@ contains
     call find_moments(self)
   end subroutine body_init
 
+  !> Finds the volume that the body displaces, and its first and second moments.
   subroutine find_moments(self)
     type(rigid_body_t), intent(inout) :: self
     real(rp) :: x(3), step, volume

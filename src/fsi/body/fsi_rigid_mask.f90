@@ -72,6 +72,7 @@ contains
               all(abs(a%rotation%omega - b%rotation%omega) <= 0)
   end function is_same
 
+  !> Finds the points of the grid on this rank that are in the mask of a solid.
   subroutine find_points(self, solid, frame, color)
     class(rigid_mask_t), intent(inout) :: self
     type(rigid_body_t), intent(in) :: solid
@@ -142,6 +143,7 @@ contains
     if (self%n_cells >= begin) call add_line(self, [line, begin, self%n_cells])
   end subroutine draw_line
 
+  !> Adds a line of points.
   subroutine add_line(self, entry)
     class(rigid_mask_t), intent(inout) :: self
     integer, intent(in) :: entry(3)
@@ -155,6 +157,7 @@ contains
     self%lines(:, self%n_lines) = entry
   end subroutine add_line
 
+  !> Doubles the room for points.
   subroutine grow(self)
     class(rigid_mask_t), intent(inout) :: self
     integer, allocatable :: x(:), color(:)

@@ -55,6 +55,7 @@ contains
     mirrored%angular = mirror_axial(m%angular)
   end function mirror_momenta
 
+  !> Mirrors an axial vector, such as an angular velocity.
   pure function mirror_axial(w) result(mirrored)
     real(rp), intent(in) :: w(3)
     real(rp) :: mirrored(3)

@@ -130,6 +130,7 @@ contains
 
   contains
 
+    !> Packs all arrays of the state, or unpacks them.
     subroutine move_all()
       n = 0
       call move(state%u)

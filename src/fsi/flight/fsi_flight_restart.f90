@@ -89,6 +89,7 @@ contains
       if (.not. failure%failed) call unpack_value(x, value, failure)
     end subroutine get
 
+    !> Reads n numbers of the checkpoint into `x`.
     subroutine get_numbers(name, n)
       character(*), intent(in) :: name
       integer, intent(in) :: n

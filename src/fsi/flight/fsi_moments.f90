@@ -196,6 +196,7 @@ contains
     end do
   end function cross_matrix
 
+  !> Returns the outer product a b^T.
   pure function outer(a, b) result(t)
     real(rp), intent(in) :: a(3), b(3)
     real(rp) :: t(3, 3)

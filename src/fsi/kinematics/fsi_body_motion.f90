@@ -117,6 +117,7 @@ contains
     end select
   end function motion_at
 
+  !> Returns the body of one of FLUSI's named motions at a time.
   pure type(body_t) function swinging_body(self, time) result(body)
     type(body_motion_t), intent(in) :: self
     real(rp), intent(in) :: time

@@ -180,6 +180,7 @@ contains
     end do
   end subroutine read_flight_table
 
+  !> Reads one row of the table of a body's motion. `problem` says what is wrong with it.
   subroutine read_row(content, row, problem)
     character(*), intent(in) :: content
     real(rp), intent(out) :: row(COLUMNS)

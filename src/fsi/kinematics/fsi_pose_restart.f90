@@ -78,6 +78,7 @@ contains
     numbers = [pose%hinge, reshape(pose%matrix, [9]), pose%omega]
   end function pose_numbers
 
+  !> Returns the number of the wing on a side, 0 if there is none.
   pure integer function number_of(params, side) result(i)
     type(flight_params_t), intent(in) :: params
     character(*), intent(in) :: side
@@ -86,6 +87,7 @@ contains
     end do
   end function number_of
 
+  !> Returns the name of a wing's pose in the checkpoint.
   pure function pose_name(side) result(name)
     character(*), intent(in) :: side
     character(:), allocatable :: name

@@ -55,6 +55,7 @@ contains
     theta = angle_at(self, self%theta, t)
   end subroutine motion_evaluate
 
+  !> Returns an angle and its two time derivatives at time t [T], with the start of the motion smoothed by the ramp.
   pure type(angle_t) function angle_at(self, series, t) result(angle)
     class(wing_motion_t), intent(in) :: self
     type(angle_series_t), intent(in) :: series

@@ -60,6 +60,7 @@ contains
     end do
   end subroutine motion_keys
 
+  !> Visits the keys of one angle.
   subroutine angle_keys(keys, angle, name, c)
     type(keys_t), intent(in) :: keys
     character(*), intent(in) :: angle, name
@@ -108,6 +109,7 @@ contains
     end do
   end subroutine read_motion_file
 
+  !> Sets the series of one angle from its keys, or says what is wrong with them.
   subroutine set_angle(config, number, is_hermite, unit, c, series, errors, notices)
     type(config_t), intent(in) :: config
     integer, intent(in) :: number
@@ -159,6 +161,7 @@ contains
     end if
   end subroutine check_coefficients
 
+  !> Returns a count, as in "3 numbers".
   function reals(n) result(text)
     integer, intent(in) :: n
     character(:), allocatable :: text

@@ -60,9 +60,9 @@ contains
     call take(motion%phi, n(1))
     call take(motion%alpha, n(2))
     call take(motion%theta, n(3))
-
   contains
 
+    !> Sets the series of one angle from the next numbers of the list.
     subroutine take(series, n)
       type(angle_series_t), intent(inout) :: series
       integer, intent(in) :: n

@@ -130,6 +130,7 @@ contains
     self%scale = sharpness
   end subroutine series_set_flip
 
+  !> Makes a series of the given kind, without numbers.
   subroutine clear(self, kind)
     class(angle_series_t), intent(inout) :: self
     integer, intent(in) :: kind
@@ -207,6 +208,7 @@ contains
     f(0) = f(0) + self%centre + self%offset
   end subroutine series_evaluate
 
+  !> Evaluates the series and its two derivatives as given, without later changes.
   pure subroutine evaluate_original(self, x, f)
     class(angle_series_t), intent(in) :: self
     real(rp), intent(in) :: x
@@ -244,6 +246,7 @@ contains
     end select
   end subroutine evaluate_original
 
+  !> Evaluates a Fourier series without mean, and its two derivatives, at the phase x [cycles].
   pure subroutine evaluate_fourier(a, b, x, f)
     real(rp), intent(in) :: a(:), b(:), x
     real(rp), intent(out) :: f(0:2)

@@ -70,6 +70,7 @@ contains
     end do
   end subroutine read_body_states
 
+  !> Reads the rows of a table with its period and length. Adds an error for every line that is wrong.
   subroutine read_rows(text, name, period, length, rows, errors)
     character(*), intent(in) :: text, name
     real(rp), intent(out) :: period, length
@@ -129,6 +130,7 @@ contains
     end if
   end subroutine read_rows
 
+  !> Reads one row of the table. `problem` says what is wrong with it.
   subroutine read_row(content, row, problem)
     character(*), intent(in) :: content
     real(rp), intent(out) :: row(COLUMNS)
@@ -178,6 +180,7 @@ contains
     end do
   end subroutine next_content
 
+  !> Returns a text without the blanks at its ends.
   subroutine trim_blanks(text, content)
     character(*), intent(in) :: text
     character(:), allocatable, intent(out) :: content

@@ -54,6 +54,7 @@ contains
     call wings_key(keys, word)
   end subroutine register_flight_keys
 
+  !> Visits the keys that say which wings there are.
   subroutine side_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(flight_choices_t), intent(inout) :: c
@@ -62,6 +63,7 @@ contains
     call keys%switch('RightWing', c%has_wing(2), .true., 'there is a right wing')
   end subroutine side_keys
 
+  !> Visits the keys of the moments of inertia of a wing.
   subroutine inertia_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(flight_choices_t), intent(inout) :: c

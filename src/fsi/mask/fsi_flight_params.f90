@@ -190,6 +190,7 @@ contains
     params%beats = kinematics%frequency
   end subroutine read_body_and_mask
 
+  !> Adds an error for edges that this wing cannot have.
   subroutine complain_edges(config, errors)
     type(config_t), intent(in) :: config
     type(message_list_t), intent(inout) :: errors
@@ -222,6 +223,7 @@ contains
     end if
   end subroutine notice_edges
 
+  !> Makes the rigid body of one wing. Mirrored wings of FLUSI are turned over.
   subroutine make_solid(solid, shape, smoothing, is_mirrored)
     type(rigid_body_t), intent(inout) :: solid
     class(solid_shape_t), intent(in) :: shape
@@ -282,6 +284,7 @@ contains
     if (maxval(abs(wing%inertia)) > 0) m%second = second_of_inertia(wing%inertia)
   end function moments_of
 
+  !> Reads the motion of wing `i` from its file, or adds an error.
   subroutine read_one_motion(config, i, t_end, motion, errors, notices, world)
     type(config_t), intent(in) :: config
     integer, intent(in) :: i

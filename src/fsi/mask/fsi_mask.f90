@@ -173,6 +173,7 @@ contains
     end do
   end subroutine sort_triangle
 
+  !> Adds a triangle of a wing to those near this rank.
   subroutine add_triangle(self, points, corners, surface, number, low, high)
     class(mask_t), intent(inout) :: self
     real(rp), intent(in) :: points(:, :), low(3), high(3)

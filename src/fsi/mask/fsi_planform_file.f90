@@ -102,6 +102,7 @@ contains
     end if
   end subroutine read_planform_text
 
+  !> Visits the keys of a planform.
   subroutine planform_keys(keys, as_matrix, c)
     type(keys_t), intent(inout) :: keys
     logical, intent(in) :: as_matrix(2) !< how the file writes `SERIES`
@@ -160,6 +161,7 @@ contains
     end do
   end function is_matrix
 
+  !> Makes a planform from Fourier coefficients, or adds errors.
   subroutine take_fourier(config, c, planform, errors)
     type(config_t), intent(in) :: config
     type(planform_choices_t), intent(in) :: c
@@ -218,6 +220,7 @@ contains
     end subroutine take
   end subroutine take_relief
 
+  !> Makes a planform from the points of its outline, or adds errors.
   subroutine take_outline(config, c, planform, errors)
     type(config_t), intent(in) :: config
     type(planform_choices_t), intent(in) :: c

@@ -111,6 +111,7 @@ contains
     end if
   end subroutine triangle_closest
 
+  !> Returns 1 over the square of an edge's length, 0 for an edge without length.
   pure real(rp) function inverse_square(edge) result(inverse)
     real(rp), intent(in) :: edge(3)
     inverse = dot_product(edge, edge)

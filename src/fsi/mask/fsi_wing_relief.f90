@@ -62,6 +62,7 @@ contains
     if (allocated(self%thickness)) scaled%thickness = factor*self%thickness
   end function relief_scaled
 
+  !> Interpolates values on a regular grid, which fills the box (x_min, x_max, y_min, y_max); 0 outside.
   pure real(rp) function bilinear(values, box, x, y) result(value)
     real(rp), intent(in) :: values(:, :), box(4), x, y
     real(rp) :: place(2), s(2)

@@ -92,6 +92,7 @@ contains
                   b(3, 3)*minor - b(1, 1)*b(2, 3)**2 - b(2, 2)*b(1, 3)**2 + 2*b(1, 2)*b(2, 3)*b(1, 3) > 0
   end function is_positive
 
+  !> Returns value times the unit matrix (3, 3).
   pure function diagonal(value) result(b)
     real(rp), intent(in) :: value
     real(rp) :: b(3, 3)

@@ -153,6 +153,7 @@ contains
     end do
   end subroutine halve
 
+  !> Sorts the samples into cells, so that those near a place are found quickly.
   subroutine sort_into_cells(self, sites, area, of, spacing)
     class(cloud_t), intent(inout) :: self
     type(site_t), intent(in) :: sites(:)
@@ -200,6 +201,7 @@ contains
     self%at = self%key
   end subroutine sort_into_cells
 
+  !> Returns the indices of the cell of a place; outside the cells, of the nearest one.
   pure function cell_of(self, x) result(cell)
     class(cloud_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
@@ -207,6 +209,7 @@ contains
     cell = max(1, min(self%cells, floor((x - self%low)/self%cell) + 1))
   end function cell_of
 
+  !> Returns the number of a cell.
   pure integer function number_of(self, cell) result(number)
     class(cloud_t), intent(in) :: self
     integer, intent(in) :: cell(3)
@@ -256,6 +259,7 @@ contains
     end do
   end subroutine cloud_search_for
 
+  !> Finds the best sample of cell `c` for the present mode.
   subroutine search_cell(self, c)
     class(cloud_t), intent(inout) :: self
     integer, intent(in) :: c

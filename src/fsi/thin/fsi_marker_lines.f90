@@ -177,6 +177,7 @@ contains
     sites = [sites, found(:filled)]
   end subroutine divide
 
+  !> Returns the length of a chain of links.
   pure real(rp) function length_of(points, links, arc) result(length)
     real(rp), intent(in) :: points(:, :)
     integer, intent(in) :: links(:, :), arc(:)

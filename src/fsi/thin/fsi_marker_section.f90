@@ -89,6 +89,7 @@ contains
 
   contains
 
+    !> Notes the distances of all candidates to a new station.
     subroutine see(site)
       type(line_site_t), intent(in) :: site
       real(rp) :: here(3)

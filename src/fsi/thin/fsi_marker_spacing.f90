@@ -103,6 +103,7 @@ contains
     end do
   end function are_clear
 
+  !> Tells whether a place is at least `limit` from all others.
   pure logical function is_clear(x, others, limit)
     real(rp), intent(in) :: x(3), others(:, :), limit
     integer :: i

@@ -56,6 +56,7 @@ contains
     end do
   end subroutine markers_init
 
+  !> Places the markers of a wing that is a surface.
   subroutine place_in_triangles(self, points, triangles, spacing)
     type(markers_t), intent(inout) :: self
     real(rp), intent(in) :: points(:, :), spacing
@@ -70,6 +71,7 @@ contains
     self%weights = reshape([(sites(i)%weights, i=1, self%n)], [3, self%n])
   end subroutine place_in_triangles
 
+  !> Places the markers of a wing that is a section, in two dimensions.
   subroutine place_stations(self, points, triangles, spacing)
     type(markers_t), intent(inout) :: self
     real(rp), intent(in) :: points(:, :), spacing

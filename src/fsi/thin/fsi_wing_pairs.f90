@@ -92,6 +92,7 @@ contains
     v = v + reshape(sums, shape(v))
   end subroutine pairs_add_product
 
+  !> Multiplies the rows of this rank with the forces.
   pure subroutine multiply(self, f, sums)
     type(wing_pairs_t), intent(in) :: self
     real(rp), intent(in) :: f(3*size(self%first))

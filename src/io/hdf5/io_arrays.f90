@@ -179,6 +179,7 @@ contains
     values = buffer(:size(values))
   end subroutine read_integers
 
+  !> Reads a whole numeric array of n numbers to an address. `ok` is false if it has another size or kind.
   subroutine read_whole(file, name, memory_type, n, address, ok)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -239,6 +240,7 @@ contains
     end do
   end subroutine read_text
 
+  !> Reads a text of fixed length.
   subroutine read_fixed_text(attribute, stored, text, ok)
     integer(HID_T), intent(in) :: attribute, stored
     character(:), allocatable, intent(out) :: text
@@ -256,6 +258,7 @@ contains
     if (.not. ok) text = ''
   end subroutine read_fixed_text
 
+  !> Reads a text of variable length.
   subroutine read_variable_text(attribute, stored, text, ok)
     integer(HID_T), intent(in) :: attribute, stored
     character(:), allocatable, intent(out) :: text

@@ -147,6 +147,7 @@ contains
     if (self%verdict(slot)%failed) reason = self%verdict(slot)%reason
   end function slots_reason
 
+  !> Returns the slot of the next backup: never that of the backup from which the run started, else the older one.
   pure integer function next_slot(self)
     class(checkpoint_slots_t), intent(in) :: self
     if (self%source >= 0) then
@@ -156,6 +157,7 @@ contains
     end if
   end function next_slot
 
+  !> Returns the file name of a slot.
   pure function slot_name(self, slot) result(name)
     class(checkpoint_slots_t), intent(in) :: self
     integer, intent(in) :: slot

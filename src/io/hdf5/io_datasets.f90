@@ -168,6 +168,7 @@ contains
     call h5sclose_f(space, error)
   end subroutine write_integers
 
+  !> Returns the row of the i-th spectrum in the order of the file.
   pure integer function row_in_file_order(patterns, i) result(row)
     type(row_patterns_t), intent(in) :: patterns
     integer, intent(in) :: i
@@ -338,6 +339,7 @@ contains
   end subroutine check_shape
 
   !> '(4, 5, 6)'
+  !> Returns a shape as text, as in (3, 4).
   pure function shape_text(dims) result(text)
     integer(i8), intent(in) :: dims(:)
     character(:), allocatable :: text
@@ -352,6 +354,7 @@ contains
     text = text//')'
   end function shape_text
 
+  !> Copies an array of three dimensions into contiguous memory.
   pure subroutine flatten(n1, n2, n3, data, values)
     integer, intent(in) :: n1, n2, n3
     real(rp), intent(in) :: data(:, :, :)
@@ -359,6 +362,7 @@ contains
     values = data
   end subroutine flatten
 
+  !> Copies contiguous memory into an array of three dimensions.
   pure subroutine unflatten(n1, n2, n3, values, data)
     integer, intent(in) :: n1, n2, n3
     real(rp), intent(in) :: values(n1, n2, n3)

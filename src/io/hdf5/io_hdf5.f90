@@ -77,6 +77,7 @@ contains
     call create_new(self, failure)
   end subroutine file_create_serial
 
+  !> Creates the file and reserves space on the disk for it. Collective.
   subroutine create_new(self, failure, checked)
     class(hdf5_file_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure
@@ -122,6 +123,7 @@ contains
     call open_for_reading(self, failure)
   end subroutine file_open_serial
 
+  !> Opens the file for reading. Collective.
   subroutine open_for_reading(self, failure)
     class(hdf5_file_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure

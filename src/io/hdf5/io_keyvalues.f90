@@ -52,6 +52,7 @@ contains
 
   contains
 
+    !> Finds sum, largest and smallest value of the field, plane by plane.
     subroutine sum_planes()
       real(rp) :: spacing(3), weight(3), line(3), total(3), largest, smallest
       integer :: n(3), i, j, k

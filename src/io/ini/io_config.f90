@@ -222,8 +222,7 @@ contains
     value = self%values(value_index(self, section, key, KEY_MATRIX, KEY_MATRIX))%matrix
   end function config_get_matrix
 
-  !> Takes the numbers of the file, from now on, in the other system of units of `scales`, and delivers them in L, T and M.
-  !> Defaults always are in L, T and M.
+  !> Reads the numbers of the file from now on in the other units of `scales`. Defaults and results always are in L, T and M.
   subroutine config_set_units(self, scales)
     class(config_t), intent(inout) :: self
     type(unit_scales_t), intent(in) :: scales
@@ -376,6 +375,7 @@ contains
     end do
   end subroutine config_named_files
 
+  !> Returns the number of a key, which must be registered.
   integer function find(self, section, key) result(i)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key

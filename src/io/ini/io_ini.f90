@@ -205,6 +205,7 @@ contains
     call add_entry(self, text(from:upto), value, is_matrix, line)
   end subroutine parse_line
 
+  !> Reads the line of a section. `problem` says what is wrong with it.
   subroutine parse_header(self, header, line, problem)
     class(ini_document_t), intent(inout) :: self
     character(*), intent(in) :: header !< begins with [
@@ -281,6 +282,7 @@ contains
     value = rows(:n)
   end subroutine read_matrix
 
+  !> Tells whether a value begins with (/.
   logical function starts_matrix(text, first, last) result(is_matrix)
     character(*), intent(in) :: text
     integer, intent(in) :: first, last
@@ -331,6 +333,7 @@ contains
     has = .false.
   end function has_control_bytes
 
+  !> Adds a section.
   subroutine add_section(self, name, line)
     class(ini_document_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -352,6 +355,7 @@ contains
     self%sections(self%n_sections)%line = line
   end subroutine add_section
 
+  !> Adds a key with its value to the last section.
   subroutine add_entry(self, key, value, is_matrix, line)
     class(ini_document_t), intent(inout) :: self
     character(*), intent(in) :: key, value

@@ -109,6 +109,7 @@ contains
       text = text//trim(merge('< ', '<=', self%is_upper_open))//' '//limit_text(self, self%upper)
   end function key_range_text
 
+  !> Returns a limit of the key as text.
   function limit_text(key, x) result(text)
     class(key_t), intent(in) :: key
     real(rp), intent(in) :: x

@@ -58,6 +58,7 @@ contains
     if (len(inert) > 0) write (unit, '(a)') 'Accepted from FLUSI files, without effect: '//inert(3:)//'.', ''
   end subroutine write_key_tables
 
+  !> Writes when a section has an effect.
   subroutine write_conditions(unit, conditions, keys)
     integer, intent(in) :: unit
     type(condition_t), intent(in) :: conditions(:)
@@ -73,6 +74,7 @@ contains
     write (unit, '(a)') 'This section has no effect unless'//text(5:)//'.', ''
   end subroutine write_conditions
 
+  !> Writes the table row of a key.
   subroutine write_row(unit, key)
     integer, intent(in) :: unit
     type(key_t), intent(in) :: key

@@ -97,6 +97,7 @@ contains
                     suggestion%hint())
   end subroutine report_unknown_key
 
+  !> Returns the beginning of a message about an unknown name.
   function what_is_wrong(thing, name, meant) result(text)
     character(*), intent(in) :: thing, name, meant
     character(:), allocatable :: text

@@ -44,6 +44,7 @@ contains
     if (allocated(registry%keys(k)%conditions)) counts = all_hold(registry, document, registry%keys(k)%conditions)
   end function key_counts
 
+  !> Tells whether all conditions hold in a document.
   logical function all_hold(registry, document, conditions)
     type(registry_t), intent(in) :: registry
     type(ini_document_t), intent(in) :: document

@@ -277,6 +277,7 @@ contains
     call add_condition(self%keys(k)%conditions, condition_t(d, words))
   end subroutine registry_key_only_if
 
+  !> Adds a condition to a list.
   subroutine add_condition(conditions, condition)
     type(condition_t), allocatable, intent(inout) :: conditions(:)
     type(condition_t), intent(in) :: condition
@@ -356,6 +357,7 @@ contains
     end do
   end subroutine registry_write_markdown
 
+  !> Adds a key, which must be new, and its section.
   subroutine add_key(self, new)
     class(registry_t), intent(inout) :: self
     type(key_t), intent(inout) :: new

@@ -109,6 +109,7 @@ contains
     end do
   end subroutine list_changes
 
+  !> Adds a line that changed, with its old value.
   subroutine add_change(changes, line, old_line)
     type(change_t), allocatable, intent(inout) :: changes(:)
     character(*), intent(in) :: line, old_line
@@ -134,6 +135,7 @@ contains
     end if
   end function change_text
 
+  !> Returns a value as users see it.
   pure function shown(value) result(text)
     character(*), intent(in) :: value
     character(:), allocatable :: text
@@ -141,12 +143,14 @@ contains
     if (text == '') text = '(empty)'
   end function shown
 
+  !> Returns the name in a line NAME = VALUE.
   pure function name_in(line) result(name)
     character(*), intent(in) :: line
     character(:), allocatable :: name
     name = line(:index(line, EQUALS) - 1)
   end function name_in
 
+  !> Returns the value in a line NAME = VALUE, without the file that follows it.
   pure function value_in(line) result(value)
     character(*), intent(in) :: line
     character(:), allocatable :: value
@@ -166,6 +170,7 @@ contains
     content = line(first:)
   end function content_in
 
+  !> Returns a word as 16 hexadecimal digits.
   function hexadecimal(word) result(text)
     integer(i8), intent(in) :: word
     character(16) :: text

@@ -67,6 +67,7 @@ contains
     self%at = HEADER_BYTES + 1
   end subroutine journal_start
 
+  !> Returns the header of a journal.
   pure function header_of(fingerprint) result(header)
     integer(i8), intent(in) :: fingerprint
     integer(i8) :: header(4)
@@ -114,6 +115,7 @@ contains
     self%n_recorded = self%n_recorded + 1
   end subroutine journal_record
 
+  !> Returns the checksum of a record and its values.
   pure integer(i8) function checksum_of(record, values) result(total)
     integer(i8), intent(in) :: record(3)
     real(rp), intent(in) :: values(:, :)

@@ -103,6 +103,7 @@ contains
     name = path//'.'//host_name()//'.'//trim(number)
   end function own_name
 
+  !> Returns the text of a lock file of this process.
   function own_text() result(text)
     character(:), allocatable :: text
     character(24) :: process, birth

@@ -81,6 +81,7 @@ contains
     end do
   end function header
 
+  !> Creates the file and writes its first lines.
   subroutine start_afresh(self, first_line)
     class(series_t), intent(inout) :: self
     character(*), intent(in) :: first_line
@@ -170,6 +171,7 @@ contains
     call put(self, line, .true.)
   end subroutine series_write
 
+  !> Writes a line, and makes sure that it is on disk if `now`.
   subroutine put(self, line, now)
     class(series_t), intent(inout) :: self
     character(*), intent(in) :: line

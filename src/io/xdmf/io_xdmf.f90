@@ -228,6 +228,7 @@ contains
     partners = len(stem) > 0 .and. prefix == stem//'x' .and. y > 0 .and. z > 0
   end function partners
 
+  !> Returns the XML of one field of a grid.
   pure function attribute(name, kind, content, centre) result(xml)
     character(*), intent(in) :: name, kind, content
     character(*), intent(in), optional :: centre !< Cell, else Node

@@ -139,6 +139,7 @@ contains
 
   contains
 
+    !> Takes the line between two points if it lies more across the axis than those before it.
     subroutine offer(from, to)
       integer, intent(in) :: from, to
       line = wing%points(:, to) - wing%points(:, from)

@@ -68,6 +68,7 @@ contains
     outliers%fraction = wilson(outliers%n, outliers%n_tested)
   end subroutine leave_out_outliers
 
+  !> Puts the heights of load `l` on their grid and finds the deviation of each.
   subroutine grid_scan(m, l, full, scan)
     type(measurement_t), intent(in) :: m
     integer, intent(in) :: l
@@ -191,6 +192,7 @@ contains
     end do
   end subroutine remove_outliers
 
+  !> Tells whether the height at grid point (i, j) is an outlier.
   pure logical function is_outlier(scan, i, j, scale)
     type(scan_t), intent(in) :: scan
     integer, intent(in) :: i, j
@@ -222,6 +224,7 @@ contains
     scale = max(scale, all((size(all) + 1)/2)/MEDIAN_OF_NORMAL)
   end function robust_scale
 
+  !> Keeps only the heights numbered in `rest`.
   subroutine remove_heights(load, rest)
     type(measured_load_t), intent(inout) :: load
     integer, intent(in) :: rest(:)
@@ -230,6 +233,7 @@ contains
     load%sigma = load%sigma(rest)
   end subroutine remove_heights
 
+  !> Returns the 90 % interval of a fraction that was n of `of` (Wilson 1927).
   pure function wilson(n, of) result(fraction)
     integer, intent(in) :: n, of
     real(rp) :: fraction(2), p, middle, half

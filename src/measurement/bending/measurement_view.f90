@@ -172,6 +172,7 @@ contains
     call subtract_rest(self, experiment, l, column)
   end subroutine view_map_tangent
 
+  !> Subtracts the slopes of the unloaded shape from a tangent.
   subroutine subtract_rest(self, experiment, l, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment

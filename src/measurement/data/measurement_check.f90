@@ -68,6 +68,7 @@ contains
       is_on_wing = place%is_found
     end function is_on_wing
 
+    !> Returns a message about a point that is not on the wing.
     function off_wing(point) result(text)
       real(rp), intent(in) :: point(2)
       character(:), allocatable :: text
@@ -84,6 +85,7 @@ contains
 
   end subroutine check_measurement
 
+  !> Reports loads that have the same order.
   subroutine check_orders(m, report)
     type(measurement_t), intent(in) :: m
     type(wing_report_t), intent(inout) :: report

@@ -52,6 +52,7 @@ contains
     m%unloaded_sigma = reshape(sigma, [nx, ny])
   end subroutine read_reference
 
+  !> Reads the grid lines of one axis.
   subroutine read_axis(file, letter, axis, report)
     type(hdf5_file_t), intent(in) :: file
     character, intent(in) :: letter
@@ -185,6 +186,7 @@ contains
 
   end subroutine read_map
 
+  !> Tells whether a number is undefined (NaN).
   pure elemental logical function is_nan(x)
     real(rp), intent(in) :: x
     is_nan = .not. is_finite(x) .and. iand(transfer(x, 0_i8), MANTISSA_BITS) /= 0

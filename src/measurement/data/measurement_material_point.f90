@@ -62,6 +62,7 @@ contains
     end do
   end function weight_gradient
 
+  !> Returns twice the area of a triangle in the plane, negative if its corners go clockwise.
   pure real(rp) function twice_area(a, b, c) result(area)
     real(rp), intent(in) :: a(2), b(2), c(2)
     area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))

@@ -104,6 +104,7 @@ contains
     end select
   end subroutine read_medium
 
+  !> Reads one measured mode.
   subroutine read_mode(file, name, mode, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -137,6 +138,7 @@ contains
     end if
   end subroutine read_mode
 
+  !> Reads the shape of a mode: places, values and their sd.
   subroutine read_shape(file, group, mode, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group

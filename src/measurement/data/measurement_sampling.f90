@@ -161,6 +161,7 @@ contains
     end associate
   end subroutine height_gradient
 
+  !> Finds the place on the edges that is nearest to `site` in the plane.
   pure subroutine find_nearest_edge(positions, edges, site, corner, weight)
     real(rp), intent(in) :: positions(:, :), site(2)
     integer, intent(in) :: edges(:, :)
@@ -201,6 +202,7 @@ contains
     end do
   end function first_from
 
+  !> Returns twice the area of a triangle in the plane, negative if its corners go clockwise.
   pure real(rp) function twice_area(a, b, c) result(area)
     real(rp), intent(in) :: a(:), b(:), c(:)
     area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))

@@ -111,6 +111,7 @@ contains
                                               number_text(MOST_NUMBERS)//' are valid: filter the records and take fewer samples')
   end subroutine read_series
 
+  !> Reads one vibration record.
   subroutine read_one(file, group, s, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -140,6 +141,7 @@ contains
     call read_base(file, group, s, report)
   end subroutine read_one
 
+  !> Reads what excites the wing in a record.
   subroutine read_excitation(file, group, s, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group

@@ -160,6 +160,7 @@ contains
     y = exp(p(BALANCE_GAIN))*of_matrix(matrix, x)
   end function mixed
 
+  !> Multiplies every row of `x` with a matrix.
   pure function of_matrix(matrix, x) result(y)
     real(rp), intent(in) :: matrix(:, :)
     complex(rp), intent(in) :: x(0:, :)

@@ -58,6 +58,7 @@ contains
     end do
   end subroutine apply_load
 
+  !> Returns the tilt of all forces.
   pure function tilt_of(instrument) result(tilt)
     type(instrument_t), intent(in) :: instrument
     real(rp) :: tilt(3)
@@ -128,6 +129,7 @@ contains
     end do
   end subroutine position_derivative
 
+  !> Adds a force to the three points of its triangle.
   subroutine spread_force(applied, vector, force)
     type(applied_t), intent(in) :: applied
     real(rp), intent(in) :: vector(3)

@@ -127,6 +127,7 @@ contains
     end select
   end function instrument_describe
 
+  !> Returns a declared sd, or a default if none is declared.
   pure real(rp) function declared_or_default(sd, default_value)
     real(rp), intent(in) :: sd, default_value
     declared_or_default = default_value

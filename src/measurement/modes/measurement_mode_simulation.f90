@@ -248,6 +248,7 @@ contains
     end do
   end subroutine note_clusters
 
+  !> Turns the change of the modes in medium `m` into a column of the Jacobian.
   subroutine project_change(self, m, is_mass, column)
     class(mode_simulation_t), intent(in) :: self
     integer, intent(in) :: m

@@ -74,6 +74,7 @@ contains
     self%normal = q(:, 2:)
   end subroutine target_init
 
+  !> Fills the columns from 2 on with all unit vectors but one.
   pure subroutine fill_units(full, left_out)
     real(rp), intent(inout) :: full(:, :)
     integer, intent(in) :: left_out

@@ -221,6 +221,7 @@ contains
     end associate
   end subroutine gather
 
+  !> Subtracts the values of record `i` from the computed ones.
   subroutine subtract_measured(self, i, column)
     class(series_simulation_t), intent(in) :: self
     integer, intent(in) :: i

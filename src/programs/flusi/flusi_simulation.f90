@@ -32,7 +32,6 @@ module flusi_simulation
   implicit none
   private
   public :: simulation_t
-
   character(*), parameter :: BASE_NAME = 'runtime', BACKUP_NAME = BASE_NAME//'_backup', WISDOM_NAME = 'fftw_wisdom'
   character(*), parameter :: FAILED_NAME = 'failed_backup.h5'
 
@@ -310,6 +309,7 @@ contains
     end associate
   end function is_done
 
+  !> Writes the integrals, series and fields that are due.
   subroutine write_all(self)
     type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_output)

@@ -14,9 +14,8 @@
 !>     dlambda_i = phi_i f_i,    dphi_i = sum over j of c_ij phi_j + w,    c_ii = - phi_i dM phi_i/2,
 !>     c_ij = - phi_j f_i/(lambda_j - lambda_i),   (1 - lambda_i F M) w = - F f_i without all modes that are known.
 !>
-!> The sum runs over the modes that are known. Nelson solves with a matrix that has one row replaced, which costs a
-!> factorisation for each mode; here conjugate gradients solve for w with the factor that is there. Nothing is left out. Where
-!> modes i and j lie in one cluster (`same`), c_ij is left out: only the space that they span has a derivative then.
+!> The sum runs over all known modes. Nelson factorises a matrix for each mode; here conjugate gradients find w with the factors
+!> of K. Where modes i and j lie in one cluster (`same`), c_ij is left out: only the space that they span has a derivative then.
 module solid_modal
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t
@@ -294,6 +293,7 @@ contains
     call find_slopes(self, spread(0*self%mass, 2, size(same, 1)), 0*self%mass, dc, same, slopes)
   end subroutine modal_slopes_of_clamp
 
+  !> Returns shape `i` at the movable points as one vector.
   pure function flat(self, i) result(phi)
     class(modal_t), intent(in) :: self
     integer, intent(in) :: i
@@ -358,8 +358,7 @@ contains
 
   end subroutine find_slopes
 
-  !> Each b(:, i), without the modes that are known, becomes (1 - lambda_i A)^-1 b, A = M^(1/2) F M^(1/2), which is positive
-  !> there: conjugate gradients, all columns side by side.
+  !> Replaces b(:, i) by (1 - lambda_i A)^-1 b(:, i), A = M^(1/2) F M^(1/2), orthogonal to the known modes: conjugate gradients.
   subroutine solve_beside(self, lambda, b)
     class(modal_t), intent(in) :: self
     real(rp), intent(in) :: lambda(:)
@@ -392,6 +391,7 @@ contains
     b = y
   end subroutine solve_beside
 
+  !> Takes the parts along the known modes out of `b`.
   subroutine remove_known(self, b)
     class(modal_t), intent(in) :: self
     real(rp), intent(inout) :: b(:, :)

@@ -116,7 +116,7 @@ contains
     end associate
   end subroutine residuals_solve
 
-  !> y = A x.
+  !> Computes y = A x.
   subroutine multiply(self, model, blocks, turns, reaction, q, x, y)
     type(residuals_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model

@@ -28,6 +28,7 @@ contains
     effect%tell => tell_damage
   end function damage_effect
 
+  !> Makes everything in the damaged disc softer or stiffer.
   pure subroutine apply_damage(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
@@ -48,6 +49,7 @@ contains
     stiffness%has_edges = .true.
   end subroutine apply_damage
 
+  !> Returns the derivative of the stiffness with respect to the logarithm of the factor.
   pure subroutine derive_damage(site, stiffness, direction)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(in) :: stiffness
@@ -97,6 +99,7 @@ contains
 
   end subroutine add_damage
 
+  !> Returns the texts for this effect.
   pure subroutine tell_damage(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'damage'

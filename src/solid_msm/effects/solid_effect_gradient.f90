@@ -29,12 +29,14 @@ contains
     factor = exp(value*plan%station)
   end function gradient_factor
 
+  !> Returns the derivative of the logarithm of E.
   pure real(rp) function gradient_slope(value, plan) result(slope)
     real(rp), intent(in) :: value
     type(hinge_plan_t), intent(in) :: plan
     slope = plan%station + 0*value
   end function gradient_slope
 
+  !> Returns the texts for this effect.
   pure subroutine tell_gradient(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'E_gradient'

@@ -24,6 +24,7 @@ contains
     effect%tell => tell_one_way
   end function one_way_effect
 
+  !> Adds the difference between upward and downward stiffness of each joint.
   pure subroutine apply_one_way(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
@@ -34,6 +35,7 @@ contains
     end do
   end subroutine apply_one_way
 
+  !> Returns the derivative of the stiffness with respect to the logarithm of the factor of joint `k`.
   pure subroutine derive_one_way(site, stiffness, direction)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(in) :: stiffness
@@ -41,6 +43,7 @@ contains
     where (site%plans%joint == site%k .and. site%effects%has_sides) direction%lift = stiffness%hinge*site%values(site%k)
   end subroutine derive_one_way
 
+  !> Returns the texts for this effect.
   pure subroutine tell_one_way(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'one_way_joint'

@@ -20,6 +20,7 @@ contains
     effect%tell => tell_root
   end function root_effect
 
+  !> Returns the texts for this effect.
   pure subroutine tell_root(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'root_compliance'

@@ -23,6 +23,7 @@ contains
     effect%tell => tell_soft
   end function soft_effect
 
+  !> Makes one hinge softer or stiffer.
   pure subroutine apply_soft(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
@@ -31,6 +32,7 @@ contains
     end associate
   end subroutine apply_soft
 
+  !> Returns the derivative of the stiffness with respect to the logarithm of the factor.
   pure subroutine derive_soft(site, stiffness, direction)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(in) :: stiffness
@@ -52,6 +54,7 @@ contains
     direction%has_twist = stiffness%has_twist
   end subroutine add_hinge
 
+  !> Returns the texts for this effect.
   pure subroutine tell_soft(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'soft_place'

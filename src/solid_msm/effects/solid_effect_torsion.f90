@@ -26,6 +26,7 @@ contains
     effect%tell => tell_torsion
   end function torsion_effect
 
+  !> Sets the torsional stiffness of the veins.
   pure subroutine apply_torsion(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
@@ -33,6 +34,7 @@ contains
     stiffness%twist = site%values(1)*stiffness%hinge
   end subroutine apply_torsion
 
+  !> Returns the derivative of the stiffness with respect to GJ/EI.
   pure subroutine derive_torsion(site, stiffness, direction)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(in) :: stiffness
@@ -43,6 +45,7 @@ contains
     direction%has_twist = .true.
   end subroutine derive_torsion
 
+  !> Returns the texts for this effect.
   pure subroutine tell_torsion(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'vein_torsion'

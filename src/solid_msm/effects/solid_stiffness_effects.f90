@@ -118,6 +118,7 @@ contains
     call add_damage(disc, 1.0_rp, model%springs%n, model%layout, model%stiffness, direction)
   end subroutine damage_direction
 
+  !> Makes a direction whose derivatives are all 0.
   subroutine prepare(model, direction)
     type(solid_model_t), intent(in) :: model
     type(stiffness_t), intent(inout) :: direction

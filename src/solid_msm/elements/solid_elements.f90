@@ -107,6 +107,7 @@ contains
 
   contains
 
+    !> Adds a triangle, whose normal the hinge follows, unless it is there.
     subroutine add_triangle(hinge, triangle)
       type(hinge_t), intent(inout) :: hinge
       integer, intent(in) :: triangle
@@ -197,6 +198,7 @@ contains
 
   contains
 
+    !> Adds all pairs of free points among `nodes`.
     subroutine add_pairs(nodes)
       integer, intent(in) :: nodes(:)
       integer :: p, q

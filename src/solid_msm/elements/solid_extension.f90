@@ -138,6 +138,7 @@ contains
     end do
   end subroutine extension_tangent
 
+  !> Computes how much longer spring `s` is than at rest, its length `l` [m] and its direction.
   pure subroutine elongation(self, s, u, dl, l, direction)
     type(extensions_t), intent(in) :: self
     integer, intent(in) :: s

@@ -216,6 +216,7 @@ contains
     angle = 2*asin(min(1.0_rp, 0.5_rp*norm2(w)))
   end function hinge_angle
 
+  !> Computes unit vectors along both segments, their lengths, the unit normal, and the length of the sum it comes from.
   pure subroutine directions(self, u, te, tf, n, le, lf, la)
     type(hinge_t), intent(in) :: self
     real(rp), intent(in) :: u(3, HINGE_NODES)

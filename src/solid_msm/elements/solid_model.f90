@@ -181,6 +181,7 @@ contains
       call failure%raise('a membrane that goes slack where it is shorter cannot have a pretension')
   end subroutine check_needs
 
+  !> Finds the hinge of the soft place, if there is one. Fails if no hinge is there.
   subroutine place_soft_hinge(self, wing, failure)
     class(solid_model_t), intent(inout) :: self
     type(wing_t), intent(in) :: wing
@@ -297,6 +298,7 @@ contains
     end if
   end subroutine model_gradient
 
+  !> Adds the gradient of the bending energy of hinges and membrane.
   subroutine add_bending(self, stiffness, u, g)
     class(solid_model_t), intent(in) :: self
     type(stiffness_t), intent(in) :: stiffness

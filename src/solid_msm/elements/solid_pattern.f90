@@ -60,6 +60,7 @@ contains
 
   contains
 
+    !> Adds a row to a column unless it is there, and keeps the rows in order.
     subroutine insert(column, row)
       integer, intent(in) :: column, row
       integer :: at

@@ -28,6 +28,7 @@ contains
 
   !> Returns weights(4) = K/sqrt(A1 + A2) of the edge x1-x2 with apexes x3 and x4 [m]. The energy of the edge is D/2 |sum weights
   !> u|^2.
+  !> Returns the weights of the four points of two triangles in the bending of their common edge.
   pure function plate_weights(x) result(weights)
     real(rp), intent(in) :: x(3, 4)
     real(rp) :: weights(4), c(2, 2), area(2)
@@ -101,6 +102,7 @@ contains
     end do
   end subroutine plate_gradient
 
+  !> Returns the bending vector of edge `e`.
   pure function bend(self, e, u) result(q)
     type(plate_t), intent(in) :: self
     integer, intent(in) :: e
@@ -110,6 +112,7 @@ contains
         + self%weights(3, e)*u(:, self%nodes(3, e)) + self%weights(4, e)*u(:, self%nodes(4, e))
   end function bend
 
+  !> Returns the cotangent of the angle between two vectors.
   pure real(rp) function cotangent(a, b) result(value)
     real(rp), intent(in) :: a(3), b(3)
     value = dot_product(a, b)/norm2(cross(a, b))

@@ -189,6 +189,7 @@ contains
     if (plan%is_root) k = k*params%root_factor
   end function bending_stiffness
 
+  !> Returns the compliances [rad/(N m)] of the two halves of a hinge.
   pure function compliances(params, plan, mean_diameter, modulus) result(c)
     type(solid_params_t), intent(in) :: params
     type(hinge_plan_t), intent(in) :: plan

@@ -73,6 +73,7 @@ contains
     end do
   end subroutine make_twists
 
+  !> Adds a triangle to one side of the twist element.
   pure subroutine add_triangle(one, side, corners)
     type(twist_t), intent(inout) :: one
     integer, intent(in) :: side, corners(3)

@@ -250,6 +250,7 @@ contains
     call let_turn(self, self%compliance*m(:2), motion)
   end subroutine bent_force_motion
 
+  !> Returns the first two components of a moment.
   pure function lower(m) result(two)
     real(rp), intent(in) :: m(3)
     real(rp) :: two(2)

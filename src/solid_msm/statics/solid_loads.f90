@@ -81,6 +81,7 @@ contains
     call failure%raise('the load acts beside the membrane of the wing')
   end subroutine load_add_at
 
+  !> Returns twice the area of a triangle in the plane, negative if its corners go clockwise.
   pure real(rp) function twice_area(a, b, c) result(area)
     real(rp), intent(in) :: a(2), b(2), c(2)
     area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))

@@ -26,6 +26,7 @@ contains
     bent = bent_point(wing, plans, normal)
   end subroutine find_flatness
 
+  !> Returns the mean normal of the membrane, and a point that is off the plane, 0 if it is flat.
   pure subroutine fit_membrane(wing, normal, raised)
     type(wing_t), intent(in) :: wing
     real(rp), intent(out) :: normal(3)
@@ -90,6 +91,7 @@ contains
     end do
   end function outlier
 
+  !> Returns the point at which a vein bends most out of the plane, 0 if all are straight in it.
   pure integer function bent_point(wing, plans, normal) result(point)
     type(wing_t), intent(in) :: wing
     type(hinge_plan_t), intent(in) :: plans(:)

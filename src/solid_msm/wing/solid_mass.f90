@@ -87,6 +87,7 @@ contains
     mass%inertia = inertia_of(wing%points, mass%nodal, mass%centre)
   end subroutine lump_mass
 
+  !> Adds messages about densities and masses that are not positive.
   subroutine check_params(wing, params, messages)
     type(wing_t), intent(in) :: wing
     type(mass_params_t), intent(in) :: params
@@ -117,6 +118,7 @@ contains
     centre = (d1**2 + 2*d1*d2 + 3*d2**2)/(4*squares)
   end subroutine frustum
 
+  !> Adds the mass of a vein to its points.
   pure subroutine add_vein(points, vein, density, nodal)
     real(rp), intent(in) :: points(:, :), density
     type(vein_t), intent(in) :: vein
@@ -133,6 +135,7 @@ contains
     end do
   end subroutine add_vein
 
+  !> Adds the mass of the membrane to its points.
   subroutine add_membrane(wing, params, mass, messages)
     type(wing_t), intent(in) :: wing
     type(mass_params_t), intent(in) :: params

@@ -102,6 +102,7 @@ contains
     end if
   end subroutine joint_on_vein
 
+  !> Reports coordinates that are not finite or too large.
   subroutine check_points(points, report)
     real(rp), intent(in) :: points(:, :)
     type(wing_report_t), intent(inout) :: report
@@ -157,6 +158,7 @@ contains
     end do
   end subroutine check_indices
 
+  !> Reports a diameter that no vein can have.
   subroutine check_diameter(diameter, index, report)
     real(rp), intent(in) :: diameter
     character(*), intent(in) :: index
@@ -169,6 +171,7 @@ contains
     end if
   end subroutine check_diameter
 
+  !> Reports clamped points that do not exist or are listed twice.
   subroutine check_root(root, n, report)
     integer, intent(in) :: root(:), n
     type(wing_report_t), intent(inout) :: report
@@ -182,6 +185,7 @@ contains
     call report%finish()
   end subroutine check_root
 
+  !> Reports points that do not exist.
   subroutine check_range(nodes, n, prefix, report)
     integer, intent(in) :: nodes(:), n
     character(*), intent(in) :: prefix

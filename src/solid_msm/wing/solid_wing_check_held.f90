@@ -154,6 +154,7 @@ contains
       if (is_of) is_of = graph%from(i) == node
     end function is_of
 
+    !> Begins a node of the depth-first search, reached from another one.
     subroutine visit(node, from)
       integer, intent(in) :: node, from
       n_visited = n_visited + 1
@@ -180,6 +181,7 @@ contains
     end do
   end function first_edges
 
+  !> Returns the words for n more points.
   function others(n) result(text)
     integer, intent(in) :: n
     character(:), allocatable :: text

@@ -89,6 +89,7 @@ contains
     if (.not. has) has = self%find(b, a) > 0
   end function table_has_edge
 
+  !> Returns a number that is different for each pair of points.
   pure elemental integer(i8) function key(from, to)
     integer, intent(in) :: from, to
     key = int(from, i8)*2147483648_i8 + int(to, i8)

@@ -106,6 +106,7 @@ contains
     end if
   end subroutine read_header
 
+  !> Reads everything in a wing file.
   subroutine read_contents(file, wing, report)
     type(hdf5_file_t), intent(in) :: file
     type(wing_t), intent(inout) :: wing
@@ -126,6 +127,7 @@ contains
     call read_wing_mass(file, wing%mass, report)
   end subroutine read_contents
 
+  !> Reads the points and diameters of all veins.
   subroutine read_veins(file, wing, report)
     type(hdf5_file_t), intent(in) :: file
     type(wing_t), intent(inout) :: wing

@@ -46,6 +46,7 @@ contains
     if (mass%source == '') call report%add('attribute mass_source', 'missing or not a text: it says where the mass comes from')
   end subroutine read_wing_mass
 
+  !> Reads an attribute that must be a positive number.
   subroutine read_positive(file, name, unit, value, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name, unit

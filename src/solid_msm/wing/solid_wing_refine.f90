@@ -44,6 +44,7 @@ contains
     if (present(parents)) parents = made%parents()
   end subroutine refine_wing
 
+  !> Divides every triangle into four.
   subroutine refine_triangles(wing, made, fine)
     type(wing_t), intent(in) :: wing
     type(fine_points_t), intent(inout) :: made
@@ -60,6 +61,7 @@ contains
     end do
   end subroutine refine_triangles
 
+  !> Divides every segment of the veins into two.
   subroutine refine_veins(wing, made, fine)
     type(wing_t), intent(in) :: wing
     type(fine_points_t), intent(inout) :: made
@@ -80,6 +82,7 @@ contains
     end do
   end subroutine refine_veins
 
+  !> Gives the joints the new neighbours of their points.
   subroutine refine_joints(wing, made, fine)
     type(wing_t), intent(in) :: wing
     type(fine_points_t), intent(inout) :: made

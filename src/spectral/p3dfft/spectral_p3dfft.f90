@@ -110,6 +110,7 @@ contains
     self%n_kz = extent(1)
   end subroutine set_up
 
+  !> Allocates the spectra of this rank.
   subroutine make_box(self)
     type(p3dfft_t), intent(inout) :: self
     integer :: status
