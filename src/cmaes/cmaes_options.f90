@@ -123,7 +123,7 @@ contains
 
   end function option_problem
 
-  !> Not finite, or at most `least`, or below it if not `or_equal`.
+  !> Tells whether x is not finite, or at most `least`, or below it if not `or_equal`.
   pure logical function is_below(value, least, or_equal)
     real(rp), intent(in) :: value, least
     logical, intent(in), optional :: or_equal
@@ -133,7 +133,7 @@ contains
     if (present(or_equal)) is_below = value < least
   end function is_below
 
-  !> Neither UNSET nor in [0, most].
+  !> Tells whether x is neither UNSET nor in [0, most].
   pure logical function outside(value, most)
     real(rp), intent(in) :: value, most
     outside = .true.

@@ -23,10 +23,10 @@ module base_value_visitor
     procedure :: most => visitor_most
     procedure :: extents => visitor_extents
     procedure :: full_name => visitor_full_name
-    !> A component of a size that both sides know.
+    !> A component whose size writer and reader know.
     generic :: visit => visit_real, visit_reals_1, visit_reals_2, visit_reals_3, visit_integer, &
       visit_integers_1, visit_integers_2, visit_long, visit_longs_1, visit_logical, visit_logicals_1, visit_logicals_2
-    !> An allocatable component: its size travels with it, and whether it is allocated.
+    !> An allocatable component. Its size goes with it, and whether it is allocated.
     generic :: visit_allocatable => any_reals_1, any_reals_2, any_reals_3, any_integers_1, any_integers_2, &
       any_longs_1, any_logicals_1, any_logicals_2
     procedure, private :: visit_real, visit_reals_1, visit_reals_2, visit_reals_3
@@ -79,7 +79,7 @@ contains
     if (allocated(self%path)) full = self%path//name
   end function visitor_full_name
 
-  !> Visits the size of something, -1 where it is not allocated. One that cannot be is a failure, and then -1.
+  !> Visits the size of an array, -1 if it is not allocated. An impossible size is a failure; `n` is -1 then.
   subroutine visitor_extents(self, name, n)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -97,7 +97,7 @@ contains
     if (self%failure%failed) n = -1
   end subroutine visitor_extents
 
-  !> Carries one real as a list of one, unless a visitor makes a difference.
+  !> Carries one real as a list of one, unless a visitor treats single reals in another way.
   subroutine visitor_carry_real(self, name, value)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a type consists of, said once: in its procedure `visit`, which names every component.
+!> Lets a type say once what it consists of: in its procedure `visit`, which names every component.
 !>
 !> A visitor takes the components out or puts them back, so that writing and reading cannot get out of step: it packs them into
 !> a message, writes them into a file, or sums them up. A component that a visit forgets would be lost in silence, so

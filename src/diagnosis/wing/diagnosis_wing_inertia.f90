@@ -36,7 +36,7 @@ contains
     n = c%add(wing_parameter(p%as_coordinate(p%null), KIND_MASS, number))
   end function add_effect
 
-  !> Enters what the wing weighs, and a mass at any place.
+  !> Enters the mass of the wing, and a point mass at any place.
   subroutine enter_inertia(c, e, wing)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -69,7 +69,7 @@ contains
     call c%enter(name, title, sentence, .false., '', variants)
   end subroutine enter_one
 
-  !> A point mass at every place of a lattice.
+  !> Enters a point mass at every place of a lattice.
   subroutine scan(c, e, wing, fraction, is_finer, variants)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
