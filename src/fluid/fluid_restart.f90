@@ -89,7 +89,7 @@ contains
     end do
   end subroutine load_fluid
 
-  !> (nkz, n) complex -> (2 nkz, n) real: real and imaginary parts alternate.
+  !> Converts complex (nkz, n) into real (2 nkz, n) numbers: real and imaginary parts alternate.
   pure function as_reals(z) result(x)
     complex(rp), intent(in) :: z(:, :)
     real(rp) :: x(2*size(z, 1), size(z, 2))

@@ -113,7 +113,7 @@ contains
     self%is_finite = largest(4) < 0.5_rp
   end subroutine sums_reduce
 
-  !> One list of all sums, walked in both directions, so that packing and unpacking cannot disagree.
+  !> Goes through one list of all sums in both directions, so that packing and unpacking cannot disagree.
   subroutine pack_or_unpack(s, buffer, n, packing)
     class(sums_t), intent(inout) :: s
     real(rp), intent(inout) :: buffer(:)

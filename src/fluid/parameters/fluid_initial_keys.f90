@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The flow at t = 0, as the user gives it: [InitialCondition].
+!> Reads the flow at t = 0 from the keys of [InitialCondition].
 module fluid_initial_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solids and walls, as the user gives them: [Geometry], [Penalization].
+!> Reads solids and walls from the keys of [Geometry] and [Penalization].
 module fluid_solid_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -109,7 +109,7 @@ contains
     if (allocated(cavity)) call settle_words(s, w, cavity)
   end subroutine penalization_keys
 
-  !> Names that mean the same become one, and what follows from them.
+  !> Replaces names that mean the same by one of them, and sets what follows from them.
   subroutine settle_words(s, w, cavity)
     type(solids_t), intent(inout) :: s
     type(walls_t), intent(inout) :: w

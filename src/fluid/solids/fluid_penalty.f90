@@ -2,8 +2,8 @@
 !> Holds all that the fluid sees of solids: a sparse list of grid points with mask chi, solid velocity u_s and colour. Storage
 !> and work are proportional to the solid, not to the box.
 !>
-!> Solids that never move are given once (`begin`, `add_line`, `finish`). What moves is laid over them line
-!> by line (`erase_overlay`, `overlay_line`); both touch only the lines of what moves.
+!> Solids that never move are given once (`begin`, `add_line`, `finish`). Moving solids are laid over them line by line
+!> (`erase_overlay`, `overlay_line`); both procedures change only the lines that the moving solids touch.
 !>
 !> Penalization: du/dt = ... - chi/C_eta (u - u_s) (Angot, Bruneau & Fabrie 1999, DOI 10.1007/s002110050401).
 module fluid_penalty
@@ -100,8 +100,8 @@ contains
     self%n_points = self%n_fixed
   end subroutine penalty_erase_overlay
 
-  !> Lays the points 1 .. n over `line`. Where a solid that never moves, or an earlier overlay, is in the same place, the
-  !> larger chi wins, with its velocity and colour; of equal ones what is there already.
+  !> Lays the points 1 .. n over `line`. Where a solid that never moves, or an earlier overlay, has the same point, the larger chi
+  !> counts, with its velocity and colour; if both are equal, the earlier one.
   subroutine penalty_overlay_line(self, line, n, x, chi, us, color)
     class(penalty_t), intent(inout) :: self
     integer, intent(in) :: line
@@ -151,7 +151,7 @@ contains
     end do
   end function penalty_count_colors
 
-  !> Remembers what `line` shows without overlay.
+  !> Records what `line` shows without overlay.
   subroutine save_line(self, line)
     type(penalty_t), intent(inout) :: self
     integer, intent(in) :: line

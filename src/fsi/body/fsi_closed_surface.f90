@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A solid inside a closed surface of triangles: the level is the distance from the nearest one, and its sign that of the
-!> normal there, at edges and corners the sum of the normals weighted by angles (Baerentzen & Aanaes 2005,
-!> DOI 10.1109/TVCG.2005.49).
+!> Describes a solid inside a closed surface of triangles. The level is the distance from the nearest triangle. Its sign follows
+!> from the normal there; at edges and corners that is the sum of the normals weighted by angles (Baerentzen & Aanaes 2005, DOI
+!> 10.1109/TVCG.2005.49).
 !>
-!> Cells of edge a hold the triangles within 3 r of their middle, where r = sqrt(3)/2 a. Where the surface is farther than
-!> r from the middle, it does not cross the cell, which has one sign; elsewhere the nearest triangle of any place of the cell is
-!> among those that it holds. A cell without triangles has the sign of its neighbour along x.
+!> Each cell of edge a holds the triangles within 3 r of its middle, where r = sqrt(3)/2 a. If the surface is farther than r from
+!> the middle, it does not cross the cell, which then lies on one side. Otherwise the triangle nearest to any place in the cell is
+!> among those that the cell holds. A cell without triangles lies on the same side as its neighbour along x.
 module fsi_closed_surface
   use base_kinds, only: rp
   use fsi_rotation, only: cross
@@ -102,7 +102,7 @@ contains
     angle = atan2(norm2(cross(a, b)), dot_product(a, b))
   end function angle
 
-  !> Two rounds over all triangles: the first counts, the second writes.
+  !> Lists the triangles of each cell in two rounds over all triangles: the first counts, the second writes.
   subroutine fill_cells(self)
     type(closed_surface_t), intent(inout) :: self
     integer, allocatable :: filled(:)
@@ -178,7 +178,7 @@ contains
     x = self%origin + ([i, j, k] - 0.5_rp)*self%edge
   end function middle
 
-  !> Signed distance from the nearest triangle of a cell that has some.
+  !> Returns the signed distance from the nearest triangle of a cell that has some.
   pure real(rp) function nearest_level(self, c, x) result(level)
     type(closed_surface_t), intent(in) :: self
     integer, intent(in) :: c
@@ -203,7 +203,7 @@ contains
     level = sign(sqrt(best), dot_product(arm, self%normals(:, feature(best_v, best_w), t)))
   end function nearest_level
 
-  !> Which normal counts at the place (v, w) of a triangle.
+  !> Returns which normal counts at the place (v, w) of a triangle.
   pure integer function feature(v, w)
     real(rp), intent(in) :: v, w
     logical :: on(3) ! ab, ac, bc

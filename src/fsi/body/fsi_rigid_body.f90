@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A rigid solid made of shapes, in its frame: chi is the largest of its parts.
+!> Describes a rigid solid made of shapes, in its frame: chi is the largest chi of its parts.
 !>
 !> Its moments int chi dV, int chi x dV, int chi x x^T dV are sums over points of its frame that are half the smoothing
 !> apart; with them the momentum of the fluid in the mask follows from the motion of the frame.

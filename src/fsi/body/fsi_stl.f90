@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Closed triangulated surfaces from STL files, binary or ASCII.
+!> Reads closed triangulated surfaces from STL files, binary or ASCII.
 !>
 !> Corners with the same coordinates are one point. The surface must be closed and oriented: every edge belongs to two
 !> triangles, which pass it in opposite directions. Normals of the file are ignored.
@@ -118,7 +118,7 @@ contains
     end do
   end subroutine read_ascii
 
-  !> Equal corners become one point.
+  !> Merges equal corners into one point.
   subroutine join_corners(corners, points, triangles)
     real(rp), intent(in) :: corners(:, :)
     real(rp), allocatable, intent(out) :: points(:, :)
@@ -157,7 +157,7 @@ contains
     hash = ieor(halves(1), ishftc(halves(2), 7))
   end function hash
 
-  !> Tells edges with one triangle, with more than two, or passed twice in the same direction.
+  !> Reports edges with one triangle, with more than two, or passed twice in the same direction.
   subroutine check_closed(n_points, triangles, problem)
     integer, intent(in) :: n_points, triangles(:, :)
     character(:), allocatable, intent(out) :: problem
