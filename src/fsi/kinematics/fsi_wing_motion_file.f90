@@ -42,7 +42,7 @@ module fsi_wing_motion_file
 
 contains
 
-  !> The keys of a kinematics file.
+  !> Declares and reads the keys of a kinematics file.
   subroutine motion_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(motion_choices_t), intent(inout) :: c
@@ -141,7 +141,7 @@ contains
     end associate
   end subroutine set_angle
 
-  !> n numbers, or a mistake.
+  !> Checks that a list has n numbers; adds an error if it has not.
   subroutine check_coefficients(config, key, n, x, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: key

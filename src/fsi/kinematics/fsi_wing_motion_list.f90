@@ -85,7 +85,7 @@ contains
     end subroutine take
   end subroutine read_motion_list
 
-  !> `text` with blanks where comments stand.
+  !> Returns `text` with blanks in place of comments.
   pure function without_comments(text) result(content)
     character(*), intent(in) :: text
     character(len(text)) :: content

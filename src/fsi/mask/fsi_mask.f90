@@ -7,9 +7,9 @@
 !> velocity of the surface at its closest point, not at the grid point. Where surfaces meet, the smallest
 !> distance decides on u_s and colour; among equal ones the first triangle.
 !>
-!> Every triangle visits the grid lines that pass it closer than t/2 + h, and distances are computed on those
-!> parts of the lines only: work follows the area of the wings. All of it uses coordinates of the whole box, and
-!> triangles come in the same order everywhere, so that a line is the same to the bit on whatever rank it lies.
+!> Every triangle visits the grid lines that pass it closer than t/2 + h, and distances are computed on those parts of the lines
+!> only: the work is proportional to the area of the wings. All coordinates are those of the whole box, and triangles come in the
+!> same order on every rank, so that a line is the same to the last bit on any rank.
 module fsi_mask
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
@@ -244,7 +244,7 @@ contains
     end if
   end subroutine visit_line
 
-  !> Gives every visited line a place in `points`, where nothing is within reach yet.
+  !> Gives every visited line a place in `points`, without points within reach so far.
   subroutine reserve_points(self)
     class(mask_t), intent(inout) :: self
     type(point_t) :: nothing
@@ -264,7 +264,7 @@ contains
     self%points(1:n) = nothing
   end subroutine reserve_points
 
-  !> Distances of the points of one visit; keeps what is nearer than what is known.
+  !> Computes distances of the points of one visit; keeps those that are smaller than the ones known before.
   pure subroutine measure(visit, shape, spacing, nx, start_x, points)
     type(visit_t), intent(in) :: visit
     type(triangle_t), intent(in) :: shape
@@ -294,7 +294,7 @@ contains
     end do
   end subroutine measure
 
-  !> Turns distances into mask, velocity and colour for the fluid, and forgets the line.
+  !> Turns distances into mask, velocity and colour for the fluid, and clears the line.
   subroutine give_line(self, line, surfaces, penalty)
     class(mask_t), intent(inout) :: self
     integer, intent(in) :: line

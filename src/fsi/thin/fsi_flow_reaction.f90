@@ -60,9 +60,9 @@ contains
     allocate (self%moved(3, size(points, 2)), self%blocks(3, 3, size(points, 2)), source=0.0_rp)
   end subroutine reaction_init
 
-  !> Takes over a changed response. The caller calls it after every change; before `init` it does nothing. In the
-  !> preconditioner of the wing's equations the tangent is replaced by what all points feel when all have the same
-  !> velocity: this is exact for the smoothest motion.
+  !> Takes over a changed response. The caller calls it after every change; before `init` it does nothing. The preconditioner of
+  !> the wing's equations replaces the tangent by the force that the points feel when all have the same velocity: this is exact
+  !> for the smoothest motion.
   subroutine reaction_update_response(self)
     class(flow_reaction_t), intent(inout) :: self
     integer :: c, p
@@ -83,7 +83,7 @@ contains
     end do
   end subroutine reaction_update_response
 
-  !> Whether a symmetric matrix is positive definite.
+  !> Tells whether a symmetric matrix is positive definite.
   pure logical function is_positive(b)
     real(rp), intent(in) :: b(3, 3)
     real(rp) :: minor
