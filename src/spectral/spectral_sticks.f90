@@ -235,7 +235,6 @@ contains
 
   !> Returns the largest radius [1/L] of a sphere of wavenumbers inside the ellipsoid, of a circle where the grid has one point in
   !> x.
-  !> Returns the radius of the largest sphere of wave vectors that the cut-off of no direction cuts.
   pure real(rp) function sphere_radius(grid) result(radius)
     type(grid_t), intent(in) :: grid
     integer :: i

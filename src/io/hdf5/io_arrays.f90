@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Small arrays and texts of HDF5 files of unknown quality, read whole by one process: what is there, of
-!> which kind and shape, and its values.
+!> Reads small arrays and texts of HDF5 files of unknown quality as a whole, on one process: which objects exist, of which kind
+!> and shape, and their values.
 !>
 !> Nothing here fails: what cannot be read is reported as such, so that a caller can go on and list all
 !> mistakes of a file. Values are delivered bit by bit as stored, also signalling NaN; use `is_finite`
@@ -140,8 +140,8 @@ contains
     call h5dclose_f(dataset, ignored)
   end subroutine describe_array
 
-  !> Whether numbers have a usual size and, unless they may be compressed, just as much is stored; too many
-  !> dimensions or too large ones are left to the caller.
+  !> Tells whether numbers have a usual size and, unless they may be compressed, whether exactly as much is stored. The caller
+  !> checks for too many or too large dimensions.
   pure logical function is_plausible(dims, bytes, storage, is_chunked)
     integer(i8), intent(in) :: dims(:), bytes, storage
     logical, intent(in) :: is_chunked

@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Attributes in HDF5 files: numbers and texts attached to a dataset, or to the file itself under the
-!> object name '/'. All ranks pass the same values; the rules of io_hdf5 hold (collective, sticky
-!> failures).
+!> Writes and reads attributes in HDF5 files: numbers and texts attached to a dataset, or to the file itself under the object name
+!> '/'. All ranks pass the same values; the rules of io_hdf5 hold (collective, sticky failures).
 module io_attributes
   use base_kinds, only: rp, i4, i8
   use base_errors, only: failure_t

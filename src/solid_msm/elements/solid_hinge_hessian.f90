@@ -201,8 +201,7 @@ contains
     end do
   end subroutine add_projected
 
-  !> m = m + f [a]x.
-  !> Adds f times the matrix of the vector product with `a`.
+  !> Adds f [a]x to m, where [a]x is the matrix of the vector product with `a`.
   pure subroutine add_skew(f, a, m)
     real(rp), intent(in) :: f, a(3)
     real(rp), intent(inout) :: m(:, :) ! a part of a Hessian is not copied

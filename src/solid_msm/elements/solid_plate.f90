@@ -28,7 +28,6 @@ contains
 
   !> Returns weights(4) = K/sqrt(A1 + A2) of the edge x1-x2 with apexes x3 and x4 [m]. The energy of the edge is D/2 |sum weights
   !> u|^2.
-  !> Returns the weights of the four points of two triangles in the bending of their common edge.
   pure function plate_weights(x) result(weights)
     real(rp), intent(in) :: x(3, 4)
     real(rp) :: weights(4), c(2, 2), area(2)
