@@ -68,7 +68,7 @@ contains
     if (.not. ok) call messages%add(path//': cannot be set back to nothing')
   end function poll_control
 
-  !> Value of the key runtime_control, empty if there is none (an editor may be writing the file just now).
+  !> Returns the value of the key runtime_control, empty if there is none (an editor may be writing the file at this moment).
   function control_wish(path) result(wish)
     character(*), intent(in) :: path
     character(:), allocatable :: wish, line

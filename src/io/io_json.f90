@@ -105,7 +105,7 @@ contains
     self%text = self%text//trim(merge('true ', 'false', value))
   end subroutine json_put_logical
 
-  !> A list of numbers on one line.
+  !> Adds a list of numbers on one line.
   subroutine json_put_reals(self, key, values)
     class(json_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -120,7 +120,7 @@ contains
     self%text = self%text//']'
   end subroutine json_put_reals
 
-  !> Comma, line, indent and key.
+  !> Writes comma, line, indent and key.
   subroutine json_begin_member(self, key)
     class(json_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -133,7 +133,7 @@ contains
     if (key /= '') self%text = self%text//quote(key)//': '
   end subroutine json_begin_member
 
-  !> A number as JSON has it: a digit before and behind the point.
+  !> Returns a number as JSON requires it: a digit before and after the point.
   function real_or_null(value) result(text)
     real(rp), intent(in) :: value
     character(:), allocatable :: text

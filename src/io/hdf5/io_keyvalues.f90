@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The key of a field: one line of six numbers by which FLUSI's regression tests recognise a field.
+!> Computes the key of a field: one line of six numbers by which FLUSI's regression tests recognise a field.
 !>
 !> time, max f, min f, mean f, mean f**2, mean (x + y + z) f, with x = ix*xl/nx and so on, ix from 0.
 !> Everything here is done by one process; MPI need not run.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One ini key: what kind of value it takes, its default, its limits and one line of help.
+!> Describes one ini key: the kind of its value, its default, its limits and one line of help.
 module io_key
   use base_errors, only: require
   use base_kinds, only: rp

@@ -6,7 +6,7 @@ module io_key_table
   private
   public :: condition_t, key_entry_t, section_t, write_key_tables
 
-  !> What a section or a key depends on.
+  !> A condition on which a section or a key depends.
   type :: condition_t
     integer :: key = 0                 !< index of the deciding key
     character(:), allocatable :: words !< a|b: the values with which it counts
@@ -15,7 +15,7 @@ module io_key_table
   type :: section_t
     character(:), allocatable :: name, help
     character(:), allocatable :: unbuilt !< message to a file with this section, if its physics is not built here
-    logical :: can_go = .false.   !< the file makes sense without this section, so that the rest of it is looked at
+    logical :: can_go = .false.   !< the file is valid without this section, so that its other sections are checked
     logical :: is_inert = .false. !< keys that are not declared are accepted without effect
     type(condition_t), allocatable :: conditions(:) !< without them the section always counts
   end type section_t

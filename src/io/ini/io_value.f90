@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The value of one key: read strictly from its text, and written back.
+!> Holds the value of one key: reads it strictly from its text, and writes it.
 module io_value
   use base_kinds, only: rp
   use base_text, only: BLANKS, count_words, next_word, number_text, parse_integer, parse_real, quoted
@@ -88,7 +88,7 @@ contains
     end if
   end subroutine read_integer
 
-  !> A real, or N*dx where the key is a length.
+  !> Reads a real, or N*dx if the key is a length.
   subroutine read_number(key, raw, spacing, number, problem)
     type(key_t), intent(in) :: key
     character(*), intent(in) :: raw
@@ -192,7 +192,7 @@ contains
     problem = quoted(raw)//' is unknown; valid: '//key%choices_text()//suggestion%hint()
   end subroutine check_word
 
-  !> '; instead: ' and the sentence that belongs to `raw` in 'a: sentence|b*: sentence', or nothing.
+  !> Returns '; instead: ' and the sentence that belongs to `raw` in 'a: sentence|b*: sentence', or nothing.
   function instead_of(raw, sentences) result(text)
     character(*), intent(in) :: raw, sentences
     character(:), allocatable :: text
@@ -247,7 +247,7 @@ contains
     end if
   end subroutine read_reals
 
-  !> Exactly size(x) numbers, each in range.
+  !> Reads exactly size(x) numbers, each in range.
   subroutine read_list(key, raw, x, problem)
     type(key_t), intent(in) :: key
     character(*), intent(in) :: raw

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Which run a file belongs to: a random name that a run gets at its first start and keeps over restarts, and what its
-!> inputs were.
+!> Identifies the run to which a file belongs: by a random name that a run gets at its first start and keeps over restarts, and by
+!> its inputs.
 module io_identity
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_checksum, only: checksum_text
@@ -12,7 +12,7 @@ module io_identity
   private
   public :: identity_t, change_t, list_changes
 
-  !> Of a run. All ranks have the same.
+  !> The identity of a run. All ranks have the same.
   type :: identity_t
     character(:), allocatable :: id      !< 16 hexadecimal digits; not allocated: not known
     character(:), allocatable :: inputs  !< lines `[section] key = value` (config_t)
@@ -160,7 +160,7 @@ contains
     value = line(index(line, EQUALS) + len(EQUALS):last)
   end function value_in
 
-  !> What a value means: the content of the file that it names, else itself.
+  !> Returns what a value means: the checksum of the file that it names, else the value itself.
   pure function content_in(line) result(content)
     character(*), intent(in) :: line
     character(:), allocatable :: content

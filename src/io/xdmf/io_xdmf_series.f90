@@ -109,7 +109,7 @@ contains
           '<Domain>'//NL//grids//'</Domain>'//NL//'</Xdmf>'
   end function xdmf_text
 
-  !> The time in a line that begins a grid.
+  !> Returns the time in a line that begins a grid.
   subroutine read_time(line, time, status)
     character(*), intent(in) :: line
     real(rp), intent(out) :: time

@@ -56,8 +56,8 @@ contains
     end do
   end subroutine read_measurement
 
-  !> Reads a measurement file as it stands. It is not compared with a wing, nor looked at as a whole: damage that the HDF5
-  !> library does not survive ends the process. `is_read` if it is a measurement file; its mistakes are in `report`.
+  !> Reads a measurement file without comparing it with a wing or checking it as a whole. Damage that the HDF5 library does not
+  !> survive ends the process. `is_read` tells whether it is a measurement file; its mistakes are in `report`.
   subroutine read_measurement_unguarded(path, may_be_plan, measurement, is_read, report, failure)
     character(*), intent(in) :: path
     logical, intent(in) :: may_be_plan
