@@ -211,7 +211,7 @@ contains
     if (observation%zero > 0) call put_attribute(file, group, 'zero', trim(m%zeros(observation%zero)), failure)
   end subroutine write_observation
 
-  !> Values where `has`, NaN elsewhere.
+  !> Returns values where `has`, NaN elsewhere.
   subroutine write_map(file, name, values, has, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name

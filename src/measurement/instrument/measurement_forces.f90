@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes the true force under a load with a given instrument, and its derivatives; and the change of stiffness by drying and
-!> creep until then.
+!> Computes the true force under a load with a given instrument, and its derivatives; also the change of stiffness by drying and
+!> creep up to that load.
 module measurement_forces
   use base_kinds, only: rp
   use measurement_data, only: measured_load_t
@@ -77,7 +77,7 @@ contains
   end subroutine add_weight
 
   !> Returns derivative(3, :) [N per unit] of the force with respect to the coordinate of parameter `number`, per log unit of the
-  !> gain; 0 for parameters that leave the force alone.
+  !> gain; 0 for parameters that do not change the force.
   subroutine force_derivative(instrument, load, applied, masses, points, number, derivative)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
@@ -143,7 +143,7 @@ contains
     end do
   end subroutine spread_force
 
-  !> Returns the factors under this load: (1) on all bending stiffness, (2) on the veins' E beside it.
+  !> Returns the factors under this load: (1) on all bending stiffness, (2) on the veins' E in addition.
   pure function stiffness_factor(instrument, load) result(factor)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
@@ -180,7 +180,7 @@ contains
     end associate
   end function stiffness_slopes
 
-  !> log10(1 + hold/tau).
+  !> Returns log10(1 + hold/tau).
   pure real(rp) function decades(values, load)
     real(rp), intent(in) :: values(:)
     type(measured_load_t), intent(in) :: load
