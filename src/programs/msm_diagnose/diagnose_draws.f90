@@ -70,7 +70,7 @@ contains
     call file%close(ignored)
   end subroutine draws_recall
 
-  !> Reads n numbers; `ok` is true without a look at the file if n is 0.
+  !> Reads n numbers. If n is 0, it does not use the file, and `ok` is true.
   subroutine read_flat(file, name, n, values, ok)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Simulates flights with `flusi` inside this program. Groups of ranks simulate whole flights, each in a folder of its own, whose
-!> name depends on the inputs of the flight. A flight that has ended is read and not flown again. One that was interrupted goes on
+!> name depends on the inputs of the flight. A flight that has ended is read and not flown again. An interrupted flight continues
 !> from its backup, or begins again if it has none.
 module diagnose_flights
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit

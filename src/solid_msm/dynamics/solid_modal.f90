@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Natural modes of a wing at rest, and their exact derivatives.
+!> Computes natural modes of a wing at rest, and their exact derivatives.
 !>
 !>     K phi_i = lambda_i M phi_i,   lambda = omega^2,   phi_i M phi_j = 1 if i = j, else 0
 !>
@@ -55,7 +55,7 @@ module solid_modal
     procedure :: slopes_of_clamp => modal_slopes_of_clamp
   end type modal_t
 
-  !> What one parameter does to the first n modes.
+  !> Slopes of the first n modes with respect to one parameter.
   type :: mode_slopes_t
     real(rp), allocatable :: force(:, :)     !< (n, n) phi_j f_i at (j, i): dlambda on the diagonal
     real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, n) dphi
@@ -135,7 +135,7 @@ contains
     call keep_modes(self, x)
   end subroutine modal_solve
 
-  !> x(n, n_modes): eigenvectors of A = M^(1/2) F M^(1/2) with the largest eigenvalues, by block Lanczos iteration with full
+  !> Finds x(n, n_modes), eigenvectors of A = M^(1/2) F M^(1/2) with the largest eigenvalues, by block Lanczos iteration with full
   !> orthogonalisation, and self%residual. Small problems have one block that is the whole space.
   subroutine find_lowest(self, n_modes, x)
     class(modal_t), intent(inout) :: self
@@ -183,7 +183,7 @@ contains
 
   contains
 
-    !> Takes from a(n, b) what lies in the space of the first m vectors, and gives its components there.
+    !> Removes from a(n, b) its part in the space of the first m vectors, and returns its components there.
     function project(a) result(components)
       real(rp), intent(inout) :: a(:, :)
       real(rp) :: components(m, size(a, 2))
@@ -193,7 +193,7 @@ contains
 
   end subroutine find_lowest
 
-  !> From eigenvectors to values and shapes.
+  !> Computes eigenvalues and shapes from eigenvectors.
   subroutine keep_modes(self, q)
     class(modal_t), intent(inout) :: self
     real(rp), intent(in) :: q(:, :)
@@ -214,7 +214,7 @@ contains
     end do
   end subroutine keep_modes
 
-  !> M^(1/2) F M^(1/2) x, column by column.
+  !> Computes M^(1/2) F M^(1/2) x, column by column.
   function flexible(self, x) result(z)
     class(modal_t), intent(in) :: self
     real(rp), intent(in) :: x(:, :)
@@ -223,7 +223,7 @@ contains
     z = spread(self%root_mass, 2, size(x, 2))*flexibility(self, z)
   end function flexible
 
-  !> F b, column by column.
+  !> Computes F b, column by column.
   function flexibility(self, b) result(z)
     class(modal_t), intent(in) :: self
     real(rp), intent(in) :: b(:, :)
@@ -237,7 +237,7 @@ contains
     end do
   end function flexibility
 
-  !> Columns become orthonormal, the first first.
+  !> Makes the columns orthonormal, beginning with the first one.
   subroutine make_orthonormal(q)
     real(rp), intent(inout) :: q(:, :)
     real(rp), allocatable :: basis(:, :), r(:, :)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Describes what takes energy from a wing that moves, as parameters with a null value at which it does nothing.
+!> Describes energy losses of a moving wing, as parameters with a null value at which they have no effect.
 !>
 !> | name | what | unit | null |
 !> |---|---|---|---|

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A wing that is curved where it is free of stress, with the same curvatures [1/m] everywhere: z0 = (k_xx x^2 +
-!> k_yy y^2 + 2 k_xy x y)/2 above the plane of the wing file. Moments bend the edges of the membrane (solid_arch) and the veins
+!> Describes a wing that is curved where it is free of stress, with the same curvatures [1/m] everywhere: z0 = (k_xx x^2 + k_yy
+!> y^2 + 2 k_xy x y)/2 above the plane of the wing file. Moments bend the edges of the membrane (solid_arch) and the veins
 !> (`camber_evaluate` of solid_twist); springs and the clamp are as in the flat wing.
 module solid_effect_camber
   use base_kinds, only: rp

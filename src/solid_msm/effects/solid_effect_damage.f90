@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Local damage (or a patch): all stiffness in a disc is multiplied by a factor f.
+!> Describes local damage (or a patch): all stiffness in a disc is multiplied by a factor f.
 !>
-!> At the distance r from the centre the factor is 1 + (f - 1) w, w = s^2 (3 - 2 s), s = (1.05 - r/a)/0.1 cut to 0..1:
-!> whole inside the radius a, with a smooth rim of a tenth of it, halved at a. An element is where its middle is: springs
+!> At the distance r from the centre the factor is 1 + (f - 1) w, w = s^2 (3 - 2 s), s = (1.05 - r/a)/0.1 cut to 0..1: full inside
+!> the radius a, with a smooth rim of a tenth of it, one half at a. The place of an element is its middle: springs have it
 !> halfway, hinges at their point, and an edge of the membrane has the mean of its two triangles' centroids.
 module solid_effect_damage
   use base_kinds, only: rp

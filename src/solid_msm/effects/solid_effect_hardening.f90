@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Hinges whose moment is not proportional to their turning: M = k Theta (1 + h Theta^2).
+!> Describes hinges whose moment is not proportional to their turning: M = k Theta (1 + h Theta^2).
 !>
 !> Joints have the common h and one of their own. All other hinges are pieces of cuticle with M = EI kappa (1 + c
 !> kappa^2), the curvature kappa = Theta/l over the length l that bends, so that h = c/l^2.
@@ -13,8 +13,8 @@ module solid_effect_hardening
   private
   public :: joint_hardening_effect, own_hardening_effect, cuticle_effect
 
-  real(rp), parameter :: STRONG = 100.0_rp   !< [1/rad^2] from where it is told at 1 degree
-  real(rp), parameter :: WEAK = 5.0e-6_rp    !< [m^2] from where it is told at 10 mm
+  real(rp), parameter :: STRONG = 100.0_rp   !< [1/rad^2] from this value on reports state the stiffness at 1 degree
+  real(rp), parameter :: WEAK = 5.0e-6_rp    !< [m^2] from this value on reports state the stiffness at a radius of 10 mm
 
 contains
 
@@ -109,7 +109,7 @@ contains
     end do
   end subroutine derive_cuticle
 
-  !> The length [m] that bends: half of both segments, or of the free one at the clamped root.
+  !> Returns the length [m] that bends: half of both segments, or of the free one at the clamped root.
   pure real(rp) function bending_length(plan) result(length)
     type(hinge_plan_t), intent(in) :: plan
     length = sum(plan%lengths)/2

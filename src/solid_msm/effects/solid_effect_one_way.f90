@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One-way joints: a factor on the stiffness of a joint when it bends up, to +z of the unloaded wing (`lift` of solid_hinge).
+!> Describes one-way joints: a factor on the stiffness of a joint when it bends up, to +z of the unloaded wing (`lift` of
+!> solid_hinge).
 module solid_effect_one_way
   use base_kinds, only: rp
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_BOTH_DIRECTIONS, &

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A membrane that is stiffer in one direction: springs times 1 + a cos 2 phi, phi their angle to x.
+!> Describes a membrane that is stiffer in one direction: springs times 1 + a cos 2 phi, phi their angle to x.
 module solid_effect_orthotropy
   use base_kinds, only: rp
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, STAGE_ELEMENTS

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A membrane that is stretched in the unloaded wing: an isotropic tension T [N/m] between the veins, which springs carry by
-!> the width of membrane that each stands for (solid_tension).
+!> Describes a membrane that is stretched in the unloaded wing: an isotropic tension T [N/m] between the veins. Each spring
+!> carries the tension of the width of membrane that it represents (solid_tension).
 module solid_effect_pretension
   use base_kinds, only: rp
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_MEMBRANE, NEED_NO_SLACK, &

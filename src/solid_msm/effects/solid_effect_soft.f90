@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One more soft hinge: a factor on the stiffness of the hinge at the point inside a vein that is nearest to a fraction of its
-!> length.
+!> Describes one more soft hinge: a factor on the stiffness of the hinge at the point inside a vein that is nearest to a fraction
+!> of its length.
 module solid_effect_soft
   use base_kinds, only: rp
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_SOFT_PLACE, STAGE_ELEMENTS

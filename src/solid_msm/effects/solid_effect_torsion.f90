@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Veins that resist torsion: k tau^2/2 with the turning tau of the membrane's normal along the vein (solid_twist), k = GJ/EI times
-!> the stiffness of the hinge in bending.
+!> Describes veins that resist torsion: k tau^2/2 with the turning tau of the membrane's normal along the vein (solid_twist), k =
+!> GJ/EI times the stiffness of the hinge in bending.
 module solid_effect_torsion
   use base_kinds, only: rp
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_MEMBRANE, NEED_SIDED_VEINS, &
@@ -13,8 +13,8 @@ module solid_effect_torsion
 
 contains
 
-  !> Returns the effect `torsion`: parameter, law and texts. Veins that twist freely have modes of their own, which a little
-  !> torsion ends; the tangent at the null shows those modes alone.
+  !> Returns the effect `torsion`: parameter, law and texts. Veins that twist freely have special modes, which a little torsional
+  !> stiffness removes; the tangent at the null shows only those modes.
   pure function torsion_effect() result(effect)
     type(effect_t) :: effect
     real(rp), parameter :: STRONG = 0.2_rp ! a quarter of what solid circular veins have

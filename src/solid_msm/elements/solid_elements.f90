@@ -211,7 +211,7 @@ contains
     end subroutine add_pairs
   end subroutine link_elements
 
-  !> Where the pairs of these free points are in the pattern: the upper part of `blocks`, the rest stays.
+  !> Returns the places of the pairs of these free points in the pattern: the upper part of `blocks`; the rest stays.
   pure subroutine find_blocks(pattern, points, blocks)
     type(pattern_t), intent(in) :: pattern
     integer, intent(in) :: points(:)
@@ -224,7 +224,7 @@ contains
     end do
   end subroutine find_blocks
 
-  !> Places of the pairs of the plate's elements, and its tangent, which does not change.
+  !> Finds the places of the pairs of the plate's elements, and its tangent, which does not change.
   subroutine link_plate(free, pattern, plate)
     integer, intent(in) :: free(:)
     type(pattern_t), intent(in) :: pattern

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Bending of a flat membrane: a quadratic form of the displacement with a constant, positive
-!> semidefinite Hessian, one term for every interior edge.
+!> Computes the bending of a flat membrane: a quadratic form of the displacement with a constant, positive semidefinite Hessian,
+!> one term for every interior edge.
 !>
 !> E = D |q|^2/(2 (A1 + A2)), q = sum K_a u_a over the edge's ends and the two apexes, where the
 !> cotangent weights K make |q| = edge length x dihedral angle for small angles: the isometric bending

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Stiffness of every element from the parameters, and its derivatives.
+!> Computes the stiffness of every element from the parameters, and its derivatives.
 !>
 !> The energy is linear in the stiffness of the elements, so the derivative of the gradient with
 !> respect to a parameter is the gradient evaluated with the derivatives of the stiffness.

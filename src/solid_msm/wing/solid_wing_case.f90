@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A wing with what it is made of: its mechanical model and its mass. SI units.
+!> Holds a wing with its mechanical model and its mass. SI units.
 module solid_wing_case
   use base_kinds, only: rp
   use solid_mass, only: mass_params_t, mass_t

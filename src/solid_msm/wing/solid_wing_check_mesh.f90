@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Checks of triangles and veins whose indices are known to be valid.
+!> Checks triangles and veins whose indices are known to be valid.
 module solid_wing_check_mesh
   use base_kinds, only: rp
   use base_text, only: number_text

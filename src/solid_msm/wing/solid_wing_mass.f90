@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a wing file states of the mass of its wing: attributes `membrane_law`, `membrane_mass`, `membrane_weights`,
+!> Reads what a wing file states of the mass of its wing: attributes `membrane_law`, `membrane_mass`, `membrane_weights`,
 !> `vein_density` and `mass_source` of the file (docs/formats/wing-format.md). A file without them states nothing.
 module solid_wing_mass
   use base_kinds, only: rp

@@ -235,7 +235,7 @@ contains
     end select
   end subroutine mirror_motion
 
-  !> Reads the forces of `key`, all of which act together.
+  !> Reads the forces of `key`, all of which act at the same time.
   subroutine read_forces(s, section, key, text, forces, errors)
     type(solid_settings_t), intent(in) :: s
     character(*), intent(in) :: section, key, text

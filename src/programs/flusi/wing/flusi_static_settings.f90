@@ -151,7 +151,7 @@ contains
     if (len(problems) > 0) call s%config%complain(errors, 'Loads', 'point_forces', problems(3:))
   end subroutine read_points
 
-  !> Adds forces that act together to `load`.
+  !> Adds forces that act at the same time to `load`.
   subroutine take_group(model, group, load)
     type(solid_model_t), intent(in) :: model
     type(force_group_t), intent(in) :: group

@@ -25,7 +25,7 @@ module flusi_wing_sites
     real(rp) :: force(3) = 0 !< [N]
   end type point_force_t
 
-  !> Holds forces that act together.
+  !> Holds forces that act at the same time.
   type :: force_group_t
     type(point_force_t), allocatable :: forces(:)
   end type force_group_t
