@@ -26,8 +26,8 @@ module solid_plate
 
 contains
 
-  !> Returns weights(4) = K/sqrt(A1 + A2) of the edge x1-x2 with apexes x3 and x4 [m]. The energy of the edge is D/2 |sum weights
-  !> u|^2.
+  !> Returns weights(4) = K/sqrt(A1 + A2) of the edge x1-x2 with apexes x3 and x4 [m]. The energy of the edge is
+  !> D/2 |sum of weights times u|^2.
   pure function plate_weights(x) result(weights)
     real(rp), intent(in) :: x(3, 4)
     real(rp) :: weights(4), c(2, 2), area(2)
