@@ -26,7 +26,7 @@ SPONGE_TIME = 0.05
 
 
 class Flow:
-    """Vorticity in a periodic box, mean velocity (1, 0)."""
+    """The vorticity of a flow in a periodic box with the mean velocity (1, 0), and its steps in time."""
 
     def __init__(self, points, box, dt):
         self.n, self.h, self.dt = tuple(int(points * length) for length in box), 1 / points, dt
@@ -60,7 +60,7 @@ class Flow:
         self.old = rhs
 
     def stencil(self, places):
-        """Indices and weights of the 4 x 4 points around each place."""
+        """Returns the indices and weights of the 4 x 4 points around each place."""
         s = places / self.h
         first = np.floor(s).astype(int)
         index = (first[:, :, None] + np.arange(-1, 3)) % np.array(self.n)[None, :, None]
@@ -72,7 +72,7 @@ class Flow:
 
 
 class Filament:
-    """Points of equal mass on a line that hardly stretches, the first one pinned; BDF2."""
+    """A filament: points of equal mass on a line that hardly stretches, the first one pinned; its steps in time use BDF2."""
 
     def __init__(self, cells, root, rigidity, dt):
         self.n, self.h, self.dt = cells, 1 / cells, dt
@@ -88,7 +88,7 @@ class Filament:
         self.bending = np.kron(rigidity * self.h * second.T @ second, np.eye(2))
 
     def forces(self, y):
-        """Elastic forces (n + 1, 2) and their Jacobian."""
+        """Returns the elastic forces (n + 1, 2) and their Jacobian."""
         d = np.diff(y, axis=0)
         length = np.sqrt((d**2).sum(1))
         t = d / length[:, None]
@@ -108,7 +108,7 @@ class Filament:
         return force, jacobian
 
     def step(self, load):
-        """Takes the filament over dt under `load` (n + 1, 2) per point."""
+        """Moves the filament over the time dt under `load` (n + 1, 2) per point."""
         dt, mass = self.dt, MASS * self.share[:, None]
         y = self.y + dt * self.v
         y[0] = self.y[0]
@@ -130,7 +130,7 @@ class Filament:
 
 
 def run(points, end, rigidity, box, normal):
-    """Yields records of time, place of the tail, largest |Y - X| and the force along the stream."""
+    """Yields records of the time, the position of the tail, the largest |Y - X| and the force along the stream."""
     dt = 0.064 / points
     flow = Flow(points, box, dt)
     filament = Filament(max(32, points), np.array([box[0] / 3, box[1] / 2]), rigidity, dt)
