@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes blind cases: bending tests of wings that hide one thing, two or nothing, as measurement files, and their truths,
-sealed until the verdicts on all of them are written (tools/blindscore).
+"""Makes blind cases: measurement files of bending tests or flights that hide one effect, two or none, and their truths, sealed
+until the verdicts on all of them are written (tools/blindscore).
 
 usage: blindgen DESIGN.json FOLDER --cases N [--seed S] [--mix null=1,single=2] [--snr LOW HIGH] [--jobs N]
        blindgen DESIGN.json FOLDER --fixed [NAME ...]
