@@ -14,7 +14,7 @@ SLOPE = np.array([-11.0, 18.0, -9.0, 2.0]) / 6   # of third order
 
 
 def surface_force(flow: Flow) -> tuple[float, float, float]:
-    """Force along the body's x and y, and torque about its centre, on the body."""
+    """Returns the force along the body's x and y on the body, and the torque about its centre."""
     grid, nu, motion = flow.grid, flow.nu, flow.motion
     omega = flow.vorticity[0, :3]
     slope = SLOPE @ flow.vorticity[:4, :3] / grid.step
@@ -26,7 +26,7 @@ def surface_force(flow: Flow) -> tuple[float, float, float]:
 
 
 def impulse(flow: Flow) -> tuple[float, float]:
-    """The integral of (y, -x) omega over the fluid, in the axes of the body."""
+    """Returns the integral of (y, -x) omega over the fluid, in the axes of the body."""
     grid = flow.grid
     source = grid.times_j(flow.vorticity)[:, 1] * grid.step
     source[0] /= 2

@@ -28,7 +28,7 @@ AREAL_DENSITY = 3e-3  # of a membrane [kg/m^2] if nothing is known: about 2.5 um
 
 
 class Folder:
-    """The tables of one wing; everything that is wrong is collected in `mistakes`."""
+    """The tables of one wing; all mistakes are collected in `mistakes`."""
 
     def __init__(self, path, number):
         self.path, self.number, self.mistakes, self.notes = Path(path), number, [], []
@@ -39,7 +39,7 @@ class Folder:
         self.mistakes.append(text)
 
     def table(self, names, columns, needed=True):
-        """Rows of a table without those that are only padding (first column 0); None if there is no such file."""
+        """Returns the rows of a table without those that only fill it up (first column 0); None if there is no such file."""
         for name in names:
             file = self.path / f"{name}{self.number}.dat"
             if file.exists():
@@ -62,7 +62,7 @@ class Folder:
         return rows[rows[:, 0] != 0], file.name
 
     def integers(self, rows, name, columns):
-        """Columns of a table as integers."""
+        """Returns columns of a table as integers."""
         part = rows[:, columns]
         if np.any(part != np.rint(part)):
             self.wrong(f"{name}: row {np.argwhere(part != np.rint(part))[0][0] + 1} has a fraction where a number "
@@ -70,7 +70,7 @@ class Folder:
         return np.rint(part).astype(int)
 
     def check_index(self, rows, name):
-        """Rows are counted 1, 2, 3 ...; otherwise several veins are mixed in one table."""
+        """Checks that rows are counted 1, 2, 3 ...; otherwise several veins are mixed in one table."""
         if np.array_equal(rows[:, 0], np.arange(1, len(rows) + 1)):
             return True
         self.wrong(f"{name}: rows are not counted 1 to {len(rows)}; sets with several veins are stored in scrambled "
@@ -111,7 +111,7 @@ def read_triangles(folder, xyz):
 
 
 def in_range(folder, numbers, n, name):
-    """Whether all points exist."""
+    """Returns whether all points exist."""
     bad = (numbers < 0) | (numbers >= n)
     if bad.any():
         folder.wrong(f"{name}: names point {numbers[bad].ravel()[0] + 1}; there are {n} points")
@@ -119,7 +119,7 @@ def in_range(folder, numbers, n, name):
 
 
 def read_vein(folder, kind, n):
-    """Points of the vein veins<kind>, checked against its springs."""
+    """Returns the points of the vein veins<kind>, checked against its springs."""
     rows, name = folder.table([f"veins{kind}"], (2, 2))
     if rows is None or n is None or not folder.check_index(rows, name):
         return None
@@ -141,7 +141,7 @@ def read_vein(folder, kind, n):
 
 
 def check_springs(folder, wing):
-    """Springs of the membrane lie on edges of the mesh; the wing file gives every edge one."""
+    """Checks that springs of the membrane lie on edges of the mesh; in the wing file every edge has a spring."""
     edges = {tuple(e) for e in wing.edges()[0].tolist()}
     listed = {}
     for names in (["membranes_extension"], ["membrane_edge", "membranes_edge"]):
@@ -192,7 +192,7 @@ def read_joints(folder, wing, segments):
 
 
 def import_mesh(folder, unit, root_diameters, diameters):
-    """The wing, in metres. Raises InputError with all mistakes."""
+    """Returns the wing, in metres. Raises InputError with all mistakes."""
     xyz = read_points(folder)
     n = None if xyz is None else len(xyz)
     triangles = read_triangles(folder, xyz)
