@@ -48,7 +48,7 @@ def arguments():
 
 
 def print_plan(cases, estimate, hours):
-    """The flights and how long each takes; refuses what takes too long."""
+    """Prints the flights and how long each takes; refuses a plan that takes too long."""
     print(f"{estimate.flusi.version}, {estimate.flusi.ranks} ranks; about "
           f"{estimate.steps_per_beat_and_point():.1f} N steps per beat on N x N x N/2 points", flush=True)
     total = 0.0

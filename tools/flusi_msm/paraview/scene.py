@@ -13,7 +13,7 @@ LEVELS, COLOURS, OPACITIES = [], [], []
 # END OF FACTS
 try:
     FOLDER = os.path.dirname(os.path.abspath(__file__))
-except NameError:  # ParaView's own shell does not tell where the script is
+except NameError:  # ParaView's own shell does not state where the script is
     pass
 VECTOR = "{0}x*iHat + {0}y*jHat + {0}z*kHat"
 
