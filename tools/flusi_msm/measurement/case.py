@@ -20,7 +20,7 @@ class Hidden:
     drift: float = 0.0               # relative change of all stiffness from one scan to the next, in their order
     drift_veins: float = 0.0         # the same of the veins' E alone
     creep: tuple = (0.0, 1.0)        # (a, tau [s]): stiffness over 1 + a log10(1 + hold/tau)
-    gravity: tuple = (0.0, 0.0, 0.0)  # of the bending; the unloaded wing is bent, too
+    gravity: tuple = (0.0, 0.0, 0.0)  # [m/s^2] it bends the unloaded wing, too
     vein_density: float = 1300.0     # [kg/m^3] for the weight
     areal_density: float = 3.0e-3    # [kg/m^2] of the membrane
     load_shift: tuple = (0.0, 0.0)   # [m] common to all points of application
