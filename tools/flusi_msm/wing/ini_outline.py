@@ -18,7 +18,7 @@ SERIES = ("ai_wings", "bi_wings")
 
 
 def _entries(path: str) -> Dict[str, str]:
-    """Keys of [Wing] in small letters with their text; matrices (/ ... /) over several lines are one text."""
+    """Returns keys of [Wing] in small letters with their text; matrices (/ ... /) over several lines are one text."""
     try:
         with open(path, encoding="utf-8", errors="replace") as file:
             text = file.read()
@@ -38,8 +38,8 @@ def _entries(path: str) -> Dict[str, str]:
 
 
 def read_fourier_outline(path: str) -> np.ndarray:
-    """Points (n, 2) of the outline in the wing frame, x from root to tip, y toward the leading edge, counter-clockwise;
-    the unit is that of the file. Mistakes are raised together."""
+    """Returns points (n, 2) of the outline in the wing frame, x from root to tip, y toward the leading edge, counter-clockwise;
+    the unit is that of the file. All mistakes are raised at once."""
     entries = _entries(path)
     wrong: List[str] = []
     if not entries:
