@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A study of how well msm_diagnose finds hidden causes: it runs many blind cases and gives their scores with 95 % bounds, and
-the share of the gain that the true cause would bring. The last line is JSON.
+"""Studies how well msm_diagnose finds hidden causes: runs many blind cases and gives their scores with 95 % bounds, and the share
+of the gain that the true cause would bring. The last line is JSON.
 
 usage: bench/diagnosis/run [--kind bending|vibration|joint] [--cases N] [--seed S] [--folder runs/bench_diagnosis]
                        [--program build/release/bin/msm_diagnose]
@@ -8,15 +8,15 @@ usage: bench/diagnosis/run [--kind bending|vibration|joint] [--cases N] [--seed 
                        [--archive bench/diagnosis/diagnosis_study.jsonl] [--figure docs/images/diagnosis_confusion.png]
                        [--write-map src/inference/probability/inference_probability_table.f90]
 
-762 cases are the whole study: 250 nulls, 200 causes outside the catalogue and 60 causes of it in each of five ranges of
-the signal-to-noise ratio on the small blowfly wing, and 12 cases on the one of 1015 points. --kind vibration has 300 cases with
-natural modes, a record of a wing that rings, or both: 100 nulls, 50 causes outside the catalogue, 150 of it; --kind joint 150 with
-bending tests and modes of the same wing. Cases are mixed so that the
-first N cases are a sample of all, and each has random numbers of its own. Every case that is finished is a file; what was
-stopped, at any instant, is continued by the same command. Shards K/N of one study may run on several machines with a
-common folder. Verdicts of different programs, told by their SHA-256, are kept apart in the same folder. The archive is one
-file with all verdicts and truths, from which the study is scored, or continued without what the folder had.
-Results are in docs/results/diagnosis-results.md.
+The whole study has 762 cases: on the small blowfly wing 250 without a hidden cause (nulls), 200 with causes outside the
+catalogue, and 60 with causes of the catalogue in each of five ranges of the signal-to-noise ratio; and 12 cases on the wing of
+1015 points. --kind vibration has 300 cases with natural modes, a record of a free vibration, or both: 100 nulls, 50 with causes
+outside the catalogue, 150 with causes of it. --kind joint has 150 cases with bending tests and modes of the same wing. Cases are
+mixed so that the first N cases are a sample of all, and each has its own random numbers. Every case that is finished is a file; a
+study that was stopped, at any time, is continued by the same command. Shards K/N of one study may run on several machines with a
+common folder. Verdicts of different programs, which are distinguished by their SHA-256, are kept separately in the same folder.
+The archive is one file with all verdicts and truths; the study can be scored from it, or continued without the contents of the
+folder. Results are in docs/results/diagnosis-results.md.
 """
 import argparse
 import hashlib

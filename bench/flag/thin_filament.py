@@ -1,19 +1,19 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An independent computation of the flapping filament of Huang, Shin & Sung (2007): the immersed boundary method for a
-filament without thickness. It shares no line and no numerical method for the solid with the program that it is
-compared to: vorticity instead of velocity, forces spread by Peskin's four-point function instead of a penalized mask
-and a sampled pressure (so that friction acts on the filament, too), points on a line instead of triangles.
+"""Computes the flapping filament of Huang, Shin & Sung (2007) independently, by the immersed boundary method for a filament
+without thickness. This program shares no line and no numerical method for the solid with the program that it is compared to: it
+uses vorticity instead of velocity, forces spread by Peskin's four-point function instead of a penalized mask and a sampled
+pressure (so that friction acts on the filament, too), and points on a line instead of triangles.
 
-Massless markers X move with the flow, massive points Y obey the equation of the filament; a stiff spring and damper,
-F = K (Y - X) + C (dY/dt - dX/dt) per length, hold them together and drive the flow (Kim & Peskin 2007, DOI
-10.1063/1.2734674, and the feedback forcing of Huang et al.). Adams-Bashforth with exact viscosity for the flow, BDF2
-with Newton's method for the filament. Box, sponge and start are those of flag.py.
+Massless markers X move with the flow, and points Y with mass obey the equation of the filament; a stiff spring and damper between
+them, F = K (Y - X) + C (dY/dt - dX/dt) per length, couples them and drives the flow (Kim & Peskin 2007, DOI 10.1063/1.2734674,
+and the feedback forcing of Huang et al.). The flow uses Adams-Bashforth with exact viscosity, the filament BDF2 with Newton's
+method. Box, sponge and start are those of flag.py.
 
 usage: thin_filament.py POINTS END FILE [--rigidity EI] [--box LY LZ] [--normal]
 
-POINTS per length of the filament; FILE gets time and place of the tail, relative to the root. With --normal the
-filament does not feel the friction of the flow along it, as a wing under pressure alone.
+POINTS is the number of points per length of the filament; time and place of the tail, relative to the root, are written to FILE.
+With --normal the friction of the flow along the filament does not act on it, as on a wing under pressure alone.
 """
 import argparse
 

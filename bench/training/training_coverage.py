@@ -6,8 +6,8 @@ its own: those of tools/make_measurement. The last line is JSON.
 usage: training_coverage.py BUILD N [FIRST] [--wing FILE] [--folder DIR] [--scans N] [--set SECTION.KEY=VALUE ...]
 
 Wing w has E and joints log-uniform within a factor of ten of the defaults, the ten loads of ini/train.json with forces in
-proportion to E, and white errors of 10 um in every height; the unloaded wing is scanned --scans times. Its random numbers
-depend on w alone. What wing w gave is kept in DIR/w/wing.json, so that a run that was cut goes on where it was; other options
+proportion to E, and white errors of 10 um in every height; the unloaded wing is scanned --scans times. Its random numbers depend
+on w alone. The results for wing w are kept in DIR/w/wing.json, so that an interrupted run continues where it was; other options
 need another DIR.
 """
 import argparse

@@ -10,7 +10,7 @@ usage: bench/wing/run TABLE [--beats 4] [--ranks 2] [--flusi PROGRAM] [--folder 
   kinematics    two numbers vary that the paper does not give: the angle of the stroke plane, and that of the chord in the
                 downstroke
 
-Every case runs in a folder of its own, and a finished case is not run again. The last line is one JSON object.
+Every case runs in its own folder, and a finished case is not run again. The last line is one JSON object.
 """
 import argparse
 import json

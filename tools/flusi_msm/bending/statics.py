@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Finds the static equilibrium of a synthetic wing at the end of its loading path.
 
-The load grows from nothing. A stage extrapolates the last two shapes and corrects by Newton's method on the true
-residual, in which the axial forces of the springs are unknowns of their own: springs 1e5 times stiffer than the bending
-would otherwise allow only tiny steps. The signs of the pivots tell whether a shape is stable. Where the path folds, the
-potential is descended from the last stable shape to the next one."""
+The load grows from zero. A stage extrapolates the last two shapes and corrects the result by Newton's method on the true
+residual. There the axial forces of the springs are independent unknowns: otherwise springs 1e5 times stiffer than the bending
+would allow only tiny steps. The signs of the pivots show whether a shape is stable. Where the path turns back, the next stable
+shape is found by minimising the potential from the last stable one."""
 from dataclasses import dataclass
 
 import numpy as np

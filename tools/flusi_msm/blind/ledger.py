@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The ledger of blind cases and their sealed truths.
+"""Keeps the ledger of blind cases and their sealed truths.
 
     FOLDER/ledger.json          every case that was ever made, with the hashes of its measurement and of its truth
     FOLDER/NNNN.h5              measurements

@@ -7,11 +7,12 @@ loads), columns A of everything that a usual model may adjust and their prior co
 
     snr^2 = d C^-1 d - d C^-1 A (A C^-1 A + P^-1)^-1 A C^-1 d.
 
-Columns of A: ln E, ln k of the joints (priors of a decade); ln D of the membrane (MEMBRANE_SD, as a mesh has an effective
-one); the force, its place, tilt and height of each scan and the gain of all forces (their declared sd); and the change of
-all heights between the two meshes (sd 1). Derivatives are exact: forces are proportional to stiffness, and a shape answers
-to forces by its tangent. Where stiffness explains much of d, shapes with that stiffness take the place of the derivatives
-(Individual.visibility): a gain of 1.1, which other stiffness explains but for 0.4 um, has second derivatives of 2.6 um."""
+Columns of A: ln E, and ln k of the joints (priors of a decade); ln D of the membrane (MEMBRANE_SD, because its effective value
+depends on the mesh); the force, its place, tilt and height of each scan and the gain of all forces (their declared sd); and the
+change of all heights between the two meshes (sd 1). Derivatives are exact: forces are proportional to stiffness, and the tangent
+gives the change of a shape with the forces. Where stiffness explains much of d, shapes with that stiffness replace the
+derivatives (Individual.visibility). For example, other stiffness explains a gain of 1.1 up to 0.4 um, but the second derivatives
+are 2.6 um."""
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 

@@ -5,8 +5,8 @@ separately for those on the mesh of the wing file and those on a finer one. The 
 
 usage: blindscore FOLDER [--verdicts FOLDER/verdicts] [-o scores.json] [--figure confusion.png]
 
-The verdict of case NNNN is NNNN.json in the folder of verdicts, or NNNN/diagnosis.json there; docs/results/blind-tests.md says
-what is read from it.
+The verdict of case NNNN is NNNN.json in the folder of verdicts, or NNNN/diagnosis.json there; docs/results/blind-tests.md lists
+the values that are read from it.
 """
 import argparse
 import json

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How visible a hidden effect is in natural modes and records: the signal-to-noise ratio of what remains of it when all that a
-usual model may adjust has explained what it can. snr^2 is the smallest sum of squares, priors included, over
+"""Computes how visible a hidden effect is in natural modes and records: the signal-to-noise ratio of the part of it that a usual
+model cannot explain. snr^2 is the smallest sum of squares, priors included, over
 
     ln E (sd of a decade), ln D (0.1), ln of the air that moves with the wing (0.3), ln of damping in proportion to the mass (a
     decade), size and trigger of the excitation (their sd), and on the finer mesh the difference of the meshes (1),
 
-sought by Gauss and Newton, as a record turns with the frequency. The wing with these values is that without the effect in its
-lowest modes (Ritz), so that thousands of them take no time."""
+found by the method of Gauss and Newton, since a record depends nonlinearly on the frequency. The wing with these values is that
+without the effect in its lowest modes (Ritz), so that thousands of evaluations need little time."""
 from dataclasses import replace
 
 import numpy as np

@@ -4,9 +4,8 @@ causes that it cannot be told from, maps of the misfit of the model, all candida
 
 usage: plot_diagnosis NAME.json [-o HTML] [--pictures FOLDER] [--flight BASELINE EXTENDED]
 
-The page is NAME_report.html beside NAME.json, pictures are NAME_<picture>.png.
-NAME.h5 is looked for beside NAME.json. --flight adds what the cause changes in lift, drag and power: two folders of runs,
-as ini/diagnose-flight.ini describes them.
+The page is NAME_report.html in the folder of NAME.json, and pictures are NAME_<picture>.png. NAME.h5 must be in the same folder.
+--flight adds the changes of lift, drag and power by the cause: two folders of runs, which ini/diagnose-flight.ini describes.
 """
 import argparse
 import io

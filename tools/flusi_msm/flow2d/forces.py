@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Force and torque of a flow on its ellipse.
+"""Computes force and torque of a flow on its ellipse.
 
-At the surface the pressure falls along it as dp/deta = -(a_wall . dr/deta) + nu domega/dxi, and the shear is nu (omega - 2 rate): both
-integrals need the modes 0 to 2 of the vorticity and of its slope there alone. Density 1.
+The pressure along the surface changes as dp/deta = -(a_wall . dr/deta) + nu domega/dxi, and the shear is nu (omega - 2 rate).
+Both integrals need only the modes 0 to 2 of the vorticity at the surface and of its slope there. The density is 1.
 """
 from __future__ import annotations
 

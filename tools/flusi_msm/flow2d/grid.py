@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Elliptic coordinates about an ellipse: x + i y = f cosh(xi + i eta), the surface at xi = xi0.
 
-The map is conformal, with |dz/dzeta|^2 = J = f^2/2 (cosh 2 xi - cos 2 eta), so that the Laplacian is that of the plane (xi, eta) over J.
-A field is a complex array (radial + 1, modes): rows are lines of constant xi from the surface outward, columns Fourier modes
-exp(i k eta), k = 0 .. modes - 1; it is real, so that negative k are the conjugates.
+The map is conformal, with |dz/dzeta|^2 = J = f^2/2 (cosh 2 xi - cos 2 eta), so that the Laplacian is that of the plane (xi, eta)
+divided by J. A field is a complex array (radial + 1, modes): rows are lines of constant xi from the surface outward, columns are
+Fourier modes exp(i k eta), k = 0 .. modes - 1. The field is real, so that modes with negative k are the conjugates.
 """
 from __future__ import annotations
 

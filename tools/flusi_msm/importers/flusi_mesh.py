@@ -4,16 +4,16 @@
 usage: import_flusi_mesh FOLDER WING --unit METRES --root-vein D_ROOT D_TIP --vein D_ROOT D_TIP [--number 1]
                             [--areal-density KG_PER_M2] [--z-side "WING SIDE"]
 
-FLUSI's sets hold lengths in a unit of their own (often the wing length), no diameters and no masses: give the unit in metres,
-the diameters of both veins in um, at the end nearest to the root and at the other one, and what a square metre of the
-membrane weighs, which is the same everywhere, as in FLUSI.
+FLUSI's sets contain lengths in their own unit (often the wing length), no diameters and no masses. Give the unit in metres, the
+diameters of both veins in um at the end nearest to the root and at the other end, and the mass of a square metre of the membrane,
+which is the same everywhere, as in FLUSI.
 
-Read: points_coor, mesh_triangle_elements, veins, veins_BC; checked against them if there: veins_bending(_BC),
-veins_extension(_BC), membranes_extension, membrane_edge; vein_connectors become joints. Names of the newer branch
-(triangle_elements, membranes_edge, joints) are understood. Not read: membranes (its points are those of the
-triangles) and files of masses, which follow from diameters and area. Stored rest lengths and angles are not used, and
-springs follow from triangles and veins. The span of the set must be
-along its x, the membrane in its x-y plane (or x-z, newer branch). The wing is clamped at the first point of the root vein.
+Files that are read: points_coor, mesh_triangle_elements, veins, veins_BC. Files that are compared with them if they exist:
+veins_bending(_BC), veins_extension(_BC), membranes_extension, membrane_edge. vein_connectors become joints. Names of the newer
+branch (triangle_elements, membranes_edge, joints) are accepted. Files that are not read: membranes (its points are those of the
+triangles) and files of masses, which follow from diameters and area. Stored rest lengths and angles are not used, and springs
+follow from triangles and veins. The span of the set must be along its x, the membrane in its x-y plane (or x-z, newer branch).
+The wing is clamped at the first point of the root vein.
 """
 import argparse
 from pathlib import Path

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes a record of a flight, /flight/<id> of a measurement file (docs/formats/measurement-format.md), of forces that a balance showed
-over many beats.
+"""Makes a record of a flight, /flight/<id> of a measurement file (docs/formats/measurement-format.md), from the forces that a
+balance measured over many beats.
 
 usage: import_forces FORCES.csv -o flight.h5 --time-units ms --frequency 158 --force-units mN [--torque-units uNm] [--power-units mW]
                      [--reference X Y Z --length-units mm] [--column lift=Fz --column drag=-Fy] [--add --name ID]
 
-FORCES.csv has a line of column names and one line for each sample: time, and some of Fx, Fy, Fz, Mx, My, Mz, power. --column says what other
-names stand for, with a sign. Forces and torques are those of the air on the wing, along the axes of the flusi case that simulates the
-experiment, without weight and inertia of the wing; power is what the wing gives to the air. Beats begin at the time --start, in the
---time-units of the file, and last 1/frequency. All complete beats are laid over each other: the record has their mean, their
-spread, and the time in which the correlation of errors falls by e. Samples of a two-dimensional section have units per metre: N/m, Nm/m, W/m.
-docs/guide/import-data.md explains all of this.
+FORCES.csv has a line of column names and one line for each sample: time, and some of Fx, Fy, Fz, Mx, My, Mz, power. --column
+gives the meaning of other names, with a sign. Forces and torques are those of the air on the wing, along the axes of the flusi
+case that simulates the experiment, without weight and inertia of the wing; power is the power of the wing on the air. Beats begin
+at the time --start, in the --time-units of the file, and last 1/frequency. The record has the mean of all complete beats, their
+spread, and the time in which the correlation of errors falls by the factor e. Samples of a two-dimensional section have units per
+metre: N/m, Nm/m, W/m. docs/guide/import-data.md explains all of this.
 """
 import argparse
 import difflib

@@ -3,8 +3,8 @@
 
 usage: import_heights LIST.csv|FOLDER -o measurement.h5 --height-units um --axis-units mm --force-units mN --height-sd 5
 
-LIST.csv has a line of column names and one line for each map. The line whose id is `reference` is the unloaded wing; of several
-such lines the mean is taken.
+LIST.csv has a line of column names and one line for each map. The line whose id is `reference` is the unloaded wing; if there are
+several such lines their mean is used.
 
     id,file,force,direction_x,direction_y,direction_z,point_x,point_y,order,time,hold,replicate
     reference,rest.csv
@@ -14,13 +14,13 @@ force is in --force-units, point_x and point_y in --axis-units, time and hold in
 may be left out. Names of files are relative to LIST.csv. A FOLDER holds list.csv, or loads.csv (the same table without `file`),
 reference.* or reference_1.*, reference_2.*, ..., a map ID.* for every line, and if wanted landmarks.csv.
 
-Maps have x in their first line and y in the first cell of every other line (CSV; the separator, and whether decimals have a point or
-a comma, is found out and told), or a line `x,y,z` for every height (CSV), or arrays x, y, z, z[j, i] at (x[i], y[j]), and if wanted sigma
-(NPZ, MAT), or are grey pictures (TIFF, 16 or 32 bit; --pixel, --height-per-count). All maps of a set lie on one grid.
+Maps are one of these: a table with x in its first line and y in the first cell of every other line (CSV; the separator and the
+decimal sign are recognised and printed); a line `x,y,z` for every height (CSV); arrays x, y, z with z[j, i] at (x[i], y[j]), and
+if wanted sigma (NPZ, MAT); grey pictures (TIFF, 16 or 32 bit; --pixel, --height-per-count). All maps of a set have the same grid.
 
-Coordinates of the maps are those of the wing file (x from root to tip, y toward the leading edge, z normal to both), or --landmarks or
---outline with --wing turn and shift the scan into that frame. A picture shows what was made of it: look at it.
-docs/guide/import-data.md explains all of this.
+Coordinates of the maps are those of the wing file (x from root to tip, y toward the leading edge, z normal to both), or
+--landmarks or --outline with --wing turn and shift the scan into that frame. Check the picture of the result, which is always
+drawn. docs/guide/import-data.md explains all of this.
 """
 import argparse
 from dataclasses import replace

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes motion files for FlappingMotion_left and _right (docs/guide/kinematics.md) of measured wing angles.
+"""Makes motion files for FlappingMotion_left and _right (docs/guide/kinematics.md) from measured wing angles.
 
 usage: import_kinematics ANGLES.csv -o beat.ini --angles degrees [--frequency 158] [--convention stroke-dorsal]
 
@@ -15,8 +15,9 @@ angles may be missing in lines of the other.
                   downstroke and more in the upstroke
   stroke-ventral  the same with the stroke positive to the ventral side
 
-Both wings are described as mirror images: the same angles are the same motion. The picture beside the file shows samples and fit, the
-chords of a beat and the path of the tips: see whether the leading edge goes first, and whether the downstroke goes down.
+Both wings are described as mirror images: the same angles are the same motion. The picture next to the file shows samples and
+fit, the chords of a beat and the path of the tips: check that the leading edge goes first, and that the wing goes down in the
+downstroke.
 """
 import argparse
 from pathlib import Path

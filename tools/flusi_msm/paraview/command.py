@@ -7,7 +7,7 @@ usage: open_in_paraview RUN [--levels 100,150,200] [--frequency 1]
     paraview --script=RUN/open_in_paraview.py                   # to look around
     pvpython RUN/open_in_paraview.py picture.png [TIME]          # without a window
 
-Levels are those of tools/render. The script finds its files beside itself, and may be edited and moved together with them.
+Levels are those of tools/render. The script expects its files in its own folder, and may be edited and moved together with them.
 """
 import argparse
 import json

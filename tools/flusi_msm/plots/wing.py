@@ -5,9 +5,9 @@ wings: map of the deflection, side view, sections.
 usage: plot_wing WING [-o PNG] [--no-mesh] [--no-names] [--field FILE --dataset NAME [--label TEXT]]
        plot_wing --shape FILE [FILE ...] [-o PNG]
 
-FILE of --shape is what `flusi --static` (static_01.h5) and `flusi --solid` (solid_00012.h5) save; of several the
-last one is mapped, and all are seen from the side. With --field the membrane is coloured by a dataset of one value
-per point (or three: the last one, the deflection normal to the wing, is taken) of an HDF5 file.
+The FILEs of --shape are those that `flusi --static` (static_01.h5) and `flusi --solid` (solid_00012.h5) save. If there are
+several the map shows the last one, and the side view shows all. With --field the membrane is coloured by a dataset of an HDF5
+file with one value per point (or three, of which the last one, the deflection normal to the wing, is taken).
 """
 import argparse
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wing surfaces that a run writes beside its fields: wing_left_<label>.h5, wing_right_<label>.h5.
+"""Reads wing surfaces that a run writes in addition to its fields: wing_left_<label>.h5, wing_right_<label>.h5.
 
 The wing frame has x from root to tip, y toward the leading edge, z to the lower side of the left wing and to the
 upper side of the right one (docs/guide/kinematics.md)."""

@@ -5,8 +5,8 @@ deformation and their difference.
 
 usage: plot_training RUN_FOLDER [--name NAME] [-o HTML] [--pictures FOLDER] [--wing WING]
 
-RUN_FOLDER holds NAME_history.h5, and NAME.log if the log shall be part of the page; the wing's outline and veins are
-drawn if the wing file is found where the training found it, or beside the history.
+RUN_FOLDER holds NAME_history.h5, and NAME.log if the log shall be part of the page; the wing's outline and veins are drawn if the
+wing file is still where the training found it, or in the folder of the history.
 """
 import argparse
 import io

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command make_wing: wing files from drawings, from tables and from numbers."""
+"""The command make_wing: makes wing files from drawings, from tables and from numbers."""
 from __future__ import annotations
 
 import argparse

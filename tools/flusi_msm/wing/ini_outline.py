@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Outlines of wings as FLUSI's and WABBIT's ini files have them: section [Wing], type = fourier.
+"""Reads outlines of wings from ini files of FLUSI and WABBIT: section [Wing], type = fourier.
 
 R(theta) = a0/2 + sum_i a_i cos(i theta) + b_i sin(i theta) about (x0w, y0w), with theta = pi + atan2(y_w - y0w, x_w - x0w)
 in FLUSI's wing frame (x_w chordwise, y_w spanwise). Lengths are in wing lengths.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wings that are described by numbers: a blowfly wing, a rectangular plate with spars, a strip for plane flows.
+"""Makes wings that are described by numbers: a blowfly wing, a rectangular plate with spars, a strip for plane flows.
 
 The same numbers give the same wing to the last bit on every machine.
 """

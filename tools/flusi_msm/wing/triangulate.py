@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Triangulation of a plane region along given curves, with triangles of a given size and good shape.
+"""Triangulates a plane region along given curves, with triangles of a given size and good shape.
 
-Constrained Delaunay triangulation of the points on the curves (Bowyer-Watson insertion, flips for missing
-segments), refinement at circumcentres where triangles are too large for the size wanted, then smoothing of
-the free points with Delaunay flips in between.
+The method is a constrained Delaunay triangulation of the points on the curves (Bowyer-Watson insertion, flips for missing
+segments), then refinement at circumcentres where triangles are larger than the size wanted, then smoothing of the free points
+with Delaunay flips in between.
 
 Only + - * / and square roots of Python floats are used, in a fixed order: the result is the same to the last
 bit on every machine with IEEE arithmetic.
