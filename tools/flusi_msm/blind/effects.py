@@ -115,7 +115,7 @@ def vein_torsion(rng, wing, case):
 
 def joint_hardening(rng, wing, case):
     effect = plain("joint_hardening", stiffness, 0.5, 3000.0, 1.0)
-    return replace(effect, also=("one_joint_hardening",))  # what all joints do, each of them does
+    return replace(effect, also=("one_joint_hardening",))  # if all joints harden, each of them does
 
 
 def cuticle(rng, wing, case):

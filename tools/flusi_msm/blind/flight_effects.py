@@ -85,7 +85,7 @@ def cross_talk(rng, case):
 
 
 def balance_lowpass(rng, case):
-    """The strength is the time of the filter in beats."""
+    """Adds a low-pass filter; the strength is its time constant in beats."""
     def cut_off(s):
         return case.kinematics.frequency / (2 * np.pi * s) if s else 0.0
     return Effect("balance_lowpass", lambda case, s: part(case, "balance", lowpass=cut_off(s)), lambda s: {"balance.lowpass": cut_off(s)},

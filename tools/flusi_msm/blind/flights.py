@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blind flights: records of make_flight that hide one thing, two or nothing, and a batch of them with sealed truths."""
+"""Makes blind flights: records of make_flight that hide one effect, two or none, in a batch with sealed truths."""
 import json
 from dataclasses import asdict, replace
 from functools import lru_cache

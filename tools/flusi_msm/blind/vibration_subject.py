@@ -21,7 +21,7 @@ STEPS = 64  # of time in a sample: with 8 the error of time has a signal-to-nois
 @dataclass
 class Unstated:
     """Disturbances of a record that no file states."""
-    shake: tuple = (0.0, 300.0)  # [m/s^2] and [Hz] of the clamp, which goes on after the release
+    shake: tuple = (0.0, 300.0)  # [m/s^2] and [Hz] of the clamp, which continues to move after the release
     lag: float = 0.0             # [s] of a filter of first order
 
 

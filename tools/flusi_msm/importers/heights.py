@@ -19,8 +19,8 @@ decimal sign are recognised and printed); a line `x,y,z` for every height (CSV);
 if wanted sigma (NPZ, MAT); grey pictures (TIFF, 16 or 32 bit; --pixel, --height-per-count). All maps of a set have the same grid.
 
 Coordinates of the maps are those of the wing file (x from root to tip, y toward the leading edge, z normal to both), or
---landmarks or --outline with --wing turn and shift the scan into that frame. Check the picture of the result, which is always
-drawn. docs/guide/import-data.md explains all of this.
+--landmarks or --outline with --wing turn and shift the scan into that frame. Check the picture that shows the result.
+docs/guide/import-data.md explains all of this.
 """
 import argparse
 from dataclasses import replace

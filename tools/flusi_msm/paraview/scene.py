@@ -23,14 +23,14 @@ def path_of(name):
 
 
 def opened(name):
-    """The reader of an index, with its name in the browser of ParaView."""
+    """Returns the reader of an index, with its name in the browser of ParaView."""
     reader = pv.XDMFReader(FileNames=[path_of(name)])
     pv.RenameSource(name, reader)
     return reader
 
 
 def magnitude(flow):
-    """The magnitude of the vorticity as the point data "vorticity"."""
+    """Returns the magnitude of the vorticity as the point data "vorticity"."""
     if SOURCE == "velocity":
         flow = pv.Calculator(Input=flow, ResultArrayName="u", Function=VECTOR.format("u"))
         flow = pv.Gradient(Input=flow, ScalarArray=["POINTS", "u"], ComputeGradient=0, ComputeVorticity=1, VorticityArrayName="omega")

@@ -10,7 +10,7 @@ DENSE = 40  # pieces of a curve between two of its control points, when it is me
 
 
 def spline(controls):
-    """Dense points on a smooth curve through the controls (cubic Hermite, slopes by chord length).
+    """Computes dense points on a smooth curve through the controls (cubic Hermite, slopes by chord length).
 
     Returns the points and the index of every control among them.
     """

@@ -84,7 +84,7 @@ class SvgDrawing:
     title: str
     unit: float                                # one unit of the file in pixels of the page; nan: two different ones
     is_physical: bool                          # whether the page has a size in mm or another real unit
-    ignored: Dict[str, int]                    # what was left out: tag: how many
+    ignored: Dict[str, int]                    # elements that were left out: {tag: number}
 
 
 class _Builder(xml.sax.ContentHandler):
