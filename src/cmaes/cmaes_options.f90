@@ -46,7 +46,7 @@ module cmaes_options
 
 contains
 
-  !> Shows to the visitor what a search is, but not how long it goes on.
+  !> Shows to the visitor what defines a search, but not how long it may continue.
   subroutine options_visit(self, visitor)
     class(cmaes_options_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor

@@ -237,7 +237,7 @@ contains
     call visitor%visit('search', self%state)
     if (visitor%failure%failed) return
     if (visitor%is_reading) then
-      ! What is left of the budget of today; small runs have one of their own besides.
+      ! The run has what remains of the present budget; small runs have a limit in addition.
       left = self%options%max_evaluations - self%state%evaluations
       if (self%state%regime == SMALL_RUN) left = min(left, self%state%run_limit)
       self%state%run_limit = left

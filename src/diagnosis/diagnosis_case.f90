@@ -19,7 +19,7 @@ module diagnosis_case
   private
   public :: diagnosis_case_t
 
-  !> The free parameters are those of the baseline; the experiment has no unknowns of its own.
+  !> The free parameters are those of the baseline; the experiment itself has no unknowns.
   type, extends(bending_case_t) :: diagnosis_case_t
     real(rp) :: membrane_sd = 0             !< of log D
     type(catalogue_t) :: catalogue

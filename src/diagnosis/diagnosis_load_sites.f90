@@ -270,7 +270,7 @@ contains
     end do
   end subroutine normal_matrix
 
-  !> Returns the length in sd of the direction p(:) of the last size(p) columns beside all that the columns before them can do.
+  !> Returns the length in sd of that part of the direction p(:) of the last size(p) columns that no columns before can imitate.
   real(rp) function separation(normal, p) result(length)
     real(rp), intent(in) :: normal(:, :), p(:)
     real(rp), parameter :: RIDGE = 1.0e-10_rp ! of what determines a column

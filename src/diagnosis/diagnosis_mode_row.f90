@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds a measured natural mode beside the computed ones, for reports.
+!> Holds a measured natural mode and the computed ones that belong to it, for reports.
 module diagnosis_mode_row
   use base_kinds, only: rp
   implicit none

@@ -173,7 +173,7 @@ contains
     end do
   end subroutine discrimination_init
 
-  !> Returns the places in `columns` of what is fitted beside the cause if rival r takes its place, then those of the cause.
+  !> Returns the places in `columns` of the parameters that are fitted if rival r replaces the cause, then those of the cause.
   pure function discrimination_block(self, r) result(block)
     class(discrimination_t), intent(in) :: self
     integer, intent(in) :: r

@@ -37,7 +37,7 @@ module inference_design
     real(rp), allocatable :: basis(:, :)    !< (k, df) orthonormal
     real(rp), allocatable :: tangents(:, :) !< (k, parameters) S_perp
     real(rp), allocatable :: solve(:, :)    !< (parameters, df) the estimate is -solve*(basis^T z)
-    real(rp), allocatable :: projected(:, :)   !< (n, parameters) whitened tangents beside those of the baseline, without priors
+    real(rp), allocatable :: projected(:, :)   !< (n, parameters) whitened tangents orthogonal to the baseline's, no priors
     type(effect_size_prior_t) :: size_prior
   end type candidate_t
 
@@ -60,7 +60,7 @@ module inference_design
     type(whitener_t) :: whitener
     integer :: k = 0
     integer :: n_rows = 0                   !< observations and priors
-    integer :: residual_dof = 0                   !< degrees of freedom beside baseline and z
+    integer :: residual_dof = 0                   !< degrees of freedom other than those of baseline and z
     type(candidate_t), allocatable :: candidates(:)
     type(family_t), allocatable :: families(:)
     real(rp), allocatable :: prior(:), weight(:) !< of baseline unknowns; weight 0: none

@@ -146,7 +146,7 @@ contains
     end associate
   end subroutine simulator_set_common_fraction
 
-  !> Says that the solver is at the point that was evaluated last. A simulator without iterations of its own need not keep that.
+  !> Is called when the solver has moved to the point that was evaluated last. Simulators without internal iterations ignore it.
   subroutine simulator_accept(self)
     class(simulator_t), intent(inout) :: self
     associate (unused => self)

@@ -24,7 +24,7 @@ module io_control
 contains
 
   !> Writes an idle control file, replacing one that an earlier run left. A STOP file that is already
-  !> there stays: whoever made it wants this run to stop. A folder that cannot be written is a message.
+  !> there is kept, because it asks this run to stop. A folder that cannot be written is a message.
   subroutine prepare_control(directory, messages)
     character(*), intent(in) :: directory
     type(message_list_t), intent(inout) :: messages

@@ -198,7 +198,7 @@ contains
     type(fit_report_t), intent(inout) :: report
     type(trial_t), intent(inout) :: trial
     logical, intent(out) :: is_end
-    ! Of the sum of squares: errors of residuals that come from iterations of their own.
+    ! Relative error of the sum of squares, because residuals may come from internal iterations.
     real(rp), parameter :: NOISE = 1.0e-8_rp
     is_end = .true.
     if (trial%is_valid .and. max(trial%predicted, -trial%actual) <= NOISE*report%cost()) then

@@ -44,7 +44,7 @@ module least_squares_problem
 
 contains
 
-  !> Says that the solver is at the point that was evaluated last. A problem without iterations of its own need not keep that.
+  !> Is called when the solver has moved to the point that was evaluated last. Problems without internal iterations ignore it.
   subroutine least_squares_accept(self)
     class(least_squares_t), intent(inout) :: self
     associate (unused => self)

@@ -32,7 +32,7 @@ module spectral_sticks
     integer, allocatable :: jx(:), jy(:)  !< (n) mode numbers
     integer, allocatable :: jz(:)         !< (nkz) mode numbers
     integer, allocatable :: jz_max(:)     !< (n) largest |jz| inside the truncation on each stick
-    real(rp), allocatable :: weight(:)    !< (n) modes of real space a stored mode stands for: 1 or 2
+    real(rp), allocatable :: weight(:)    !< (n) number of modes that a stored mode represents: 1 or 2
     integer :: zero = 0            !< local number of the stick (0,0), 0 if another rank has it
     type(rows_t) :: rows           !< place of this rank's sticks in the global order, for files
     !> All sticks of this rank's row, in the order in which the columns own them; not with `make_block_sticks`:

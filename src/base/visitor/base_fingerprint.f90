@@ -128,7 +128,7 @@ contains
     text = self%marks(i)%text
   end function fingerprint_one_text
 
-  !> Returns the sum of all components that nobody asked for; 0 if there are none.
+  !> Returns the sum of all components that were not requested; 0 if there are none.
   integer(i8) function fingerprint_rest(self) result(total)
     class(fingerprint_t), intent(in) :: self
     integer :: i

@@ -34,7 +34,7 @@ module diagnosis_wing_catalogue
 
 contains
 
-  !> Makes the catalogue for an experiment without unknowns of its own on `wing`. The baseline seeks the parameters of these
+  !> Makes the catalogue for an experiment without unknowns on `wing`. The baseline seeks the parameters of these
   !> numbers, with `decades` as sd of their priors.
   subroutine make_catalogue(experiment, wing, numbers, decades, catalogue, flights)
     type(experiment_t), intent(in) :: experiment

@@ -92,7 +92,7 @@ contains
 
   contains
 
-    !> Enters one damping parameter as an effect of its own.
+    !> Enters one damping parameter as a separate effect.
     subroutine enter_one(c, number, name, title, sentence)
       type(catalogue_t), intent(inout) :: c
       integer, intent(in) :: number

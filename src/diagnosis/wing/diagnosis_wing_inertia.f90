@@ -58,7 +58,7 @@ contains
                  'Something sits on the wing at one place: dust, glue or a marker.', .false., '', variants)
   end subroutine enter_inertia
 
-  !> Enters one parameter of the masses as an effect of its own.
+  !> Enters one parameter of the masses as a separate effect.
   subroutine enter_one(c, number, name, title, sentence)
     type(catalogue_t), intent(inout) :: c
     integer, intent(in) :: number

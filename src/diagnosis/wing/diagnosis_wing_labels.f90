@@ -54,7 +54,7 @@ contains
     end associate
   end subroutine make_labels
 
-  !> Adds n observations at a place [m]: a surface with a fold and a block of its own. They are no answer to a load; their
+  !> Adds n observations at a place [m]: a surface with its own fold and block. They are no answer to a load; their
   !> `observed` is 0.
   pure subroutine append_surface(labels, n, site)
     type(labels_t), intent(inout) :: labels

@@ -117,7 +117,7 @@ contains
     call site_tangents(self%simulation, self%rest, self%effects, site, radius, self%direction, patterns)
   end subroutine modes_patterns
 
-  !> Adds labels. Every mode is a surface with a fold and a block of its own. Their `observed` is 0.
+  !> Adds labels. Every mode is a surface with its own fold and block. Their `observed` is 0.
   subroutine modes_append_labels(self, labels)
     class(wing_modes_t), intent(in) :: self
     type(labels_t), intent(inout) :: labels

@@ -122,7 +122,7 @@ contains
     if (self%flight%n > 0) call self%flight%append_labels(labels)
   end subroutine motion_append_labels
 
-  !> Adds the labels of the patterns of unknown causes in flights after the others, as a family of their own. The entries of
+  !> Adds the labels of the patterns of unknown causes in flights after the others, as a separate family. The entries of
   !> `family` and `site` that belong to no pattern stay at the end.
   subroutine motion_append_patterns(self, n_patterns, family, site, names)
     class(wing_motion_t), intent(in) :: self

@@ -37,7 +37,7 @@ module diagnosis_wing_rest
 
 contains
 
-  !> Takes the experiment `bare`, without unknowns of its own, and the wing. Both must live as long as this.
+  !> Takes the experiment `bare`, which has no unknowns, and the wing. Both must live as long as this.
   subroutine rest_init(self, bare, wing, parameters)
     class(wing_rest_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: bare

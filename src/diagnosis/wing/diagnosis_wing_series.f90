@@ -148,7 +148,7 @@ contains
     call site_tangents(self%simulation, self%rest, self%effects, site, radius, self%direction, patterns)
   end subroutine series_patterns
 
-  !> Adds labels. Every trace is a surface with a fold and a block of its own.
+  !> Adds labels. Every trace is a surface with its own fold and block.
   subroutine series_append_labels(self, labels)
     class(wing_series_t), intent(in) :: self
     type(labels_t), intent(inout) :: labels

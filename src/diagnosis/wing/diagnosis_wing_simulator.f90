@@ -79,7 +79,7 @@ module diagnosis_wing_simulator
 
 contains
 
-  !> Takes the experiment, without unknowns of its own, and the wing, which must live as long as the simulator. Collective.
+  !> Takes the experiment, which has no unknowns, and the wing, which must live as long as the simulator. Collective.
   subroutine wing_init(self, world, experiment, wing, catalogue, bins, patterns, parts, flights)
     class(wing_simulator_t), intent(inout) :: self
     type(world_t), intent(in) :: world

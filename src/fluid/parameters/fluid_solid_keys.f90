@@ -15,7 +15,7 @@ module fluid_solid_keys
   type :: solids_t
     logical :: is_on = .false.            !< there are solids or walls
     character(:), allocatable :: mask
-    character(:), allocatable :: obstacle !< a body at rest beside insects, or none
+    character(:), allocatable :: obstacle !< a body at rest in addition to insects, or none
     logical :: is_moving = .false.        !< a layer above draws the body in every step
     logical :: may_move = .true.          !< the user does not forbid it
     real(rp) :: c_eta = 1.0e-2_rp         !< permeability, T
@@ -146,7 +146,7 @@ contains
       call c%complain(errors, 'Penalization', 'cavity_size', 'the cavity walls need a thickness of at least one point')
   end subroutine check_solids
 
-  !> Returns the word for the body: that of the mask, or, for the body of an insect, that of the obstacle beside it.
+  !> Returns the word for the body: that of the mask, or, for the body of an insect, that of the obstacle.
   pure function solids_body_name(self) result(name)
     class(solids_t), intent(in) :: self
     character(:), allocatable :: name

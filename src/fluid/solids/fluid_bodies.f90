@@ -100,7 +100,7 @@ contains
     end if
   end function mask_profile
 
-  !> Draws one line of the body of the mask, or of the obstacle beside an insect.
+  !> Draws one line of the body of the mask, or of the obstacle that is there in addition to an insect.
   subroutine draw_body(p, block, line_point, chi, us)
     type(fluid_params_t), intent(in) :: p
     type(block_t), intent(in) :: block

@@ -17,7 +17,7 @@ module fluid_penalty
   integer, parameter :: N_COLORS = 6   !< colours 0 .. 5
   integer, parameter :: COLOR_WALL = 0 !< walls do not count as a body
   integer, parameter :: COLOR_BODY = 1
-  integer, parameter :: COLOR_OBSTACLE = 4 !< a body at rest beside insects; 2 and 3 are their wings
+  integer, parameter :: COLOR_OBSTACLE = 4 !< a body at rest in addition to insects; 2 and 3 are their wings
 
   !> Penalized points of this rank, line by line: the points of line (y, z) are
   !> line_first(line) .. line_last(line), line = y + ny_local*(z - 1), with x ascending. Other points in the

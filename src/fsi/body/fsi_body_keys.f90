@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads the keys of [Insects] that describe the body beside the wings, with FLUSI's names.
+!> Reads the keys of [Insects] that describe the body between the wings, with FLUSI's names.
 module fsi_body_keys
   use base_constants, only: PI
   use base_errors, only: message_list_t

@@ -119,7 +119,7 @@ contains
                                   yaw=angle_t(value=attitude(1)))
   end subroutine read_body
 
-  !> Moves a body whose centre is in one of the boxes beside the box, of size `box` [L], to its image inside, with a notice.
+  !> Moves a body whose centre is in a periodic image of the box, of size `box` [L], to its image inside, with a notice.
   subroutine keep_in_box(config, box, body, notices)
     type(config_t), intent(in) :: config
     real(rp), intent(in) :: box(3)

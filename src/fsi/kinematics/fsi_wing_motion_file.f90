@@ -149,7 +149,7 @@ contains
     real(rp), allocatable, intent(inout) :: x(:)
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: angle
-    if (n == 0 .and. all(abs(x) <= 0)) x = x(:0) ! FLUSI's files write a zero beside nfft = 0
+    if (n == 0 .and. all(abs(x) <= 0)) x = x(:0) ! FLUSI's files have one zero if nfft = 0
     if (size(x) == n) return
     angle = key(index(key, '_') + 1:)
     if (size(x) == 0) then

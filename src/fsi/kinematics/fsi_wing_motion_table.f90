@@ -110,7 +110,7 @@ contains
         if (.not. allocated(problem) .and. n < 2) problem = number_text(n)//' is too small'
         if (allocated(problem)) then
           call errors%add(place//'number of rows: '//problem//'; valid: integer >= 2')
-          return ! the rows cannot be told from what follows
+          return ! the rows cannot be separated from what follows
         end if
         allocate (rows(COLUMNS, n))
       case default

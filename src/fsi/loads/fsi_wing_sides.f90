@@ -106,7 +106,7 @@ contains
     end do
   end subroutine sides_sample
 
-  !> Computes tractions from the velocities beside the triangles.
+  !> Computes tractions from the velocities next to the triangles.
   pure subroutine shear(self, surface, nu, traction)
     type(wing_sides_t), intent(in) :: self
     type(surface_t), intent(in) :: surface

@@ -65,7 +65,7 @@ module fsi_mask
     type(visit_t), allocatable, private :: visits(:)
     integer, allocatable, private :: lines(:)      !< (n_lines) those that are visited
     integer, allocatable, private :: span(:, :)    !< (2, line) smallest and largest x visited, wrapped; nx, -1 if none
-    integer, allocatable, private :: offset(:)     !< (line) where x = 0 of the line would stand in `points`
+    integer, allocatable, private :: offset(:)     !< (line) index in `points` that x = 0 of the line would have
     type(point_t), allocatable, private :: points(:)
     integer, allocatable, private :: x(:), color(:) !< (nx) points of a line to be given to the fluid
     real(rp), allocatable, private :: chi(:), us(:, :)

@@ -36,7 +36,7 @@ contains
     if (allocated(self%height)) height = bilinear(self%height, self%box, chord, span)
   end function relief_height_at
 
-  !> Returns the thickness [L] there, `constant` where the wing has no thickness of its own.
+  !> Returns the thickness [L] there, `constant` where the wing itself states none.
   pure real(rp) function relief_thickness_at(self, chord, span, constant) result(thickness)
     class(wing_relief_t), intent(in) :: self
     real(rp), intent(in) :: chord, span, constant

@@ -262,7 +262,7 @@ contains
     if (is_round(c, scene, drawing, look%points)) call round_outline(planform%outline, scene, drawing, look%solid)
   end subroutine take_planform
 
-  !> Moves points to the height of the wing there; points beside the box of heights, at the rim, get that of the box's edge.
+  !> Moves points to the height of the wing there; points outside the box of heights, at the rim, get that of its edge.
   subroutine lift_points(planform, points)
     type(planform_t), intent(in) :: planform
     real(rp), intent(inout) :: points(:, :)

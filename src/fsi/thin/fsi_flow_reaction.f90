@@ -33,7 +33,7 @@ module fsi_flow_reaction
     real(rp), allocatable, private :: flow(:, :)      !< (3, n) s, L/T
     real(rp), allocatable, private :: velocity(:, :), work(:, :) !< (3, n)
     real(rp), allocatable, private :: moved(:, :)     !< (3, n_all)
-    real(rp), allocatable, private :: blocks(:, :, :) !< (3, 3, n_all) stand-in for W^T M^-1 W, rho L^3
+    real(rp), allocatable, private :: blocks(:, :, :) !< (3, 3, n_all) approximation of W^T M^-1 W, rho L^3
   contains
     procedure :: init => reaction_init
     procedure :: update_response => reaction_update_response
@@ -140,7 +140,7 @@ contains
     call self%markers%spread(self%work, y)
   end subroutine reaction_tangent
 
-  !> Sets the blocks that stand for C in the preconditioner; see reaction_t.
+  !> Sets the blocks that replace C in the preconditioner; see reaction_t.
   subroutine reaction_block_diagonal(self, d)
     class(flow_reaction_t), intent(inout) :: self
     real(rp), intent(inout) :: d(:, :, :)

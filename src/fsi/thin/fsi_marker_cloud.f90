@@ -20,7 +20,7 @@ module fsi_marker_cloud
   integer, parameter :: MOST_CELLS = 2**22
   integer, parameter :: DEEPEST = 200      !< halvings of a triangle
 
-  !> Kinds of places that `pick` looks for.
+  !> Kinds of places that `pick` searches.
   integer, parameter :: FREE_EDGE = 1 !< the point of a free edge that is farthest from the markers
   integer, parameter :: FRONT = 2     !< the point nearest to two of them
   integer, parameter :: GAP = 3       !< the point of the sheet that is farthest from them
@@ -287,7 +287,7 @@ contains
     end function steps
   end subroutine search_cell
 
-  !> Takes the sample that the present mode looks for, if there is one.
+  !> Takes the sample that the present mode searches, if there is one.
   subroutine cloud_pick(self, site, found)
     class(cloud_t), intent(in) :: self
     type(site_t), intent(out) :: site

@@ -3,7 +3,7 @@
 !>
 !> | verdict | when |
 !> |---|---|
-!> | adequate | chance alone is as sure as tests and checks together in more than LEVEL of all experiments |
+!> | adequate | chance alone gives tests and checks as significant as these in more than LEVEL of all experiments |
 !> | named | one effect, or few together, leave nothing but noise; no other does; its posterior probability is high;
 !> and were the truth an unknown cause of this strength, of any kind, the name would be rejected with a probability of at least
 !> POWER |
@@ -31,7 +31,7 @@ module inference_decision
                                      NO_FIT = 'no_fit', NO_INTERVAL = 'null_not_excluded', AT_BOUND = 'at_bound', &
                                      NO_GAIN = 'no_gain'
   real(rp), parameter, public :: LEVEL = 0.05_rp, REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
-  real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be told apart
+  real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be distinguished
   real(rp), parameter :: ALIAS_FRACTION = 0.01_rp !< of the effect of a cause beyond the baseline: too little to trust priors with
   real(rp), parameter, public :: TESTS_FRACTION = 0.8_rp !< of the level, the rest is for the checks
   real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause if one cause already leaves nothing but noise

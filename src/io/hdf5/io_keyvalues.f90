@@ -92,7 +92,7 @@ contains
     line = trim(buffer)
   end function key_line
 
-  !> Prints the key of the field in `path` to `unit` and writes it beside, `<path without .h5>.key`.
+  !> Prints the key of the field in `path` to `unit` and writes it to `<path without .h5>.key`.
   subroutine keyvalues(path, unit, failure)
     character(*), intent(in) :: path
     integer, intent(in) :: unit

@@ -241,7 +241,7 @@ contains
     is_given = self%values(find(self, section, key))%is_given
   end function config_is_given
 
-  !> Returns the name of the file; files that it names may stand beside it.
+  !> Returns the name of the file; files that it names may be in its folder.
   function config_file_name(self) result(name)
     class(config_t), intent(in) :: self
     character(:), allocatable :: name

@@ -137,7 +137,7 @@ contains
     end if
   end subroutine report_twice
 
-  !> Returns where a value stands, as seen from `file`.
+  !> Returns the line of a value as text, with its file unless that is `file`.
   function line_text(value, file) result(text)
     type(value_t), intent(in) :: value
     character(*), intent(in) :: file

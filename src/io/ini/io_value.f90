@@ -309,7 +309,7 @@ contains
     call move_alloc(rows, matrix)
   end subroutine read_matrix
 
-  !> Returns the value as it could stand in a file; the rows of a matrix on lines of their own.
+  !> Returns the value as it could stand in a file; each row of a matrix on a separate line.
   function value_text(key, value) result(text)
     type(key_t), intent(in) :: key
     type(value_t), intent(in) :: value

@@ -76,7 +76,7 @@ contains
 
   !> Finds the shape under load l at these coordinates. u(3, n_all) [m] is as in `bent_wing_t%solve`. If `load_offset` is given,
   !> the force acts at this distance [m] from its place. The report fails if drying leaves no stiffness, or if the force acts
-  !> beside the wing.
+  !> outside the wing.
   subroutine simulation_solve(self, experiment, coordinates, l, is_warm, u, report, load_offset)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment

@@ -15,9 +15,9 @@ module measurement_sampling
 
   !> The points of the wing between which each place lies: the height is the sum of share*z of the corners.
   type :: surface_sample_t
-    integer, allocatable :: corner(:, :)    !< (3, n) points; beside the wing the ends of an edge, the second twice
+    integer, allocatable :: corner(:, :)    !< (3, n) points; outside the wing the ends of an edge, the second twice
     real(rp), allocatable :: weight(:, :)   !< (3, n)
-    logical, allocatable :: is_beside(:)    !< (n) beside the wing
+    logical, allocatable :: is_beside(:)    !< (n) outside the wing
   contains
     procedure :: init => sample_init
   end type surface_sample_t

@@ -21,13 +21,13 @@ module measurement_forces
     real(rp) :: magnitude = 0             !< [N]
     real(rp) :: direction(3) = 0          !< unit vector
     logical :: is_applied = .false.       !< there is a force, and it acts on the wing
-    logical :: is_valid = .true.          !< .not. : it would act beside the wing
+    logical :: is_valid = .true.          !< .not. : it would act outside the wing
   end type applied_t
 
 contains
 
   !> Sets force(3, :) [N] to the force of `load` on the points of `model`. `site` is the stated place of the load. The force acts
-  !> at the distance load_offset(2) [m] from where the instrument lets it act. If that is beside the wing, `applied` is not valid
+  !> at the distance load_offset(2) [m] from where the instrument lets it act. If that is outside the wing, `applied` is not valid
   !> and the force is zero.
   subroutine apply_load(instrument, load, site, model, load_offset, applied, force)
     type(instrument_t), intent(in) :: instrument

@@ -89,7 +89,7 @@ contains
     self%identity%id = id
   end subroutine broadcast_identity
 
-  !> Checks that a new run does not meet the results of an earlier one, and fails if it does. With `overwrite` it does not fail:
+  !> Checks that a new run does not overwrite results of an earlier one, and fails if it would. With `overwrite` it passes:
   !> `settle` will then move away the files that match `patterns`, apart from those that this run reads. It changes no file.
   !> Collective.
   subroutine run_check_new(self, overwrite, patterns, outcome)

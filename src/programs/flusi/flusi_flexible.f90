@@ -241,7 +241,7 @@ contains
     params%light_layer = light_layer(wing_case%wing%points, wing_case%wing%triangles, wing_case%mass%nodal)
   end subroutine set_mechanics
 
-  !> Adds remarks on keys of the pressure beside the wings, which wings without thickness do not need.
+  !> Adds remarks on keys for the pressure next to the wings, which wings without thickness do not need.
   subroutine notice_pressure_keys(given, notices)
     logical, intent(in) :: given(3) !< which of them the user gives
     type(message_list_t), intent(inout) :: notices

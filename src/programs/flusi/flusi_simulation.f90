@@ -117,7 +117,7 @@ contains
     call self%timers%start(self%t_start)
   end subroutine begin_timers
 
-  !> Takes the folder for this run. Fails if a new run would meet the results of another one. Collective.
+  !> Takes the folder for this run. Fails if a new run would overwrite the results of another. Collective.
   subroutine begin_files(self, command, restarts)
     type(simulation_t), intent(inout) :: self
     type(command_t), intent(in) :: command

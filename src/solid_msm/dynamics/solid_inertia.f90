@@ -19,8 +19,8 @@ module solid_inertia
     real(rp), allocatable :: nodal(:)       !< (n_all) [kg/s] damping of every point
     real(rp) :: rayleigh_mass = 0           !< [1/s] times the mass
     real(rp) :: rayleigh_stiffness = 0      !< [s] times the rate of the elastic forces
-    real(rp) :: relaxation = 0              !< g: a sudden force meets (1 + g) times the stiffness,
-    real(rp) :: relaxation_time = 1         !< [s] and this relaxes in such a time
+    real(rp) :: relaxation = 0              !< g: for a sudden force the stiffness is 1 + g times larger,
+    real(rp) :: relaxation_time = 1         !< [s] and this increase relaxes in such a time
     real(rp) :: joint_friction = 0          !< [s] times the rate of the elastic moments of joints
     type(solid_model_t), allocatable, private :: joints !< these alone, if they have friction
   contains

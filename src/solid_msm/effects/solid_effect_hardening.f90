@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Describes hinges whose moment is not proportional to their turning: M = k Theta (1 + h Theta^2).
 !>
-!> Joints have the common h and one of their own. All other hinges are pieces of cuticle with M = EI kappa (1 + c
+!> Every joint has the common h and an individual one. All other hinges are pieces of cuticle with M = EI kappa (1 + c
 !> kappa^2), the curvature kappa = Theta/l over the length l that bends, so that h = c/l^2.
 module solid_effect_hardening
   use base_kinds, only: rp

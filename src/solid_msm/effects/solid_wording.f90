@@ -36,7 +36,7 @@ module solid_wording
     character(:), allocatable :: more, less  !< behind it, and then `than`
     character(:), allocatable :: than
     character(:), allocatable :: times       !< behind ".. times", in their place
-    logical :: is_known = .false.        !< the parameter has words of its own
+    logical :: is_known = .false.        !< the parameter has its own words
   end type wording_t
 
 contains

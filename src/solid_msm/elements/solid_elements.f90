@@ -145,7 +145,7 @@ contains
       associate (c => plate%nodes(:, plate%n))
         area = cross(points(:, c(2)) - points(:, c(1)), points(:, c(3)) - points(:, c(4)))
       end associate
-      plate%upward(plate%n) = 0 ! a wing that stands upright has no camber
+      plate%upward(plate%n) = 0 ! a vertical wing has no camber
       if (abs(area(3)) > 1.0e-6_rp*norm2(area)) plate%upward(plate%n) = 1/area(3)
     end do
   end function make_plate

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Describes veins that resist torsion. A segment has no direction of its own across itself, but the membrane at its sides has
+!> Describes veins that resist torsion. A segment itself has no direction across its axis, but the membrane at its sides has
 !> one: its normal turns about the vein if the vein is twisted.
 !>
 !> At the hinge a-b-c with the segments e and f let Ae and Af be the summed area vectors of the triangles at each, over

@@ -7,7 +7,7 @@
 !> that nobody keeps, and the pipeline is the staged one. The time of P3DFFT's exchanges is not known: its clock of the column
 !> exchange does not measure it.
 !>
-!> P3DFFT keeps its plans and buffers in variables of its own, for one grid per process.
+!> P3DFFT keeps its plans and buffers in its own variables, for one grid per process.
 module spectral_p3dfft
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t, require
