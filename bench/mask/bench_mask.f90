@@ -88,7 +88,7 @@ program bench_mask
 
 contains
 
-  !> The arguments are nx, ny, nz, the approximate number of triangles of each wing, and the number of steps.
+  !> Reads the arguments: nx, ny, nz, the approximate number of triangles of each wing, and the number of steps.
   subroutine read_arguments(numbers)
     integer, intent(out) :: numbers(5)
     character(32) :: text

@@ -20,7 +20,7 @@ module bench_dependence
 
 contains
 
-  !> The data are the vertical displacements of all points under ten moderate loads for
+  !> Prints the changes with D. The data are the vertical displacements of all points under ten moderate loads for
   !> D = 0.2 mN mm and E = 12.6 GPa, joints as the veins. For each D: the deflections of the loaded places without a fit,
   !> then E and a factor common to all joints by Gauss-Newton steps with exact derivatives.
   subroutine print_dependence(wing)

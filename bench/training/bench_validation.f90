@@ -32,7 +32,7 @@ module bench_validation
 
 contains
 
-  !> The coordinates of the true values.
+  !> Returns the coordinates of the true values.
   pure function validation_truth(twin) result(truth)
     type(twin_t), intent(in) :: twin
     real(rp) :: truth(N_UNKNOWNS)

@@ -80,7 +80,7 @@ contains
     if (options%tolstagnation > 0) p%tolstagnation = options%tolstagnation
   end function derive_params
 
-  !> w'_i = ln(mu + 1/2) - ln i, which is ln((lambda + 1)/2) - ln i for even lambda and the default mu;
+  !> Computes w'_i = ln(mu + 1/2) - ln i, which is ln((lambda + 1)/2) - ln i for even lambda and the default mu;
   !> the paper has ln(mu + 1) - ln i, which is the tutorial's for odd lambda.
   pure subroutine raw_weights(is_paper, mu, weights)
     logical, intent(in) :: is_paper

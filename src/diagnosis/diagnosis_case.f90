@@ -40,7 +40,8 @@ module diagnosis_case
 
 contains
 
-  !> Whether the measurement holds nothing but records of forces over the beat, so that the mechanics of the wing do not matter.
+  !> Tells whether the measurement holds nothing but records of forces over the beat, so that the mechanics of the wing do not
+  !> matter.
   pure logical function case_only_flies(self) result(only_flies)
     class(diagnosis_case_t), intent(in) :: self
     only_flies = size(self%measurement%loads) == 0 .and. .not. self%measurement%moves() .and. self%measurement%count_flights() > 0

@@ -84,9 +84,9 @@ contains
     next%now = discrimination%now(order)
   end subroutine rank_loads
 
-  !> There are hundreds of rivals with all their places. The procedure first tries all loads against the nearest place of each
-  !> effect, which gives an upper bound. It then tries the loads with the largest bounds against all rivals, until no other load
-  !> can be better or 3 MOST_SITES have been tried.
+  !> Ranks the places of loads. There are hundreds of rivals with all their places. The procedure first tries all loads against
+  !> the nearest place of each effect, which gives an upper bound. It then tries the loads with the largest bounds against all
+  !> rivals, until no other load can be better or 3 MOST_SITES have been tried.
   subroutine rank_sites(s, simulator, d, discrimination, next)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(in) :: simulator

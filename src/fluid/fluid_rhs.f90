@@ -227,7 +227,7 @@ contains
       line = y + self%block%count(2)*(z - 1)
       do i = self%penalty%line_first(line), self%penalty%line_last(line)
         associate (x => self%penalty%x(i), chi => self%penalty%chi(i))
-          ! The fluid's share weighs (1 - chi)^2; what is missing from 1 is taken off here.
+          ! In the fluid's sums every point has the weight (1 - chi)^2, so that the rest of 1 is subtracted here.
           solid_fraction = 1 - (1 - chi)**2
           self%sums%energy_fluid = self%sums%energy_fluid - 0.5_rp*solid_fraction*in(x, 1:3)**2
           self%sums%enstrophy_fluid = self%sums%enstrophy_fluid - solid_fraction*in(x, 4:6)**2

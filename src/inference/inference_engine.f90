@@ -216,7 +216,7 @@ contains
     end if
   end subroutine validate_causes
 
-  !> If a single cause of the verdict has been fitted already, this fit is the extended model.
+  !> Reuses a fit: if a single cause of the verdict has been fitted already, this fit is the extended model.
   subroutine reuse_fit(d)
     type(diagnosis_t), intent(inout) :: d
     integer :: i

@@ -91,7 +91,7 @@ contains
 
     allocate (self%planes(self%stages%n_kx*grid%n(2), max(max_in, max_out)))
     allocate (self%modes(self%sticks%nkz, STICK_BATCH, max(max_in, max_out)))
-    ! An even number of lines: FFTW has planned for fields that begin where complex numbers do.
+    ! The number of lines is even: FFTW's plans need fields that begin at the address of a complex number.
     lines = self%stages%line_batch + mod(self%stages%line_batch, 2)
     allocate (self%fields_in(grid%n(1), lines, max_in), self%fields_out(grid%n(1), lines, max_out))
     self%modes = 0

@@ -30,7 +30,7 @@ contains
     call apply_groups(root, memory)
   end function read_machine_memory
 
-  !> A group is limited by its own limit and by those of the groups around it.
+  !> Applies the limits of the group of this process: its own one and those of the groups around it.
   subroutine apply_groups(root, memory)
     character(*), intent(in) :: root
     type(machine_memory_t), intent(inout) :: memory

@@ -94,7 +94,7 @@ contains
     call move_alloc(more, self%marks)
   end subroutine add
 
-  !> Number of the component of that name, or 0.
+  !> Returns the number of the component of that name, or 0.
   integer function place(self, name) result(i)
     class(fingerprint_t), intent(in) :: self
     character(*), intent(in) :: name

@@ -44,7 +44,7 @@ module base_value_visitor
       real(rp), intent(inout) :: values(:)
       end subroutine carry_reals
 
-    !> The same with integers.
+    !> Carries integers in the same way.
     subroutine carry_integers(self, name, values)
       import :: value_visitor_t, i8
       class(value_visitor_t), intent(inout) :: self
@@ -52,7 +52,7 @@ module base_value_visitor
       integer(i8), intent(inout) :: values(:)
       end subroutine carry_integers
 
-    !> The same with a text, which is allocated unless it is read.
+    !> Carries a text in the same way. It is allocated unless it is read.
     subroutine carry_text(self, name, text)
       import :: value_visitor_t
       class(value_visitor_t), intent(inout) :: self

@@ -20,7 +20,7 @@ module base_visitor
     procedure(visit_components), deferred :: visit
   end type visited_t
 
-  !> What visits numbers, texts, and parts and lists of them.
+  !> A visitor of numbers, texts, and parts and lists of them.
   type, abstract, extends(value_visitor_t) :: visitor_t
   contains
     generic :: visit => visit_part, visit_text, visit_texts
@@ -42,7 +42,7 @@ module base_visitor
 
 contains
 
-  !> A part.
+  !> Visits a part.
   recursive subroutine visit_part(self, name, part)
     class(visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -54,7 +54,7 @@ contains
     self%path = path
   end subroutine visit_part
 
-  !> A text of fixed length.
+  !> Visits a text of fixed length.
   subroutine visit_text(self, name, value)
     class(visitor_t), intent(inout) :: self
     character(*), intent(in) :: name

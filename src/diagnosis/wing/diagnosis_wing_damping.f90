@@ -19,8 +19,8 @@ module diagnosis_wing_damping
 
 contains
 
-  !> If there are records, the baseline seeks damping in proportion to the mass. It begins with one that ends the motion within
-  !> the longest of them, and the sd of its logarithm is a decade.
+  !> Adds a parameter to the baseline. If there are records, it fits damping in proportion to the mass. It begins with one that
+  !> ends the motion within the longest of them, and the sd of its logarithm is a decade.
   subroutine add_damping(c, e)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e

@@ -19,7 +19,8 @@ module diagnosis_wing_inertia
 
 contains
 
-  !> If the wing moved in air, the baseline seeks the ratio of the air that moves with the wing to that of strip theory.
+  !> Adds a parameter to the baseline. If the wing moved in air, it fits the ratio of the air that moves with the wing to that of
+  !> strip theory.
   subroutine add_air(c, e)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e

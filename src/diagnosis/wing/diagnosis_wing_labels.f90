@@ -75,7 +75,7 @@ contains
     labels%replicate = [labels%replicate, surface]
   end subroutine append_surface
 
-  !> Where all loads act at one place, each force with its repeats is left out instead.
+  !> Changes the folds: where all loads act at one place, each force with its repeats is left out instead.
   subroutine fold_by_force(labels)
     type(labels_t), intent(inout) :: labels
     integer :: l, k, folds

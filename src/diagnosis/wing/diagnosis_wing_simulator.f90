@@ -304,13 +304,13 @@ contains
     end associate
   end subroutine wing_linearise_at
 
-  !> Only errors of places are not linear.
+  !> Tells whether there are errors of places: only these are not linear.
   pure logical function wing_has_nonlinear_nuisances(self) result(has_some)
     class(wing_simulator_t), intent(in) :: self
     has_some = self%experiment%measurement%accuracy%position > 0 .and. size(self%experiment%model%triangles) > 0
   end function wing_has_nonlinear_nuisances
 
-  !> Residuals of all pixels of load l are values(:comparisons(l)%n, l).
+  !> Computes the residuals of all pixels: those of load l are values(:comparisons(l)%n, l).
   subroutine wing_pixels(self, q, values, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)

@@ -159,7 +159,7 @@ contains
       associate (corners => surface%triangles(:, i))
         wall = sum(surface%velocities(:, corners), 2)/3
       end associate
-      ! The turning of the wall cancels: it adds at one place what it subtracts at the other.
+      ! The rotation of the wall cancels: the velocities that it adds on the two sides have opposite signs.
       slip = self%velocity(:, i) + self%velocity(:, m + i) - 2*wall
       slip = slip - normal*dot_product(normal, slip)
       call distribute(surface, i, nu/(distance - half_thickness)*norm2(twice_area)/2*slip, self%friction)

@@ -67,7 +67,7 @@ contains
     end if
     c = cos(p)
     s = sin(p)
-    ! Of s^2 j0 (1 + s^2) = (s + s^3) sin(p s)/p, and of s^2 j1/x (1 + s^2) = (1 + s^2)(sin/p^3/s - cos/p^2).
+    ! The integrals of s^2 j0 (1 + s^2) = (s + s^3) sin(p s)/p and of s^2 j1/x (1 + s^2) = (1 + s^2)(sin/p^3/s - cos/p^2).
     sines = (s/p**2 - c/p + (3/p**2 - 6/p**4)*s - (1/p - 6/p**3)*c)/p
     j1_part = (sine_integral(p) + s/p**2 - c/p)/p**3 - (s/p + (1/p - 2/p**3)*s + 2*c/p**2)/p**2
     f(1) = sines - j1_part

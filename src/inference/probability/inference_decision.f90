@@ -55,7 +55,7 @@ module inference_decision
     character(20) :: reason = ''            !< why it is a set: one of the words above, or blank
     logical :: has_further = .false.        !< the best explanation by several causes contains an effect of the set
     real(rp) :: remainder_log_p = 0         !< of what the causes leave
-    real(rp) :: name_power = 0              !< see above; 0 where it was not asked
+    real(rp) :: name_power = 0              !< see above; 0 where it was not computed
     !> |signal| of the causes in units of the noise: by the tangents, or by the fit of one if that is more
     real(rp) :: snr = 0
     real(rp), allocatable :: posterior(:)   !< (effects) each alone; the sum with the next three is 1

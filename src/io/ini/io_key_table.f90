@@ -91,7 +91,7 @@ contains
       escaped(default)//' | '//escaped(allowed)//' | '//escaped(key%help)//' |'
   end subroutine write_row
 
-  !> A bar inside a cell would end it.
+  !> Returns the text with escaped bars, because a bar inside a cell would end it.
   pure function escaped(text) result(cell)
     character(*), intent(in) :: text
     character(:), allocatable :: cell

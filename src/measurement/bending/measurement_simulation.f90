@@ -306,7 +306,7 @@ contains
     end associate
   end subroutine simulation_instrument_tangent
 
-  !> With e = sqrt q and the outcome Y(e)/e under the forces e F: d(Y/e)/dq = (dY/de/e - Y/e^2)/(2 e).
+  !> Computes d(Y/e)/dq: with e = sqrt q and the outcome Y(e)/e under the forces e F it is (dY/de/e - Y/e^2)/(2 e).
   subroutine find_nonlinearity(self, experiment, l, column)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment

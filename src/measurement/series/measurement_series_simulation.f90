@@ -373,7 +373,7 @@ contains
     allocate (change%forcing(0))
     change%damping = number
     damping = self%damping
-    ! Another relaxation time requires states of its own; the wing has one relaxation.
+    ! Another relaxation time needs separate states; the wing has only one relaxation.
     is_other = number == DAMPING_RELAXATION .and. abs(time - damping%relaxation_time) > 1.0e-12_rp*time
     if (is_other) damping%relaxation = 0
     if (is_other) damping%relaxation_time = time

@@ -261,7 +261,7 @@ contains
       call self%push()
     end if
     if (self%t_wings > 0) call self%timers%stop(self%t_wings)
-    ! After a failure, too: a checkpoint of it has a whole state.
+    ! This is done after a failure, too, so that its checkpoint contains a complete state.
     if (self%settings%flight%flyer%is_free) call settle(self%wings, self%fluid)
   end subroutine move_wings
 

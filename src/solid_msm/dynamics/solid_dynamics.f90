@@ -32,7 +32,7 @@ module solid_dynamics
     !> suffice; so many cost about as much as a factorisation. 0: a new tangent in every iteration.
     real(rp) :: worth_reuse = 7
     !> Largest number in a step, its second attempt included; then the equations are solved by iterations with the last factors.
-    !> More are made only if these fail, in a third attempt and where a step is halved: to begin with poor factors costs more.
+    !> More are made only if these fail, in a third attempt and where a step is halved: poor factors at the beginning cost more.
     integer :: factorisations = 3
   end type dynamic_options_t
 

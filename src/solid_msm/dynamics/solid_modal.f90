@@ -301,7 +301,7 @@ contains
     phi = reshape(self%shapes(:, self%model%movable, i), [size(phi)])
   end function flat
 
-  !> bent(:, i) = dK psi_i, dm the change of the masses, dc that of the compliances. With the clamp
+  !> Computes the slopes. bent(:, i) = dK psi_i, dm the change of the masses, dc that of the compliances. With the clamp
   !> phi_j dF^-1 phi_i = psi_j dK psi_i - m_j dc m_i, m = lambda R^T M phi its moment, and F dF^-1 phi_i = K^-1 dK psi_i - R dc m_i.
   subroutine find_slopes(self, bent, dm, dc, same, slopes)
     class(modal_t), intent(in) :: self

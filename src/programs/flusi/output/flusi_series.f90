@@ -286,7 +286,7 @@ contains
       end if
       if (present(wings)) call self%flight%write(wings, loads, body_power(wings, fluid))
     end associate
-    ! All series live in one folder: a full disk shows in the one that is written at every step, too.
+    ! All series are in one folder: a full disk is also found by the series that is written at every step.
     call self%ekin%check(failure)
     call self%energy%check(failure)
   end subroutine series_write_integrals
