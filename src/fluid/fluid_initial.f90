@@ -107,8 +107,8 @@ contains
     end do
   end subroutine project
 
-  !> Returns component `c` of the vorticity of a ring in a plane x = const: core a = 0.82 r0, circulation omega1, centre (x0, y0,
-  !> z0).
+  !> Returns component `c` of the vorticity of a ring in a plane x = const. Its core is a = 0.82 r0, its circulation omega1 and
+  !> its centre (x0, y0, z0).
   subroutine vortex_ring(p, full, c, omega)
     type(fluid_params_t), intent(in) :: p
     class(transform_t), intent(in) :: full
