@@ -14,7 +14,7 @@ module training_fingerprint
 
 contains
 
-  !> What determines the search, but not how long it goes on. The settings stay as they are.
+  !> Returns the number for everything that determines the search, but not how long it runs. The settings stay as they are.
   integer(i8) function fingerprint_of(settings) result(fingerprint)
     class(training_case_t), intent(inout) :: settings
     type(fingerprint_t) :: marks
@@ -49,7 +49,7 @@ contains
     end subroutine add
   end function fingerprint_of
 
-  !> What was measured, and where.
+  !> Returns the checksum of the measured values, of their places, and of the loads.
   integer(i8) function measurement_fingerprint(e) result(number)
     type(experiment_t), intent(in) :: e
     integer :: i, l
