@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The vortex ring that benchmarks of a step compute.
+!> Defines the vortex ring that the benchmarks of a time step compute.
 module bench_ring
   use base_kinds, only: rp
   use fluid_params, only: fluid_params_t
@@ -10,7 +10,8 @@ module bench_ring
 
 contains
 
-  !> Its parameters on n(3) points in a box whose longest side is 2.5, with measured plans and a fixed time step.
+  !> Sets the parameters of the ring on n(3) points in a box whose longest side is 2.5, with measured FFT plans and a fixed time
+  !> step.
   function vortex_ring(n) result(p)
     integer, intent(in) :: n(3)
     type(fluid_params_t) :: p

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Times the mask of two flapping wings against a fluid step measured in the same loop. Prints one JSON object on
-!> its last line. Called through bench/mask/run.
+!> Measures the time of the mask of two flapping wings relative to a fluid step in the same loop. Prints one JSON object on its
+!> last line. It is called through bench/mask/run.
 program bench_mask
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t
@@ -32,7 +32,7 @@ program bench_mask
 
   call read_arguments(arguments)
   call world%start()
-  ! The box of the blowfly experiment: 4 R x 4 R x 2 R, hinges half a wing length beside the middle.
+  ! The box is that of the blowfly experiment: 4 R x 4 R x 2 R, the hinges are half a wing length away from the middle.
   p%grid = make_grid(arguments(1:3), [4.0_rp, 4.0_rp, 2.0_rp])
   p%resolution%planner = 'measure'
   p%resolution%dealias = 'ellipsoid'
@@ -88,7 +88,7 @@ program bench_mask
 
 contains
 
-  !> nx, ny, nz, triangles of each wing (about), steps.
+  !> Reads the arguments: nx, ny, nz, the approximate number of triangles of each wing, and the number of steps.
   subroutine read_arguments(numbers)
     integer, intent(out) :: numbers(5)
     character(32) :: text
@@ -100,7 +100,7 @@ contains
     end do
   end subroutine read_arguments
 
-  !> A stroke with feathering; every step has other angles, so that no line stays in place.
+  !> Returns the angles of a stroke with feathering; they differ in every step, so that no line of the mask stays in place.
   subroutine place_wings(step)
     integer, intent(in) :: step
     real(rp) :: phi, alpha, side, span(3), chord(3), normal(3)
@@ -118,7 +118,7 @@ contains
     end do
   end subroutine place_wings
 
-  !> Times are CPU times: of the slowest rank, and summed over the ranks for the cost of a band point.
+  !> Prints the CPU times: those of the slowest rank, and their sum over the ranks for the cost of a band point.
   subroutine report()
     real(rp) :: all_mask(1), floor(1)
     all_mask = total_mask

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Times AB2 steps of a vortex ring on N^3 points and compares them with the floor measured in the same
-!> minute. Prints one JSON object on its last line. Called through bench/step/run.
+!> Measures the time of AB2 steps of a vortex ring on N^3 points and compares it with the least possible time (bench_floor),
+!> measured in the same minute. Prints one JSON object on its last line. It is called through bench/step/run.
 program bench_step
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t

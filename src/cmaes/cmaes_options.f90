@@ -46,7 +46,7 @@ module cmaes_options
 
 contains
 
-  !> Shows to the visitor what a search is, but not how long it goes on.
+  !> Shows to the visitor what defines a search, but not how long it may continue.
   subroutine options_visit(self, visitor)
     class(cmaes_options_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor
@@ -123,7 +123,7 @@ contains
 
   end function option_problem
 
-  !> Not finite, or at most `least`, or below it if not `or_equal`.
+  !> Tells whether x is not finite, or at most `least`, or below it if not `or_equal`.
   pure logical function is_below(value, least, or_equal)
     real(rp), intent(in) :: value, least
     logical, intent(in), optional :: or_equal
@@ -133,7 +133,7 @@ contains
     if (present(or_equal)) is_below = value < least
   end function is_below
 
-  !> Neither UNSET nor in [0, most].
+  !> Tells whether x is neither UNSET nor in [0, most].
   pure logical function outside(value, most)
     real(rp), intent(in) :: value, most
     outside = .true.

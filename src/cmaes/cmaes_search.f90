@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A search: runs of CMA-ES one after another under one budget of evaluations.
+!> Makes a search: runs of CMA-ES, one after another, which share one budget of evaluations.
 !>
 !> IPOP (Auger and Hansen, CEC 2005): every restart doubles lambda. BIPOP (Hansen, GECCO 2009 workshop):
 !> restarts with a doubled lambda alternate with runs of small populations and steps,
@@ -93,7 +93,7 @@ contains
     call begin_run(self)
   end subroutine search_start
 
-  !> The run that the state describes.
+  !> Returns the run that the state describes.
   subroutine begin_run(self)
     class(cmaes_search_t), intent(inout) :: self
     type(cmaes_options_t) :: options
@@ -132,7 +132,7 @@ contains
     if (self%state%stop_code == RUNNING) call begin_run(self)
   end subroutine search_tell
 
-  !> Books a run that has ended, and chooses the next or ends the search.
+  !> Records a run that has ended, and chooses the next one or ends the search.
   subroutine finish_run(self)
     class(cmaes_search_t), intent(inout) :: self
     integer(i8) :: spent, left
@@ -164,7 +164,7 @@ contains
     if (self%state%lambda > left) self%state%stop_code = MAXFEVALS
   end subroutine finish_run
 
-  !> Regime, population, step and budget of the next run.
+  !> Sets kind, population, step and budget of the next run.
   subroutine choose_next(self, left)
     class(cmaes_search_t), intent(inout) :: self
     integer(i8), intent(in) :: left
@@ -237,7 +237,7 @@ contains
     call visitor%visit('search', self%state)
     if (visitor%failure%failed) return
     if (visitor%is_reading) then
-      ! What is left of the budget of today; small runs have one of their own besides.
+      ! The run has what remains of the present budget; small runs have a limit in addition.
       left = self%options%max_evaluations - self%state%evaluations
       if (self%state%regime == SMALL_RUN) left = min(left, self%state%run_limit)
       self%state%run_limit = left

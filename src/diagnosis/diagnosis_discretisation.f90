@@ -12,7 +12,7 @@
 !> What the mesh does depends on the wing. Where a cause is clear, the difference is taken anew with this cause in both
 !> models, as strong as it was found on the mesh of the diagnosis.
 !>
-!> Both fits are rough: what they lack lies along the unknowns of the baseline, which are fitted anew in all that follows.
+!> Both fits are rough. Their errors lie along the unknowns of the baseline, which all later steps fit again.
 module diagnosis_discretisation
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -199,9 +199,9 @@ contains
     end select
   end subroutine discretisation_renew
 
-  !> Parameters of the other mesh for q of the own one; none if it has not all of them that differ from their null. A soft
-  !> place stands for a piece of vein as long as its edges are: what counts is by how much it turns more, and a piece of
-  !> half the length is twice as stiff.
+  !> Returns the parameters of the other mesh that correspond to q of this mesh, or none if the other mesh lacks a parameter that
+  !> differs from its null. A soft place stands for a piece of vein as long as its edges. What counts is how much more it turns,
+  !> and a piece of half the length is twice as stiff.
   subroutine map_to_other_mesh(self, q, q_other)
     class(discretisation_error_t), intent(in) :: self
     real(rp), intent(in) :: q(:)
@@ -225,7 +225,7 @@ contains
     if (all(abs(values) < huge(1.0_rp))) call move_alloc(values, q_other)
   end subroutine map_to_other_mesh
 
-  !> The place of parameter i among those of another mesh; 0: nowhere.
+  !> Returns the number of parameter i among those of another mesh; 0 if it is not there.
   pure recursive integer function find_counterpart(parameters, i, others) result(j)
     type(wing_parameter_t), intent(in) :: parameters(:), others(:)
     integer, intent(in) :: i
@@ -253,8 +253,8 @@ contains
     if (j > size(others)) j = 0
   end function find_counterpart
 
-  !> Fits the coarser wing, then, from there and with the same weights, the finer one: residuals(n) of both, derivatives of
-  !> the first, and where the diagnosis begins. Everyone who serves is dismissed in this order.
+  !> Fits the coarser wing and then, from there and with the same weights, the finer one. Gives the residuals(n) of both, the
+  !> derivatives of the first, and where the diagnosis begins. It dismisses the ranks that serve in this order.
   subroutine fit_both_meshes(self, s, coarse, fine, whitener, r_coarse, r_fine, jacobian)
     class(discretisation_error_t), intent(inout) :: self
     class(diagnosis_case_t), intent(in) :: s
@@ -286,7 +286,7 @@ contains
     if (.not. self%is_coarser) self%start = one%q
   end subroutine fit_both_meshes
 
-  !> Length of a without what the columns of j can imitate.
+  !> Returns the length of what remains of a without the part that the columns of j can imitate.
   real(rp) function length_after_projection(a, j) result(length)
     real(rp), intent(in) :: a(:), j(:, :)
     real(rp), allocatable :: q(:, :), r(:, :)

@@ -73,7 +73,8 @@ contains
     call test_equality(c(columns, columns), zeros)
   end subroutine compare_zeros
 
-  !> r of the factorisation of all tangents at a fit, with priors; is_valid: they determine all that was fitted.
+  !> Returns r of the factorisation of all tangents at a fit, with priors. is_valid: they determine all parameters that were
+  !> fitted.
   subroutine find_triangle(simulator, d, found, r, is_valid)
     type(wing_simulator_t), intent(inout) :: simulator
     type(diagnosis_t), intent(in) :: d
@@ -101,7 +102,7 @@ contains
     if (is_valid) is_valid = all([(abs(r(i, i)) > 1.0e-12_rp*norm2(r(:, i)), i=1, n)])
   end subroutine find_triangle
 
-  !> chi^2 of the differences with covariance c(:, :) of the values.
+  !> Returns chi^2 of the differences with covariance c(:, :) of the values.
   subroutine test_equality(c, zeros)
     real(rp), intent(in) :: c(:, :)
     type(zeros_t), intent(inout) :: zeros
@@ -127,7 +128,7 @@ contains
     zeros%log_p = log_chi2_tail(max(0.0_rp, zeros%chi2), size(c, 1) - 1)
   end subroutine test_equality
 
-  !> Numbers of the unknown offsets of readings at one place along one axis, of the first such group of two or more.
+  !> Returns the numbers of the unknown offsets of readings at one place along one axis, of the first such group of two or more.
   pure function offsets_of_a_sensor(m) result(same)
     type(measurement_t), intent(in) :: m
     integer, allocatable :: same(:)

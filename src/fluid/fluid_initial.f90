@@ -63,7 +63,7 @@ contains
     end if
   end subroutine initial_velocity
 
-  !> Tells whether the flow begins at rest or with its mean flow alone. No truncation changes such a flow.
+  !> Tells whether the flow begins at rest or with its mean flow alone. Truncation does not change such a flow.
   pure logical function is_uniform(params)
     type(fluid_params_t), intent(in) :: params
     is_uniform = any(params%initial%flow == [character(16) :: 'quiescent', 'MeanFlow'])
@@ -93,7 +93,7 @@ contains
     end do
   end subroutine vorticity_to_velocity
 
-  !> Takes the gradient part off u.
+  !> Removes the gradient part of u.
   subroutine project(full, u)
     class(transform_t), intent(in) :: full
     complex(rp), intent(inout) :: u(:, :, :)
@@ -107,7 +107,8 @@ contains
     end do
   end subroutine project
 
-  !> Component `c` of the vorticity of a ring in a plane x = const: core a = 0.82 r0, circulation omega1, centre (x0, y0, z0).
+  !> Returns component `c` of the vorticity of a ring in a plane x = const. Its core is a = 0.82 r0, its circulation omega1 and
+  !> its centre (x0, y0, z0).
   subroutine vortex_ring(p, full, c, omega)
     type(fluid_params_t), intent(in) :: p
     class(transform_t), intent(in) :: full
@@ -130,8 +131,8 @@ contains
     end do
   end subroutine vortex_ring
 
-  !> Component `c` of Taylor-Green vortices scaled to the box: in 2-D (sin y cos z, -cos y sin z), in 3-D
-  !> (sin x cos y cos z, -cos x sin y cos z, 0).
+  !> Returns component `c` of Taylor-Green vortices scaled to the box: in 2-D (sin y cos z, -cos y sin z), in 3-D (sin x cos y cos
+  !> z, -cos x sin y cos z, 0).
   subroutine taylor_green(p, full, c, u)
     type(fluid_params_t), intent(in) :: p
     class(transform_t), intent(in) :: full
@@ -154,7 +155,7 @@ contains
     end do
   end subroutine taylor_green
 
-  !> Component `c` of the velocity from a field file of the same grid and box, and the time it was written at.
+  !> Reads component `c` of the velocity from a field file of the same grid and box, and the time at which it was written.
   subroutine from_file(world, p, full, c, u, time, failure)
     type(world_t), intent(in) :: world
     type(fluid_params_t), intent(in) :: p

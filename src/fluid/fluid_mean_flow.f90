@@ -47,7 +47,7 @@ contains
     where (p%mean%kind == 'sinusoidal') mean = p%mean%velocity*sin(TWO_PI*p%mean%frequency*time)
   end function imposed_mean_flow
 
-  !> Smooth start of the dynamic mean flow: 0 until release, then a cubic to 1 within tau.
+  !> Returns the smooth start of the dynamic mean flow: 0 until release, then a cubic to 1 within tau.
   pure real(rp) function ramp(p, time) result(r)
     type(fluid_params_t), intent(in) :: p
     real(rp), intent(in) :: time

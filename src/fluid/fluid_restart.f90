@@ -90,7 +90,7 @@ contains
     end do
   end subroutine load_fluid
 
-  !> (nkz, n) complex -> (2 nkz, n) real: real and imaginary parts alternate.
+  !> Converts complex (nkz, n) into real (2 nkz, n) numbers: real and imaginary parts alternate.
   pure function as_reals(z) result(x)
     complex(rp), intent(in) :: z(:, :)
     real(rp) :: x(2*size(z, 1), size(z, 2))
@@ -98,12 +98,14 @@ contains
     x(2::2, :) = aimag(z)
   end function as_reals
 
+  !> Returns complex numbers whose real and imaginary parts alternate in `x`.
   pure function as_complex(x) result(z)
     real(rp), intent(in) :: x(:, :)
     complex(rp) :: z(size(x, 1)/2, size(x, 2))
     z = cmplx(x(1::2, :), x(2::2, :), rp)
   end function as_complex
 
+  !> Returns three integers, separated by ' x '.
   function three_integers(n) result(text)
     integer, intent(in) :: n(3)
     character(:), allocatable :: text

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The vorticity sponge: in a frame of the box the vorticity decays with the time C_sp.
+!> Applies the vorticity sponge: near the faces of the box the vorticity decays with the time C_sp.
 !>
 !> In physical space s = -(chi_sp/C_sp) omega; the velocity term is its Biot-Savart field
 !> i k x s / k^2, which is solenoidal and leaves the mean flow alone (Engels, Kolomenskiy, Schneider &
@@ -15,7 +15,7 @@ module fluid_sponge
   type :: sponge_t
     logical :: is_on = .false.
     real(rp) :: rate = 0                          !< 1/C_sp
-    logical, allocatable :: whole_line(:, :)      !< (ny_local, nz_local) lines that are sponge all along
+    logical, allocatable :: whole_line(:, :)      !< (ny_local, nz_local) lines that lie in the sponge along their whole length
     integer :: low = 0                            !< sponge at x indices 1 .. low of every other line
     integer :: high = 0                           !< and at the last `high` ones
   contains
@@ -86,7 +86,7 @@ contains
     end if
   end function make_sponge
 
-  !> Whether index i (0-based) is among the first or last t of n.
+  !> Tells whether index i (0-based) is among the first or last t of n.
   pure logical function at_edge(i, n, t)
     integer, intent(in) :: i, n, t
     at_edge = i < t .or. i >= n - t

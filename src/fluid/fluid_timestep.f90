@@ -10,8 +10,8 @@ module fluid_timestep
   !> A velocity beyond this means that the run has blown up: all units are chosen so that it is of order 1.
   real(rp), parameter :: TOO_FAST = 1.0e3_rp
 
-  !> Largest dt/C_sp. AB2 is stable up to 1, but there its second root is -1: the vorticity would swing in
-  !> the sponge for ever instead of decaying. At 1/2 both roots are below 0.65.
+  !> Largest dt/C_sp. AB2 is stable up to 1, but there its second root is -1: the vorticity would oscillate in the sponge for ever
+  !> instead of decaying. At 1/2 both roots are below 0.65.
   real(rp), parameter :: SPONGE_LIMIT = 0.5_rp
 
 contains
@@ -35,9 +35,9 @@ contains
     if (p%time%dt_fixed > 0) then
       dt = p%time%dt_fixed
     else
-      dt = 1.0e-3_rp ! a fluid at rest tells nothing
+      dt = 1.0e-3_rp ! a fluid at rest sets no limit
       speed = u_max
-      ! A swinging mean flow passes through rest; its largest velocity comes within the next steps.
+      ! An oscillating mean flow passes through rest; its largest velocity comes within the next steps.
       if (any(p%mean%kind == 'sinusoidal')) speed = max(speed, &
                                                      norm2(merge(p%mean%velocity, 0.0_rp, p%mean%kind == 'sinusoidal')))
       if (speed >= 1.0e-8_rp) dt = two_digits(p%time%cfl*p%grid%min_spacing()/speed)
@@ -60,13 +60,13 @@ contains
     end if
   end function next_step_length
 
-  !> How far `time` is between two multiples of `interval`; just before a multiple counts as on it.
+  !> Returns how far `time` is between two multiples of `interval`; a time just before a multiple counts as on it.
   pure real(rp) function fraction_done(time, interval) result(fraction)
     real(rp), intent(in) :: time, interval
     fraction = time/interval - floor_of(time, interval)
   end function fraction_done
 
-  !> Number of the last event not after `time`, with a tolerance for accumulated round-off.
+  !> Returns the number of the last event not after `time`, with a tolerance for accumulated round-off.
   pure real(rp) function floor_of(time, interval) result(k)
     real(rp), intent(in) :: time, interval
     k = aint(time/interval + 1.0e-9_rp)

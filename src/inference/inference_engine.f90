@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Runs the whole diagnosis of one set of data, whatever simulates it: baseline, design, calibration, odds and nonlinear refits
-!> of the top candidates. It repeats them once with the nuisances linearised about the best candidate, decides, validates on
+!> Runs the whole diagnosis of one set of data, with any simulator: baseline, design, calibration, odds and nonlinear refits of
+!> the top candidates. It repeats them once with the nuisances linearised about the best candidate. It then decides, validates on
 !> locations that were left out, and finds intervals.
 module inference_engine
   use base_errors, only: failure_t
@@ -56,7 +56,7 @@ contains
     deallocate (d%baseline%state)
     allocate (d%baseline%state, source=state) ! all refits begin here
     d%initial_baseline = d%baseline
-    ! Without directions that no test uses the noise model is believed.
+    ! If the tests use nearly all directions, the noise model is trusted.
     is_scale_known = options%is_scale_known .or. d%design%residual_dof < FEWEST_REST
     if (simulator%n_observations < 2*simulator%n_baseline) then
       d%decision%verdict = VERDICT_INSUFFICIENT
@@ -173,17 +173,17 @@ contains
     d%decision = d%linear
   end subroutine test_hypotheses
 
-  !> How well the size of the noise is known: a declared one is believed, and one that nothing tells.
+  !> Returns how well the size of the noise is known. A declared one is trusted, and so is one of which the data tell nothing.
   pure integer function noise_dof(options, is_scale_known)
     type(diagnosis_options_t), intent(in) :: options
     logical, intent(in) :: is_scale_known
     noise_dof = merge(huge(1), options%noise_dof, is_scale_known)
   end function noise_dof
 
-  !> The causes of the verdict: fitted together, with intervals unless most of the misfit is left, and tried on locations that
-  !> the fit did not see. A name is not given if a cause of it has no interval that excludes the null, or an estimate that
-  !> stands at a bound, or if it does not predict better. The rest of several causes gets no name either, as it has been found
-  !> to explain too little.
+  !> Finds the causes of the verdict. They are fitted jointly, get intervals unless most of the misfit remains, and are validated
+  !> on locations that the fit did not use. No name is given if one of its causes has no interval that excludes the null, if an
+  !> estimate lies at a bound, or if the model does not predict better. If several causes lose their name, no part of them gets
+  !> one, as it was found to explain too little.
   subroutine validate_causes(simulator, options, d)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -197,7 +197,7 @@ contains
       return
     end if
     d%extended_scale = d%extended%chi2/max(1, simulator%n_observations - size(d%extended%active))
-    ! Whatever the causes explain, most of the misfit is something else.
+    ! Most of the misfit has another origin, whatever the causes explain.
     if (d%extended_scale > LARGEST_SCALE .and. any(d%decision%verdict == [VERDICT_NAMED, VERDICT_SET])) then
       call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
     end if
@@ -226,7 +226,7 @@ contains
     end if
   end subroutine validate_causes
 
-  !> If a single cause of the verdict has been fitted already, this fit is the extended model.
+  !> Reuses a fit: if a single cause of the verdict has been fitted already, this fit is the extended model.
   subroutine reuse_fit(d)
     type(diagnosis_t), intent(inout) :: d
     integer :: i

@@ -22,13 +22,13 @@ module inference_record
   real(rp), parameter, public :: LARGEST_SCALE = 2 !< times the variance of the noise, as far as that may be wrong
 
   type :: diagnosis_options_t
-    !> Of a sum of squares of about a thousand, to a hundredth: log evidences are compared in units of one.
+    !> Finds a sum of squares of about a thousand to a hundredth: log evidences are compared in units of one.
     type(fit_options_t) :: fit = fit_options_t(reduction_tolerance=1.0e-5_rp, most_rejections=4)
     integer :: n_draws = 4000            !< of the bootstrap
     integer(i8) :: seed = 1
     integer :: most_refits = 5           !< top candidates that are fitted in full
     logical :: is_scale_known = .false.  !< the declared noise is believed; otherwise its scale is estimated
-    !> Degrees of freedom with which the size of the noise is known beside the fits, see check_residuals.
+    !> Degrees of freedom of an estimate of the noise that does not come from the fits, see check_residuals.
     integer :: noise_dof = 0
     logical :: validates = .true.
     logical :: finds_intervals = .true.
@@ -43,14 +43,14 @@ module inference_record
     real(rp) :: remainder_log_p = 0
   end type refit_t
 
-  !> How well locations are predicted that a fit did not see.
+  !> Prediction of locations that a fit did not use.
   type :: prediction_t
     type(validation_t) :: baseline, extended
     real(rp) :: gain = 0, gain_error = 0 !< log predictive density per location left out, of the extended over the baseline
     logical :: has_gain = .false.
   end type prediction_t
 
-  !> Everything that came out.
+  !> All results.
   type :: diagnosis_t
     type(whitener_t) :: whitener
     type(nested_fit_t) :: initial_baseline !< the baseline for itself

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Fits nested models without linearisation: the unknowns of the baseline and, with them, parameters of effects.
 !>
-!> Residuals are whitened, so that the sum of squares is minus twice the log likelihood with nuisances integrated out.
-!> The directions of nuisances depend on the point, and are taken anew at the optimum of the baseline until it stays.
-!> Effects have no prior here: no name may rest on what was thought of its strength before.
+!> Residuals are whitened, so that the sum of squares is minus twice the log likelihood with nuisances integrated out. The
+!> directions of nuisances depend on the point, and are computed anew at the optimum of the baseline until it stays the same.
+!> Effects have no prior here: a name must not rest on earlier assumptions about its strength.
 module inference_refit
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -213,7 +213,7 @@ contains
       call failure%raise('the wing cannot be computed at the best fit of the baseline: check loads, units and [Wing]')
       return
     end if
-    ! Without an end of the passes these directions may be others than those of the fit.
+    ! If the passes do not converge, these directions may differ from those of the fit.
     call whitener%apply_one(seen)
     if (abs(sum(seen**2) + found%prior_chi2 - found%cost()) <= SETTLED) return
     call fit_nested(simulator, whitener, found%active, found%q, state, options, again)
@@ -262,7 +262,7 @@ contains
     where (spread < huge(1.0_rp)) spread = spread - least
   end subroutine fit_best_start
 
-  !> Fits the baseline to the end from a loose fit, in the passes of `fit_baseline`; the most probable of them is found.
+  !> Continues a loose fit of the baseline to convergence, in the passes of `fit_baseline`, and returns the most probable of them.
   subroutine settle_baseline(simulator, options, whitener, found)
     class(simulator_t), intent(inout), target :: simulator
     type(fit_options_t), intent(in) :: options
@@ -340,7 +340,7 @@ contains
     end block check
   end subroutine fit_loosely
 
-  !> Returns the same choices, but with an end where little is gained.
+  !> Returns the same options, but with a looser criterion to stop.
   pure function loose_options(options) result(loose)
     type(fit_options_t), intent(in) :: options
     type(fit_options_t) :: loose

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Linearises the nuisances about the fit of the top candidate instead of that of the baseline.
 !>
-!> What an error of a force, of a place or of the mesh does depends on the wing. Seen from a baseline that is wrong, as one
-!> cause is missing, it is wrong too: the rest then looks like a second cause, and intervals are too narrow. So where a
-!> cause is clear the nuisances are taken anew at its fit, and all hypotheses are compared once more with these.
+!> The effect of an error of a force, of a place or of the mesh depends on the wing. If the baseline lacks a cause, it gives wrong
+!> directions for these errors; the rest then looks like a second cause, and intervals are too narrow. Where a cause is clear, the
+!> nuisances are therefore computed anew at its fit, and all hypotheses are compared again with these.
 module inference_relinearisation
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -17,7 +17,7 @@ module inference_relinearisation
   private
   public :: model_error_t, relinearise
 
-  !> Directions of errors of a simulator that only fits of other models tell, such as one on another mesh.
+  !> Directions of errors of a simulator that require fits of other models, such as one on another mesh.
   type, abstract :: model_error_t
   contains
     !> Gives `state` new ones at q, to which it belongs after a fit with the whitener. If that cannot be done the old ones stay.
@@ -34,14 +34,14 @@ module inference_relinearisation
     end subroutine renew_interface
   end interface
 
-  !> Gain of the sum of squares, in units of the noise, below which a cause changes no nuisance by what would matter.
+  !> Decrease of the sum of squares, in units of the noise, below which a cause does not change nuisances significantly.
   real(rp), parameter :: CLEAR = 25.0_rp
 
 contains
 
-  !> Takes all nuisances at the best of the refits: errors that settle, directions, the whitener, the fit of the baseline and
-  !> the design are then new, and so is this refit. `is_new` false: nothing has changed, as no cause is clear or something
-  !> has no result.
+  !> Computes all nuisances anew at the best of the refits: errors that converge, directions, the whitener, the fit of the
+  !> baseline and the design are then new, and so is this refit. `is_new` is false if nothing has changed, because no cause is
+  !> clear or a result is missing.
   subroutine relinearise(simulator, options, d, is_new, model_error)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -132,7 +132,7 @@ contains
     end do
   end subroutine iterate_relinearisation
 
-  !> Twice the negative logarithm of the probability density of data and parameters, without a constant.
+  !> Returns twice the negative logarithm of the probability density of data and parameters, without a constant.
   real(rp) function minus_two_log_posterior(found, whitener, scale)
     type(nested_fit_t), intent(in) :: found
     type(whitener_t), intent(in) :: whitener

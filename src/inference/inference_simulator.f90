@@ -2,10 +2,9 @@
 !> Defines what the statistics need of a simulator and of an experiment, whatever they are: observations, their covariance, a
 !> baseline model with unknowns, and candidates for what it lacks.
 !>
-!> All parameters stand in one vector: the unknowns of the baseline, then those of the effects, which have a null value
-!> at which the effect is absent. A candidate is an effect with one or more variants (positions, for instance), and a
-!> variant is a set of parameters that are released together. Surfaces, ring-down or forces differ only in what
-!> extends `simulator_t`.
+!> All parameters are in one vector: the unknowns of the baseline, then those of the effects, which have a null value at which the
+!> effect is absent. A candidate is an effect with one or more variants (positions, for instance). A variant is a set of
+!> parameters that are released at the same time. Types that extend `simulator_t` represent surfaces, vibrations or forces.
 module inference_simulator
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
@@ -19,7 +18,7 @@ module inference_simulator
     character(:), allocatable :: label        !< where, or empty
     integer, allocatable :: columns(:)        !< parameters that it releases
     real(rp) :: site(2) = 0                  !< [m] of a position on the wing
-    !> Not scanned, but tried once the scan has found something near, and it is released.
+    !> Not scanned, but tried after the scan has found an effect nearby and the variant is released.
     logical :: is_finer = .false., is_released = .false.
   contains
     procedure :: is_tried => variant_is_tried
@@ -37,8 +36,7 @@ module inference_simulator
     procedure :: is_testable => effect_is_testable
   end type effect_t
 
-  !> To what every observation belongs. Surfaces are numbered from 1; what is said of a surface has their number as
-  !> index.
+  !> The group to which every observation belongs. Surfaces are numbered from 1; arrays over surfaces have this number as index.
   type :: labels_t
     integer, allocatable :: surface(:)        !< (n) load under which it was observed
     integer, allocatable :: block(:)          !< (n) observations of different blocks have independent errors
@@ -56,15 +54,15 @@ module inference_simulator
     integer :: n_observations = 0
     integer :: n_baseline = 0                 !< parameters 1 .. n_baseline are the unknowns of the baseline
     integer :: n_nuisances = 0                !< directions of errors that are known only by their sd
-    !> (n_nuisances at most) of the first of them: kinds of errors that have one declared sd, 1, 2, ..; 0: of no kind.
+    !> (at most n_nuisances) for the first nuisances, the kind 1, 2, .. of errors with one declared sd; 0: no kind.
     integer, allocatable :: nuisance_kind(:)
     character(:), allocatable :: nuisance_names(:) !< of the kinds, in the plural
     integer :: n_patterns = 0                 !< of unknown causes
-    integer :: n_alone = huge(1)              !< so many of them, the first, may also be alone such a cause
+    integer :: n_alone = huge(1)              !< so many of them, the first, may also be such a cause alone
     type(labels_t) :: labels
     type(parameter_t), allocatable :: parameters(:) !< by their coordinates; those of the baseline start at their null
     type(effect_t), allocatable :: effects(:)
-    !> Quantities whose values may all differ from what they should be: their tangents are patterns too, behind the others.
+    !> Quantities whose values may all differ from what they should be. Their tangents are patterns too, after the others.
     integer, allocatable :: field(:)
     integer, allocatable :: family(:)         !< (n_patterns + size(field)) 1, 2, .. kind of unknown cause
     real(rp), allocatable :: pattern_site(:, :) !< (2, n_patterns + size(field)) [m] where on the wing
@@ -97,7 +95,7 @@ module inference_simulator
       logical, intent(in), optional :: is_wanted(:)
     end subroutine evaluate_interface
 
-    !> c(size(rows), size(rows)): covariance of the noise of these observations, which are of one block.
+    !> Returns c(size(rows), size(rows)), the covariance of the noise of these observations, which are of one block.
     subroutine covariance_interface(self, rows, c)
       import :: simulator_t, rp
       class(simulator_t), intent(in) :: self
@@ -133,7 +131,7 @@ contains
     if (allocated(self%missing)) is_testable = self%missing == ''
   end function effect_is_testable
 
-  !> Returns the part that neighbours share of the variance of a single error; negative where that is not to be asked.
+  !> Returns the share of the variance of a single error that neighbours have in common; negative if it is fixed.
   pure real(rp) function simulator_common_fraction(self) result(fraction)
     class(simulator_t), intent(in) :: self
     fraction = -1
@@ -141,7 +139,7 @@ contains
     end associate
   end function simulator_common_fraction
 
-  !> Sets that part. What neighbours do not share stays.
+  !> Sets that share. The variance that neighbours do not share stays the same.
   subroutine simulator_set_common_fraction(self, fraction)
     class(simulator_t), intent(inout) :: self
     real(rp), intent(in) :: fraction

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The transforms that there are, by name: `builtin`, and `p3dfft` where it was found when the program was built.
+!> Makes the available transforms by name: `builtin`, and `p3dfft` if it was found when the program was built.
 module spectral_backends
   use base_errors, only: failure_t, require
   use parallel_world, only: world_t
@@ -11,7 +11,7 @@ module spectral_backends
   private
   public :: make_transform, make_full_transform, transform_choices_t, HAS_P3DFFT
 
-  !> Which transform is made, and how.
+  !> Options of a transform.
   type :: transform_choices_t
     character(8) :: name = 'builtin'      !< or 'p3dfft'
     character(9) :: dealias = 'ellipsoid' !< modes that are kept: 'ellipsoid', 'box' or 'none' (all)
@@ -55,6 +55,7 @@ contains
     end select
   end subroutine make_full_transform
 
+  !> Makes the transform that this program brings with it.
   subroutine make_builtin(transform, world, grid, choices, max_in, max_out)
     class(transform_t), allocatable, intent(out) :: transform
     type(world_t), intent(in) :: world

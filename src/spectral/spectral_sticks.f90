@@ -32,7 +32,7 @@ module spectral_sticks
     integer, allocatable :: jx(:), jy(:)  !< (n) mode numbers
     integer, allocatable :: jz(:)         !< (nkz) mode numbers
     integer, allocatable :: jz_max(:)     !< (n) largest |jz| inside the truncation on each stick
-    real(rp), allocatable :: weight(:)    !< (n) modes of real space a stored mode stands for: 1 or 2
+    real(rp), allocatable :: weight(:)    !< (n) number of modes that a stored mode represents: 1 or 2
     integer :: zero = 0            !< local number of the stick (0,0), 0 if another rank has it
     type(rows_t) :: rows           !< place of this rank's sticks in the global order, for files
     !> All sticks of this rank's row, in the order in which the columns own them; not with `make_block_sticks`:
@@ -160,7 +160,7 @@ contains
     call take_sticks(s, grid, jx(:n), jy(:n), top(:n), number(:n), global)
   end function make_block_sticks
 
-  !> What all ranks have in common: the modes along z, and the number of columns kx.
+  !> Sets what all ranks have in common: the modes along z, and the number of columns kx.
   subroutine set_axes(s, grid, dealias)
     type(sticks_t), intent(inout) :: s
     type(grid_t), intent(in) :: grid
@@ -179,8 +179,7 @@ contains
     s%n_jx = kept_columns(grid, dealias)
   end subroutine set_axes
 
-  !> This rank's sticks are those with modes jx, jy, the largest kz `top`, and the increasing numbers `global` of
-  !> n_global.
+  !> Sets this rank's sticks: those with modes jx, jy, the largest kz `top`, and the increasing numbers `global` of n_global.
   subroutine take_sticks(s, grid, jx, jy, top, global, n_global)
     type(sticks_t), intent(inout) :: s
     type(grid_t), intent(in) :: grid
@@ -216,7 +215,7 @@ contains
     line(self%jz_max(s) + 2:self%nkz - self%jz_max(s)) = 0
   end subroutine sticks_truncate
 
-  !> Largest mode number kept along an axis of n points.
+  !> Returns the largest mode number kept along an axis of n points.
   pure integer function mode_limit(n, dealias) result(limit)
     integer, intent(in) :: n
     character(*), intent(in) :: dealias
@@ -227,14 +226,13 @@ contains
     end if
   end function mode_limit
 
-  !> K of the 2/3 rule for n points.
+  !> Returns K of the 2/3 rule for n points.
   pure real(rp) function cutoff(n) result(k)
     integer, intent(in) :: n
     k = real(2*(n/2 - 1), rp)/3
   end function cutoff
 
-  !> Returns the largest radius [1/L] of a sphere of wavenumbers inside the ellipsoid, of a circle where the grid has one point in
-  !> x.
+  !> Returns the largest radius [1/L] of a sphere of wavenumbers inside the ellipsoid; of a circle in a two-dimensional grid.
   pure real(rp) function sphere_radius(grid) result(radius)
     type(grid_t), intent(in) :: grid
     integer :: i
@@ -244,14 +242,14 @@ contains
     end do
   end function sphere_radius
 
-  !> Signed mode number of FFT index i (0-based) out of n; the Nyquist mode counts as negative.
+  !> Returns the signed mode number of FFT index i (0-based) out of n; the Nyquist mode counts as negative.
   pure integer function signed_mode(i, n) result(j)
     integer, intent(in) :: i, n
     j = modulo(i + n/2, n) - n/2
   end function signed_mode
 
-  !> Largest |jz| kept on stick (jx, jy), -1 if the stick is outside. Integer comparisons would
-  !> overflow for large grids, so the quadratic form is evaluated in reals.
+  !> Returns the largest |jz| kept on stick (jx, jy), -1 if the stick is outside. Integer comparisons would overflow for large
+  !> grids, so the quadratic form is evaluated in reals.
   pure integer function top_mode(jx, jy, n, dealias, kz_limit) result(top)
     integer, intent(in) :: jx, jy, n(3), kz_limit
     character(*), intent(in) :: dealias
@@ -262,9 +260,9 @@ contains
     top = kz_limit
     if (dealias /= 'ellipsoid') return
     r2 = square_ratio(jx, n(1)) + square_ratio(jy, n(2))
-    ! No mode is in that lies a whole one above the ellipsoid.
+    ! Modes that lie a whole mode number above the ellipsoid are outside.
     do jz = min(kz_limit, int(sqrt(max(0.0_rp, 1 - r2))*max(1.0_rp, cutoff(n(3)))) + 1), 0, -1
-      ! Modes on the ellipsoid are out, whatever the last bit of the sum.
+      ! Modes on the ellipsoid are outside, whatever the last bit of the sum.
       if (r2 + square_ratio(jz, n(3)) < 1 - 1.0e-12_rp) then
         top = jz
         return
@@ -273,7 +271,7 @@ contains
     top = -1
   end function top_mode
 
-  !> (j/K)^2, and 0 for the direction without modes.
+  !> Returns (j/K)^2, and 0 for the direction without modes.
   pure real(rp) function square_ratio(j, n) result(ratio)
     integer, intent(in) :: j, n
     ratio = 0

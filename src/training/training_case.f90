@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds one training as search and least squares see it: the experiment, its free parameters, and their options. SI units.
+!> Holds one training with the data that search and least squares need: the experiment, its free parameters, and their options. SI
+!> units.
 module training_case
   use base_visitor, only: visitor_t
   use cmaes_options, only: cmaes_options_t
@@ -28,8 +29,8 @@ module training_case
 
 contains
 
-  !> Shows to the visitor what determines the search, but not how long it goes on and what follows it. Experiment and measurement
-  !> are known by what is computed of them: see training_fingerprint.
+  !> Shows to the visitor what determines the search, but not how long it runs and what follows it. Experiment and measurement
+  !> enter by numbers that are computed from them: see training_fingerprint.
   subroutine case_visit(self, visitor)
     class(training_case_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor

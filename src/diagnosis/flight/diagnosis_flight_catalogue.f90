@@ -46,6 +46,7 @@ contains
     end do
   end function flight_steps
 
+  !> Tells whether the list `wanted` names an effect; an empty list names all.
   pure logical function is_wanted(wanted, name)
     character(*), intent(in) :: wanted, name
     integer :: position, first, last
@@ -143,6 +144,7 @@ contains
     end do
   end subroutine exclude_unflown
 
+  !> Enters the changes of the kinematics that are wanted.
   subroutine enter_kinematics(c, facts, wanted)
     type(catalogue_t), intent(inout) :: c
     type(flight_facts_t), intent(in) :: facts
@@ -161,6 +163,7 @@ contains
 
   contains
 
+    !> Enters change `j` of the flow as an effect.
     subroutine one(j, title, sentence)
       integer, intent(in) :: j
       character(*), intent(in) :: title, sentence
@@ -169,6 +172,7 @@ contains
 
   end subroutine enter_kinematics
 
+  !> Enters wind and viscosity if they are wanted.
   subroutine enter_flow(c, facts, wanted)
     type(catalogue_t), intent(inout) :: c
     type(flight_facts_t), intent(in) :: facts
@@ -206,6 +210,7 @@ contains
     call c%enter(effect_of(numbers(1)), title, sentence, .false., missing, variants)
   end subroutine enter_changes
 
+  !> Enters the errors of the force balance that are wanted and that the records can show.
   subroutine enter_balance(c, facts, flights, wanted)
     type(catalogue_t), intent(inout) :: c
     type(flight_facts_t), intent(in) :: facts
@@ -245,6 +250,7 @@ contains
       is_flown = .not. facts%is_section .or. any(component == [2, 3])
     end function is_flown
 
+    !> Enters one error of the balance, if it is wanted and has parameters that the records can show.
     subroutine one(name, title, numbers, sentence)
       character(*), intent(in) :: name, title, sentence
       integer, intent(in) :: numbers(:)

@@ -5,7 +5,7 @@
 !>
 !>     F(c) = F_0 + sum_j (F_j+ - F_j-)/(2 h_j) c_j + (F_j+ - 2 F_0 + F_j-)/(2 h_j^2) c_j^2.
 !>
-!> A beat of a rigid wing whose frequency is exp(e) times that of the case needs no flight of its own. It is the case in a fluid
+!> A beat of a rigid wing whose frequency is exp(e) times that of the case needs no separate flight. It is the case in a fluid
 !> of viscosity nu exp(-e) with a wind that is exp(-e) times that of the case. Its forces are exp(2 e) times and its power is
 !> exp(3 e) times as large.
 module diagnosis_flight_response
@@ -17,7 +17,7 @@ module diagnosis_flight_response
   private
   public :: flight_response_t
 
-  integer, parameter, public :: FLOW_FREQUENCY = N_FLOW + 1, N_CHANGES = N_FLOW + 1 !< beside those that are flown
+  integer, parameter, public :: FLOW_FREQUENCY = N_FLOW + 1, N_CHANGES = N_FLOW + 1 !< the changes that are flown, and this one
 
   type :: flight_response_t
     integer :: n_harmonics = 0
@@ -102,6 +102,7 @@ contains
     end do
   end subroutine response_take
 
+  !> Returns the harmonics 0 to n_harmonics of a record, components in columns.
   pure function series(self, record) result(x)
     class(flight_response_t), intent(in) :: self
     type(flight_record_t), intent(in) :: record
@@ -165,6 +166,7 @@ contains
     end do
   end function seen_by_flow
 
+  !> Returns the factors on all harmonics if the frequency changes by the factor exp(e): exp(2e), power exp(3e).
   pure function sizes(self, e) result(factors)
     class(flight_response_t), intent(in) :: self
     real(rp), intent(in) :: e

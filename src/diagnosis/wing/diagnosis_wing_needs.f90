@@ -12,7 +12,7 @@ module diagnosis_wing_needs
   private
   public :: missing_of, needs_holds, needs_levels, needs_membrane, needs_mass, needs_small_deflections
 
-  real(rp), parameter :: SAME_SITE = 0.02_rp !< of the wing's size
+  real(rp), parameter :: SAME_SITE = 0.02_rp !< of the wing's size: places that are nearer to each other are one
   real(rp), parameter :: OTHER_FORCE = 0.05_rp !< of the other force
 
 contains
@@ -76,7 +76,7 @@ contains
     end do
   end function missing_of
 
-  !> Forces up and down.
+  !> Returns what the data lack to have forces up and down; empty if they have both.
   function needs_both_directions(e) result(missing)
     type(experiment_t), intent(in) :: e
     character(:), allocatable :: missing

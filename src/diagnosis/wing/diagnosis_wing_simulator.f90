@@ -36,7 +36,7 @@ module diagnosis_wing_simulator
   private
   public :: wing_simulator_t
 
-  !> Of unknown causes: stiffness and forces around places of the wing, stiffness along the veins, errors of single scans.
+  !> Kinds of unknown causes: stiffness and forces around places, stiffness along the veins, errors of single scans.
   character(*), parameter :: FAMILY_NAMES(4) = [character(9) :: 'stiffness', 'force', 'veins', 'scans']
   integer, parameter, public :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
 
@@ -51,7 +51,7 @@ module diagnosis_wing_simulator
     type(farm_t), private :: farm
     real(rp) :: membrane_sd = 0                  !< of log D, which a mesh changes
     character(9), allocatable :: family_names(:) !< of unknown causes
-    !> Parameters that are the gain of all forces, and D, if the baseline does not seek it; 0: none.
+    !> Numbers of the parameters for the gain of all forces and for D, if the baseline does not seek it; 0: none.
     integer, private :: gain = 0, membrane = 0
     real(rp), allocatable, private :: error_directions(:, :) !< (n_observations, :) of the initial state
   contains
@@ -73,7 +73,7 @@ module diagnosis_wing_simulator
 
 contains
 
-  !> The experiment, without unknowns of its own, and the wing must live as long as the simulator. Collective.
+  !> Takes the experiment, which has no unknowns, and the wing, which must live as long as the simulator. Collective.
   subroutine wing_init(self, world, experiment, wing, catalogue, bins, patterns, parts, flights)
     class(wing_simulator_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -308,7 +308,7 @@ contains
     call move_alloc(own, state)
   end subroutine wing_linearise_at
 
-  !> Errors of places are what is not linear.
+  !> Tells whether there are errors of places: only these are not linear.
   pure logical function wing_has_nonlinear_nuisances(self) result(has_some)
     class(wing_simulator_t), intent(in) :: self
     has_some = self%experiment%measurement%accuracy%position > 0 .and. size(self%experiment%model%triangles) > 0
@@ -326,13 +326,13 @@ contains
     end if
   end subroutine wing_covariance
 
-  !> See `simulator_t`: the part of correlated errors; negative if no correlation length is declared.
+  !> Returns the correlated share of the errors, see `simulator_t`; negative if no correlation length is declared.
   pure real(rp) function wing_common_fraction(self) result(fraction)
     class(wing_simulator_t), intent(in) :: self
     fraction = merge(1 - self%noise%white, -1.0_rp, self%noise%length > 0)
   end function wing_common_fraction
 
-  !> Sets that part; the variance of white errors stays.
+  !> Sets this share. The variance of white errors stays the same.
   subroutine wing_set_common_fraction(self, fraction)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: fraction

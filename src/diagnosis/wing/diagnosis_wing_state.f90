@@ -15,7 +15,7 @@ module diagnosis_wing_state
     real(rp), allocatable :: error_directions(:, :) !< (n, :) further directions of errors, of the mesh for instance
     logical, allocatable :: is_start(:)      !< the shape of this load is one where a solution may begin
     real(rp), allocatable :: load_offset(:, :) !< (2, loads) [m] errors of places about which nuisances are linear
-    real(rp), allocatable :: linear(:)       !< (n) what these errors do by the tangent there
+    real(rp), allocatable :: linear(:)       !< (n) change of the residuals by these errors, by the tangent there
   contains
     procedure :: init => state_init
     procedure :: begin_at_rest => state_begin_at_rest
@@ -71,8 +71,8 @@ contains
     self%linear = other%linear
   end subroutine state_start_from_mesh
 
-  !> Returns the distance(2) [m] from its stated place at which load l is taken to act, for errors(2) of that place in units of
-  !> their sd. They are taken up to MOST sd, and less where the place would not be on the wing.
+  !> Returns the distance(2) [m] from its stated place at which load l acts, for errors(2) of that place in units of their sd.
+  !> Errors are limited to MOST sd, and further where the place would not be on the wing.
   function offset_on_wing(experiment, l, errors) result(offset)
     type(experiment_t), intent(in) :: experiment
     integer, intent(in) :: l

@@ -18,7 +18,7 @@ module diagnosis_wing_task
 
   integer, parameter, public :: N_FACTS = 1        !< numbers of an output before the results: solved without snap
   integer, parameter, public :: N_LOAD_NUISANCES = N_NUISANCES
-  !> Kinds of accidents of a load with one declared sd, in the order of simulation_t, and what they are called.
+  !> Kinds of errors of a load that have one declared sd, in the order of simulation_t, and their names.
   integer, parameter, public :: NUISANCE_KIND(N_NUISANCES) = [1, 2, 2, 3, 3, 4]
   character(*), parameter, public :: NUISANCE_NAMES(4) = [character(34) :: 'errors of forces', &
                                                           'errors of places', 'tilts of scans', 'heights of whole scans']
@@ -150,6 +150,7 @@ contains
     end associate
   end subroutine runner_run_task
 
+  !> Gives residuals and wanted tangents of load `l`, averaged over the bins, and after them the displacements.
   subroutine give_evaluation(self, q, is_wanted, l, residuals, output)
     class(wing_runner_t), intent(inout) :: self
     real(rp), intent(in) :: q(:), residuals(:)
@@ -172,6 +173,7 @@ contains
     end associate
   end subroutine give_evaluation
 
+  !> Gives the tangents of load `l` for nuisances, wanted parameters and, if wanted, patterns, averaged over the bins.
   subroutine give_directions(self, q, is_wanted, has_patterns, l, output)
     class(wing_runner_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -209,7 +211,7 @@ contains
     end associate
   end subroutine give_directions
 
-  !> The stated load spread over the wing around a place.
+  !> Returns the stated load, spread over the wing around a place.
   subroutine spread_force(self, l, site, force)
     class(wing_runner_t), intent(in) :: self
     integer, intent(in) :: l

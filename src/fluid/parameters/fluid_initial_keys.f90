@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The flow at t = 0, as the user gives it: [InitialCondition].
+!> Reads the flow at t = 0 from the keys of [InitialCondition].
 module fluid_initial_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -72,6 +72,7 @@ contains
     end select
   end subroutine check_initial
 
+  !> Adds an error if a key does not name a file that exists.
   subroutine need_file(c, errors, key, name)
     type(config_t), intent(in) :: c
     type(message_list_t), intent(inout) :: errors

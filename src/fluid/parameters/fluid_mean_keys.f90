@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The mean flow, as the user gives it: [MeanFlow].
+!> Reads the mean flow from the keys of [MeanFlow].
 module fluid_mean_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -46,7 +46,7 @@ contains
     call keys%real('T_release_meanflow', p%release, 0.0_rp, 'start of the ramp', unit='T', min=0.0_rp)
   end subroutine mean_keys
 
-  !> Takes the switch that FLUSI has for all components. A contradiction goes to `errors`.
+  !> Applies FLUSI's single switch for all components. A contradiction goes to `errors`.
   subroutine fix_mean_flow(c, p, errors)
     type(config_t), intent(in) :: c
     type(mean_params_t), intent(inout) :: p

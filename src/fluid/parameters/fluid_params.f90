@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Parameters of the fluid as given by the user; set once, then read-only. Each group has its keys beside its type.
+!> Holds the parameters of the fluid that the user sets; they do not change afterwards. The keys of each group are declared next
+!> to its type.
 module fluid_params
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -46,7 +47,7 @@ contains
     call fluid_keys(keys, unused, length)
   end subroutine register_fluid_keys
 
-  !> Takes what the keys say, and nothing that follows from it. `length` is that of the box [L].
+  !> Takes the values of the keys, and nothing that follows from them. `length` is that of the box [L].
   subroutine read_fluid_keys(config, params, length)
     type(config_t), intent(in), target :: config
     type(fluid_params_t), intent(out) :: params
@@ -57,7 +58,7 @@ contains
     call fluid_keys(keys, params, length)
   end subroutine read_fluid_keys
 
-  !> All keys, a section after the other; `length` is that of the box.
+  !> Declares and reads all keys, one section after the other; `length` is that of the box.
   subroutine fluid_keys(keys, p, length)
     type(keys_t), intent(inout) :: keys
     type(fluid_params_t), intent(inout) :: p
@@ -98,7 +99,7 @@ contains
     call check_fixed_step(config, params, errors)
   end subroutine read_fluid_params
 
-  !> A prescribed step must be stable for the explicit terms whose limit is known beforehand.
+  !> Checks that a prescribed step is stable for those explicit terms whose limit is known beforehand.
   subroutine check_fixed_step(c, p, errors)
     type(config_t), intent(in) :: c
     type(fluid_params_t), intent(in) :: p
@@ -114,7 +115,7 @@ contains
     call c%complain(errors, 'Time', 'dt_fixed', trim(text))
   end subroutine check_fixed_step
 
-  !> What a channel with inflow needs. It has all of the mean flow: along y what comes in, nothing through its walls.
+  !> Checks a channel with inflow and sets its mean flow: the mean velocity of the inflow along y, and none through its walls.
   subroutine set_channel_flow(c, p, errors)
     type(config_t), intent(in) :: c
     type(fluid_params_t), intent(inout) :: p

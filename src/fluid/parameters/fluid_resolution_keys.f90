@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Grid, transforms and truncation of the spectrum, as the user gives them: [Resolution], [Parallel], [Dealiasing].
+!> Reads grid, transforms and truncation of the spectrum from the keys of [Resolution], [Parallel] and [Dealiasing].
 module fluid_resolution_keys
   use base_errors, only: message_list_t
   use io_config, only: config_t
@@ -89,7 +89,7 @@ contains
     end do
   end subroutine notice_slow_sizes
 
-  !> Names the next good sizes below and above n.
+  !> Returns the next good sizes below and above n.
   function nearby_sizes(n) result(text)
     integer, intent(in) :: n
     character(:), allocatable :: text

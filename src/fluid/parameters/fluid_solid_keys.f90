@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solids and walls, as the user gives them: [Geometry], [Penalization].
+!> Reads solids and walls from the keys of [Geometry] and [Penalization].
 module fluid_solid_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -15,7 +15,7 @@ module fluid_solid_keys
   type :: solids_t
     logical :: is_on = .false.            !< there are solids or walls
     character(:), allocatable :: mask
-    character(:), allocatable :: obstacle !< a body at rest beside insects, or none
+    character(:), allocatable :: obstacle !< a body at rest in addition to insects, or none
     logical :: is_moving = .false.        !< a layer above draws the body in every step
     logical :: may_move = .true.          !< the user does not forbid it
     real(rp) :: c_eta = 1.0e-2_rp         !< permeability, T
@@ -109,7 +109,7 @@ contains
     if (allocated(cavity)) call settle_words(s, w, cavity)
   end subroutine penalization_keys
 
-  !> Names that mean the same become one, and what follows from them.
+  !> Replaces names that mean the same by one of them, and sets what follows from them.
   subroutine settle_words(s, w, cavity)
     type(solids_t), intent(inout) :: s
     type(walls_t), intent(inout) :: w
@@ -146,7 +146,7 @@ contains
       call c%complain(errors, 'Penalization', 'cavity_size', 'the cavity walls need a thickness of at least one point')
   end subroutine check_solids
 
-  !> Returns the word for the body: that of the mask, or, for the body of an insect, that of the obstacle beside it.
+  !> Returns the word for the body: that of the mask, or, for the body of an insect, that of the obstacle.
   pure function solids_body_name(self) result(name)
     class(solids_t), intent(in) :: self
     character(:), allocatable :: name
@@ -165,6 +165,7 @@ contains
     shape%omega = self%omega
   end function solids_shape
 
+  !> Checks the obstacle and the shape of [Geometry].
   subroutine check_bodies(c, s, w, errors)
     type(config_t), intent(in) :: c
     type(solids_t), intent(in) :: s

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The vorticity sponge, as the user gives it: [Sponge].
+!> Reads the vorticity sponge from the keys of [Sponge].
 module fluid_sponge_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -56,7 +56,7 @@ contains
       call c%complain(notices, 'Sponge', 'sponge_thickness', 'the sponge fills the box: all of the flow is damped')
   end subroutine check_sponge
 
-  !> The directions in which a type of sponge covers both ends of the box, or the last one only.
+  !> Returns the directions in which a type of sponge covers both ends of the box, or the last one only.
   pure subroutine sponge_faces(kind, both, last)
     character(*), intent(in) :: kind
     logical, intent(out) :: both(3), last(3)

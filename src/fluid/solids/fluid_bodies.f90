@@ -100,7 +100,7 @@ contains
     end if
   end function mask_profile
 
-  !> One line of the body of the mask, or of the obstacle beside an insect.
+  !> Draws one line of the body of the mask, or of the obstacle that is there in addition to an insect.
   subroutine draw_body(p, block, line_point, chi, us)
     type(fluid_params_t), intent(in) :: p
     type(block_t), intent(in) :: block
@@ -125,7 +125,7 @@ contains
     end do
   end subroutine draw_body
 
-  !> The shortest of the periodic images of a separation: a body may reach across the faces of the box.
+  !> Returns the shortest of the periodic images of a separation: a body may reach across the faces of the box.
   pure function nearest_image(separation, grid) result(shortest)
     real(rp), intent(in) :: separation(3)
     type(grid_t), intent(in) :: grid
@@ -133,7 +133,7 @@ contains
     shortest = separation - grid%length*anint(separation/grid%length)
   end function nearest_image
 
-  !> A single wall; in a periodic box it is both walls of a channel.
+  !> Draws a single wall; in a periodic box it is both walls of a channel.
   subroutine draw_channel(p, line_point, chi, us, color)
     type(fluid_params_t), intent(in) :: p
     real(rp), intent(in) :: line_point(3)
@@ -150,7 +150,7 @@ contains
     if (index(p%walls%channel, 'sliding') > 0) us = spread(p%mean%velocity, 2, size(chi))
   end subroutine draw_channel
 
-  !> Walls, zone of inflow and cylinder of the channel along y; the flow does not depend on x.
+  !> Draws walls, inflow zone and cylinder of the channel along y; the flow does not depend on x.
   subroutine draw_inflow_channel(p, line_point, chi, us, color)
     type(fluid_params_t), intent(in) :: p
     real(rp), intent(in) :: line_point(3)
@@ -175,7 +175,7 @@ contains
     end if
   end subroutine draw_inflow_channel
 
-  !> Walls of cavity_size points on every face of the box.
+  !> Draws walls of cavity_size points on every face of the box.
   subroutine draw_cavity(p, line_index, chi, us, color)
     type(fluid_params_t), intent(in) :: p
     integer, intent(in) :: line_index(3) !< 0-based indices of the first point of the line

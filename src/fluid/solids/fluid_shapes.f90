@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Bodies of simple shape that do not move: their names, what their sizes must be, and how far a point is from their surface.
-!> A new one needs a name in SHAPES and a case in `shape_distance`, and in `shape_mistake` if it has sizes of its own.
+!> Defines bodies of simple shape that do not move: their names, the valid range of their sizes, and the distance of a point from
+!> their surface. A new shape needs a name in SHAPES and a case in `shape_distance`, and in `shape_mistake` if it has sizes of its
+!> own.
 module fluid_shapes
   use base_constants, only: PI
   use base_kinds, only: rp
@@ -9,13 +10,13 @@ module fluid_shapes
   private
   public :: shape_t, SHAPES, OBSTACLES, SHAPE_HELP
 
-  !> Words of the input; names that begin with a capital are older ones of the same shape.
+  !> Words of the input. A name that begins with a capital is an older word for the same shape.
   character(*), parameter :: SHAPES = 'sphere|Sphere|cylinder|cylinder_x|plate|Plate|couette'
   character(*), parameter :: OBSTACLES = 'sphere|cylinder|cylinder_x' !< those that may be beside an insect
   character(*), parameter :: SHAPE_HELP = 'sphere; cylinder along z (2-D: along x); cylinder along x; square plate; '// &
                                           'Couette device'
 
-  !> One of them, as the user gives it.
+  !> One of these bodies, as the user gives it.
   type :: shape_t
     character(:), allocatable :: name !< of SHAPES without capitals, or another word: no shape
     real(rp) :: size = 0              !< diameter, or side of the plate, L
@@ -93,8 +94,8 @@ contains
     end select
   end subroutine shape_distance
 
-  !> Signed distance from a square plate of side `side` and half-thickness `half`, normal along x, turned
-  !> by `angle` about z.
+  !> Returns the signed distance from a square plate of side `side` and half-thickness `half`, normal along x, turned by `angle`
+  !> about z.
   pure real(rp) function plate_distance(point, angle, side, half) result(d)
     real(rp), intent(in) :: point(3), angle, side, half
     real(rp) :: q(3)

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The keys of a free flight, FLUSI's: mass, gravity, J_body_yawpitchroll, DoF, startup_conditioner; and the mass of a wing.
+!> Declares the keys of a free flight, with FLUSI's names: mass, gravity, J_body_yawpitchroll, DoF, startup_conditioner; and the
+!> mass of a wing.
 module fsi_flyer_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -57,7 +58,7 @@ contains
     call flyer_keys(keys, c)
   end function flyer_choices
 
-  !> Reads what a free flight needs. Mistakes go to `errors`. Nothing is read for a body that is not free.
+  !> Reads what a free flight needs. Mistakes go to `errors`. Reads nothing for a body that does not fly freely.
   subroutine read_flyer(config, params, errors, notices)
     type(config_t), intent(in) :: config
     type(flyer_params_t), intent(out) :: params
@@ -99,7 +100,8 @@ contains
                            number_text(maxval(c%inertia))//' is more than the sum of the other two')
   end subroutine read_flyer
 
-  !> Mass of a wing of this area, and moment of the area about the x axis int y^2 dA: that of the key, or that of Jxx.
+  !> Returns the mass of a wing with this area and this moment of the area about the x axis, int y^2 dA: the mass of its key, or
+  !> the mass that follows from Jxx.
   pure real(rp) function choices_mass_of_wing(self, jxx, area, area_moment) result(mass)
     class(flyer_choices_t), intent(in) :: self
     real(rp), intent(in) :: jxx, area, area_moment

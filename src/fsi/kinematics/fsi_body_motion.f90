@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The body as a moving frame at any time: tethered, moved as prescribed by FLUSI's words of BodyMotion, by the states of a
-!> flight in a table, or where a free flight has brought it (fsi_flyer).
+!> Gives the body as a moving frame at any time: tethered, moved as one of FLUSI's words of BodyMotion prescribes, by the states
+!> of a flight in a table, or as a free flight has moved it (fsi_flyer).
 !>
 !> Prescribed motions swing with amplitudes and frequencies that are FLUSI's, in degrees and 1/T:
 !>
@@ -54,8 +54,9 @@ contains
     moves = self%word /= 'tethered'
   end function motion_moves
 
-  !> Returns the mean speed [L/T] of the body's centre, which the motion alone defines, not the length of a run: of a table from
-  !> its first row to its last, linear in between; of words that swing, over one period; of a free flight, that of its start.
+  !> Returns the mean speed [L/T] of the body's centre. It depends on the motion alone, not on the length of a run: of a table
+  !> from its first row to its last, linear in between; of periodic motions, over one period; of a free flight, the speed at its
+  !> start.
   real(rp) function motion_mean_speed(self) result(speed)
     class(body_motion_t), intent(in) :: self
     integer, parameter :: N_SAMPLES = 2000
@@ -85,7 +86,7 @@ contains
     end select
   end function motion_mean_speed
 
-  !> A free flight knows the body at `time`, and still at the time that was shown before.
+  !> Shows the body of a free flight at `time`. It then knows the body at this time and at the one before.
   pure subroutine motion_show(self, time, body)
     class(body_motion_t), intent(inout) :: self
     real(rp), intent(in) :: time
@@ -117,6 +118,7 @@ contains
     end select
   end function motion_at
 
+  !> Returns the body of one of FLUSI's named motions at a time.
   pure type(body_t) function swinging_body(self, time) result(body)
     type(body_motion_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -172,7 +174,7 @@ contains
     body%rotation = body_rotation(roll, pitch, yaw)
   end function swinging_body
 
-  !> amplitude sin(2 pi frequency t + phase) with its derivatives.
+  !> Returns amplitude sin(2 pi frequency t + phase) with its derivatives.
   pure type(angle_t) function swing(amplitude, frequency, phase, time)
     real(rp), intent(in) :: amplitude, frequency, phase, time
     real(rp) :: w
@@ -182,7 +184,7 @@ contains
     swing%acceleration = -amplitude*w**2*sin(w*time + phase)
   end function swing
 
-  !> The body between the rows of a table; before and behind it its first or last cubic goes on.
+  !> Returns the body between the rows of a table; before and after the table the first or last cubic continues.
   function table_body(table, time) result(body)
     real(rp), intent(in) :: table(:, :), time
     type(body_t) :: body
@@ -219,7 +221,7 @@ contains
     body%rotation%omega_rate = spin_of(q(:, 0), q(:, 2))
   end function table_body
 
-  !> The cubic with values y and slopes d at times a and b, and its first and second derivative.
+  !> Returns the cubic with values y and slopes d at times a and b, and its first and second derivative.
   pure subroutine cubic(time, a, b, ya, yb, da, db, f)
     real(rp), intent(in) :: time, a, b, ya(:), yb(:), da(:), db(:)
     real(rp), intent(out) :: f(:, 0:)

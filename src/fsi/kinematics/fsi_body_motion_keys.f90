@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The keys of the motion of the body, FLUSI's, and tables of a flight.
+!> Reads the keys of the motion of the body, with FLUSI's names, and tables of a flight.
 module fsi_body_motion_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -115,7 +115,7 @@ contains
     end associate
   end subroutine read_body_motion
 
-  !> Moves the centres of a table, all about their mean over time; velocities follow.
+  !> Multiplies the distances of all centres of a table from their mean over time by `factor`; velocities follow.
   pure subroutine scale_way(factor, table)
     real(rp), intent(in) :: factor
     real(rp), intent(inout) :: table(:, :)
@@ -133,7 +133,7 @@ contains
     end do
   end subroutine scale_way
 
-  !> The rows (14, n) of a rigidsolidsolver.t; lines that begin with % are skipped, and columns behind the 14th. Mistakes go
+  !> Reads the rows (14, n) of a rigidsolidsolver.t. Lines that begin with % and columns after the 14th are skipped. Mistakes go
   !> to `errors` as name:line: problem.
   subroutine read_flight_table(text, name, table, errors)
     character(*), intent(in) :: text, name
@@ -180,6 +180,7 @@ contains
     end do
   end subroutine read_flight_table
 
+  !> Reads one row of the table of a body's motion. `problem` says what is wrong with it.
   subroutine read_row(content, row, problem)
     character(*), intent(in) :: content
     real(rp), intent(out) :: row(COLUMNS)

@@ -108,7 +108,7 @@ contains
     call move_wings(config, scene%t_end, params%wings, errors, notices, world)
   end subroutine read_flight_params
 
-  !> Sides, hinges, and what all motions share.
+  !> Reads sides, hinges, and what all motions share.
   subroutine hang_wings(config, is_there, wings, errors)
     type(config_t), intent(in) :: config
     logical, intent(in) :: is_there(2)
@@ -133,7 +133,7 @@ contains
     end do
   end subroutine hang_wings
 
-  !> Points, triangles, solids, inertia and mass.
+  !> Makes points, triangles, solids, inertia and mass of the wings.
   subroutine shape_wings(c, flyer, look, params)
     type(flight_choices_t), intent(in) :: c
     type(flyer_choices_t), intent(in) :: flyer
@@ -153,7 +153,7 @@ contains
     end do
   end subroutine shape_wings
 
-  !> How they move; files are read by root for all with `world`, and this is collective then.
+  !> Reads the motions of the wings. With `world` root reads files for all, and the call is collective.
   subroutine move_wings(config, t_end, wings, errors, notices, world)
     type(config_t), intent(in) :: config
     real(rp), intent(in) :: t_end
@@ -166,7 +166,7 @@ contains
     end do
   end subroutine move_wings
 
-  !> The body, its motion and shape, and how the wings are drawn.
+  !> Reads the body, its motion and shape, and how the wings are drawn.
   subroutine read_body_and_mask(config, scene, params, errors, notices, world)
     type(config_t), intent(in) :: config
     type(scene_t), intent(in) :: scene
@@ -190,6 +190,7 @@ contains
     params%beats = kinematics%frequency
   end subroutine read_body_and_mask
 
+  !> Adds an error for edges that this wing cannot have.
   subroutine complain_edges(config, errors)
     type(config_t), intent(in) :: config
     type(message_list_t), intent(inout) :: errors
@@ -205,7 +206,7 @@ contains
     end if
   end subroutine complain_edges
 
-  !> Says which wing `round` is, and where a word has no effect.
+  !> Adds a notice if the key of the edges has no effect, or if it makes the wings end at their outline.
   subroutine notice_edges(config, is_thin, notices)
     type(config_t), intent(in) :: config
     logical, intent(in) :: is_thin
@@ -222,6 +223,7 @@ contains
     end if
   end subroutine notice_edges
 
+  !> Makes the rigid body of one wing. Mirrored wings of FLUSI are turned over.
   subroutine make_solid(solid, shape, smoothing, is_mirrored)
     type(rigid_body_t), intent(inout) :: solid
     class(solid_shape_t), intent(in) :: shape
@@ -237,7 +239,7 @@ contains
     call solid%init(parts, smoothing)
   end subroutine make_solid
 
-  !> Inertia tensor in this program's wing frame, where mirror images have the same one: J has no products with z.
+  !> Returns the inertia tensor in this program's wing frame, where mirror images have the same one: J has no products with z.
   pure function inertia_of(j) result(inertia)
     real(rp), intent(in) :: j(4) !< Jxx, Jyy, Jzz, Jxy
     real(rp) :: inertia(3, 3), swap(3, 3), flusi(3, 3)
@@ -255,7 +257,7 @@ contains
     inertia = matmul(swap, matmul(flusi, transpose(swap)))
   end function inertia_of
 
-  !> Mass, first and second moment about the hinge of a rigid wing: its mass is spread evenly over its surface, and its
+  !> Returns mass, first and second moment about the hinge of a rigid wing. Its mass is spread evenly over its surface, and its
   !> inertia is that of the keys if they give one.
   function moments_of(flyer, jxx, wing) result(m)
     type(flyer_choices_t), intent(in) :: flyer
@@ -282,6 +284,7 @@ contains
     if (maxval(abs(wing%inertia)) > 0) m%second = second_of_inertia(wing%inertia)
   end function moments_of
 
+  !> Reads the motion of wing `i` from its file, or adds an error.
   subroutine read_one_motion(config, i, t_end, motion, errors, notices, world)
     type(config_t), intent(in) :: config
     integer, intent(in) :: i

@@ -56,6 +56,7 @@ contains
 
   contains
 
+    !> Makes a rectangular or elliptic wing and, if it has a thickness, its solid.
     subroutine panel(root, tip, front, back, is_elliptic)
       real(rp), intent(in) :: root, tip, front, back
       logical, intent(in) :: is_elliptic

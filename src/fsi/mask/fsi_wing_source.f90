@@ -119,7 +119,7 @@ contains
     draws = draws .and. .not. is_thin .and. .not. has_flexible_wings(config)
   end function draws_to_outline
 
-  !> Whether `word` is one of FLUSI's wings.
+  !> Tells whether `word` is one of FLUSI's wings.
   pure logical function is_named(word)
     character(*), intent(in) :: word
     is_named = index('|'//NAMED_WINGS//'|', '|'//word//'|') > 0
@@ -158,7 +158,7 @@ contains
     end if
   end subroutine read_wing_shape
 
-  !> One of FLUSI's wings.
+  !> Makes one of FLUSI's wings.
   subroutine take_named(config, c, drawing, planform, solid, errors)
     type(config_t), intent(in) :: config
     type(source_choices_t), intent(in) :: c
@@ -184,7 +184,7 @@ contains
                                                          c%edges /= 'round'), planform, solid)
   end subroutine take_named
 
-  !> The outline in a file of its own, L.
+  !> Reads the outline in a file of its own, L.
   subroutine read_outline(config, c, scene, planform, errors, notices, world)
     type(config_t), intent(in) :: config
     type(source_choices_t), intent(in) :: c
@@ -211,7 +211,7 @@ contains
     if (allocated(planform%fourier%ai)) planform%fourier = planform%fourier%scaled(factor)
   end subroutine read_outline
 
-  !> The solid inside a Fourier outline.
+  !> Makes the solid inside a Fourier outline.
   subroutine take_fourier(config, c, drawing, planform, solid, notices)
     type(config_t), intent(in) :: config
     type(source_choices_t), intent(in) :: c
@@ -227,7 +227,7 @@ contains
     end if
   end subroutine take_fourier
 
-  !> Triangles of a planform in L, and the solid with round edges if that is wanted.
+  !> Makes the triangles of a planform in L, and the solid with round edges if that is wanted.
   subroutine take_planform(config, c, scene, drawing, planform, look, errors)
     type(config_t), intent(in) :: config
     type(source_choices_t), intent(in) :: c
@@ -256,13 +256,13 @@ contains
     else
       call triangulate_planform(planform, edge, look%points, look%triangles)
     end if
-    ! Chords of the outline cut its bulges; the mean chord is the planform's all the same.
+    ! The polygon cuts off the curved parts of the outline; the mean chord is still that of the planform.
     look%points(2, :) = look%points(2, :)*(planform%mean_chord()/mean_chord(look%points, look%triangles))
     if (planform%relief%exists()) call lift_points(planform, look%points)
     if (is_round(c, scene, drawing, look%points)) call round_outline(planform%outline, scene, drawing, look%solid)
   end subroutine take_planform
 
-  !> Points go to the height of the wing there; those beside its box, at the rim, to that of the box.
+  !> Moves points to the height of the wing there; points outside the box of heights, at the rim, get that of its edge.
   subroutine lift_points(planform, points)
     type(planform_t), intent(in) :: planform
     real(rp), intent(inout) :: points(:, :)
@@ -274,7 +274,7 @@ contains
     end associate
   end subroutine lift_points
 
-  !> Whether the wing with these points is drawn with round edges at its outline.
+  !> Tells whether the wing with these points is drawn with round edges at its outline.
   pure logical function is_round(c, scene, drawing, points)
     type(source_choices_t), intent(in) :: c
     type(scene_t), intent(in) :: scene
@@ -284,7 +284,7 @@ contains
                all(abs(points(3, :)) <= FLAT*maxval(abs(points(1, :))))
   end function is_round
 
-  !> A flat planform with round edges.
+  !> Makes a flat planform with round edges.
   subroutine round_outline(outline, scene, drawing, solid)
     real(rp), intent(in) :: outline(:, :)
     type(scene_t), intent(in) :: scene
@@ -297,7 +297,7 @@ contains
     allocate (solid, source=make_round_wing(segments, drawing%thickness, drawing%smoothing, scene%grid%max_spacing()))
   end subroutine round_outline
 
-  !> The triangles of a wing file.
+  !> Takes the triangles of a wing file.
   subroutine read_mesh(config, c, scene, drawing, look, errors, world)
     type(config_t), intent(in) :: config
     type(source_choices_t), intent(in) :: c
@@ -328,7 +328,7 @@ contains
     if (size(look%triangles, 2) == 0) call config%complain(errors, SECTION, SHAPE, path//' has no triangles')
   end subroutine read_mesh
 
-  !> The points of a mesh, scaled so that the tip is at x = wing_length, or as long as the mesh is.
+  !> Takes the points of a mesh, scaled so that the tip is at x = wing_length; without this key, scaled from metres to L.
   subroutine take_mesh(source, c, scene, drawing, look)
     type(wing_t), intent(in) :: source
     type(source_choices_t), intent(in) :: c
@@ -345,7 +345,7 @@ contains
       call round_edges(scene, drawing, look)
   end subroutine take_mesh
 
-  !> A flat mesh with round edges.
+  !> Makes a flat mesh with round edges.
   subroutine round_edges(scene, drawing, look)
     type(scene_t), intent(in) :: scene
     type(drawing_t), intent(in) :: drawing

@@ -61,7 +61,7 @@ contains
 
   contains
 
-    !> Logarithm of the probability density of the data, without a constant.
+    !> Returns the logarithm of the probability density of the data, without a constant.
     real(rp) function log_likelihood(fraction) result(value)
       real(rp), intent(in) :: fraction
       type(whitener_t) :: whitener

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Arrays in HDF5 files: boxes of grid fields and rows of tables, each rank its own part.
+!> Writes and reads arrays in HDF5 files: boxes of grid fields and rows of tables, each rank its own part.
 !>
 !> All procedures follow the rules of io_hdf5: collective on a parallel file with one collective
 !> transfer, sticky failures, empty parts allowed. Numbers are converted here and not by the library,
@@ -168,6 +168,7 @@ contains
     call h5sclose_f(space, error)
   end subroutine write_integers
 
+  !> Returns the row of the i-th spectrum in the order of the file.
   pure integer function row_in_file_order(patterns, i) result(row)
     type(row_patterns_t), intent(in) :: patterns
     integer, intent(in) :: i
@@ -290,7 +291,7 @@ contains
     call h5sclose_f(memory, ignored)
   end subroutine transfer_values
 
-  !> A data space of shape `dims` with one box selected, possibly empty.
+  !> Makes a data space of shape `dims` with one box selected, possibly empty.
   function box_space(dims, start, count) result(space)
     integer(i8), intent(in) :: dims(:), start(:), count(:)
     integer(HID_T) :: space
@@ -303,7 +304,7 @@ contains
     end if
   end function box_space
 
-  !> A data space of shape (ncol, n) with some rows selected, possibly none.
+  !> Makes a data space of shape (ncol, n) with some rows selected, possibly none.
   function rows_space(ncol, n, patterns) result(space)
     integer, intent(in) :: ncol, n
     type(row_patterns_t), intent(in) :: patterns
@@ -337,7 +338,7 @@ contains
                     //shape_text(dims), failure)
   end subroutine check_shape
 
-  !> '(4, 5, 6)'
+  !> Returns a shape as text, as in (3, 4).
   pure function shape_text(dims) result(text)
     integer(i8), intent(in) :: dims(:)
     character(:), allocatable :: text
@@ -352,6 +353,7 @@ contains
     text = text//')'
   end function shape_text
 
+  !> Copies an array of three dimensions into contiguous memory.
   pure subroutine flatten(n1, n2, n3, data, values)
     integer, intent(in) :: n1, n2, n3
     real(rp), intent(in) :: data(:, :, :)
@@ -359,6 +361,7 @@ contains
     values = data
   end subroutine flatten
 
+  !> Copies contiguous memory into an array of three dimensions.
   pure subroutine unflatten(n1, n2, n3, values, data)
     integer, intent(in) :: n1, n2, n3
     real(rp), intent(in) :: values(n1, n2, n3)

@@ -78,7 +78,7 @@ contains
     if (associated(self%registry)) call self%registry%add_inert_section(name, help)
   end subroutine keys_inert_section
 
-  !> An integer, min <= value <= max.
+  !> Declares an integer key, or reads it: min <= value <= max.
   subroutine keys_integer(self, key, value, default, help, unit, min, max, required, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, help
@@ -94,7 +94,7 @@ contains
     value = self%config%get_integer(self%name, key)
   end subroutine keys_integer
 
-  !> The same in a variable for larger numbers.
+  !> Does the same for a variable for larger numbers.
   subroutine keys_long(self, key, value, default, help, min, max)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, help

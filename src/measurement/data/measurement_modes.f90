@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Natural modes that were measured on a wing: their part of a measurement file, `/modes` (docs/formats/measurement-format.md).
+!> Reads natural modes that were measured on a wing: the part `/modes` of a measurement file (docs/formats/measurement-format.md).
 module measurement_modes
   use base_kinds, only: rp
   use base_text, only: number_text, quoted
@@ -36,7 +36,7 @@ module measurement_modes
   end type measured_mode_t
 
   real(rp), parameter :: FAR = 1.0e4_rp       !< [m]
-  integer, parameter :: FEWEST = 2            !< places: one says nothing of a shape
+  integer, parameter :: FEWEST = 2            !< places: a single one gives no shape
 
 contains
 
@@ -71,8 +71,8 @@ contains
     end do
   end subroutine read_modes
 
-  !> Reads the names in a group of what moved, in alphabetical order, and the density of the air [kg/m^3]. A file without such a
-  !> group gives none.
+  !> Reads the names in a group of modes or records, in alphabetical order, and the density of the air [kg/m^3]. A file without
+  !> such a group gives none.
   subroutine read_names_and_air(file, group, names, density, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -104,6 +104,7 @@ contains
     end select
   end subroutine read_medium
 
+  !> Reads one measured mode.
   subroutine read_mode(file, name, mode, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -137,6 +138,7 @@ contains
     end if
   end subroutine read_mode
 
+  !> Reads the shape of a mode: places, values and their sd.
   subroutine read_shape(file, group, mode, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group

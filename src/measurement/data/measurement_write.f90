@@ -67,6 +67,7 @@ contains
     if (.not. ok) call failure%raise(path//': cannot get a seal; is the disk full?')
   end subroutine write_measurement
 
+  !> Writes one mode.
   subroutine write_mode(file, mode, failure)
     type(hdf5_file_t), intent(in) :: file
     type(measured_mode_t), intent(in) :: mode
@@ -90,6 +91,7 @@ contains
     call write_reals(file, group//'/sigma', [n], mode%sigma, failure, '1')
   end subroutine write_mode
 
+  !> Writes one vibration record.
   subroutine write_record(file, s, failure)
     type(hdf5_file_t), intent(in) :: file
     type(measured_series_t), intent(in) :: s
@@ -128,6 +130,7 @@ contains
     call write_reals(file, group//'/sigma', [m], s%sigma, failure, units)
   end subroutine write_record
 
+  !> Writes the declared errors and the answers on calibration.
   subroutine write_accuracy(file, m, failure)
     type(hdf5_file_t), intent(in) :: file
     type(measurement_t), intent(in) :: m
@@ -156,6 +159,7 @@ contains
 
   end subroutine write_accuracy
 
+  !> Writes one load with its heights.
   subroutine write_load(file, m, load, failure)
     type(hdf5_file_t), intent(in) :: file
     type(measurement_t), intent(in) :: m
@@ -186,6 +190,7 @@ contains
     call write_map(file, group//'/sigma', sigma, has, failure)
   end subroutine write_load
 
+  !> Writes one displacement or rotation at a point.
   subroutine write_observation(file, m, observation, failure)
     type(hdf5_file_t), intent(in) :: file
     type(measurement_t), intent(in) :: m
@@ -206,7 +211,7 @@ contains
     if (observation%zero > 0) call put_attribute(file, group, 'zero', trim(m%zeros(observation%zero)), failure)
   end subroutine write_observation
 
-  !> Values where `has`, NaN elsewhere.
+  !> Returns values where `has`, NaN elsewhere.
   subroutine write_map(file, name, values, has, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -219,6 +224,7 @@ contains
     call write_reals(file, name, shape(values), flat, failure)
   end subroutine write_map
 
+  !> Writes an array of reals with its units, m unless stated.
   subroutine write_reals(file, name, dims, values, failure, units)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes the natural modes of a measurement: pairs of measured and computed modes, residuals, and their exact derivatives.
 !>
-!> The wing is at rest and flat; in air, its membrane carries the added mass of strip theory. Pairs: a mode with a number is
-!> that mode; of the others the pair with the largest score MAC exp(-(ln(f/f_m))^2/(2 SPREAD^2)) is taken first, then the next
-!> one. Computed modes may be left over, at any place: measurements miss modes.
+!> The wing is at rest and flat; in air, its membrane carries the added mass of strip theory. Modes are paired as follows: a
+!> measured mode with a number is that mode. Of the others the pair with the largest score MAC exp(-(ln(f/f_m))^2/(2 SPREAD^2)) is
+!> taken first, then the next one. Computed modes may remain without a pair, at any place: measurements miss modes.
 module measurement_mode_simulation
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -23,9 +23,9 @@ module measurement_mode_simulation
   real(rp), parameter :: GAP = 0.01_rp   !< relative difference of frequencies within a cluster
   real(rp), parameter :: SPREAD = 0.5_rp !< of ln(f/f_m) of a pair
   integer, parameter :: MISSED = 4       !< modes that a measurement may lack below its last one
-  integer, parameter :: BESIDE = 3       !< further modes that are known when derivatives are taken
+  integer, parameter :: BESIDE = 3       !< further modes that are computed for the derivatives
 
-  !> One per process. Nothing of an evaluation enters the next one.
+  !> There is one per process. Nothing of an evaluation enters the next one.
   type, extends(motion_simulation_t) :: mode_simulation_t
     integer :: n = 0                                  !< observations
     type(mode_target_t), allocatable :: targets(:)    !< (modes)
@@ -33,7 +33,7 @@ module measurement_mode_simulation
     type(mass_parts_t) :: parts
     real(rp) :: density(2) = 0                        !< [kg/m^3] by medium
     integer, private :: n_modes(2) = 0                !< that are computed, by medium
-    integer, private :: n_paired(2) = 0               !< of which a measured one may be
+    integer, private :: n_paired(2) = 0               !< that may have a measured one as a pair
     class(modal_t), allocatable, private :: modal(:)  !< (2) by medium; polymorphic, so that compilers copy it by a call
     logical, allocatable, private :: same(:, :)
     type(mode_slopes_t), private :: slopes
@@ -185,7 +185,8 @@ contains
     end do
   end subroutine find_clusters
 
-  !> Returns what a change of stiffness does to the residuals; see motion_simulation_t. A change of joints is no other one here.
+  !> Returns the change of the residuals by a change of stiffness; see motion_simulation_t. A change of joints is treated in the
+  !> same way here.
   subroutine simulation_stiffness_tangent(self, direction, is_joint, column)
     class(mode_simulation_t), intent(inout) :: self
     type(stiffness_t), intent(in) :: direction
@@ -202,7 +203,7 @@ contains
     end do
   end subroutine simulation_stiffness_tangent
 
-  !> Returns what a change of the masses does to the residuals; see motion_simulation_t.
+  !> Returns the change of the residuals by a change of the masses; see motion_simulation_t.
   subroutine simulation_mass_tangent(self, number, effects, column)
     class(mode_simulation_t), intent(inout) :: self
     integer, intent(in) :: number
@@ -218,7 +219,7 @@ contains
     end do
   end subroutine simulation_mass_tangent
 
-  !> Returns what a clamp that gives way does to the residuals; see motion_simulation_t.
+  !> Returns the change of the residuals by a compliant clamp; see motion_simulation_t.
   subroutine simulation_clamp_tangent(self, k, column)
     class(mode_simulation_t), intent(inout) :: self
     integer, intent(in) :: k
@@ -232,7 +233,7 @@ contains
     end do
   end subroutine simulation_clamp_tangent
 
-  !> Which of the modes up to the last one that is paired belong together.
+  !> Finds which of the modes up to the last paired one form a cluster.
   subroutine note_clusters(self, m)
     class(mode_simulation_t), intent(inout) :: self
     integer, intent(in) :: m
@@ -248,6 +249,7 @@ contains
     end do
   end subroutine note_clusters
 
+  !> Turns the change of the modes in medium `m` into a column of the Jacobian.
   subroutine project_change(self, m, is_mass, column)
     class(mode_simulation_t), intent(in) :: self
     integer, intent(in) :: m

@@ -101,6 +101,7 @@ contains
     call limit_keys(keys, c%limits, c%progress_seconds)
   end subroutine train_keys
 
+  !> Visits the keys of [CMAES], the global search.
   subroutine search_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(train_choices_t), intent(inout) :: c

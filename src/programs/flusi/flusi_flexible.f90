@@ -51,6 +51,7 @@ contains
     call register_damping_keys(registry)
   end subroutine register_flexible_keys
 
+  !> Visits the keys that couple wings and flow.
   subroutine coupling_keys(keys, c, p)
     type(keys_t), intent(inout) :: keys
     type(coupling_choices_t), intent(inout) :: c
@@ -86,6 +87,7 @@ contains
     wants_flexible = has_flexible_wings(config) .or. c%asks
   end function wants_flexible
 
+  !> Reads the keys that couple wings and flow.
   subroutine read_coupling_keys(config, c, p)
     type(config_t), intent(in), target :: config
     type(coupling_choices_t), intent(inout) :: c
@@ -239,7 +241,7 @@ contains
     params%light_layer = light_layer(wing_case%wing%points, wing_case%wing%triangles, wing_case%mass%nodal)
   end subroutine set_mechanics
 
-  !> Adds remarks on keys of the pressure beside the wings, which wings without thickness do not need.
+  !> Adds remarks on keys for the pressure next to the wings, which wings without thickness do not need.
   subroutine notice_pressure_keys(given, notices)
     logical, intent(in) :: given(3) !< which of them the user gives
     type(message_list_t), intent(inout) :: notices

@@ -72,6 +72,7 @@ contains
     call notice_way(config, fluid, flight, notices)
   end subroutine check_free_flight
 
+  !> Returns the mass of all wings.
   pure real(rp) function mass_of_wings(flight) result(mass)
     type(flight_params_t), intent(in) :: flight
     integer :: i
@@ -81,6 +82,7 @@ contains
     end do
   end function mass_of_wings
 
+  !> Makes all wings massless.
   subroutine drop_masses(flight)
     type(flight_params_t), intent(inout) :: flight
     type(moments_t) :: nothing
@@ -151,7 +153,7 @@ contains
                          number_text(maxval(abs(way)/fluid%grid%length))//' lengths of it: it meets its own wake')
   end subroutine notice_way
 
-  !> Returns the lines of the summary on the flight: means over the time from `first` to `last`, and the weight beside the mean
+  !> Returns the lines of the summary on the flight: means over the time from `first` to `last`, the weight, and the mean
   !> lift. It reads them from the series on the disk and fails if it cannot. It is empty if the records do not span that time.
   function free_flight_text(flight, fluid, lift, first, last, failure) result(text)
     type(flight_params_t), intent(in) :: flight

@@ -32,7 +32,6 @@ module flusi_simulation
   implicit none
   private
   public :: simulation_t
-
   character(*), parameter :: BASE_NAME = 'runtime', BACKUP_NAME = BASE_NAME//'_backup', WISDOM_NAME = 'fftw_wisdom'
   character(*), parameter :: FAILED_NAME = 'failed_backup.h5'
 
@@ -118,7 +117,7 @@ contains
     call self%timers%start(self%t_start)
   end subroutine begin_timers
 
-  !> Takes the folder for this run. Fails if a new run would meet the results of another one. Collective.
+  !> Takes the folder for this run. Fails if a new run would overwrite the results of another. Collective.
   subroutine begin_files(self, command, restarts)
     type(simulation_t), intent(inout) :: self
     type(command_t), intent(in) :: command
@@ -262,7 +261,7 @@ contains
       call self%push()
     end if
     if (self%t_wings > 0) call self%timers%stop(self%t_wings)
-    ! After a failure, too: a checkpoint of it has a whole state.
+    ! This is done after a failure, too, so that its checkpoint contains a complete state.
     if (self%settings%flight%flyer%is_free) call settle(self%wings, self%fluid)
   end subroutine move_wings
 
@@ -310,6 +309,7 @@ contains
     end associate
   end function is_done
 
+  !> Writes the integrals, series and fields that are due.
   subroutine write_all(self)
     type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_output)

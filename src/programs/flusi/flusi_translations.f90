@@ -42,6 +42,7 @@ contains
       call config%settle('Insects', 'surface', 'penalized', 'as [DryRun] dry_run_without_fluid draws a mask')
   end subroutine translate_words
 
+  !> Translates iMask = Flexible_wing of FLUSI into an insect with flexible wings.
   subroutine translate_flexible_wing(config, notices)
     type(config_t), intent(inout) :: config
     type(message_list_t), intent(inout) :: notices
@@ -155,6 +156,7 @@ contains
                          ', yawpitchroll_0 = '//numbers(attitude)//', eta0 = '//number_text(eta))
   end subroutine translate_pose
 
+  !> Sets [Insects] x0. `origin` says where the value comes from.
   subroutine settle_place(config, place, origin)
     type(config_t), intent(inout) :: config
     real(rp), intent(in) :: place(3)
@@ -162,6 +164,7 @@ contains
     call config%settle('Insects', 'x0', numbers(place), origin)
   end subroutine settle_place
 
+  !> Sets [Insects] eta0. `origin` says where the value comes from.
   subroutine settle_stroke(config, eta, origin)
     type(config_t), intent(inout) :: config
     real(rp), intent(in) :: eta
@@ -169,6 +172,7 @@ contains
     call config%settle('Insects', 'eta0', number_text(eta), origin)
   end subroutine settle_stroke
 
+  !> Returns three numbers, separated by blanks.
   function numbers(x) result(text)
     real(rp), intent(in) :: x(3)
     character(:), allocatable :: text

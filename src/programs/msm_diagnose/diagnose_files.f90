@@ -54,6 +54,7 @@ contains
     call write_fragment(s, d%extended%q, what(:len(what) - 1), s%name//'_extended.ini', failure)
   end subroutine write_fragments
 
+  !> Writes the parameters `q` as an input file that others can include. `what` says what they are.
   subroutine write_fragment(s, q, what, path, failure)
     type(diagnose_settings_t), intent(in) :: s
     real(rp), intent(in) :: q(:)

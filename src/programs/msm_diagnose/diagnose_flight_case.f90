@@ -137,6 +137,7 @@ contains
     end associate
   end subroutine find_inertia
 
+  !> Returns the centroid of a surface.
   pure function centroid_of(points, triangles) result(centroid)
     real(rp), intent(in) :: points(:, :)
     integer, intent(in) :: triangles(:, :)
@@ -182,6 +183,7 @@ contains
     text = text//kinematics_text(self, request)
   end function case_text
 
+  !> Returns the lines of [Insects] that change the kinematics as requested.
   function kinematics_text(self, request) result(text)
     class(flight_case_t), intent(in) :: self
     type(flight_request_t), intent(in) :: request
@@ -210,12 +212,14 @@ contains
            'kinematics_lead = '//three(lead)//NL
   end function kinematics_text
 
+  !> Returns three numbers, separated by blanks.
   function three(x) result(text)
     real(rp), intent(in) :: x(3)
     character(:), allocatable :: text
     text = number_text(x(1))//' '//number_text(x(2))//' '//number_text(x(3))
   end function three
 
+  !> Returns lines KEY = VALUE.
   function numbers(keys, values) result(text)
     character(*), intent(in) :: keys(:)
     real(rp), intent(in) :: values(:)

@@ -78,8 +78,8 @@ contains
 
   end subroutine put_flights
 
-  !> Writes NAME_extended_flight.ini: the case with the errors of the kinematics and the flow that were found. Another beat
-  !> frequency is told in a comment. Writes nothing if no other error was found.
+  !> Writes NAME_extended_flight.ini: the case with the errors of the kinematics and the flow that were found. A comment states
+  !> another beat frequency. Writes nothing if no other error was found.
   subroutine write_extended_flight(s, d, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d

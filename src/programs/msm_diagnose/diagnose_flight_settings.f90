@@ -71,6 +71,7 @@ contains
     data%response%wind = runner%facts%wind
   end subroutine load_flights
 
+  !> Adds an error for every name in `effects` that is no effect of a flight.
   subroutine check_effects(config, effects, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: effects
@@ -144,6 +145,7 @@ contains
       time_text(rounds*data%facts%seconds/ranks)//' for all, very roughly'
   end subroutine print_cost
 
+  !> Returns a duration, rounded up, in seconds, minutes or hours.
   function time_text(seconds) result(text)
     real(rp), intent(in) :: seconds
     character(:), allocatable :: text

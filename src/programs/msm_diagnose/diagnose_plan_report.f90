@@ -131,6 +131,7 @@ contains
     if (.not. ok) call failure%raise(s%name//'_plan.json: cannot be written; is the folder missing or the disk full?')
   end subroutine write_plan
 
+  !> Writes how well a planned measurement could show effect `e`.
   subroutine put_plan(json, s, design, e, snr, best_load)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s

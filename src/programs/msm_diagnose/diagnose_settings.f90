@@ -125,6 +125,7 @@ contains
     if (s%wing_case%has_mass) call lump_mass(s%wing_case%wing, s%wing_case%material, s%wing_case%mass, messages)
   end subroutine take_finer
 
+  !> Reads the options of the diagnosis. `refine` replaces the key of that name unless it is empty.
   subroutine read_options(s, refine, errors)
     type(diagnose_settings_t), intent(inout), target :: s
     character(*), intent(in) :: refine

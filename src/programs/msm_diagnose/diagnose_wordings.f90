@@ -74,6 +74,7 @@ contains
     end select
   end subroutine word_structure
 
+  !> Gives the words for springs that are stiffer or softer.
   subroutine springs(w, where)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: where
@@ -112,6 +113,7 @@ contains
     end select
   end subroutine word_forces
 
+  !> Gives the words for the weight of the wing along an axis.
   subroutine weight(w, axis)
     type(wording_t), intent(inout) :: w
     character, intent(in) :: axis
@@ -190,6 +192,7 @@ contains
     end select
   end subroutine word_masses
 
+  !> Gives the words for an angle, which is shown in degrees.
   subroutine degrees_of(w, lead, more, less)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: lead, more, less

@@ -125,6 +125,7 @@ contains
     end if
   end function told
 
+  !> Returns a number with its decimals, without its sign unless the sign counts.
   function number_of(n, x) result(text)
     type(numbers_t), intent(in) :: n
     real(rp), intent(in) :: x
@@ -181,6 +182,7 @@ contains
     text = 'Perhaps '//first//lead(2:)
   end function perhaps
 
+  !> Returns a word with a blank before it, or nothing for an empty word.
   function blank_before(word) result(text)
     character(*), intent(in) :: word
     character(:), allocatable :: text

@@ -209,6 +209,7 @@ contains
     if (failed) self%outcome%failure = self%search%failure
   end function take_failure
 
+  !> Writes to the log what is compared, which parameters are sought and how.
   subroutine tell_what(self)
     class(training_t), intent(inout) :: self
     integer :: i
@@ -225,6 +226,7 @@ contains
     end associate
   end subroutine tell_what
 
+  !> Writes to the log how many equilibria were solved and how long that took.
   subroutine tell_effort(self)
     class(training_t), intent(inout) :: self
     character(200) :: line

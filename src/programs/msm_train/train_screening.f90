@@ -123,6 +123,7 @@ contains
     end do
   end subroutine pivot_columns
 
+  !> Prints the parameters in the order of their effect, and proposes those that the loads determine.
   subroutine print_ranking(e, effect, moved, order, remaining)
     type(experiment_t), intent(in) :: e
     real(rp), intent(in) :: effect(:), moved(:), remaining(:)

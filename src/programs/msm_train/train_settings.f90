@@ -72,6 +72,7 @@ contains
     call add_notices(s, notices)
   end subroutine load_train_settings
 
+  !> Reads the options of the training.
   subroutine read_options(s, errors)
     type(train_settings_t), intent(inout), target :: s
     type(message_list_t), intent(inout) :: errors
@@ -123,6 +124,7 @@ contains
       'holds modes or records of motion and no bending test; a training needs bending tests, msm_diagnose takes all')
   end subroutine check_tests
 
+  !> Makes the experiment that the training simulates, and chooses the cost.
   subroutine make_experiment(s, errors)
     type(train_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors
@@ -147,6 +149,7 @@ contains
      call s%config%complain(errors, 'Train', 'stages', 'two stages need E and another free parameter, as the second stage fixes E')
   end subroutine make_experiment
 
+  !> Sets the options of the global search, with the defaults of the preset.
   subroutine read_search(s, errors)
     type(train_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors

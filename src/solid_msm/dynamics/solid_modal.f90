@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Natural modes of a wing at rest, and their exact derivatives.
+!> Computes natural modes of a wing at rest, and their exact derivatives.
 !>
 !>     K phi_i = lambda_i M phi_i,   lambda = omega^2,   phi_i M phi_j = 1 if i = j, else 0
 !>
@@ -14,9 +14,8 @@
 !>     dlambda_i = phi_i f_i,    dphi_i = sum over j of c_ij phi_j + w,    c_ii = - phi_i dM phi_i/2,
 !>     c_ij = - phi_j f_i/(lambda_j - lambda_i),   (1 - lambda_i F M) w = - F f_i without all modes that are known.
 !>
-!> The sum runs over the modes that are known. Nelson solves with a matrix that has one row replaced, which costs a
-!> factorisation for each mode; here conjugate gradients solve for w with the factor that is there. Nothing is left out. Where
-!> modes i and j lie in one cluster (`same`), c_ij is left out: only the space that they span has a derivative then.
+!> The sum runs over all known modes. Nelson factorises a matrix for each mode; here conjugate gradients find w with the factors
+!> of K. Where modes i and j lie in one cluster (`same`), c_ij is left out: only the space that they span has a derivative then.
 module solid_modal
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t
@@ -56,7 +55,7 @@ module solid_modal
     procedure :: slopes_of_clamp => modal_slopes_of_clamp
   end type modal_t
 
-  !> What one parameter does to the first n modes.
+  !> Slopes of the first n modes with respect to one parameter.
   type :: mode_slopes_t
     real(rp), allocatable :: force(:, :)     !< (n, n) phi_j f_i at (j, i): dlambda on the diagonal
     real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, n) dphi
@@ -136,7 +135,7 @@ contains
     call keep_modes(self, x)
   end subroutine modal_solve
 
-  !> x(n, n_modes): eigenvectors of A = M^(1/2) F M^(1/2) with the largest eigenvalues, by block Lanczos iteration with full
+  !> Finds x(n, n_modes), eigenvectors of A = M^(1/2) F M^(1/2) with the largest eigenvalues, by block Lanczos iteration with full
   !> orthogonalisation, and self%residual. Small problems have one block that is the whole space.
   subroutine find_lowest(self, n_modes, x)
     class(modal_t), intent(inout) :: self
@@ -184,7 +183,7 @@ contains
 
   contains
 
-    !> Takes from a(n, b) what lies in the space of the first m vectors, and gives its components there.
+    !> Removes from a(n, b) its part in the space of the first m vectors, and returns its components there.
     function project(a) result(components)
       real(rp), intent(inout) :: a(:, :)
       real(rp) :: components(m, size(a, 2))
@@ -194,7 +193,7 @@ contains
 
   end subroutine find_lowest
 
-  !> From eigenvectors to values and shapes.
+  !> Computes eigenvalues and shapes from eigenvectors.
   subroutine keep_modes(self, q)
     class(modal_t), intent(inout) :: self
     real(rp), intent(in) :: q(:, :)
@@ -215,7 +214,7 @@ contains
     end do
   end subroutine keep_modes
 
-  !> M^(1/2) F M^(1/2) x, column by column.
+  !> Computes M^(1/2) F M^(1/2) x, column by column.
   function flexible(self, x) result(z)
     class(modal_t), intent(in) :: self
     real(rp), intent(in) :: x(:, :)
@@ -224,7 +223,7 @@ contains
     z = spread(self%root_mass, 2, size(x, 2))*flexibility(self, z)
   end function flexible
 
-  !> F b, column by column.
+  !> Computes F b, column by column.
   function flexibility(self, b) result(z)
     class(modal_t), intent(in) :: self
     real(rp), intent(in) :: b(:, :)
@@ -238,7 +237,7 @@ contains
     end do
   end function flexibility
 
-  !> Columns become orthonormal, the first first.
+  !> Makes the columns orthonormal, beginning with the first one.
   subroutine make_orthonormal(q)
     real(rp), intent(inout) :: q(:, :)
     real(rp), allocatable :: basis(:, :), r(:, :)
@@ -294,6 +293,7 @@ contains
     call find_slopes(self, spread(0*self%mass, 2, size(same, 1)), 0*self%mass, dc, same, slopes)
   end subroutine modal_slopes_of_clamp
 
+  !> Returns shape `i` at the movable points as one vector.
   pure function flat(self, i) result(phi)
     class(modal_t), intent(in) :: self
     integer, intent(in) :: i
@@ -301,7 +301,7 @@ contains
     phi = reshape(self%shapes(:, self%model%movable, i), [size(phi)])
   end function flat
 
-  !> bent(:, i) = dK psi_i, dm the change of the masses, dc that of the compliances. With the clamp
+  !> Computes the slopes. bent(:, i) = dK psi_i, dm the change of the masses, dc that of the compliances. With the clamp
   !> phi_j dF^-1 phi_i = psi_j dK psi_i - m_j dc m_i, m = lambda R^T M phi its moment, and F dF^-1 phi_i = K^-1 dK psi_i - R dc m_i.
   subroutine find_slopes(self, bent, dm, dc, same, slopes)
     class(modal_t), intent(in) :: self
@@ -358,8 +358,7 @@ contains
 
   end subroutine find_slopes
 
-  !> Each b(:, i), without the modes that are known, becomes (1 - lambda_i A)^-1 b, A = M^(1/2) F M^(1/2), which is positive
-  !> there: conjugate gradients, all columns side by side.
+  !> Replaces b(:, i) by (1 - lambda_i A)^-1 b(:, i), A = M^(1/2) F M^(1/2), orthogonal to the known modes: conjugate gradients.
   subroutine solve_beside(self, lambda, b)
     class(modal_t), intent(in) :: self
     real(rp), intent(in) :: lambda(:)
@@ -392,6 +391,7 @@ contains
     b = y
   end subroutine solve_beside
 
+  !> Takes the parts along the known modes out of `b`.
   subroutine remove_known(self, b)
     class(modal_t), intent(in) :: self
     real(rp), intent(inout) :: b(:, :)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A clamp that gives way: it turns about x and about y by a compliance times the moment at the centre of the clamped points,
+!> Describes a compliant clamp: it turns about x and about y by a compliance times the moment at the centre of the clamped points,
 !> exactly for large turns. The law is that of solid_bent_wing; no stiffness of the wing changes.
 module solid_effect_root
   use base_kinds, only: rp
@@ -20,6 +20,7 @@ contains
     effect%tell => tell_root
   end function root_effect
 
+  !> Returns the texts for this effect.
   pure subroutine tell_root(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'root_compliance'

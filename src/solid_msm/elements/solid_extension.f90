@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Extension springs: E = k (l - l0)^2/2 along veins, membrane edges and cross-springs.
+!> Computes extension springs: E = k (l - l0)^2/2 along veins, membrane edges and cross-springs.
 !>
 !> The unknown is the displacement u. The elongation is du.(d0 + d)/(l + l0), which does not cancel
 !> when the strain is small. In the tension-field membrane (a model, not a numerical aid) springs of
@@ -138,6 +138,7 @@ contains
     end do
   end subroutine extension_tangent
 
+  !> Computes how much longer spring `s` is than at rest, its length `l` [m] and its direction.
   pure subroutine elongation(self, s, u, dl, l, direction)
     type(extensions_t), intent(in) :: self
     integer, intent(in) :: s
@@ -152,7 +153,7 @@ contains
     direction = d/l
   end subroutine elongation
 
-  !> Energy, force and slope of a spring of unit stiffness.
+  !> Returns energy, force and slope of a spring of unit stiffness.
   pure subroutine law(self, s, dl, energy, force, slope)
     type(extensions_t), intent(in) :: self
     integer, intent(in) :: s

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The transforms of libraries that need not be there: P3DFFT is.
+!> Makes the transforms of optional libraries: P3DFFT is available.
 module spectral_external
   use base_errors, only: failure_t, require
   use parallel_world, only: world_t

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of measured natural modes beside those of the baseline and of the extended wing, for the report of a diagnosis."""
+"""Draws measured natural modes and those of the baseline and of the extended wing, for the report of a diagnosis."""
 import h5py
 import matplotlib.pyplot as plt
 import numpy as np
@@ -10,7 +10,8 @@ LIMIT = 4.0  # sd
 
 
 def read_modes(tables, diagnosis):
-    """[(facts of the JSON file, table (places, 6): x y measured sigma baseline extended)], in the order of frequencies."""
+    """Returns [(facts of the JSON file, table (places, 6): x y measured sigma baseline extended)], in the order of frequencies.
+    """
     modes = []
     if diagnosis.get("modes") and tables.exists():
         with h5py.File(tables, "r") as file:
@@ -22,7 +23,7 @@ def read_modes(tables, diagnosis):
 
 
 def draw_modes(modes, outline, draw_outline, is_extended):
-    """Frequencies against measured ones, and for each mode the shape and what the models leave of it."""
+    """Draws the frequencies of both models against measured ones, and for each mode its shape and the residuals of the models."""
     columns = 3 if is_extended else 2
     figure = plt.figure(figsize=(2.9 * columns, 1.6 + 1.25 * len(modes)), layout="constrained")
     grid = figure.add_gridspec(1 + len(modes), columns, height_ratios=[1.6] + [1.25] * len(modes))

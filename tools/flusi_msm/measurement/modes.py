@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Natural modes of a synthetic wing with the errors of an experiment, for `make_modes` alone: the stiffness of the synthetic
-bending tests, and masses assembled here. Nothing is shared with the solver in src or with what is fitted to the data."""
+"""Makes natural modes of a synthetic wing with the errors of an experiment, for `make_modes` alone. It uses the stiffness of the
+synthetic bending tests, and masses assembled here. Nothing is shared with the solver in src or with what is fitted to the data.
+"""
 from dataclasses import dataclass, field
 from math import pi
 from pathlib import Path
@@ -18,7 +19,7 @@ from flusi_msm.wing.file import read_wing
 
 @dataclass
 class Mass:
-    """What the wing weighs, and what sits on it."""
+    """The mass of the wing, and a point mass on it."""
     vein_density: float = 0.0         # [kg/m^3]; 0: that of the wing file, or 1300
     membrane_mass: float = 0.0        # [kg]; 0: that of the wing file, or 81.475e-9
     veins: float = 1.0                # factors on both
@@ -31,7 +32,7 @@ class Mass:
 
 @dataclass
 class Noise:
-    """Standard deviations, relative: of frequencies, and of shapes over their largest value."""
+    """Relative standard deviations: of frequencies, and of shapes over their largest value."""
     frequency: float = 0.005
     shape: float = 0.02
 
@@ -42,9 +43,9 @@ class Case:
     refine: int = 0
     seed: int = 1
     title: str = ""
-    modes: int = 5                    # the lowest so many that move across the wing
-    missing: tuple = ()               # of these, by their number, that nobody saw
-    sites: int = 24                   # places of the wing that are seen
+    modes: int = 5                    # number of modes across the wing that are measured, the lowest ones
+    missing: tuple = ()               # numbers of modes among these that are not detected
+    sites: int = 24                   # places of the wing that are measured
     medium: str = "air"
     air_density: float = 1.2          # [kg/m^3]
     air_ratio: float = 0.8            # of the air that moves with the wing to that of strip theory
@@ -54,7 +55,8 @@ class Case:
 
 
 def read_case(path, changes=()):
-    """The case in a JSON file, with changes `section.key=value`; the wing is seen from the file's folder."""
+    """Returns the case in a JSON file, with changes `section.key=value`; the path of the wing is relative to the file's folder.
+    """
     case = build(Case, read_json(path, changes), "")
     if case.medium not in ("air", "vacuum"):
         raise InputError(f"medium is air or vacuum, not {case.medium}")
@@ -65,7 +67,8 @@ def read_case(path, changes=()):
 
 
 def densities(wing, mass):
-    """Density of the veins [kg/m^3], and areal density [kg/m^2] of the membrane as a function of places (n, 2)."""
+    """Returns the density of the veins [kg/m^3], and the areal density [kg/m^2] of the membrane as a function of places (n, 2).
+    """
     stated = wing.mass
     vein = mass.vein_density or (stated.vein_density if stated and stated.vein_density else 1300.0)
     total = mass.membrane_mass or (stated.membrane if stated else 81.475e-9)
@@ -94,7 +97,7 @@ def triangle_areas(wing):
 
 
 def mass_matrix(wing, case, n_nodes):
-    """Mass [kg] between nodes for motion in the plane and across it, sparse (n_nodes, n_nodes) each."""
+    """Returns the mass [kg] between nodes for motion in the plane and across it, sparse (n_nodes, n_nodes) each."""
     mass, triangles = case.mass, np.asarray(wing.triangles)
     vein, areal = densities(wing, mass)
     rows, columns, values = [], [], []
@@ -119,7 +122,7 @@ def mass_matrix(wing, case, n_nodes):
         for a, b, da, db in zip(nodes[:-1], nodes[1:], diameters[:-1], diameters[1:]):
             length = np.linalg.norm(wing.points[b] - wing.points[a])
             moments = np.zeros((2, 2))
-            for s, w in zip((0.5 - 0.15**0.5, 0.5, 0.5 + 0.15**0.5), (5 / 18, 8 / 18, 5 / 18)):  # Gauss, exact for them
+            for s, w in zip((0.5 - 0.15**0.5, 0.5, 0.5 + 0.15**0.5), (5 / 18, 8 / 18, 5 / 18)):  # Gauss rule, exact here
                 at = np.array([1 - s, s])
                 piece = w * vein * pi / 4 * (da + s * (db - da))**2 * length
                 moments += piece * (np.outer(at, at) if mass.consistent else np.diag(at))
@@ -140,7 +143,7 @@ def mass_matrix(wing, case, n_nodes):
 
 
 def strips(wing):
-    """Stations x [m] with the lower and upper ends y [m] of the wing there."""
+    """Returns stations x [m], and the lower and upper ends y [m] of the wing there."""
     points, triangles = wing.points, np.asarray(wing.triangles)
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     x = np.linspace(points[:, 0].min(), points[:, 0].max(), 801)
@@ -157,14 +160,14 @@ def strips(wing):
 
 
 def carried(places, chord):
-    """[m] Air per area over its density: the jump of the potential of a plate that moves across itself."""
+    """Returns the mass of air per area over its density [m]: the jump of the potential of a plate that moves normal to itself."""
     x, low, high = chord
     below, above = np.interp(places[:, 0], x, low), np.interp(places[:, 0], x, high)
     return 2 * np.sqrt(np.maximum(0, (above - places[:, 1]) * (places[:, 1] - below)))
 
 
 def find_modes(wing, case, coarse=None):
-    """Frequencies [Hz] and shapes along z (points, modes) of the lowest modes that move across the wing."""
+    """Returns frequencies [Hz] and shapes along z (points, modes) of the lowest modes that move across the wing."""
     every = np.concatenate([d for _, d in (coarse or wing).veins.values()])
     model = Model(wing, case.stiffness, float(np.mean(every)), 2.0 if coarse is not None else 1.0)
     plane, across = mass_matrix(wing, case, model.n_nodes)
@@ -190,7 +193,7 @@ def find_modes(wing, case, coarse=None):
 
 
 def synthesise(case):
-    """What would be measured, [(name, frequency, sd, places, shape, sd)], and the truth."""
+    """Returns the measured modes, [(name, frequency, sd, places, shape, sd)], and the truth."""
     wing = read_wing(case.wing)
     coarse = wing if case.refine else None
     fine = refine(wing) if case.refine else wing
@@ -206,7 +209,7 @@ def synthesise(case):
         if number in case.missing:
             continue
         sd = case.noise.shape
-        size = 10**random.uniform(-1, 1)  # nobody knows how strongly a mode was excited
+        size = 10**random.uniform(-1, 1)  # the strength with which a mode was excited is unknown
         modes.append((f"mode{number}", frequency * (1 + case.noise.frequency * errors[0]), case.noise.frequency * frequency,
                       wing.points[sites, :2], size * (shape[sites] + sd * errors[1:]), np.full(len(sites), size * sd)))
     truth = {"frequencies": [f for f, _ in found], "stiffness": vars(case.stiffness), "mass": vars(case.mass),
@@ -215,7 +218,7 @@ def synthesise(case):
 
 
 def write_modes(path, case, modes):
-    """Writes a measurement file, or adds the modes to one that is there (docs/formats/measurement-format.md)."""
+    """Writes a measurement file, or adds the modes to one that exists (docs/formats/measurement-format.md)."""
     import h5py
     try:
         with h5py.File(path, "a", libver=("v108", "v108")) as file:

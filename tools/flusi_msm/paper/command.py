@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Repeats the comparison of rigid and flexible blowfly wings of Truong et al. with wings without thickness, on several
-grids, and writes FOLDER/paper.html with its numbers in paper.json: their Table 2 beside ours, convergence, forces over the
-beat, deformation, sections, pressure, and in words what agrees and what does not.
+"""Repeats the comparison of rigid and flexible blowfly wings of Truong et al. with wings without thickness, on several grids.
+Writes FOLDER/paper.html, with its numbers in paper.json: their Table 2 and ours, convergence, forces over the beat, deformation,
+sections, pressure, and in words what agrees and what does not.
 
 usage: reproduce-paper [--grids 96 128 160 192] [--beats 4] [--individuals POINTS] [--ranks 2] [--folder runs/paper]
                        [--dry-run | --page] [--hours 14] [--anew] [--ini FILE] [--flusi PROGRAM]
 
-First it measures how long all will take. A finished flight is not repeated, an interrupted one goes on from its last backup:
-give the same command again. Ctrl-C stops with a backup, and so does a file STOP in the folder of the flight. The page is
-written after every flight. Exit code: 0 done, 2 mistake, 3 a flight failed, 4 stopped.
+First it estimates how long all flights will take. A finished flight is not repeated, and an interrupted one continues from its
+last backup when the same command is given again. Ctrl-C stops with a backup, and so does a file STOP in the folder of the flight.
+The page is written after every flight. Exit code: 0 done, 2 mistake, 3 a flight failed, 4 stopped.
 """
 import argparse
 import sys
@@ -48,7 +48,7 @@ def arguments():
 
 
 def print_plan(cases, estimate, hours):
-    """The flights and how long each takes; refuses what takes too long."""
+    """Prints the flights and how long each takes; refuses a plan that takes too long."""
     print(f"{estimate.flusi.version}, {estimate.flusi.ranks} ranks; about "
           f"{estimate.steps_per_beat_and_point():.1f} N steps per beat on N x N x N/2 points", flush=True)
     total = 0.0

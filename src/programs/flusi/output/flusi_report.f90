@@ -142,7 +142,7 @@ contains
     if (settings%flexible) call print_bending(unit, settings)
   end subroutine print_flight
 
-  !> Prints what the wings that bend are made of, and whether their coupling is safe (docs/guide/flexible-wings.md).
+  !> Prints what the wings that bend are made of, and whether their coupling is safe (docs/theory/coupling.md).
   subroutine print_bending(unit, settings)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
@@ -169,7 +169,7 @@ contains
       stiffness = 0
       if (c%light_layer > 0) stiffness = 2*settings%flight%half_thickness*c%units%length*settings%units%density/ &
                                          c%light_layer*step_over_c_eta(p)
-      if (settings%flight%thin%is_thin) return ! the wing's step knows what the flow answers
+      if (settings%flight%thin%is_thin) return ! the step of the wing includes the reaction of the flow
       if (c%added_mass > 1) write (unit, '(a)') '          the wing is lighter than the fluid that it moves: '// &
         advice(c%coupling)
       if (stiffness > c%stability_limit()) write (unit, '(2(a,f0.2),a)') &

@@ -111,6 +111,7 @@ contains
     call read_damping(s%config, s%wing_case%model, s%inertia)
   end subroutine load_solid_settings
 
+  !> Reads motion, load, time step and output.
   subroutine read_options(s, errors)
     type(solid_settings_t), intent(inout), target :: s
     type(message_list_t), intent(inout) :: errors
@@ -152,6 +153,7 @@ contains
     end do
   end subroutine notice_idle_keys
 
+  !> Sets a wing frame at rest.
   subroutine read_rest(s)
     type(solid_settings_t), intent(inout) :: s
     type(steady_motion_t) :: rest
@@ -159,6 +161,7 @@ contains
     allocate (s%motion, source=rest)
   end subroutine read_rest
 
+  !> Sets a wing frame that turns about a fixed axis.
   subroutine read_rotation(s, errors)
     type(solid_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors
@@ -232,7 +235,7 @@ contains
     end select
   end subroutine mirror_motion
 
-  !> Reads the forces of `key`, all of which act together.
+  !> Reads the forces of `key`, all of which act at the same time.
   subroutine read_forces(s, section, key, text, forces, errors)
     type(solid_settings_t), intent(in) :: s
     character(*), intent(in) :: section, key, text
