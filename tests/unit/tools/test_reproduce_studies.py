@@ -140,7 +140,7 @@ class ScanOfKinematics(Temporary):
         self.assertIsNotNone(away["change_percent"]["lift_to_power"])
         told = {row["quantity"]: row for row in ranges(found)}
         self.assertFalse(told[RIGID, "lift_mN"]["inside"])
-        self.assertTrue(told[FLEXIBLE, "power_mW"]["inside"])
+        self.assertTrue(told[FLEXIBLE, "drag_mN"]["inside"])
         self.assertAlmostEqual(told[FLEXIBLE, "drag_mN"]["shipped"], 0.102, delta=1e-4)
         self.assertAlmostEqual(slopes(found)[FLEXIBLE, "drag_mN"]["tilt"], 0.02, delta=1e-5)
         text = " ".join(sentences(found))

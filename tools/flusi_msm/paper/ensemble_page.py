@@ -41,7 +41,7 @@ def boxes(found, folder):
         ax.axhline(TABLE_2["flexible"][key], color=COLOURS[1], linestyle="--", linewidth=1.0)
         ax.set_xticks([])
         ax.set_xlim(0.6, 1.4)
-        ax.set_ylim(bottom=min(0.0, 1.1 * values.min()))
+        ax.set_ylim(min(0.0, 1.1 * values.min()), 1.1 * max(values.max(), TABLE_2["flexible"][key]))
         ax.set_ylabel(LABELS[key])
         if key in OWN:
             ax.set_title(f"spread {found['spread'][key]['whiskers_percent']:.1f} %\npaper {found['paper_spread_percent'][OWN[key]]} %",
@@ -66,7 +66,7 @@ def correlations(found, folder):
             is_sure = abs(value) >= chance(members)
             ax.text(j, i, f"{value:+.2f}", ha="center", va="center", fontweight="bold" if is_sure else "normal",
                     color="w" if abs(value) > 0.6 else "k" if is_sure else "0.45")
-    ax.set_xticks(range(len(COLUMNS)), [WORDS[key] for key in COLUMNS])
+    ax.set_xticks(range(len(COLUMNS)), [WORDS[key].replace(" to", "\nto") for key in COLUMNS])
     ax.set_yticks(range(len(names)), [name.removeprefix("joint:") for name in names])
     ax.tick_params(length=0)
     figure.colorbar(image, ax=ax).set_label("rank correlation")

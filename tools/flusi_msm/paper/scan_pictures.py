@@ -12,7 +12,7 @@ from flusi_msm.paper.scan import CHANGES, complete, quantities
 from flusi_msm.style import save, use_style
 
 LABELS = dict(zip(COLUMNS, ("lift [mN]", "drag [mN]", "power [mW]", "lift / drag", "lift / power [mN/mW]")))
-CHANGE_LABELS = {"lift_to_drag": "lift / drag by bending [%]", "lift_to_power": "lift / power by bending [%]"}
+CHANGE_LABELS = {"lift_to_drag": "lift / drag [%]", "lift_to_power": "lift / power [%]"}
 PAPER_COLOUR, SHIPPED_COLOUR = "#D55E00", "#000000"
 
 
@@ -50,8 +50,8 @@ def draw_cell_numbers(ax, found, values, colours, norm, is_change):
                 continue
             red, green, blue, _ = colours(norm(value))
             dark = 0.3 * red + 0.59 * green + 0.11 * blue < 0.5
-            text = f"{value:+.0f}" if is_change else f"{value:.3g}"
-            ax.text(pitch, stroke, text, ha="center", va="center", color="w" if dark else "k", fontsize=8.5)
+            text = f"{value:+.0f}" if is_change else f"{value:#.3g}"
+            ax.text(pitch, stroke, text, ha="center", va="center", color="w" if dark else "k", fontsize=8.5, zorder=4)
 
 
 def draw_map(ax, found, quantity, values, paper, colours, norm):
@@ -95,11 +95,11 @@ def maps(found, kind, folder):
         bar = figure.colorbar(matplotlib.cm.ScalarMappable(norm, colours), ax=line[-1], aspect=14, fraction=0.09)
         bar.ax.axhline(paper, color=PAPER_COLOUR, linewidth=2.5)
         bar.set_label((CHANGE_LABELS if kind == "change" else LABELS)[quantity[1]])
-        text = f"{paper:+.0f} %" if kind == "change" else f"{paper:.3g}"
+        text = f"{paper:+.0f} %" if kind == "change" else f"{paper:#.3g}"
         line[0].annotate(f"paper {text}", (0.0, 1.02), xycoords="axes fraction", color=PAPER_COLOUR, fontsize=8.5)
         line[0].set_ylabel("amplitude [°]")
     for ax, tilt in zip(axes[0], tilts):
-        ax.set_title(f"tilt {tilt:g}°", pad=16 if ax is axes[0, 0] else None)
+        ax.set_title(f"tilt {tilt:g}°", pad=16)
     for ax in axes[-1]:
         ax.set_xlabel("mean pitch [°]")
     path = folder / f"map_{kind}.png"
