@@ -111,6 +111,8 @@ def sentences(found):
 
 
 def choice(found):
+    between = (f" Two of the drawn numbers have a rank correlation of {found['design_correlation']:.2f} at most among the members that "
+               "have flown.") if "design_correlation" in found else ""
     return f"""<ul>
 <li>E is drawn from a normal distribution with the paper's mean {E_MEAN / 1e9:g} and deviation {E_DEVIATION / 1e9:g} GPa over its nine
 individuals, of which only positive values.</li>
@@ -118,8 +120,8 @@ individuals, of which only positive values.</li>
 each is drawn log-normally about its value in the input (most often that of the vein without the joint), two thirds within a factor of
 {found['joint_factor']:g} and 95 % within {found['joint_factor']**2:g}, independently of E and of each other. This factor is an assumption
 (<code>--joint-factor</code>), and spreads grow with it.</li>
-<li>All members have the size of the input. The design is Sobol's sequence with a shift of a fixed seed ({found['seed']}): member k is the
-same for any number of members.</li></ul>"""
+<li>All members have the size of the input. The design is an additive recurrence with the square roots of primes, without chance: member k is the
+same for any number of members.{between}</li></ul>"""
 
 
 def member_table(found):
