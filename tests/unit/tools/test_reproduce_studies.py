@@ -17,6 +17,7 @@ import numpy as np
 
 from flusi_msm.paper import ensemble as ensembles
 from flusi_msm.paper import scan as scans
+from flusi_msm.paper import scan_pictures
 from flusi_msm.paper.cases import FLEXIBLE, INI, RIGID, Variant
 from flusi_msm.paper.ensemble_page import write_page as write_ensemble_page
 from flusi_msm.paper.flights import mpi_environment
@@ -172,6 +173,26 @@ class ScanOfKinematics(Temporary):
         self.assertEqual(found["missing"], ["rigid_pitch+10_stroke150_tilt30"])
         for kind in ("change", RIGID, FLEXIBLE):
             self.assertGreater(picture(self.folder / f"kinematics_32/pictures/map_{kind}.png")[2], 10, kind)
+
+
+    def test_panels(self):
+        """With one amplitude the maps are over pitch and tilt; cells hold the values of their points."""
+        scan = scans.Scan(self.folder, INPUT, 32, (3, 1, 3))
+        self.fly(scan, but=("rigid_pitch+10_stroke135_tilt30",))
+        found = scans.collect(scan)
+        self.assertEqual(scan_pictures.axes_of(found), ["pitch", "tilt", "stroke"])
+        self.assertEqual(scan_pictures.axes_of({"values": {"pitch": [0, 1], "stroke": [1, 2], "tilt": [1]}}), list(scans.AXES))
+        values = scan_pictures.field(found, lambda point: point["rigid"]["lift_mN"] if "rigid" in point else None, 135)
+        self.assertTrue(np.isnan(values[2, 2]))
+        np.testing.assert_allclose(np.nan_to_num(values, nan=0.8294), 0.8294, atol=1e-4)
+        drag = scan_pictures.field(found, lambda point: point["flexible"]["drag_mN"], 135)
+        np.testing.assert_allclose(drag, [[0.082, 0.082, -0.01], [0.102, 0.102, -0.01], [0.122, 0.122, -0.01]], atol=1e-4)
+        pictures = scan_pictures.all_maps(found, self.folder / "pictures")
+        self.assertEqual(len(pictures), 3)
+        for _, _, path in pictures:
+            height, width, colours = picture(path)
+            self.assertGreater(width, 1.5 * height)
+            self.assertGreater(colours, 10)
 
 
 class EnsembleOfStiffness(Temporary):
