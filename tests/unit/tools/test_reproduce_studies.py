@@ -36,11 +36,12 @@ FORCE, POWER = 0.200600, 0.285300  # mN and mW of one unit, as UNITS says
 
 
 def finish(case, lift, drag, power, beats=None):
-    """Stores series with these means [mN, mW] in the last beat, and twice as much in the one before; the flight is then finished."""
+    """Stores series with these means [mN, mW] in the last beat of two or the last two of more, and twice as much before; the flight is
+    then finished."""
     case.folder.mkdir(parents=True)
     t = np.arange(1, 100 * (beats or case.beats) + 1) / 100
     zero, wave = 0 * t, np.sin(2 * np.pi * t)
-    factor = np.where(t >= case.beats - 1, 1.0, 2.0) if case.beats == 2 else 1.0
+    factor = np.where(t >= case.beats - (1 if case.beats == 2 else 2), 1.0, 2.0)
     names = [f"{q}{c}{u}" for q in "FM" for u in ("", " unsteady") for c in "xyz"]
     forces = [factor * drag / FORCE + wave, zero, factor * lift / FORCE + wave] + 9 * [zero]
     write_table(case.folder / "forces.t", ["time [T]", *names], np.column_stack([t, *forces]), UNITS)
@@ -212,7 +213,7 @@ class EnsembleOfStiffness(Temporary):
         self.assertAlmostEqual(within.mean(), 0.683, delta=0.02)
         self.assertLess(ensembles.largest_correlation(ensembles.uniform_design(27, 11)), 0.271)
         self.assertEqual(ensembles.uniform_design(3, 13).shape, (3, 13))
-        self.assertAlmostEqual(ensembles.largest_correlation([[1, 2], [2, 1], [3, 3], [4, 4]]), 0.8)
+        self.assertAlmostEqual(ensembles.largest_correlation([[1, 3], [2, 4], [3, 2], [4, 1]]), 0.8)
         self.assertEqual(ensembles.joint_ratio(0.9, 1.0), 1.0)
 
     def test_members(self):
@@ -264,6 +265,8 @@ class EnsembleOfStiffness(Temporary):
                       "Drag goes with C_Sc (-1.00)", "within a factor of\n3", "data:image/png", "member k is the"):
             self.assertIn(words, page)
         found = json.loads((self.folder / "ensemble_32.json").read_text())
+        first = found["members"][0]
+        self.assertAlmostEqual(first["means"]["lift_mN"], 0.5 * first["drawn"]["E"] / 12.58e9, delta=1e-4, msg="the last two beats")
         done = np.array([m["means"]["lift_mN"] for m in found["members"] if "means" in m])
         self.assertAlmostEqual(found["spread"]["lift_mN"]["all_percent"], 100 * np.ptp(done) / np.median(done), delta=1e-6)
         self.assertAlmostEqual(found["spread"]["power_mW"]["all_percent"], 2.0, delta=0.05)
