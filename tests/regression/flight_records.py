@@ -19,7 +19,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 from synthetic_bending import ADEQUATE, NAMED, SET, measure
-from whole_program import EXIT_STOPPED, SOURCE, check, main
+from whole_program import ALIVE, EXIT_STOPPED, SOURCE, check, main
 
 from flusi_msm.hovering_plate import write_plate, write_stroke
 from json_schema import validate
@@ -236,7 +236,7 @@ def test_stop(case):
     diagnose(case, "data.h5", "whole", few, cache="whole-flights")
     write_input(case, "data.h5", "parts", few, cache="parts-flights")
     case.start("parts.ini", "--exit-code")
-    end = time.monotonic() + 60
+    end = time.monotonic() + ALIVE
     while not list(case.folder.glob("parts-flights/*/forces.t")):
         check(case.process.poll() is None and time.monotonic() < end, f"a flight begins: {case.out.read_text()}")
         time.sleep(0.02)
