@@ -41,6 +41,7 @@ ELSEWHERE = {
     "*sbatch *": "needs a cluster; test_slurm_chain has a pretended one", "mkdir my_run *": "with the job that follows",
     "mpirun -n 4 msm_diagnose ini/diagnose.ini": "long; test msm_diagnose", "tools/plot_diagnosis *": "reads that; test tutorial",
     "msm_diagnose ini/vibration.ini": "test vibration_diagnose", "tools/make_modes *": "test vibration_diagnose",
+    "msm_diagnose ini/ring-down.ini": "long; test ring_down_diagnose",
     "tools/make_flight *": "test_make_flight",
     "tools/reproduce_paper": "a night",
     "tools/reproduce_paper --dry-run": "measures its time; test_reproduce_paper",
@@ -115,8 +116,10 @@ class Tree:
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=300)
 
     def must(self, text, where="."):
+        used = sum(os.times()[2:4])
         done = self.run(text, where)
         code = done.returncode
+        print(f"      {sum(os.times()[2:4]) - used:5.1f} s of CPU: {text}", flush=True)
         check(code in (VERDICTS if "msm_diagnose" in text else (0,)), f"{text}: exit code {code}\n{done.stdout[-1500:]}")
         return done.stdout
 
@@ -210,6 +213,7 @@ def main():
         tree = Tree(Path(folder))
         test_reasons_are_needed()
         test_options_exist(tree)
+        print(f"      {sum(os.times()[2:4]):5.1f} s of CPU: the help of all programs and tools", flush=True)
         tree.prepare()
         test_commands_run(tree)
     print("pass")
