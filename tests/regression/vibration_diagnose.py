@@ -40,7 +40,7 @@ def interval(found, name):
 def test_null(case):
     """Another E, less air than strip theory, the third mode missed: all that is no discovery."""
     vibrate(case, "data.h5", stiffness={"E": 1.1e10})
-    code, found = diagnose(case, "data.h5", "null", OPTIONS)
+    code, found = diagnose(case, "data.h5", "null", OPTIONS + "validation = no;\n")
     check(code == ADEQUATE, found["verdict"]["sentence"])
     check([one["baseline_number"] for one in found["modes"]] == [1, 2, 4, 5, 6], "a mode is missed, and the others keep their place")
     check(min(one["baseline_mac"] for one in found["modes"]) > 0.98, "shapes are alike")
