@@ -29,7 +29,8 @@ LAYERS = {
     "fluid": (0.0, BLUE, "Navier-Stokes"),
     "fsi": (0.0, BLUE, "wings in the flow"),
     "common": (0.9, GREY, "what programs share"),
-    "flusi": (0.0, BLUE, "program: flights"),
+    "simulation": (0.0, BLUE, "a flow from an ini file"),
+    "flusi": (0.0, BLUE, "program: flow, wing alone"),
     "msm_train": (2.3, ORANGE, "program: training"),
     "msm_diagnose": (3.4, ORANGE, "program: diagnosis"),
 }

@@ -5,11 +5,11 @@ module support_wings
   use base_kinds, only: rp
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
-  use flusi_settings, only: load_settings, settings_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_rotation, only: cross
   use fsi_wing_loads, only: wing_loads_t
   use parallel_world, only: world_t
+  use simulation_settings, only: load_settings, settings_t
   use, intrinsic :: iso_fortran_env, only: error_unit
   implicit none
   private
