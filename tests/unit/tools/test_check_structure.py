@@ -111,6 +111,28 @@ end module base_case
         self.assert_found(CLEAN, "tests/unit/test_thing.f90:1: unit tests are in the folder", tests=("test_thing.f90",))
         self.assert_found(CLEAN, "tests/unit/bass:1: there is no layer bass", tests=("bass/test_thing.f90",))
 
+    def test_folders_in_a_circle(self):
+        def uses(layer, edges):
+            """What the check finds in a layer whose folders use each other as `edges` say."""
+            with tempfile.TemporaryDirectory() as root:
+                prefix = {"solid_msm": "solid"}.get(layer, layer)
+                for folder in {folder for edge in edges for folder in edge}:
+                    path = Path(root) / "src" / layer / folder / f"{prefix}_{folder}.f90"
+                    path.parent.mkdir(parents=True)
+                    lines = [f"use {prefix}_{used}, only: x\n" for user, used in edges if user == folder]
+                    path.write_text(module(f"{prefix}_{folder}").replace("\nend", "\n" + "".join(lines) + "end", 1))
+                return subprocess.run([sys.executable, str(TOOL), root], capture_output=True, text=True, check=False).stdout
+
+        self.assertEqual(uses("io", [("a", "b"), ("b", "c"), ("a", "c")]), "3 files, 0 problem(s)\n")
+        found = uses("io", [("a", "b"), ("b", "c"), ("c", "a"), ("c", "d")])
+        for edge in ("folder a uses b", "folder b uses c", "folder c uses a"):
+            self.assertIn(edge, found)
+        self.assertIn(" 3 problem(s)", found)
+        self.assertIn("src/io/a/io_a.f90:2: io: folder a uses b, which uses a", found)
+        both = [("wing", "elements"), ("elements", "wing")]
+        self.assertEqual(uses("solid_msm", both), "2 files, 0 problem(s)\n")
+        self.assertIn("solid_msm: wing > elements is in no circle any more", uses("solid_msm", both[1:]))
+
     def test_two_modules(self):
         self.assert_found(CLEAN + "module base_thing\nend module base_thing\n", ":12: second module")
 
