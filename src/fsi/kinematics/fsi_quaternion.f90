@@ -9,7 +9,7 @@ module fsi_quaternion
   use base_kinds, only: rp
   implicit none
   private
-  public :: attitude_of, matrix_of, angles_of, turned, product_of, rate_of, spin_of
+  public :: attitude_of, matrix_of, angles_of, turned, rate_of, spin_of
 
 contains
 

@@ -10,10 +10,9 @@ module fsi_planform_file
   use io_ini, only: ini_document_t
   use io_keys, only: declaring, keys_t, reading
   use io_registry, only: registry_t
-  use io_broadcast_text, only: read_text_file
   implicit none
   private
-  public :: read_planform, read_planform_text
+  public :: read_planform_text
 
   character(*), parameter :: W = 'Wing'
   character(8), parameter :: SERIES(2) = ['ai_wings', 'bi_wings']
@@ -40,20 +39,6 @@ module fsi_planform_file
   end type planform_choices_t
 
 contains
-
-  !> Reads a planform from the file at `path`, on the calling rank; see `read_planform_text`.
-  subroutine read_planform(path, planform, errors, notices)
-    character(*), intent(in) :: path
-    type(planform_t), intent(inout) :: planform
-    type(message_list_t), intent(inout) :: errors, notices
-    character(:), allocatable :: text, problem
-    call read_text_file(path, text, problem)
-    if (allocated(problem)) then
-      call errors%add(problem)
-    else
-      call read_planform_text(text, path, planform, errors, notices)
-    end if
-  end subroutine read_planform
 
   !> Reads a planform from the content of the file called `name`. It is set, with one chord at every x, if no
   !> message was added to `errors`. Lengths are those of the file, see `length`.

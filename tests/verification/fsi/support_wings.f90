@@ -111,7 +111,7 @@ contains
             x = [penalty%x(p) - 1, y - 1 + block%start(2), z - 1 + block%start(3)]*grid%spacing
             u = fluid%rhs%fields(penalty%x(p), y, z, 1:3)
             f = penalty%chi(p)/fluid%rhs%params%solids%c_eta*(u - penalty%us(:, p))*grid%cell_volume()
-            q = pose%point_to_wing(x)
+            q = pose%vector_to_wing(x - pose%hinge)
             d = pose%vector_to_space(q - [min(max(q(1:2), low), high), 0.0_rp])
             sums(1:3) = sums(1:3) + f
             sums(4:6) = sums(4:6) + cross(x - pose%hinge, f)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The wing of benchmarks and tests and ten places on it where it is loaded.
-module bench_places
+module loaded_wing
   use base_errors, only: failure_t, message_list_t, require
   use base_kinds, only: rp
   use solid_loads, only: load_t
@@ -67,4 +67,4 @@ contains
     call load%add_at(model, place_on_wing(model, number), [0.0_rp, 0.0_rp, force], failure)
     call require(.not. failure%failed, 'a load of the benchmark lies beside the wing')
   end subroutine load_at
-end module bench_places
+end module loaded_wing

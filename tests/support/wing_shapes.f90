@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> One static shape of the benchmarks: cold, cold with half the step, and warm from a neighbour in the
 !> space of the parameters; and the force that gives a wanted deflection.
-module bench_shapes
+module wing_shapes
   use base_kinds, only: rp
-  use bench_places, only: load_at
+  use loaded_wing, only: load_at
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
@@ -150,4 +150,4 @@ contains
     end do
     median = sorted((size(sorted) + 1)/2)
   end function median
-end module bench_shapes
+end module wing_shapes
