@@ -5,7 +5,7 @@ module fluid_timestep
   use fluid_params, only: fluid_params_t
   implicit none
   private
-  public :: next_step_length, two_digits, is_due, TOO_FAST, SPONGE_LIMIT
+  public :: next_step_length, is_due, TOO_FAST, SPONGE_LIMIT
 
   !> A velocity beyond this means that the run has blown up: all units are chosen so that it is of order 1.
   real(rp), parameter :: TOO_FAST = 1.0e3_rp

@@ -2,8 +2,8 @@
 !> Holds the `flusi` case of an experiment and derives cases from it with other kinematics, another flow or a finer grid. A
 !> derived case is an ini file that includes the case and sets the keys that change. All ranks hold the same.
 module diagnose_flight_case
-  use base_checksum, only: checksum_text
   use base_build, only: BUILD_VERSION
+  use base_checksum, only: checksum_text
   use base_constants, only: PI
   use base_errors, only: message_list_t
   use base_files, only: folder_of, join_path, name_of, real_path
@@ -11,8 +11,6 @@ module diagnose_flight_case
   use base_text, only: number_text
   use diagnosis_flight_runner, only: flight_facts_t, flight_request_t, FLOW_DEVIATION, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, &
                                      FLOW_PLANE, FLOW_STROKE, FLOW_STROKE_MEAN, FLOW_VISCOSITY, FLOW_WIND, N_PHASES
-  use flusi_plans, only: expected_steps
-  use flusi_settings, only: load_settings, settings_t
   use fsi_body_motion_keys, only: body_motion_choices, body_motion_choices_t
   use fsi_kinematics, only: body_t, pose_wing, wing_pose_t
   use fsi_kinematics_keys, only: kinematics_choices, kinematics_choices_t
@@ -20,6 +18,8 @@ module diagnose_flight_case
   use io_broadcast_text, only: read_broadcast_text
   use measurement_flight, only: N_COMPONENTS
   use parallel_world, only: world_t
+  use simulation_plans, only: expected_steps
+  use simulation_settings, only: load_settings, settings_t
   implicit none
   private
   public :: flight_case_t

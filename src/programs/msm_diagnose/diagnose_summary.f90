@@ -19,7 +19,7 @@ module diagnose_summary
   use inference_probability, only: calibrated_probability
   implicit none
   private
-  public :: alarm_of, print_verdict, verdict_sentence, cause_name, probability_text
+  public :: alarm_of, print_verdict, verdict_sentence, cause_name
 
 contains
 

@@ -5,7 +5,7 @@ program test_mode_simulation
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use bench_places, only: wing_of_argument
+  use loaded_wing, only: wing_of_argument
   use measurement_data, only: measurement_t
   use measurement_mode_simulation, only: mode_simulation_t
   use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
