@@ -4,6 +4,7 @@ module flusi_settings
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use fluid_params, only: fluid_params_t, read_fluid_params
+  use fluid_solid_keys, only: CHANNEL_NONE, MASK_EMPTY, MASK_NONE
   use flusi_flexible, only: read_coupling, read_wing_file, set_mechanics, wants_flexible, wants_wing_file
   use flusi_flight_faults, only: foresee_flight
   use flusi_free_flight, only: check_free_flight, take_masses
@@ -88,7 +89,7 @@ contains
         call notices%add('iPenalization = 0: there is no mask to save')
       if (wanted%fields%wing_sides .and. .not. p%solids%is_moving) &
         call notices%add('[Saving] iSaveWingSides has no effect: there are no wings')
-      if (p%solids%is_on .and. any(p%solids%mask == ['none ', 'empty']) .and. p%walls%channel == 'no' .and. &
+      if (p%solids%is_on .and. any(p%solids%mask == [MASK_NONE, MASK_EMPTY]) .and. p%walls%channel == CHANNEL_NONE .and. &
           .not. p%walls%has_cavity) &
         call notices%add('iPenalization = 1, but there is no body and no wall; eps limits the time step all the same')
     end associate
