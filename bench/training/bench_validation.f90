@@ -8,7 +8,7 @@ module bench_validation
   use base_parameter, only: parameter_t
   use bench_twin, only: N_JOINTS, N_UNKNOWNS, twin_t
   use cmaes_options, only: cmaes_options_t
-  use cmaes_search, only: cmaes_search_t, start_region_t
+  use cmaes_search, only: cmaes_search_t, start_region_t, RESTARTS_IPOP
   use cmaes_stop, only: RUNNING
   use least_squares_continuation, only: fit_by_continuation
   use least_squares_fit, only: fit_options_t, fit_report_t
@@ -94,7 +94,7 @@ contains
     region%is_box = .true.
     options%seed = seed
     options%max_evaluations = BAR_EVALUATIONS
-    call search%start(options, 'ipop', 9, region)
+    call search%start(options, RESTARTS_IPOP, 9, region)
     n_evaluations = 0
     h = huge(h)
     report%p = unknowns%prior

@@ -16,6 +16,7 @@ module fsi_free_flight
   use base_text, only: number_text
   use fluid_penalty, only: COLOR_BODY
   use fluid_solver, only: fluid_t
+  use fsi_body_motion, only: MOTION_FREE
   use fsi_body_volume, only: displaced_moments
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
@@ -56,7 +57,7 @@ contains
       end do
       flyer%body%second = second_of_inertia(inertia)
       flyer%carried = wings%motion
-      flyer%carried%word = 'free_flight'
+      flyer%carried%kind = MOTION_FREE
     end associate
   end subroutine prepare_flight
 

@@ -8,7 +8,7 @@ module fsi_thin_keys
   use io_config, only: config_t
   use io_keys, only: keys_t, reading
   use spectral_grid, only: grid_t
-  use spectral_sticks, only: sphere_radius
+  use spectral_sticks, only: sphere_radius, DEALIAS_ELLIPSOID
   use spectral_window, only: WINDOW_WIDTH
   implicit none
   private
@@ -114,7 +114,7 @@ contains
       call notices%add('[Time] CFL is above 0.5: flows with wings without thickness may become unstable; 0.45 is safe')
     if (fluid%time%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', STEPPER, &
                                                          'wings without thickness ([Insects] surface = thin) need AB2')
-    if (fluid%resolution%dealias /= 'ellipsoid') &
+    if (fluid%resolution%dealias /= DEALIAS_ELLIPSOID) &
       call config%complain(errors, 'Dealiasing', TRUNCATION, &
                            'wings without thickness ([Insects] surface = thin) need iDealias = 1')
     do i = merge(2, 1, fluid%grid%is_2d), 3

@@ -10,6 +10,7 @@ module simulation_runner
   use base_timers, only: timers_t
   use common_progress, only: progress_t
   use common_run, only: run_t
+  use fluid_initial_keys, only: FLOW_BACKUP, FLOW_BACKUP_FILE
   use fluid_requests, only: request_t
   use fsi_free_flight, only: launch, settle
   use io_checkpoint, only: checkpoint_writer_t
@@ -72,8 +73,8 @@ contains
     self%settings = settings
     self%name = stem_of(start%ini, '.ini')
     call begin_timers(self)
-    restarts = start%restart .or. index(settings%fluid%initial%flow, 'backup') == 1
-    call begin_files(self, start, restarts)
+    restarts = command%restart .or. any(settings%fluid%initial%flow == [FLOW_BACKUP, FLOW_BACKUP_FILE])
+    call begin_files(self, command, restarts)
     if (self%outcome%failure%failed) then
       call print_reason(self)
       return
@@ -330,8 +331,7 @@ contains
     character(:), allocatable :: path
     path = start%restart_file
     ! --restart goes on from the newest backup, also where the run once began from a named one.
-    if (.not. start%restart .and. index(self%settings%fluid%initial%flow, 'backup::') == 1) &
-      path = self%settings%fluid%initial%flow(9:)
+    if (.not. command%restart .and. len(path) == 0) path = self%settings%fluid%initial%backup()
     if (path == '') call self%slots%must_find(path, self%outcome%failure)
     if (self%outcome%failure%failed) return
     call restore_state(self%world, path, self%settings, self%files, start%accepts, self%run_parts_t, remarks, &

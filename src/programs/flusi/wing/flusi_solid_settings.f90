@@ -9,6 +9,7 @@ module flusi_solid_settings
   use common_wing_effects, only: refuse_root_compliance
   use common_wing_settings, only: read_damping, check_name, find_beside, load_wing
   use flusi_wing_sites, only: add_force, force_group_t, point_force_t, read_force_groups
+  use fsi_body_motion, only: MOTION_FREE
   use fsi_body_motion_keys, only: read_body_motion
   use fsi_kinematics, only: wing_mount_t
   use fsi_kinematics_keys, only: motion_file, read_body, read_motion, read_mounts, SIDES
@@ -205,7 +206,7 @@ contains
       flapping%frequency = s%unit_frequency
       flapping%gravity = s%gravity
       call read_body_motion(c, flapping%body, s%t_max*flapping%frequency, flapping%carrier, errors, notices)
-      if (flapping%carrier%word == 'free_flight') call c%complain(errors, 'Insects', 'BodyMotion', &
+      if (flapping%carrier%kind == MOTION_FREE) call c%complain(errors, 'Insects', 'BodyMotion', &
         'is free_flight, which needs a flow; valid here: the other motions')
       text = ''
       file = motion_file(c, wing)

@@ -5,10 +5,12 @@ module simulation_report
   use base_build, only: BUILD_VERSION, BUILD_COMMIT, BUILD_COMPILER
   use base_constants, only: PI
   use base_kinds, only: rp, i8
+  use base_named_kinds, only: word_of
   use base_process, only: peak_memory
   use base_timers, only: timers_t
   use fluid_params, only: fluid_params_t, SCHEME_NAMES
   use fluid_solver, only: fluid_t
+  use fluid_sponge_keys, only: SPONGES
   use fsi_body_keys, only: body_choices, body_choices_t
   use fsi_coupler, only: coupler_t
   use fsi_coupler_params, only: COUPLING_STRONG, COUPLING_WEAK
@@ -18,6 +20,7 @@ module simulation_report
   use parallel_world, only: world_t
   use simulation_settings, only: settings_t
   use solid_params, only: membrane_note
+  use spectral_sticks, only: TRUNCATIONS
   implicit none
   private
   public :: print_coupling, print_failure, print_run_header, print_time_table, print_scales
@@ -44,7 +47,7 @@ contains
       write (unit, '(a,3(i0,a),3(g0.4,a))') 'grid      ', p%grid%n(1), ' x ', p%grid%n(2), ' x ', p%grid%n(3), &
         ', box ', p%grid%length(1), ' x ', p%grid%length(2), ' x ', p%grid%length(3), ''
       write (unit, '(a,i0,a,i0,a,i0,5a,i0)') 'ranks     ', t%world%size, ' = ', t%rows, ' x ', t%columns, ', transform ', &
-        trim(p%resolution%transform), ', truncation ', p%resolution%dealias, ', modes ', &
+        trim(p%resolution%transform), ', truncation ', word_of(TRUNCATIONS, p%resolution%dealias), ', modes ', &
         int(t%sticks%rows%n, i8)*t%sticks%nkz
       write (unit, '(5a)') 'plans     ', merge('measured ', 'estimated', p%resolution%planner == 'measure'), ', ', plans
       write (unit, '(a,f0.1,a)') 'memory    ', bytes/1.0e6_rp, ' MB per rank'
@@ -53,7 +56,7 @@ contains
       if (present(restart_time)) then
         write (unit, '(a,g0.6,a,i0)') 'restart   at t = ', restart_time, ', step ', fluid%rhs%state%step
       else
-        write (unit, '(a,a)') 'start     ', p%initial%flow
+        write (unit, '(a,a)') 'start     ', p%initial%word
       end if
       write (unit, '(a,g0.6,a,a)') 'end       t = ', p%time%t_max, ', ', trim(SCHEME_NAMES(p%time%scheme))
     end associate
@@ -88,9 +91,10 @@ contains
       write (unit, '(a,g0.6)') 'viscosity ', p%nu
       if (p%nu > 0 .and. speed > 0 .and. p%solids%size > 0) &
         write (unit, '(a,g0.5,a)') 'Reynolds  Re = |u_mean| Size / nu = ', speed*p%solids%size/p%nu, ''
-      if (p%solids%is_on) write (unit, '(a,es9.2,a,f0.3,a)') 'solid     '//p%solids%mask//', C_eta =', p%solids%c_eta, &
+      if (p%solids%is_on) write (unit, '(a,es9.2,a,f0.3,a)') 'solid     '//p%solids%mask_word()//', C_eta =', p%solids%c_eta, &
         ', K_eta = sqrt(nu C_eta)/dx = ', sqrt(p%nu*p%solids%c_eta)/h, ' (0.1 to 0.5 resolves the penalization layer)'
-      if (p%sponge%is_on) write (unit, '(a,es9.2,a,i0,a)') 'sponge    '//p%sponge%kind//', C_sp =', p%sponge%damping_time, ', ', &
+      if (p%sponge%is_on) write (unit, '(a,es9.2,a,i0,a)') 'sponge    '//word_of(SPONGES, p%sponge%kind)//', C_sp =', &
+        p%sponge%damping_time, ', ', &
         p%sponge%thickness, ' points'
       if (p%solids%is_moving) call print_flight(unit, settings)
       if (.not. u%given) return

@@ -13,7 +13,7 @@ module simulation_flexible
   use fsi_flight_params, only: flapping_wing_t, flight_params_t
   use fsi_rotation, only: angle_t
   use fsi_wing_shape, only: SPAN, wing_shape_t
-  use fsi_wing_source, only: has_flexible_wings, source_choices, source_choices_t
+  use fsi_wing_source, only: has_flexible_wings, source_choices, source_choices_t, SOURCE_NONE
   use io_config, only: config_t
   use io_keys, only: declaring, keys_t, reading
   use io_registry, only: registry_t
@@ -106,7 +106,7 @@ contains
     source = source_choices(config)
     call read_wing_keys(config, wing)
     wants_wing_file = wants_flexible(config) .or. &
-                      (source%shape == 'none' .and. wing%has_file)
+                      (source%source == SOURCE_NONE .and. wing%has_file)
   end function wants_wing_file
 
   !> Adds to `errors` every input that contradicts flexible wings. `has_file` tells whether [Wing] names a file.
@@ -124,7 +124,7 @@ contains
     has_file = wing%has_file
     if (.not. has_flexible_wings(config) .and. config%is_given('Insects', 'wings')) &
       call config%complain(errors, 'Insects', 'wings', 'contradicts [Flexible_wing] use_flexible_wing_model = yes')
-    if (source%shape /= 'none') call config%complain(errors, 'Insects', 'WingShape', &
+    if (source%source /= SOURCE_NONE) call config%complain(errors, 'Insects', 'WingShape', &
                                        'contradicts wings = flexible, which have the shape of [Wing] file; valid: none')
     if (c%says .and. .not. c%asks) &
       call config%complain(errors, F, 'use_flexible_wing_model', 'contradicts [Insects] wings = flexible')

@@ -6,6 +6,7 @@ module simulation_free_flight
   use base_kinds, only: rp
   use base_text, only: number_text
   use fluid_params, only: fluid_params_t, SCHEME_AB2
+  use fluid_shapes, only: NO_SHAPE
   use fsi_coupler_params, only: coupler_params_t, COUPLING_STRONG
   use fsi_flight_params, only: flight_params_t
   use fsi_moments, only: moments_of_points, moments_t
@@ -41,7 +42,7 @@ contains
     end if
     if (fluid%time%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', 'iTimeMethodFluid', &
       'cannot take a body along that flies freely; valid with BodyMotion = free_flight: AB2')
-    if (fluid%solids%obstacle /= 'none') call config%complain(errors, 'Penalization', 'obstacle', &
+    if (fluid%solids%obstacle /= NO_SHAPE) call config%complain(errors, 'Penalization', 'obstacle', &
       'needs an insect that is tethered or moves as prescribed; valid with BodyMotion = free_flight: none')
     if (fluid%grid%is_2d) call config%complain(errors, SECTION, 'BodyMotion', &
       'is free_flight in a two-dimensional flow; valid there: a body that is tethered or moves as prescribed')
