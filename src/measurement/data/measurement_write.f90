@@ -73,7 +73,8 @@ contains
     type(measured_mode_t), intent(in) :: mode
     type(failure_t), intent(inout) :: failure
     character(:), allocatable :: group
-    integer :: n
+    character(12) :: number
+    integer :: n, i
     group = '/modes/'//mode%name
     call file%make_group(group, failure)
     call put_attribute(file, group, 'frequency', mode%frequency, failure)
@@ -84,6 +85,17 @@ contains
       call put_attribute(file, group, 'damping_sigma', mode%damping_sigma, failure)
     end if
     if (mode%number > 0) call put_attribute(file, group, 'number', mode%number, failure)
+    if (any(abs(mode%gravity) > 0)) call put_attribute(file, group, 'gravity', mode%gravity, failure)
+    n = 0
+    if (allocated(mode%load_size)) n = size(mode%load_size)
+    if (n > 0) call file%make_group(group//'/loads', failure)
+    do i = 1, n
+      write (number, '(i0.4)') i ! alphabetical order is that of the numbers
+      call file%make_group(group//'/loads/'//trim(number), failure)
+      call put_attribute(file, group//'/loads/'//trim(number), 'force', mode%load_size(i), failure)
+      call put_attribute(file, group//'/loads/'//trim(number), 'direction', mode%load_direction(:, i), failure)
+      call put_attribute(file, group//'/loads/'//trim(number), 'point', mode%load_place(:, i), failure)
+    end do
     n = size(mode%shape)
     if (n == 0) return
     call write_reals(file, group//'/points', [2, n], [mode%place], failure)
