@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds the state of a simulator of a wing: the shapes from which solutions begin, and the errors about which the nuisances are
-!> linearised.
+!> Holds the state of a simulator of a wing: the shapes from which solutions begin, the errors about which the nuisances are
+!> linearised, and the flight about which flights are.
 module diagnosis_wing_state
   use base_kinds, only: rp
   use least_squares_state, only: solver_state_t
@@ -14,7 +14,8 @@ module diagnosis_wing_state
     real(rp), allocatable :: error_directions(:, :) !< (n, :) further directions of errors, of the mesh for instance
     logical, allocatable :: is_start(:)      !< the shape of this load is one where a solution may begin
     real(rp), allocatable :: load_offset(:, :) !< (2, loads) [m] errors of places about which nuisances are linear
-    real(rp), allocatable :: linear(:)       !< (n) change of the residuals by these errors, by the tangent there
+    integer :: flight = 1                    !< number of the approximation of flights, see wing_flight_t
+    real(rp), allocatable :: linear(:)       !< (n) what these errors do by the tangent there
   contains
     procedure :: init => state_init
     procedure :: start_from_mesh => state_start_from_mesh
