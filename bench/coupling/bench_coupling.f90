@@ -20,16 +20,16 @@ program bench_coupling
   use fluid_requests, only: request_t
   use fluid_restart, only: load_fluid
   use fluid_solver, only: fluid_t
-  use flusi_flight_faults, only: check_flight
-  use flusi_settings, only: load_settings, settings_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_restart, only: load_wings
   use fsi_thin_restart, only: load_thin_wings
   use fsi_thin_wings, only: thin_wings_t
-  use io_checkpoint, only: checkpoint_reader_t
   use io_broadcast_text, only: read_broadcast_text
+  use io_checkpoint, only: checkpoint_reader_t
   use parallel_world, only: world_t
+  use simulation_flight_faults, only: check_flight
+  use simulation_settings, only: load_settings, settings_t
   implicit none
   integer, parameter :: FLOW = 1, MASK = 2, LOOK = 3, SOLID = 4, CHECKS = 5, WAIT = 6, SOLVE = 7, FACTORS = 8, &
                         MEET = 9, RENEW = 10, PUSH = 11

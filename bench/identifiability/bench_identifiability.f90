@@ -10,7 +10,7 @@ program identifiability
   use base_kinds, only: rp
   use base_lapack, only: singular_values, symmetric_eigen
   use base_parameter, only: parameter_t
-  use bench_places, only: N_LOADS, MODERATE_FORCES, load_at, wing_of_argument
+  use loaded_wing, only: N_LOADS, MODERATE_FORCES, load_at, wing_of_argument
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t

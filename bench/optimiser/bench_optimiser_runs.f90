@@ -3,11 +3,12 @@
 module bench_optimiser_runs
   use base_errors, only: require
   use base_kinds, only: rp, i8
+  use base_named_kinds, only: kind_of
   use cmaes_optimiser, only: cmaes_t
-  use cmaes_options, only: cmaes_options_t
+  use cmaes_options, only: cmaes_options_t, WEIGHTINGS
   use cmaes_params, only: derive_params
   use cmaes_ranking, only: sort_values
-  use cmaes_search, only: cmaes_search_t, start_region_t
+  use cmaes_search, only: cmaes_search_t, start_region_t, RESTARTS_IPOP
   use cmaes_stop, only: RUNNING
   use search_functions, only: value_of
   implicit none
@@ -32,7 +33,7 @@ contains
     real(rp), allocatable :: x(:, :), f(:), mean(:)
     integer :: s, k
     options%lambda = population
-    options%weights = weights
+    options%weights = kind_of(WEIGHTINGS, weights)
     options%sigma0 = merge(0.5_rp, 1.0_rp, name == 'rosen')
     options%f_target = target
     options%tolfun = 0
@@ -89,7 +90,7 @@ contains
     region%upper = 5
     do s = 1, size(counts)
       options%seed = 1000 + s
-      call search%start(options, 'ipop', 20, region)
+      call search%start(options, RESTARTS_IPOP, 20, region)
       if (s == 1) lambda = search%state%lambda
       counts(s) = NEVER
       do while (search%state%stop_code == RUNNING)

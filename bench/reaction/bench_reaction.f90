@@ -13,10 +13,9 @@ program bench_reaction
   use base_constants, only: PI
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
-  use bench_places, only: wing_of_argument
-  use bench_shapes, only: median
   use fsi_green, only: green_t
   use fsi_markers, only: markers_t
+  use loaded_wing, only: wing_of_argument
   use marker_reaction, only: marker_reaction_t, exponential_kernel
   use solid_dynamics, only: dynamics_t, dynamic_state_t, dynamic_options_t, step_report_t
   use solid_inertia, only: inertia_t
@@ -24,6 +23,7 @@ program bench_reaction
   use solid_motion, only: steady_motion_t
   use solid_params, only: solid_params_t, default_params
   use solid_wing, only: wing_t
+  use wing_shapes, only: median
   use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none
   integer, parameter :: STEPS = 60

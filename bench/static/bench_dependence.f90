@@ -4,8 +4,7 @@
 module bench_dependence
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
-  use bench_places, only: N_LOADS, MODERATE_FORCES, load_at
-  use bench_shapes, only: deflection
+  use loaded_wing, only: N_LOADS, MODERATE_FORCES, load_at
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
@@ -13,6 +12,7 @@ module bench_dependence
   use solid_sensitivity, only: shape_sensitivities
   use solid_statics, only: solve_static, static_options_t, static_report_t
   use solid_wing, only: wing_t
+  use wing_shapes, only: deflection
   use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none
   private

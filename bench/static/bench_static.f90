@@ -16,8 +16,7 @@ program bench_static
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
   use bench_dependence, only: print_dependence
-  use bench_places, only: N_LOADS, place_on_wing, wing_of_argument
-  use bench_shapes, only: shape_t, find_force, measure_shape, median
+  use loaded_wing, only: N_LOADS, place_on_wing, wing_of_argument
   use solid_dynamics, only: dynamics_t, dynamic_state_t, dynamic_options_t, step_report_t
   use solid_equilibrium, only: equilibrium_t
   use solid_inertia, only: inertia_t
@@ -25,6 +24,7 @@ program bench_static
   use solid_motion, only: steady_motion_t
   use solid_params, only: solid_params_t, default_params, membrane_thickness
   use solid_wing, only: wing_t
+  use wing_shapes, only: shape_t, find_force, measure_shape, median
   use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none
   integer, parameter :: N_CASES = 16*N_LOADS

@@ -8,7 +8,7 @@ module bench_budget
   use bench_twin, only: N_UNKNOWNS, twin_t
   use bench_validation, only: NOISE, validation_truth
   use cmaes_options, only: cmaes_options_t
-  use cmaes_search, only: cmaes_search_t, start_region_t
+  use cmaes_search, only: cmaes_search_t, start_region_t, RESTARTS_NONE
   use cmaes_stop, only: RUNNING
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
@@ -91,7 +91,7 @@ contains
     options%weights = trim(merge('active', 'paper ', sides%is_log))
     options%constants = trim(merge('tutorial', 'paper   ', sides%is_log))
     options%max_evaluations = int(FULL, i8)*POPULATION
-    call search%start(options, 'none', 0, region)
+    call search%start(options, RESTARTS_NONE, 0, region)
     call work%init(experiment)
     counts = 0
     seconds = 0

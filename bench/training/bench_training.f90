@@ -10,9 +10,9 @@ program training
   use base_text, only: parse_integer
   use bench_budget, only: measure_budget
   use bench_coverage, only: cover
-  use bench_places, only: wing_of_argument
   use bench_twin, only: N_UNKNOWNS, twin_t
   use bench_validation, only: NOISE, predict_sd, validate, validation_truth
+  use loaded_wing, only: wing_of_argument
   use measurement_experiment, only: experiment_t
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_outcome, only: exit_code_of, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED

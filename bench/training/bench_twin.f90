@@ -5,7 +5,7 @@ module bench_twin
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
   use base_text, only: number_text
-  use bench_places, only: MODERATE_FORCES, N_LOADS, place_on_wing
+  use loaded_wing, only: MODERATE_FORCES, N_LOADS, place_on_wing
   use measurement_data, only: measurement_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t

@@ -4,7 +4,7 @@
 module cmaes_params
   use base_errors, only: require
   use base_kinds, only: rp
-  use cmaes_options, only: cmaes_options_t, default_lambda, option_problem
+  use cmaes_options, only: cmaes_options_t, default_lambda, option_problem, CONSTANTS_PAPER, WEIGHTS_ACTIVE, WEIGHTS_PAPER
   implicit none
   private
   public :: cmaes_params_t, derive_params, default_lambda, weights_of_valid
@@ -48,12 +48,12 @@ contains
     if (options%mu > 0) p%mu = min(options%mu, p%mu)
     p%sigma0 = options%sigma0
     if (present(sigma0)) p%sigma0 = sigma0
-    p%is_paper = options%weights == 'paper'
+    p%is_paper = options%weights == WEIGHTS_PAPER
     allocate (p%weights(p%lambda))
     call raw_weights(p%is_paper, p%mu, p%weights)
     p%mu_eff = effective(p%weights(:p%mu))
     p%mu_eff_minus = effective(p%weights(p%mu + 1:))
-    if (options%constants == 'paper') then
+    if (options%constants == CONSTANTS_PAPER) then
       call paper_constants(p)
     else
       call tutorial_constants(p)
@@ -65,7 +65,7 @@ contains
     p%d_sigma = damping(n, p%mu_eff, p%c_sigma)
     call override(p%d_sigma, options%d_sigma)
     p%c_m = options%c_m
-    if (options%weights == 'active' .and. p%c_mu > 0) &
+    if (options%weights == WEIGHTS_ACTIVE .and. p%c_mu > 0) &
       p%alpha_minus = min(1 + p%c_1/p%c_mu, 1 + 2*p%mu_eff_minus/(p%mu_eff + 2), &
                           (1 - p%c_1 - p%c_mu)/(p%n*p%c_mu))
     call override(p%alpha_minus, options%alpha_minus)

@@ -11,7 +11,7 @@ module cmaes_sampling
   use cmaes_state, only: cmaes_state_t, cmaes_work_t
   implicit none
   private
-  public :: draw_candidate, draw_normals, draw_uniforms
+  public :: draw_candidate, draw_uniforms
 
   integer, parameter :: ATTEMPT_BITS = 8
 

@@ -26,7 +26,6 @@ module diagnosis_discretisation
   use diagnosis_wing_state, only: wing_state_t
   use diagnosis_wing_task, only: wing_patterns_t
   use inference_refit, only: fit_nested, fit_loosely, nested_fit_t, loose_options
-  use inference_relinearisation, only: model_error_t
   use inference_whitener, only: whitener_t
   use io_journal, only: journal_t
   use least_squares_fit, only: fit_options_t
@@ -45,7 +44,7 @@ module diagnosis_discretisation
   !> Half of what lies between the errors of first order and those of second, d/(2^p - 1) with p = 1 and 2.
   real(rp), parameter :: LOADS_DIFFER = 1.0_rp/3
 
-  type, extends(model_error_t) :: discretisation_error_t
+  type :: discretisation_error_t
     logical :: is_found = .false.
     integer :: n_points = 0               !< of the finer mesh
     real(rp) :: rms = 0                   !< [m] of the difference that remains after both fits
@@ -64,9 +63,10 @@ module diagnosis_discretisation
     procedure :: init => discretisation_init
     procedure :: find => discretisation_find
     procedure :: use_journal => discretisation_use_journal
+    procedure :: begin_renewal => discretisation_begin_renewal
     procedure :: renew => discretisation_renew
+    procedure :: serve_first => discretisation_serve_first
     procedure :: serve => discretisation_serve
-    procedure :: shut_down => discretisation_shut_down
     procedure :: free => discretisation_free
   end type discretisation_error_t
 
@@ -166,26 +166,35 @@ contains
     end do
   end function error_directions
 
-  !> Gives `state` the difference of both meshes at q, to which it belongs. On rank 0, within `run_diagnosis`; the others are in
-  !> `serve`.
-  subroutine discretisation_renew(self, whitener, q, state)
+  !> Evaluates the simulator of the diagnosis at q, the fit of a cause, to which `state` belongs, before the other mesh is fitted
+  !> there: residuals `own` and the same point q_other of the other mesh. `can_renew` false: there is no such point, or no result. On
+  !> rank 0, while the others serve the simulator of the diagnosis.
+  subroutine discretisation_begin_renewal(self, q, state, q_other, own, can_renew)
     class(discretisation_error_t), intent(inout) :: self
-    type(whitener_t), intent(in), target :: whitener
     real(rp), intent(in) :: q(:)
-    class(solver_state_t), intent(inout) :: state
-    type(nested_fit_t) :: fitted
-    class(solver_state_t), allocatable :: other_state
-    integer :: i, more
-    logical :: is_valid
-    real(rp), allocatable :: q_other(:)
-    real(rp) :: own(whitener%n), other(whitener%n), nothing(whitener%n, 0)
+    class(solver_state_t), intent(in) :: state
+    real(rp), allocatable, intent(out) :: q_other(:)
+    real(rp), intent(out) :: own(:)
+    logical, intent(out) :: can_renew
+    real(rp) :: nothing(size(own), 0)
+    can_renew = .false.
     if (.not. self%is_found) return
     call map_to_other_mesh(self, q, q_other)
     if (.not. allocated(q_other)) return
-    call self%diagnosis_simulator%evaluate(q, [integer ::], state, own, nothing, is_valid)
-    if (.not. is_valid) return
-    call self%diagnosis_simulator%shut_down()
-    more = self%world%max_integer(1)
+    call self%diagnosis_simulator%evaluate(q, [integer ::], state, own, nothing, can_renew)
+  end subroutine discretisation_begin_renewal
+
+  !> Gives `state` the difference of both meshes there. On rank 0, after `begin_renewal`; the others are in `serve`.
+  subroutine discretisation_renew(self, whitener, q_other, own, state)
+    class(discretisation_error_t), intent(inout) :: self
+    type(whitener_t), intent(in), target :: whitener
+    real(rp), intent(in) :: q_other(:), own(:)
+    class(solver_state_t), intent(inout) :: state
+    type(nested_fit_t) :: fitted
+    class(solver_state_t), allocatable :: other_state
+    integer :: i
+    logical :: is_valid
+    real(rp) :: other(whitener%n), nothing(whitener%n, 0)
     call self%simulator%state_from_mesh(state, self%parents, other_state)
     call fit_nested(self%simulator, whitener, [(i, i=1, self%diagnosis_simulator%n_baseline)], q_other, other_state, &
                     self%options, fitted)
@@ -294,8 +303,8 @@ contains
     length = norm2(a - matmul(q, matmul(a, q)))
   end function length_after_projection
 
-  !> Does on the other ranks what `find`, the diagnosis and `renew` ask for, until `shut_down`.
-  subroutine discretisation_serve(self, simulator)
+  !> Does on the other ranks what `find` asks for.
+  subroutine discretisation_serve_first(self, simulator)
     class(discretisation_error_t), intent(inout) :: self
     type(wing_simulator_t), intent(inout) :: simulator
     if (self%is_coarser) then
@@ -305,21 +314,13 @@ contains
       call simulator%serve()
       call self%simulator%serve()
     end if
-    do
-      call simulator%serve()
-      if (self%world%max_integer(0) == 0) exit
-      call self%simulator%serve()
-    end do
-  end subroutine discretisation_serve
+  end subroutine discretisation_serve_first
 
-  !> Ends `serve`. On rank 0.
-  subroutine discretisation_shut_down(self, simulator)
-    class(discretisation_error_t), intent(in) :: self
-    type(wing_simulator_t), intent(inout) :: simulator
-    integer :: none
-    call simulator%shut_down()
-    none = self%world%max_integer(0)
-  end subroutine discretisation_shut_down
+  !> Does on the other ranks what `renew` asks for.
+  subroutine discretisation_serve(self)
+    class(discretisation_error_t), intent(inout) :: self
+    call self%simulator%serve()
+  end subroutine discretisation_serve
 
   !> Releases everything.
   subroutine discretisation_free(self)

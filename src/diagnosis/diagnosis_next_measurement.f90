@@ -166,7 +166,7 @@ contains
       self%strength = -matmul(candidates(next%cause)%solve, matmul(d%z, candidates(next%cause)%basis))
     end associate
     allocate (self%normal(size(self%columns), size(self%columns)))
-    call normal_matrix(simulator, d%baseline%q, d%final_state(), self%columns, common_sd, self%normal, ok, self%white)
+    call normal_matrix(simulator, d%baseline%q, d%baseline%state, self%columns, common_sd, self%normal, ok, self%white)
     if (.not. ok) return
     do r = 1, size(next%rivals)
       self%now(r) = separation(self%normal(self%block(r), self%block(r)), self%strength)

@@ -8,6 +8,7 @@ module diagnosis_zeros
   use base_kinds, only: rp
   use base_lapack, only: orthogonalise, solve_lower
   use diagnosis_case, only: diagnosis_case_t
+  use diagnosis_wing_parameters, only: find_parameter, KIND_ZERO
   use diagnosis_wing_simulator, only: wing_simulator_t
   use inference_distributions, only: log_chi2_tail
   use inference_engine, only: diagnosis_t
@@ -60,7 +61,7 @@ contains
     c = d%scale*matmul(transpose(inverse), inverse)
     do i = 1, size(same)
       do k = 1, n
-        if (simulator%parameters(found%active(k))%name == 'zero:'//trim(s%measurement%zeros(same(i)))) &
+        if (found%active(k) == find_parameter(simulator%runner%parameters, 0, KIND_ZERO, same(i))) &
           columns = [columns, k]
       end do
     end do

@@ -5,11 +5,12 @@ module fluid_restart
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
   use base_memory, only: check_allocation, REAL_BYTES
+  use base_named_kinds, only: kind_of, word_of
   use fluid_params, only: fluid_params_t, SCHEME_AB2
   use fluid_state, only: fluid_state_t
   use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
   use io_checkpoint_values, only: checkpoint_loader_t, checkpoint_saver_t
-  use spectral_sticks, only: sticks_t
+  use spectral_sticks, only: sticks_t, TRUNCATIONS
   implicit none
   private
   public :: save_fluid, load_fluid
@@ -28,7 +29,7 @@ contains
     integer :: c
     call writer%put_reals('grid', real(params%grid%n, rp))
     call writer%put_reals('length', params%grid%length)
-    call writer%put_text('dealias', params%resolution%dealias)
+    call writer%put_text('dealias', word_of(TRUNCATIONS, params%resolution%dealias))
     call writer%put_integer('scheme', int(params%time%scheme, i8))
     call saver%begin(writer, '')
     call state%visit(saver)
@@ -66,8 +67,8 @@ contains
     end if
     call reader%get_text('dealias', text, failure)
     if (.not. failure%failed) then
-      if (text /= params%resolution%dealias) call failure%raise('the checkpoint has another truncation, '// &
-                                                                     text//': set [Dealiasing] as in the run that wrote it')
+      if (kind_of(TRUNCATIONS, text) /= params%resolution%dealias) &
+        call failure%raise('the checkpoint has another truncation: '//text)
     end if
     call reader%get_integer('scheme', number, failure)
     if (.not. failure%failed .and. number /= params%time%scheme) &

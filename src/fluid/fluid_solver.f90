@@ -7,6 +7,7 @@ module fluid_solver
   use fluid_inflow, only: inflow_t
   use fluid_flow_fields, only: flow_field
   use fluid_initial, only: is_uniform, set_mean
+  use fluid_initial_keys, only: FLOW_MEAN
   use fluid_mean_flow, only: mean_response
   use fluid_moving_solids, only: moving_solids_t
   use fluid_params, only: fluid_params_t, SCHEME_AB2, SCHEME_EULER, SCHEME_RK2
@@ -91,7 +92,7 @@ contains
     integer :: c
     associate (rhs => self%rhs, block => self%transform%block)
       if (is_uniform(rhs%params)) then
-        if (rhs%params%initial%flow == 'MeanFlow') call set_mean(self%transform, rhs%params%mean%velocity, rhs%state%u)
+        if (rhs%params%initial%flow == FLOW_MEAN) call set_mean(self%transform, rhs%params%mean%velocity, rhs%state%u)
         return
       end if
       allocate (rhs%initial)

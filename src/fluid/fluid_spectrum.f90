@@ -9,6 +9,7 @@ module fluid_spectrum
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
   use base_random, only: random_uniforms
+  use fluid_initial_keys, only: FLOW_ROGALLO
   use fluid_params, only: fluid_params_t
   use parallel_world, only: world_t
   use spectral_sticks, only: sticks_t
@@ -46,7 +47,7 @@ contains
     end do
     call world%sum_reals(modes_in_shell)
 
-    if (p%initial%flow == 'turbulence_rogallo') then
+    if (p%initial%flow == FLOW_ROGALLO) then
       energy = [(real(i, rp)**4*exp(-2*(i/2.0_rp)**2), i=1, n_shells)]
       where (modes_in_shell < 0.5_rp) energy = 0
       energy = energy*(p%initial%omega1/sum(energy))

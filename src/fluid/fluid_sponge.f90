@@ -7,6 +7,8 @@
 module fluid_sponge
   use base_kinds, only: rp
   use fluid_params, only: fluid_params_t
+  use fluid_sponge_keys, only: SPONGE_CAVITY, SPONGE_FRAME, SPONGE_OPEN_Z, SPONGE_OUTLET_X, SPONGE_TOP, SPONGE_X, &
+                               SPONGE_X_Y, SPONGE_X_Z
   use parallel_block, only: block_t
   implicit none
   private
@@ -60,13 +62,13 @@ contains
       do y = 1, block%count(2)
         in_y = at_edge(y - 1 + block%start(2), block%n(2), t)
         select case (params%sponge%kind)
-        case ('cavity', '2D_frame')
+        case (SPONGE_CAVITY, SPONGE_FRAME)
           sponge%whole_line(y, z) = in_y .or. in_z
-        case ('cavity_open_z', 'xmin_xmax_ymin_ymax')
+        case (SPONGE_OPEN_Z, SPONGE_X_Y)
           sponge%whole_line(y, z) = in_y
-        case ('xmin_xmax_zmin_zmax')
+        case (SPONGE_X_Z)
           sponge%whole_line(y, z) = in_z
-        case ('top_cover')
+        case (SPONGE_TOP)
           sponge%whole_line(y, z) = top
         case default
           sponge%whole_line(y, z) = .false.
@@ -74,10 +76,10 @@ contains
       end do
     end do
     select case (params%sponge%kind)
-    case ('cavity', 'cavity_open_z', 'xmin_xmax', 'xmin_xmax_ymin_ymax', 'xmin_xmax_zmin_zmax')
+    case (SPONGE_CAVITY, SPONGE_OPEN_Z, SPONGE_X, SPONGE_X_Y, SPONGE_X_Z)
       sponge%low = t
       sponge%high = t
-    case ('outlet_x')
+    case (SPONGE_OUTLET_X)
       sponge%high = t
     end select
     if (params%grid%n(1) <= 4) then

@@ -14,12 +14,12 @@ module inference_engine
   use inference_design, only: build_design, design_t
   use inference_intervals, only: find_intervals, find_support, refit_from_better
   use inference_noise_fraction, only: find_noise_fraction
-  use inference_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
+  use inference_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, rounds_t, LARGEST_SCALE
   use inference_refine_location, only: add_finer
   use inference_refit, only: fit_baseline, nested_fit_t
-  use inference_relinearisation, only: model_error_t, relinearise
+  use inference_relinearisation, only: is_clear, model_error_t, relinearise, relinearise_simulator
   use inference_simulator, only: simulator_t
-  use inference_top_candidates, only: fit_extended, refit_top_candidates
+  use inference_top_candidates, only: exchange_refit, fit_extended, refit_top_candidates
   use inference_validation, only: compare_folds, validate
   use inference_whitener, only: whitener_t
   use least_squares_state, only: solver_state_t
@@ -88,7 +88,9 @@ contains
       call move_alloc(d%refits, before)
       call refit_top_candidates(simulator, options, d, before)
     end if
-    call validate_causes(simulator, options, d)
+    if (present(model_error)) call relinearise_best(simulator, options, d, model_error, failure)
+    if (failure%failed) return
+    call validate_causes(simulator, options, d, failure, model_error)
   end subroutine run_diagnosis
 
   !> Tries the baseline on locations that a fit does not see.
@@ -180,14 +182,58 @@ contains
     noise_dof = merge(huge(1), options%noise_dof, is_scale_known)
   end function noise_dof
 
-  !> Finds the causes of the verdict. They are fitted jointly, get intervals unless most of the misfit remains, and are validated
-  !> on locations that the fit did not use. No name is given if one of its causes has no interval that excludes the null, if an
-  !> estimate lies at a bound, or if the model does not predict better. If several causes lose their name, no part of them gets
-  !> one, as it was found to explain too little.
-  subroutine validate_causes(simulator, options, d)
+  !> Makes a simulator that is an approximation one about the best of the refits, if that is clear, and decides anew with what this
+  !> refit then finds.
+  subroutine relinearise_best(simulator, options, d, model_error, failure)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout) :: d
+    class(model_error_t), intent(inout) :: model_error
+    type(failure_t), intent(inout) :: failure
+    integer :: i
+    if (size(d%refits) == 0 .or. model_error%most_rounds == 0) return
+    i = maxloc(d%refits%gain, 1)
+    if (.not. is_clear(d%refits(i)%gain)) return
+    call relinearise_simulator(simulator, options, d%whitener, d%design%nuisances, d%refits(i)%found, model_error, d%rounds, &
+                               failure)
+    if (d%rounds%found%is_found) call exchange_refit(simulator, options, d, i, d%rounds%found)
+  end subroutine relinearise_best
+
+  !> The same for the causes of the verdict, unless it has been done for them.
+  subroutine relinearise_extended(simulator, options, d, model_error, failure)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout) :: d
+    class(model_error_t), intent(inout) :: model_error
+    type(failure_t), intent(inout) :: failure
+    type(rounds_t) :: none
+    if (d%rounds%found%is_found) then
+      if (has_same(d%rounds%found%active, d%extended%active)) return
+    end if
+    d%rounds = none
+    if (.not. is_clear((d%baseline%cost() - d%extended%cost())/d%scale)) return
+    call relinearise_simulator(simulator, options, d%whitener, d%design%nuisances, d%extended, model_error, d%rounds, failure)
+    if (d%rounds%found%is_found) d%extended = d%rounds%found
+  end subroutine relinearise_extended
+
+  pure logical function has_same(a, b)
+    integer, intent(in) :: a(:), b(:)
+    has_same = size(a) == size(b)
+    if (has_same) has_same = all(a == b)
+  end function has_same
+
+  !> The causes of the verdict: fitted together, with intervals unless most of the misfit is left, and tried on locations that
+  !> the fit did not see. A name is not given if a cause of it has no interval that excludes the null, or an estimate that
+  !> stands at a bound, or if it does not predict better. The rest of several causes gets no name either, as it has been found
+  !> to explain too little.
+  subroutine validate_causes(simulator, options, d, failure, model_error)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout), target :: d
+    type(failure_t), intent(inout) :: failure
+    class(model_error_t), intent(inout), optional :: model_error
+    type(whitener_t), target :: whitener
+    real(rp), allocatable :: nuisances(:, :)
     logical :: ok
     if (size(d%decision%causes) == 0) return
     call reuse_fit(d)
@@ -195,6 +241,14 @@ contains
     if (.not. d%extended%is_found) then
       if (d%decision%verdict == VERDICT_NAMED) call withdraw_name(d%decision, NO_FIT)
       return
+    end if
+    if (present(model_error)) call relinearise_extended(simulator, options, d, model_error, failure)
+    if (failure%failed) return
+    whitener = d%whitener
+    nuisances = d%design%nuisances
+    if (d%rounds%found%is_found) then
+      whitener = d%rounds%whitener
+      nuisances = d%rounds%nuisances
     end if
     d%extended_scale = d%extended%chi2/max(1, simulator%n_observations - size(d%extended%active))
     ! Most of the misfit has another origin, whatever the causes explain.
@@ -204,15 +258,14 @@ contains
     ! Nor does an interval in units of the noise say anything then, and its search creeps from one ripple to the next. What the
     ! extended model leaves beyond the noise is an error of it, of which nobody knows more than its size: intervals carry it.
     if (options%finds_intervals .and. .not. d%extended_scale > LARGEST_SCALE) then
-      call find_intervals(simulator, d%whitener, max(d%scale, d%extended_scale), options%fit, d%extended, d%intervals)
-      call refit_from_better(simulator, d%whitener, options%fit, d%intervals, d%extended, ok)
-      if (ok) call find_intervals(simulator, d%whitener, max(d%scale, d%extended_scale), options%fit, d%extended, d%intervals)
+      call find_intervals(simulator, whitener, max(d%scale, d%extended_scale), options%fit, d%extended, d%intervals)
+      call refit_from_better(simulator, whitener, options%fit, d%intervals, d%extended, ok)
+      if (ok) call find_intervals(simulator, whitener, max(d%scale, d%extended_scale), options%fit, d%extended, d%intervals)
       call find_support(simulator%parameters, d%design%candidates(d%decision%causes), simulator%n_baseline, &
                         d%extended, d%intervals, d%is_null_excluded, d%is_at_bound)
     end if
     if (options%validates) then
-      call validate(simulator, d%extended%active, d%extended%q, d%extended%state, d%design%nuisances, options%fit, &
-                    d%prediction%extended)
+      call validate(simulator, d%extended%active, d%extended%q, d%extended%state, nuisances, options%fit, d%prediction%extended)
       call compare_folds(d%prediction%baseline, d%prediction%extended, d%prediction%gain, d%prediction%gain_error, ok)
       d%prediction%has_gain = ok
     end if

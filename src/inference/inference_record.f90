@@ -17,7 +17,7 @@ module inference_record
   use least_squares_state, only: solver_state_t
   implicit none
   private
-  public :: compress_at, diagnosis_options_t, diagnosis_t, refit_t
+  public :: compress_at, diagnosis_options_t, diagnosis_t, refit_t, rounds_t
 
   real(rp), parameter, public :: LARGEST_SCALE = 2 !< times the variance of the noise, as far as that may be wrong
 
@@ -50,7 +50,17 @@ module inference_record
     logical :: has_gain = .false.
   end type prediction_t
 
-  !> All results.
+  !> A fit about which a simulator that is an approximation was linearised anew, in rounds.
+  type :: rounds_t
+    type(nested_fit_t) :: found          !< the last of them; not found: there was none
+    type(whitener_t) :: whitener         !< with the directions of errors there
+    real(rp), allocatable :: nuisances(:, :) !< (n, :) these directions
+    real(rp), allocatable :: moved(:)    !< (rounds) largest change of a parameter of the causes, in units of its sd
+    logical :: has_settled = .false.     !< the last change is small
+    character(:), allocatable :: reason  !< why there were no more rounds, if one failed
+  end type rounds_t
+
+  !> Everything that came out.
   type :: diagnosis_t
     type(whitener_t) :: whitener
     type(nested_fit_t) :: initial_baseline !< the baseline for itself
@@ -67,28 +77,16 @@ module inference_record
     type(hypotheses_t) :: hypotheses
     type(decision_t) :: linear, decision !< before and after the refits
     type(refit_t), allocatable :: refits(:)
+    type(rounds_t) :: rounds             !< of the best refit, or of the extended model if that is another
     type(nested_fit_t) :: extended       !< with the causes of the verdict; not found: none
     type(interval_t), allocatable :: intervals(:) !< of the parameters of the causes
     logical :: is_null_excluded = .false. !< for each of the causes
     logical :: is_at_bound = .false.     !< a parameter that excludes its null
     type(prediction_t) :: prediction
     real(rp), allocatable :: detectable_snr(:) !< (effects)
-  contains
-    procedure :: final_state => diagnosis_final_state
   end type diagnosis_t
 
 contains
-
-  !> Returns the state in which the fit of the extended model has ended, or that of the baseline if there is none.
-  function diagnosis_final_state(self) result(state)
-    class(diagnosis_t), intent(in) :: self
-    class(solver_state_t), allocatable :: state
-    if (self%extended%is_found) then
-      allocate (state, source=self%extended%state)
-    else
-      allocate (state, source=self%baseline%state)
-    end if
-  end function diagnosis_final_state
 
   !> Returns z and the residual sum of squares of the data at the point q, found from the state `from`.
   subroutine compress_at(simulator, q, from, design, z, residual_square, failure)

@@ -16,7 +16,7 @@ module inference_top_candidates
   implicit none
   private
 
-  public :: fit_extended, refit_top_candidates
+  public :: exchange_refit, fit_extended, refit_top_candidates
 
   real(rp), parameter :: SHORTFALL = 20.0_rp     !< of the sum of squares, in units of the noise
   real(rp), parameter :: FAR = 10.0_rp           !< of the log evidence
@@ -54,9 +54,7 @@ contains
       call refit_round(simulator, options, round == 2, d, queue, before)
       if (round == 2 .and. size(d%refits) == n_fitted) exit
       call improve_refits(simulator, options, n_fitted, d)
-      call d%hypotheses%correct_unknown(d%design)
-      call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision, &
-                  combined_log_p(d%checks))
+      call decide_anew(options, d)
       if (d%decision%verdict /= VERDICT_UNKNOWN .and. size(d%decision%causes) < 2 .and. &
           d%decision%posterior_unknown <= sum(d%decision%posterior(d%decision%set))) exit
     end do
@@ -198,8 +196,31 @@ contains
     one = other
   end subroutine replace_if_better
 
-  !> Enters the result of a refit. It is evaluated in the state in which the fit ended: a wing may have another equilibrium with
-  !> the same parameters.
+  !> Enters `found` in the place of refit i, of the same candidate, and decides anew.
+  subroutine exchange_refit(simulator, options, d, i, found)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout) :: d
+    integer, intent(in) :: i
+    type(nested_fit_t), intent(in) :: found
+    type(refit_t) :: one
+    one = d%refits(i)
+    one%found = found
+    call apply_refit(simulator, d, one)
+    d%refits(i) = one
+    call decide_anew(options, d)
+  end subroutine exchange_refit
+
+  !> Decides with what all refits have found.
+  subroutine decide_anew(options, d)
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout) :: d
+    call d%hypotheses%correct_unknown(d%design)
+    call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision, combined_log_p(d%checks))
+  end subroutine decide_anew
+
+  !> Enters what a refit found. It is looked at where the fit ended: a wing may have another equilibrium with the same
+  !> parameters.
   subroutine apply_refit(simulator, d, one)
     class(simulator_t), intent(inout) :: simulator
     type(diagnosis_t), intent(inout) :: d

@@ -8,8 +8,6 @@ module least_squares_report
   private
   public :: fit_options_t, fit_report_t, leads_to_known
 
-  character(*), parameter, public :: KNOWN_MINIMUM = 'it leads to the known minimum'
-
   !> Choices of the algorithm.
   type :: fit_options_t
     real(rp) :: damping = 1.0e-3_rp       !< of the first step; 0: a full Gauss-Newton step
@@ -29,7 +27,8 @@ module least_squares_report
   !> The result. Everything belongs to the point p.
   type :: fit_report_t
     logical :: is_converged = .false.
-    logical :: has_jumped = .false.             !< it ended because residuals jump: at the start, or wherever a step leads
+    logical :: leads_to_known = .false.         !< it ended as it leads to the known minimum of the options
+    logical :: has_jumped = .false.             !< it ended as residuals jump: at the start, or wherever a step leads
     character(:), allocatable :: reason         !< why it ended
     real(rp), allocatable :: p(:)
     real(rp), allocatable :: residuals(:), jacobian(:, :) !< those of the problem, without priors
@@ -51,9 +50,9 @@ contains
     cost = self%chi2 + self%prior_chi2
   end function report_cost
 
-  !> Tells whether the problem, linearised about the point of the report, has its minimum at the known one: no unknown differs by
-  !> more than its known_sd or a quarter of its prior's standard deviation, and at the known point the sum of squares of the
-  !> linear problem is at most 1 above its minimum. Records this in the report by the reason KNOWN_MINIMUM, without convergence.
+  !> Tells whether the problem, linear about the point of the report, has its minimum at the known one: no unknown differs by more
+  !> than its known_sd or a quarter of its prior's standard deviation, and at the known point the linear problem costs no more
+  !> than 1 above its minimum. Says so in the report, without convergence.
   logical function leads_to_known(known, known_sd, unknowns, report)
     real(rp), intent(in) :: known(:), known_sd(:)
     type(unknowns_t), intent(in) :: unknowns
@@ -79,6 +78,7 @@ contains
     leads_to_known = all(abs(change) <= near) .and. sum(matmul(rows, change)**2) <= COST
     if (.not. leads_to_known) return
     report%is_converged = .false.
-    report%reason = KNOWN_MINIMUM
+    report%leads_to_known = .true.
+    report%reason = 'it leads to the known minimum'
   end function leads_to_known
 end module least_squares_report

@@ -6,6 +6,7 @@ module spectral_backends
   use spectral_external, only: HAS_P3DFFT, make_external, make_external_full
   use spectral_grid, only: grid_t
   use spectral_pencil, only: pencil_t
+  use spectral_sticks, only: DEALIAS_ELLIPSOID, DEALIAS_NONE
   use spectral_transform, only: transform_t
   implicit none
   private
@@ -14,7 +15,7 @@ module spectral_backends
   !> Options of a transform.
   type :: transform_choices_t
     character(8) :: name = 'builtin'      !< or 'p3dfft'
-    character(9) :: dealias = 'ellipsoid' !< modes that are kept: 'ellipsoid', 'box' or 'none' (all)
+    integer :: dealias = DEALIAS_ELLIPSOID !< modes that are kept
     integer :: wanted_rows = 0            !< rows of the process grid, 0 for the best
     character(8) :: effort = 'estimate'   !< of FFTW's planning, or 'measure'
   end type transform_choices_t
@@ -35,7 +36,7 @@ contains
     case ('builtin')
       call make_builtin(transform, world, grid, choices, max_in, max_out)
     case ('p3dfft')
-      call make_external(transform, world, grid, trim(choices%dealias), choices%wanted_rows, trim(choices%effort), &
+      call make_external(transform, world, grid, choices%dealias, choices%wanted_rows, trim(choices%effort), &
                          max_in + max_out, failure)
     case default
       call require(.false., 'make_transform: builtin or p3dfft')
@@ -49,7 +50,7 @@ contains
     class(transform_t), allocatable, intent(out) :: full
     select type (main)
     type is (pencil_t)
-      call make_builtin(full, main%world, main%grid, transform_choices_t(dealias='none', wanted_rows=main%rows), 7, 1)
+      call make_builtin(full, main%world, main%grid, transform_choices_t(dealias=DEALIAS_NONE, wanted_rows=main%rows), 7, 1)
     class default
       call make_external_full(main, full)
     end select
@@ -64,7 +65,7 @@ contains
     integer, intent(in) :: max_in, max_out
     type(pencil_t), allocatable :: made
     allocate (made)
-    call made%init(world, grid, trim(choices%dealias), choices%wanted_rows, trim(choices%effort), max_in, max_out)
+    call made%init(world, grid, choices%dealias, choices%wanted_rows, trim(choices%effort), max_in, max_out)
     call move_alloc(made, transform)
   end subroutine make_builtin
 end module spectral_backends

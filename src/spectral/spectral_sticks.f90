@@ -12,17 +12,24 @@
 !> counts over the columns. A foreign library that shares kx and ky in blocks has the sticks of its blocks
 !> (`make_block_sticks`); some ranks then have few or none.
 module spectral_sticks
-  use base_kinds, only: rp
   use base_constants, only: TWO_PI
   use base_errors, only: require
+  use base_kinds, only: rp
+  use base_named_kinds, only: named_kind_t
   use parallel_block, only: rows_t, split_evenly
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: sticks_t, make_sticks, make_block_sticks, kept_columns, process_grid, sphere_radius
+  public :: sticks_t, make_sticks, make_block_sticks, kept_columns, process_grid, sphere_radius, DEALIAS_ELLIPSOID, DEALIAS_BOX, &
+            DEALIAS_NONE, TRUNCATIONS
+
+  integer, parameter :: DEALIAS_ELLIPSOID = 1, DEALIAS_BOX = 2, DEALIAS_NONE = 3
+  !> Their names in inputs, outputs and checkpoints.
+  type(named_kind_t), parameter :: TRUNCATIONS(3) = [named_kind_t('ellipsoid', DEALIAS_ELLIPSOID), &
+                                                     named_kind_t('box', DEALIAS_BOX), named_kind_t('none', DEALIAS_NONE)]
 
   type :: sticks_t
-    character(10) :: dealias = 'ellipsoid'
+    integer :: dealias = DEALIAS_ELLIPSOID
     integer :: nz = 1              !< points in z
     integer :: kz_limit = 0        !< largest retained |jz|
     integer :: nkz = 1             !< stored kz per stick: 0 .. limit, -limit .. -1
@@ -80,7 +87,7 @@ contains
   !> Returns the stick table of rank (row, column) (0-based) for a grid and a truncation.
   function make_sticks(grid, dealias, rows, columns, row, column) result(s)
     type(grid_t), intent(in) :: grid
-    character(*), intent(in) :: dealias !< 'ellipsoid', 'box' or 'none'
+    integer, intent(in) :: dealias !< DEALIAS_*
     integer, intent(in) :: rows, columns, row, column
     type(sticks_t) :: s
     integer :: jx_limit, ix, iy, part, start, count, i_row, global, jz_top
@@ -132,7 +139,7 @@ contains
   !> of ky (i = 2), all 0-based.
   function make_block_sticks(grid, dealias, first, count) result(s)
     type(grid_t), intent(in) :: grid
-    character(*), intent(in) :: dealias
+    integer, intent(in) :: dealias
     integer, intent(in) :: first(2), count(2)
     type(sticks_t) :: s
     integer, allocatable, dimension(:) :: jx, jy, top, number
@@ -164,13 +171,13 @@ contains
   subroutine set_axes(s, grid, dealias)
     type(sticks_t), intent(inout) :: s
     type(grid_t), intent(in) :: grid
-    character(*), intent(in) :: dealias
+    integer, intent(in) :: dealias
     integer :: i
-    call require(any(dealias == ['ellipsoid', 'box      ', 'none     ']), 'make_sticks: unknown truncation')
+    call require(any(dealias == TRUNCATIONS%kind), 'make_sticks: unknown truncation')
     s%dealias = dealias
     s%nz = grid%n(3)
     s%kz_limit = mode_limit(grid%n(3), dealias)
-    s%nkz = merge(grid%n(3), 2*s%kz_limit + 1, dealias == 'none')
+    s%nkz = merge(grid%n(3), 2*s%kz_limit + 1, dealias == DEALIAS_NONE)
     allocate (s%jz(s%nkz), s%kz(s%nkz))
     do i = 1, s%nkz
       s%jz(i) = merge(i - 1, i - 1 - s%nkz, i - 1 <= s%kz_limit .and. 2*(i - 1) < max(s%nkz, 2))
@@ -203,7 +210,7 @@ contains
   !> Returns the number of columns kx that the truncation keeps.
   pure integer function kept_columns(grid, dealias)
     type(grid_t), intent(in) :: grid
-    character(*), intent(in) :: dealias
+    integer, intent(in) :: dealias
     kept_columns = mode_limit(grid%n(1), dealias) + 1
   end function kept_columns
 
@@ -218,8 +225,8 @@ contains
   !> Returns the largest mode number kept along an axis of n points.
   pure integer function mode_limit(n, dealias) result(limit)
     integer, intent(in) :: n
-    character(*), intent(in) :: dealias
-    if (dealias == 'none' .or. n == 1) then
+    integer, intent(in) :: dealias
+    if (dealias == DEALIAS_NONE .or. n == 1) then
       limit = n/2
     else
       limit = ceiling(cutoff(n)) - 1 ! strictly below the cutoff
@@ -252,13 +259,13 @@ contains
   !> grids, so the quadratic form is evaluated in reals.
   pure integer function top_mode(jx, jy, n, dealias, kz_limit) result(top)
     integer, intent(in) :: jx, jy, n(3), kz_limit
-    character(*), intent(in) :: dealias
+    integer, intent(in) :: dealias
     real(rp) :: r2
     integer :: jz
     top = -1
     if (abs(jy) > mode_limit(n(2), dealias)) return
     top = kz_limit
-    if (dealias /= 'ellipsoid') return
+    if (dealias /= DEALIAS_ELLIPSOID) return
     r2 = square_ratio(jx, n(1)) + square_ratio(jy, n(2))
     ! Modes that lie a whole mode number above the ellipsoid are outside.
     do jz = min(kz_limit, int(sqrt(max(0.0_rp, 1 - r2))*max(1.0_rp, cutoff(n(3)))) + 1), 0, -1

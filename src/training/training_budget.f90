@@ -3,7 +3,7 @@
 module training_budget
   use base_kinds, only: i8
   use cmaes_params, only: cmaes_params_t, derive_params
-  use cmaes_search, only: cmaes_search_t
+  use cmaes_search, only: cmaes_search_t, RESTARTS_NONE
   use cmaes_stop, only: RUNNING
   implicit none
   private
@@ -49,7 +49,7 @@ contains
   pure logical function may_restart(search, number)
     type(cmaes_search_t), intent(in) :: search
     integer, intent(in) :: number
-    may_restart = search%restarts /= 'none' .and. number < search%max_restarts
+    may_restart = search%restarts /= RESTARTS_NONE .and. number < search%max_restarts
   end function may_restart
 
   !> Returns 'the search' or 'this run'.

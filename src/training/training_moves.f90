@@ -9,7 +9,7 @@ module training_moves
   use least_squares_continuation, only: fit_by_continuation
   use least_squares_problem, only: unknowns_t
   use least_squares_profile, only: THRESHOLD_90
-  use least_squares_report, only: fit_options_t, fit_report_t, KNOWN_MINIMUM
+  use least_squares_report, only: fit_options_t, fit_report_t
   use training_case, only: training_case_t
   use training_fit, only: counted, polish_from_start, start_t
   use training_listener, only: training_listener_t
@@ -139,7 +139,7 @@ contains
     type(fit_report_t), intent(in) :: report
     type(trained_t), intent(in) :: trained
     ends_elsewhere = .false.
-    if (report%reason == KNOWN_MINIMUM .or. size(report%path) == 0) return
+    if (report%leads_to_known .or. size(report%path) == 0) return
     ends_elsewhere = report%cost() <= trained%cost() + THRESHOLD_90
     if (report%cost() >= trained%cost() - LOWER) &
       ends_elsewhere = ends_elsewhere .and. any(abs(report%p - trained%coordinates) > trained%posterior%sd)

@@ -71,7 +71,8 @@ contains
     logical, intent(out) :: ok
     type(solid_model_t), allocatable :: model
     call self%rest%prepare(q, model, ok)
-    if (allocated(model)) call self%simulation%init(self%rest%bare%measurement, model, self%parts)
+    if (allocated(model)) call self%simulation%init(self%rest%bare%measurement, model, self%parts, &
+                                                     self%rest%bare%options)
   end subroutine prepare
 
   !> Returns residuals(n) at q. `ok` is false if the wing at rest is not stable. Tangents are those there.

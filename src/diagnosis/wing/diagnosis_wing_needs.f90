@@ -5,8 +5,8 @@ module diagnosis_wing_needs
   use base_kinds, only: rp
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: NONLINEARITY
-  use solid_effect, only: NEED_BOTH_DIRECTIONS, NEED_LEVELS, NEED_MEMBRANE, NEED_NO_SLACK, NEED_SIDED_JOINTS, &
-                          NEED_UNSTRESSED_REST
+  use solid_effect, only: NEED_BOTH_DIRECTIONS, NEED_LEVELS, NEED_MEMBRANE, NEED_MODES_ABOUT_REST, &
+                          NEED_NO_SLACK, NEED_SIDED_JOINTS, NEED_UNSTRESSED_REST
   use solid_effects, only: lacks
   implicit none
   private
@@ -69,7 +69,9 @@ contains
       case (NEED_NO_SLACK)
         if (e%model%params%slack < 1) missing = 'needs a membrane that does not go slack'
       case (NEED_UNSTRESSED_REST) ! motion is that about a flat wing without stress
-        if (e%measurement%moves()) missing = 'cannot be found from data with natural modes or records of motion'
+        if (e%measurement%moves()) missing = 'cannot be sought where natural modes or records of motion are in the data'
+      case (NEED_MODES_ABOUT_REST)
+        if (e%measurement%has_loaded_modes()) missing = 'cannot be sought where natural modes under loads are in the data'
       case (NEED_SIDED_JOINTS)
         missing = lacks(e%model%params%effects, needs(i))
       end select ! places and sided veins are given by the diagnosis itself

@@ -14,12 +14,13 @@ module diagnosis_wing_simulator
   use diagnosis_journalled_tasks, only: run_journalled_tasks
   use diagnosis_wing_bins, only: bin_distortions, bin_covariance, bins_t, noise_model_t, N_DISTORTIONS
   use diagnosis_wing_entries, only: catalogue_t
+  use diagnosis_flight_response, only: flight_response_t
   use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_motion, only: wing_motion_t
   use diagnosis_wing_parameters, only: find_parameter, without_sites, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
-  use diagnosis_wing_state, only: offset_on_wing, wing_state_t
-  use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, NUISANCE_KIND, &
+  use diagnosis_wing_state, only: offset_on_wing, wing_state, wing_state_t
+  use diagnosis_wing_task, only: take_columns, task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, NUISANCE_KIND, &
                                  NUISANCE_NAMES
   use inference_simulator, only: simulator_t
   use io_journal, only: journal_t
@@ -62,6 +63,7 @@ module diagnosis_wing_simulator
     procedure :: set_error_directions => wing_set_error_directions
     procedure :: initial_state => wing_initial_state
     procedure :: state_from_mesh => wing_state_from_mesh
+    procedure :: approximate_flights => wing_approximate_flights
     procedure :: evaluate => wing_evaluate
     procedure :: covariance => wing_covariance
     procedure :: directions => wing_directions
@@ -145,6 +147,22 @@ contains
     self%error_directions = directions
   end subroutine wing_set_error_directions
 
+  !> Gives `state` the approximation of forces over the beat by `response`. `rows` are the observations that this changes.
+  subroutine wing_approximate_flights(self, response, state, rows)
+    class(wing_simulator_t), intent(inout) :: self
+    type(flight_response_t), intent(in) :: response
+    class(solver_state_t), intent(inout) :: state
+    integer, allocatable, intent(out) :: rows(:)
+    integer :: i
+    select type (state)
+    type is (wing_state_t)
+      call self%motion%flight%add(response, state%flight)
+    class default
+      call require(.false., 'wing_simulator_t: the state must be one of a wing')
+    end select
+    rows = [(i, i=self%n_observations - self%motion%flight%n + 1, self%n_observations)]
+  end subroutine wing_approximate_flights
+
   !> Returns the state in which solutions begin at rest, and nuisances are linear about none; see `simulator_t`.
   subroutine wing_initial_state(self, state)
     class(wing_simulator_t), intent(in) :: self
@@ -170,18 +188,6 @@ contains
     call own%start_from_mesh(wing_state(other), self%experiment%model%n_points, parents)
     call move_alloc(own, state)
   end subroutine wing_state_from_mesh
-
-  !> Returns a state as one of a wing. Any other stops the program.
-  function wing_state(state) result(own)
-    class(solver_state_t), intent(in) :: state
-    type(wing_state_t) :: own
-    select type (state)
-    type is (wing_state_t)
-      own = state
-    class default
-      call require(.false., 'wing_simulator_t: the state must be one of a wing')
-    end select
-  end function wing_state
 
   !> One batch: `task` of the `loads` at q, whose solutions begin at `state`. results(:, size(loads)).
   subroutine run_loads(self, task, loads, q, columns, state, results, is_valid)
@@ -230,6 +236,7 @@ contains
     jacobian = 0
     loads = wanted_loads(self, is_wanted)
     state = wing_state(from)
+    call self%motion%flight%use(state%flight)
     call run_loads(self, TASK_EVALUATE, loads, q, columns, state, outputs, is_valid)
     do k = 1, merge(size(loads), 0, is_valid)
       l = loads(k)
@@ -237,7 +244,7 @@ contains
       first = self%bins%first(l)
       residuals(first:first + b - 1) = outputs(N_FACTS + 1:N_FACTS + b, k) - state%linear(first:first + b - 1)
       at = N_FACTS + b
-      call unpack_columns(columns, size(q), outputs(:, k), at, jacobian(first:first + b - 1, :))
+      call take_columns(columns, size(q), outputs(:, k), at, jacobian(first:first + b - 1, :))
       state%is_start(l) = outputs(1, k) > 0.5_rp
       state%shapes(:, :, l) = reshape(outputs(at + 1:at + size(state%shapes(:, :, l)), k), shape(state%shapes(:, :, l)))
     end do
@@ -258,24 +265,6 @@ contains
     wants = .true.
     if (present(is_wanted)) wants = any(is_wanted(size(self%experiment%loads) + 1:))
   end function wants_motion
-
-  !> Takes derivatives(rows, columns) of one load out of an answer, which has those of each of n parameters once, in their order,
-  !> behind `at`. `at` moves behind them.
-  pure subroutine unpack_columns(columns, n, output, at, derivatives)
-    integer, intent(in) :: columns(:), n
-    real(rp), intent(in) :: output(:)
-    integer, intent(inout) :: at
-    real(rp), intent(inout) :: derivatives(:, :)
-    integer :: i, k, b
-    b = size(derivatives, 1)
-    do i = 1, n
-      if (.not. any(columns == i)) cycle
-      do k = 1, size(columns)
-        if (columns(k) == i) derivatives(:, k) = output(at + 1:at + b)
-      end do
-      at = at + b
-    end do
-  end subroutine unpack_columns
 
   !> See `simulator_t`. Errors of places are not linear where a load meets a soft place or the edge of a triangle.
   subroutine wing_linearise_at(self, errors, q, state, is_valid)
@@ -357,6 +346,7 @@ contains
     common = pack([self%gain, self%membrane], [self%gain, self%membrane] > 0)
     sd = [self%experiment%measurement%accuracy%force_gain, self%membrane_sd]
     state = wing_state(from)
+    call self%motion%flight%use(state%flight)
     call run_loads(self, merge(TASK_DIRECTIONS, TASK_NUISANCES, size(patterns, 2) > 0), wanted_loads(self), q, common, state, &
                    outputs, is_valid)
     if (.not. is_valid) return

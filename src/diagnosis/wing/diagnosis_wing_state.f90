@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds the state of a simulator of a wing: the shapes from which solutions begin, and the errors about which the nuisances are
-!> linearised.
+!> Holds the state of a simulator of a wing: the shapes from which solutions begin, the errors about which the nuisances are
+!> linearised, and the flight about which flights are.
 module diagnosis_wing_state
   use base_errors, only: require
   use base_kinds, only: rp
@@ -8,14 +8,15 @@ module diagnosis_wing_state
   use measurement_experiment, only: experiment_t
   implicit none
   private
-  public :: offset_on_wing, wing_state_t
+  public :: offset_on_wing, wing_state, wing_state_t
 
   type, extends(solver_state_t) :: wing_state_t
     real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, loads) [m]
     real(rp), allocatable :: error_directions(:, :) !< (n, :) further directions of errors, of the mesh for instance
     logical, allocatable :: is_start(:)      !< the shape of this load is one where a solution may begin
     real(rp), allocatable :: load_offset(:, :) !< (2, loads) [m] errors of places about which nuisances are linear
-    real(rp), allocatable :: linear(:)       !< (n) change of the residuals by these errors, by the tangent there
+    integer :: flight = 1                    !< number of the approximation of flights, see wing_flight_t
+    real(rp), allocatable :: linear(:)       !< (n) what these errors do by the tangent there
   contains
     procedure :: init => state_init
     procedure :: begin_at_rest => state_begin_at_rest
@@ -70,6 +71,18 @@ contains
     self%load_offset = other%load_offset
     self%linear = other%linear
   end subroutine state_start_from_mesh
+
+  !> Returns a state as one of a wing. Any other stops the program.
+  function wing_state(state) result(own)
+    class(solver_state_t), intent(in) :: state
+    type(wing_state_t) :: own
+    select type (state)
+    type is (wing_state_t)
+      own = state
+    class default
+      call require(.false., 'wing_state: the state must be one of a wing')
+    end select
+  end function wing_state
 
   !> Returns the distance(2) [m] from its stated place at which load l acts, for errors(2) of that place in units of their sd.
   !> Errors are limited to MOST sd, and further where the place would not be on the wing.

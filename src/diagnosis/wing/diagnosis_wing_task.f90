@@ -14,7 +14,7 @@ module diagnosis_wing_task
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: wing_runner_t, wing_patterns_t, task_input
+  public :: wing_runner_t, wing_patterns_t, take_columns, task_input
 
   integer, parameter, public :: N_FACTS = 1        !< numbers of an output before the results: solved without snap
   integer, parameter, public :: N_LOAD_NUISANCES = N_NUISANCES
@@ -172,6 +172,24 @@ contains
       output(at + 1:at + size(u)) = reshape(u, [size(u)])
     end associate
   end subroutine give_evaluation
+
+  !> Takes derivatives(rows, columns) of one load out of an answer to TASK_EVALUATE, which has those of each of n parameters once, in their order,
+  !> behind `at`. `at` moves behind them.
+  pure subroutine take_columns(columns, n, output, at, derivatives)
+    integer, intent(in) :: columns(:), n
+    real(rp), intent(in) :: output(:)
+    integer, intent(inout) :: at
+    real(rp), intent(inout) :: derivatives(:, :)
+    integer :: i, k, b
+    b = size(derivatives, 1)
+    do i = 1, n
+      if (.not. any(columns == i)) cycle
+      do k = 1, size(columns)
+        if (columns(k) == i) derivatives(:, k) = output(at + 1:at + b)
+      end do
+      at = at + b
+    end do
+  end subroutine take_columns
 
   !> Gives the tangents of load `l` for nuisances, wanted parameters and, if wanted, patterns, averaged over the bins.
   subroutine give_directions(self, q, is_wanted, has_patterns, l, output)

@@ -5,9 +5,11 @@ module fluid_params
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use fluid_initial_keys, only: check_initial, initial_keys, initial_params_t
-  use fluid_mean_keys, only: fix_mean_flow, mean_keys, mean_params_t
+  use fluid_mean_keys, only: fix_mean_flow, mean_keys, mean_params_t, MEAN_FIXED, MEAN_FREE
   use fluid_resolution_keys, only: check_resolution, dealiasing_keys, notice_slow_sizes, resolution_keys, resolution_t
-  use fluid_solid_keys, only: check_solids, geometry_keys, penalization_keys, solids_t, walls_t
+  use fluid_shapes, only: NO_SHAPE
+  use fluid_solid_keys, only: check_solids, geometry_keys, penalization_keys, solids_t, walls_t, CHANNEL_NONE, MASK_EMPTY, &
+                              MASK_INSECT, MASK_NONE
   use fluid_sponge_keys, only: check_sponge, sponge_keys, sponge_params_t
   use fluid_time_keys, only: stepping_t, time_keys, SCHEME_AB2, SCHEME_EULER, SCHEME_NAMES, SCHEME_RK2, SCHEME_RK4
   use io_config, only: config_t
@@ -91,7 +93,7 @@ contains
       call check_initial(config, params%initial, params%grid%is_2d, solids%size, errors)
       call check_solids(config, solids, walls, errors)
       if (solids%is_moving .and. present(draws_solids)) &
-        solids%is_on = draws_solids .or. walls%channel /= 'no' .or. walls%has_cavity .or. solids%obstacle /= 'none'
+        solids%is_on = draws_solids .or. walls%channel /= CHANNEL_NONE .or. walls%has_cavity .or. solids%obstacle /= NO_SHAPE
     end associate
     call check_sponge(config, params%sponge, params%grid%n, errors, notices)
     call fix_mean_flow(config, params%mean, errors)
@@ -126,13 +128,13 @@ contains
                                                  'the wall leaves no channel: it must be thinner than zl')
     if (p%walls%inflow_length <= 0 .or. p%walls%inflow_length >= p%grid%length(2)) &
       call c%complain(errors, 'Penalization', 'inflow_length', 'the inflow of turek needs a length between 0 and yl')
-    if (all(p%solids%mask /= [character(6) :: 'none', 'empty', 'Insect'])) &
+    if (all(p%solids%mask /= [MASK_NONE, MASK_EMPTY, MASK_INSECT])) &
       call c%complain(errors, 'Penalization', 'iMask', 'turek has its own cylinder; valid with it: none, empty, Insect')
     do i = 1, 2
-      if (p%mean%kind(i + 1) /= 'free') &
+      if (p%mean%kind(i + 1) /= MEAN_FREE) &
         call c%complain(errors, 'MeanFlow', 'iMeanFlow_'//AXES(i:i), 'the inflow of turek prescribes the mean flow')
     end do
-    p%mean%kind(2:3) = 'fixed'
+    p%mean%kind(2:3) = MEAN_FIXED
     p%mean%velocity(2:3) = [p%walls%inflow_velocity*p%channel_height()/p%grid%length(3), 0.0_rp]
   end subroutine set_channel_flow
 

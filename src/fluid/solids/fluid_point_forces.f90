@@ -22,7 +22,7 @@ module fluid_point_forces
   use parallel_block, only: block_t
   use parallel_world, only: world_t
   use spectral_grid, only: grid_t
-  use spectral_sticks, only: sticks_t, sphere_radius
+  use spectral_sticks, only: sticks_t, sphere_radius, DEALIAS_ELLIPSOID
   use spectral_transform, only: kernels_t, transform_t
   use spectral_window, only: window_transform, window_weights, WINDOW_WIDTH
   implicit none
@@ -82,7 +82,7 @@ contains
     integer :: n_lines
     call require(all(grid%n >= WINDOW_WIDTH .or. [grid%is_2d, .false., .false.]), &
                  'point_forces_t: the window needs more points in each direction')
-    call require(sticks%dealias == 'ellipsoid', 'point_forces_t: the window needs the ellipsoidal truncation')
+    call require(sticks%dealias == DEALIAS_ELLIPSOID, 'point_forces_t: the window needs the ellipsoidal truncation')
     self%world = world
     self%grid = grid
     self%block = block

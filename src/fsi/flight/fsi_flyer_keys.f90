@@ -5,6 +5,7 @@ module fsi_flyer_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
+  use fsi_body_motion, only: MOTION_FREE
   use fsi_body_motion_keys, only: body_motion_choices, body_motion_choices_t
   use fsi_flyer, only: flyer_params_t
   use io_config, only: config_t
@@ -69,7 +70,7 @@ contains
     integer, parameter :: PLACE(6) = [1, 2, 3, 6, 5, 4]
     integer :: i
     motion = body_motion_choices(config)
-    if (motion%word /= 'free_flight') return
+    if (motion%kind /= MOTION_FREE) return
     c = flyer_choices(config)
     params = c%params
     params%is_free = .true.

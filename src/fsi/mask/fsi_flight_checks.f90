@@ -10,7 +10,7 @@ module fsi_flight_checks
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: check_place, check_room, largest_extent
+  public :: check_place, check_room
 
   character(*), parameter :: SECTION = 'Insects'
   character(*), parameter :: TWO_D = 'is 1, a two-dimensional flow, which sees the section of the wings at x = 0: '

@@ -41,6 +41,8 @@ contains
     type(mask_choices_t) :: mask
     type(thin_params_t) :: thin
     character(:), allocatable :: word, other_word
+    integer :: wings
+    wings = 0
     keys = declaring(registry)
     call side_keys(keys, flight)
     call source_keys(keys, source)
@@ -51,7 +53,7 @@ contains
     call other_flusi_keys(keys, flight)
     call mask_keys(keys, mask)
     call thin_keys(keys, word, other_word, thin)
-    call wings_key(keys, word)
+    call wings_key(keys, wings)
   end subroutine register_flight_keys
 
   !> Visits the keys that say which wings there are.

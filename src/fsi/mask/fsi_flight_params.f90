@@ -23,7 +23,7 @@ module fsi_flight_params
   use fsi_wing_motion, only: wing_motion_t
   use fsi_wing_solids, only: fourier_wing_t
   use fsi_wing_source, only: draws_to_outline, drawing_t, has_flexible_wings, mean_chord, read_wing_shape, source_choices, &
-                             source_choices_t, wing_look_t
+                             source_choices_t, wing_look_t, EDGES_AUTO, EDGES_FLUSI, EDGES_ROUND
   use io_config, only: config_t
   use io_broadcast_text, only: read_named_text
   use parallel_world, only: world_t
@@ -182,7 +182,7 @@ contains
     call read_flyer(config, params%flyer, errors, notices)
     call read_thin_keys(config, scene%grid, params%thin, notices)
     source = source_choices(config)
-    is_soft = source%edges == 'flusi' .and. draws_to_outline(config, params%thin%is_thin)
+    is_soft = source%edges == EDGES_FLUSI .and. draws_to_outline(config, params%thin%is_thin)
     if (.not. params%thin%is_thin) call read_mask_keys(config, scene%grid, params%half_thickness, params%smoothing, &
                                                        errors, notices, is_soft)
     call read_body_shape(config, scene, params%solid, errors, notices, world)
@@ -197,9 +197,9 @@ contains
     type(source_choices_t) :: c
     if (errors%count() > 0) return
     c = source_choices(config)
-    if (c%edges == 'round') then
-      call config%complain(errors, SECTION, EDGES, 'is round, which works for flat wings in three dimensions (nx > 1) '// &
-                           'only; valid for this wing: beyond')
+    if (c%edges == EDGES_ROUND) then
+      call config%complain(errors, SECTION, EDGES, 'is round, which needs a flat wing in space (nx > 1); valid for '// &
+                           'this wing: beyond')
     else
       call config%complain(errors, SECTION, EDGES, 'is flusi, which needs the outline of one of FLUSI''s wings by '// &
                            'name, or a Fourier outline from a file; valid for this wing: beyond, or round if it is flat')
@@ -213,11 +213,11 @@ contains
     type(message_list_t), intent(inout) :: notices
     type(source_choices_t) :: c
     c = source_choices(config)
-    if (c%edges == 'auto') return
+    if (c%edges == EDGES_AUTO) return
     if (is_thin .or. has_flexible_wings(config)) then
-      call config%complain(notices, SECTION, EDGES, 'has no effect here: it is for rigid wings in the mask (wings = rigid '// &
-                           'with surface = penalized); remove it')
-    else if (c%edges == 'round') then
+      call config%complain(notices, SECTION, EDGES, 'is of no effect: it is for rigid wings in the mask, wings = rigid '// &
+                           'with surface = penalized')
+    else if (c%edges == EDGES_ROUND) then
       call config%complain(notices, SECTION, EDGES, 'is round: the wing ends at its outline; beyond is the wing that '// &
                            'reaches half its thickness farther')
     end if

@@ -7,12 +7,11 @@ module fsi_mask_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use io_config, only: config_t
-  use io_keys, only: declaring, keys_t, reading
-  use io_registry, only: registry_t
+  use io_keys, only: keys_t, reading
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: mask_choices_t, mask_choices, mask_keys, register_mask_keys, read_mask_keys
+  public :: mask_choices_t, mask_choices, mask_keys, read_mask_keys
 
   character(*), parameter :: RIGID = 'Insects', FLEXIBLE = 'Flexible_wing'
   character(*), parameter :: TOO_THIN = 'makes wings thinner than the grid spacing: the mask would miss them'
@@ -39,15 +38,6 @@ contains
     call keys%length('wing_smoothing', c%smoothing, 'max(dx)', 'half the width of the step of the mask', unit='L', above=0.0_rp, &
                      given=c%has_smoothing)
   end subroutine mask_keys
-
-  !> Declares these keys.
-  subroutine register_mask_keys(registry)
-    type(registry_t), intent(inout), target :: registry
-    type(mask_choices_t) :: unused
-    type(keys_t) :: keys
-    keys = declaring(registry)
-    call mask_keys(keys, unused)
-  end subroutine register_mask_keys
 
   !> Returns what the user chose.
   function mask_choices(config) result(c)

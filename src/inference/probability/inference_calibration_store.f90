@@ -12,7 +12,7 @@ module inference_calibration_store
   use inference_design, only: design_t
   implicit none
   private
-  public :: calibrate, calibration_store_t, design_key
+  public :: calibrate, calibration_store_t
 
   type, abstract :: calibration_store_t
   contains

@@ -22,7 +22,7 @@ module io_datasets
   use, intrinsic :: iso_c_binding, only: c_ptr, c_loc
   implicit none
   private
-  public :: write_slab, read_slab, write_box, read_box, write_rows, read_rows, write_integers
+  public :: write_slab, read_slab, read_box, write_rows, read_rows, write_integers
 
 contains
 
@@ -55,24 +55,6 @@ contains
     if (failure%failed .or. product(dims) == 0) return
     call fetch(file, name, box_space(dims, start, count), values, failure)
   end subroutine read_slab
-
-  !> Writes the owned boxes of a global array as dataset `name` of shape block%n. Collective.
-  subroutine write_box(file, name, block, data, single, failure)
-    type(hdf5_file_t), intent(in) :: file
-    character(*), intent(in) :: name
-    type(block_t), intent(in) :: block
-    real(rp), intent(in) :: data(:, :, :)          !< shape block%count
-    logical, intent(in) :: single                  !< store 32 bits per number
-    type(failure_t), intent(inout) :: failure
-    real(rp), allocatable :: values(:)
-    integer :: status
-    call require(all(shape(data) == block%count), 'io_datasets: write_box: data and block differ')
-    allocate (values(size(data)), stat=status)
-    call check_allocation(status, [size(data)], REAL_BYTES, 'what is written to or read from a file')
-    call flatten(size(data, 1), size(data, 2), size(data, 3), data, values)
-    call write_slab(file, name, int(block%n, i8), int(block%start, i8), int(block%count, i8), values, &
-                    single, failure)
-  end subroutine write_box
 
   !> Reads the owned box of dataset `name`, which must have shape block%n. Collective.
   subroutine read_box(file, name, block, data, failure)
@@ -353,15 +335,6 @@ contains
     text = text//')'
   end function shape_text
 
-  !> Copies an array of three dimensions into contiguous memory.
-  pure subroutine flatten(n1, n2, n3, data, values)
-    integer, intent(in) :: n1, n2, n3
-    real(rp), intent(in) :: data(:, :, :)
-    real(rp), intent(out) :: values(n1, n2, n3)
-    values = data
-  end subroutine flatten
-
-  !> Copies contiguous memory into an array of three dimensions.
   pure subroutine unflatten(n1, n2, n3, values, data)
     integer, intent(in) :: n1, n2, n3
     real(rp), intent(in) :: values(n1, n2, n3)

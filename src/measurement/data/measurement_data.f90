@@ -92,6 +92,7 @@ module measurement_data
   contains
     procedure :: visit => measurement_visit
     procedure :: count_modes => measurement_count_modes
+    procedure :: has_loaded_modes => measurement_has_loaded_modes
     procedure :: count_mode_observations => measurement_count_mode_observations
     procedure :: moves => measurement_moves
     procedure :: is_in_air => measurement_is_in_air
@@ -205,6 +206,16 @@ contains
     n = 0
     if (allocated(self%modes)) n = size(self%modes)
   end function measurement_count_modes
+
+  !> Tells whether a natural mode is one about a shape under loads.
+  pure logical function measurement_has_loaded_modes(self) result(has_some)
+    class(measurement_t), intent(in) :: self
+    integer :: i
+    has_some = .false.
+    do i = 1, self%count_modes()
+      has_some = has_some .or. self%modes(i)%is_loaded()
+    end do
+  end function measurement_has_loaded_modes
 
   !> Returns how many numbers natural modes are compared by: a frequency each, and one less than places of a shape.
   pure integer function measurement_count_mode_observations(self) result(n)

@@ -27,7 +27,8 @@ module measurement_mode_target
   !> A measured mode, and the computed modes lo to hi with which it is paired.
   type :: mode_target_t
     integer :: n = 0                       !< observations
-    integer :: medium = 1, number = 0
+    integer :: state = 1                   !< medium and loads, as the simulation counts them
+    integer :: number = 0
     integer :: lo = 0, hi = 0
     real(rp) :: mac = 0                    !< of the pair; 1 without a shape
     real(rp) :: frequency = 0              !< [Hz] computed
@@ -54,7 +55,6 @@ contains
     integer :: n, k
     n = size(mode%shape)
     self%n = 1 + max(0, n - 1)
-    self%medium = mode%medium
     self%number = mode%number
     self%log_frequency = log(mode%frequency)
     self%log_sigma = mode%frequency_sigma/mode%frequency

@@ -14,7 +14,7 @@ module common_instrument
   use measurement_instrument, only: instrument_t, N_INSTRUMENT
   implicit none
   private
-  public :: register_instrument_keys, register_idle_instrument, read_instrument, instrument_lines, instrument_hint
+  public :: register_instrument_keys, register_idle_instrument, read_instrument, instrument_lines
 
 contains
 

@@ -5,8 +5,10 @@ module train_job
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: failure_t, message_list_t, require
   use base_kinds, only: i8, rp
+  use base_named_kinds, only: word_of
   use base_outcome, only: outcome_t, OUTCOME_DONE, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED, OUTCOME_STOPPED, OUTCOME_UNWRITABLE
   use base_text, only: number_text
+  use cmaes_options, only: WEIGHTINGS
   use common_run, only: run_t
   use common_wing_report, only: print_wing
   use io_earlier_results, only: move_earlier_file, EARLIER_SUFFIX
@@ -222,7 +224,7 @@ contains
                           trim(merge(', logarithmic', ', linear     ', space%box%is_log(i))))
       end do
       call self%log%say('search    CMA-ES, '//number_text(self%search%search%run%params%lambda)// &
-                        ' candidates, weights '//trim(s%search%weights)//', seed '//number_text(int(s%search%seed)))
+                        ' candidates, weights '//word_of(WEIGHTINGS, s%search%weights)//', seed '//number_text(int(s%search%seed)))
     end associate
   end subroutine tell_what
 

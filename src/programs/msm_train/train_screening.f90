@@ -19,7 +19,7 @@ module train_screening
   use training_pool, only: worker_pool_t
   implicit none
   private
-  public :: prepare_screen, screen_wing, pivot_columns
+  public :: prepare_screen, screen_wing
 
   real(rp), parameter :: QUANTILE_90 = 1.6448536269514722_rp !< of the normal distribution, two-sided
   real(rp), parameter :: WORTH = log(2.0_rp)/QUANTILE_90     !< sd of the logarithm that is still worth seeking

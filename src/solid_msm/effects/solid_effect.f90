@@ -22,7 +22,7 @@ module solid_effect
   !> Requirements on the wing, NEED_DISC to NEED_NO_SLACK, and on the measurement.
   integer, parameter, public :: NEED_NOTHING = 0, NEED_DISC = 1, NEED_SOFT_PLACE = 2, NEED_SIDED_JOINTS = 3, &
                                 NEED_SIDED_VEINS = 4, NEED_NO_SLACK = 5, NEED_MEMBRANE = 6, NEED_UNSTRESSED_REST = 7, &
-                                NEED_LEVELS = 8, NEED_BOTH_DIRECTIONS = 9
+                                NEED_LEVELS = 8, NEED_BOTH_DIRECTIONS = 9, NEED_MODES_ABOUT_REST = 10
   integer, parameter, public :: MOST_PARAMETERS = 3 !< of one effect
 
   type :: effect_parameter_t

@@ -24,7 +24,7 @@ module solid_params
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: solid_params_t, default_params, membrane_thickness, membrane_bending, membrane_note
+  public :: solid_params_t, default_params, membrane_thickness, membrane_note
 
   integer, parameter, public :: PARAM_YOUNG = 1, PARAM_PLATE = 2, PARAM_THICKNESS = 3, PARAM_ROOT = 4, &
                                 PARAM_EXPONENT = 5, PARAM_K_VEIN = 6, PARAM_K_MEMBRANE = 7, PARAM_K_CROSS = 8
@@ -56,9 +56,7 @@ module solid_params
     procedure :: find => params_find
     procedure :: get => params_get
     procedure :: set => params_set
-    procedure :: get_named => params_get_named
     procedure :: set_named => params_set_named
-    procedure :: set_each => params_set_each
   end type solid_params_t
 
 contains
@@ -149,16 +147,6 @@ contains
     end do
   end function params_find
 
-  !> Returns the value of the parameter called `name`, in its unit. A name that the wing does not have stops the program.
-  real(rp) function params_get_named(self, name) result(value)
-    class(solid_params_t), intent(in) :: self
-    character(*), intent(in) :: name
-    integer :: i
-    i = self%find(name)
-    call require(i > 0, 'solid_params_t: no parameter '//name)
-    value = self%get(i)
-  end function params_get_named
-
   !> Sets the parameter called `name`, in its unit. A name that the wing does not have stops the program.
   subroutine params_set_named(self, name, value)
     class(solid_params_t), intent(inout) :: self
@@ -169,23 +157,6 @@ contains
     call require(i > 0, 'solid_params_t: no parameter '//name)
     call self%set(i, value)
   end subroutine params_set_named
-
-  !> Sets the parameters whose names begin with `beginning`, one after another, to `values`, which must be as many.
-  subroutine params_set_each(self, beginning, values)
-    class(solid_params_t), intent(inout) :: self
-    character(*), intent(in) :: beginning
-    real(rp), intent(in) :: values(:)
-    type(parameter_t) :: p
-    integer :: i, n
-    n = 0
-    do i = 1, self%count()
-      p = self%describe(i)
-      if (index(p%name, beginning) /= 1) cycle
-      n = n + 1
-      if (n <= size(values)) call self%set(i, values(n))
-    end do
-    call require(n == size(values), 'solid_params_t: so many parameters begin with '//beginning)
-  end subroutine params_set_each
 
   !> Returns the value of parameter i, in its unit.
   pure real(rp) function params_get(self, i) result(value)

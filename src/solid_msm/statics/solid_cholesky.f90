@@ -22,7 +22,7 @@ module solid_cholesky
   private
   public :: cholesky_t
 
-  integer, parameter, public :: CHOLESKY_AUTO = 0, CHOLESKY_SIMPLICIAL = 1, CHOLESKY_SUPERNODAL = 2
+  integer, parameter, public :: CHOLESKY_AUTO = 0, CHOLESKY_SUPERNODAL = 1
 
   !> A factorisation A = L L^T. Not to be copied after `init`; `free` it.
   type :: cholesky_t

@@ -19,7 +19,8 @@ contains
     class(transform_t), allocatable, intent(out) :: transform
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
-    character(*), intent(in) :: dealias, effort
+    integer, intent(in) :: dealias
+    character(*), intent(in) :: effort
     integer, intent(in) :: wanted_rows, most
     type(failure_t), intent(inout) :: failure
     type(p3dfft_t), allocatable :: made

@@ -17,7 +17,7 @@ module spectral_p3dfft
   use parallel_world, only: world_t
   use spectral_fftw, only: forget_wisdom, learn_wisdom, wisdom_text
   use spectral_grid, only: grid_t
-  use spectral_sticks, only: kept_columns, make_block_sticks, process_grid
+  use spectral_sticks, only: kept_columns, make_block_sticks, process_grid, DEALIAS_NONE
   use spectral_transform, only: transform_t
   implicit none
   private
@@ -49,7 +49,7 @@ contains
     class(p3dfft_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
-    character(*), intent(in) :: dealias !< 'ellipsoid', 'box' or 'none'
+    integer, intent(in) :: dealias !< DEALIAS_* of spectral_sticks
     integer, intent(in) :: wanted_rows  !< rows of the process grid, 0 for the best
     character(*), intent(in) :: effort  !< 'measure': all ranks agree on the plans that P3DFFT has measured
     integer, intent(in) :: most         !< fields of a pipeline, in and out
@@ -84,7 +84,7 @@ contains
     self%block%n = main%block%n
     self%rows = main%rows
     self%columns = main%columns
-    self%n_kx = kept_columns(self%grid, 'none')
+    self%n_kx = kept_columns(self%grid, DEALIAS_NONE)
     self%n_kx_after = main%n_kx
     call p3dfft_clean()
     call set_up(self)
@@ -143,7 +143,7 @@ contains
   !> Makes the table of sticks, and finds which line of the box each stick is.
   subroutine take_modes(self, dealias)
     type(p3dfft_t), intent(inout) :: self
-    character(*), intent(in) :: dealias
+    integer, intent(in) :: dealias
     integer :: s
     self%sticks = make_block_sticks(self%grid, dealias, self%first, self%count)
     allocate (self%stick_of(self%count(2), self%count(1)), source=0)

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A beam with an error whose direction depends on the wing: for tests of the relinearisation of a diagnosis.
 module turning_error
+  use base_errors, only: failure_t
   use base_kinds, only: rp
   use diagnosis_beam, only: beam_t, P_ONE_WAY
   use inference_relinearisation, only: model_error_t
@@ -29,6 +30,7 @@ module turning_error
     integer :: n_calls = 0
   contains
     procedure :: renew => turning_renew
+    procedure :: linearise => turning_linearise
   end type turning_t
 
   !> An error that is a hundred times as large whenever it is renewed.
@@ -88,6 +90,20 @@ contains
       if (whitener%n > 0) state%angle = angle_of(q)
     end select
   end subroutine turning_renew
+
+  !> The beam is exact: there is nothing to linearise.
+  subroutine turning_linearise(self, q, sd, state, rows, reason, failure)
+    class(turning_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:), sd(:)
+    class(solver_state_t), intent(inout) :: state
+    integer, allocatable, intent(out) :: rows(:)
+    character(:), allocatable, intent(out) :: reason
+    type(failure_t), intent(inout) :: failure
+    allocate (rows(0))
+    reason = ''
+    associate (unused => self, point => q, error => sd, nothing => state, none => failure)
+    end associate
+  end subroutine turning_linearise
 
   subroutine growing_renew(self, whitener, q, state)
     class(growing_t), intent(inout) :: self

@@ -7,7 +7,7 @@ program test_train_objective
   use base_kinds, only: i8, rp
   use base_random, only: random_uniforms
   use cmaes_options, only: cmaes_options_t
-  use cmaes_search, only: cmaes_search_t, start_region_t
+  use cmaes_search, only: cmaes_search_t, start_region_t, RESTARTS_NONE
   use cmaes_stop, only: RUNNING
   use failing_runner, only: counting_problem_t, failing_runner_t, is_to_fail
   use io_stop, only: job_limits_t
@@ -222,7 +222,7 @@ contains
     type(training_case_t) :: settings
     integer(i8) :: fingerprint
     settings%experiment = experiment
-    settings%restarts = 'none'
+    settings%restarts = RESTARTS_NONE
     settings%free_parameters%numbers = [1]
     settings%free_parameters%lower = [1.0_rp]
     settings%free_parameters%upper = [2.0_rp]
@@ -294,7 +294,7 @@ contains
     region%is_box = .true.
     options%max_iterations = 60
     options%seed = 3
-    call search%start(options, 'none', 0, region)
+    call search%start(options, RESTARTS_NONE, 0, region)
     n_failed = 0
     do while (search%state%stop_code == RUNNING)
       call search%ask(x)

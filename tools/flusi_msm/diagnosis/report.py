@@ -296,8 +296,8 @@ def next_measurement(diagnosis):
                      f"{1e3 * n['force_n']:.3g} mN", f"{n['separation_sd']:.1f} sd"))
     rows.sort(key=lambda row: -float(row[1].split()[0]))
     return ("<h2>What to measure next</h2>" + rivals(diagnosis) + "<p>By how much the first cause differs from the nearest of all "
-            "others with one of these loads more. One sd is the size of a usual error: below 2 sd causes cannot be told apart, "
-            "above 3 they can.</p>" + table_html(("load", ("it then differs by", True)), rows, "next"))
+            "others with one of these measurements more. One sd is the size of a usual error: below 2 sd causes cannot be told apart, "
+            "above 3 they can.</p>" + table_html(("measurement", ("it then differs by", True)), rows, "next"))
 
 
 def rivals(diagnosis):

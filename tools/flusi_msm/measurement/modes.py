@@ -12,7 +12,9 @@ from scipy.sparse.linalg import eigsh
 
 from flusi_msm.bending.mesh import locate, refine
 from flusi_msm.bending.model import Model, Stiffness
+from flusi_msm.bending.statics import Path as LoadingPath
 from flusi_msm.errors import InputError
+from flusi_msm.measurement.case import load_of
 from flusi_msm.measurement.case_file import build, read_json
 from flusi_msm.wing.file import read_wing
 
@@ -49,6 +51,9 @@ class Case:
     medium: str = "air"
     air_density: float = 1.2          # [kg/m^3]
     air_ratio: float = 0.8            # of the air that moves with the wing to that of strip theory
+    loads: list = field(default_factory=list)  # that bend the wing while it vibrates, as rows of make_measurement
+    gravity: tuple = (0.0, 0.0, 0.0)  # [m/s^2] whose weight bends it too
+    name: str = "mode"                # of the modes in the file, before their number
     stiffness: Stiffness = field(default_factory=Stiffness)
     mass: Mass = field(default_factory=Mass)
     noise: Noise = field(default_factory=Noise)
@@ -62,8 +67,15 @@ def read_case(path, changes=()):
         raise InputError(f"medium is air or vacuum, not {case.medium}")
     if case.stiffness.pretension or any(case.stiffness.camber):
         raise InputError("modes are those of a wing that is flat and free of stress at rest: no pretension, no camber")
+    if any(case.stiffness.root_compliance) and is_loaded(case):
+        raise InputError("modes under loads are those of a stiff clamp: no root_compliance")
+    case.loads = [load_of(row, number) for number, row in enumerate(case.loads, 1)]
     case.wing = str(Path(path).parent / case.wing)
     return case
+
+
+def is_loaded(case):
+    return bool(case.loads) or any(case.gravity)
 
 
 def densities(wing, mass):
@@ -166,8 +178,20 @@ def carried(places, chord):
     return 2 * np.sqrt(np.maximum(0, (above - places[:, 1]) * (places[:, 1] - below)))
 
 
+def loaded_shape(wing, model, case, plane):
+    """Displacements (nodes, 3) [m] under the loads and the weight of the masses `plane`, without the air."""
+    if not is_loaded(case):
+        return model.zeros()
+    force = np.asarray(plane.sum(1)) * np.asarray(case.gravity)
+    for place, vector in case.loads:
+        corners, shares = locate(wing.points, np.asarray(wing.triangles), place)
+        force[np.asarray(corners)] += np.outer(shares, vector)
+    return LoadingPath(model).solve(force)[0]
+
+
 def find_modes(wing, case, coarse=None):
-    """Returns frequencies [Hz] and shapes along z (points, modes) of the lowest modes that move across the wing."""
+    """Frequencies [Hz] and shapes along z (points, modes) of the lowest modes that move across the wing, about rest or about the
+    shape under the loads."""
     every = np.concatenate([d for _, d in (coarse or wing).veins.values()])
     model = Model(wing, case.stiffness, float(np.mean(every)), 2.0 if coarse is not None else 1.0)
     plane, across = mass_matrix(wing, case, model.n_nodes)
@@ -179,7 +203,9 @@ def find_modes(wing, case, coarse=None):
     for k, matrix in enumerate((plane, plane, across)):
         m = matrix[moving][:, moving].tocoo()
         parts.append(sparse.csc_matrix((m.data, (3 * m.row + k, 3 * m.col + k)), (3 * len(moving),) * 2))
-    k_matrix = model.tangent(model.zeros(), np.zeros(len(model.springs.k)))  # no spring is stretched at rest
+    bent = loaded_shape(wing, model, case, plane)
+    axial = model.springs.forces(bent) if is_loaded(case) else np.zeros(len(model.springs.k))  # at rest none is stretched
+    k_matrix = model.tangent(bent, axial)
     values, vectors = eigsh(k_matrix, case.modes + 12, sum(parts), sigma=0.0, which="LM", v0=np.ones(3 * len(moving)))
     order = np.argsort(values)
     found = []
@@ -209,10 +235,11 @@ def synthesise(case):
         if number in case.missing:
             continue
         sd = case.noise.shape
-        size = 10**random.uniform(-1, 1)  # the strength with which a mode was excited is unknown
-        modes.append((f"mode{number}", frequency * (1 + case.noise.frequency * errors[0]), case.noise.frequency * frequency,
+        size = 10**random.uniform(-1, 1)  # nobody knows how strongly a mode was excited
+        modes.append((f"{case.name}{number}", frequency * (1 + case.noise.frequency * errors[0]), case.noise.frequency * frequency,
                       wing.points[sites, :2], size * (shape[sites] + sd * errors[1:]), np.full(len(sites), size * sd)))
-    truth = {"frequencies": [f for f, _ in found], "stiffness": vars(case.stiffness), "mass": vars(case.mass),
+    truth = {"frequencies": [f for f, _ in found], "loads": [[*place, *vector] for place, vector in case.loads],
+             "gravity": list(case.gravity), "stiffness": vars(case.stiffness), "mass": vars(case.mass),
              "air_ratio": case.air_ratio, "seed": case.seed}
     return modes, truth
 
@@ -233,5 +260,12 @@ def write_modes(path, case, modes):
                 for key, values in (("points", places), ("shape", shape), ("sigma", sigma)):
                     group.create_dataset(key, data=np.asarray(values, "<f8"), track_times=False)
                 group["points"].attrs["units"] = np.bytes_("m")
+                if any(case.gravity):
+                    group.attrs["gravity"] = np.asarray(case.gravity, float)
+                for load, (place, vector) in enumerate(case.loads, 1):
+                    attributes = group.create_group(f"loads/load{load:03d}").attrs
+                    attributes["force"] = np.float64(np.linalg.norm(vector))
+                    attributes["direction"] = vector / np.linalg.norm(vector)
+                    attributes["point"] = np.asarray(place, float)
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be written: {error}") from error

@@ -46,7 +46,9 @@ def read_text(path):
 
 
 class Case:
-    """One flight: `text` is its input, `folder` is where it is computed; it has `points` along x and lasts `beats`."""
+    """One flight: `text` is its input, `folder` where it is made; `points` along x, `beats` as many as it lasts, `speed` that of
+    the wings in parts of what the file has."""
+    speed = 1.0
 
     def __init__(self, folder, ini, kind, points, beats):
         self.kind, self.points, self.beats = kind, points, beats
@@ -121,6 +123,24 @@ class Case:
             number += 1
         self.folder.rename(aside)
         return aside
+
+
+class Variant(Case):
+    """A flight of a study, with other values {section: {key: value}} than its file. It saves series alone."""
+
+    def __init__(self, folder, ini, kind, points, beats, name, values, speed=1.0):
+        self.values = values
+        super().__init__(folder, ini, kind, points, beats)
+        self.name = self.label = name
+        self.folder, self.speed = Path(folder) / name, speed
+
+    def changes(self):
+        changes = super().changes()
+        changes["Saving"] |= {"tsave": 9e9, "iSaveVorticity": 0, "iSaveWingSides": 0}
+        del changes["Saving"]["tsave_first"]
+        for section, keys in self.values.items():
+            changes.setdefault(section, {}).update(keys)
+        return changes
 
 
 def pair_cases(folder, ini, grids, beats):

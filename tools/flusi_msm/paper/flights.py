@@ -105,7 +105,7 @@ class Estimate:
         return self._measured("steps per beat and point", measure)
 
     def steps(self, case):
-        return self.steps_per_beat_and_point() * case.points * case.beats
+        return self.steps_per_beat_and_point() * case.points * case.beats * case.speed
 
     def seconds_per_step(self, case):
         done = steps_of(case)

@@ -46,12 +46,17 @@ def open_run(case):
     return run, last_two(run), case.label
 
 
+def means_of(run, cycles):
+    """(row of Table 2, the table of compare_runs, its factors to SI)."""
+    table = numbers(run, cycles)
+    si = {name: value[2] or 1.0 for name, value in table.items()}
+    return {key: table[name][0] * si[name] for key, name in COLUMNS.items()}, table, si
+
+
 def row_of(case):
     """Returns the flight's own row of Table 2, with half the range over its beats, and numbers about its accuracy."""
     run, cycles, _ = open_run(case)
-    table = numbers(run, cycles)
-    si = {name: value[2] or 1.0 for name, value in table.items()}
-    row = {key: table[name][0] * si[name] for key, name in COLUMNS.items()}
+    row, table, si = means_of(run, cycles)
     row["half_range"] = {key: table[name][1] * si[name] for key, name in COLUMNS.items() if table[name][1] is not None}
     row["peak_lift_mN"] = table["peak lift"][0] * si["peak lift"]
     row["lift_in_downstroke"] = lift_in_downstroke(run, cycles)

@@ -14,7 +14,7 @@ import numpy as np
 
 from flusi_msm.errors import Problems
 from flusi_msm.wing.polyline import Polyline, runs
-from flusi_msm.wing.trace import Line, Trace, diameter_at
+from flusi_msm.wing.trace import Line, Trace
 
 SNAP = 0.01          # snapping distance by the length of the wing
 ALONG_MARGIN = 4.0   # a vein that is at the margin for that many snapping distances runs along it
@@ -561,8 +561,3 @@ def build_network(trace: Trace, snap: float, problems: Problems) -> Optional[Net
     any."""
     net = _Builder(trace, snap, problems).build()
     return None if problems.errors else net
-
-
-def vein_width(trace: Trace, name: str, part: np.ndarray) -> np.ndarray:
-    """Returns diameters [m] of a vein at parts of its length."""
-    return diameter_at(next(v.diameters for v in trace.veins if v.name == name), part)

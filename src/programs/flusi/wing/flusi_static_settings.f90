@@ -6,11 +6,11 @@ module flusi_static_settings
   use base_kinds, only: rp
   use base_text, only: number_text
   use common_wing_settings, only: check_name, load_wing
-  use flusi_static_keys, only: register_static_keys, static_choices_t, static_keys
   use flusi_wing_sites, only: add_force, force_group_t, read_force_groups
   use io_config, only: config_t
   use io_keys, only: keys_t, reading
   use io_registry, only: registry_t
+  use simulation_static_keys, only: register_static_keys, static_choices_t, static_keys
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_wing_case, only: wing_case_t
