@@ -8,7 +8,7 @@ program test_solid_loaded_modes
   use base_kinds, only: rp
   use base_lapack, only: symmetric_eigen
   use base_parameter, only: parameter_t
-  use bench_places, only: load_at, wing_of_argument, MODERATE_FORCES
+  use loaded_wing, only: load_at, wing_of_argument, MODERATE_FORCES
   use cantilever, only: make_cantilever
   use solid_equilibrium, only: equilibrium_t
   use solid_inertia, only: inertia_t
