@@ -297,8 +297,8 @@ contains
   end subroutine settle_baseline
 
   !> Fits the baseline roughly from q with a whitener over all observations, which has then the nuisances where the fit
-  !> ends. They are linear about the errors that `from` holds. On the way a wing may follow an equilibrium that it would not come to from rest: where the fit ends all shapes are
-  !> found from rest, and if they are others it goes on from them, if that is possible.
+  !> ends. They are linear about the errors that `from` holds. On the way a wing may follow an equilibrium that it would not come to
+  !> from rest: where the fit ends all shapes are found from rest, and if they are others it goes on from them, if that is possible.
   subroutine fit_loosely(simulator, q, from, options, whitener, found, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: q(:)

@@ -29,9 +29,9 @@ module inference_relinearisation
   contains
     !> Gives `state` new ones at q, to which it belongs after a fit with the whitener. If that cannot be done the old ones stay.
     procedure(renew_interface), deferred :: renew
-    !> Makes `state`, which belongs to q, one of an approximation about q. sd(parameters) are how well they are known, 0 for those that
-    !> are not fitted. `rows` are the observations that it now sees in another way; none if it is exact along these parameters, or
-    !> if there is no result; `reason` then says why, and is empty otherwise. `failure`: the diagnosis cannot go on.
+    !> Makes `state`, which belongs to q, one of an approximation about q. sd(parameters) are how well they are known, 0 for those
+    !> that are not fitted. `rows` are the observations that it now sees in another way; none if it is exact along these parameters,
+    !> or if there is no result; `reason` then says why, and is empty otherwise. `failure`: the diagnosis cannot go on.
     procedure(linearise_interface), deferred :: linearise
   end type model_error_t
 

@@ -20,8 +20,8 @@ module diagnosis_wing_simulator
   use diagnosis_wing_motion, only: wing_motion_t
   use diagnosis_wing_parameters, only: find_parameter, without_sites, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
   use diagnosis_wing_state, only: offset_on_wing, wing_state, wing_state_t
-  use diagnosis_wing_task, only: take_columns, task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, NUISANCE_KIND, &
-                                 NUISANCE_NAMES
+  use diagnosis_wing_task, only: take_columns, task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, &
+                                 NUISANCE_KIND, NUISANCE_NAMES
   use inference_simulator, only: simulator_t
   use io_journal, only: journal_t
   use least_squares_state, only: solver_state_t

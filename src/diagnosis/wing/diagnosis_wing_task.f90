@@ -173,8 +173,8 @@ contains
     end associate
   end subroutine give_evaluation
 
-  !> Takes derivatives(rows, columns) of one load out of an answer to TASK_EVALUATE, which has those of each of n parameters once, in their order,
-  !> behind `at`. `at` moves behind them.
+  !> Takes derivatives(rows, columns) of one load out of an answer to TASK_EVALUATE, which has those of each of n parameters once,
+  !> in their order, behind `at`. `at` moves behind them.
   pure subroutine take_columns(columns, n, output, at, derivatives)
     integer, intent(in) :: columns(:), n
     real(rp), intent(in) :: output(:)
