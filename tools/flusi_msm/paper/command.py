@@ -3,7 +3,7 @@
 grids, and writes FOLDER/paper.html with its numbers in paper.json: their Table 2 beside ours, convergence, forces over the
 beat, deformation, sections, pressure, and in words what agrees and what does not.
 
-usage: reproduce-paper [--grids 96 128 160 192] [--beats 4] [--individuals POINTS] [--ranks 2] [--folder runs/paper]
+usage: reproduce_paper [--grids 96 128 160 192] [--beats 4] [--individuals POINTS] [--ranks 2] [--folder runs/paper]
                        [--dry-run | --page] [--hours 14] [--anew] [--ini FILE] [--flusi PROGRAM]
 
 First it measures how long all will take. A finished flight is not repeated, an interrupted one goes on from its last backup:
@@ -101,4 +101,4 @@ def main():
 
 
 def command() -> None:
-    run_command("reproduce-paper", main)
+    run_command("reproduce_paper", main)
