@@ -9,7 +9,10 @@ set(FLUSI_TEST_ENVIRONMENT
     PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe
     PRTE_MCA_hwloc_default_binding_policy=none
     OMPI_MCA_smsc=^cma
-    OMPI_MCA_btl=^tcp                         # ranks share a machine; what Open MPI 5 says of its network disturbs tests
+    # Ranks share a machine. What Open MPI 5 says of its network disturbs tests, and each start of ranks that looks for
+    # networks takes up to two seconds.
+    OMPI_MCA_pml=ob1 OMPI_MCA_btl=^tcp,ofi,openib
+    OMPI_MCA_ess_singleton_isolated=1         # a program without mpiexec starts no daemon beside it
     OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1)
 string(REPLACE ";" "\n" FLUSI_TEST_ENVIRONMENT_LINES "${FLUSI_TEST_ENVIRONMENT}")
 file(WRITE ${CMAKE_BINARY_DIR}/test_environment "${FLUSI_TEST_ENVIRONMENT_LINES}\n")
@@ -18,6 +21,8 @@ file(WRITE ${CMAKE_BINARY_DIR}/test_environment "${FLUSI_TEST_ENVIRONMENT_LINES}
 #              [TIMEOUT s] [COST s] [ARGS ...])
 # With RANKS the test runs once under mpirun for every count; without, it runs as a plain process. COST: seconds on a quiet
 # machine, given where there are many of them, so that what takes long begins early in the first run of a build, too.
+# Ranks of so short tests wait for their start and for each other: two of them count as one processor, so that not all tests
+# of many ranks are left for the end, where few of them fit beside each other.
 function(add_mpi_test name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT;COST" "SOURCES;USES;RANKS;ARGS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
@@ -34,6 +39,7 @@ function(add_mpi_test name)
   endif()
   if(ARG_RANKS)
     foreach(ranks ${ARG_RANKS})
+      math(EXPR processors "(${ranks} + 1) / 2")
       set(workdir ${CMAKE_BINARY_DIR}/tests/runs/${name}_${ranks})
       file(MAKE_DIRECTORY ${workdir})
       add_test(NAME ${name}_${ranks}
@@ -41,7 +47,7 @@ function(add_mpi_test name)
                 $<TARGET_FILE:${name}> ${ARG_ARGS}
         WORKING_DIRECTORY ${workdir})
       set_tests_properties(${name}_${ranks} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT}
-        ENVIRONMENT "${FLUSI_TEST_ENVIRONMENT}" PROCESSORS ${ranks} COST ${ARG_COST})
+        ENVIRONMENT "${FLUSI_TEST_ENVIRONMENT}" PROCESSORS ${processors} COST ${ARG_COST})
     endforeach()
   else()
     set(workdir ${CMAKE_BINARY_DIR}/tests/runs/${name})
@@ -63,13 +69,14 @@ function(add_p3dfft_test name)
     set(ARG_TIMEOUT 300)
   endif()
   foreach(ranks ${ARG_RANKS})
+    math(EXPR processors "(${ranks} + 1) / 2")
     set(workdir ${CMAKE_BINARY_DIR}/tests/runs/${name}_p3dfft_${ranks})
     file(MAKE_DIRECTORY ${workdir})
     add_test(NAME ${name}_p3dfft_${ranks}
       COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} ${ranks} ${MPIEXEC_PREFLAGS} $<TARGET_FILE:${name}> p3dfft
       WORKING_DIRECTORY ${workdir})
     set_tests_properties(${name}_p3dfft_${ranks} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT}
-      ENVIRONMENT "${FLUSI_TEST_ENVIRONMENT}" PROCESSORS ${ranks})
+      ENVIRONMENT "${FLUSI_TEST_ENVIRONMENT}" PROCESSORS ${processors})
   endforeach()
 endfunction()
 

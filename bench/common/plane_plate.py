@@ -61,7 +61,8 @@ progress_interval = 300
 
 
 def write(folder, re, stroke, beats, points, cells, is_drawn_in, box):
-    """The files of a run: place of the plate A0/2 cos(2 pi f t), angle of its chord 90 + 45 sin(2 pi f t) degrees."""
+    """Writes the files of a run: the place of the plate is A0/2 cos(2 pi f t), the angle of its chord 90 + 45 sin(2 pi f t)
+    degrees."""
     folder.mkdir(parents=True, exist_ok=True)
     period, middle = math.pi * stroke, box / 2
     end = beats * period
@@ -90,30 +91,32 @@ def series(path):
 
 
 def read(folder, stroke):
-    """t/T, force along y and z on the plate, power that it gives to the flow, of rho U^2 c/2 and rho U^3 c/2."""
+    """Reads t/T, the force along y and z on the plate, and the power that it gives to the flow, in units of rho U^2 c/2 and
+    rho U^3 c/2."""
     forces, power = series(folder / "forces.t"), series(folder / "aero_power.t")
     f = forces[:, 1:4] + forces[:, 4:7]
     return forces[:, 0] / (math.pi * stroke), 2 * f[:, 1], 2 * f[:, 2], 2 * np.interp(forces[:, 0], power[:, 0], power[:, 1])
 
 
 def mean_over(t, x):
-    """Mean of the polygon through the points (t, x)."""
+    """Returns the mean over t of the polygon through the points (t, x)."""
     return float(np.sum(np.diff(t) * (x[1:] + x[:-1]) / 2) / (t[-1] - t[0]))
 
 
 def read_measured(folder, name):
-    """t/T and coefficient, as digitised; None without the file."""
+    """Reads t/T and a coefficient, as digitised; returns None without the file."""
     path = folder / f"{name}_measured.dat" if folder else None
     return series(path) if path and path.exists() else None
 
 
 def along_stroke(t, force):
-    """Drag: the force against the motion of each half-stroke."""
+    """Returns the drag: the force against the motion of each half-stroke."""
     return np.where((t % 1) < 0.5, force, -force)
 
 
 def read_options(text, known):
-    """Options of a program that flies the `known` cases; it ends here where they are only listed. `text` is its help."""
+    """Returns the options of a program that computes the `known` cases. The program ends here if they are only to be listed.
+    `text` is its help."""
     parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", default=str(ROOT / "build/release/bin/flusi"), help="flusi (that of build/release)")
     parser.add_argument("--measured", type=Path)
@@ -131,7 +134,7 @@ def read_options(text, known):
 
 
 def fly(options, known):
-    """Runs the chosen ones of the known cases, {name: arguments of `write`}, that have not finished."""
+    """Runs those of the chosen cases that have not finished; the known cases are {name: arguments of `write`}."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     for name in options.cases or known:
         if not (options.folder / name / "done").exists():

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A plate that hovers in a plane flow: lift, power and their ratio over the points of its chord, as a surface without
-thickness and as a sheet in the mask, against the finest grid of the former; and the plane idealisation of a measured wing
-at Re = 75. docs/results/hovering.md holds the tables and says what is compared.
+"""Computes a plate that hovers in a plane flow: lift, power and their ratio for several numbers of points per chord. The plate
+is a surface without thickness or a sheet in the mask; both are compared with the finest grid of the former. It also computes
+the plane idealisation of a measured wing at Re = 75. docs/results/hovering.md holds the tables and describes the comparisons.
 
 usage: run [--program FLUSI] [--measured FOLDER] [--picture FILE] FOLDER [CASE ...]
        run --list
@@ -16,13 +16,13 @@ import json
 import numpy as np
 from plane_plate import along_stroke, fly, mean_over, read, read_measured, read_options
 
-WINDOW = (0.15, 0.98)    # of the beat: after the start of the pitch and before the last record
+WINDOW = (0.15, 0.98)    # part of the beat: from after the start of the pitch to before the last record
 FINE = 64
 
 
 def cases():
-    """Name: Re, stroke in chords, beats, points per chord, thickness of the mask in dx (0: none) and whether its outline is
-    drawn in by half of it, chords of the box."""
+    """Name: Re, stroke in chords, beats, points per chord, thickness of the mask in dx (0: none), whether its outline is moved
+    inward by half of the thickness, chords of the box."""
     table = {}
     for re, grids, masks in ((100, (8, 12, 16, 24, 32, FINE), (8, 12, 16, 24, 32)),
                              (1000, (8, 12, 16, 24, 32, FINE), (12, 16, 24, 32))):
@@ -41,7 +41,7 @@ def cases():
 CASES = cases()
 
 def measure(root, name):
-    """Means of lift and power over the window, and their ratio; time and both curves."""
+    """Returns the means of lift and power over the window and their ratio, and the time and both curves."""
     t, _, lift, power = read(root / name, CASES[name][1])
     inside = (t >= WINDOW[0]) & (t <= WINDOW[1])
     mean = [mean_over(t[inside], x[inside]) for x in (lift, power)]
@@ -49,7 +49,7 @@ def measure(root, name):
 
 
 def compare(root, re):
-    """The table of one Reynolds number, printed; its numbers."""
+    """Prints the table of one Reynolds number and returns its numbers."""
     names = [name for name in CASES if name.startswith(f"re{re}-") and (root / name / "done").exists()]
     fine = f"re{re}-thin-{FINE}"
     found = {name: measure(root, name) for name in names}
@@ -76,7 +76,7 @@ def compare(root, re):
 
 
 def beside_measured(root, measured):
-    """Lines of the comparison at Re = 75, and their numbers: means over the last three beats."""
+    """Returns the lines of the comparison at Re = 75 and their numbers: means over the last three beats."""
     found = {}
     data = {key: read_measured(measured, key) for key in ("CL", "CD")}
     begin = 1.0

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How well, how surely and at which cost wings are trained (docs/results/training-results.md).
+!> Measures how well, how reliably and at which cost wings are trained (docs/results/training-results.md).
 !>
 !> usage: bench_training WING.h5 [--seed S | --starts N [FIRST] | --coverage N [FIRST] | --budget GENERATIONS [log | linear]],
 !> a wing with ten joints
 !>
-!> Without options or with --seed one start of the paper's validation; its last line is a JSON record.
+!> Without options or with --seed it runs one start of the paper's validation; its last line is a JSON record.
 program training
   use base_kinds, only: rp
   use base_text, only: parse_integer
@@ -59,7 +59,7 @@ program training
 
 contains
 
-  !> Argument number i, 1 if there is none.
+  !> Returns argument number i as a number, 1 if there is none.
   integer function whole_argument(i)
     integer, intent(in) :: i
     character(:), allocatable :: problem

@@ -1,13 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One start of the paper's validation: a noise-free twin, E and ten joints unknown, the start random in the whole box.
-!> Generations of CMA-ES find where least squares can begin; the polish is that of msm_train.
+!> Runs one start of the paper's validation: a measurement without noise that the model made, E and ten joints unknown, the start
+!> random in the whole box. Generations of CMA-ES find a point where least squares can begin; the least squares are those of
+!> msm_train.
 module bench_validation
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: i8, rp
   use base_parameter, only: parameter_t
   use bench_twin, only: N_JOINTS, N_UNKNOWNS, twin_t
   use cmaes_options, only: cmaes_options_t
-  use cmaes_search, only: cmaes_search_t, start_region_t
+  use cmaes_search, only: cmaes_search_t, start_region_t, RESTARTS_IPOP
   use cmaes_stop, only: RUNNING
   use least_squares_continuation, only: fit_by_continuation
   use least_squares_fit, only: fit_options_t, fit_report_t
@@ -31,14 +32,14 @@ module bench_validation
 
 contains
 
-  !> Coordinates of the twin.
+  !> Returns the coordinates of the true values.
   pure function validation_truth(twin) result(truth)
     type(twin_t), intent(in) :: twin
     real(rp) :: truth(N_UNKNOWNS)
     truth = twin%defaults() + [0.0_rp, log(SOFTENED)]
   end function validation_truth
 
-  !> sd of every unknown at the truth in the linear approximation without priors.
+  !> Returns the sd of every unknown at the truth in the linear approximation without priors.
   function predict_sd(experiment, truth) result(sd)
     type(experiment_t), intent(in), target :: experiment
     real(rp), intent(in) :: truth(N_UNKNOWNS)
@@ -58,7 +59,7 @@ contains
     call problem%free()
   end function predict_sd
 
-  !> Prints what was found and, as the last line, the JSON record. `is_met`: all bars are.
+  !> Prints the results and, as the last line, the JSON record. `is_met` tells whether all requirements are met.
   subroutine validate(twin, experiment, truth, sd, seed, is_met)
     type(twin_t), intent(in) :: twin
     type(experiment_t), intent(in), target :: experiment
@@ -93,7 +94,7 @@ contains
     region%is_box = .true.
     options%seed = seed
     options%max_evaluations = BAR_EVALUATIONS
-    call search%start(options, 'ipop', 9, region)
+    call search%start(options, RESTARTS_IPOP, 9, region)
     n_evaluations = 0
     h = huge(h)
     report%p = unknowns%prior
@@ -171,7 +172,7 @@ contains
     end do
   end subroutine search_on
 
-  !> h [m] of a candidate, every load from the unloaded wing.
+  !> Computes h [m] of a candidate; the shape of every load is computed from the unloaded wing.
   subroutine judge(experiment, work, coordinates, h, violation, has_failed)
     type(experiment_t), intent(in) :: experiment
     type(evaluation_work_t), intent(inout) :: work
@@ -197,7 +198,8 @@ contains
     h = sqrt(h)
   end subroutine judge
 
-  !> The polish of msm_train from `start`; h [m] of the point where it ends, huge if the model cannot be computed at the start.
+  !> Runs the least squares of msm_train from `start`; returns h [m] of the point where it ends, or a huge number if the model
+  !> cannot be computed at the start.
   subroutine polish(problem, unknowns, start, n_evaluations, report, h)
     type(wing_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns

@@ -141,7 +141,7 @@ contains
     if (ok .and. durable) call sync_path(folder_of(path), ok)
   end subroutine replace_file
 
-  !> `folder`/`name`; an empty folder is the current one.
+  !> Returns `folder`/`name`; an empty folder is the current one.
   pure function join_path(folder, name) result(path)
     character(*), intent(in) :: folder, name
     character(:), allocatable :: path

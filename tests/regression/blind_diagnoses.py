@@ -57,6 +57,7 @@ starts = 1;
 draws = 1000;
 refits = 2;
 refine = no;
+validation = yes;
 [Saving]
 name = {name};
 """
@@ -171,7 +172,9 @@ def test_controls(case):
     for refine in "yes", "fit":
         shutil.copy(data / "0001.h5", data / f"finer_{refine}.h5")
     names = {"finer_fit": "fit", "finer_yes": "yes", "bold": "no", "timid": "no"}
-    found = dict(zip(names, two_at_a_time(lambda name: diagnose(case, data / f"{name}.h5", name, refine=names[name]), names)))
+    # No verdict of nothing hangs on what is predicted of a location that was left out.
+    found = dict(zip(names, two_at_a_time(lambda name: diagnose(case, data / f"{name}.h5", name, refine=names[name], validation="no"),
+                                          names)))
     for name, word in ("bold", "more"), ("timid", "less"):
         code, one, _ = found[name]
         check(code == ADEQUATE, f"errors that are stated wrong are not {one['verdict']['sentence']}")

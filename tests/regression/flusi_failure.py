@@ -10,8 +10,6 @@ import shutil
 
 from whole_program import EXIT_NUMERICAL, EXIT_OK, EXIT_UNWRITABLE, check, main, merged, ring
 
-TIMEOUT = 30  # seconds, for runs of less than one
-
 
 def blow_up(dt=0.5, **sections):
     """A time step far beyond the CFL limit: instability within some steps."""
@@ -40,7 +38,7 @@ def test_blow_up(case):
     for ranks in (1, 2, 4):
         part = case.sub(f"ranks_{ranks}")
         part.write("run.ini", blow_up())
-        done = part.run("run.ini", ranks=ranks, code=EXIT_NUMERICAL, timeout=TIMEOUT)
+        done = part.run("run.ini", ranks=ranks, code=EXIT_NUMERICAL)
         check_failure(part, done)
         check("the last valid backup is kept" in done.err, "the user is told that there is a backup")
         steps = [int(float(part.contents(f"runtime_backup{i}.h5")["step"][0])) for i in (0, 1)]
@@ -52,14 +50,14 @@ def test_blow_up(case):
         for name in part.all_series():
             check(all(math.isfinite(x) for row in part.series(name).rows for x in row), f"{name} holds numbers")
         part.write("run.ini", merged(ring(), {"Time": {"nt": made + 3, "CFL": 0.05}, "ReynoldsNumber": {"nu": 1.0}}))
-        done = part.run("run.ini", "--restart", ranks=ranks, timeout=TIMEOUT)
+        done = part.run("run.ini", "--restart", ranks=ranks)
         check(f"step {made - 1}" in done.out, "the run goes on from the last sound state")
 
 
 def test_first_step(case):
     """Without any backup the program does not speak of one."""
     case.write("run.ini", blow_up(InitialCondition={"omega1": 1e5}))
-    done = case.run("run.ini", ranks=2, code=EXIT_NUMERICAL, timeout=TIMEOUT)
+    done = case.run("run.ini", ranks=2, code=EXIT_NUMERICAL)
     check_failure(case, done)
     check(not any(n.startswith("runtime_backup") for n in case.files()), "there was nothing to save")
     check("last valid backup is kept" not in done.err, f"and nothing is claimed:\n{done.err}")
@@ -68,13 +66,13 @@ def test_first_step(case):
 def test_last_step(case):
     """The last step of a run is looked at too: its outcome is neither saved nor called a success."""
     case.write("run.ini", blow_up())
-    case.run("run.ini", ranks=2, code=EXIT_NUMERICAL, timeout=TIMEOUT)
+    case.run("run.ini", ranks=2, code=EXIT_NUMERICAL)
     made = int(case.series("timesteps_info.t").rows[-1][2])
     for nt, code in ((made, EXIT_NUMERICAL), (made - 1, EXIT_OK)):
         for truntime in (1e-9, 100.0):
             part = case.sub(f"nt_{nt}_{truntime}")
             part.write("run.ini", blow_up(Time={"nt": nt}, Saving={"truntime": truntime}))
-            done = part.run("run.ini", ranks=2, code=code, timeout=TIMEOUT)
+            done = part.run("run.ini", ranks=2, code=code)
             if code == EXIT_NUMERICAL:
                 check_failure(part, done)
             backups = [n for n in part.files() if n.startswith("runtime_backup")]
@@ -85,7 +83,7 @@ def test_last_step(case):
 
 def test_runge_kutta(case):
     case.write("run.ini", blow_up(dt=2.0, Time={"iTimeMethodFluid": "RK4"}))
-    done = case.run("run.ini", ranks=2, code=EXIT_NUMERICAL, timeout=TIMEOUT)
+    done = case.run("run.ini", ranks=2, code=EXIT_NUMERICAL)
     check_failure(case, done)
 
 
@@ -106,7 +104,7 @@ def test_not_a_number(case):
         (part.folder / "uy_000000.h5").write_bytes(data)
         keys = {f"file_u{c}": f"u{c}_000000.h5" for c in "xyz"}
         part.write("run.ini", ring(InitialCondition={"inicond": "infile", **keys}))
-        done = part.run("run.ini", ranks=2, code=EXIT_NUMERICAL, timeout=TIMEOUT)
+        done = part.run("run.ini", ranks=2, code=EXIT_NUMERICAL)
         check("the velocity is not a number" in done.err, f"the reason is said:\n{done.err}")
 
 
@@ -116,7 +114,7 @@ def test_output_fails(case):
         part = case.sub(obstacle)
         part.write("run.ini", ring(Saving={"naming": "time", "tsave": 0.05, **saving}, Time={"dt_fixed": 0.005}))
         (part.folder / obstacle / "full").mkdir(parents=True)  # a folder cannot be replaced by a file
-        done = part.run("run.ini", ranks=2, code=EXIT_UNWRITABLE, timeout=TIMEOUT)
+        done = part.run("run.ini", ranks=2, code=EXIT_UNWRITABLE)
         check(obstacle in done.err, f"the file is named:\n{done.err}")
         check(not failed_fields(part), "the velocity did not fail")
 

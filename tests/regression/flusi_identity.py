@@ -10,7 +10,7 @@ import signal
 import subprocess
 
 from flight_case import FLIGHT
-from whole_program import EXIT_OK, EXIT_STOPPED, EXIT_UNWRITABLE, EXIT_USER, SOURCE, check, main, merged, no_crash, sphere
+from whole_program import ALIVE, EXIT_OK, EXIT_STOPPED, EXIT_UNWRITABLE, EXIT_USER, SOURCE, check, main, merged, no_crash, sphere
 
 A = sphere(8, Time={"nt": 6, "CFL": None, "dt_fixed": 0.004}, Saving={"tintegral": 0.004})
 B = merged(A, {"ReynoldsNumber": {"nu": 2e-2}, "Time": {"nt": 999999}, "Saving": {"tsave": 1e9}})  # ends by a signal alone
@@ -104,7 +104,7 @@ def test_lock(case):
     case.start("b.ini")
     case.wait_for_steps(3)
     out, err, first = case.out, case.err, case.process
-    second = subprocess.run([case.program, "b.ini", "--overwrite"], cwd=case.folder, capture_output=True, text=True, timeout=20)
+    second = subprocess.run([case.program, "b.ini", "--overwrite"], cwd=case.folder, capture_output=True, text=True, timeout=ALIVE)
     check(second.returncode == EXIT_USER and "runtime.lock: another run writes here: process" in second.stderr, second.stderr)
     check(str(first.pid) in second.stderr, f"it is named:\n{second.stderr}")
     check(first.poll() is None and not (case.folder / "earlier_1").exists(), "the first goes on undisturbed")

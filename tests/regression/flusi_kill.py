@@ -13,7 +13,7 @@ import signal
 import time
 
 from flight_case import FLIGHT, LAST_DIGIT, differences, same_flight
-from whole_program import check, main, merged, no_crash, same_runs, sphere
+from whole_program import ALIVE, check, main, merged, no_crash, same_runs, sphere
 
 KILLS = int(os.environ.get("FLUSI_TEST_KILLS", "20"))
 INI = sphere(Penalization={"unst_corrections": "yes", "us_fixed": "0.1 0.0 0.0"},
@@ -29,7 +29,7 @@ def backups(case):
 def kill(case, delay, n):
     """Kills all n ranks at once, `delay` seconds from now or as soon as they exist; says what was under way."""
     time.sleep(delay)
-    end = time.monotonic() + 60
+    end = time.monotonic() + ALIVE
     while len(case.ranks()) < n and time.monotonic() < end:
         check(case.process.poll() is None, f"the run goes on until it is killed:\n{case.err.read_text()}")
     ranks = case.ranks()

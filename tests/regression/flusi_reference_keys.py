@@ -78,7 +78,7 @@ def check_keys(name, keys, reference, relative=RELATIVE):
 
 def run_case(case, name, source, steps):
     shutil.copy(SOURCE / f"ini/flusi/{name}.ini", case.folder)
-    case.run(f"{name}.ini", ranks=2, timeout=120)
+    case.run(f"{name}.ini", ranks=2)
     rows = case.series("timesteps_info.t").rows
     check(len(rows) == steps, f"{name} takes {steps} steps, not {len(rows)}")
     check(rows[-1][2] == steps, f"the last step is called {steps}")

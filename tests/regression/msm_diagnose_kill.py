@@ -40,7 +40,7 @@ def kill(case, ranks, dice, whole):
             os.kill(process, signal.SIGKILL)
         except ProcessLookupError:
             pass
-    done = case.wait_killed(120)
+    done = case.wait_killed()
     no_crash(done)
     if JOURNAL not in case.files():  # it has ended
         return False

@@ -15,12 +15,12 @@ import subprocess
 import time
 
 from training_case import quick, same_outcome, training, twin
-from whole_program import EXIT_OK, EXIT_STOPPED, EXIT_UNWRITABLE, EXIT_USER, Finished, check, main, merged, no_crash
+from whole_program import ALIVE, EXIT_OK, EXIT_STOPPED, EXIT_UNWRITABLE, EXIT_USER, Finished, check, main, merged, no_crash
 
 
 def wait_for(case, n, told):
     """Waits until the run that `start` began has told a number of at least n, and a moment more."""
-    end = time.monotonic() + 60
+    end = time.monotonic() + ALIVE
     while time.monotonic() < end:
         has_ended = case.process.poll() is not None
         if any(int(g) >= n for g in re.findall(told, case.out.read_text(), re.M)):
@@ -40,7 +40,7 @@ def kill(case, ranks):
         with contextlib.suppress(ProcessLookupError, ValueError):
             os.kill(min(case.ranks()), signal.SIGKILL)
     done = case.wait_killed()
-    end = time.monotonic() + 20
+    end = time.monotonic() + ALIVE
     while case.ranks():
         check(time.monotonic() < end, "no rank outlives mpiexec")
     if re.search(r"^evaluations +\d+ in all", done.out, re.M):  # it has ended what it had to do, and writes, or has written

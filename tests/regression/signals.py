@@ -17,7 +17,7 @@ import time
 
 from gradient_case import input_text, synthesise
 from training_case import training, twin
-from whole_program import EXIT_OK, EXIT_STOPPED, check, main, merged, no_crash, series, sphere
+from whole_program import ALIVE, EXIT_OK, EXIT_STOPPED, check, main, merged, no_crash, series, sphere
 
 TRAIN, DIAGNOSE = sys.argv.pop(3), sys.argv.pop(3)
 LAUNCHERS = signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGUSR1
@@ -51,7 +51,7 @@ def ended_by(case, signals, ranks, prepare, ready, env=PATIENT):
         runs.append((name, number, run))
     for (_, _, run), arguments in zip(runs, words):
         run.start(*arguments, ranks=ranks, env=env)
-    waiting, end = list(runs), time.monotonic() + 120
+    waiting, end = list(runs), time.monotonic() + ALIVE
     while waiting and time.monotonic() < end:
         for one in list(waiting):
             name, number, run = one

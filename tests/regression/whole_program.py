@@ -19,6 +19,7 @@ from collections import namedtuple
 from pathlib import Path
 
 SOURCE = Path(__file__).resolve().parents[2]
+ALIVE = 300  # s after which a run that has not done what a test waits for is taken for dead, on however busy a machine
 EXIT_OK, EXIT_FAILURE, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED, EXIT_UNWRITABLE = range(6)
 # What the runtime of a compiler or the system prints when a program dies of a defect.
 CRASH_MARKS = ("Backtrace", "Fortran runtime error", "SIGSEGV", "SIGFPE", "SIGABRT",
@@ -125,7 +126,7 @@ class Case:
                                             stdin=subprocess.DEVNULL, env={**environment, **(env or {})})
         return self.process
 
-    def wait(self, timeout=60):
+    def wait(self, timeout=ALIVE):
         """Waits for the end of what `start` began."""
         try:
             code = self.process.wait(timeout)
@@ -142,7 +143,7 @@ class Case:
         self.err.unlink()
         return result
 
-    def wait_killed(self, timeout=60):
+    def wait_killed(self, timeout=ALIVE):
         """Waits for the end of a run whose ranks a test has killed. Where the launcher waits for a rank that is dead, it is
         killed as well: that of OpenMPI can hang if ranks die while they still connect to it. A rank that lives is a failure."""
         end = time.monotonic() + timeout
@@ -154,20 +155,20 @@ class Case:
                 self.process.wait(10)
         return self.wait(1)
 
-    def flusi(self, *arguments, ranks=0, env=None, timeout=60):
+    def flusi(self, *arguments, ranks=0, env=None, timeout=ALIVE):
         """Runs flusi to its end."""
         self.start(*arguments, ranks=ranks, env=env)
         return self.wait(timeout)
 
-    def run(self, *arguments, ranks=1, code=EXIT_OK, env=None, timeout=60):
-        """Runs flusi on `ranks` ranks and checks its exit code and that it did not crash."""
+    def run(self, *arguments, ranks=0, code=EXIT_OK, env=None, timeout=ALIVE):
+        """Runs flusi, on `ranks` ranks or without a launcher, and checks its exit code and that it did not crash."""
         done = self.flusi(*arguments, ranks=ranks, env=env, timeout=timeout)
         check(done.code == code, f"exit code of {arguments} on {ranks} ranks is {code}, not {done.code}:\n"
                                  f"{done.out}{done.err}")
         no_crash(done)
         return done
 
-    def wait_for_steps(self, steps, timeout=60):
+    def wait_for_steps(self, steps, timeout=ALIVE):
         """Waits until the run that `start` began has made `steps` steps."""
         end = time.monotonic() + timeout
         while time.monotonic() < end:
@@ -181,7 +182,7 @@ class Case:
             time.sleep(0.01)
         raise AssertionError(f"not {steps} steps within {timeout} s")
 
-    def wait_for(self, name, timeout=60):
+    def wait_for(self, name, timeout=ALIVE):
         """Waits until the run that `start` began has made the file or folder `name`; whether it
         has."""
         end = time.monotonic() + timeout
@@ -395,10 +396,10 @@ def main(names):
     for name, test in list(names.items()):
         if not name.startswith("test_") or (wanted and name not in wanted):
             continue
-        begun = time.monotonic()
+        begun, used = time.monotonic(), sum(os.times()[:4])
         try:
             test(Case(program, h5dump, Path.cwd() / name))
-            print(f"pass  {name} ({time.monotonic() - begun:.1f} s)", flush=True)
+            print(f"pass  {name} ({time.monotonic() - begun:.1f} s, {sum(os.times()[:4]) - used:.1f} s of CPU)", flush=True)
         except AssertionError as error:
             failed += 1
             where = traceback.extract_tb(error.__traceback__)

@@ -14,11 +14,13 @@ module diagnosis_wing_simulator
   use diagnosis_journalled_tasks, only: run_journalled_tasks
   use diagnosis_wing_bins, only: bin_distortions, bin_covariance, bins_t, noise_model_t, N_DISTORTIONS
   use diagnosis_wing_entries, only: catalogue_t
+  use diagnosis_flight_response, only: flight_response_t
   use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_labels, only: make_labels
+  use diagnosis_wing_lattice, only: lay_out_patterns
   use diagnosis_wing_motion, only: wing_motion_t
   use diagnosis_wing_parameters, only: find_parameter, without_sites, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
-  use diagnosis_wing_state, only: offset_on_wing, wing_state_t
+  use diagnosis_wing_state, only: wing_state_t
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, NUISANCE_KIND, &
                                  NUISANCE_NAMES
   use inference_simulator, only: simulator_t
@@ -36,7 +38,7 @@ module diagnosis_wing_simulator
   private
   public :: wing_simulator_t
 
-  !> Of unknown causes: stiffness and forces around places of the wing, stiffness along the veins, errors of single scans.
+  !> Kinds of unknown causes: stiffness and forces around places, stiffness along the veins, errors of single scans.
   character(*), parameter :: FAMILY_NAMES(4) = [character(9) :: 'stiffness', 'force', 'veins', 'scans']
   integer, parameter, public :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
 
@@ -51,7 +53,7 @@ module diagnosis_wing_simulator
     type(farm_t), private :: farm
     real(rp) :: membrane_sd = 0                  !< of log D, which a mesh changes
     character(9), allocatable :: family_names(:) !< of unknown causes
-    !> Parameters that are the gain of all forces, and D, if the baseline does not seek it; 0: none.
+    !> Numbers of the parameters for the gain of all forces and for D, if the baseline does not seek it; 0: none.
     integer, private :: gain = 0, membrane = 0
     type(wing_state_t), private :: current
     real(rp), allocatable, private :: trial_shapes(:, :, :)
@@ -63,6 +65,7 @@ module diagnosis_wing_simulator
     procedure :: shut_down => wing_shut_down
     procedure :: set_error_directions => wing_set_error_directions
     procedure :: start_from_mesh => wing_start_from_mesh
+    procedure :: approximate_flights => wing_approximate_flights
     procedure :: pixels => wing_pixels
     procedure :: evaluate => wing_evaluate
     procedure :: covariance => wing_covariance
@@ -79,7 +82,7 @@ module diagnosis_wing_simulator
 
 contains
 
-  !> The experiment, without unknowns of its own, and the wing must live as long as the simulator. Collective.
+  !> Takes the experiment, which has no unknowns, and the wing, which must live as long as the simulator. Collective.
   subroutine wing_init(self, world, experiment, wing, catalogue, bins, patterns, parts, flights)
     class(wing_simulator_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -98,17 +101,11 @@ contains
     self%n_baseline = catalogue%n_baseline
     if (world%is_root) call self%motion%init(experiment, wing, catalogue%parameters, parts, flights)
     self%n_observations = bins%n + self%motion%n
-    n = size(patterns%site, 2)
     n_smooth_errors = merge(N_DISTORTIONS, 0, any(bins%cell(1, :bins%n) > 0))
-    self%n_alone = 2*n
-    self%n_patterns = 2*n + n_smooth_errors*size(experiment%loads)
+    self%n_alone = 2*size(patterns%site, 2)
+    self%n_patterns = self%n_alone + n_smooth_errors*size(experiment%loads)
     self%field = pack([(l, l=1, size(catalogue%parameters))], catalogue%parameters%kind == KIND_SOFT)
-    self%family = [(1, l=1, n), (2, l=1, n), (4, l=2*n + 1, self%n_patterns), (3, l=1, size(self%field))]
-    self%pattern_site = reshape([patterns%site, patterns%site, &
-                                  [(spread(experiment%measurement%loads(l)%point, 2, n_smooth_errors), &
-                                    l=1, size(experiment%loads))], &
-                                  experiment%model%layout%hinge_site(:, catalogue%parameters(self%field)%number)], &
-                                 [2, self%n_patterns + size(self%field)])
+    call lay_out_patterns(experiment, catalogue%parameters, patterns, n_smooth_errors, self%field, self%family, self%pattern_site)
     self%family_names = FAMILY_NAMES
     call self%motion%append_patterns(self%n_patterns, self%family, self%pattern_site, self%family_names)
     call self%runner%init(experiment, wing, catalogue%parameters, bins, patterns)
@@ -146,13 +143,25 @@ contains
     call self%farm%shut_down()
   end subroutine wing_shut_down
 
-  !> Takes band(n, :) as further directions of errors of unit strength.
+  !> Takes band(n, :) as further directions of errors, each of one sd.
   subroutine wing_set_error_directions(self, directions)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: directions(:, :)
     self%n_nuisances = self%n_nuisances - size(self%current%error_directions, 2) + size(directions, 2)
     self%current%error_directions = directions
   end subroutine wing_set_error_directions
+
+  !> Takes forces over the beat from `response` from now on, until `set_state` goes back. `rows` are the observations that this
+  !> changes.
+  subroutine wing_approximate_flights(self, response, rows)
+    class(wing_simulator_t), intent(inout) :: self
+    type(flight_response_t), intent(in) :: response
+    integer, allocatable, intent(out) :: rows(:)
+    integer :: i
+    call self%motion%flight%add(response, self%current%flight)
+    call self%motion%flight%use(self%current%flight)
+    rows = [(i, i=self%n_observations - self%motion%flight%n + 1, self%n_observations)]
+  end subroutine wing_approximate_flights
 
   !> Takes shapes, as starts of warm solutions, and errors from `other`, the same loads on a mesh of half or of twice the size.
   !> parents(2, points of the finer mesh) are the points of the coarser one between which each lies.
@@ -163,7 +172,7 @@ contains
     call self%current%start_from_mesh(other%current, self%experiment%model%n_points, parents)
   end subroutine wing_start_from_mesh
 
-  !> One batch: all loads at q but those that are skipped. outputs(:, loads).
+  !> Does one batch of tasks: all loads at q but those that are skipped. outputs(:, loads).
   subroutine run_all(self, task, q, columns, outputs, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     integer, intent(in) :: task, columns(:)
@@ -182,12 +191,8 @@ contains
     end do
     call run_journalled_tasks(self%farm, self%runner, self%journal, [self%current%shapes], inputs, results, is_valid)
     self%n_evaluations = self%n_evaluations + 1
-    if (n == size(self%experiment%loads)) then
-      call move_alloc(results, outputs)
-    else
-      allocate (outputs(size(results, 1), size(self%experiment%loads)), source=0.0_rp)
-      outputs(:, loads) = results
-    end if
+    allocate (outputs(size(results, 1), size(self%experiment%loads)), source=0.0_rp)
+    outputs(:, loads) = results
     self%was_evaluated = .false.
     self%was_evaluated(loads) = .true.
   end subroutine run_all
@@ -228,7 +233,7 @@ contains
     call self%motion%evaluate(q, columns, residuals(self%bins%n + 1:), jacobian(self%bins%n + 1:, :), is_valid)
   end subroutine wing_evaluate
 
-  !> The shapes of the last evaluation become starts of what follows.
+  !> Makes later solutions start from the shapes of the last evaluation.
   subroutine wing_accept(self)
     class(wing_simulator_t), intent(inout) :: self
     integer :: l
@@ -245,7 +250,7 @@ contains
     allocate (state, source=self%current)
   end subroutine wing_get_state
 
-  !> See `simulator_t`. A state that is not one of a wing stops the program.
+  !> See `simulator_t`. Stops the program if the state is not one of a wing.
   subroutine wing_set_state(self, state, only_shapes)
     class(wing_simulator_t), intent(inout) :: self
     class(solver_state_t), intent(in) :: state
@@ -259,6 +264,7 @@ contains
       end if
       call self%set_error_directions(state%error_directions)
       self%current = state
+      call self%motion%flight%use(state%flight)
     class default
       call require(.false., 'wing_simulator_t: the state must be one of a wing')
     end select
@@ -276,41 +282,36 @@ contains
     real(rp), intent(in) :: errors(:), q(:)
     logical, intent(out) :: is_valid
     real(rp) :: before(2, size(self%current%load_offset, 2)), was_linear(size(self%current%linear))
-    real(rp) :: residuals(self%n_observations), nothing(self%n_observations, 0)
-    real(rp) :: nuisances(self%n_observations, self%n_nuisances)
+    real(rp) :: residuals(self%n_observations), nothing(self%n_observations, 0), nuisances(self%n_observations, self%n_nuisances)
     integer :: l, first, last, v
     is_valid = .true.
     if (.not. self%has_nonlinear_nuisances()) return
-    associate (sd => self%experiment%measurement%accuracy%position)
-      before = self%current%load_offset
-      was_linear = self%current%linear
-      do l = 1, size(self%current%load_offset, 2)
-        v = (l - 1)*N_LOAD_NUISANCES + 1
-        self%current%load_offset(:, l) = offset_on_wing(self%experiment, l, errors(v + 1:v + 2))
-      end do
-      call self%evaluate(q, [integer ::], residuals, nothing, is_valid)
-      if (is_valid) call self%directions(q, nuisances, nothing, is_valid)
-      if (.not. is_valid) then
-        self%current%load_offset = before
-        self%current%linear = was_linear
-        return
-      end if
-      do l = 1, size(self%current%load_offset, 2)
-        v = (l - 1)*N_LOAD_NUISANCES + 1
-        first = self%bins%first(l)
-        last = first + self%bins%count(l) - 1
-        self%current%linear(first:last) = matmul(nuisances(first:last, v + 1:v + 2), self%current%load_offset(:, l)/sd)
-      end do
-    end associate
+    before = self%current%load_offset
+    was_linear = self%current%linear
+    call self%current%move_loads(self%experiment, errors, N_LOAD_NUISANCES)
+    call self%evaluate(q, [integer ::], residuals, nothing, is_valid)
+    if (is_valid) call self%directions(q, nuisances, nothing, is_valid)
+    if (.not. is_valid) then
+      self%current%load_offset = before
+      self%current%linear = was_linear
+      return
+    end if
+    do l = 1, size(self%current%load_offset, 2)
+      v = (l - 1)*N_LOAD_NUISANCES + 1
+      first = self%bins%first(l)
+      last = first + self%bins%count(l) - 1
+      self%current%linear(first:last) = matmul(nuisances(first:last, v + 1:v + 2), self%current%load_offset(:, l)/ &
+                                               self%experiment%measurement%accuracy%position)
+    end do
   end subroutine wing_linearise_at
 
-  !> Errors of places are what is not linear.
+  !> Tells whether there are errors of places: only these are not linear.
   pure logical function wing_has_nonlinear_nuisances(self) result(has_some)
     class(wing_simulator_t), intent(in) :: self
     has_some = self%experiment%measurement%accuracy%position > 0 .and. size(self%experiment%model%triangles) > 0
   end function wing_has_nonlinear_nuisances
 
-  !> Residuals of all pixels of load l are values(:comparisons(l)%n, l).
+  !> Computes the residuals of all pixels: those of load l are values(:comparisons(l)%n, l).
   subroutine wing_pixels(self, q, values, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -333,13 +334,13 @@ contains
     end if
   end subroutine wing_covariance
 
-  !> See `simulator_t`: the part of correlated errors; negative if no correlation length is declared.
+  !> Returns the correlated share of the errors, see `simulator_t`; negative if no correlation length is declared.
   pure real(rp) function wing_common_fraction(self) result(fraction)
     class(wing_simulator_t), intent(in) :: self
     fraction = merge(1 - self%noise%white, -1.0_rp, self%noise%length > 0)
   end function wing_common_fraction
 
-  !> Sets that part; the variance of white errors stays.
+  !> Sets this share. The variance of white errors stays the same.
   subroutine wing_set_common_fraction(self, fraction)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: fraction
@@ -347,7 +348,7 @@ contains
     self%noise%white = 1 - fraction
   end subroutine wing_set_common_fraction
 
-  !> Nuisances: accidents of every load (see simulation_t), the gain of all forces, D, those of motion, and the band.
+  !> Computes nuisances and patterns at q. Nuisances: errors of loads (simulation_t), gain of forces, D, errors of motion, band.
   subroutine wing_directions(self, q, nuisances, patterns, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -356,24 +357,22 @@ contains
     real(rp), allocatable :: outputs(:, :)
     integer, allocatable :: common(:)
     real(rp) :: sd(N_COMMON_NUISANCES)
-    integer :: l, i, b, first, at, v, shared
+    integer :: l, i, b, first, at, shared
     nuisances = 0
     patterns = 0
     common = pack([self%gain, self%membrane], [self%gain, self%membrane] > 0)
     sd = [self%experiment%measurement%accuracy%force_gain, self%membrane_sd]
     call run_all(self, merge(TASK_DIRECTIONS, TASK_NUISANCES, size(patterns, 2) > 0), q, common, outputs, is_valid)
     if (.not. is_valid) return
-    v = 0
     shared = size(self%was_evaluated)*N_LOAD_NUISANCES
     do l = 1, size(outputs, 2)
       b = self%bins%count(l)
       first = self%bins%first(l)
       at = N_FACTS
       do i = 1, N_LOAD_NUISANCES
-        nuisances(first:first + b - 1, v + i) = outputs(at + 1:at + b, l)
+        nuisances(first:first + b - 1, (l - 1)*N_LOAD_NUISANCES + i) = outputs(at + 1:at + b, l)
         at = at + b
       end do
-      v = v + N_LOAD_NUISANCES
       do i = 1, size(self%runner%parameters)
         if (.not. any(common == i)) cycle
         if (i == self%gain) nuisances(first:first + b - 1, shared + 1) = sd(1)*outputs(at + 1:at + b, l)

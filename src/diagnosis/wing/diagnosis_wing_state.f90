@@ -1,23 +1,25 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds the state of a simulator of a wing: the shapes from which solutions begin, and the errors about which the nuisances are
-!> linearised.
+!> Holds the state of a simulator of a wing: the shapes from which solutions begin, the errors about which the nuisances are
+!> linearised, and the flight about which flights are.
 module diagnosis_wing_state
   use base_kinds, only: rp
   use least_squares_state, only: solver_state_t
   use measurement_experiment, only: experiment_t
   implicit none
   private
-  public :: offset_on_wing, wing_state_t
+  public :: wing_state_t
 
   type, extends(solver_state_t) :: wing_state_t
     real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, loads) [m]
     real(rp), allocatable :: error_directions(:, :) !< (n, :) further directions of errors, of the mesh for instance
     logical, allocatable :: is_start(:)      !< the shape of this load is one where a solution may begin
     real(rp), allocatable :: load_offset(:, :) !< (2, loads) [m] errors of places about which nuisances are linear
+    integer :: flight = 1                    !< number of the approximation of flights, see wing_flight_t
     real(rp), allocatable :: linear(:)       !< (n) what these errors do by the tangent there
   contains
     procedure :: init => state_init
     procedure :: start_from_mesh => state_start_from_mesh
+    procedure :: move_loads => state_move_loads
   end type wing_state_t
 
 contains
@@ -48,8 +50,21 @@ contains
     self%linear = other%linear
   end subroutine state_start_from_mesh
 
-  !> Returns the distance(2) [m] from its stated place at which load l is taken to act, for errors(2) of that place in units of
-  !> their sd. They are taken up to MOST sd, and less where the place would not be on the wing.
+  !> Moves every load to where it acts with these errors of places, of which load l has errors(v + 1:v + 2),
+  !> v = (l - 1) stride + 1.
+  subroutine state_move_loads(self, experiment, errors, stride)
+    class(wing_state_t), intent(inout) :: self
+    type(experiment_t), intent(in) :: experiment
+    real(rp), intent(in) :: errors(:)
+    integer, intent(in) :: stride
+    integer :: l
+    do l = 1, size(self%load_offset, 2)
+      self%load_offset(:, l) = offset_on_wing(experiment, l, errors((l - 1)*stride + 2:(l - 1)*stride + 3))
+    end do
+  end subroutine state_move_loads
+
+  !> Returns the distance(2) [m] from its stated place at which load l acts, for errors(2) of that place in units of their sd.
+  !> Errors are limited to MOST sd, and further where the place would not be on the wing.
   function offset_on_wing(experiment, l, errors) result(offset)
     type(experiment_t), intent(in) :: experiment
     integer, intent(in) :: l

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Closest point of a triangle: q = (1 - v - w) a + v b + w c with the smallest |p - q|.
+!> Finds the closest point of a triangle: q = (1 - v - w) a + v b + w c with the smallest |p - q|.
 !>
 !> The barycentric coordinates v, w of the projection of p onto the plane are linear in p. If none of
 !> 1 - v - w, v, w is negative, the projection is the closest point. Otherwise the closest point lies on an
@@ -7,8 +7,8 @@
 !> outward normals of both edges, and p is outside of at least one of them. Regions as in Ericson, Real-Time
 !> Collision Detection (2005), section 5.1.5.
 !>
-!> A needle, whose height is below 1e-8 of its longest edge, has no reliable plane; it is its three edges,
-!> which errs by less than its height. An edge of no length is its first point.
+!> A needle, whose height is below 1e-8 of its longest edge, has no reliable plane. It is treated as its three edges, with an
+!> error smaller than its height. An edge without length is treated as its first point.
 module fsi_triangle
   use base_kinds, only: rp
   use fsi_rotation, only: cross
@@ -111,6 +111,7 @@ contains
     end if
   end subroutine triangle_closest
 
+  !> Returns 1 over the square of an edge's length, 0 for an edge without length.
   pure real(rp) function inverse_square(edge) result(inverse)
     real(rp), intent(in) :: edge(3)
     inverse = dot_product(edge, edge)

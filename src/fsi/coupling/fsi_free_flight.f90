@@ -1,21 +1,22 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Advances an insect that flies freely, before and after the step of the flow.
 !>
-!> The flow goes from t(n) to t(n+1) with the insect at t(n). Then
+!> The flow makes its step from t(n) to t(n+1) with the insect at t(n). Then
 !>
 !>     launch    place and attitude of t(n+1), and its momenta by the forces of t(n) and t(n-1), with the flow's weights
 !>     (wings)   flexible wings make their step in the frame of t(n+1) with accelerations as far as they are known; wings
 !>               without thickness find the forces of this step
 !>     settle    the impulse of those forces, and the velocities for wings as they have become.
 !>
-!> Markers meet the flow with velocities for which their forces were assumed to be those of the last step: an error of
-!> (change of force) dt/m, which is as small as the fluid that the wings accelerate is against the insect.
+!> Markers sample the flow with velocities that assume the forces of the last step. The error is (change of force) dt/m, which is
+!> as small as the ratio of the mass of fluid that the wings accelerate to the mass of the insect.
 module fsi_free_flight
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text, only: number_text
   use fluid_penalty, only: COLOR_BODY
   use fluid_solver, only: fluid_t
+  use fsi_body_motion, only: MOTION_FREE
   use fsi_body_volume, only: displaced_moments
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
@@ -56,11 +57,11 @@ contains
       end do
       flyer%body%second = second_of_inertia(inertia)
       flyer%carried = wings%motion
-      flyer%carried%word = 'free_flight'
+      flyer%carried%kind = MOTION_FREE
     end associate
   end subroutine prepare_flight
 
-  !> Looks at a flyer that is in its place for the first time. One that was not restored measures the fluid that it displaces and
+  !> Prepares a flyer that has been placed for the first time. If it was not restored, it measures the fluid that it displaces and
   !> takes its momenta. Limits the step of the fluid. Fails if the body is too light. Does nothing after a failure. Collective.
   subroutine begin_flight(world, wings, fluid, failure, coupler)
     type(world_t), intent(in) :: world
@@ -90,11 +91,12 @@ contains
       end if
       if (present(coupler)) call carry_wings(wings, coupler)
       if (flyer%fraction < SMALLEST_FRACTION) then
-        call failure%raise('the insect cannot fly freely: [Insects] mass = '//number_text(flyer%params%mass)// &
-                           ' and J_body_yawpitchroll against the fluid that body and wings displace in the mask, '// &
-                           'with the mass '//number_text(flyer%params%mass - rest%mass)//', leave '//number_text(flyer%fraction)// &
-                           ' of the inertia; valid: more than '//number_text(SMALLEST_FRACTION)//'. With [Penalization] '// &
-                           'unst_corrections = no the insect carries this fluid along, as in FLUSI')
+        call failure%raise('the insect is too light to fly freely: its mass is '//number_text(flyer%params%mass)// &
+                           ', body and wings displace fluid of mass '//number_text(flyer%params%mass - rest%mass)// &
+                           ' in the mask, and without that fluid '//number_text(flyer%fraction)// &
+                           ' of its inertia is left; valid: more than '//number_text(SMALLEST_FRACTION)// &
+                           '. Raise [Insects] mass or J_body_yawpitchroll, or set [Penalization] unst_corrections = no, '// &
+                           'with which the insect carries this fluid along, as in FLUSI')
         return
       end if
       fluid%rhs%params%solids%dt_fraction = DAMPED*flyer%fraction
@@ -106,7 +108,7 @@ contains
     end associate
   end subroutine begin_flight
 
-  !> Takes the flyer over the step that `fluid` has made, without what the markers will add.
+  !> Advances the flyer over the step that `fluid` has made, without the forces of the markers.
   subroutine launch(wings, fluid, coupler)
     type(flapping_wings_t), intent(inout) :: wings
     type(fluid_t), intent(in) :: fluid
@@ -118,7 +120,7 @@ contains
     end associate
   end subroutine launch
 
-  !> Completes that step: the flyer is then where it is at the end of the step.
+  !> Completes that step: afterwards the flyer has its state at the end of the step.
   subroutine settle(wings, fluid)
     type(flapping_wings_t), intent(inout) :: wings
     type(fluid_t), intent(in) :: fluid
@@ -137,7 +139,7 @@ contains
     end associate
   end subroutine settle
 
-  !> Flexible wings hang on the body as `launch` has left it.
+  !> Attaches flexible wings to the body as `launch` has left it.
   subroutine carry_wings(wings, coupler)
     type(flapping_wings_t), intent(in) :: wings
     type(coupler_t), intent(inout) :: coupler

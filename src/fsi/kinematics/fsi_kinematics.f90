@@ -30,7 +30,7 @@ module fsi_kinematics
     procedure :: visit => body_visit
   end type body_t
 
-  !> How a wing hangs on the body.
+  !> How a wing is attached to the body.
   type :: wing_mount_t
     logical :: is_right = .false.
     real(rp) :: hinge(3) = 0 !< in the body frame, L

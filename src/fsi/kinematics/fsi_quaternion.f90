@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The attitude of a body as a unit quaternion q = (q0, q1, q2, q3), FLUSI's.
+!> Represents the attitude of a body as a unit quaternion q = (q0, q1, q2, q3), as FLUSI does.
 !>
 !>     q = q_z(yaw) q_y(pitch) q_x(roll),       dq/dt = q (0, omega)/2,
 !>

@@ -2,10 +2,10 @@
 !> Mirrors vectors and states between the axes of the wing file and those of a wing's frame, so that the wings of both sides
 !> have the same mechanics.
 !>
-!> All wings have the mechanics of the wing file, along its axes. Where z of a wing's frame points to another side of
-!> the wing than z of the file does, the wing is the file's mirror image in the plane z = 0, and what is known in one of
-!> the frames is mirrored into the other: polar vectors (displacement, velocity, force, gravity) change the sign of z,
-!> axial ones (angular velocity, angular momentum) those of x and y. Energies stay. Mirroring twice changes nothing.
+!> All wings have the mechanics of the wing file, along its axes. If z of a wing's frame points to another side of the wing than z
+!> of the file, the wing is the file's mirror image in the plane z = 0. Then vectors are mirrored between the frames: polar
+!> vectors (displacement, velocity, force, gravity) change the sign of z, axial ones (angular velocity, angular momentum) those of
+!> x and y. Energies do not change. Mirroring twice changes nothing.
 module fsi_wing_mirror
   use base_kinds, only: rp
   use fsi_kinematics, only: mirror_wing
@@ -55,6 +55,7 @@ contains
     mirrored%angular = mirror_axial(m%angular)
   end function mirror_momenta
 
+  !> Mirrors an axial vector, such as an angular velocity.
   pure function mirror_axial(w) result(mirrored)
     real(rp), intent(in) :: w(3)
     real(rp) :: mirrored(3)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads the keys of [Insects] that describe the body beside the wings, with FLUSI's names.
+!> Reads the keys of [Insects] that describe the body between the wings, with FLUSI's names.
 module fsi_body_keys
   use base_constants, only: PI
   use base_errors, only: message_list_t
@@ -78,7 +78,7 @@ contains
     call body_keys(keys, c)
   end function body_choices
 
-  !> Tells whether there is a body in the mask.
+  !> Tells whether the mask contains a body.
   logical function wants_body(config)
     type(config_t), intent(in) :: config
     type(body_choices_t) :: c
@@ -125,7 +125,7 @@ contains
       call config%complain(notices, SECTION, 'BodyType', 'is a body that is thinner than two grid spacings somewhere')
   end subroutine read_body_shape
 
-  !> How far the parts extend together in x, y and z, L.
+  !> Returns the extent of all parts in x, y and z, L.
   pure function size_of(parts) result(extent)
     type(shape_holder_t), intent(in) :: parts(:)
     real(rp) :: extent(3), low(3), high(3)
@@ -139,7 +139,7 @@ contains
     extent = high - low
   end function size_of
 
-  !> Returns where the left wing hangs [L] if x_pivot_l is not given.
+  !> Returns the place [L] of the left wing's hinge if x_pivot_l is not given.
   function body_pivot(config) result(pivot)
     type(config_t), intent(in) :: config
     real(rp) :: pivot(3)
@@ -149,7 +149,7 @@ contains
     if (c%type /= 'nobody') pivot = named_body_pivot(c%type, c%numbers)
   end function body_pivot
 
-  !> The numbers of the user, and those that follow from other keys.
+  !> Returns the numbers of the user, and those that follow from other keys.
   function complete_numbers(config, c, scene, errors) result(numbers)
     type(config_t), intent(in) :: config
     type(body_choices_t), intent(in) :: c
@@ -182,7 +182,7 @@ contains
     if (c%smoothing > 0) numbers%smoothing = c%smoothing
   end function complete_numbers
 
-  !> Three numbers, which FLUSI's files may leave empty.
+  !> Reads three numbers, which FLUSI's files may leave empty.
   subroutine take_place(config, key, text, file_unit, place, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: key, text
@@ -200,7 +200,7 @@ contains
     end if
   end subroutine take_place
 
-  !> A closed surface in an STL file, one unit of which is `scale` [L].
+  !> Makes a closed surface from an STL file, one unit of which is `scale` [L].
   subroutine read_surface(config, name, scale, smoothing, parts, errors, notices, world)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: name
@@ -225,6 +225,7 @@ contains
     allocate (parts(1)%shape, source=make_closed_surface(points, triangles, smoothing))
   end subroutine read_surface
 
+  !> Makes a body of revolution from rows x r in units of the file, or adds an error.
   subroutine take_revolution(config, rows, file_unit, parts, errors)
     type(config_t), intent(in) :: config
     real(rp), intent(in) :: rows(:, :), file_unit

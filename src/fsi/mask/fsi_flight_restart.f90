@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A free flight's part of a checkpoint.
+!> Saves and loads a free flight's part of a checkpoint.
 module fsi_flight_restart
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -89,6 +89,7 @@ contains
       if (.not. failure%failed) call unpack_value(x, value, failure)
     end subroutine get
 
+    !> Reads n numbers of the checkpoint into `x`.
     subroutine get_numbers(name, n)
       character(*), intent(in) :: name
       integer, intent(in) :: n

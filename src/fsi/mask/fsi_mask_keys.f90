@@ -54,9 +54,9 @@ contains
     say = self%has_thickness .or. self%has_half .or. self%has_smoothing
   end function choices_say_thickness
 
-  !> Finds the half-thickness t/2 and the smoothing h [L]. Adds what contradicts itself to `errors`. The smoothing is at most t/2,
-  !> so that chi reaches 1, with a notice where that is less than what is given or max(dx). Where wings may be soft, as FLUSI
-  !> draws them, h is what it is.
+  !> Finds the half-thickness t/2 and the smoothing h [L]. Adds contradictions to `errors`. The smoothing is at most t/2, so that
+  !> chi reaches 1, with a notice if this is less than the given value or max(dx). Wings that FLUSI draws with a soft mask keep
+  !> their h.
   subroutine read_mask_keys(config, grid, half_thickness, smoothing, errors, notices, may_be_soft)
     type(config_t), intent(in) :: config
     type(grid_t), intent(in) :: grid

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Saves and loads where wings were and how they turned. A restart computes both from its own kinematics; a difference would be
-!> a jump of the wing, and `find_jumps` reports it.
+!> Saves and loads the places and rotation rates of the wings. A restart computes both from its own kinematics. A difference would
+!> be a sudden displacement of the wing, which `find_jumps` reports.
 module fsi_pose_restart
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -30,8 +30,8 @@ contains
     end do
   end subroutine save_poses
 
-  !> Adds a sentence to `jumps` for each wing that would not be, at `time`, where an open checkpoint has it, or turn
-  !> otherwise, and for each that one of both does not have. Nothing is known of checkpoints without poses. Collective.
+  !> Adds a sentence to `jumps` for each wing that would have another place or rotation rate at `time` than in an open checkpoint,
+  !> and for each wing that only one of them has. It says nothing about checkpoints without poses. Collective.
   subroutine find_jumps(reader, params, motion, time, jumps, failure)
     type(checkpoint_reader_t), intent(inout) :: reader
     type(flight_params_t), intent(in) :: params
@@ -66,7 +66,7 @@ contains
     end do
   end subroutine find_jumps
 
-  !> Hinge [L], rotation matrix and angular velocity [1/T] of wing i.
+  !> Returns hinge [L], rotation matrix and angular velocity [1/T] of wing i.
   function pose_numbers(params, motion, i, time) result(numbers)
     type(flight_params_t), intent(in) :: params
     type(body_motion_t), intent(in) :: motion
@@ -78,6 +78,7 @@ contains
     numbers = [pose%hinge, reshape(pose%matrix, [9]), pose%omega]
   end function pose_numbers
 
+  !> Returns the number of the wing on a side, 0 if there is none.
   pure integer function number_of(params, side) result(i)
     type(flight_params_t), intent(in) :: params
     character(*), intent(in) :: side
@@ -86,6 +87,7 @@ contains
     end do
   end function number_of
 
+  !> Returns the name of a wing's pose in the checkpoint.
   pure function pose_name(side) result(name)
     character(*), intent(in) :: side
     character(:), allocatable :: name

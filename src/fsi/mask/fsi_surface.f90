@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A thin wing as the fluid sees it: a triangulated surface with velocities, in the global frame.
+!> Represents a thin wing for the fluid: a triangulated surface with velocities, in the global frame.
 !>
-!> Rigid and deforming wings use the same type: the first is placed by `place_at`, of the second the solid
-!> solver fills `points` and `velocities`. Which side is up does not matter to the mask.
+!> Rigid and deforming wings use the same type. `place_at` places a rigid one; the solid solver fills `points` and `velocities` of
+!> a deforming one. The orientation of the normals does not matter to the mask.
 module fsi_surface
   use base_errors, only: require
   use base_kinds, only: rp

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads how the flow sees the wings: as sheets of a thickness in the mask, or as surfaces without thickness.
+!> Reads how the flow represents the wings: as sheets with a thickness in the mask, or as surfaces without thickness.
 module fsi_thin_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -8,7 +8,7 @@ module fsi_thin_keys
   use io_config, only: config_t
   use io_keys, only: keys_t, reading
   use spectral_grid, only: grid_t
-  use spectral_sticks, only: sphere_radius
+  use spectral_sticks, only: sphere_radius, DEALIAS_ELLIPSOID
   use spectral_window, only: WINDOW_WIDTH
   implicit none
   private
@@ -16,7 +16,7 @@ module fsi_thin_keys
 
   character(*), parameter :: SECTION = 'Insects', STEPPER = 'iTimeMethodFluid', TRUNCATION = 'iDealias'
 
-  !> Who has the response of a wing's markers: one rank, the ranks of a group, or whichever is faster.
+  !> Ways to hold the response of a wing's markers: on one rank, on the ranks of a group, or the faster of both.
   integer, parameter, public :: SHARING_AUTO = 1, SHARING_ONE = 2, SHARING_GROUP = 3
 
   !> Choices of the user for wings without thickness.
@@ -67,10 +67,10 @@ contains
     params%is_thin = wants_thin_wings(config)
     mask = mask_choices(config)
     if (params%is_thin .and. mask%say_thickness()) &
-      call notices%add('[Insects] WingThickness, t_wing and wing_smoothing are of no effect with surface = thin')
+      call notices%add('[Insects] WingThickness, t_wing and wing_smoothing have no effect with surface = thin')
   end subroutine read_thin_keys
 
-  !> Returns the user's word for how the flow sees the wings.
+  !> Returns the user's word for the representation of the wings in the flow.
   function surface_word(config) result(surface)
     type(config_t), intent(in), target :: config
     character(:), allocatable :: surface
@@ -81,7 +81,7 @@ contains
     call thin_keys(keys, surface, sharing, unused)
   end function surface_word
 
-  !> Tells whether the flow sees wings without thickness, if there are wings.
+  !> Tells whether wings, if there are any, have no thickness in the flow.
   logical function wants_thin_wings(config) result(wants)
     type(config_t), intent(in) :: config
     type(mask_choices_t) :: mask
@@ -94,8 +94,8 @@ contains
             any(config%get_word('Dealiasing', TRUNCATION) == ['1        ', 'ellipsoid'])
   end function wants_thin_wings
 
-  !> Prepares the flow for wings without thickness that move at `speed` [L/T] relative to it. The vanishing viscosity adds
-  !> to nu K^2 what is missing to c speed K. Reports settings that the method does not support.
+  !> Prepares the flow for wings without thickness that move at `speed` [L/T] relative to it. The vanishing viscosity adds the
+  !> difference of c speed K and nu K^2, if it is positive. Reports settings that the method does not support.
   subroutine prepare_thin_flow(config, params, speed, fluid, errors, notices)
     type(config_t), intent(in) :: config
     type(thin_params_t), intent(in) :: params
@@ -106,7 +106,7 @@ contains
     character(2), parameter :: POINTS(3) = ['nx', 'ny', 'nz']
     real(rp) :: k
     integer :: i
-    ! Forces are what a slip needs over dt: what a step leaves of the slip would be a force of its own in a tiny one.
+    ! Forces are proportional to slip over dt: in a tiny step the remaining slip of the step before would cause a large force.
     fluid%time%even_end = .true.
     k = sphere_radius(fluid%grid)
     fluid%vanishing_rate = max(0.0_rp, params%viscosity*speed*k - fluid%nu*k**2)
@@ -114,7 +114,7 @@ contains
       call notices%add('[Time] CFL is above 0.5: flows with wings without thickness may become unstable; 0.45 is safe')
     if (fluid%time%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', STEPPER, &
                                                          'wings without thickness ([Insects] surface = thin) need AB2')
-    if (fluid%resolution%dealias /= 'ellipsoid') &
+    if (fluid%resolution%dealias /= DEALIAS_ELLIPSOID) &
       call config%complain(errors, 'Dealiasing', TRUNCATION, &
                            'wings without thickness ([Insects] surface = thin) need iDealias = 1')
     do i = merge(2, 1, fluid%grid%is_2d), 3

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> FLUSI's outline of a wing as a radius around a centre: R(theta) = a0/2 + sum_i a_i cos(i theta) + b_i sin(i theta), theta =
-!> pi + atan2(span - centre(2), chord - centre(1)).
+!> Gives FLUSI's outline of a wing as a radius around a centre: R(theta) = a0/2 + sum_i a_i cos(i theta) + b_i sin(i theta), theta
+!> = pi + atan2(span - centre(2), chord - centre(1)).
 module fsi_fourier_outline
   use base_constants, only: PI
   use base_kinds, only: rp

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Fourier coefficients of the outlines of wings by FLUSI's names: bees, beetles, hawkmoths and robots.
+!> Holds the Fourier coefficients of the outlines of wings by FLUSI's names: bees, beetles, hawkmoths and robots.
 !>
 !> They are facts, digitised by FLUSI's authors from the source above each function; lengths in parts of the wing.
 module fsi_outlines_bees

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Outlines of wings, in the wing frame: x from root to tip with the hinge at 0, y toward the leading edge.
+!> Describes outlines of wings, in the wing frame: x from root to tip with the hinge at 0, y toward the leading edge.
 !>
 !> FLUSI gives the outline by R(theta) = a0/2 + sum_i a_i cos(i theta) + b_i sin(i theta) around (x0w, y0w) in its
 !> own wing frame, where x_w is chordwise, y_w spanwise and theta = pi + atan2(y_w - y0w, x_w - x0w). Its x_w is
@@ -152,8 +152,8 @@ contains
     if (mean_chord > 0) self%outline(2, :) = self%outline(2, :)*(mean_chord/self%mean_chord())
   end subroutine planform_rescale
 
-  !> Returns trailing and leading edge at x; at the ends those just inside. `crossings` is how often the outline passes x, 2 for a
-  !> simple outline. Outside of the span nothing is found, and both are 0.
+  !> Returns trailing and leading edge at x; at the ends those just inside. `crossings` tells how often the outline crosses x, 2
+  !> for a simple outline. Outside of the span there are none, and both edges are 0.
   pure subroutine planform_chord_at(self, x, trailing, leading, crossings)
     class(planform_t), intent(in) :: self
     real(rp), intent(in) :: x
@@ -183,7 +183,7 @@ contains
     end if
   end subroutine planform_chord_at
 
-  !> Tells whether every x has one chord, looked at in `n` places; otherwise `where_not` is the first x that has not.
+  !> Tells whether every x has one chord, checked in `n` places; otherwise `where_not` is the first x that has not.
   logical function planform_is_single(self, n, where_not) result(is_single)
     class(planform_t), intent(in) :: self
     integer, intent(in) :: n

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Files of wing planforms: section [Wing] with FLUSI's Fourier keys, and outlines that are easier to write.
+!> Reads files of wing planforms: section [Wing] with FLUSI's Fourier keys, and outlines that are easier to write.
 module fsi_planform_file
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -25,7 +25,7 @@ module fsi_planform_file
     real(rp), allocatable :: x(:)
   end type series_t
 
-  !> What a file says; lengths are those of the file.
+  !> Contents of a file; lengths are those of the file.
   type :: planform_choices_t
     character(:), allocatable :: type, thickness_kind
     real(rp) :: tip = 0, chord = 0, root = 0, front = 0
@@ -87,6 +87,7 @@ contains
     end if
   end subroutine read_planform_text
 
+  !> Visits the keys of a planform.
   subroutine planform_keys(keys, as_matrix, c)
     type(keys_t), intent(inout) :: keys
     logical, intent(in) :: as_matrix(2) !< how the file writes `SERIES`
@@ -132,7 +133,7 @@ contains
     call keys%inert('wing_bounding_box', 'FLUSI''s bounding box')
   end subroutine planform_keys
 
-  !> Whether the file writes this key as a matrix; FLUSI's files do it in both ways.
+  !> Tells whether the file writes this key as a matrix; FLUSI's files do it in both ways.
   logical function is_matrix(text, key)
     character(*), intent(in) :: text, key
     type(ini_document_t) :: document
@@ -145,6 +146,7 @@ contains
     end do
   end function is_matrix
 
+  !> Makes a planform from Fourier coefficients, or adds errors.
   subroutine take_fourier(config, c, planform, errors)
     type(config_t), intent(in) :: config
     type(planform_choices_t), intent(in) :: c
@@ -165,7 +167,7 @@ contains
     end associate
   end subroutine take_fourier
 
-  !> Corrugation and variable thickness of a wing with a Fourier outline.
+  !> Reads corrugation and variable thickness of a wing with a Fourier outline.
   subroutine take_relief(config, c, planform, errors)
     type(config_t), intent(in) :: config
     type(planform_choices_t), intent(in) :: c
@@ -203,6 +205,7 @@ contains
     end subroutine take
   end subroutine take_relief
 
+  !> Makes a planform from the points of its outline, or adds errors.
   subroutine take_outline(config, c, planform, errors)
     type(config_t), intent(in) :: config
     type(planform_choices_t), intent(in) :: c

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Meshes a planform with triangles, structured in span and chord.
 !>
-!> Rows of points stand across the span where the longer of leading and trailing edge has advanced by one edge
-!> length, so that round tips are followed. A row has as many intervals as its chord has edge lengths, a pointed
-!> end has one point. Neighbouring rows are joined in the order in which their points come along the chord. The
-!> outline is met to second order in the edge length.
+!> Rows of points cross the chord at places where the longer one of leading and trailing edge has advanced by one edge length, so
+!> that round tips are resolved. A row has as many intervals as its chord has edge lengths; a pointed end has one point.
+!> Neighbouring rows are joined in the order of their points along the chord. The mesh meets the outline to second order in the
+!> edge length.
 module fsi_planform_mesh
   use base_errors, only: require
   use base_kinds, only: rp
@@ -53,7 +53,7 @@ contains
     end do
   end subroutine triangulate_planform
 
-  !> Where the rows stand: equal steps of the longer edge's length, both ends included.
+  !> Finds the places of the rows: equal steps along the longer edge, both ends included.
   subroutine place_rows(planform, edge, x)
     type(planform_t), intent(in) :: planform
     real(rp), intent(in) :: edge
@@ -107,8 +107,8 @@ contains
     end do
   end subroutine join_rows
 
-  !> Returns triangles of an outline that its Fourier centre sees everywhere, though some x passes it more than twice: rings
-  !> around this centre, counter-clockwise seen from +z. Allocates.
+  !> Returns triangles of an outline that is visible from its Fourier centre everywhere, although some x crosses it more than
+  !> twice: rings around this centre, counter-clockwise seen from +z. Allocates.
   subroutine triangulate_star(planform, edge, points, triangles)
     type(planform_t), intent(in) :: planform
     real(rp), intent(in) :: edge

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Height of a wing above its plane and thickness, as FLUSI has them: values on a regular lattice over a box in chord and span,
-!> bilinear between them and 0 beyond the box.
+!> Gives the height of a wing above its plane and its thickness, as FLUSI does: values on a regular lattice over a box in chord
+!> and span, bilinear between them and 0 outside the box.
 module fsi_wing_relief
   use base_kinds, only: rp
   implicit none
@@ -22,7 +22,7 @@ module fsi_wing_relief
 
 contains
 
-  !> Tells whether the wing is another than a flat one of constant thickness.
+  !> Tells whether the wing is not flat or not of constant thickness.
   pure logical function relief_exists(self) result(exists)
     class(wing_relief_t), intent(in) :: self
     exists = allocated(self%height) .or. allocated(self%thickness)
@@ -36,7 +36,7 @@ contains
     if (allocated(self%height)) height = bilinear(self%height, self%box, chord, span)
   end function relief_height_at
 
-  !> Returns the thickness [L] there, `constant` where the wing has no thickness of its own.
+  !> Returns the thickness [L] there, `constant` where the wing itself states none.
   pure real(rp) function relief_thickness_at(self, chord, span, constant) result(thickness)
     class(wing_relief_t), intent(in) :: self
     real(rp), intent(in) :: chord, span, constant
@@ -44,7 +44,7 @@ contains
     if (allocated(self%thickness)) thickness = bilinear(self%thickness, self%box, chord, span)
   end function relief_thickness_at
 
-  !> Returns a distance [L] from its plane beyond which there is nothing of the wing.
+  !> Returns the largest distance [L] of any part of the wing from its plane.
   pure real(rp) function relief_reach(self, constant) result(reach)
     class(wing_relief_t), intent(in) :: self
     real(rp), intent(in) :: constant
@@ -62,6 +62,7 @@ contains
     if (allocated(self%thickness)) scaled%thickness = factor*self%thickness
   end function relief_scaled
 
+  !> Interpolates values on a regular grid, which fills the box (x_min, x_max, y_min, y_max); 0 outside.
   pure real(rp) function bilinear(values, box, x, y) result(value)
     real(rp), intent(in) :: values(:, :), box(4), x, y
     real(rp) :: place(2), s(2)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Arrays in HDF5 files: boxes of grid fields and rows of tables, each rank its own part.
+!> Writes and reads arrays in HDF5 files: boxes of grid fields and rows of tables, each rank its own part.
 !>
 !> All procedures follow the rules of io_hdf5: collective on a parallel file with one collective
 !> transfer, sticky failures, empty parts allowed. Numbers are converted here and not by the library,
@@ -150,6 +150,7 @@ contains
     call h5sclose_f(space, error)
   end subroutine write_integers
 
+  !> Returns the row of the i-th spectrum in the order of the file.
   pure integer function row_in_file_order(patterns, i) result(row)
     type(row_patterns_t), intent(in) :: patterns
     integer, intent(in) :: i
@@ -272,7 +273,7 @@ contains
     call h5sclose_f(memory, ignored)
   end subroutine transfer_values
 
-  !> A data space of shape `dims` with one box selected, possibly empty.
+  !> Makes a data space of shape `dims` with one box selected, possibly empty.
   function box_space(dims, start, count) result(space)
     integer(i8), intent(in) :: dims(:), start(:), count(:)
     integer(HID_T) :: space
@@ -285,7 +286,7 @@ contains
     end if
   end function box_space
 
-  !> A data space of shape (ncol, n) with some rows selected, possibly none.
+  !> Makes a data space of shape (ncol, n) with some rows selected, possibly none.
   function rows_space(ncol, n, patterns) result(space)
     integer, intent(in) :: ncol, n
     type(row_patterns_t), intent(in) :: patterns
@@ -319,7 +320,7 @@ contains
                     //shape_text(dims), failure)
   end subroutine check_shape
 
-  !> '(4, 5, 6)'
+  !> Returns a shape as text, as in (3, 4).
   pure function shape_text(dims) result(text)
     integer(i8), intent(in) :: dims(:)
     character(:), allocatable :: text

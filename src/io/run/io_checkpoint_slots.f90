@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Two alternating checkpoints, `<base>0.h5` and `<base>1.h5`, of which the newer valid one counts.
+!> Keeps two alternating checkpoints, `<base>0.h5` and `<base>1.h5`, of which the newer valid one counts.
 !>
 !> Each holds a generation number that only grows, over restarts too. A checkpoint replaces the older
 !> or the invalid one, never the file that the run was restarted from first: at any instant one
@@ -39,7 +39,7 @@ module io_checkpoint_slots
 
 contains
 
-  !> Looks at both files and verifies their content, which takes as long as reading them. Collective.
+  !> Reads both files and verifies their content. Collective.
   subroutine slots_scan(self, world, directory, base)
     class(checkpoint_slots_t), intent(out) :: self
     type(world_t), intent(in) :: world
@@ -147,6 +147,7 @@ contains
     if (self%verdict(slot)%failed) reason = self%verdict(slot)%reason
   end function slots_reason
 
+  !> Returns the slot of the next backup: never that of the backup from which the run started, else the older one.
   pure integer function next_slot(self)
     class(checkpoint_slots_t), intent(in) :: self
     if (self%source >= 0) then
@@ -156,6 +157,7 @@ contains
     end if
   end function next_slot
 
+  !> Returns the file name of a slot.
   pure function slot_name(self, slot) result(name)
     class(checkpoint_slots_t), intent(in) :: self
     integer, intent(in) :: slot

@@ -65,6 +65,7 @@ contains
     if (problems /= '') call config%complain(errors, 'Instrument', 'parameters', problems(3:))
   end subroutine read_instrument
 
+  !> Reads a pair NAME VALUE of the instrument. `problem` says what is wrong with it.
   subroutine read_pair(text, instrument, problem)
     character(*), intent(in) :: text
     type(instrument_t), intent(inout) :: instrument

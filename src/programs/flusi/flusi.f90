@@ -77,6 +77,7 @@ program flusi
 
 contains
 
+  !> Runs a simulation and keeps its outcome.
   subroutine simulate()
     call simulation%init(world, settings, command%simulation_start_t)
     call simulation%run()

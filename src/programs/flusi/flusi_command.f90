@@ -73,6 +73,7 @@ contains
     end select
   end subroutine choose_wing_alone
 
+  !> Checks that the command line names as many files as its action needs.
   subroutine check_files(command, n_files, errors)
     type(command_t), intent(inout) :: command
     integer, intent(in) :: n_files

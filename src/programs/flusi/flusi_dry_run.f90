@@ -44,6 +44,7 @@ contains
     flush (output_unit)
   end subroutine print_dry_run
 
+  !> Prints the memory of each rank if the grid is shared among `ranks` ranks; prints nothing if it cannot be shared.
   subroutine print_memory(unit, ranks, settings)
     integer, intent(in) :: unit, ranks
     type(settings_t), intent(in) :: settings
@@ -58,6 +59,7 @@ contains
     end if
   end subroutine print_memory
 
+  !> Prints which files the run would write, and how large they would be.
   subroutine print_files(unit, settings, t_end)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings

@@ -51,6 +51,7 @@ contains
     flush (error_unit)
   end subroutine read_parameters
 
+  !> Adds an error if the grid cannot be shared among the ranks of this run.
   subroutine check_ranks(world, settings, errors)
     type(world_t), intent(in) :: world
     type(settings_t), intent(in) :: settings

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Simulates flights with `flusi` inside this program. Groups of ranks simulate whole flights, each in a folder of its own, whose
-!> name depends on the inputs of the flight. A flight that has ended is read and not flown again. One that was interrupted goes on
+!> name depends on the inputs of the flight. A flight that has ended is read and not flown again. An interrupted flight continues
 !> from its backup, or begins again if it has none.
 module diagnose_flights
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
@@ -125,6 +125,7 @@ contains
     end do
   end subroutine find_names
 
+  !> Gives all ranks the names that rank 0 has. Collective.
   subroutine share_names(world, names)
     type(world_t), intent(in) :: world
     type(name_t), intent(inout) :: names(:)
@@ -182,6 +183,7 @@ contains
     call of_all%fail(outcome%kind, 'a flight did not come to its end; '//join_path(folder, LOG)//' tells why. Start again to go on')
   end subroutine fly_one
 
+  !> Writes the input file of a flight into its folder, which it makes if it is missing.
   subroutine write_start(self, request, folder, ok)
     class(flusi_runner_t), intent(in) :: self
     type(flight_request_t), intent(in) :: request

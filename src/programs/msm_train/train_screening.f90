@@ -123,6 +123,7 @@ contains
     end do
   end subroutine pivot_columns
 
+  !> Prints the parameters in the order of their effect, and proposes those that the loads determine.
   subroutine print_ranking(e, effect, moved, order, remaining)
     type(experiment_t), intent(in) :: e
     real(rp), intent(in) :: effect(:), moved(:), remaining(:)
@@ -133,9 +134,10 @@ contains
     logical :: is_proposed
     integer :: i
     proposal = ''
-    write (output_unit, '(a)') '', 'effect of 10 %: rms movement of the measured points; effect over noise: of one '// &
-      'e-fold, in units of the declared errors;', 'sd of the logarithm: predicted if this one alone is sought, and '// &
-      'if all above it are sought too', '', &
+    write (output_unit, '(a)') '', 'effect of 10 %: rms movement of the measured points if the parameter changes by 10 %;', &
+      'over noise: signal-to-noise ratio of a change by a factor e, at the declared errors;', &
+      'sd: predicted standard deviation of the logarithm if this parameter alone is fitted, '// &
+      'and if all above it are fitted too', '', &
       'rank  parameter                 effect of 10 % [um]  over noise    sd alone  sd with those above  proposed'
     is_proposed = .true.
     do i = 1, size(order)

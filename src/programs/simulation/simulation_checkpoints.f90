@@ -100,8 +100,8 @@ contains
     end associate
   end subroutine load_flow
 
-  !> The wings count their time in seconds. If the time of a wing differs from that of the flow, for instance after a change of
-  !> the units, this sets it to that of the flow; otherwise the wing keeps its time to the last bit.
+  !> Sets the clocks of the wings, which count in seconds. If the time of a wing differs from that of the flow, for instance after
+  !> a change of the units, this sets it to that of the flow; otherwise the wing keeps its time to the last bit.
   subroutine set_clocks(coupler, time)
     type(coupler_t), intent(inout) :: coupler
     real(rp), intent(in) :: time !< [T] of the flow

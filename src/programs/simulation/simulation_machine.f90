@@ -41,6 +41,7 @@ contains
     if (world%rank == speaker) call tell(verdict == 2, n_here, peak, memory)
   end subroutine check_machine
 
+  !> Writes how much memory the run needs on this machine, and that it is refused or may be ended by the system.
   subroutine tell(is_refused, n_here, need, memory)
     logical, intent(in) :: is_refused
     integer, intent(in) :: n_here

@@ -8,7 +8,9 @@ module simulation_plans
   use base_constants, only: PI
   use base_files, only: file_exists
   use base_kinds, only: rp
+  use fluid_initial_keys, only: FLOW_RING, FLOW_ROGALLO, FLOW_TAYLOR_GREEN, FLOW_TAYLOR_GREEN_2D
   use fluid_params, only: fluid_params_t
+  use fluid_shapes, only: SHAPE_COUETTE
   use fluid_timestep, only: next_step_length
   use parallel_world, only: world_t
   use simulation_settings, only: settings_t
@@ -85,13 +87,13 @@ contains
     type(fluid_params_t), intent(in) :: p
     speed = max(norm2(p%mean%velocity), norm2(p%solids%us_fixed))
     select case (p%initial%flow)
-    case ('VortexRing')
+    case (FLOW_RING)
       speed = max(speed, abs(p%initial%omega1)/(PI*max(p%solids%size, tiny(1.0_rp))))
-    case ('taylor_green', 'taylor_green_2d')
+    case (FLOW_TAYLOR_GREEN, FLOW_TAYLOR_GREEN_2D)
       speed = max(speed, 1.0_rp)
-    case ('turbulence_rogallo')
+    case (FLOW_ROGALLO)
       speed = max(speed, 3*sqrt(2*p%initial%omega1/3))
     end select
-    if (p%solids%mask == 'couette') speed = max(speed, p%solids%omega*p%solids%r1)
+    if (p%solids%mask == SHAPE_COUETTE) speed = max(speed, p%solids%omega*p%solids%r1)
   end function reference_speed
 end module simulation_plans

@@ -10,6 +10,7 @@ module simulation_runner
   use base_timers, only: timers_t
   use common_progress, only: progress_t
   use common_run, only: run_t
+  use fluid_initial_keys, only: FLOW_BACKUP, FLOW_BACKUP_FILE
   use fluid_requests, only: request_t
   use fsi_free_flight, only: launch, settle
   use io_checkpoint, only: checkpoint_writer_t
@@ -32,7 +33,6 @@ module simulation_runner
   implicit none
   private
   public :: simulation_t
-
   character(*), parameter :: BASE_NAME = 'runtime', BACKUP_NAME = BASE_NAME//'_backup', WISDOM_NAME = 'fftw_wisdom'
   character(*), parameter :: FAILED_NAME = 'failed_backup.h5'
 
@@ -73,8 +73,8 @@ contains
     self%settings = settings
     self%name = stem_of(start%ini, '.ini')
     call begin_timers(self)
-    restarts = start%restart .or. index(settings%fluid%initial%flow, 'backup') == 1
-    call begin_files(self, start, restarts)
+    restarts = command%restart .or. any(settings%fluid%initial%flow == [FLOW_BACKUP, FLOW_BACKUP_FILE])
+    call begin_files(self, command, restarts)
     if (self%outcome%failure%failed) then
       call print_reason(self)
       return
@@ -262,7 +262,7 @@ contains
       call self%push()
     end if
     if (self%t_wings > 0) call self%timers%stop(self%t_wings)
-    ! After a failure, too: a checkpoint of it has a whole state.
+    ! This is done after a failure, too, so that its checkpoint contains a complete state.
     if (self%settings%flight%flyer%is_free) call settle(self%wings, self%fluid)
   end subroutine move_wings
 
@@ -310,6 +310,7 @@ contains
     end associate
   end function is_done
 
+  !> Writes the integrals, series and fields that are due.
   subroutine write_all(self)
     type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_output)
@@ -330,8 +331,7 @@ contains
     character(:), allocatable :: path
     path = start%restart_file
     ! --restart goes on from the newest backup, also where the run once began from a named one.
-    if (.not. start%restart .and. index(self%settings%fluid%initial%flow, 'backup::') == 1) &
-      path = self%settings%fluid%initial%flow(9:)
+    if (.not. command%restart .and. len(path) == 0) path = self%settings%fluid%initial%backup()
     if (path == '') call self%slots%must_find(path, self%outcome%failure)
     if (self%outcome%failure%failed) return
     call restore_state(self%world, path, self%settings, self%files, start%accepts, self%run_parts_t, remarks, &

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The material parameters of a wing, addressed by name.
+!> Holds the material parameters of a wing, addressed by name.
 !>
 !> | name | what | unit | scale |
 !> |---|---|---|---|
@@ -12,7 +12,7 @@
 !> | `diameter_exponent` | p in I = pi dm^4/64 (d/dm)^p, dm the mean diameter, 4: circles | 1 | linear |
 !> | `k_vein`, `k_membrane`, `k_cross` | extension stiffness of a spring | N/m | log |
 !>
-!> Behind them come the effects that a usual model leaves out: see solid_effects.
+!> The effects that a usual model leaves out follow them: see solid_effects.
 !>
 !> D = Em h^3/(12 (1 - nu^2)) is a regularising parameter, not a measured one: without it the flat
 !> wing is singular and loaded wings have many wrinkled equilibria.
@@ -42,7 +42,7 @@ module solid_params
     real(rp), allocatable :: vein_factor(:)  !< (veins)
     real(rp), allocatable :: joint(:)        !< (joints) [N m/rad]; as the vein without the joint unless set
     logical :: cross_springs = .false.       !< springs between the apexes of neighbouring triangles
-    real(rp) :: membrane_young = 5.0e9_rp    !< [Pa] for the thickness that D means
+    real(rp) :: membrane_young = 5.0e9_rp    !< [Pa] for the thickness that corresponds to D
     real(rp) :: membrane_poisson = 0.3_rp
     real(rp) :: slack = 1                    !< tension-field model: stiffness left in compression
     real(rp) :: slack_width = 1.0e-9_rp      !< [m]
@@ -190,7 +190,7 @@ contains
     end select
   end function params_get
 
-  !> Sets parameter i, in its unit. D and `thickness` are two names of one thing. A model does not see the change by itself: see
+  !> Sets parameter i, in its unit. D and `thickness` are two names of the same parameter. A model does not change by itself: see
   !> solid_model_t%set_params.
   pure subroutine params_set(self, i, value)
     class(solid_params_t), intent(inout) :: self
@@ -238,8 +238,8 @@ contains
     plate = self%membrane_young*h**3/(12*(1 - self%membrane_poisson**2))
   end function membrane_bending
 
-  !> Returns a sentence about D for the start of a run: what D means, and a warning if it is so small that equilibria are not
-  !> unique (`is_soft`).
+  !> Returns a sentence about D for the start of a run: the corresponding thickness, and a warning if D is so small that
+  !> equilibria are not unique (`is_soft`).
   subroutine membrane_note(self, note, is_soft)
     class(solid_params_t), intent(in) :: self
     character(:), allocatable, intent(out) :: note

@@ -22,8 +22,8 @@ WING = str(SOURCE / "wings/calliphora_small.h5")
 DESIGN = Case(WING, [((0.00676, -0.00150), np.array([0.0, 0.0, 2.0e-4]))], spacing=6e-4, stiffness=Stiffness(plate="edges"))
 
 
-def explained(oracle, subject):
-    """The same ratio of an effect to first order, from columns by finite differences of the generator alone."""
+def columns_of(oracle):
+    """Changes by what a fit may adjust, an sd of each, by finite differences of the generator alone; and the usual residual."""
     base = oracle.base
     s = base.stiffness
     e = 1e-3
@@ -39,27 +39,36 @@ def explained(oracle, subject):
         late = subjects.shown_record(base, "same", oracle.rig.medium, late=oracle.rig.trigger)
         for change in (oracle.rig.size * seen, late - seen):
             columns.append(np.concatenate([np.zeros(n), change.ravel() / oracle.sd_record]))
-    a, d = np.stack(columns, 1), oracle.residual(oracle.show(subject), {}) - start
+    return np.stack(columns, 1), start
+
+
+def explained(oracle, subject, a, start):
+    """The same ratio of an effect to first order, by these columns."""
+    d = oracle.residual(oracle.show(subject), {}) - start
     right = a.T @ d
     return float(np.sqrt(d @ d - right @ np.linalg.solve(np.eye(a.shape[1]) + a.T @ a, right)))
 
 
 class Visibility(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.individual = vibration.Individual(DESIGN, 3, 0)  # which remembers its oracles
+
     def test_ratio(self):
         """Of effects that are small it is that of a linear model, whose columns are made without the few modes of the oracle."""
-        individual = vibration.Individual(DESIGN, 3, 0)
         for rig, effects in (("modes", (vibration_effects.membrane_gradient, vibration_effects.vein_mass)),
                              ("both", (vibration_effects.stiffness_damping, vibration_effects.lag))):
-            oracle = individual.oracle("same", rig)
+            oracle = self.individual.oracle("same", rig)
             self.assertLess(oracle.snr(oracle.show(oracle.base)), 0.3, "of nothing")
+            columns = columns_of(oracle)
             for make in effects:
                 effect = make(np.random.default_rng(1), read_wing(WING), oracle.base)
                 strength, snr = vibration.make_strong(oracle, effect, 2.5, (2.0, 3.5))
-                self.assertAlmostEqual(explained(oracle, effect.apply(oracle.base, strength)) / snr, 1, delta=0.07, msg=effect.name)
+                self.assertAlmostEqual(explained(oracle, effect.apply(oracle.base, strength), *columns) / snr, 1, delta=0.07, msg=effect.name)
 
     def test_absorbed(self):
         """Another E, air, damping, size of the force are no effect."""
-        oracle = vibration.Individual(DESIGN, 3, 0).oracle("same", "both")
+        oracle = self.individual.oracle("same", "both")
         s, damping = oracle.base.stiffness, oracle.base.damping
         other = replace(oracle.base, stiffness=replace(s, E=1.05 * s.E), air_ratio=0.9 * oracle.base.air_ratio,
                         damping=replace(damping, rayleigh_mass=1.2 * damping.rayleigh_mass))

@@ -165,6 +165,18 @@ end module base_case
         self.assert_found(CLEAN.replace("implicit none", "print *, 'x'"), ":6: print")
         self.assert_found(CLEAN.replace("implicit none", "if (a) print '(a)', 'x'"), ":6: print")
 
+    def test_words_decide_nothing_in_layers_of_physics(self):
+        source = "module fluid_flow\ncontains\n  subroutine go\n    {}\n  end subroutine go\nend module fluid_flow\n"
+        for statement in ("if (p%kind == 'dynamic') a = 1", "if (any(w /= [character(4) :: 'xy', 'xz'])) a = 1",
+                          "if ('free' == kind) a = 1", "case ('cavity', 'top')", "where (p%kind(:) == 'fixed') u = 0"):
+            self.assert_found(source.format(statement), "fluid_flow.f90:4: decides by a word", "fluid_flow.f90", "fluid")
+        for statement in ("if (problem == '') a = 1", "a = b ! == 'x'", "call fail('a == b')", "case (MEAN_FREE)"):
+            self.assertEqual(check(source.format(statement), "fluid_flow.f90", "fluid")[0], 0, statement)
+        reader = source.replace("fluid_flow", "fluid_flow_keys").format("if (word == '1') a = 1")
+        self.assertEqual(check(reader, "fluid_flow_keys.f90", "fluid")[0], 0, "words are read")
+        other = source.replace("fluid_flow", "io_flow").format("if (word == '1') a = 1")
+        self.assertEqual(check(other, "io_flow.f90", "io")[0], 0, "other layers have words")
+
     def test_tab_and_trailing_blank(self):
         self.assert_found(CLEAN.replace("implicit", "\timplicit"), ":6: tab")
         self.assert_found(CLEAN.replace("none", "none "), ":6: trailing blank")

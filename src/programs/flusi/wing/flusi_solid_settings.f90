@@ -9,6 +9,7 @@ module flusi_solid_settings
   use common_wing_effects, only: refuse_root_compliance
   use common_wing_settings, only: read_damping, check_name, find_beside, load_wing
   use flusi_wing_sites, only: add_force, force_group_t, point_force_t, read_force_groups
+  use fsi_body_motion, only: MOTION_FREE
   use fsi_body_motion_keys, only: read_body_motion
   use fsi_kinematics, only: wing_mount_t
   use fsi_kinematics_keys, only: motion_file, read_body, read_motion, read_mounts, SIDES
@@ -111,6 +112,7 @@ contains
     call read_damping(s%config, s%wing_case%model, s%inertia)
   end subroutine load_solid_settings
 
+  !> Reads motion, load, time step and output.
   subroutine read_options(s, errors)
     type(solid_settings_t), intent(inout), target :: s
     type(message_list_t), intent(inout) :: errors
@@ -152,6 +154,7 @@ contains
     end do
   end subroutine notice_idle_keys
 
+  !> Sets a wing frame at rest.
   subroutine read_rest(s)
     type(solid_settings_t), intent(inout) :: s
     type(steady_motion_t) :: rest
@@ -159,6 +162,7 @@ contains
     allocate (s%motion, source=rest)
   end subroutine read_rest
 
+  !> Sets a wing frame that turns about a fixed axis.
   subroutine read_rotation(s, errors)
     type(solid_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors
@@ -202,7 +206,7 @@ contains
       flapping%frequency = s%unit_frequency
       flapping%gravity = s%gravity
       call read_body_motion(c, flapping%body, s%t_max*flapping%frequency, flapping%carrier, errors, notices)
-      if (flapping%carrier%word == 'free_flight') call c%complain(errors, 'Insects', 'BodyMotion', &
+      if (flapping%carrier%kind == MOTION_FREE) call c%complain(errors, 'Insects', 'BodyMotion', &
         'is free_flight, which needs a flow; valid here: the other motions')
       text = ''
       file = motion_file(c, wing)
@@ -232,7 +236,7 @@ contains
     end select
   end subroutine mirror_motion
 
-  !> Reads the forces of `key`, all of which act together.
+  !> Reads the forces of `key`, all of which act at the same time.
   subroutine read_forces(s, section, key, text, forces, errors)
     type(solid_settings_t), intent(in) :: s
     character(*), intent(in) :: section, key, text

@@ -54,6 +54,7 @@ contains
     if (found) call read_loads(s, errors)
   end subroutine load_static_settings
 
+  !> Reads the options of the static solver.
   subroutine read_options(s, errors)
     type(static_settings_t), intent(inout), target :: s
     type(message_list_t), intent(inout) :: errors
@@ -150,7 +151,7 @@ contains
     if (len(problems) > 0) call s%config%complain(errors, 'Loads', 'point_forces', problems(3:))
   end subroutine read_points
 
-  !> Adds forces that act together to `load`.
+  !> Adds forces that act at the same time to `load`.
   subroutine take_group(model, group, load)
     type(solid_model_t), intent(in) :: model
     type(force_group_t), intent(in) :: group

@@ -60,6 +60,7 @@ contains
                                 [character(12) :: 'velocities'], failure)
   end subroutine output_write
 
+  !> Writes the surface of the body at the present time as an HDF5 file.
   subroutine write_surface(self, wings, path, note, failure)
     type(body_output_t), intent(in) :: self
     type(flapping_wings_t), intent(in) :: wings

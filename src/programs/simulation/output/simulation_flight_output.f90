@@ -89,6 +89,7 @@ contains
     end do
   end subroutine output_write
 
+  !> Writes the surface of wing `i` at the present time as an HDF5 file, with bending and loads where they are given.
   subroutine write_surface(wings, i, path, note, failure, coupler, sides)
     type(flapping_wings_t), intent(in) :: wings
     integer, intent(in) :: i
@@ -116,6 +117,7 @@ contains
 
   contains
 
+    !> Writes pressure and traction on the two sides of the wing.
     subroutine put_sides()
       character(7), parameter :: NAMES(2) = [character(7) :: 'dorsal', 'ventral']
       character(:), allocatable :: name
@@ -160,6 +162,7 @@ contains
     call put_attribute(file, 'pressure_jump', 'units', 'rho L^2/T^2', failure)
   end subroutine put_bending
 
+  !> Writes vectors(3, :) with their units.
   subroutine put_vectors(file, name, units, values, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name, units

@@ -60,6 +60,7 @@ contains
     end do
   end subroutine series_open
 
+  !> Returns the column titles of the kinematics file.
   function kinematics_columns() result(columns)
     character(40) :: columns(26)
     character(5), parameter :: SIDES(2) = ['left ', 'right']
@@ -77,6 +78,7 @@ contains
     end do
   end function kinematics_columns
 
+  !> Returns the column titles of the files of forces and powers of a wing.
   function wing_columns() result(columns)
     character(40) :: columns(16)
     integer :: c
@@ -91,6 +93,7 @@ contains
                       'inertial power [rho L^5/T^3]']
   end function wing_columns
 
+  !> Returns the column titles of the files of bending.
   function bending_columns() result(columns)
     character(40) :: columns(30)
     character(9) :: place

@@ -283,6 +283,7 @@ contains
     if (writing%failed) failure%reason = failure%reason//'; moreover: '//writing%reason
   end subroutine output_write_failed
 
+  !> Returns what every field file says of its run: time, viscosity, permeability and grid.
   function meta_of(fluid, time) result(meta)
     type(fluid_t), intent(in) :: fluid
     real(rp), intent(in) :: time
@@ -307,6 +308,7 @@ contains
     label = field_label(shown, int(step, i8), finest_naming(p%fields%naming, interval))
   end function label_of
 
+  !> Returns the precision in which fields are saved.
   pure integer function precision_of(p) result(precision)
     type(output_params_t), intent(in) :: p
     precision = merge(PRECISION_SINGLE, PRECISION_DOUBLE, p%fields%single_precision)

@@ -5,10 +5,12 @@ module simulation_report
   use base_build, only: BUILD_VERSION, BUILD_COMMIT, BUILD_COMPILER
   use base_constants, only: PI
   use base_kinds, only: rp, i8
+  use base_named_kinds, only: word_of
   use base_process, only: peak_memory
   use base_timers, only: timers_t
   use fluid_params, only: fluid_params_t, SCHEME_NAMES
   use fluid_solver, only: fluid_t
+  use fluid_sponge_keys, only: SPONGES
   use fsi_body_keys, only: body_choices, body_choices_t
   use fsi_coupler, only: coupler_t
   use fsi_coupler_params, only: COUPLING_STRONG, COUPLING_WEAK
@@ -18,6 +20,7 @@ module simulation_report
   use parallel_world, only: world_t
   use simulation_settings, only: settings_t
   use solid_params, only: membrane_note
+  use spectral_sticks, only: TRUNCATIONS
   implicit none
   private
   public :: print_coupling, print_failure, print_run_header, print_time_table, print_scales
@@ -44,7 +47,7 @@ contains
       write (unit, '(a,3(i0,a),3(g0.4,a))') 'grid      ', p%grid%n(1), ' x ', p%grid%n(2), ' x ', p%grid%n(3), &
         ', box ', p%grid%length(1), ' x ', p%grid%length(2), ' x ', p%grid%length(3), ''
       write (unit, '(a,i0,a,i0,a,i0,5a,i0)') 'ranks     ', t%world%size, ' = ', t%rows, ' x ', t%columns, ', transform ', &
-        trim(p%resolution%transform), ', truncation ', p%resolution%dealias, ', modes ', &
+        trim(p%resolution%transform), ', truncation ', word_of(TRUNCATIONS, p%resolution%dealias), ', modes ', &
         int(t%sticks%rows%n, i8)*t%sticks%nkz
       write (unit, '(5a)') 'plans     ', merge('measured ', 'estimated', p%resolution%planner == 'measure'), ', ', plans
       write (unit, '(a,f0.1,a)') 'memory    ', bytes/1.0e6_rp, ' MB per rank'
@@ -53,7 +56,7 @@ contains
       if (present(restart_time)) then
         write (unit, '(a,g0.6,a,i0)') 'restart   at t = ', restart_time, ', step ', fluid%rhs%state%step
       else
-        write (unit, '(a,a)') 'start     ', p%initial%flow
+        write (unit, '(a,a)') 'start     ', p%initial%word
       end if
       write (unit, '(a,g0.6,a,a)') 'end       t = ', p%time%t_max, ', ', trim(SCHEME_NAMES(p%time%scheme))
     end associate
@@ -88,9 +91,10 @@ contains
       write (unit, '(a,g0.6)') 'viscosity ', p%nu
       if (p%nu > 0 .and. speed > 0 .and. p%solids%size > 0) &
         write (unit, '(a,g0.5,a)') 'Reynolds  Re = |u_mean| Size / nu = ', speed*p%solids%size/p%nu, ''
-      if (p%solids%is_on) write (unit, '(a,es9.2,a,f0.3,a)') 'solid     '//p%solids%mask//', C_eta =', p%solids%c_eta, &
+      if (p%solids%is_on) write (unit, '(a,es9.2,a,f0.3,a)') 'solid     '//p%solids%mask_word()//', C_eta =', p%solids%c_eta, &
         ', K_eta = sqrt(nu C_eta)/dx = ', sqrt(p%nu*p%solids%c_eta)/h, ' (0.1 to 0.5 resolves the penalization layer)'
-      if (p%sponge%is_on) write (unit, '(a,es9.2,a,i0,a)') 'sponge    '//p%sponge%kind//', C_sp =', p%sponge%damping_time, ', ', &
+      if (p%sponge%is_on) write (unit, '(a,es9.2,a,i0,a)') 'sponge    '//word_of(SPONGES, p%sponge%kind)//', C_sp =', &
+        p%sponge%damping_time, ', ', &
         p%sponge%thickness, ' points'
       if (p%solids%is_moving) call print_flight(unit, settings)
       if (.not. u%given) return
@@ -142,7 +146,7 @@ contains
     if (settings%flexible) call print_bending(unit, settings)
   end subroutine print_flight
 
-  !> Prints what the wings that bend are made of, and whether their coupling is safe (docs/guide/flexible-wings.md).
+  !> Prints what the wings that bend are made of, and whether their coupling is safe (docs/theory/coupling.md).
   subroutine print_bending(unit, settings)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
@@ -169,7 +173,7 @@ contains
       stiffness = 0
       if (c%light_layer > 0) stiffness = 2*settings%flight%half_thickness*c%units%length*settings%units%density/ &
                                          c%light_layer*step_over_c_eta(p)
-      if (settings%flight%thin%is_thin) return ! the wing's step knows what the flow answers
+      if (settings%flight%thin%is_thin) return ! the step of the wing includes the reaction of the flow
       if (c%added_mass > 1) write (unit, '(a)') '          the wing is lighter than the fluid that it moves: '// &
         advice(c%coupling)
       if (stiffness > c%stability_limit()) write (unit, '(2(a,f0.2),a)') &
@@ -185,9 +189,10 @@ contains
     character(:), allocatable :: text
     select case (coupling)
     case (COUPLING_WEAK)
-      text = 'the lag of the weak coupling is felt; better: coupling = strong, or extrapolated where it is stable'
+      text = 'with weak coupling the load lags behind the motion by a step; '// &
+             'set coupling = strong, or extrapolated where it is stable'
     case (COUPLING_STRONG)
-      text = 'the strong coupling is made for that; the lighter the wing, the more evaluations of the flow it takes'
+      text = 'strong coupling is made for this; the lighter the wing, the more evaluations of the flow a step takes'
     case default
       text = 'compare with coupling = strong'
     end select

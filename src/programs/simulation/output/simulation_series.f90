@@ -76,6 +76,7 @@ contains
     if (self%has_wings) call open_wings(self, opening, settings, wings)
   end subroutine series_open
 
+  !> Opens the time series of the mask and of the slip in it.
   subroutine open_solids(self, opening)
     class(run_series_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
@@ -107,6 +108,7 @@ contains
     end do
   end subroutine open_forces
 
+  !> Opens the time series of wings and body.
   subroutine open_wings(self, opening, settings, wings)
     class(run_series_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
@@ -137,6 +139,7 @@ contains
     end do
   end subroutine find_colors
 
+  !> Returns the column titles of the energy file.
   function energy_columns() result(columns)
     character(40) :: columns(21)
     character(5), parameter :: PLACE(2) = ['fluid', 'box  ']
@@ -160,6 +163,7 @@ contains
     end do
   end function energy_columns
 
+  !> Returns the column titles of the files of forces, with powers if `has_power`.
   function force_columns(has_power) result(columns)
     logical, intent(in) :: has_power
     character(40), allocatable :: columns(:)
@@ -282,7 +286,7 @@ contains
       end if
       if (present(wings)) call self%flight%write(wings, loads, body_power(wings, fluid))
     end associate
-    ! All series live in one folder: a full disk shows in the one that is written at every step, too.
+    ! All series are in one folder: a full disk is also found by the series that is written at every step.
     call self%ekin%check(failure)
     call self%energy%check(failure)
   end subroutine series_write_integrals

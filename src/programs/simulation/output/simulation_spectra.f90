@@ -19,7 +19,7 @@ module simulation_spectra
   type :: spectra_t
     private
     type(series_t) :: series(size(NAMES))
-    real(rp), allocatable :: energies(:, :) !< (0:shells-1, 3) of the last look, L^2/T^2; not allocated: no spectra
+    real(rp), allocatable :: energies(:, :) !< (0:shells-1, 3) of the last `record`, L^2/T^2; not allocated: no spectra
   contains
     procedure :: open => spectra_open
     procedure :: record => spectra_record

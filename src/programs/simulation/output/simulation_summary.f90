@@ -21,7 +21,7 @@ module simulation_summary
   character(*), parameter :: NL = new_line('a')
   integer, parameter :: FORCE_COLUMNS = 15, SLIP_COLUMNS = 1 + N_COLORS, THIN_COLUMNS = 7, &
                         COUPLING_COLUMNS = 11
-  real(rp), parameter :: START = 0.1_rp !< of the first beat: the flow meets wings at once, with large forces
+  real(rp), parameter :: START = 0.1_rp !< of the first beat, in which the flow starts suddenly, with large forces
   integer, parameter :: LIFT = 1, DRAG = 2, SIDE = 3, POWER = 4, INERTIAL = 5
   character(18), parameter :: NAMES(5) = [character(18) :: 'lift', 'drag', 'side force', 'aerodynamic power', &
                                                                                                    'inertial power']
@@ -130,6 +130,7 @@ contains
     values(INERTIAL, :) = series(15, :)
   end subroutine quantities
 
+  !> Returns the summary of a flight: the mean values of its last beats, their peaks and their spread.
   function summary_text(settings, name, beats) result(text)
     type(settings_t), intent(in) :: settings
     character(*), intent(in) :: name

@@ -18,6 +18,7 @@ module simulation_averages
 
   character(*), parameter :: SECTION = 'Averaging'
   integer, parameter, public :: MOST_AVERAGES = 5
+  integer, parameter :: AVERAGE_UX = 1, AVERAGE_UZ = 3, AVERAGE_ENERGY = 4, AVERAGE_ENSTROPHY = 5
   character(7), parameter :: NAMES(MOST_AVERAGES) = [character(7) :: 'uavgx', 'uavgy', 'uavgz', 'ekinavg', 'zavg']
 
   !> States which means the user wants, and from which time on.
@@ -34,6 +35,7 @@ module simulation_averages
   type :: averages_t
     type(average_params_t) :: params
     integer :: n = 0                              !< number of fields
+    integer, private :: kind(MOST_AVERAGES) = 0   !< what they are, AVERAGE_*
     character(7) :: name(MOST_AVERAGES) = ''      !< their prefixes
     real(rp), allocatable, private :: sum(:, :, :, :) !< (nx, ny_local, nz_local, n) int f dt
     real(rp), private :: since = 0                !< T; counts if `has_begun`
@@ -84,6 +86,7 @@ contains
     self%params = params
     chosen = [spread(params%velocity, 1, 3), params%kinetic_energy, params%enstrophy]
     self%n = count(chosen)
+    self%kind(:self%n) = pack([(i, i=1, MOST_AVERAGES)], chosen)
     self%name(:self%n) = pack(NAMES, chosen)
     call allocate_fields(self%sum, block, self%n, 'averages over time')
     self%sum = 0
@@ -113,7 +116,7 @@ contains
     self%has_begun = .true.
     weight = (self%dt_old + fluid%dt)/2
     do i = 1, self%n
-      call add_field(self%name(i), fluid%rhs%fields, weight, self%sum(:, :, :, i))
+      call add_field(self%kind(i), fluid%rhs%fields, weight, self%sum(:, :, :, i))
     end do
     self%dt_old = fluid%dt
   end subroutine averages_add
@@ -133,25 +136,21 @@ contains
     integer, intent(in) :: i
     real(rp), intent(inout) :: field(:, :, :)
     field = self%sum(:, :, :, i)
-    call add_field(self%name(i), fluid%rhs%fields, self%dt_old/2, field)
+    call add_field(self%kind(i), fluid%rhs%fields, self%dt_old/2, field)
     field = field/(fluid%sums_time - self%since)
   end subroutine averages_mean
 
-  !> Adds `weight` times the density called `name` of the fields u and omega to `sum`.
-  subroutine add_field(name, fields, weight, sum)
-    character(*), intent(in) :: name
+  !> Adds `weight` times the density AVERAGE_* of the fields u and omega to `sum`.
+  subroutine add_field(kind, fields, weight, sum)
+    integer, intent(in) :: kind
     real(rp), intent(in) :: fields(:, :, :, :), weight
     real(rp), intent(inout) :: sum(:, :, :)
-    select case (name)
-    case ('uavgx')
-      sum = sum + weight*fields(:, :, :, 1)
-    case ('uavgy')
-      sum = sum + weight*fields(:, :, :, 2)
-    case ('uavgz')
-      sum = sum + weight*fields(:, :, :, 3)
-    case ('ekinavg')
+    select case (kind)
+    case (AVERAGE_UX:AVERAGE_UZ)
+      sum = sum + weight*fields(:, :, :, kind)
+    case (AVERAGE_ENERGY)
       sum = sum + (weight/2)*(fields(:, :, :, 1)**2 + fields(:, :, :, 2)**2 + fields(:, :, :, 3)**2)
-    case ('zavg')
+    case (AVERAGE_ENSTROPHY)
       sum = sum + (weight/2)*(fields(:, :, :, 4)**2 + fields(:, :, :, 5)**2 + fields(:, :, :, 6)**2)
     end select
   end subroutine add_field

@@ -13,7 +13,7 @@ module simulation_flexible
   use fsi_flight_params, only: flapping_wing_t, flight_params_t
   use fsi_rotation, only: angle_t
   use fsi_wing_shape, only: SPAN, wing_shape_t
-  use fsi_wing_source, only: has_flexible_wings, source_choices, source_choices_t
+  use fsi_wing_source, only: has_flexible_wings, source_choices, source_choices_t, SOURCE_NONE
   use io_config, only: config_t
   use io_keys, only: declaring, keys_t, reading
   use io_registry, only: registry_t
@@ -51,6 +51,7 @@ contains
     call register_damping_keys(registry)
   end subroutine register_flexible_keys
 
+  !> Visits the keys that couple wings and flow.
   subroutine coupling_keys(keys, c, p)
     type(keys_t), intent(inout) :: keys
     type(coupling_choices_t), intent(inout) :: c
@@ -86,6 +87,7 @@ contains
     wants_flexible = has_flexible_wings(config) .or. c%asks
   end function wants_flexible
 
+  !> Reads the keys that couple wings and flow.
   subroutine read_coupling_keys(config, c, p)
     type(config_t), intent(in), target :: config
     type(coupling_choices_t), intent(inout) :: c
@@ -104,7 +106,7 @@ contains
     source = source_choices(config)
     call read_wing_keys(config, wing)
     wants_wing_file = wants_flexible(config) .or. &
-                      (source%shape == 'none' .and. wing%has_file)
+                      (source%source == SOURCE_NONE .and. wing%has_file)
   end function wants_wing_file
 
   !> Adds to `errors` every input that contradicts flexible wings. `has_file` tells whether [Wing] names a file.
@@ -122,7 +124,7 @@ contains
     has_file = wing%has_file
     if (.not. has_flexible_wings(config) .and. config%is_given('Insects', 'wings')) &
       call config%complain(errors, 'Insects', 'wings', 'contradicts [Flexible_wing] use_flexible_wing_model = yes')
-    if (source%shape /= 'none') call config%complain(errors, 'Insects', 'WingShape', &
+    if (source%source /= SOURCE_NONE) call config%complain(errors, 'Insects', 'WingShape', &
                                        'contradicts wings = flexible, which have the shape of [Wing] file; valid: none')
     if (c%says .and. .not. c%asks) &
       call config%complain(errors, F, 'use_flexible_wing_model', 'contradicts [Insects] wings = flexible')
@@ -188,7 +190,7 @@ contains
       params%coupling = COUPLING_STRONG
     end select
     if (params%coupling /= COUPLING_STRONG .and. (c%has_tolerance .or. c%has_iterations)) &
-      call notices%add('[Flexible_wing] coupling_tolerance and coupling_iterations are of no effect without '// &
+      call notices%add('[Flexible_wing] coupling_tolerance and coupling_iterations have no effect without '// &
                        'coupling = strong')
     if (flight%thin%is_thin) call notice_pressure_keys([c%has_distance, c%has_load, c%has_extrapolated], notices)
     if (params%release >= fluid%time%t_max) &
@@ -239,14 +241,14 @@ contains
     params%light_layer = light_layer(wing_case%wing%points, wing_case%wing%triangles, wing_case%mass%nodal)
   end subroutine set_mechanics
 
-  !> Adds remarks on keys of the pressure beside the wings, which wings without thickness do not need.
+  !> Adds remarks on keys for the pressure next to the wings, which wings without thickness do not need.
   subroutine notice_pressure_keys(given, notices)
     logical, intent(in) :: given(3) !< which of them the user gives
     type(message_list_t), intent(inout) :: notices
     character(17), parameter :: NAMES(3) = [character(17) :: DISTANCE, 'load', 'load_extrapolated']
     integer :: i
     do i = 1, size(NAMES)
-      if (given(i)) call notices%add('[Flexible_wing] '//trim(NAMES(i))//' is of no effect '// &
+      if (given(i)) call notices%add('[Flexible_wing] '//trim(NAMES(i))//' has no effect '// &
                                      'with [Insects] surface = thin: the forces of the markers are the whole load')
     end do
   end subroutine notice_pressure_keys

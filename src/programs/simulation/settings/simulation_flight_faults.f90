@@ -85,6 +85,7 @@ contains
 
   contains
 
+    !> Says that a wing leaves the box: an error for flexible wings, a notice for rigid ones.
     subroutine tell_leaving(wing)
       integer, intent(in) :: wing
       character(:), allocatable :: what

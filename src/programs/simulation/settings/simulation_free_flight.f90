@@ -6,6 +6,7 @@ module simulation_free_flight
   use base_kinds, only: rp
   use base_text, only: number_text
   use fluid_params, only: fluid_params_t, SCHEME_AB2
+  use fluid_shapes, only: NO_SHAPE
   use fsi_coupler_params, only: coupler_params_t, COUPLING_STRONG
   use fsi_flight_params, only: flight_params_t
   use fsi_moments, only: moments_of_points, moments_t
@@ -41,7 +42,7 @@ contains
     end if
     if (fluid%time%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', 'iTimeMethodFluid', &
       'cannot take a body along that flies freely; valid with BodyMotion = free_flight: AB2')
-    if (fluid%solids%obstacle /= 'none') call config%complain(errors, 'Penalization', 'obstacle', &
+    if (fluid%solids%obstacle /= NO_SHAPE) call config%complain(errors, 'Penalization', 'obstacle', &
       'needs an insect that is tethered or moves as prescribed; valid with BodyMotion = free_flight: none')
     if (fluid%grid%is_2d) call config%complain(errors, SECTION, 'BodyMotion', &
       'is free_flight in a two-dimensional flow; valid there: a body that is tethered or moves as prescribed')
@@ -72,6 +73,7 @@ contains
     call notice_way(config, fluid, flight, notices)
   end subroutine check_free_flight
 
+  !> Returns the mass of all wings.
   pure real(rp) function mass_of_wings(flight) result(mass)
     type(flight_params_t), intent(in) :: flight
     integer :: i
@@ -81,6 +83,7 @@ contains
     end do
   end function mass_of_wings
 
+  !> Makes all wings massless.
   subroutine drop_masses(flight)
     type(flight_params_t), intent(inout) :: flight
     type(moments_t) :: nothing
@@ -151,7 +154,7 @@ contains
                          number_text(maxval(abs(way)/fluid%grid%length))//' lengths of it: it meets its own wake')
   end subroutine notice_way
 
-  !> Returns the lines of the summary on the flight: means over the time from `first` to `last`, and the weight beside the mean
+  !> Returns the lines of the summary on the flight: means over the time from `first` to `last`, the weight, and the mean
   !> lift. It reads them from the series on the disk and fails if it cannot. It is empty if the records do not span that time.
   function free_flight_text(flight, fluid, lift, first, last, failure) result(text)
     type(flight_params_t), intent(in) :: flight

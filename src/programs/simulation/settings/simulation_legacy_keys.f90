@@ -20,6 +20,7 @@ contains
     call register_unbuilt_solids(registry)
   end subroutine register_flusi_legacy
 
+  !> Registers the keys of FLUSI that have no effect.
   subroutine register_dead_keys(registry)
     type(registry_t), intent(inout) :: registry
     character(10), parameter :: TAKE_OFF(6) = [character(10) :: 'ilegs', 'anglegsend', 'kzlegsmax', 'dzlegsmax', &
@@ -53,6 +54,7 @@ contains
     call registry%add_inert('Geometry', 'ay', 'magnetohydrodynamics')
   end subroutine register_dead_keys
 
+  !> Registers the sections of FLUSI for flows that this program does not compute, and says what to use instead.
   subroutine register_unbuilt_flow_physics(registry)
     type(registry_t), intent(inout) :: registry
     character(*), parameter :: DECAY = 'forcing_type = none and turbulence that decays, inicond = turbulence_rogallo'

@@ -64,6 +64,7 @@ contains
     call average_keys(keys, p%averages)
   end subroutine output_keys
 
+  !> Visits the keys of [Saving].
   subroutine saving_keys(keys, p)
     type(keys_t), intent(inout) :: keys
     type(output_params_t), intent(inout) :: p
@@ -98,6 +99,7 @@ contains
     if (allocated(precision)) p%fields%single_precision = precision == 'single'
   end subroutine saving_keys
 
+  !> Visits the keys of [SaveSlices] and of the dry run of the mask.
   subroutine slice_keys(keys, p)
     type(keys_t), intent(inout) :: keys
     type(output_params_t), intent(inout) :: p

@@ -5,6 +5,8 @@ module simulation_setting_checks
   use base_kinds, only: rp
   use base_magnitude, only: magnitude_doubt, rounded
   use base_text, only: number_text
+  use fluid_initial_keys, only: FLOW_MEAN
+  use fluid_mean_keys, only: MEAN_FREE
   use fluid_params, only: fluid_params_t
   use fsi_flight_params, only: flight_params_t
   use fsi_wing_source, only: has_flexible_wings
@@ -32,7 +34,7 @@ contains
     integer :: i
     do i = 1, 3
       call need('Geometry', BOX(i))
-      if (fluid%mean%kind(i) /= 'free' .or. fluid%initial%flow == 'MeanFlow') call need('MeanFlow', MEAN(i))
+      if (fluid%mean%kind(i) /= MEAN_FREE .or. fluid%initial%flow == FLOW_MEAN) call need('MeanFlow', MEAN(i))
     end do
     call need('ReynoldsNumber', 'nu')
     if (fluid%solids%is_on) call need('Penalization', 'eps')

@@ -4,6 +4,15 @@ module simulation_settings
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use fluid_params, only: fluid_params_t, read_fluid_params
+  use fluid_solid_keys, only: CHANNEL_NONE, MASK_EMPTY, MASK_NONE
+  use flusi_flexible, only: read_coupling, read_wing_file, set_mechanics, wants_flexible, wants_wing_file
+  use flusi_flight_faults, only: foresee_flight
+  use flusi_free_flight, only: check_free_flight, take_masses
+  use flusi_keys, only: register_all_keys
+  use flusi_output_params, only: output_params_t, read_output, wanted_output
+  use flusi_setting_checks, only: check_scale, check_si_numbers, check_wing_use, notice_flow, notice_frequency
+  use flusi_translations, only: translate_words
+  use flusi_units, only: read_units, units_t
   use fsi_body_keys, only: wants_body
   use fsi_coupler_params, only: coupler_params_t
   use fsi_flight_checks, only: check_place, check_room
@@ -88,7 +97,7 @@ contains
         call notices%add('iPenalization = 0: there is no mask to save')
       if (wanted%fields%wing_sides .and. .not. p%solids%is_moving) &
         call notices%add('[Saving] iSaveWingSides has no effect: there are no wings')
-      if (p%solids%is_on .and. any(p%solids%mask == ['none ', 'empty']) .and. p%walls%channel == 'no' .and. &
+      if (p%solids%is_on .and. any(p%solids%mask == [MASK_NONE, MASK_EMPTY]) .and. p%walls%channel == CHANNEL_NONE .and. &
           .not. p%walls%has_cavity) &
         call notices%add('iPenalization = 1, but there is no body and no wall; eps limits the time step all the same')
     end associate

@@ -5,7 +5,8 @@ module simulation_translations
   use base_kinds, only: rp
   use base_text, only: number_text
   use fluid_params, only: fluid_params_t, read_fluid_keys
-  use fluid_solid_keys, only: solids_t
+  use fluid_solid_keys, only: solids_t, MASK_FLEXIBLE_WING, MASK_INSECT
+  use flusi_output_params, only: output_params_t, wanted_output
   use fsi_body_motion_keys, only: body_motion_choices, body_motion_choices_t
   use fsi_flight_keys, only: flight_choices, flight_choices_t
   use fsi_kinematics_keys, only: kinematics_choices, kinematics_choices_t, SIDES
@@ -31,8 +32,8 @@ contains
     call translate_scheme(config, notices)
     call read_fluid_keys(config, fluid, box)
     if (fluid%resolution%n(1) == 1) box(1) = 0 ! a plane flow, at x = 0
-    if (.not. (fluid%solids%is_on .and. any(fluid%solids%mask == [character(13) :: 'Insect', F]))) return
-    if (fluid%solids%mask == F) call translate_flexible_wing(config, notices)
+    if (.not. (fluid%solids%is_on .and. any(fluid%solids%mask == [MASK_INSECT, MASK_FLEXIBLE_WING]))) return
+    if (fluid%solids%mask == MASK_FLEXIBLE_WING) call translate_flexible_wing(config, notices)
     kinematics = kinematics_choices(config)
     if (.not. kinematics%has_centre) call settle_place(config, box/2, 'the centre of the box')
     call translate_take_off(config, kinematics, box, notices)
@@ -42,6 +43,7 @@ contains
       call config%settle('Insects', 'surface', 'penalized', 'as [DryRun] dry_run_without_fluid draws a mask')
   end subroutine translate_words
 
+  !> Translates iMask = Flexible_wing of FLUSI into an insect with flexible wings.
   subroutine translate_flexible_wing(config, notices)
     type(config_t), intent(inout) :: config
     type(message_list_t), intent(inout) :: notices
@@ -155,6 +157,7 @@ contains
                          ', yawpitchroll_0 = '//numbers(attitude)//', eta0 = '//number_text(eta))
   end subroutine translate_pose
 
+  !> Sets [Insects] x0. `origin` says where the value comes from.
   subroutine settle_place(config, place, origin)
     type(config_t), intent(inout) :: config
     real(rp), intent(in) :: place(3)
@@ -162,6 +165,7 @@ contains
     call config%settle('Insects', 'x0', numbers(place), origin)
   end subroutine settle_place
 
+  !> Sets [Insects] eta0. `origin` says where the value comes from.
   subroutine settle_stroke(config, eta, origin)
     type(config_t), intent(inout) :: config
     real(rp), intent(in) :: eta
@@ -169,6 +173,7 @@ contains
     call config%settle('Insects', 'eta0', number_text(eta), origin)
   end subroutine settle_stroke
 
+  !> Returns three numbers, separated by blanks.
   function numbers(x) result(text)
     real(rp), intent(in) :: x(3)
     character(:), allocatable :: text
