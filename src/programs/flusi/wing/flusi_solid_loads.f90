@@ -9,7 +9,7 @@ module flusi_solid_loads
   private
   public :: solid_loads_t
 
-  !> One force and how it depends on time, LAW_* of flusi_solid_keys.
+  !> One force and how it depends on time, LAW_* of simulation_solid_keys.
   type :: solid_load_t
     type(point_force_t) :: force
     integer :: law = LAW_CONSTANT
