@@ -86,4 +86,4 @@ contains
     class(run_parts_t), intent(in) :: self
     if (allocated(self%coupler)) trial = self%coupler%trial
   end function parts_trial
-end module flusi_parts
+end module simulation_parts
