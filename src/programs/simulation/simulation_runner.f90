@@ -73,8 +73,8 @@ contains
     self%settings = settings
     self%name = stem_of(start%ini, '.ini')
     call begin_timers(self)
-    restarts = command%restart .or. any(settings%fluid%initial%flow == [FLOW_BACKUP, FLOW_BACKUP_FILE])
-    call begin_files(self, command, restarts)
+    restarts = start%restart .or. any(settings%fluid%initial%flow == [FLOW_BACKUP, FLOW_BACKUP_FILE])
+    call begin_files(self, start, restarts)
     if (self%outcome%failure%failed) then
       call print_reason(self)
       return
@@ -331,7 +331,7 @@ contains
     character(:), allocatable :: path
     path = start%restart_file
     ! --restart goes on from the newest backup, also where the run once began from a named one.
-    if (.not. command%restart .and. len(path) == 0) path = self%settings%fluid%initial%backup()
+    if (.not. start%restart .and. len(path) == 0) path = self%settings%fluid%initial%backup()
     if (path == '') call self%slots%must_find(path, self%outcome%failure)
     if (self%outcome%failure%failed) return
     call restore_state(self%world, path, self%settings, self%files, start%accepts, self%run_parts_t, remarks, &
