@@ -17,6 +17,9 @@ set(FLUSI_TEST_ENVIRONMENT
 string(REPLACE ";" "\n" FLUSI_TEST_ENVIRONMENT_LINES "${FLUSI_TEST_ENVIRONMENT}")
 file(WRITE ${CMAKE_BINARY_DIR}/test_environment "${FLUSI_TEST_ENVIRONMENT_LINES}\n")
 
+# Seconds after which a test is taken for dead: on a machine that does much else it may take a hundred times as long as alone.
+set(FLUSI_TEST_ALIVE 1200)
+
 # add_mpi_test(<name> SOURCES t.f90 USES <layers> [RANKS 1 2 3 4] LABEL unit|verification|regression
 #              [TIMEOUT s] [COST s] [ARGS ...])
 # With RANKS the test runs once under mpirun for every count; without, it runs as a plain process. COST: seconds on a quiet
@@ -32,7 +35,7 @@ function(add_mpi_test name)
   target_compile_options(${name} PRIVATE $<$<COMPILE_LANGUAGE:Fortran>:${FLUSI_WARNINGS}>)
   target_link_libraries(${name} PRIVATE flusi_testkit ${ARG_USES})
   if(NOT ARG_TIMEOUT)
-    set(ARG_TIMEOUT 300)
+    set(ARG_TIMEOUT ${FLUSI_TEST_ALIVE})
   endif()
   if(NOT ARG_COST)
     set(ARG_COST 0)
@@ -66,7 +69,7 @@ function(add_p3dfft_test name)
     return()
   endif()
   if(NOT ARG_TIMEOUT)
-    set(ARG_TIMEOUT 300)
+    set(ARG_TIMEOUT ${FLUSI_TEST_ALIVE})
   endif()
   foreach(ranks ${ARG_RANKS})
     math(EXPR processors "(${ranks} + 1) / 2")
@@ -88,7 +91,7 @@ set(FLUSI_PYTHONPATH "${CMAKE_SOURCE_DIR}/tools:${CMAKE_SOURCE_DIR}/tests/suppor
 function(add_script_test name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT;PROCESSORS;COST" "COMMAND" ${ARGN})
   if(NOT ARG_TIMEOUT)
-    set(ARG_TIMEOUT 600)
+    set(ARG_TIMEOUT ${FLUSI_TEST_ALIVE})
   endif()
   if(NOT ARG_PROCESSORS)
     set(ARG_PROCESSORS 1)

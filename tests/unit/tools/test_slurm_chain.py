@@ -35,7 +35,7 @@ class SlurmChain(unittest.TestCase):
 
     def run_job(self, program, *arguments, **environment):
         job = self.start(program, *arguments, **environment)
-        output = job.communicate(timeout=60)[0]
+        output = job.communicate(timeout=300)[0]
         return job.returncode, output
 
     def read(self, name):
@@ -121,7 +121,7 @@ class SlurmChain(unittest.TestCase):
         while not (self.folder / "ready").exists():
             time.sleep(0.02)
         job.send_signal(signal.SIGUSR1)
-        output = job.communicate(timeout=60)[0]
+        output = job.communicate(timeout=300)[0]
         self.assertEqual((job.returncode, self.read("submitted")), (0, f"2 --export=ALL {SCRIPT} a.ini"), output)
 
     def test_cancelled_job_writes_a_checkpoint_and_ends_the_chain(self):
@@ -131,7 +131,7 @@ class SlurmChain(unittest.TestCase):
             while not (self.folder / "ready").exists():
                 time.sleep(0.02)
             job.send_signal(number)
-            output = job.communicate(timeout=60)[0]
+            output = job.communicate(timeout=300)[0]
             self.assertEqual((job.returncode, self.read("submitted")), (4, None), output)
             self.assertTrue((self.folder / "runtime_backup0.h5").exists())
             self.assertIn("the chain ends", output)
@@ -144,7 +144,7 @@ class SlurmChain(unittest.TestCase):
         while not (self.folder / "ready").exists():
             time.sleep(0.02)
         job.send_signal(signal.SIGUSR1)
-        output = job.communicate(timeout=60)[0]
+        output = job.communicate(timeout=300)[0]
         self.assertEqual((job.returncode, self.read("submitted"), self.read("submitted_run")),
                          (0, f"2 --export=ALL {SCRIPT} a.ini", ""), output)
         chain = {"FLUSI": "msm_diagnose", "FLUSI_CHAIN": "2", "FLUSI_CHAIN_RUN": "", "FLUSI_CHAIN_FILE": "./diagnosis.journal"}
