@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The least that one AB2 step can cost on this machine now: pruned one-dimensional FFTs and products at
-!> the rate they reach in cache, plus the compulsory memory traffic at the rate of a triad, added.
+!> Estimates the least time that one AB2 step can cost on this machine now: the time of pruned one-dimensional FFTs and of
+!> products at the rate they reach in the cache, plus the time of the memory traffic that cannot be avoided, at the rate of a
+!> triad.
 module bench_floor
   use, intrinsic :: iso_c_binding, only: c_ptr, c_size_t
   use base_kinds, only: rp
@@ -16,7 +17,7 @@ module bench_floor
 
 contains
 
-  !> CPU seconds of one step of this rank's share, n_in fields backward and n_out forward.
+  !> Returns the CPU seconds that one step needs for this rank's share, with n_in fields transformed backward and n_out forward.
   real(rp) function floor_seconds(transform, n_in, n_out) result(seconds)
     class(transform_t), intent(in) :: transform
     integer, intent(in) :: n_in, n_out
@@ -39,7 +40,7 @@ contains
     end associate
   end function floor_seconds
 
-  !> Seconds of one x line, backward or forward, from a batch that stays in the L1 cache.
+  !> Measures the seconds of one x line, backward or forward, with a batch that stays in the L1 cache.
   real(rp) function line_time(n, backward) result(t)
     integer, intent(in) :: n
     logical, intent(in) :: backward
@@ -76,7 +77,7 @@ contains
     call free_buffer(line_handle)
   end function line_time
 
-  !> Seconds of the y transforms of one plane (n_kx, ny).
+  !> Measures the seconds of the y transforms of one plane (n_kx, ny).
   real(rp) function plane_time(n_kx, ny) result(t)
     integer, intent(in) :: n_kx, ny
     type(plan_t) :: plan
@@ -89,7 +90,7 @@ contains
     call free_buffer(handle)
   end function plane_time
 
-  !> Seconds of the z transforms of a batch of sticks.
+  !> Measures the seconds of the z transforms of a batch of sticks.
   real(rp) function stick_time(nz, batch) result(t)
     integer, intent(in) :: nz, batch
     type(plan_t) :: plan
@@ -117,7 +118,7 @@ contains
     t = (cpu() - begun)/repeats
   end function complex_time
 
-  !> Seconds per grid point of the product u x omega with its maximum, in cache.
+  !> Measures the seconds per grid point of the product u x omega and its maximum, with data in the cache.
   real(rp) function product_time(n) result(t)
     integer, intent(in) :: n
     real(rp), allocatable :: f(:, :)
@@ -135,7 +136,7 @@ contains
     t = (cpu() - begun)/repeats/n
   end function product_time
 
-  !> Bytes per second of a(i) = b(i) + s c(i) on arrays of n reals, three arrays counted.
+  !> Measures the bytes per second of a(i) = b(i) + s c(i) on arrays of n reals; all three arrays are counted.
   real(rp) function triad_rate(n) result(rate)
     integer, intent(in) :: n
     real(rp), allocatable :: a(:), b(:), c(:)

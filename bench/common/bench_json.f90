@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Numbers in the line of JSON that ends a benchmark.
+!> Writes numbers for the line of JSON that ends a benchmark.
 module bench_json
   use base_kinds, only: rp
   implicit none
@@ -8,7 +8,7 @@ module bench_json
 
 contains
 
-  !> A number as JSON wants it: with a digit before the point.
+  !> Writes a number in the form that JSON requires: with a digit before the decimal point.
   function number(x) result(text)
     real(rp), intent(in) :: x
     character(:), allocatable :: text

@@ -1,15 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Times the parts of the coupled steps of a run with flexible wings, after some steps that begin it, from rest or from
-!> a backup of flusi. Prints one JSON object on its last line. Called through bench/coupling/run.
+!> Measures the time of the parts of the coupled steps of a run with flexible wings, after some initial steps from rest or from a
+!> backup of flusi. Prints one JSON object on its last line. It is called through bench/coupling/run.
 !>
-!> Wings in the mask. mask: placing and drawing the wings. load: keeping the pressure in the fluid's one pass, finding
-!> the lines on which it
-!> is wanted, the inverse transform and the sampling. solid: all wings over the step. checks: gaps between the wings and
-!> their place in the box. Wings without thickness. meet: looking at the flow at the markers; solid: all wings over the
-!> step; renew: making responses of the markers; push: their forces on the flow, and the slip after it. Each part of a
-!> step is the wall time of the slowest rank, measured where it is done; the step
-!> is their sum and what remains of the fluid's pass. Keeping the pressure is spread over the whole pass: it is the
-!> difference between passes that do and passes that do not, in turns. Every number is the median over the steps.
+!> Parts for wings in the mask. mask: placing and drawing the wings. load: keeping the pressure in the pass of the fluid, finding
+!> the lines on which it is needed, the inverse transform and the sampling. solid: moving all wings over the step. checks:
+!> measuring the gaps between the wings and their distance to the sides of the box. Parts for wings without thickness. meet:
+!> reading the flow at the markers. solid: moving all wings over the step. renew: computing the responses of the markers. push:
+!> adding their forces to the flow, and measuring the slip afterwards. Each part of a step is the wall time of the slowest rank,
+!> measured where the work is done; the time of the step is the sum of the parts and of the rest of the fluid's pass. The work of
+!> keeping the pressure is spread over the whole pass: its time is the difference between passes that do it and passes that do
+!> not, measured in turns. Every number is the median over the steps.
 program bench_coupling
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t, message_list_t
@@ -20,16 +20,16 @@ program bench_coupling
   use fluid_requests, only: request_t
   use fluid_restart, only: load_fluid
   use fluid_solver, only: fluid_t
-  use flusi_flight_faults, only: check_flight
-  use flusi_settings, only: load_settings, settings_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_restart, only: load_wings
   use fsi_thin_restart, only: load_thin_wings
   use fsi_thin_wings, only: thin_wings_t
-  use io_checkpoint, only: checkpoint_reader_t
   use io_broadcast_text, only: read_broadcast_text
+  use io_checkpoint, only: checkpoint_reader_t
   use parallel_world, only: world_t
+  use simulation_flight_faults, only: check_flight
+  use simulation_settings, only: load_settings, settings_t
   implicit none
   integer, parameter :: FLOW = 1, MASK = 2, LOOK = 3, SOLID = 4, CHECKS = 5, WAIT = 6, SOLVE = 7, FACTORS = 8, &
                         MEET = 9, RENEW = 10, PUSH = 11
@@ -100,7 +100,7 @@ program bench_coupling
 
 contains
 
-  !> A coupled step in parts, as flusi makes it.
+  !> Makes one coupled step as flusi does, and measures its parts.
   subroutine one_step(t)
     real(rp), intent(out) :: t(:)
     type(request_t) :: request
@@ -136,7 +136,7 @@ contains
     call world%max_reals(t)
   end subroutine one_step
 
-  !> What it costs a pass to keep the pressure; the flow stays where it is.
+  !> Measures how much longer a pass takes that keeps the pressure; the flow does not change.
   real(rp) function keeping_seconds() result(seconds)
     type(request_t) :: request
     real(rp) :: passes(steps, 2)
@@ -194,7 +194,7 @@ contains
       ',"factorisations":', number(maxval(times(FACTORS, :))), ',"fluid_to_floor":', number(ratio), '}'
   end subroutine report
 
-  !> Wings without thickness: the step over that of the fluid alone, and its parts.
+  !> Measures a step with wings without thickness, its parts, and its ratio to a step of the fluid alone.
   subroutine report_thin()
     real(rp), parameter :: MS = 1.0e3_rp
     real(rp), dimension(size(times, 2)) :: step, bending
@@ -225,7 +225,7 @@ contains
     median = quantile(x, 0.5_rp)
   end function median
 
-  !> The value below which this part of `x` lies.
+  !> Returns the quantile of `x`: the value below which the given part of it lies.
   pure real(rp) function quantile(x, part)
     real(rp), intent(in) :: x(:), part
     integer :: i, rank

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How well msm_diagnose finds what is hidden: a study of many blind cases, their scores with 95 % bounds, and the share of
-the gain that the true cause would bring. The last line is JSON.
+"""Studies how well msm_diagnose finds hidden causes: runs many blind cases and gives their scores with 95 % bounds, and the share
+of the gain that the true cause would bring. The last line is JSON.
 
 usage: bench/diagnosis/run [--kind bending|vibration|joint] [--cases N] [--seed S] [--folder runs/bench_diagnosis]
                        [--program build/release/bin/msm_diagnose]
@@ -8,15 +8,15 @@ usage: bench/diagnosis/run [--kind bending|vibration|joint] [--cases N] [--seed 
                        [--archive bench/diagnosis/diagnosis_study.jsonl] [--figure docs/images/diagnosis_confusion.png]
                        [--write-map src/inference/probability/inference_probability_table.f90]
 
-762 cases are the whole study: 250 nulls, 200 causes outside the catalogue and 60 causes of it in each of five ranges of
-the signal-to-noise ratio on the small blowfly wing, and 12 cases on the one of 1015 points. --kind vibration has 300 cases with
-natural modes, a record of a wing that rings, or both: 100 nulls, 50 causes outside the catalogue, 150 of it; --kind joint 150 with
-bending tests and modes of the same wing. Cases are mixed so that the
-first N cases are a sample of all, and each has random numbers of its own. Every case that is finished is a file; what was
-stopped, at any instant, is continued by the same command. Shards K/N of one study may run on several machines with a
-common folder. Verdicts of different programs, told by their SHA-256, are kept apart in the same folder. The archive is one
-file with all verdicts and truths, from which the study is scored, or continued without what the folder had.
-Results are in docs/results/diagnosis-results.md.
+The whole study has 762 cases: on the small blowfly wing 250 without a hidden cause (nulls), 200 with causes outside the
+catalogue, and 60 with causes of the catalogue in each of five ranges of the signal-to-noise ratio; and 12 cases on the wing of
+1015 points. --kind vibration has 300 cases with natural modes, a record of a free vibration, or both: 100 nulls, 50 with causes
+outside the catalogue, 150 with causes of it. --kind joint has 150 cases with bending tests and modes of the same wing. Cases are
+mixed so that the first N cases are a sample of all, and each has its own random numbers. Every case that is finished is a file; a
+study that was stopped, at any time, is continued by the same command. Shards K/N of one study may run on several machines with a
+common folder. Verdicts of different programs, which are distinguished by their SHA-256, are kept separately in the same folder.
+The archive is one file with all verdicts and truths; the study can be scored from it, or continued without the contents of the
+folder. Results are in docs/results/diagnosis-results.md.
 """
 import argparse
 import hashlib
@@ -40,12 +40,14 @@ DESIGN = ROOT / "ini/blind.json"
 VERDICT_CODES = (0, 10, 11, 12, 20)
 INPUT = {"Wing": {"E": "12.58e9", "D": "2.0e-7"}, "Measurement": {}, "Instrument": {},
          "Diagnose": {"parameters": "E, joint:*"}, "Saving": {"name": "diagnosis"}}
-# Lines of the kinds of study: modes and records say too little of ten joints, and their errors are those that are declared.
+# Lines of the kinds of study: modes and records contain too little information about ten joints; the errors are those that are
+# declared.
 LINES = {"bending": {}, "vibration": {"parameters": "E", "noise": "declared"}, "joint": {}}
 
 
 def ini_text(case, wing, measurement, more=None, kind="bending"):
-    """Input of msm_diagnose. The band of the mesh is asked for where the data come from another mesh than the wing's."""
+    """Returns the input file of msm_diagnose. It asks for the bands for differences of mesh if the data come from another mesh
+    than the wing's."""
     sections = {name: dict(keys) for name, keys in INPUT.items()}
     sections["Wing"]["file"] = wing
     sections["Measurement"]["file"] = measurement
@@ -58,7 +60,7 @@ def ini_text(case, wing, measurement, more=None, kind="bending"):
 
 
 def run(command, folder):
-    """(exit code, CPU seconds, last line on stderr); the processes run in a folder of their own."""
+    """Runs a program in a folder of its own and returns (exit code, CPU seconds, last line on stderr)."""
     with open(folder / "out", "wb") as out, open(folder / "err", "wb") as err:
         child = os.posix_spawnp(command[0], command, os.environ, file_actions=[
             (os.POSIX_SPAWN_DUP2, out.fileno(), 1), (os.POSIX_SPAWN_DUP2, err.fileno(), 2)])
@@ -68,7 +70,7 @@ def run(command, folder):
 
 
 class Diagnoses:
-    """Verdicts of one program on the cases of a study."""
+    """The verdicts of one program on the cases of a study."""
 
     def __init__(self, study, program, ranks):
         self.study, self.program, self.ranks = study, program, ranks
@@ -79,8 +81,8 @@ class Diagnoses:
         return (self.folder / f"{number:04d}.json").exists()
 
     def diagnose(self, number):
-        """Writes the verdict on a case, then, where another cause than the true one was added, what the true one would
-        gain. The truth is read behind the verdict."""
+        """Writes the verdict on a case. If a cause other than the true one was added, it then also writes what the true one
+        would have gained. The truth is read only after the verdict."""
         from flusi_msm.blind.ledger import dump, read, write
         path = self.folder / f"{number:04d}.json"
         if not path.exists():
@@ -116,8 +118,8 @@ class Diagnoses:
         return result
 
     def oracle(self, number, truth, record):
-        """Gain of log predictive density on locations left out: of the extended model, and of one that has the true
-        cause."""
+        """Returns the gain of log predictive density on locations left out, of the extended model and of a model that has the
+        true cause."""
         from flusi_msm.blind.verdict import density_gain, effect_lines
         folds = record.get("verdict", {}).get("folds", {})
         names = [name for name, _ in record.get("verdict", {}).get("extension", [])]
@@ -139,13 +141,14 @@ class Diagnoses:
 
 
 def is_variant(true, label):
-    """The cause sits where it is named, for causes with one parameter that may belong to a vein or joint."""
+    """Returns whether an entry with this label is the true cause: the true cause has no place, and if its parameter belongs to one
+    vein or joint, this is the label."""
     name, = true["parameters"] if len(true["parameters"]) == 1 else ("",)
     return not true["place"] and (":" not in name or name.split(":", 1)[1] == label)
 
 
 def work(task):
-    """One case, unless time is up."""
+    """Processes one case, unless the time is up."""
     study, diagnoses, number, stratum, before, stages, deadline = task
     if time.time() > deadline:
         return 0
@@ -160,7 +163,7 @@ def work(task):
 
 
 def begin(options):
-    """The study in the folder, whose seed, design and generator must be those of before."""
+    """Begins or continues the study in the folder; seed, design and generator must be the same as before."""
     from dataclasses import asdict
 
     from flusi_msm.blind.archive import Archive, ArchivedStudy, program_digest
@@ -237,7 +240,7 @@ def main():
         folder = diagnoses.folder
         folder.mkdir(exist_ok=True)
     deadline = time.time() + 3600 * options.hours
-    plain = Study(study.folder, study.designs, study.seed, study.kind)  # what workers need
+    plain = Study(study.folder, study.designs, study.seed, study.kind)  # what the workers need
     if diagnoses:
         diagnoses.study = plain
     tasks = [(plain, diagnoses, number, *row, stages, deadline)

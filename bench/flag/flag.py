@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A filament that flaps in a stream (ini/flag.ini) on several grids and with other parameters, and its pendulum in a
-fluid at rest, against theory. docs/results/verification-coupling.md holds the tables and says what is compared.
+"""Computes a filament that flaps in a stream (ini/flag.ini) on several grids and with other parameters, and a pendulum made of
+it in a fluid at rest, and compares the latter with theory. docs/results/verification-coupling.md holds the tables and describes
+the comparisons.
 
 usage: flag.py <flusi> <folder> [case ...]     runs the cases (all of them without names), then prints
        flag.py --table <folder>                prints what is there; the last line is JSON
@@ -41,7 +42,7 @@ def pendulum(points, density=1.0):
             "yawpitchroll_0": "0.0 0.0 5.0", "Tmax": 1.3, "tintegral": 0.005}
 
 
-# name: keys of ini/flag.ini that differ. C_eta goes with dx, so that the leak through the filament is the same.
+# name: the keys of ini/flag.ini that differ. C_eta changes with dx, so that the leak through the filament is the same.
 CASES = {
     **{f"{n}": {**grid(n), "eps": 0.096 / n} for n in (16, 24, 32, 48, 64)},
     "16-eps": {**grid(16), "eps": 3e-3},
@@ -67,7 +68,7 @@ CASES = {
 
 
 def change(text, keys):
-    """The input file with other values; keys that are not in it go to their section."""
+    """Returns the input file with other values; keys that it does not have are added to their section."""
     homes = {"CFL_eta": "Time", "iDoBackup": "Saving", "load_distance": "Flexible_wing", "coupling": "Flexible_wing",
              "load": "Flexible_wing"}
     for key, value in keys.items():
@@ -97,7 +98,7 @@ def series(path):
 
 
 def tail(folder, tilt):
-    """Time and place of the tail from the pinned end, along and across the stream."""
+    """Reads the time and the position of the tail relative to the pinned end, along and across the stream."""
     if (folder / "tail.txt").exists():
         return series(folder / "tail.txt")[:, :3].T
     t, ux, _, uz = series(folder / "bending_left.t")[:, :4].T
@@ -106,14 +107,14 @@ def tail(folder, tilt):
 
 
 def zeros(t, z):
-    """Times at which z grows through 0."""
+    """Returns the times at which z rises through 0."""
     i = np.flatnonzero((z[:-1] < 0) & (z[1:] >= 0))
     return t[i] - z[i] * (t[i + 1] - t[i]) / (z[i + 1] - z[i])
 
 
 def flapping(folder):
-    """Frequency, range of the tail across and along the stream, mean force along it, all over the last three cycles;
-    and how much the range of the last of these differs from that of the first."""
+    """Returns the frequency, the range of the tail across and along the stream, and the mean force along it, all over the last
+    three cycles; and how much the range of the last of these cycles differs from that of the first."""
     t, y, z = tail(folder, TILT)
     begins = zeros(t, z)[-4:]
     cycles = [(t >= a) & (t <= b) for a, b in zip(begins, begins[1:])]
@@ -129,7 +130,7 @@ def flapping(folder):
 
 
 def half_period(folder):
-    """Over that of a uniform bar in a vacuum."""
+    """Returns half a period of the pendulum, relative to that of a uniform bar in a vacuum."""
     t, y, z = tail(folder, 5.0)
     angle = np.arctan2(z, y)
     crossings = np.sort(np.concatenate([zeros(t, angle), zeros(t, -angle)]))
@@ -137,7 +138,7 @@ def half_period(folder):
 
 
 def added_mass(thickness):
-    """What that is for a bar with the added moment of inertia of a plate as wide as the mask."""
+    """Returns the same ratio for a bar with the added moment of inertia of a plate as wide as the mask."""
     a = (1 + thickness) / 2
     return math.sqrt(1 + (math.pi * a**4 / 8 + math.pi * a**2 / 4) / (MASS / 3))
 

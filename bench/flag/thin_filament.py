@@ -1,19 +1,19 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An independent computation of the flapping filament of Huang, Shin & Sung (2007): the immersed boundary method for a
-filament without thickness. It shares no line and no numerical method for the solid with the program that it is
-compared to: vorticity instead of velocity, forces spread by Peskin's four-point function instead of a penalized mask
-and a sampled pressure (so that friction acts on the filament, too), points on a line instead of triangles.
+"""Computes the flapping filament of Huang, Shin & Sung (2007) independently, by the immersed boundary method for a filament
+without thickness. This program shares no line and no numerical method for the solid with the program that it is compared to: it
+uses vorticity instead of velocity, forces spread by Peskin's four-point function instead of a penalized mask and a sampled
+pressure (so that friction acts on the filament, too), and points on a line instead of triangles.
 
-Massless markers X move with the flow, massive points Y obey the equation of the filament; a stiff spring and damper,
-F = K (Y - X) + C (dY/dt - dX/dt) per length, hold them together and drive the flow (Kim & Peskin 2007, DOI
-10.1063/1.2734674, and the feedback forcing of Huang et al.). Adams-Bashforth with exact viscosity for the flow, BDF2
-with Newton's method for the filament. Box, sponge and start are those of flag.py.
+Massless markers X move with the flow, and points Y with mass obey the equation of the filament; a stiff spring and damper between
+them, F = K (Y - X) + C (dY/dt - dX/dt) per length, couples them and drives the flow (Kim & Peskin 2007, DOI 10.1063/1.2734674,
+and the feedback forcing of Huang et al.). The flow uses Adams-Bashforth with exact viscosity, the filament BDF2 with Newton's
+method. Box, sponge and start are those of flag.py.
 
 usage: thin_filament.py POINTS END FILE [--rigidity EI] [--box LY LZ] [--normal]
 
-POINTS per length of the filament; FILE gets time and place of the tail, relative to the root. With --normal the
-filament does not feel the friction of the flow along it, as a wing under pressure alone.
+POINTS is the number of points per length of the filament; time and place of the tail, relative to the root, are written to FILE.
+With --normal the friction of the flow along the filament does not act on it, as on a wing under pressure alone.
 """
 import argparse
 
@@ -26,7 +26,7 @@ SPONGE_TIME = 0.05
 
 
 class Flow:
-    """Vorticity in a periodic box, mean velocity (1, 0)."""
+    """The vorticity of a flow in a periodic box with the mean velocity (1, 0), and its steps in time."""
 
     def __init__(self, points, box, dt):
         self.n, self.h, self.dt = tuple(int(points * length) for length in box), 1 / points, dt
@@ -60,7 +60,7 @@ class Flow:
         self.old = rhs
 
     def stencil(self, places):
-        """Indices and weights of the 4 x 4 points around each place."""
+        """Returns the indices and weights of the 4 x 4 points around each place."""
         s = places / self.h
         first = np.floor(s).astype(int)
         index = (first[:, :, None] + np.arange(-1, 3)) % np.array(self.n)[None, :, None]
@@ -72,7 +72,7 @@ class Flow:
 
 
 class Filament:
-    """Points of equal mass on a line that hardly stretches, the first one pinned; BDF2."""
+    """A filament: points of equal mass on a line that hardly stretches, the first one pinned; its steps in time use BDF2."""
 
     def __init__(self, cells, root, rigidity, dt):
         self.n, self.h, self.dt = cells, 1 / cells, dt
@@ -88,7 +88,7 @@ class Filament:
         self.bending = np.kron(rigidity * self.h * second.T @ second, np.eye(2))
 
     def forces(self, y):
-        """Elastic forces (n + 1, 2) and their Jacobian."""
+        """Returns the elastic forces (n + 1, 2) and their Jacobian."""
         d = np.diff(y, axis=0)
         length = np.sqrt((d**2).sum(1))
         t = d / length[:, None]
@@ -108,7 +108,7 @@ class Filament:
         return force, jacobian
 
     def step(self, load):
-        """Takes the filament over dt under `load` (n + 1, 2) per point."""
+        """Moves the filament over the time dt under `load` (n + 1, 2) per point."""
         dt, mass = self.dt, MASS * self.share[:, None]
         y = self.y + dt * self.v
         y[0] = self.y[0]
@@ -130,7 +130,7 @@ class Filament:
 
 
 def run(points, end, rigidity, box, normal):
-    """Yields records of time, place of the tail, largest |Y - X| and the force along the stream."""
+    """Yields records of the time, the position of the tail, the largest |Y - X| and the force along the stream."""
     dt = 0.064 / points
     flow = Flow(points, box, dt)
     filament = Filament(max(32, points), np.array([box[0] / 3, box[1] / 2]), rigidity, dt)

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far two simulations of the same plane flight are apart, and each from measured forces: `flusi` with a surface without thickness,
-and the flow of tools/make_flight about thin ellipses, which shares no code with it. docs/results/flight-records.md holds the tables.
+"""Shows how much two simulations of the same plane flight differ from each other and from measured forces: `flusi` with a
+surface without thickness, and the flow of tools/make_flight about thin ellipses, which shares no code with it.
+docs/results/flight-records.md holds the tables.
 
 usage: run [--program FLUSI] [--measured FOLDER] [--picture FILE] FOLDER [CASE ...]
        run --list
@@ -36,7 +37,7 @@ NAMES = "drag", "lift", "power"
 
 
 def ellipse(folder, name):
-    """t/T and force along y and z, power, of rho U^2 c/2 and rho U^3 c/2."""
+    """Computes the curves of an ellipse: t/T, force along y and z, and power, in units of rho U^2 c/2 and rho U^3 c/2."""
     path = folder / f"{name}.npy"
     if not path.exists():
         ratio, effort = ELLIPSES[name]
@@ -49,7 +50,7 @@ def ellipse(folder, name):
 
 
 def curves_of(folder):
-    """{name: (t/T, force along y, lift, power)}."""
+    """Returns {name: (t/T, force along y, lift, power)}."""
     found = {}
     for name in ELLIPSES:
         found[name] = ellipse(folder, name)
@@ -62,13 +63,13 @@ def curves_of(folder):
 
 
 def at(curve, t):
-    """Drag along the stroke, which jumps where the stroke turns, lift and power at the times t."""
+    """Returns drag along the stroke (it jumps where the stroke turns), lift and power at the times t."""
     y, z, power = (np.interp(t, curve[0], x) for x in curve[1:])
     return np.array([hovering.along_stroke(t, y), z, power])
 
 
 def compare(curves, reference):
-    """Table of means and of rms differences from one curve, in % of its rms, over parts of the flight."""
+    """Returns a table of the means and of the rms differences from one curve, in % of its rms, over parts of the flight."""
     rows = {}
     print(f"\nDifferences from {reference}, in % of the rms of its curve (drag, lift, power)")
     print(f"{'case':22s}{'beat':>6s}{'mean':>24s}{'difference of means':>24s}{'rms of differences':>24s}{'best factor':>24s}{'rms with it':>24s}")
@@ -91,7 +92,7 @@ def compare(curves, reference):
 
 
 def beside_measured(curves, measured):
-    """Lines of the comparison with the measured curves over 1 < t/T < 4."""
+    """Returns the lines of the comparison with the measured curves over 1 < t/T < 4."""
     data = {key: hovering.read_measured(measured, key) for key in ("CD", "CL")}
     if any(x is None for x in data.values()):
         return {}

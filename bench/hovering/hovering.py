@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A plate that hovers in a plane flow: lift, power and their ratio over the points of its chord, as a surface without
-thickness and as a sheet in the mask, against the finest grid of the former; and the plane idealisation of a measured wing
-at Re = 75. docs/results/hovering.md holds the tables and says what is compared.
+"""Computes a plate that hovers in a plane flow: lift, power and their ratio for several numbers of points per chord. The plate
+is a surface without thickness or a sheet in the mask; both are compared with the finest grid of the former. It also computes
+the plane idealisation of a measured wing at Re = 75. docs/results/hovering.md holds the tables and describes the comparisons.
 
 usage: run [--program FLUSI] [--measured FOLDER] [--picture FILE] FOLDER [CASE ...]
        run --list
@@ -26,13 +26,13 @@ from flusi_msm.hovering_plate import write_plate, write_stroke
 ROOT = Path(__file__).resolve().parents[2]
 PITCH = 45.0             # degrees
 STEP = 0.15              # of dx/U
-WINDOW = (0.15, 0.98)    # of the beat: after the start of the pitch and before the last record
+WINDOW = (0.15, 0.98)    # part of the beat: from after the start of the pitch to before the last record
 FINE = 64
 
 
 def cases():
-    """Name: Re, stroke in chords, beats, points per chord, thickness of the mask in dx (0: none) and whether its outline is
-    drawn in by half of it, chords of the box."""
+    """Name: Re, stroke in chords, beats, points per chord, thickness of the mask in dx (0: none), whether its outline is moved
+    inward by half of the thickness, chords of the box."""
     table = {}
     for re, grids, masks in ((100, (8, 12, 16, 24, 32, FINE), (8, 12, 16, 24, 32)),
                              (1000, (8, 12, 16, 24, 32, FINE), (12, 16, 24, 32))):
@@ -96,7 +96,8 @@ progress_interval = 300
 
 
 def write(folder, re, stroke, beats, points, cells, is_drawn_in, box):
-    """The files of a run: place of the plate A0/2 cos(2 pi f t), angle of its chord 90 + 45 sin(2 pi f t) degrees."""
+    """Writes the files of a run: the place of the plate is A0/2 cos(2 pi f t), the angle of its chord 90 + 45 sin(2 pi f t)
+    degrees."""
     folder.mkdir(parents=True, exist_ok=True)
     period, middle = math.pi * stroke, box / 2
     end = beats * period
@@ -125,19 +126,20 @@ def series(path):
 
 
 def read(folder, stroke):
-    """t/T, force along y and z on the plate, power that it gives to the flow, of rho U^2 c/2 and rho U^3 c/2."""
+    """Reads t/T, the force along y and z on the plate, and the power that it gives to the flow, in units of rho U^2 c/2 and
+    rho U^3 c/2."""
     forces, power = series(folder / "forces.t"), series(folder / "aero_power.t")
     f = forces[:, 1:4] + forces[:, 4:7]
     return forces[:, 0] / (math.pi * stroke), 2 * f[:, 1], 2 * f[:, 2], 2 * np.interp(forces[:, 0], power[:, 0], power[:, 1])
 
 
 def mean_over(t, x):
-    """Mean of the polygon through the points (t, x)."""
+    """Returns the mean over t of the polygon through the points (t, x)."""
     return float(np.sum(np.diff(t) * (x[1:] + x[:-1]) / 2) / (t[-1] - t[0]))
 
 
 def measure(root, name):
-    """Means of lift and power over the window, and their ratio; time and both curves."""
+    """Returns the means of lift and power over the window and their ratio, and the time and both curves."""
     t, _, lift, power = read(root / name, CASES[name][1])
     inside = (t >= WINDOW[0]) & (t <= WINDOW[1])
     mean = [mean_over(t[inside], x[inside]) for x in (lift, power)]
@@ -145,7 +147,7 @@ def measure(root, name):
 
 
 def compare(root, re):
-    """The table of one Reynolds number, printed; its numbers."""
+    """Prints the table of one Reynolds number and returns its numbers."""
     names = [name for name in CASES if name.startswith(f"re{re}-") and (root / name / "done").exists()]
     fine = f"re{re}-thin-{FINE}"
     found = {name: measure(root, name) for name in names}
@@ -172,18 +174,18 @@ def compare(root, re):
 
 
 def read_measured(folder, name):
-    """t/T and coefficient, as digitised; None without the file."""
+    """Reads t/T and a coefficient, as digitised; returns None without the file."""
     path = folder / f"{name}_measured.dat" if folder else None
     return series(path) if path and path.exists() else None
 
 
 def along_stroke(t, force):
-    """Drag: the force against the motion of each half-stroke."""
+    """Returns the drag: the force against the motion of each half-stroke."""
     return np.where((t % 1) < 0.5, force, -force)
 
 
 def beside_measured(root, measured):
-    """Lines of the comparison at Re = 75, and their numbers: means over the last three beats."""
+    """Returns the lines of the comparison at Re = 75 and their numbers: means over the last three beats."""
     found = {}
     data = {key: read_measured(measured, key) for key in ("CL", "CD")}
     begin = 1.0
@@ -253,7 +255,8 @@ def draw(root, measured, path):
 
 
 def read_options(text, known):
-    """Options of a program that flies the `known` cases; it ends here where they are only listed. `text` is its help."""
+    """Returns the options of a program that computes the `known` cases. The program ends here if they are only to be listed.
+    `text` is its help."""
     parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", default=str(ROOT / "build/release/bin/flusi"), help="flusi (that of build/release)")
     parser.add_argument("--measured", type=Path)
@@ -271,7 +274,7 @@ def read_options(text, known):
 
 
 def fly(options, known):
-    """Runs the chosen ones of the known cases, {name: arguments of `write`}, that have not finished."""
+    """Runs those of the chosen cases that have not finished; the known cases are {name: arguments of `write`}."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     for name in options.cases or known:
         if not (options.folder / name / "done").exists():

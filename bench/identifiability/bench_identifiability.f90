@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Which parameters can be seen in the shapes of a wing under ten loads: singular values of the
-!> derivatives of all vertical displacements with respect to ln E and the ln of the joints' stiffness,
-!> and the standard deviations of the parameters that a noise of 10 um at every point leaves.
+!> Finds which parameters can be determined from the shapes of a wing under ten loads. It computes the singular values of the
+!> derivatives of all vertical displacements with respect to ln E and the ln of the joints' stiffness, and the standard deviations
+!> of the parameters if every point has a measurement noise of 10 um.
 !>
 !> usage: bench_identifiability WING.h5, a wing with ten joints
 program identifiability
@@ -10,7 +10,7 @@ program identifiability
   use base_kinds, only: rp
   use base_lapack, only: singular_values, symmetric_eigen
   use base_parameter, only: parameter_t
-  use bench_places, only: N_LOADS, MODERATE_FORCES, load_at, wing_of_argument
+  use loaded_wing, only: N_LOADS, MODERATE_FORCES, load_at, wing_of_argument
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t

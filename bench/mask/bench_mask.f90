@@ -1,14 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Times the mask of two flapping wings against a fluid step measured in the same loop. Prints one JSON object on
-!> its last line. Called through bench/mask/run.
+!> Measures the time of the mask of two flapping wings relative to a fluid step in the same loop. Prints one JSON object on its
+!> last line. It is called through bench/mask/run.
 program bench_mask
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use bench_floor, only: floor_seconds
   use bench_json, only: number
+  use fluid_initial_keys, only: FLOW_RING
   use fluid_params, only: fluid_params_t
   use fluid_requests, only: request_t
+  use fluid_solid_keys, only: CHANNEL_NONE, MASK_NONE
   use fluid_solver, only: fluid_t
   use fsi_mask, only: mask_t
   use fsi_planform, only: elliptic_planform
@@ -16,6 +18,7 @@ program bench_mask
   use fsi_surface, only: surface_t
   use parallel_world, only: world_t
   use spectral_grid, only: make_grid
+  use spectral_sticks, only: DEALIAS_ELLIPSOID
   implicit none
   real(rp), parameter :: MEAN_CHORD = 3.004_rp/9.0_rp !< of a blowfly, in wing lengths
   type(world_t) :: world
@@ -32,21 +35,21 @@ program bench_mask
 
   call read_arguments(arguments)
   call world%start()
-  ! The box of the blowfly experiment: 4 R x 4 R x 2 R, hinges half a wing length beside the middle.
+  ! The box is that of the blowfly experiment: 4 R x 4 R x 2 R, the hinges are half a wing length away from the middle.
   p%grid = make_grid(arguments(1:3), [4.0_rp, 4.0_rp, 2.0_rp])
   p%resolution%planner = 'measure'
-  p%resolution%dealias = 'ellipsoid'
+  p%resolution%dealias = DEALIAS_ELLIPSOID
   p%nu = 1.0e-3_rp
   p%time%t_max = huge(1.0_rp)
   p%time%dt_fixed = 1.0e-5_rp
-  p%initial%flow = 'VortexRing'
+  p%initial%flow = FLOW_RING
   p%initial%omega1 = 12
   p%solids%size = 0.3125_rp
   p%solids%centre = [2.0_rp, 2.0_rp, 1.0_rp]
   p%solids%is_on = .true.
   p%solids%c_eta = 1.0e-3_rp
-  p%solids%mask = 'none'
-  p%walls%channel = 'no'
+  p%solids%mask = MASK_NONE
+  p%walls%channel = CHANNEL_NONE
   call triangulate_planform(elliptic_planform(0.0_rp, 1.0_rp, MEAN_CHORD, 0.3_rp), &
                             sqrt(2*MEAN_CHORD/arguments(4)), reference, triangles)
   do i = 1, 2
@@ -88,7 +91,7 @@ program bench_mask
 
 contains
 
-  !> nx, ny, nz, triangles of each wing (about), steps.
+  !> Reads the arguments: nx, ny, nz, the approximate number of triangles of each wing, and the number of steps.
   subroutine read_arguments(numbers)
     integer, intent(out) :: numbers(5)
     character(32) :: text
@@ -100,7 +103,7 @@ contains
     end do
   end subroutine read_arguments
 
-  !> A stroke with feathering; every step has other angles, so that no line stays in place.
+  !> Returns the angles of a stroke with feathering; they differ in every step, so that no line of the mask stays in place.
   subroutine place_wings(step)
     integer, intent(in) :: step
     real(rp) :: phi, alpha, side, span(3), chord(3), normal(3)
@@ -118,7 +121,7 @@ contains
     end do
   end subroutine place_wings
 
-  !> Times are CPU times: of the slowest rank, and summed over the ranks for the cost of a band point.
+  !> Prints the CPU times: those of the slowest rank, and their sum over the ranks for the cost of a band point.
   subroutine report()
     real(rp) :: all_mask(1), floor(1)
     all_mask = total_mask

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Evaluations that CMA-ES needs beside those of a reference, and its own time per generation.
+!> Counts the evaluations that CMA-ES needs, compares them with those of a reference, and measures its own time per generation.
 !>
 !> usage: bench_optimiser REFERENCE.csv [SEEDS [LARGEST_N [PARTS]]]      defaults: 51 seeds, n up to 40, all parts
 !>
-!> Medians over seeds of the evaluations to f <= 1e-10, numbered in the order of asking, with their ratios to the medians in
-!> the reference. Parts, separated by commas:
+!> Prints the medians over the seeds of the evaluations until f <= 1e-10, numbered in the order of asking, and their ratios to the
+!> medians of the reference. The parts, separated by commas, are:
 !>   active     six functions at the default lambda, n = 5, 10, 20, 40 (variant `active(default)`)
 !>   positive   the same without negative weights, as far as the reference goes (`positive-only`)
 !>   large      n = 11, lambda = 64 (`tutorial-active`)
@@ -59,7 +59,7 @@ program bench_optimiser
 
 contains
 
-  !> All functions at the default lambda.
+  !> Runs all functions at the default lambda.
   subroutine compare(weights, variant)
     character(*), intent(in) :: weights, variant
     real(rp) :: worst
@@ -111,7 +111,7 @@ contains
     record = record//', "'//key//'": '//trim(adjustl(text))
   end subroutine add_to_record
 
-  !> One line of the table, from counts, lambda, want and bar; `got` is the median of all runs.
+  !> Prints one line of the table from counts, lambda, want and bar; `got` is the median of all runs.
   subroutine print_row(name, n)
     character(*), intent(in) :: name
     integer, intent(in) :: n

@@ -1,27 +1,28 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The runs of bench_optimiser and the table that they are compared with.
+!> Makes the runs of bench_optimiser and reads the table that they are compared with.
 module bench_optimiser_runs
   use base_errors, only: require
   use base_kinds, only: rp, i8
+  use base_named_kinds, only: kind_of
   use cmaes_optimiser, only: cmaes_t
-  use cmaes_options, only: cmaes_options_t
+  use cmaes_options, only: cmaes_options_t, WEIGHTINGS
   use cmaes_params, only: derive_params
   use cmaes_ranking, only: sort_values
-  use cmaes_search, only: cmaes_search_t, start_region_t
+  use cmaes_search, only: cmaes_search_t, start_region_t, RESTARTS_IPOP
   use cmaes_stop, only: RUNNING
   use search_functions, only: value_of
   implicit none
   private
   public :: evaluations_to_target, ipop_evaluations, median_of, milliseconds_per_generation, reference_median, NEVER, NO_REFERENCE
 
-  real(rp), parameter :: NO_REFERENCE = 0 !< what the table does not have
-  integer(i8), parameter :: NEVER = 1000000000_i8 !< the target was not reached
+  real(rp), parameter :: NO_REFERENCE = 0 !< stands for a value that the table does not have
+  integer(i8), parameter :: NEVER = 1000000000_i8 !< stands for a target that was not reached
   real(rp), parameter :: target = 1.0e-10_rp
 
 contains
 
-  !> counts(s): evaluations to the target with seed 1000 + s; lambda 0 is the default, which is returned.
-  !> Start and step as in the reference; only numerical criteria stop.
+  !> Counts the evaluations to the target: counts(s) belongs to seed 1000 + s. lambda 0 means the default, which is returned.
+  !> Start and step are those of the reference; only numerical criteria stop a run.
   subroutine evaluations_to_target(name, n, population, weights, counts, lambda)
     character(*), intent(in) :: name, weights
     integer, intent(in) :: n, population
@@ -32,7 +33,7 @@ contains
     real(rp), allocatable :: x(:, :), f(:), mean(:)
     integer :: s, k
     options%lambda = population
-    options%weights = weights
+    options%weights = kind_of(WEIGHTINGS, weights)
     options%sigma0 = merge(0.5_rp, 1.0_rp, name == 'rosen')
     options%f_target = target
     options%tolfun = 0
@@ -67,8 +68,8 @@ contains
     end do
   end function findloc_first
 
-  !> The same for Rastrigin's function with IPOP: starts in [-5, 5]^n, sigma0 = 2, the reference's
-  !> tolerances of f, at most 3e6 evaluations.
+  !> Does the same for Rastrigin's function with IPOP: it starts in [-5, 5]^n with sigma0 = 2, has the reference's tolerances of
+  !> f, and makes at most 3e6 evaluations.
   subroutine ipop_evaluations(n, counts, lambda)
     integer, intent(in) :: n
     integer(i8), intent(out) :: counts(:)
@@ -89,7 +90,7 @@ contains
     region%upper = 5
     do s = 1, size(counts)
       options%seed = 1000 + s
-      call search%start(options, 'ipop', 20, region)
+      call search%start(options, RESTARTS_IPOP, 20, region)
       if (s == 1) lambda = search%state%lambda
       counts(s) = NEVER
       do while (search%state%stop_code == RUNNING)
@@ -108,7 +109,7 @@ contains
     end do
   end subroutine ipop_evaluations
 
-  !> A quantile, by the nearest rank.
+  !> Returns a quantile by the nearest rank.
   real(rp) function median_of(counts, fraction) result(value)
     integer(i8), intent(in) :: counts(:)
     real(rp), intent(in) :: fraction
@@ -118,8 +119,8 @@ contains
     value = values(1 + nint(fraction*(size(counts) - 1)))
   end function median_of
 
-  !> Ask and tell on the ellipsoid, evaluations not counted: the median of 2000 generations, and the time
-  !> that a twentieth of them kept, which on a busy machine is nearer to that of a quiet one.
+  !> Measures the time of ask and tell on the ellipsoid without the evaluations: the median of 2000 generations, and the time that
+  !> the fastest twentieth of them did not exceed, which is less disturbed by other load on the machine.
   function milliseconds_per_generation(n, lambda) result(ms)
     integer, intent(in) :: n, lambda
     real(rp) :: ms(2)
@@ -156,7 +157,7 @@ contains
     ms = 1.0e3_rp*[median_of(ticks, 0.5_rp), median_of(ticks, 0.05_rp)]/rate
   end function milliseconds_per_generation
 
-  !> The median of a variant at the target 1e-10; NO_REFERENCE if the table has none.
+  !> Returns the median of a variant at the target 1e-10, or NO_REFERENCE if the table has none.
   real(rp) function reference_median(path, variant, name, n, lambda) result(value)
     character(*), intent(in) :: path, variant, name
     integer, intent(in) :: n, lambda

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Drag of a circular disk and lift and drag of a rectangular plate, both of them wings at rest in a uniform
-flow, against published numbers. docs/results/verification-wings.md holds the table and says what is compared.
+"""Compares with published numbers the drag of a circular disk and the lift and drag of a rectangular plate, both of them wings
+at rest in a uniform flow. docs/results/verification-wings.md holds the table and describes the comparisons.
 
 usage: plates.py <flusi> <folder> [case ...]     runs the cases (all of them without names), then prints
        plates.py --table <folder>                prints what is there
@@ -94,7 +94,7 @@ progress_interval = 300
 
 
 def planform(body, thickness):
-    """The mask's rounded edge stands t/2 outside of the planform: body and not planform have unit size."""
+    """Returns the planform. The mask's rounded edge reaches t/2 beyond it: the whole body has unit size, not the planform."""
     if body == "disk":
         radius = (1 - thickness) / 2
         return (f"[Wing]\ntype = ellipse\nroot = {-radius!r}\nlength = {radius!r}\n"
@@ -122,8 +122,9 @@ def mask_profile(distance, h):
 
 
 def wall_shift(nu, c_eta, h):
-    """Distance from the surface of the mask (chi = 1/2) to the wall that the outer flow sees: where the outer line
-    of the boundary layer nu u'' = chi/C_eta u of the penalized equation meets zero, as in test_sphere_drag."""
+    """Returns the distance from the surface of the mask (chi = 1/2) to the wall that the outer flow sees: the place where the
+    extrapolated outer line of the boundary layer nu u'' = chi/C_eta u of the penalized equation becomes zero, as in
+    test_sphere_drag."""
     steps, y = 4000, -2 * h
     dy, u, v = 3 * h / steps, 1.0, math.sqrt(1 / (nu * c_eta))
 
@@ -140,12 +141,12 @@ def wall_shift(nu, c_eta, h):
 
 
 def disk_drag(re):
-    """Clift, Grace & Weber 1978 for thin disks normal to the flow, 1.5 < Re <= 133."""
+    """Returns the drag of Clift, Grace & Weber 1978 for thin disks normal to the flow, 1.5 < Re <= 133."""
     return 64 / (math.pi * re) * (1 + 0.138 * re**0.792)
 
 
 def last_force(path):
-    """Time and force at the last record, and one time unit before it."""
+    """Returns the time and the force of the last record, and those one time unit before it."""
     rows = [[float(x) for x in line.split()] for line in path.read_text().splitlines()
             if line.strip() and not line.lstrip().startswith("%")]
     before = min(rows, key=lambda row: abs(row[0] - (rows[-1][0] - 1)))
@@ -153,8 +154,8 @@ def last_force(path):
 
 
 def blockage(root, name, wide, component):
-    """How much larger a force is in the box of `name` than in an unbounded flow: to first order in the share of the
-    cross-section, from two boxes that differ in nothing else."""
+    """Returns how much larger a force is in the box of `name` than in an unbounded flow: to first order in the blocked part of
+    the cross-section, from two boxes that differ in nothing else."""
     forces = [last_force(root / n / "forces.t")[1][component] for n in (name, wide)]
     sections = [CASES[n][5][1] * CASES[n][5][2] for n in (name, wide)]
     unbounded = (forces[1] * sections[1] - forces[0] * sections[0]) / (sections[1] - sections[0])
@@ -162,7 +163,7 @@ def blockage(root, name, wide, component):
 
 
 def row(root, name):
-    """A line of the table: force, the same without blockage per hydrodynamic area, what is expected."""
+    """Returns a line of the table: the force, the force without blockage per hydrodynamic area, and the expected value."""
     body, re, points, cells, c_eta, box, _ = CASES[name]
     time, force, before = last_force(root / name / "forces.t")
     size = 1 + 2 * wall_shift(1 / re, c_eta, 1 / points) if cells else 1.0

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Fits the bending stiffness of a cantilever, and the unknown zero of every loading, to readings of its tip
-!> (docs/results/prepazy.md), and prints them with 90 % intervals and every reading beside what the beam shows.
+!> Fits the bending stiffness of a cantilever and the unknown zero of every loading to readings of its tip
+!> (docs/results/prepazy.md). Prints them with 90 % intervals, and every reading next to the value that the beam predicts.
 !>
 !> usage: bench_prepazy WING.h5 MEASUREMENT.h5, as tools/import_prepazy makes them
 program prepazy
@@ -24,9 +24,10 @@ program prepazy
   use base_outcome, only: exit_code_of, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED
   use base_process, only: exit_with
   implicit none
-  !> [N/m] of a segment: the beam of some 100 of them grows longer by 0.1 mm under 35 N along it: no reading shows it.
+  !> [N/m] Stretching stiffness of a segment. The beam has about 100 of them and grows longer by 0.1 mm under 35 N along it, which
+  !> no reading can show.
   real(rp), parameter :: EXTENSION = 3.0e7_rp
-  !> [Pa] where the fit begins: a beam so stiff that no load bends it far.
+  !> [Pa] Young's modulus with which the fit begins: a beam so stiff that no load bends it far.
   real(rp), parameter :: STIFF = 1.0e11_rp
   type(wing_t) :: wing
   type(measurement_t) :: m

@@ -1,22 +1,21 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Time steps of a wing with a dense load that answers its velocity, against those without, of the same wing in the
-!> same run, step by step in turn: other load on the machine meets both.
+!> Measures time steps of a wing with a dense load that depends on its velocity, and steps of the same wing without it. Both are
+!> made in turn in the same run, so that other load on the machine disturbs both alike.
 !>
 !> usage: bench_reaction WING.h5
 !>
-!> A row for each response (`flow`: of air around a wing without thickness; `kernel`: exp(-r/l), with the wing's
-!> mass as the added one), mass of the wing (1: 250 ug, also without the load) and distance of the markers: medians of
-!> the CPU time of a step without and with the load and of their ratio; iterations of Newton's method, factorisations, both
-!> without and with, iterations of the linear solver and products with the dense matrix a step; and how far the wing
-!> has moved. Called through bench/reaction/run.
+!> Prints a row for each response (`flow`: that of air around a wing without thickness; `kernel`: exp(-r/l), with the wing's mass
+!> as the added one), each mass of the wing (1: 250 ug, also without the load) and each distance of the markers. The row has
+!> medians of the CPU time of a step without and with the load and of their ratio; the iterations of Newton's method and the
+!> factorisations, both without and with the load; the iterations of the linear solver and the products with the dense matrix in a
+!> step; and how far the wing has moved. The program is called through bench/reaction/run.
 program bench_reaction
   use base_constants, only: PI
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
-  use bench_places, only: wing_of_argument
-  use bench_shapes, only: median
   use fsi_green, only: green_t
   use fsi_markers, only: markers_t
+  use loaded_wing, only: wing_of_argument
   use marker_reaction, only: marker_reaction_t, exponential_kernel
   use solid_dynamics, only: dynamics_t, dynamic_state_t, dynamic_options_t, step_report_t
   use solid_inertia, only: inertia_t
@@ -24,6 +23,7 @@ program bench_reaction
   use solid_motion, only: steady_motion_t
   use solid_params, only: solid_params_t, default_params
   use solid_wing, only: wing_t
+  use wing_shapes, only: median
   use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none
   integer, parameter :: STEPS = 60
@@ -50,7 +50,7 @@ program bench_reaction
 
 contains
 
-  !> One row.
+  !> Measures and prints one row.
   subroutine measure(is_flow, spacing, mass_of_wing)
     logical, intent(in) :: is_flow
     real(rp), intent(in) :: spacing, mass_of_wing
@@ -108,8 +108,8 @@ contains
       call stepper(i)%free()
     end do
   end subroutine measure
-  !> What impulses at markers do to the velocities there in air: 1/rho times the Green tensor of fsi_green for a grid
-  !> whose spacing is half that of the markers and which is truncated at two thirds.
+  !> Computes the velocities at markers in air that impulses at these markers cause: 1/rho times the Green tensor of fsi_green for
+  !> a grid whose spacing is half that of the markers and which is truncated at two thirds.
   function flow_kernel(sites, spacing) result(m)
     real(rp), intent(in) :: sites(:, :), spacing
     real(rp) :: m(3*size(sites, 2), 3*size(sites, 2))

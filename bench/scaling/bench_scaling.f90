@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Times AB2 steps of a vortex ring and counts what they send. Prints one JSON object on its last line. Called through
-!> bench/scaling/run.
+!> Measures the time of AB2 steps of a vortex ring and counts the bytes and messages that they send. Prints one JSON object on its
+!> last line. It is called through bench/scaling/run.
 !>
 !> usage: bench_scaling NX NY NZ STEPS ROWS (0: as flusi chooses)
 program bench_scaling
@@ -72,7 +72,7 @@ program bench_scaling
 
 contains
 
-  !> The median, the lower one of two.
+  !> Returns the median; for an even number of values it is the lower one of the two in the middle.
   pure real(rp) function median(x) result(middle)
     real(rp), intent(in) :: x(:)
     integer :: i

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a step sends and computes, from the rules by which ranks share it (docs/theory/transforms.md).
+"""Computes the bytes that a step sends and its operations from the rules by which ranks share it (docs/theory/transforms.md).
 
 Bytes and messages are exact for the truncation of iDealias = 1: the test test_traffic holds the program to them. Times are
 those of a machine that is described by a few rates.
@@ -8,7 +8,7 @@ those of a machine that is described by a few rates.
 from math import ceil, log2, sqrt
 
 INVERSE, FORWARD = 6, 3  # fields of a plain AB2 step
-DERIVED = 1  # of the inverse ones: made of others in physical z, neither transformed in z nor sent by columns
+DERIVED = 1  # of the inverse ones: computed from others in physical z, neither transformed in z nor sent by columns
 WORD = 16  # bytes of a complex number
 PRODUCT_FLOPS = 40  # of a point of the grid: u x omega, largest velocity, projection and update
 
@@ -26,17 +26,17 @@ MACHINE = {
 
 
 def share(n, parts, i):
-    """What part i of n things has: the first ones have one more."""
+    """Returns how many of n things part i has; the first parts have one more."""
     return n // parts + (1 if i < n % parts else 0)
 
 
 def cutoff(n):
-    """Semi-axis of the ellipsoid of modes that are kept."""
+    """Returns a semi-axis of the ellipsoid of modes that are kept."""
     return 2 * (n // 2 - 1) / 3
 
 
 def column_heights(grid):
-    """Number of sticks of each kept column kx."""
+    """Returns the number of sticks of each kept column kx."""
     kx, ky = cutoff(grid[0]), cutoff(grid[1])
     heights = []
     for jx in range(ceil(kx)):
@@ -52,7 +52,8 @@ def column_heights(grid):
 
 
 def process_grid(ranks, grid):
-    """Rows and columns: slabs while every rank has a plane, else the fewest rows; None if there is none."""
+    """Returns the rows and columns of the ranks: slabs as long as every rank has a plane, otherwise the fewest rows; None if
+    there is no such grid."""
     for rows in range(1, ranks + 1):
         if ranks % rows == 0 and ranks // rows <= grid[2] and rows <= grid[1]:
             return rows, ranks // rows
@@ -60,7 +61,7 @@ def process_grid(ranks, grid):
 
 
 def traffic(grid, ranks, rows=None, inverse=INVERSE, forward=FORWARD):
-    """Bytes and messages that all ranks together send in one step, and the bytes of either exchange."""
+    """Returns the bytes and messages that all ranks together send in one step, and the bytes of each exchange."""
     if rows is None:
         rows, columns = process_grid(ranks, grid)
     else:
@@ -71,7 +72,7 @@ def traffic(grid, ranks, rows=None, inverse=INVERSE, forward=FORWARD):
     for row in range(rows):
         sticks = sum(heights[row::rows])
         kx = len(heights[row::rows])
-        # What is kept by its owner does not travel.
+        # Data that the rank itself owns are not sent.
         kept = sum(share(sticks, columns, c) * share(grid[2], columns, c) for c in range(columns))
         by_column += (sticks * grid[2] - kept) * WORD * (fields - DERIVED)
         owners = min(sticks, columns)
@@ -84,7 +85,7 @@ def traffic(grid, ranks, rows=None, inverse=INVERSE, forward=FORWARD):
 
 
 def step_flops(grid, fields=INVERSE + FORWARD):
-    """Floating-point operations of the pruned transforms and the products of one step, counted as 5 n log2 n."""
+    """Returns the floating-point operations of the pruned transforms and the products of one step, counted as 5 n log2 n."""
     nx, ny, nz = grid
     heights = column_heights(grid)
     lines = ny * nz * 2.5 * nx * log2(nx)
@@ -94,7 +95,7 @@ def step_flops(grid, fields=INVERSE + FORWARD):
 
 
 def fluid_seconds(grid, ranks, machine=MACHINE, inverse=INVERSE, forward=FORWARD):
-    """Predicted parts of a step, in seconds: compute, exchange off and on the node, latency; or None."""
+    """Returns the predicted parts of a step, in seconds: compute, exchange off and on the node, latency; or None."""
     shape = process_grid(ranks, grid)
     if shape is None:
         return None
@@ -120,13 +121,13 @@ def fluid_seconds(grid, ranks, machine=MACHINE, inverse=INVERSE, forward=FORWARD
 
 
 def total(parts):
-    """Seconds of a step."""
+    """Returns the seconds of a step."""
     return parts["compute"] + parts["network"] + parts["memory"] + parts["latency"]
 
 
-# A blowfly's wing of 1015 points, measured on one core: its own time step, and what its neighbours on the grid add to a
-# step of the fluid, as parts of it. The markers of wings without thickness are two grid spacings apart: their number is
-# a fit to wings of length 1 and area 0.334 on 64 to 256 points in a box of 4.
+# A blowfly's wing of 1015 points, measured on one core: the time of its own step, and the time that its coupling adds to a step
+# of the fluid, relative to the latter. The markers of wings without thickness are two grid spacings apart: their number is a
+# fit to wings of length 1 and area 0.334 on 64 to 256 points in a box of 4.
 WING_SECONDS = 0.012
 WINGS_PENALIZED = 0.083  # mask, pressure and its sampling
 WINGS_THIN = 0.45  # three pruned passes
@@ -136,13 +137,14 @@ FEWEST_RANKS, FEWEST_MARKERS, PANEL = 8, 1000, 96  # that share a response; rows
 
 
 def markers(spacing):
-    """Markers of one wing without thickness on a grid of this spacing [wing lengths]."""
+    """Returns the number of markers of one wing without thickness on a grid of this spacing [wing lengths]."""
     return 0.334 * 0.234 / spacing**2 + 0.62 / spacing
 
 
 def wing_seconds(spacing, surface, ranks, machine=MACHINE):
-    """How long the wings take while the flow waits, and the bytes of a rank for it: each of two wings has one rank, or a
-    group of half of the ranks that shares the inverse of the response (src/fsi/thin/fsi_thin_wing.f90 has the rule)."""
+    """Returns how long the wings take while the flow waits, and the bytes that a rank needs for it. Each of two wings has one
+    rank, or a group of half of the ranks that shares the inverse of the response (src/fsi/thin/fsi_thin_wing.f90 has the
+    rule)."""
     if surface == "penalized":
         return WING_SECONDS, 0.0
     unknowns, group = 3 * markers(spacing), ranks // 2
@@ -162,7 +164,7 @@ def wing_seconds(spacing, surface, ranks, machine=MACHINE):
 
 
 def fitted(measurements, machine):
-    """The machine with those rates replaced that the measurements (of `run`) tell."""
+    """Returns the machine with the rates that the measurements (of `run`) give."""
     machine = dict(machine)
     rates, copies, network = [], [], []
     for m in measurements:

@@ -1,11 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How the membrane's bending stiffness D, which is chosen and not measured, changes the shapes of a
-!> wing, and which Young's modulus and joints a fit to shapes would find instead.
+!> Shows how the membrane's bending stiffness D, which is chosen and not measured, changes the shapes of a wing, and which Young's
+!> modulus and joints a fit to shapes would find instead.
 module bench_dependence
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
-  use bench_places, only: N_LOADS, MODERATE_FORCES, load_at
-  use bench_shapes, only: deflection
+  use loaded_wing, only: N_LOADS, MODERATE_FORCES, load_at
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
@@ -13,6 +12,7 @@ module bench_dependence
   use solid_sensitivity, only: shape_sensitivities
   use solid_statics, only: solve_static, static_options_t, static_report_t
   use solid_wing, only: wing_t
+  use wing_shapes, only: deflection
   use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none
   private
@@ -20,7 +20,7 @@ module bench_dependence
 
 contains
 
-  !> The data are the vertical displacements of all points under ten moderate loads for
+  !> Prints the changes with D. The data are the vertical displacements of all points under ten moderate loads for
   !> D = 0.2 mN mm and E = 12.6 GPa, joints as the veins. For each D: the deflections of the loaded places without a fit,
   !> then E and a factor common to all joints by Gauss-Newton steps with exact derivatives.
   subroutine print_dependence(wing)
@@ -87,8 +87,8 @@ contains
     end do
   end subroutine print_dependence
 
-  !> Residuals [m] of all points under all loads against z, their derivatives with respect to ln E and
-  !> the ln of the joints' common factor, and their rms; the shapes are cold ones.
+  !> Computes the residuals [m] of all points under all loads against z, their derivatives with respect to ln E and the ln of the
+  !> joints' common factor, and their rms. The computation of the shapes does not start from a known shape.
   subroutine evaluate(model, work, loads, z, u, residual, jacobian, rms, snaps)
     type(solid_model_t), intent(in) :: model
     type(equilibrium_t), intent(inout) :: work
@@ -119,7 +119,7 @@ contains
     rms = norm2(residual)/sqrt(real(size(residual), rp))
   end subroutine evaluate
 
-  !> The step that minimises the linearised sum of squares.
+  !> Computes the step that minimises the linearised sum of squares.
   pure function gauss_newton(residual, jacobian) result(step)
     real(rp), intent(in) :: residual(:, :), jacobian(:, :, :)
     real(rp) :: step(2), a, b, c, r(2)

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Static shapes of a wing: how often, how fast and how reproducibly they are found.
+!> Measures how often, how fast and how reproducibly the static shapes of a wing are found.
 !>
 !> usage: bench_static WING.h5 [table [STRIDE] | robust | dependence | step]
 !>
-!> Ten loads x four Young's moduli x soft and stiff joints x cross-springs off and on, with forces that
-!> move the loaded point by about 0.06 to 0.28 R (within 15 %); each shape cold, with steps of half the size, and warm from
-!> the shape for parameters that differ by factors exp(0.1 N(0,1)), or cold again where that shape lies
-!> behind a snap. D is 0.2 mN mm, and the last line is a JSON object.
+!> The cases are ten loads x four Young's moduli x soft and stiff joints x cross-springs off and on, with forces that move the
+!> loaded point by about 0.06 to 0.28 R (within 15 %). Each shape is computed cold (from the shape at rest), with steps of half
+!> the size, and warm from the shape for parameters that differ by factors exp(0.1 N(0,1)), or cold again where the wing has to
+!> snap through between the two shapes. D is 0.2 mN mm, and the last line is a JSON object.
 !>
 !> `table`: the same forces for several D, a row for each; of the cases only every STRIDE-th.
 !> `robust`: E from 0.1 to 100 GPa, joints over four decades, deflections up to 0.45 of the place's
@@ -16,8 +16,7 @@ program bench_static
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
   use bench_dependence, only: print_dependence
-  use bench_places, only: N_LOADS, place_on_wing, wing_of_argument
-  use bench_shapes, only: shape_t, find_force, measure_shape, median
+  use loaded_wing, only: N_LOADS, place_on_wing, wing_of_argument
   use solid_dynamics, only: dynamics_t, dynamic_state_t, dynamic_options_t, step_report_t
   use solid_equilibrium, only: equilibrium_t
   use solid_inertia, only: inertia_t
@@ -25,6 +24,7 @@ program bench_static
   use solid_motion, only: steady_motion_t
   use solid_params, only: solid_params_t, default_params, membrane_thickness
   use solid_wing, only: wing_t
+  use wing_shapes, only: shape_t, find_force, measure_shape, median
   use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none
   integer, parameter :: N_CASES = 16*N_LOADS
@@ -72,7 +72,7 @@ program bench_static
 
 contains
 
-  !> Every `stride`-th case for one D [N m], with forces that are searched for or given.
+  !> Runs every `stride`-th case for one D [N m], with forces that are searched for or given.
   subroutine run(plate, stride, is_search, forces, shapes)
     real(rp), intent(in) :: plate
     integer, intent(in) :: stride
@@ -93,7 +93,7 @@ contains
       params%cross_springs = cross_springs == 1
       call model%init(wing, params, failure)
       call require(.not. failure%failed, 'the benchmark''s wing is wrong')
-      stiff = model%params%joint ! as the veins at 12.6 GPa
+      stiff = model%params%joint ! as stiff as the veins at 12.6 GPa
       call work%init(model)
       if (.not. allocated(u)) allocate (u(3, model%n_all))
       do e = 1, size(YOUNG)
@@ -122,7 +122,7 @@ contains
       '>1 nm   max m >1 nm   max m  median     max median     max  min  mean   max'
   end subroutine print_heading
 
-  !> The results for one D [N m], and what the same forces move with the default D.
+  !> Prints the results for one D [N m], and the deflections that the same forces cause with the default D.
   subroutine print_row(plate, stride, all_shapes, references)
     real(rp), intent(in) :: plate
     integer, intent(in) :: stride
@@ -142,8 +142,8 @@ contains
     flush (output_unit)
   end subroutine print_row
 
-  !> Far from the usual parameters: two loads x two deflections for each E and each factor on the
-  !> joints, whose stiffness at factor 1 is that of the veins at 12.6 GPa. A row for each pair.
+  !> Prints cases far from the usual parameters: two loads x two deflections for each E and each factor on the joints, whose
+  !> stiffness at factor 1 is that of the veins at 12.6 GPa. Each pair has a row.
   subroutine run_robust()
     real(rp), parameter :: E(4) = [1.0e8_rp, 1.0e9_rp, 1.0e10_rp, 1.0e11_rp], FACTORS(5) = &
                            [0.01_rp, 0.1_rp, 1.0_rp, 10.0_rp, 100.0_rp], DEFLECTIONS(2) = [0.1_rp, 0.45_rp]
@@ -196,7 +196,7 @@ contains
     call work%free()
   end subroutine run_robust
 
-  !> CPU time of one step, 1/1000 of a wingbeat at 158 Hz, moving under 2 mN.
+  !> Measures the CPU time of one step, which is 1/1000 of a wingbeat at 158 Hz and in which the wing moves under 2 mN.
   real(rp) function bdf2_step_ms() result(ms)
     integer, parameter :: STEPS = 40
     type(solid_params_t) :: params

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Times AB2 steps of a vortex ring on N^3 points and compares them with the floor measured in the same
-!> minute. Prints one JSON object on its last line. Called through bench/step/run.
+!> Measures the time of AB2 steps of a vortex ring on N^3 points and compares it with the least possible time (bench_floor),
+!> measured in the same minute. Prints one JSON object on its last line. It is called through bench/step/run.
 program bench_step
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t
@@ -12,6 +12,7 @@ program bench_step
   use fluid_params, only: fluid_params_t
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
+  use fluid_sponge_keys, only: SPONGE_CAVITY
   use parallel_world, only: world_t
   implicit none
   type(world_t) :: world
@@ -33,7 +34,7 @@ program bench_step
   call world%start()
   p = vortex_ring([n, n, n])
   p%sponge%is_on = argument == 'sponge'
-  p%sponge%kind = 'cavity'
+  p%sponge%kind = SPONGE_CAVITY
   p%sponge%damping_time = 0.05_rp
   p%sponge%thickness = max(2, n/16)
   n_out = merge(6, 3, p%sponge%is_on) + merge(1, 0, request%pressure)

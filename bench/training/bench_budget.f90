@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the paper's full budget costs: a hundred generations of 64 candidates under ten loads, or the first ones of them.
-!> Candidates start warm from the solution of the optimiser's mean, as in msm_train.
+!> Measures the cost of the paper's full budget: a hundred generations of 64 candidates under ten loads, or the first ones of
+!> them. The shapes of candidates are computed from those of the optimiser's mean, as in msm_train.
 module bench_budget
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: i8, rp
@@ -8,7 +8,7 @@ module bench_budget
   use bench_twin, only: N_UNKNOWNS, twin_t
   use bench_validation, only: NOISE, validation_truth
   use cmaes_options, only: cmaes_options_t
-  use cmaes_search, only: cmaes_search_t, start_region_t
+  use cmaes_search, only: cmaes_search_t, start_region_t, RESTARTS_NONE
   use cmaes_stop, only: RUNNING
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
@@ -18,13 +18,13 @@ module bench_budget
 
   integer, parameter :: POPULATION = 64, FULL = 100 !< candidates of a generation, generations of the paper
   real(rp), parameter :: PAPER_JOINT(2) = [1.0e-6_rp, 1.0e-2_rp] !< [N m/rad] bounds
-  !> Redone: begun warm and repeated cold. Infeasible and unsolved ones are not counted elsewhere. The mean's are no
-  !> candidates.
+  !> Redone are shapes that were computed from those of the mean and are then repeated from the wing at rest. Infeasible and
+  !> unsolved candidates are counted nowhere else. The mean is no candidate.
   integer, parameter :: WARM = 1, REDONE = 2, COLD = 3, INFEASIBLE = 4, UNSOLVED = 5, MEAN = 6, N_KINDS = 6
   character(*), parameter :: KINDS(N_KINDS) = &
                              [character(10) :: 'warm', 'redone', 'cold', 'infeasible', 'unsolved', 'mean']
 
-  !> The box, with sides of the coordinates or of the values.
+  !> The box of the search; its sides are those of the coordinates or of the values.
   type :: sides_t
     logical :: is_log = .true.
     real(rp) :: lower(N_UNKNOWNS) = 0, upper(N_UNKNOWNS) = 0 !< values
@@ -34,7 +34,7 @@ module bench_budget
 
 contains
 
-  !> Coordinates (logarithms) of a point of [0, 1]^n.
+  !> Returns the coordinates (logarithms) of a point of [0, 1]^n.
   pure function sides_coordinates(self, x) result(coordinates)
     class(sides_t), intent(in) :: self
     real(rp), intent(in) :: x(:)
@@ -46,7 +46,7 @@ contains
     end if
   end function sides_coordinates
 
-  !> The box `name`, log or linear: after every generation a JSON record of what is done so far.
+  !> Runs the box `name`, log or linear; after every generation it prints a JSON record of what is done so far.
   subroutine measure_budget(twin, n_generations, name)
     type(twin_t), intent(in) :: twin
     integer, intent(in) :: n_generations
@@ -66,7 +66,7 @@ contains
     call run_box(experiment, sides, name, n_generations)
   end subroutine measure_budget
 
-  !> The weights are active in log space, and the paper's in its linear box.
+  !> The weights include negative ones (active CMA-ES) in log space, and are those of the paper in its linear box.
   subroutine run_box(experiment, sides, name, n_generations)
     type(experiment_t), intent(in) :: experiment
     type(sides_t), intent(in) :: sides
@@ -91,7 +91,7 @@ contains
     options%weights = trim(merge('active', 'paper ', sides%is_log))
     options%constants = trim(merge('tutorial', 'paper   ', sides%is_log))
     options%max_evaluations = int(FULL, i8)*POPULATION
-    call search%start(options, 'none', 0, region)
+    call search%start(options, RESTARTS_NONE, 0, region)
     call work%init(experiment)
     counts = 0
     seconds = 0
@@ -112,7 +112,7 @@ contains
     call work%free()
   end subroutine run_box
 
-  !> All loads of one candidate, or of the mean, whose shapes become the starts. costs: h^2 [m^2] and the violation.
+  !> Computes all loads of one candidate, or of the mean, whose shapes become the starts. costs: h^2 [m^2] and the violation.
   subroutine solve(experiment, work, coordinates, is_mean, shapes, is_start, costs, has_failed, counts, seconds)
     type(experiment_t), intent(in) :: experiment
     type(evaluation_work_t), intent(inout) :: work

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How often 90 % intervals hold the truth: wings drawn at random, measured with white noise, fitted from near
-!> the truth, intervals by profile likelihood.
+!> Measures how often 90 % intervals contain the truth: wings are drawn at random, measured with white noise and fitted from a
+!> start near the truth; the intervals are those of the profile likelihood.
 !>
-!> Truths are log-uniform within a factor of ten of the defaults, the centre of the fit's priors. Every wing has a
-!> stream of random numbers of its own, the same with every compiler; nothing of the optimiser draws from it.
+!> The true values are log-uniform within a factor of ten of the defaults, which are the centre of the fit's priors. Every wing
+!> has its own stream of random numbers, the same with every compiler; the optimiser draws nothing from it.
 module bench_coverage
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: i8, rp
@@ -25,7 +25,7 @@ module bench_coverage
   real(rp), parameter :: RESOLVED = 1.0e-3_rp !< of the sum of squares, whose threshold is 2.7
   real(rp), parameter :: NEAR = 0.2_rp     !< sd of the start about the truth, of a logarithm
 
-  !> Intervals by how many ends they have, and those of them that hold the truth.
+  !> Counts of intervals by the number of ends they have, and of those that contain the truth.
   type :: tally_t
     integer :: n(0:2) = 0, n_hit(0:2) = 0
     integer :: n_incomplete = 0 !< the search of an end was given up; not counted otherwise
@@ -35,7 +35,7 @@ module bench_coverage
 
 contains
 
-  !> Wings number `first` and following; the last line is a JSON record.
+  !> Runs wing number `first` and the following ones; the last line is a JSON record.
   subroutine cover(twin, n_wings, first)
     type(twin_t), intent(in) :: twin
     integer, intent(in) :: n_wings, first

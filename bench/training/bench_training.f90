@@ -1,18 +1,18 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How well, how surely and at which cost wings are trained (docs/results/training-results.md).
+!> Measures how well, how reliably and at which cost wings are trained (docs/results/training-results.md).
 !>
 !> usage: bench_training WING.h5 [--seed S | --starts N [FIRST] | --coverage N [FIRST] | --budget GENERATIONS [log | linear]],
 !> a wing with ten joints
 !>
-!> Without options or with --seed one start of the paper's validation; its last line is a JSON record.
+!> Without options or with --seed it runs one start of the paper's validation; its last line is a JSON record.
 program training
   use base_kinds, only: rp
   use base_text, only: parse_integer
   use bench_budget, only: measure_budget
   use bench_coverage, only: cover
-  use bench_places, only: wing_of_argument
   use bench_twin, only: N_UNKNOWNS, twin_t
   use bench_validation, only: NOISE, predict_sd, validate, validation_truth
+  use loaded_wing, only: wing_of_argument
   use measurement_experiment, only: experiment_t
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_outcome, only: exit_code_of, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED
@@ -59,7 +59,7 @@ program training
 
 contains
 
-  !> Argument number i, 1 if there is none.
+  !> Returns argument number i as a number, 1 if there is none.
   integer function whole_argument(i)
     integer, intent(in) :: i
     character(:), allocatable :: problem

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The twin of a wing: a measurement that the model itself makes, on the same mesh, at ten places. Its errors are added
-!> by the caller. For validations of fits: nothing of the model's own errors is in it.
+!> Makes a measurement of a wing from the model itself, on the same mesh, at ten places. The caller adds the errors. It serves to
+!> validate fits, since it contains no error of the model.
 module bench_twin
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
   use base_text, only: number_text
-  use bench_places, only: MODERATE_FORCES, N_LOADS, place_on_wing
+  use loaded_wing, only: MODERATE_FORCES, N_LOADS, place_on_wing
   use measurement_data, only: measurement_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
@@ -21,7 +21,7 @@ module bench_twin
   !> Unknown 1 is ln E, the others are the logarithms of the joints' stiffness.
   character(*), parameter, public :: UNKNOWN_YOUNG = 'E'
 
-  !> A wing with ten joints and how it is measured.
+  !> A wing with ten joints and the way it is measured.
   type :: twin_t
     type(wing_t) :: wing
     type(solid_params_t) :: params           !< defaults, joints as the veins would be
@@ -54,7 +54,7 @@ contains
     self%numbers = [self%params%find(UNKNOWN_YOUNG), (self%params%count_basic() - N_JOINTS + i, i=1, N_JOINTS)]
   end subroutine twin_init
 
-  !> Logarithms of the unknowns at the defaults.
+  !> Returns the logarithms of the unknowns at the defaults.
   pure function twin_defaults(self) result(coordinates)
     class(twin_t), intent(in) :: self
     real(rp) :: coordinates(N_UNKNOWNS)
@@ -62,9 +62,9 @@ contains
     coordinates = [(log(self%params%get(self%numbers(i))), i=1, N_UNKNOWNS)]
   end function twin_defaults
 
-  !> `experiment` is what a wing with the unknowns truth(:) shows without any error, with `sigma` [m] as declared
-  !> sd of every deformation. Forces grow with E, so that deflections do not. Not `is_done` if a shape is not found,
-  !> lies in an excluded zone, or is reached by a snap.
+  !> Computes in `experiment` the measurement of a wing with the unknowns truth(:) without any error; `sigma` [m] is the declared
+  !> sd of every deformation. The forces are proportional to E, so that the deflections do not depend on it. Not `is_done` if a
+  !> shape is not found, lies in an excluded zone, or is reached by a snap.
   subroutine twin_measure(self, truth, sigma, experiment, is_done)
     class(twin_t), intent(in) :: self
     real(rp), intent(in) :: truth(N_UNKNOWNS), sigma
@@ -99,7 +99,7 @@ contains
     call experiment%init(m, self%wing, self%params, self%numbers, self%options, failure)
   end subroutine twin_measure
 
-  !> A flat measurement of a flat wing. The unloaded heights are exact.
+  !> Makes a flat measurement of a flat wing, whose unloaded heights are exact.
   subroutine lay_out(self, factor, sigma, m)
     type(twin_t), intent(in) :: self
     real(rp), intent(in) :: factor, sigma

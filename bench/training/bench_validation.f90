@@ -1,13 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One start of the paper's validation: a noise-free twin, E and ten joints unknown, the start random in the whole box.
-!> Generations of CMA-ES find where least squares can begin; the polish is that of msm_train.
+!> Runs one start of the paper's validation: a measurement without noise that the model made, E and ten joints unknown, the start
+!> random in the whole box. Generations of CMA-ES find a point where least squares can begin; the least squares are those of
+!> msm_train.
 module bench_validation
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: i8, rp
   use base_parameter, only: parameter_t
   use bench_twin, only: N_JOINTS, N_UNKNOWNS, twin_t
   use cmaes_options, only: cmaes_options_t
-  use cmaes_search, only: cmaes_search_t, start_region_t
+  use cmaes_search, only: cmaes_search_t, start_region_t, RESTARTS_IPOP
   use cmaes_stop, only: RUNNING
   use least_squares_continuation, only: fit_by_continuation
   use least_squares_fit, only: fit_options_t, fit_report_t
@@ -31,14 +32,14 @@ module bench_validation
 
 contains
 
-  !> Coordinates of the twin.
+  !> Returns the coordinates of the true values.
   pure function validation_truth(twin) result(truth)
     type(twin_t), intent(in) :: twin
     real(rp) :: truth(N_UNKNOWNS)
     truth = twin%defaults() + [0.0_rp, log(SOFTENED)]
   end function validation_truth
 
-  !> sd of every unknown at the truth in the linear approximation without priors.
+  !> Returns the sd of every unknown at the truth in the linear approximation without priors.
   function predict_sd(experiment, truth) result(sd)
     type(experiment_t), intent(in), target :: experiment
     real(rp), intent(in) :: truth(N_UNKNOWNS)
@@ -58,7 +59,7 @@ contains
     call problem%free()
   end function predict_sd
 
-  !> Prints what was found and, as the last line, the JSON record. `is_met`: all bars are.
+  !> Prints the results and, as the last line, the JSON record. `is_met` tells whether all requirements are met.
   subroutine validate(twin, experiment, truth, sd, seed, is_met)
     type(twin_t), intent(in) :: twin
     type(experiment_t), intent(in), target :: experiment
@@ -74,7 +75,7 @@ contains
     type(start_region_t) :: region
     type(cmaes_options_t) :: options
     real(rp), allocatable :: x(:, :)
-    real(rp) :: best(N_UNKNOWNS), f, h, cpu, cpu_end
+    real(rp) :: best(N_UNKNOWNS), f, h, cpu, cpu_end, seconds(2)
     integer(i8) :: begun, ended, rate, ignored
     integer :: n_evaluations, attempt
     logical :: has_best
@@ -93,7 +94,7 @@ contains
     region%is_box = .true.
     options%seed = seed
     options%max_evaluations = BAR_EVALUATIONS
-    call search%start(options, 'ipop', 9, region)
+    call search%start(options, RESTARTS_IPOP, 9, region)
     n_evaluations = 0
     h = huge(h)
     report%p = unknowns%prior
@@ -111,33 +112,39 @@ contains
     end do
     call cpu_time(cpu_end)
     call system_clock(ended)
-    call report_joints()
+    seconds = [cpu_end - cpu, real(ended - begun, rp)/real(rate, rp)]
+    call report_joints(experiment, report, truth, sd, n_evaluations, h, seconds, is_met)
     call work%free()
     call problem%free()
-
-  contains
-
-    subroutine report_joints()
-      type(parameter_t) :: parameter
-      real(rp) :: errors(N_UNKNOWNS), worst
-      integer :: i
-      errors = abs(exp(report%p - truth) - 1)
-      worst = maxval(errors(2:), mask=sd(2:) <= IDENTIFIABLE)
-      write (output_unit, '(a)') '  parameter                      truth        found  rel. error  predicted sd'
-      do i = 1, N_UNKNOWNS
-        parameter = experiment%describe(i)
-        write (output_unit, '(2x,a24,2es13.5,es12.2,es14.2,a)') parameter%name, exp(truth(i)), exp(report%p(i)), &
-          errors(i), sd(i), trim(merge('  not identifiable', '                  ', sd(i) > IDENTIFIABLE))
-      end do
-      is_met = errors(1) <= BAR_YOUNG .and. worst <= BAR_JOINT .and. h <= BAR_H .and. &
-               n_evaluations <= BAR_EVALUATIONS
-      write (output_unit, '(a,i0,4(a,es10.3),a,f0.1,a)') '{"evaluations":', n_evaluations, ',"E_rel":', errors(1), &
-        ',"joints_rel_max_identifiable":', worst, ',"h":', h, ',"cpu_s":', cpu_end - cpu, ',"wall_s":', &
-        real(ended - begun, rp)/real(rate, rp), '}'
-      flush (output_unit)
-    end subroutine report_joints
-
   end subroutine validate
+
+  !> Prints the parameters and, as the last line, the JSON record. `is_met`: all bars are.
+  subroutine report_joints(experiment, report, truth, sd, n_evaluations, h, seconds, is_met)
+    type(experiment_t), intent(in) :: experiment
+    type(fit_report_t), intent(in) :: report
+    real(rp), intent(in) :: truth(N_UNKNOWNS), sd(N_UNKNOWNS)
+    integer, intent(in) :: n_evaluations
+    real(rp), intent(in) :: h          !< [m] of the best fit
+    real(rp), intent(in) :: seconds(2) !< of processors, and of a clock on the wall
+    logical, intent(out) :: is_met
+    type(parameter_t) :: parameter
+    real(rp) :: errors(N_UNKNOWNS), worst
+    integer :: i
+    errors = abs(exp(report%p - truth) - 1)
+    worst = maxval(errors(2:), mask=sd(2:) <= IDENTIFIABLE)
+    write (output_unit, '(a)') '  parameter                      truth        found  rel. error  predicted sd'
+    do i = 1, N_UNKNOWNS
+      parameter = experiment%describe(i)
+      write (output_unit, '(2x,a24,2es13.5,es12.2,es14.2,a)') parameter%name, exp(truth(i)), exp(report%p(i)), &
+        errors(i), sd(i), trim(merge('  not identifiable', '                  ', sd(i) > IDENTIFIABLE))
+    end do
+    is_met = errors(1) <= BAR_YOUNG .and. worst <= BAR_JOINT .and. h <= BAR_H .and. &
+             n_evaluations <= BAR_EVALUATIONS
+    write (output_unit, '(a,i0,4(a,es10.3),a,f0.1,a)') '{"evaluations":', n_evaluations, ',"E_rel":', errors(1), &
+      ',"joints_rel_max_identifiable":', worst, ',"h":', h, ',"cpu_s":', seconds(1), ',"wall_s":', &
+      seconds(2), '}'
+    flush (output_unit)
+  end subroutine report_joints
 
   !> Some generations. Every candidate counts, also those given up at their first unsolved load.
   subroutine search_on(search, experiment, work, unknowns, x, n_evaluations)
@@ -165,7 +172,7 @@ contains
     end do
   end subroutine search_on
 
-  !> h [m] of a candidate, every load from the unloaded wing.
+  !> Computes h [m] of a candidate; the shape of every load is computed from the unloaded wing.
   subroutine judge(experiment, work, coordinates, h, violation, has_failed)
     type(experiment_t), intent(in) :: experiment
     type(evaluation_work_t), intent(inout) :: work
@@ -191,7 +198,8 @@ contains
     h = sqrt(h)
   end subroutine judge
 
-  !> The polish of msm_train from `start`; h [m] of the point where it ends, huge if the model cannot be computed at the start.
+  !> Runs the least squares of msm_train from `start`; returns h [m] of the point where it ends, or a huge number if the model
+  !> cannot be computed at the start.
   subroutine polish(problem, unknowns, start, n_evaluations, report, h)
     type(wing_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How often the 90 % intervals of msm_train hold the truth, over wings that are measured by other mechanics than its own: those
-of tools/make_measurement. The last line is JSON.
+"""Measures how often the 90 % intervals of msm_train contain the truth, over wings that are measured with other mechanics than
+its own: those of tools/make_measurement. The last line is JSON.
 
 usage: training_coverage.py BUILD N [FIRST] [--wing FILE] [--folder DIR] [--scans N] [--set SECTION.KEY=VALUE ...]
 
 Wing w has E and joints log-uniform within a factor of ten of the defaults, the ten loads of ini/train.json with forces in
-proportion to E, and white errors of 10 um in every height; the unloaded wing is scanned --scans times. Its random numbers
-depend on w alone. What wing w gave is kept in DIR/w/wing.json, so that a run that was cut goes on where it was; other options
+proportion to E, and white errors of 10 um in every height; the unloaded wing is scanned --scans times. Its random numbers depend
+on w alone. The results for wing w are kept in DIR/w/wing.json, so that an interrupted run continues where it was; other options
 need another DIR.
 """
 import argparse
@@ -35,8 +35,8 @@ from flusi_msm.measurement.synthesis import Bench, joint_truth, synthesise
 SOURCE = Path(__file__).resolve().parents[2]
 SEED = 20261122
 DESCRIPTION = SOURCE / "ini/train.json"
-# The program as it is shipped, in a box that holds every truth. (With fewer candidates, such as CMAES.max_evaluations=11, it
-# polishes from one start only, and cannot see that another minimum is lower.)
+# The program has its usual settings, in a box that holds every truth. (With fewer candidates, such as CMAES.max_evaluations=11,
+# its least squares start from one point only, and it cannot see that another minimum is lower.)
 SECTIONS = {"Train": {"parameters": "E 1e8 1e12, joint:* 1e-8 1e-2"}, "Saving": {"progress_interval": 1e6}}
 
 
@@ -68,7 +68,7 @@ def main():
 
 
 def cover_wing(options, w, folder):
-    """What msm_train says about wing w, and the truth."""
+    """Returns the result of msm_train for wing w, and the truth."""
     begun = resource.getrusage(resource.RUSAGE_SELF).ru_utime
     truth, redrawn = measure(options, w, folder)
     made = resource.getrusage(resource.RUSAGE_SELF).ru_utime - begun
@@ -88,8 +88,8 @@ def cover_wing(options, w, folder):
 
 
 def measure(options, w, folder):
-    """Makes measurement.h5; the truth by the names of the parameters, and how many truths were drawn before that had a load
-    without a shape, or with one behind a snap."""
+    """Makes measurement.h5. Returns the truth by the names of the parameters, and how many truths were drawn before that had a
+    load without a shape, or with a shape that is reached by a snap."""
     rng = np.random.default_rng([SEED, w])
     case = read_case(DESCRIPTION, [f"wing={json.dumps(str(options.wing.resolve()))}",
                                    f"noise.reference_scans={options.scans}"], drop=("stiffness",))
@@ -116,7 +116,7 @@ def measure(options, w, folder):
 
 
 def read_outcome(path, text):
-    """Intervals by the names of the parameters, and how the fit went."""
+    """Returns the intervals by the names of the parameters, and how the fit went."""
     found = {}
     with h5py.File(path) as file:
         names = bytes(file.attrs["unknowns"]).decode().split()
@@ -134,7 +134,8 @@ def read_outcome(path, text):
 
 
 def tally(results):
-    """Rows (truth held?, number of ends, does the fit meet the errors?, does a load jump?), and intervals given up."""
+    """Counts rows (truth in the interval?, number of ends, does the fit meet the errors?, does a load jump?), and intervals
+    that were given up."""
     rows, incomplete = [], 0
     for one in results:
         for name, interval in one["intervals"].items():
@@ -147,7 +148,7 @@ def tally(results):
 
 
 def tell(w, results):
-    """How far it is, and which intervals of this wing miss the truth."""
+    """Prints the progress, and which intervals of this wing miss the truth."""
     rows, _ = tally(results)
     one = results[-1]
     print(f"wing {w}: so far {sum(r[0] for r in rows if r[1] == 2)} of {sum(r[1] == 2 for r in rows)} intervals with both "

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One training of the paper's validation: E and ten joints from ten loads on a noise-free twin of the same mesh and
-model, from a random start. The last line is JSON.
+"""Runs one training of the paper's validation: E and ten joints from ten loads on a measurement without noise from the same
+mesh and model, from a random start. The last line is JSON.
 
 usage: training_program.py BUILD [--wing FILE] [--seed N] [--ranks N] [--folder DIR] [--set SECTION.KEY=VALUE ...]
 
@@ -29,7 +29,7 @@ FORCE = 0.25     # of the forces of ini/static.ini, so that no load snaps
 
 
 def write_input(folder, sections, changes):
-    """folder/train.ini with changes of the form SECTION.KEY=VALUE."""
+    """Writes folder/train.ini with changes of the form SECTION.KEY=VALUE."""
     for change in changes:
         place, value = change.split("=", 1)
         section, key = place.split(".")

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Times the transforms of P3DFFT next to the builtin ones, in turns in one process: whole fields forward and backward,
-!> and AB2 steps of a vortex ring on N^3 points. CPU time, summed over the ranks, medians of the turns.
+!> Measures the transforms of P3DFFT and the builtin ones, in turns in one process: whole fields forward and backward, and AB2
+!> steps of a vortex ring on N^3 points. The times are CPU times, summed over the ranks; medians of the turns are printed.
 !>
 !> usage: bench_transform N TURNS
 program bench_transform
@@ -76,7 +76,7 @@ contains
     end if
   end subroutine make_ring
 
-  !> Mean CPU seconds of a transform of one field, half of them forward, three fields at once, on all ranks together.
+  !> Returns the mean CPU seconds of a transform of one field, half of them forward, three fields at once, on all ranks together.
   real(rp) function transform_seconds(fluid) result(seconds)
     type(fluid_t), intent(inout) :: fluid
     real(rp), allocatable :: physical(:, :, :, :)
@@ -98,7 +98,7 @@ contains
     seconds = summed(seconds)
   end function transform_seconds
 
-  !> Mean CPU seconds of a step, on all ranks together.
+  !> Returns the mean CPU seconds of a step, on all ranks together.
   real(rp) function step_seconds(fluid) result(seconds)
     type(fluid_t), intent(inout) :: fluid
     type(request_t) :: nothing
@@ -126,7 +126,7 @@ contains
     call cpu_time(cpu)
   end function cpu
 
-  !> The medians of both, and the median of their ratio in each turn.
+  !> Prints the medians of both, and the median of their ratio in each turn.
   subroutine report(what, seconds)
     character(*), intent(in) :: what
     real(rp), intent(in) :: seconds(:, :)

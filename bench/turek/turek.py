@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An elastic beam behind a cylinder in a channel (ini/turek-hron.ini), cases FSI1 and FSI2 of Turek & Hron (2006, DOI
-10.1007/3-540-34596-5_15), and CFD1 and CFD2 with a rigid beam, on several grids. docs/results/verification-coupling.md holds the tables
-and says what is compared.
+"""Computes an elastic beam behind a cylinder in a channel (ini/turek-hron.ini) on several grids: the cases FSI1 and FSI2 of
+Turek & Hron (2006, DOI 10.1007/3-540-34596-5_15), and CFD1 and CFD2 with a rigid beam. docs/results/verification-coupling.md
+holds the tables and describes the comparisons.
 
 usage: turek.py <flusi> <folder> [case ...]     runs the cases (all of them without names), then prints
        turek.py --table <folder>                prints what is there; the last line is JSON
@@ -38,13 +38,13 @@ PUBLISHED = {
 
 
 def grid(points, thin=1):
-    """`points` over the height of the box; the layer is `thin` times thinner."""
+    """Returns the keys of a grid with `points` over the height of the box; the layer is `thin` times thinner."""
     dx = HEIGHT / points
     return {"ny": round(points * LENGTH / HEIGHT), "nz": points, "eps": (LAYER / thin * dx)**2 / NU, "iSaveVorticity": 0}
 
 
 def short(points, thin=1):
-    """A channel that ends 0.6 m behind the beam."""
+    """Returns the keys of a channel that ends 0.6 m behind the beam."""
     return {**grid(points, thin), "ny": round(points * LENGTH / HEIGHT / 2), "yl": LENGTH / 2}
 
 
@@ -66,7 +66,7 @@ CASES = {
     **{f"fsi2-{n}": {**grid(n, 2), **EARLY} for n in GRIDS[1:]},
     **{f"fsi2-{n}-short": {**short(n, 2), **EARLY} for n in GRIDS[1:]},
     "fsi2-96-short-thick": {**short(96), **EARLY},
-    # These go on from the end of fsi2-96-short.
+    # These continue from the end of fsi2-96-short.
     "fsi2-96-short-extrapolated": {**short(96, 2), **LATE, "coupling": "extrapolated"},
     "fsi2-96-short-strong": {**short(96, 2), **LATE, "coupling": "strong"},
     "fsi2-96-short-viscous": {**short(96, 2), **LATE, "load": "pressure_viscous"},
@@ -75,7 +75,7 @@ CASES = {
 
 
 def change(text, keys):
-    """The input file with other values; keys that are not in it go to their section."""
+    """Returns the input file with other values; keys that it does not have are added to their section."""
     homes = {"CFL_eta": "Time", "gravity": "Flexible_wing", "iDoBackup": "Saving"}
     for key, value in keys.items():
         new, count = re.subn(rf"(?m)^{key} = [^;]*;", f"{key} = {value};", text)
@@ -110,7 +110,7 @@ def series(path):
 
 
 def read(folder):
-    """Time, displacement of the end of the beam [m], drag and lift of cylinder and beam [N/m]."""
+    """Reads the time, the displacement of the end of the beam [m], and drag and lift of cylinder and beam [N/m]."""
     forces = series(folder / "forces.t")
     found = {"t": forces[:, 0], "drag": DENSITY * (forces[:, 2] + forces[:, 5]),
              "lift": DENSITY * (forces[:, 3] + forces[:, 6])}
@@ -121,13 +121,14 @@ def read(folder):
 
 
 def rising(t, x):
-    """Times at which x grows through 0."""
+    """Returns the times at which x rises through 0."""
     i = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
     return t[i] - x[i] * (t[i + 1] - t[i]) / (x[i + 1] - x[i])
 
 
 def swing(t, x, begin, end):
-    """Mean of the extremes, half their distance, frequency: as the benchmark defines them, over whole cycles."""
+    """Returns the mean of the extremes, half their distance, and the frequency: as the benchmark defines them, over whole
+    cycles."""
     inside = (t >= begin) & (t <= end)
     middle, half = (x[inside].max() + x[inside].min()) / 2, np.ptp(x[inside]) / 2
     crossings = rising(t[inside], x[inside] - middle)
@@ -136,7 +137,7 @@ def swing(t, x, begin, end):
 
 
 def steady(t, x):
-    """Its last value, and how much of it has changed over the last tenth of the time."""
+    """Returns the last value, and how much of it has changed over the last tenth of the time."""
     last = x[t >= 0.9 * t[-1]]
     return float(x[-1]), float(np.ptp(last) / abs(x[-1]))
 

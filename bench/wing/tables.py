@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tables of cycle-mean lift, drag and power of the rigid blowfly wings (ini/wing-rigid.ini) with the exact planform and
-without ramp.
+"""Computes tables of cycle-mean lift, drag and power of the rigid blowfly wings (ini/wing-rigid.ini) with the exact planform
+and without ramp.
 
 usage: bench/wing/run TABLE [--beats 4] [--ranks 2] [--flusi PROGRAM] [--folder runs/bench_wing] [--only NAME ...]
 
@@ -10,7 +10,7 @@ usage: bench/wing/run TABLE [--beats 4] [--ranks 2] [--flusi PROGRAM] [--folder 
   kinematics    two numbers vary that the paper does not give: the angle of the stroke plane, and that of the chord in the
                 downstroke
 
-Every case runs in a folder of its own, and a finished case is not run again. The last line is one JSON object.
+Every case runs in its own folder, and a finished case is not run again. The last line is one JSON object.
 """
 import argparse
 import json
@@ -29,7 +29,7 @@ LENGTH = 4.0                   # of the box
 
 
 def grid_of(n):
-    """Overrides for a box of n x n x n/2 points whose sponge keeps the length it has at 160 points."""
+    """Returns the overrides for a box of n x n x n/2 points whose sponge keeps the length it has at 160 points."""
     return {"Resolution": {"nx": n, "ny": n, "nz": n // 2}, "Sponge": {"sponge_thickness": round(n / 8)}}
 
 
@@ -47,7 +47,7 @@ def merged(*parts):
 
 
 def cases_of(table):
-    """(name, overrides) of every case; lengths in R, times in 1/f."""
+    """Returns (name, overrides) of every case; lengths in R, times in 1/f."""
     if table == "grid":
         h = LENGTH / 160
         return [(f"grid_{n}", merged(grid_of(n), sheet(4 * h, h, 1.0e-3))) for n in (96, 128, 160, 192, 240)]
@@ -68,7 +68,7 @@ def cases_of(table):
 
 
 def write_motion(folder, alpha_down):
-    """ini/kinematics/calliphora.ini with another angle between chord and stroke plane in the downstroke [deg]."""
+    """Writes ini/kinematics/calliphora.ini with another angle between chord and stroke plane in the downstroke [deg]."""
     text = (ROOT / "ini/kinematics/calliphora.ini").read_text()
     down, up = 90.0 - alpha_down, -70.0  # alpha is measured from the normal of the stroke plane
     text = re.sub(r"a0_alpha = .*", f"a0_alpha = {down + up};", text)
@@ -79,7 +79,7 @@ def write_motion(folder, alpha_down):
 
 
 def write_ini(path, overrides, beats):
-    """ini/wing-rigid.ini with other values; names of files are made absolute, no fields are saved."""
+    """Writes ini/wing-rigid.ini with other values; names of files are made absolute, no fields are saved."""
     overrides = merged({"Insects": {"WingShape": "from_file::wings/calliphora.ini", "wing_length": 1.0, "wing_ramp": 0.0}},
                        overrides, {"Time": {"Tmax": beats, "CFL": 0.5}, "Saving": {
         "tsave": "9.0e9", "iSaveVelocity": 0, "iSaveVorticity": 0, "iSaveWingSides": 0, "truntime": 0.25}})
@@ -89,7 +89,7 @@ def write_ini(path, overrides, beats):
 
 
 def means(folder):
-    """Lift [mN], drag [mN], power [mW] and their spreads over the averaged beats, from summary.txt."""
+    """Reads lift [mN], drag [mN], power [mW] and their spreads over the averaged beats from summary.txt."""
     found = {}
     for line in (folder / "summary.txt").read_text().splitlines():
         m = re.match(r"(lift|drag|aerodynamic power) +(-?[\d.]+) +(-?[\d.]+) +(-?[\d.]+) +(-?[\d.]+) +(-?[\d.]+)", line)

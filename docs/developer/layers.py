@@ -29,21 +29,24 @@ LAYERS = {
     "fluid": (0.0, BLUE, "Navier-Stokes"),
     "fsi": (0.0, BLUE, "wings in the flow"),
     "common": (0.9, GREY, "what programs share"),
-    "flusi": (0.0, BLUE, "program: flights"),
+    "simulation": (0.0, BLUE, "a flow from an ini file"),
+    "flusi": (0.0, BLUE, "program: flow, wing alone"),
     "msm_train": (2.3, ORANGE, "program: training"),
     "msm_diagnose": (3.4, ORANGE, "program: diagnosis"),
 }
 COLUMN, ROW, WIDTH, HEIGHT, MARGIN = 220, 95, 180, 50, 20
-CALL = re.compile(r"add_layer\((\w+)\s+SOURCES\s+(.*?)\s+USES\s+(.*?)\)", re.S)
+CALL = re.compile(r"add_(?:layer|part)\((\w+)\s+(?:\w+\s+)?SOURCES\s+(.*?)\s+USES\s+(.*?)\)", re.S)
 
 
 def read_layers(src):
-    """{layer: (folder, its sources, the layers that it names in USES)}"""
+    """{layer: (folder, its sources, the layers that it names in USES)}; a layer of parts names what one of them names."""
     found = {}
     for path in sorted(src.rglob("CMakeLists.txt")):
         for name, sources, uses in CALL.findall(path.read_text(encoding="utf-8")):
-            names = [word[len("flusi_"):] for word in uses.split() if word.startswith("flusi_")]
-            found[name] = (path.parent, sources.split(), names)
+            names = [word[len("flusi_"):] for word in uses.split()
+                     if word.startswith("flusi_") and not word.startswith(f"flusi_{name}_")]
+            _, before, others = found.get(name, (path.parent, [], []))
+            found[name] = (path.parent, before + sources.split(), others + [one for one in names if one not in others])
     return found
 
 

@@ -50,7 +50,7 @@ contains
     end do
   end function checksum_text
 
-  !> a + b modulo 2**64, by halves: an overflowing sum of Fortran integers is not defined.
+  !> Returns a + b modulo 2**64. It adds halves, because an overflowing sum of Fortran integers is not defined.
   pure elemental integer(i8) function checksum_add(a, b) result(total)
     integer(i8), intent(in) :: a, b
     integer(i8) :: low, high
@@ -59,7 +59,7 @@ contains
     total = ior(shiftl(iand(high, LOW_HALF), 32), iand(low, LOW_HALF))
   end function checksum_add
 
-  !> The term of one word at one position.
+  !> Returns the term that one word at one position adds to the checksum.
   pure elemental integer(i8) function scrambled(word, position)
     integer(i8), intent(in) :: word, position
     integer(i8) :: left, right, key, mixed

@@ -31,6 +31,7 @@ contains
     end do
   end subroutine crc32_add
 
+  !> Fills the table of the remainders of all bytes.
   pure subroutine fill(self)
     class(crc32_t), intent(inout) :: self
     integer(int32), parameter :: POLYNOMIAL = not(int(z'12477CDF', int32)) ! EDB88320

@@ -7,7 +7,7 @@ module base_files
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_null_char, c_associated
   implicit none
   private
-  public :: file_exists, rename_file, remove_file, empty_file, sync_path, replace_file
+  public :: file_exists, rename_file, remove_file, empty_file, replace_file
   public :: join_path, folder_of, name_of, stem_of, real_path, make_folder, link_file
 
   ! fopen and fileno instead of open: open takes a variable argument list, which no portable
@@ -141,7 +141,7 @@ contains
     if (ok .and. durable) call sync_path(folder_of(path), ok)
   end subroutine replace_file
 
-  !> `folder`/`name`; an empty folder is the current one.
+  !> Returns `folder`/`name`; an empty folder is the current one.
   pure function join_path(folder, name) result(path)
     character(*), intent(in) :: folder, name
     character(:), allocatable :: path

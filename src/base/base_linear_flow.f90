@@ -113,6 +113,7 @@ contains
     end do
   end subroutine flow_tangent
 
+  !> Returns the unit matrix (n, n).
   pure function identity(n) result(e)
     integer, intent(in) :: n
     real(rp) :: e(n, n)

@@ -12,9 +12,9 @@ module base_magnitude
 
 contains
 
-  !> '' if `value` lies between `least` and `most`, both positive. Otherwise a sentence that tells this range, which is that of
-  !> `whose`, and, if another power of a thousand brings the value into it, with which it lies nearest to the middle.
-  !> All in the same `unit`; without `has_prefixes` there is no name for a thousand of it.
+  !> Returns '' if `value` lies between `least` and `most`, both positive. Otherwise it returns a sentence that names this range,
+  !> which is usual for `whose`. If another power of a thousand brings the value into the range, the sentence suggests that unit.
+  !> All numbers are in the same `unit`; without `has_prefixes` the unit has no name for a thousand of it.
   pure function magnitude_doubt(value, least, most, unit, whose, has_prefixes) result(text)
     real(rp), intent(in) :: value, least, most
     character(*), intent(in) :: unit, whose
@@ -52,7 +52,7 @@ contains
     end if
   end function rounded
 
-  !> The unit times 10^POWERS(k).
+  !> Returns the name of the unit times 10^POWERS(k).
   pure function with_prefix(k, unit) result(text)
     integer, intent(in) :: k
     character(*), intent(in) :: unit
@@ -62,7 +62,7 @@ contains
     if (unit == 'kg') text = trim(OF_MASS(k))
   end function with_prefix
 
-  !> The number with another exponent, as a user would write it.
+  !> Returns the number with another decimal exponent, as a user would write it.
   pure function shifted(value, power) result(text)
     real(rp), intent(in) :: value
     integer, intent(in) :: power

@@ -64,8 +64,8 @@ contains
     call self%classify(kind)
   end subroutine outcome_fail
 
-  !> If `failure` has been raised since the last call it is of this kind, and decides how the program ends. Without a failure
-  !> nothing changes.
+  !> Sets the kind of a failure. If `failure` has been raised since the last call it is of this kind, and decides how the program
+  !> ends. Without a failure nothing changes.
   pure subroutine outcome_classify(self, kind)
     class(outcome_t), intent(inout) :: self
     integer, intent(in) :: kind

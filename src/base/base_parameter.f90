@@ -6,8 +6,8 @@ module base_parameter
   private
   public :: parameter_t, define_parameter, define_effect
 
-  !> The coordinate of a parameter is its natural logarithm if `is_log`, and its value otherwise. `lower`, `upper` and `null`
-  !> are values as a parameter is defined, and coordinates in what `as_coordinate` gives.
+  !> The coordinate of a parameter is its natural logarithm if `is_log`, and its value otherwise. `lower`, `upper` and `null` are
+  !> values in a parameter as it is defined, and coordinates in the result of `as_coordinate`.
   type :: parameter_t
     character(:), allocatable :: name, unit !< '1': of a number without a unit
     logical :: is_log = .false.      !< to be varied by factors
@@ -48,8 +48,8 @@ contains
     p%prior_sd = prior_sd
   end subroutine define_effect
 
-  !> Returns the same with coordinates for values, and the coordinate of `value` for its null. What is varied by factors and has
-  !> no positive lower bound reaches down to the least positive number.
+  !> Returns the same parameter with coordinates in place of values, and with the coordinate of `value` as its null. A parameter
+  !> that varies by factors and has no positive lower bound gets the least positive number as its lower bound.
   pure function parameter_as_coordinate(self, value) result(p)
     class(parameter_t), intent(in) :: self
     real(rp), intent(in) :: value

@@ -54,7 +54,7 @@ contains
     words = [w1, w2, w3, w4]
   end function philox
 
-  !> Both halves of the 64-bit product of two 32-bit words, of which a >= 2^31: (a - 2^32) b stays within 63 bits and a
+  !> Computes both halves of the 64-bit product of two 32-bit words, of which a >= 2^31: (a - 2^32) b stays within 63 bits and a
   !> sign, and b is added to its upper half.
   pure subroutine multiply(a, b, high, low)
     integer(i8), intent(in) :: a, b
@@ -93,7 +93,7 @@ contains
     g(2) = radius*sin(angle)
   end function random_gaussians
 
-  !> Independent numbers of mean 0 and variance 1, two from each place of a stream beginning at `position`:
+  !> Returns independent numbers of mean 0 and variance 1, two from each place of a stream beginning at `position`:
   !> the same as those of `random_gaussians`.
   pure subroutine fill_gaussians(seed, stream, position, values)
     integer(i8), intent(in) :: seed, stream, position

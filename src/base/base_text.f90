@@ -104,6 +104,7 @@ contains
     shown = "'"//printable(text, 60)//"'"
   end function quoted
 
+  !> Tells whether a byte continues a UTF-8 character rather than begins one.
   pure logical function is_utf8_continuation(byte) result(is_it)
     character, intent(in) :: byte
     is_it = ichar(byte) >= 128 .and. ichar(byte) < 192
@@ -220,6 +221,7 @@ contains
     end do
   end subroutine parse_reals
 
+  !> Reads the sign at the beginning of a number, if there is one.
   pure subroutine read_sign(text, start, negative)
     character(*), intent(in) :: text
     integer, intent(out) :: start !< where the digits begin
@@ -262,6 +264,7 @@ contains
     well_formed = n_digits > 0
   end subroutine read_mantissa
 
+  !> Reads a decimal exponent with an optional sign, and limits it to MAX_EXPONENT.
   pure subroutine read_exponent(text, exponent, well_formed)
     character(*), intent(in) :: text
     integer, intent(out) :: exponent
@@ -278,6 +281,7 @@ contains
     if (negative) exponent = -exponent
   end subroutine read_exponent
 
+  !> Returns an integer as text, without blanks.
   pure function integer_text(value) result(text)
     integer, intent(in) :: value
     character(:), allocatable :: text
@@ -286,6 +290,7 @@ contains
     text = trim(buffer)
   end function integer_text
 
+  !> Returns a real with as few digits as give the same number when they are read again.
   pure function real_text(value) result(text)
     real(rp), intent(in) :: value
     character(:), allocatable :: text, problem

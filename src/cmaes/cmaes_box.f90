@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The one place that knows how the coordinates of the search, u, belong to physical parameters: u in
-!> [0, 1] is the box, affine in the parameter or in its logarithm.
+!> Converts between the coordinates of the search, u, and physical parameters. u in [0, 1] is the box; the parameter or its
+!> logarithm is an affine function of u. No other module knows this.
 !>
 !>     linear   value = lower + u (upper - lower)
 !>     log      value = lower (upper/lower)^u

@@ -47,7 +47,7 @@ contains
     call build_roots(state, work)
   end subroutine decompose
 
-  !> C from B and d.
+  !> Computes C from B and d.
   subroutine rebuild(state)
     type(cmaes_state_t), intent(inout) :: state
     call build(state%b, state%d**2, state%c)
@@ -62,7 +62,7 @@ contains
     call build(state%b, work%z, work%inverse_root)
   end subroutine build_roots
 
-  !> product = B diag(values) B^T, symmetric to the bit.
+  !> Computes product = B diag(values) B^T, symmetric to the last bit.
   pure subroutine build(b, values, product)
     real(rp), intent(in), contiguous :: b(:, :)
     real(rp), intent(in), contiguous :: values(:)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One run of CMA-ES, by ask and tell: `ask` gives the candidates of a generation, the caller evaluates
-!> them anyhow and anywhere, `tell` learns from the values. Minimises.
+!> Makes one run of CMA-ES, which minimises f. `ask` gives the candidates of a generation, the caller evaluates them in any way,
+!> and `tell` learns from the values.
 !>
 !> Algorithm and constants: Hansen, The CMA Evolution Strategy: A Tutorial, arXiv:1604.00772v2. With a box
 !> the coordinates are in [0, 1]^n, see `cmaes_box` for what they mean.
@@ -113,6 +113,7 @@ contains
     end associate
   end subroutine cmaes_tell
 
+  !> Prepares the repetition of a generation with half the step, or ends the run if too many failed in a row.
   subroutine repeat_generation(options, lambda, state)
     type(cmaes_options_t), intent(in) :: options
     integer, intent(in) :: lambda

@@ -2,12 +2,22 @@
 !> What a user may choose about CMA-ES, with the defaults of the tutorial (Hansen, arXiv:1604.00772v2).
 module cmaes_options
   use base_kinds, only: rp, i8
+  use base_named_kinds, only: kind_of, named_kind_t, word_of
   use base_text, only: number_text
   use base_visitor, only: visited_t, visitor_t
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none
   private
-  public :: cmaes_options_t, option_problem, default_lambda, UNSET
+  public :: cmaes_options_t, option_problem, default_lambda, UNSET, WEIGHTINGS, WEIGHTS_ACTIVE, WEIGHTS_POSITIVE, WEIGHTS_PAPER, &
+            CONSTANT_SETS, CONSTANTS_TUTORIAL, CONSTANTS_PAPER
+
+  integer, parameter :: WEIGHTS_ACTIVE = 1, WEIGHTS_POSITIVE = 2, WEIGHTS_PAPER = 3
+  type(named_kind_t), parameter :: WEIGHTINGS(3) = [named_kind_t('active', WEIGHTS_ACTIVE), &
+                                                    named_kind_t('positive', WEIGHTS_POSITIVE), &
+                                                    named_kind_t('paper', WEIGHTS_PAPER)]
+  integer, parameter :: CONSTANTS_TUTORIAL = 1, CONSTANTS_PAPER = 2 !< the latter are those of pCMALib
+  type(named_kind_t), parameter :: CONSTANT_SETS(2) = [named_kind_t('tutorial', CONSTANTS_TUTORIAL), &
+                                                       named_kind_t('paper', CONSTANTS_PAPER)]
 
   real(rp), parameter :: UNSET = -1 !< a constant that follows from n and lambda
 
@@ -15,8 +25,8 @@ module cmaes_options
   !> in the coordinates of the search, in which a box has the side 1. The tolerances of f are relative to
   !> `f_scale`.
   type, extends(visited_t) :: cmaes_options_t
-    character(8) :: weights = 'active'     !< active | positive | paper
-    character(8) :: constants = 'tutorial' !< tutorial | paper (those of pCMALib)
+    integer :: weights = WEIGHTS_ACTIVE
+    integer :: constants = CONSTANTS_TUTORIAL
     integer :: lambda = 0                  !< candidates of a generation; default 4 + floor(3 ln n)
     integer :: mu = 0                      !< parents; default lambda/2, rounded down
     real(rp) :: sigma0 = 0.3_rp            !< first standard deviation of the sample
@@ -46,12 +56,17 @@ module cmaes_options
 
 contains
 
-  !> Shows to the visitor what a search is, but not how long it goes on.
+  !> Shows to the visitor what a search is, but not how long it goes on. Kinds are shown as words, which files keep.
   subroutine options_visit(self, visitor)
     class(cmaes_options_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor
-    call visitor%visit('weights', self%weights)
-    call visitor%visit('constants', self%constants)
+    character(8) :: weights, constants
+    weights = word_of(WEIGHTINGS, self%weights)
+    constants = word_of(CONSTANT_SETS, self%constants)
+    call visitor%visit('weights', weights)
+    call visitor%visit('constants', constants)
+    self%weights = kind_of(WEIGHTINGS, weights)
+    self%constants = kind_of(CONSTANT_SETS, constants)
     call visitor%visit('lambda', self%lambda)
     call visitor%visit('mu', self%mu)
     call visitor%visit('sigma0', self%sigma0)
@@ -83,9 +98,9 @@ contains
     problem = ''
     lambda = merge(options%lambda, default_lambda(max(1, n)), options%lambda > 0)
     if (n < 1) problem = 'there must be at least one parameter'
-    call refuse(all(options%weights /= [character(8) :: 'active', 'positive', 'paper']), &
+    call refuse(all(options%weights /= WEIGHTINGS%kind), &
                 'weights must be active, positive or paper')
-    call refuse(all(options%constants /= [character(8) :: 'tutorial', 'paper']), &
+    call refuse(all(options%constants /= CONSTANT_SETS%kind), &
                 'constants must be tutorial or paper')
     call refuse(options%lambda /= 0 .and. options%lambda < 3, 'lambda must be at least 3, or 0 for the default')
     call refuse(options%mu < 0, 'mu must not be negative')
@@ -101,7 +116,7 @@ contains
     if (problem == '') call refuse(max(options%c_1, 0.0_rp) + max(options%c_mu, 0.0_rp) > 1, &
                                    'c_1 + c_mu must not exceed 1')
     call refuse(outside(options%alpha_minus, huge(1.0_rp)), 'alpha_minus must not be negative')
-    if (problem == '') call refuse(options%alpha_minus > 0 .and. options%weights /= 'active', &
+    if (problem == '') call refuse(options%alpha_minus > 0 .and. options%weights /= WEIGHTS_ACTIVE, &
                                    'alpha_minus needs active weights')
     call refuse(is_below(options%tolfun, -tiny(1.0_rp)) .or. is_below(options%tolfunhist, -tiny(1.0_rp)) .or. &
                 is_below(options%tolx, -tiny(1.0_rp)), 'tolerances must not be negative')
@@ -123,7 +138,7 @@ contains
 
   end function option_problem
 
-  !> Not finite, or at most `least`, or below it if not `or_equal`.
+  !> Tells whether x is not finite, or at most `least`, or below it if not `or_equal`.
   pure logical function is_below(value, least, or_equal)
     real(rp), intent(in) :: value, least
     logical, intent(in), optional :: or_equal
@@ -133,7 +148,7 @@ contains
     if (present(or_equal)) is_below = value < least
   end function is_below
 
-  !> Neither UNSET nor in [0, most].
+  !> Tells whether x is neither UNSET nor in [0, most].
   pure logical function outside(value, most)
     real(rp), intent(in) :: value, most
     outside = .true.

@@ -4,7 +4,7 @@
 module cmaes_params
   use base_errors, only: require
   use base_kinds, only: rp
-  use cmaes_options, only: cmaes_options_t, default_lambda, option_problem
+  use cmaes_options, only: cmaes_options_t, default_lambda, option_problem, CONSTANTS_PAPER, WEIGHTS_ACTIVE, WEIGHTS_PAPER
   implicit none
   private
   public :: cmaes_params_t, derive_params, default_lambda, weights_of_valid
@@ -48,12 +48,12 @@ contains
     if (options%mu > 0) p%mu = min(options%mu, p%mu)
     p%sigma0 = options%sigma0
     if (present(sigma0)) p%sigma0 = sigma0
-    p%is_paper = options%weights == 'paper'
+    p%is_paper = options%weights == WEIGHTS_PAPER
     allocate (p%weights(p%lambda))
     call raw_weights(p%is_paper, p%mu, p%weights)
     p%mu_eff = effective(p%weights(:p%mu))
     p%mu_eff_minus = effective(p%weights(p%mu + 1:))
-    if (options%constants == 'paper') then
+    if (options%constants == CONSTANTS_PAPER) then
       call paper_constants(p)
     else
       call tutorial_constants(p)
@@ -65,7 +65,7 @@ contains
     p%d_sigma = damping(n, p%mu_eff, p%c_sigma)
     call override(p%d_sigma, options%d_sigma)
     p%c_m = options%c_m
-    if (options%weights == 'active' .and. p%c_mu > 0) &
+    if (options%weights == WEIGHTS_ACTIVE .and. p%c_mu > 0) &
       p%alpha_minus = min(1 + p%c_1/p%c_mu, 1 + 2*p%mu_eff_minus/(p%mu_eff + 2), &
                           (1 - p%c_1 - p%c_mu)/(p%n*p%c_mu))
     call override(p%alpha_minus, options%alpha_minus)
@@ -80,7 +80,7 @@ contains
     if (options%tolstagnation > 0) p%tolstagnation = options%tolstagnation
   end function derive_params
 
-  !> w'_i = ln(mu + 1/2) - ln i, which is ln((lambda + 1)/2) - ln i for even lambda and the default mu;
+  !> Computes w'_i = ln(mu + 1/2) - ln i, which is ln((lambda + 1)/2) - ln i for even lambda and the default mu;
   !> the paper has ln(mu + 1) - ln i, which is the tutorial's for odd lambda.
   pure subroutine raw_weights(is_paper, mu, weights)
     logical, intent(in) :: is_paper
@@ -112,11 +112,13 @@ contains
     call scale_weights(p%alpha_minus, mu, weights)
   end subroutine weights_of_valid
 
+  !> Returns the effective number of weights: sum(w)^2/sum(w^2).
   pure real(rp) function effective(w)
     real(rp), intent(in) :: w(:)
     effective = sum(w)**2/sum(w**2)
   end function effective
 
+  !> Sets the learning rates of Hansen's tutorial.
   pure subroutine tutorial_constants(p)
     type(cmaes_params_t), intent(inout) :: p
     real(rp) :: n
@@ -127,7 +129,7 @@ contains
     p%c_c = (4 + p%mu_eff/n)/(n + 4 + 2*p%mu_eff/n)
   end subroutine tutorial_constants
 
-  !> One learning rate c_cov for both updates, of which the rank-one update has the share 1/mu_eff.
+  !> Sets the learning rates of the paper: one rate c_cov for both updates, of which the rank-one update has the share 1/mu_eff.
   pure subroutine paper_constants(p)
     type(cmaes_params_t), intent(inout) :: p
     real(rp) :: n, c_cov, fraction
@@ -140,14 +142,15 @@ contains
     p%c_c = 4/(n + 4)
   end subroutine paper_constants
 
+  !> Returns the damping of the step size.
   pure real(rp) function damping(n, mu_eff, c_sigma) result(d)
     integer, intent(in) :: n
     real(rp), intent(in) :: mu_eff, c_sigma
     d = 1 + 2*max(0.0_rp, sqrt(max(0.0_rp, (mu_eff - 1)/(n + 1))) - 1) + c_sigma
   end function damping
 
-  !> The positive weights to the sum 1, the negative ones to -alpha_minus: the largest sum for which C
-  !> stays positive definite and learns no faster than from the positive ones, or 0.
+  !> Scales the positive weights to the sum 1 and the negative ones to the sum -alpha_minus: the largest sum with which C stays
+  !> positive definite and learns no faster than from the positive ones, or 0.
   pure subroutine scale_weights(alpha_minus, mu, weights)
     real(rp), intent(in) :: alpha_minus
     integer, intent(in) :: mu
@@ -158,7 +161,7 @@ contains
     if (total > 0) weights(mu + 1:) = alpha_minus*weights(mu + 1:)/total
   end subroutine scale_weights
 
-  !> Takes what the user has set.
+  !> Replaces constants by those that the user has set.
   pure subroutine override(constant, value)
     real(rp), intent(inout) :: constant
     real(rp), intent(in) :: value

@@ -43,14 +43,14 @@ contains
     where (work%classes == FEASIBLE) work%keys = work%keys + work%distances
   end subroutine penalise
 
-  !> How far outside, with sign.
+  !> Returns how far a coordinate lies outside the box, with sign.
   pure real(rp) function excess(x)
     real(rp), intent(in) :: x
     excess = x - clip(x)
   end function excess
 
-  !> Puts the interquartile range of f over the variance of the sample into the ring; a generation with
-  !> less than four feasible candidates or equal quartiles says nothing.
+  !> Adds the interquartile range of f over the variance of the sample to the ring. A generation with fewer than four feasible
+  !> candidates or with equal quartiles adds nothing.
   subroutine note_spread(p, state, work)
     type(cmaes_params_t), intent(in) :: p
     type(cmaes_state_t), intent(inout) :: state
@@ -70,7 +70,7 @@ contains
     state%penalty%n = state%penalty%n + 1
   end subroutine note_spread
 
-  !> Weights begin when the mean is outside, and grow in coordinates whose mean is far outside.
+  !> Sets the weights when the mean leaves the box for the first time, and raises those of coordinates whose mean is far outside.
   subroutine adapt_weights(p, state, work)
     type(cmaes_params_t), intent(in) :: p
     type(cmaes_state_t), intent(inout) :: state

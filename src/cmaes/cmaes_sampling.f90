@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Candidates as a function of the state and of (seed, restart, generation, attempt, candidate) alone:
-!> x = m + sigma B diag(d) B^T z with z from a counter-based generator.
+!> Draws candidates. They depend on the state and on (seed, restart, generation, attempt, candidate) alone: x = m + sigma B
+!> diag(d) B^T z with z from a counter-based generator.
 !>
 !> The symmetric root makes x independent of the signs and, for equal eigenvalues, of the choice of the
 !> eigenvectors, which differ between LAPACK libraries.
@@ -11,7 +11,7 @@ module cmaes_sampling
   use cmaes_state, only: cmaes_state_t, cmaes_work_t
   implicit none
   private
-  public :: draw_candidate, draw_normals, draw_uniforms
+  public :: draw_candidate, draw_uniforms
 
   integer, parameter :: ATTEMPT_BITS = 8
 

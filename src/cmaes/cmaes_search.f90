@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A search: runs of CMA-ES one after another under one budget of evaluations.
+!> Makes a search: runs of CMA-ES, one after another, which share one budget of evaluations.
 !>
 !> IPOP (Auger and Hansen, CEC 2005): every restart doubles lambda. BIPOP (Hansen, GECCO 2009 workshop):
 !> restarts with a doubled lambda alternate with runs of small populations and steps,
@@ -8,6 +8,7 @@
 module cmaes_search
   use base_errors, only: require
   use base_kinds, only: rp, i8
+  use base_named_kinds, only: named_kind_t
   use base_text, only: number_text
   use base_visitor, only: visited_t, visitor_t
   use cmaes_optimiser, only: cmaes_t
@@ -17,7 +18,13 @@ module cmaes_search
   use cmaes_stop, only: RUNNING, FTARGET, MAXFEVALS, TOO_MANY_FAILED, stop_text
   implicit none
   private
-  public :: cmaes_search_t, cmaes_search_state_t, start_region_t, FIRST_RUN, LARGE_RUN, SMALL_RUN
+  public :: cmaes_search_t, cmaes_search_state_t, start_region_t, FIRST_RUN, LARGE_RUN, SMALL_RUN, RESTART_RULES, RESTARTS_NONE, &
+            RESTARTS_IPOP, RESTARTS_BIPOP
+
+  integer, parameter :: RESTARTS_NONE = 1, RESTARTS_IPOP = 2, RESTARTS_BIPOP = 3
+  type(named_kind_t), parameter :: RESTART_RULES(3) = [named_kind_t('none', RESTARTS_NONE), &
+                                                       named_kind_t('ipop', RESTARTS_IPOP), &
+                                                       named_kind_t('bipop', RESTARTS_BIPOP)]
 
   integer, parameter :: FIRST_RUN = 0, LARGE_RUN = 1, SMALL_RUN = 2
   integer, parameter :: START = 1, SCHEDULE = 2 ! purposes of random numbers
@@ -52,7 +59,7 @@ module cmaes_search
 
   type, extends(visited_t) :: cmaes_search_t
     type(cmaes_options_t) :: options
-    character(5) :: restarts = 'none' !< none | ipop | bipop
+    integer :: restarts = RESTARTS_NONE
     integer :: max_restarts = 9
     type(start_region_t) :: region
     type(cmaes_search_state_t) :: state
@@ -69,15 +76,15 @@ module cmaes_search
 
 contains
 
-  !> Begins the first run. `restarts` is none, ipop or bipop; the options are without mistakes.
+  !> Begins the first run. The options are without mistakes.
   subroutine search_start(self, options, restarts, max_restarts, region)
     class(cmaes_search_t), intent(out) :: self
     type(cmaes_options_t), intent(in) :: options
-    character(*), intent(in) :: restarts
+    integer, intent(in) :: restarts !< RESTARTS_*
     integer, intent(in) :: max_restarts
     type(start_region_t), intent(in) :: region
     type(cmaes_params_t) :: p
-    call require(any(restarts == [character(5) :: 'none', 'ipop', 'bipop']), 'search_start: a known kind of restarts')
+    call require(any(restarts == RESTART_RULES%kind), 'search_start: a known kind of restarts')
     call require(size(region%lower) == size(region%upper), 'search_start: corners of equal size')
     self%options = options
     self%restarts = restarts
@@ -93,7 +100,7 @@ contains
     call begin_run(self)
   end subroutine search_start
 
-  !> The run that the state describes.
+  !> Returns the run that the state describes.
   subroutine begin_run(self)
     class(cmaes_search_t), intent(inout) :: self
     type(cmaes_options_t) :: options
@@ -132,7 +139,7 @@ contains
     if (self%state%stop_code == RUNNING) call begin_run(self)
   end subroutine search_tell
 
-  !> Books a run that has ended, and chooses the next or ends the search.
+  !> Records a run that has ended, and chooses the next one or ends the search.
   subroutine finish_run(self)
     class(cmaes_search_t), intent(inout) :: self
     integer(i8) :: spent, left
@@ -156,7 +163,7 @@ contains
     self%state%last_stop = self%run%state%stop_code
     left = self%options%max_evaluations - self%state%evaluations
     if (self%state%last_stop == FTARGET .or. self%state%last_stop == TOO_MANY_FAILED .or. &
-        self%restarts == 'none' .or. self%state%restart >= self%max_restarts) then
+        self%restarts == RESTARTS_NONE .or. self%state%restart >= self%max_restarts) then
       self%state%stop_code = self%state%last_stop
       return
     end if
@@ -164,7 +171,7 @@ contains
     if (self%state%lambda > left) self%state%stop_code = MAXFEVALS
   end subroutine finish_run
 
-  !> Regime, population, step and budget of the next run.
+  !> Sets kind, population, step and budget of the next run.
   subroutine choose_next(self, left)
     class(cmaes_search_t), intent(inout) :: self
     integer(i8), intent(in) :: left
@@ -174,7 +181,7 @@ contains
     associate (state => self%state)
       state%restart = state%restart + 1
       state%run_limit = left
-      if (self%restarts == 'bipop' .and. state%n_large > 0 .and. state%spent_small < state%spent_large) then
+      if (self%restarts == RESTARTS_BIPOP .and. state%n_large > 0 .and. state%spent_small < state%spent_large) then
         state%regime = SMALL_RUN
         call draw_uniforms(self%options%seed, state%restart, SCHEDULE, u)
         ratio = 0.5_rp*2.0_rp**state%n_large
@@ -237,7 +244,7 @@ contains
     call visitor%visit('search', self%state)
     if (visitor%failure%failed) return
     if (visitor%is_reading) then
-      ! What is left of the budget of today; small runs have one of their own besides.
+      ! The run has what remains of the present budget; small runs have a limit in addition.
       left = self%options%max_evaluations - self%state%evaluations
       if (self%state%regime == SMALL_RUN) left = min(left, self%state%run_limit)
       self%state%run_limit = left

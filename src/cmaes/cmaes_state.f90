@@ -13,7 +13,7 @@ module cmaes_state
 
   !> What has been counted since the run began.
   type, extends(visited_t) :: cmaes_counts_t
-    integer(i8) :: evaluations = 0              !< told so far, failed ones included
+    integer(i8) :: evaluations = 0              !< reported to the search so far, failed ones included
     integer(i8) :: n_infeasible = 0, n_failed = 0
     integer :: n_repairs = 0                    !< decompositions that failed and were replaced by an older one
     integer :: n_floored = 0                    !< decompositions with eigenvalues raised to the floor
@@ -34,8 +34,8 @@ module cmaes_state
 
   !> The course of f, from which the tests of `cmaes_stop` see that a run stagnates.
   type, extends(visited_t) :: cmaes_history_t
-    integer :: n = 0                            !< generations put into the rings
-    real(rp), allocatable :: best(:), median(:) !< rings of f of generations; huge where nothing was feasible
+    integer :: n = 0                            !< generations stored in the ring buffers
+    real(rp), allocatable :: best(:), median(:) !< ring buffers of f of generations; huge where nothing was feasible
     integer :: n_flat = 0                       !< successive generations with equal parents
     real(rp) :: f_scale = -1                    !< unit of the tolerances of f; negative: not known yet
   contains
@@ -147,7 +147,7 @@ contains
     call visitor%visit('attempt', self%attempt)
     call visitor%visit('last_eigen', self%last_eigen)
     call visitor%visit('stop_code', self%stop_code)
-    ! All names stand side by side in a checkpoint.
+    ! In a checkpoint all names are at the same level.
     call self%counts%visit(visitor)
     call self%best%visit(visitor)
     call self%history%visit(visitor)
@@ -176,7 +176,7 @@ contains
     call visitor%visit('best_evaluation', self%evaluation)
   end subroutine best_visit
 
-  !> Shows every component to the visitor; the rings have their size.
+  !> Shows every component to the visitor; the ring buffers have their size.
   subroutine history_visit(self, visitor)
     class(cmaes_history_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor

@@ -53,7 +53,7 @@ contains
     case (TOLFACUPX)
       text = 'the step grew by tolfacupx: sigma0 is far too small, or the search diverges'
     case (TOLUPSIGMA)
-      text = 'sigma grows while the axes shrink: creeping'
+      text = 'the step size grows while the axes of the distribution shrink: the search makes no progress'
     case (STAGNATION)
       text = 'neither the best nor the median f has improved for tolstagnation generations'
     case (FLAT_FITNESS)
@@ -96,7 +96,7 @@ contains
 
   contains
 
-    !> f of the candidate of that rank, huge if it is not feasible.
+    !> Returns f of the candidate of that rank, huge if it is not feasible.
     real(rp) function f_at(r)
       integer, intent(in) :: r
       f_at = huge(1.0_rp)
@@ -146,12 +146,13 @@ contains
     end do
   end function find_stop
 
+  !> Tells whether two reals are equal.
   pure logical function same(a, b)
     real(rp), intent(in) :: a, b
     same = abs(a - b) <= 0
   end function same
 
-  !> Range of the best f of the last n_recent generations; huge if one had no feasible candidate.
+  !> Returns the range of the best f of the last n_recent generations; huge if one had no feasible candidate.
   pure real(rp) function recent_range(p, state) result(range)
     type(cmaes_params_t), intent(in) :: p
     type(cmaes_state_t), intent(in) :: state
@@ -168,7 +169,7 @@ contains
     if (high < huge(1.0_rp)) range = high - low
   end function recent_range
 
-  !> Range of f in the last generation; huge unless all candidates were feasible.
+  !> Returns the range of f in the last generation; huge unless all candidates were feasible.
   pure real(rp) function generation_range(work, f) result(range)
     type(cmaes_work_t), intent(in) :: work
     real(rp), intent(in) :: f(:)
@@ -176,8 +177,8 @@ contains
     if (all(work%classes == FEASIBLE)) range = maxval(f) - minval(f)
   end function generation_range
 
-  !> The medians over the newest WINDOW generations are no better than those over WINDOW generations
-  !> tolstagnation before.
+  !> Tells whether the run stagnates: the medians over the newest WINDOW generations are no better than those over WINDOW
+  !> generations tolstagnation before.
   logical function is_stagnant(p, state, work)
     type(cmaes_params_t), intent(in) :: p
     type(cmaes_state_t), intent(in) :: state
@@ -190,7 +191,7 @@ contains
 
   contains
 
-    !> Median of WINDOW entries that end `back` generations ago.
+    !> Returns the median of WINDOW entries that end `back` generations ago.
     real(rp) function window_median(history, back)
       real(rp), intent(in) :: history(:)
       integer, intent(in) :: back

@@ -19,7 +19,7 @@ module diagnosis_case
   private
   public :: diagnosis_case_t
 
-  !> The free parameters are those of the baseline; the experiment has no unknowns of its own.
+  !> The free parameters are those of the baseline; the experiment itself has no unknowns.
   type, extends(bending_case_t) :: diagnosis_case_t
     real(rp) :: membrane_sd = 0             !< of log D
     type(catalogue_t) :: catalogue
@@ -40,7 +40,8 @@ module diagnosis_case
 
 contains
 
-  !> Whether the measurement holds nothing but records of forces over the beat, so that the mechanics of the wing do not matter.
+  !> Tells whether the measurement holds nothing but records of forces over the beat, so that the mechanics of the wing do not
+  !> matter.
   pure logical function case_only_flies(self) result(only_flies)
     class(diagnosis_case_t), intent(in) :: self
     only_flies = size(self%measurement%loads) == 0 .and. .not. self%measurement%moves() .and. self%measurement%count_flights() > 0

@@ -48,7 +48,7 @@ contains
     call find_best_loads(s, simulator, found)
   end subroutine find_detectability
 
-  !> For each effect the load at a new place that would lower this strength most.
+  !> Finds for each effect the load at a new place that would lower this strength most.
   subroutine find_best_loads(s, simulator, found)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator

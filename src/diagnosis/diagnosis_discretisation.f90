@@ -12,7 +12,7 @@
 !> What the mesh does depends on the wing. Where a cause is clear, the difference is taken anew with this cause in both
 !> models, as strong as it was found on the mesh of the diagnosis.
 !>
-!> Both fits are rough: what they lack lies along the unknowns of the baseline, which are fitted anew in all that follows.
+!> Both fits are rough. Their errors lie along the unknowns of the baseline, which all later steps fit again.
 module diagnosis_discretisation
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -25,7 +25,6 @@ module diagnosis_discretisation
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_task, only: wing_patterns_t
   use inference_refit, only: fit_nested, fit_loosely, nested_fit_t, loose_options
-  use inference_relinearisation, only: model_error_t
   use inference_whitener, only: whitener_t
   use io_journal, only: journal_t
   use least_squares_fit, only: fit_options_t
@@ -43,7 +42,7 @@ module diagnosis_discretisation
   !> Half of what lies between the errors of first order and those of second, d/(2^p - 1) with p = 1 and 2.
   real(rp), parameter :: LOADS_DIFFER = 1.0_rp/3
 
-  type, extends(model_error_t) :: discretisation_error_t
+  type :: discretisation_error_t
     logical :: is_found = .false.
     integer :: n_points = 0               !< of the finer mesh
     real(rp) :: rms = 0                   !< [m] of the difference that remains after both fits
@@ -62,9 +61,10 @@ module diagnosis_discretisation
     procedure :: init => discretisation_init
     procedure :: find => discretisation_find
     procedure :: use_journal => discretisation_use_journal
+    procedure :: begin_renewal => discretisation_begin_renewal
     procedure :: renew => discretisation_renew
+    procedure :: serve_first => discretisation_serve_first
     procedure :: serve => discretisation_serve
-    procedure :: shut_down => discretisation_shut_down
     procedure :: free => discretisation_free
   end type discretisation_error_t
 
@@ -152,7 +152,7 @@ contains
     call set_error_directions(simulator, fine - coarse)
   end subroutine discretisation_find
 
-  !> The directions of the error for a difference(n) of both meshes.
+  !> Returns the directions of the error for a difference(n) of both meshes.
   subroutine set_error_directions(simulator, difference)
     type(wing_simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: difference(:)
@@ -165,34 +165,43 @@ contains
     call simulator%set_error_directions(directions)
   end subroutine set_error_directions
 
-  !> Takes the difference of both meshes at q. On rank 0, within `run_diagnosis`; the others are in `serve`.
-  subroutine discretisation_renew(self, whitener, q)
+  !> Evaluates the simulator of the diagnosis at q, the fit of a cause, before the other mesh is fitted there: residuals `own` and the
+  !> same point q_other of the other mesh. `can_renew` false: there is no such point, or no result. On rank 0, while the others serve
+  !> the simulator of the diagnosis.
+  subroutine discretisation_begin_renewal(self, q, q_other, own, can_renew)
     class(discretisation_error_t), intent(inout) :: self
-    type(whitener_t), intent(in), target :: whitener
     real(rp), intent(in) :: q(:)
-    type(nested_fit_t) :: fitted
-    integer :: i, more
-    logical :: is_valid
-    real(rp), allocatable :: q_other(:)
-    real(rp) :: diagnosis_simulator(whitener%n), other(whitener%n), nothing(whitener%n, 0)
+    real(rp), allocatable, intent(out) :: q_other(:)
+    real(rp), intent(out) :: own(:)
+    logical, intent(out) :: can_renew
+    real(rp) :: nothing(size(own), 0)
+    can_renew = .false.
     if (.not. self%is_found) return
     call map_to_other_mesh(self, q, q_other)
     if (.not. allocated(q_other)) return
-    call self%diagnosis_simulator%evaluate(q, [integer ::], diagnosis_simulator, nothing, is_valid)
-    if (.not. is_valid) return
-    call self%diagnosis_simulator%shut_down()
-    more = self%world%max_integer(1)
+    call self%diagnosis_simulator%evaluate(q, [integer ::], own, nothing, can_renew)
+  end subroutine discretisation_begin_renewal
+
+  !> Takes the difference of both meshes there. On rank 0, after `begin_renewal`; the others are in `serve`.
+  subroutine discretisation_renew(self, whitener, q_other, own)
+    class(discretisation_error_t), intent(inout) :: self
+    type(whitener_t), intent(in), target :: whitener
+    real(rp), intent(in) :: q_other(:), own(:)
+    type(nested_fit_t) :: fitted
+    integer :: i
+    logical :: is_valid
+    real(rp) :: other(whitener%n), nothing(whitener%n, 0)
     call self%simulator%start_from_mesh(self%diagnosis_simulator, self%parents)
     call fit_nested(self%simulator, whitener, [(i, i=1, self%diagnosis_simulator%n_baseline)], q_other, self%options, fitted)
     is_valid = fitted%is_found
     if (is_valid) call self%simulator%evaluate(fitted%q, [integer ::], other, nothing, is_valid)
     call self%simulator%shut_down()
-    if (is_valid) call set_error_directions(self%diagnosis_simulator, other - diagnosis_simulator)
+    if (is_valid) call set_error_directions(self%diagnosis_simulator, other - own)
   end subroutine discretisation_renew
 
-  !> Parameters of the other mesh for q of the own one; none if it has not all of them that differ from their null. A soft
-  !> place stands for a piece of vein as long as its edges are: what counts is by how much it turns more, and a piece of
-  !> half the length is twice as stiff.
+  !> Returns the parameters of the other mesh that correspond to q of this mesh, or none if the other mesh lacks a parameter that
+  !> differs from its null. A soft place stands for a piece of vein as long as its edges. What counts is how much more it turns,
+  !> and a piece of half the length is twice as stiff.
   subroutine map_to_other_mesh(self, q, q_other)
     class(discretisation_error_t), intent(in) :: self
     real(rp), intent(in) :: q(:)
@@ -216,7 +225,7 @@ contains
     if (all(abs(values) < huge(1.0_rp))) call move_alloc(values, q_other)
   end subroutine map_to_other_mesh
 
-  !> The place of parameter i among those of another mesh; 0: nowhere.
+  !> Returns the number of parameter i among those of another mesh; 0 if it is not there.
   pure recursive integer function find_counterpart(parameters, i, others) result(j)
     type(wing_parameter_t), intent(in) :: parameters(:), others(:)
     integer, intent(in) :: i
@@ -244,8 +253,8 @@ contains
     if (j > size(others)) j = 0
   end function find_counterpart
 
-  !> Fits the coarser wing, then, from there and with the same weights, the finer one: residuals(n) of both, derivatives of
-  !> the first, and where the diagnosis begins. Everyone who serves is dismissed in this order.
+  !> Fits the coarser wing and then, from there and with the same weights, the finer one. Gives the residuals(n) of both, the
+  !> derivatives of the first, and where the diagnosis begins. It dismisses the ranks that serve in this order.
   subroutine fit_both_meshes(self, s, coarse, fine, whitener, r_coarse, r_fine, jacobian)
     class(discretisation_error_t), intent(inout) :: self
     class(diagnosis_case_t), intent(in) :: s
@@ -275,7 +284,7 @@ contains
     if (.not. self%is_coarser) self%start = one%q
   end subroutine fit_both_meshes
 
-  !> Length of a without what the columns of j can imitate.
+  !> Returns the length of what remains of a without the part that the columns of j can imitate.
   real(rp) function length_after_projection(a, j) result(length)
     real(rp), intent(in) :: a(:), j(:, :)
     real(rp), allocatable :: q(:, :), r(:, :)
@@ -283,8 +292,8 @@ contains
     length = norm2(a - matmul(q, matmul(a, q)))
   end function length_after_projection
 
-  !> Does on the other ranks what `find`, the diagnosis and `renew` ask for, until `shut_down`.
-  subroutine discretisation_serve(self, simulator)
+  !> Does on the other ranks what `find` asks for.
+  subroutine discretisation_serve_first(self, simulator)
     class(discretisation_error_t), intent(inout) :: self
     type(wing_simulator_t), intent(inout) :: simulator
     if (self%is_coarser) then
@@ -294,21 +303,13 @@ contains
       call simulator%serve()
       call self%simulator%serve()
     end if
-    do
-      call simulator%serve()
-      if (self%world%max_integer(0) == 0) exit
-      call self%simulator%serve()
-    end do
-  end subroutine discretisation_serve
+  end subroutine discretisation_serve_first
 
-  !> Ends `serve`. On rank 0.
-  subroutine discretisation_shut_down(self, simulator)
-    class(discretisation_error_t), intent(in) :: self
-    type(wing_simulator_t), intent(inout) :: simulator
-    integer :: none
-    call simulator%shut_down()
-    none = self%world%max_integer(0)
-  end subroutine discretisation_shut_down
+  !> Does on the other ranks what `renew` asks for.
+  subroutine discretisation_serve(self)
+    class(discretisation_error_t), intent(inout) :: self
+    call self%simulator%serve()
+  end subroutine discretisation_serve
 
   !> Releases everything.
   subroutine discretisation_free(self)

@@ -2,10 +2,10 @@
 !> Computes how much a further load would tell about the unknowns of a diagnosis. For each site of a lattice over the wing, and
 !> for a force up and a force down, it gives the whitened normal matrix of the tangents.
 !>
-!> At a place at the distance r from the root the force is that of the nearest load that was applied, at r0, times r0/r:
-!> the moment at the root is one that the wing has borne. The scan is that of this load.
+!> At a distance r from the root the force is that of the nearest applied load, at r0, times r0/r: the wing has already carried
+!> this moment at the root. The accuracy of the scan is that of the same load.
 !>
-!> What all loads share, the gain of forces and D, known by their sd, are columns behind those of the baseline.
+!> The gain of the forces and D, which all loads share and which are known by their sd, are columns after those of the baseline.
 module diagnosis_load_sites
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -120,7 +120,7 @@ contains
     self%n = 0
   end subroutine trial_end
 
-  !> The measurement that would have all new loads.
+  !> Returns a measurement with all new loads.
   subroutine empty_measurement(s, m)
     class(diagnosis_case_t), intent(in) :: s
     type(measurement_t), intent(out) :: m
@@ -158,7 +158,7 @@ contains
     m%observations = observations(:n_seen)
   end subroutine empty_measurement
 
-  !> The strongest of the loads nearest to a place; 0 if none pushes.
+  !> Returns the strongest of the loads nearest to a place; 0 if none pushes.
   pure integer function nearest_load(m, site) result(nearest)
     type(measurement_t), intent(in) :: m
     real(rp), intent(in) :: site(2)
@@ -177,7 +177,7 @@ contains
     end do
   end function nearest_load
 
-  !> The normal matrix of load l; not `ok` if it has no shape, or only one behind a snap.
+  !> Computes the normal matrix of load l. `ok` is false if the load has no shape, or only one behind a snap.
   subroutine find_normal(self, simulator, columns, l, normal, ok)
     class(trial_t), intent(inout) :: self
     type(wing_simulator_t), intent(in) :: simulator
@@ -270,7 +270,7 @@ contains
     end do
   end subroutine normal_matrix
 
-  !> Returns the length in sd of the direction p(:) of the last size(p) columns beside all that the columns before them can do.
+  !> Returns the length in sd of that part of the direction p(:) of the last size(p) columns that no columns before can imitate.
   real(rp) function separation(normal, p) result(length)
     real(rp), intent(in) :: normal(:, :), p(:)
     real(rp), parameter :: RIDGE = 1.0e-10_rp ! of what determines a column

@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds a measured natural mode beside the computed ones, for reports.
+!> Holds a measured natural mode and the computed ones that belong to it, for reports.
 module diagnosis_mode_row
   use base_kinds, only: rp
   implicit none
   private
   public :: mode_row_t
 
-  !> What the baseline (1) and the extended wing (2; the baseline again without one) have in the place of a measured mode.
+  !> Holds what the baseline (1) and the extended wing (2; the baseline again without one) have in place of a measured mode.
   type :: mode_row_t
     integer :: number(2) = 0                !< of the computed mode, or of the first of its cluster
     real(rp) :: frequency(2) = 0            !< [Hz]
     real(rp) :: mac(2) = 0
-    real(rp), allocatable :: shape(:, :)    !< (places, 2) in the units of the measured one, as long as this along it
+    real(rp), allocatable :: shape(:, :)    !< (places, 2) in the units of the measured one, scaled to the same length along it
   end type mode_row_t
 end module diagnosis_mode_row

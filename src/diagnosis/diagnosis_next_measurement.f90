@@ -2,11 +2,11 @@
 !> Finds the measurement that discriminates best between the possible causes: the design that maximises the sum of squares by
 !> which rival models must differ (Atkinson and Fedorov 1975, DOI 10.1093/biomet/62.1.57).
 !>
-!> The rivals of the first cause are all that may be in its stead: each candidate of another effect, at each of its places,
-!> also where the baseline imitates it, as another load may show it. What baseline and rival together cannot imitate of the
-!> cause, at the strength that its score has, is its separation from this rival: the square root of a sum of squares, to which
-!> a load that is repeated adds its share once more, and a load at a new place what it says about all of them. A load is as
-!> good as it separates the rival that is then the nearest. Tangents are those at the baseline.
+!> The rivals of the first cause are all causes that may stand in its place: each candidate of another effect, at each of its
+!> places, also where the baseline imitates it, as another load may show it. The separation of the cause from a rival is the
+!> length of what baseline and rival together cannot imitate of the cause, at the strength that was found. It is the square root
+!> of a sum of squares. A repeated load adds its share of the sum once more, and a load at a new place adds what it says about all
+!> of them. The value of a load is the separation from the nearest rival after it. Tangents are those at the baseline.
 module diagnosis_next_measurement
   use base_kinds, only: rp
   use base_sort, only: key_of_real, sorting_order
@@ -84,9 +84,9 @@ contains
     next%now = discrimination%now(order)
   end subroutine rank_loads
 
-  !> Rivals at all of their places are hundreds: all loads are tried against each effect where it comes nearest now, which
-  !> is an upper bound, and those with the largest bounds against all, until none that is left can be better or
-  !> 3 MOST_SITES have been tried.
+  !> Ranks the places of loads. There are hundreds of rivals with all their places. The procedure first tries all loads against
+  !> the nearest place of each effect, which gives an upper bound. It then tries the loads with the largest bounds against all
+  !> rivals, until no other load can be better or 3 MOST_SITES have been tried.
   subroutine rank_sites(s, simulator, d, discrimination, next)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(in) :: simulator
@@ -125,7 +125,7 @@ contains
     next%sites = next%sites(order(:min(MOST_SITES, size(order))))
   end subroutine rank_sites
 
-  !> Of every effect the place at which it comes nearest, of `now`(:).
+  !> Returns, for every effect, the place at which it comes nearest, of `now`(:).
   pure function nearest_of_each(effects, now) result(few)
     integer, intent(in) :: effects(:)
     real(rp), intent(in) :: now(:)
@@ -135,7 +135,7 @@ contains
     few = pack(few, few > 0)
   end function nearest_of_each
 
-  !> Takes all rivals against the cause, with the loads that have been applied.
+  !> Compares the cause with all rivals, with the loads that have been applied.
   subroutine discrimination_init(self, s, simulator, d, next, ok)
     class(discrimination_t), intent(inout) :: self
     class(diagnosis_case_t), intent(in) :: s
@@ -173,7 +173,7 @@ contains
     end do
   end subroutine discrimination_init
 
-  !> Returns the places in `columns` of what is fitted beside the cause where rival r is in its stead, then those of the cause.
+  !> Returns the places in `columns` of the parameters that are fitted if rival r replaces the cause, then those of the cause.
   pure function discrimination_block(self, r) result(block)
     class(discrimination_t), intent(in) :: self
     integer, intent(in) :: r

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Estimates the errors of heights from the scatter of neighbouring pixels, before any fit.
 !>
-!> The second difference of neighbours, along x and along y, of a smooth shape is small, that of independent errors of
-!> variance s^2 has the variance 6 s^2, and errors correlated over many pixels hardly count in it. Its median
-!> absolute value, robust against outliers and kinks, is 0.6745 sqrt(6) s (Hall, Kay and Titterington 1990, DOI
+!> Heights of a smooth shape have small second differences of neighbours along x and along y. Independent errors of variance s^2
+!> give them the variance 6 s^2, while errors that are correlated over many pixels hardly contribute. The median absolute second
+!> difference, which is robust against outliers and kinks, is 0.6745 sqrt(6) s (Hall, Kay and Titterington 1990, DOI
 !> 10.1093/biomet/77.3.521, for differences; Rousseeuw and Croux 1993 for the median).
 module diagnosis_noise
   use base_kinds, only: rp
@@ -16,7 +16,7 @@ module diagnosis_noise
 
   real(rp), parameter :: MEDIAN_OF_NORMAL = 0.6744897501960817_rp
   integer, parameter :: FEWEST = 50 !< differences
-  real(rp), parameter :: TOO_LARGE = 1.5_rp !< declared over true sd, and the other way round, that is told
+  real(rp), parameter :: TOO_LARGE = 1.5_rp !< ratio of declared to true sd, or its inverse, above which a warning is given
 
   type :: noise_estimate_t
     logical :: is_found = .false.     !< there were enough neighbours
@@ -69,7 +69,7 @@ contains
 
   contains
 
-    !> The second difference at a grid point along one axis, over its declared sd.
+    !> Returns the second difference at a grid point along one axis, over its declared sd.
     subroutine add(node, along)
       integer, intent(in) :: node(2), along(2)
       integer :: at(3), before(2), behind(2)
@@ -87,7 +87,7 @@ contains
     end subroutine add
   end subroutine estimate_noise
 
-  !> The model of the noise, of which pixels scatter by `ratio` times the declared sd.
+  !> Returns the model of the noise if pixels scatter by `ratio` times the declared sd.
   subroutine fill_model(experiment, values, ratio, estimate)
     type(experiment_t), intent(in) :: experiment
     real(rp), intent(in) :: values(:, :), ratio
@@ -104,7 +104,7 @@ contains
     end if
   end subroutine fill_model
 
-  !> What is wrong with declared errors that are to be multiplied by `ratio`; empty: nothing.
+  !> Returns what is wrong with declared errors that must be multiplied by `ratio`; empty if nothing is.
   pure function warning_of(ratio, is_correlated) result(warning)
     real(rp), intent(in) :: ratio
     logical, intent(in) :: is_correlated
@@ -117,9 +117,10 @@ contains
     end if
   end function warning_of
 
-  !> The unloaded scan is in every deformation. Differences of two loads do not have it: they tell the errors of loaded scans, and
-  !> what these leave of all errors is that of the unloaded one. Each load is in one pair. Where there are too few pairs both
-  !> kinds of scans have the same ratio of true to declared variance.
+  !> Separates the errors of the unloaded scan from those of the loaded ones. The unloaded scan is in every deformation but
+  !> cancels in differences of two loads. These give the errors of loaded scans; the rest of all errors is that of the unloaded
+  !> scan. Each load is in one pair. Where there are too few pairs both kinds of scans have the same ratio of true to declared
+  !> variance.
   subroutine separate_scan_variances(experiment, values, estimate)
     type(experiment_t), intent(in) :: experiment
     real(rp), intent(in) :: values(:, :)
@@ -146,7 +147,7 @@ contains
 
   contains
 
-    !> The second difference of both loads' difference at height k of load l, over its declared sd.
+    !> Returns the second difference of the difference of two loads at height k of load l, over its declared sd.
     subroutine add(along)
       integer, intent(in) :: along(2)
       integer :: at(2), first(3), second(3), i
@@ -168,9 +169,9 @@ contains
     end subroutine add
   end subroutine separate_scan_variances
 
-  !> Degrees of freedom of a variance from the median of n second differences in as many loads. Of independent ones the
-  !> median tells the variance as 0.37 n squares do (its efficiency); neighbouring and crossing differences have heights in
-  !> common, by which the events that tell the median are correlated as 1 : 2.2 in the sum over all, and the same differences
+  !> Returns the degrees of freedom of a variance that is found from the median of n second differences in as many loads. For
+  !> independent differences the median is as good as 0.37 n squares (its efficiency). Neighbouring and crossing differences have
+  !> heights in common, which correlates the events that determine the median as 1 : 2.2 in the sum over all. The same differences
   !> of two loads share the unloaded scan: its share s of the variance correlates these events by about 0.6 s^2.
   pure integer function effective_dof(n, loads, fraction) result(dof)
     integer, intent(in) :: n, loads
@@ -178,7 +179,7 @@ contains
     dof = max(1, int(0.37_rp*n/(2.2_rp*(1 + 0.6_rp*(loads - 1)*fraction**2))))
   end function effective_dof
 
-  !> Of the declared variance of deformations, the share that the unloaded scan has.
+  !> Returns the share of the unloaded scan in the declared variance of deformations.
   real(rp) function unloaded_fraction(experiment) result(fraction)
     type(experiment_t), intent(in) :: experiment
     real(rp) :: whole
@@ -196,9 +197,9 @@ contains
     fraction = fraction/max(whole, tiny(whole))
   end function unloaded_fraction
 
-  !> Assumes the noise before there are heights. How much of correlated errors is independent from pixel to pixel is not known
-  !> then: they count as independent and as correlated ones of the declared sd together, which no mix of both exceeds (w 1 + (1 -
-  !> w) C <= 1 + C as matrices, for every share w and covariance C).
+  !> Makes the model of the noise before there are heights. It is not known then how much of correlated errors is independent from
+  !> pixel to pixel. They count as independent and as correlated errors of the declared sd at the same time, which no mix of both
+  !> exceeds (w 1 + (1 - w) C <= 1 + C as matrices, for every share w and covariance C).
   subroutine assume_noise(experiment, estimate)
     type(experiment_t), intent(in) :: experiment
     type(noise_estimate_t), intent(out) :: estimate
@@ -209,9 +210,9 @@ contains
     estimate%model%factor = 2
   end subroutine assume_noise
 
-  !> Of declared errors that neighbours share in part, their scatter says no more than how large the other part is. What says
-  !> it is the variance of all errors: that of `estimate%model`, as the fit has left it, times `scale`. Adds a warning if there
-  !> is none yet.
+  !> Finds the variance of declared errors that neighbours share in part. The scatter of neighbours only tells how large the
+  !> independent part is. The rest follows from the variance of all errors: that of `estimate%model`, as the fit has left it,
+  !> times `scale`. Adds a warning if there is none yet.
   subroutine check_declared_variance(estimate, scale)
     type(noise_estimate_t), intent(inout) :: estimate
     real(rp), intent(in) :: scale

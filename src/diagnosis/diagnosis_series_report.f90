@@ -49,7 +49,7 @@ contains
     end associate
   end subroutine describe_series
 
-  !> Two errors x with the variance 1 that make |r + A x|^2 + |x|^2 least.
+  !> Finds two errors x with the variance 1 that minimise |r + A x|^2 + |x|^2.
   pure function most_probable(a, r) result(x)
     real(rp), intent(in) :: a(:, :), r(:)
     real(rp) :: x(2), normal(2, 2), right(2)

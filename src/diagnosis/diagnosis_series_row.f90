@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds a record of a wing that rings beside the computed ones, for reports.
+!> Holds a measured record of a vibrating wing and the computed ones, for reports.
 module diagnosis_series_row
   use base_kinds, only: rp
   implicit none
   private
   public :: series_row_t
 
-  !> What the baseline (1) and the extended wing (2; the baseline again without one) do where a record was taken, with the errors of
-  !> the excitation's size and time that are then most probable.
+  !> Holds what the baseline (1) and the extended wing (2; the baseline again without one) do where a record was taken, with the
+  !> most probable errors of size and time of the excitation.
   type :: series_row_t
     real(rp) :: size_error(2) = 0           !< relative
     real(rp) :: late(2) = 0                 !< [s]

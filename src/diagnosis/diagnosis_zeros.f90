@@ -8,6 +8,7 @@ module diagnosis_zeros
   use base_kinds, only: rp
   use base_lapack, only: orthogonalise, solve_lower
   use diagnosis_case, only: diagnosis_case_t
+  use diagnosis_wing_parameters, only: find_parameter, KIND_ZERO
   use diagnosis_wing_simulator, only: wing_simulator_t
   use inference_distributions, only: log_chi2_tail
   use inference_engine, only: diagnosis_t
@@ -62,7 +63,7 @@ contains
     c = d%scale*matmul(transpose(inverse), inverse)
     do i = 1, size(same)
       do k = 1, n
-        if (simulator%parameters(found%active(k))%name == 'zero:'//trim(s%measurement%zeros(same(i)))) &
+        if (found%active(k) == find_parameter(simulator%runner%parameters, 0, KIND_ZERO, same(i))) &
           columns = [columns, k]
       end do
     end do
@@ -75,7 +76,8 @@ contains
     call test_equality(c(columns, columns), zeros)
   end subroutine compare_zeros
 
-  !> r of the factorisation of all tangents at a fit, with priors; is_valid: they determine all that was fitted.
+  !> Returns r of the factorisation of all tangents at a fit, with priors. is_valid: they determine all parameters that were
+  !> fitted.
   subroutine find_triangle(simulator, d, found, r, is_valid)
     type(wing_simulator_t), intent(inout) :: simulator
     type(diagnosis_t), intent(in) :: d
@@ -103,7 +105,7 @@ contains
     if (is_valid) is_valid = all([(abs(r(i, i)) > 1.0e-12_rp*norm2(r(:, i)), i=1, n)])
   end subroutine find_triangle
 
-  !> chi^2 of the differences with covariance c(:, :) of the values.
+  !> Returns chi^2 of the differences with covariance c(:, :) of the values.
   subroutine test_equality(c, zeros)
     real(rp), intent(in) :: c(:, :)
     type(zeros_t), intent(inout) :: zeros
@@ -129,7 +131,7 @@ contains
     zeros%log_p = log_chi2_tail(max(0.0_rp, zeros%chi2), size(c, 1) - 1)
   end subroutine test_equality
 
-  !> Numbers of the unknown offsets of readings at one place along one axis, of the first such group of two or more.
+  !> Returns the numbers of the unknown offsets of readings at one place along one axis, of the first such group of two or more.
   pure function offsets_of_a_sensor(m) result(same)
     type(measurement_t), intent(in) :: m
     integer, allocatable :: same(:)

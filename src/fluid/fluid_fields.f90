@@ -24,6 +24,7 @@ contains
     call spread_points(penalty, penalty%us(c, :), field)
   end subroutine solid_velocity_field
 
+  !> Makes a field that has the values at the points of the penalty and is 0 elsewhere.
   subroutine spread_points(penalty, values, field)
     type(penalty_t), intent(in) :: penalty
     real(rp), intent(in) :: values(:)

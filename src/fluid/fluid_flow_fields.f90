@@ -27,8 +27,8 @@ module fluid_flow_fields
 contains
 
   !> Computes the field `which` (1 to 3: velocity, 4 to 6: vorticity, or VORTICITY_MAGNITUDE) of the velocity with the spectrum
-  !> `u`, on all points of this rank or on the lines that are wanted; it is undefined on others. The result is to the bit that of
-  !> a pass of the right-hand side. The work is done in `parts` parts of the planes, for less memory. Collective.
+  !> `u`, on all points of this rank or on the wanted lines; it is undefined on other lines. The result equals that of a pass of
+  !> the right-hand side to the last bit. The planes are processed in `parts` parts, which saves memory. Collective.
   subroutine flow_field(transform, u, which, parts, field, lines)
     class(transform_t), intent(inout) :: transform
     complex(rp), contiguous, target, intent(in) :: u(:, :, :)            !< (nkz, sticks, 3)

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The inflow of a channel along y: a zone at the end of the periodic box in which the flow is forced to Poiseuille's
-!> parabola. What leaves the channel runs into the zone, which takes its vorticity away, and comes out as the inflow of
-!> the next round.
+!> Prescribes the inflow of a channel along y. In a zone at the end of the periodic box the flow is forced to Poiseuille's
+!> parabola. The flow that leaves the channel enters this zone, loses its vorticity there, and re-enters the channel as its
+!> inflow.
 !>
-!> The parabola grows from rest as (1 - cos(pi t/T))/2. All flow through the zone goes through every other section, so
-!> that its mean velocity is known, and is prescribed (fluid_mean_flow).
+!> The parabola grows from rest as (1 - cos(pi t/T))/2. The flow rate is the same in every section, so that the mean velocity is
+!> known; it is prescribed (fluid_mean_flow).
 module fluid_inflow
   use base_constants, only: PI
   use base_kinds, only: rp
@@ -14,9 +14,9 @@ module fluid_inflow
   private
   public :: inflow_t, inflow_profile, inflow_growth
 
-  !> The penalized points with an inflow. Their u_s is the only one among the solids without motion that depends on time.
+  !> The penalized points of the inflow zone. Among the solids that do not move, only their u_s depends on time.
   type :: inflow_t
-    real(rp), private :: growth = 1               !< the one that `penalty` has
+    real(rp), private :: growth = 1               !< the growth that `penalty` has at present
     integer, allocatable, private :: points(:)    !< entries of `penalty`
     real(rp), allocatable, private :: velocity(:) !< their u_s along y when it has grown, L/T
   contains
@@ -26,7 +26,7 @@ module fluid_inflow
 
 contains
 
-  !> Finds the points of the inflow in `penalty`, which has its solids without motion and no overlay yet.
+  !> Finds the points of the inflow zone in `penalty`, which has its fixed solids and no overlay yet.
   subroutine inflow_init(self, penalty)
     class(inflow_t), intent(inout) :: self
     type(penalty_t), intent(in) :: penalty

@@ -7,6 +7,8 @@ module fluid_initial
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
   use fluid_bodies, only: check_box
+  use fluid_initial_keys, only: FLOW_FILES, FLOW_MEAN, FLOW_QUIESCENT, FLOW_RING, FLOW_ROGALLO, FLOW_SPECTRUM, &
+                                FLOW_TAYLOR_GREEN, FLOW_TAYLOR_GREEN_2D
   use fluid_kernels, only: biot_savart, project_stick
   use fluid_params, only: fluid_params_t
   use fluid_spectrum, only: random_velocity
@@ -33,7 +35,7 @@ contains
 
     time = 0
     u = 0
-    if (any(params%initial%flow == [character(24) :: 'turbulence_rogallo', 'random-given-spectrum'])) then
+    if (any(params%initial%flow == [FLOW_ROGALLO, FLOW_SPECTRUM])) then
       call random_velocity(full%world, params, full%sticks, u, failure)
       return
     end if
@@ -41,11 +43,11 @@ contains
     call allocate_fields(field, full%block, 1, 'a field of the initial condition')
     do c = 1, 3
       select case (params%initial%flow)
-      case ('VortexRing')
+      case (FLOW_RING)
         call vortex_ring(params, full, c, field(:, :, :, 1))
-      case ('taylor_green', 'taylor_green_2d')
+      case (FLOW_TAYLOR_GREEN, FLOW_TAYLOR_GREEN_2D)
         call taylor_green(params, full, c, field(:, :, :, 1))
-      case ('infile')
+      case (FLOW_FILES)
         call from_file(full%world, params, full, c, field(:, :, :, 1), time, failure)
         if (failure%failed) return
       case default
@@ -54,7 +56,7 @@ contains
       call full%forward(field, u(:, :, c:c))
     end do
     deallocate (field)
-    if (params%initial%flow == 'VortexRing') then
+    if (params%initial%flow == FLOW_RING) then
       call vorticity_to_velocity(full, u)
       call set_mean(full, params%mean%velocity, u)
     else
@@ -63,10 +65,10 @@ contains
     end if
   end subroutine initial_velocity
 
-  !> Tells whether the flow begins at rest or with its mean flow alone. No truncation changes such a flow.
+  !> Tells whether the flow begins at rest or with its mean flow alone. Truncation does not change such a flow.
   pure logical function is_uniform(params)
     type(fluid_params_t), intent(in) :: params
-    is_uniform = any(params%initial%flow == [character(16) :: 'quiescent', 'MeanFlow'])
+    is_uniform = any(params%initial%flow == [FLOW_QUIESCENT, FLOW_MEAN])
   end function is_uniform
 
   !> Sets the mean of the velocity with the spectrum `u` of the transform `full` to `mean` [L/T].
@@ -93,7 +95,7 @@ contains
     end do
   end subroutine vorticity_to_velocity
 
-  !> Takes the gradient part off u.
+  !> Removes the gradient part of u.
   subroutine project(full, u)
     class(transform_t), intent(in) :: full
     complex(rp), intent(inout) :: u(:, :, :)
@@ -107,7 +109,8 @@ contains
     end do
   end subroutine project
 
-  !> Component `c` of the vorticity of a ring in a plane x = const: core a = 0.82 r0, circulation omega1, centre (x0, y0, z0).
+  !> Returns component `c` of the vorticity of a ring in a plane x = const. Its core is a = 0.82 r0, its circulation omega1 and
+  !> its centre (x0, y0, z0).
   subroutine vortex_ring(p, full, c, omega)
     type(fluid_params_t), intent(in) :: p
     class(transform_t), intent(in) :: full
@@ -130,8 +133,8 @@ contains
     end do
   end subroutine vortex_ring
 
-  !> Component `c` of Taylor-Green vortices scaled to the box: in 2-D (sin y cos z, -cos y sin z), in 3-D
-  !> (sin x cos y cos z, -cos x sin y cos z, 0).
+  !> Returns component `c` of Taylor-Green vortices scaled to the box: in 2-D (sin y cos z, -cos y sin z), in 3-D (sin x cos y cos
+  !> z, -cos x sin y cos z, 0).
   subroutine taylor_green(p, full, c, u)
     type(fluid_params_t), intent(in) :: p
     class(transform_t), intent(in) :: full
@@ -154,7 +157,7 @@ contains
     end do
   end subroutine taylor_green
 
-  !> Component `c` of the velocity from a field file of the same grid and box, and the time it was written at.
+  !> Reads component `c` of the velocity from a field file of the same grid and box, and the time at which it was written.
   subroutine from_file(world, p, full, c, u, time, failure)
     type(world_t), intent(in) :: world
     type(fluid_params_t), intent(in) :: p

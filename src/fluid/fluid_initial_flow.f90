@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Holds the untruncated flow that a run begins with, until its first step has been made and written.
 !>
-!> Only the full spectrum of the velocity is stored, three numbers per point. What the first pass multiplies is made of it
-!> part by part of the planes, when it is asked for.
+!> Only the full spectrum of the velocity is stored, three numbers per point. The fields that the first pass multiplies are
+!> computed from it on demand, for one part of the planes at a time.
 module fluid_initial_flow
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -77,6 +77,7 @@ contains
     call self%load(merge(1, self%part + 1, z == 1))
   end subroutine initial_bring
 
+  !> Computes the fields of a part of the planes. Collective.
   subroutine load(self, part)
     class(initial_flow_t), intent(inout) :: self
     integer, intent(in) :: part

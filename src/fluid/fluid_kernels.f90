@@ -51,7 +51,7 @@ contains
     end do
   end subroutine stick_divergence
 
-  !> i a without a complex multiplication.
+  !> Returns i a without a complex multiplication.
   elemental complex(rp) function times_i(a) result(b)
     complex(rp), intent(in) :: a
     b = cmplx(-aimag(a), real(a), rp)

@@ -5,6 +5,7 @@ module fluid_mean_flow
   use base_constants, only: TWO_PI
   use base_kinds, only: rp
   use fluid_inflow, only: inflow_growth
+  use fluid_mean_keys, only: MEAN_DYNAMIC, MEAN_FIXED, MEAN_FREE, MEAN_SINUSOIDAL
   use fluid_params, only: fluid_params_t
   implicit none
   private
@@ -20,7 +21,7 @@ contains
     complex(rp), intent(in) :: n(3)
     complex(rp) :: a(3)
     a = n
-    where (p%mean%kind == 'dynamic') a = cmplx(-force/p%mean%mass*ramp(p, time), 0.0_rp, rp)
+    where (p%mean%kind == MEAN_DYNAMIC) a = cmplx(-force/p%mean%mass*ramp(p, time), 0.0_rp, rp)
   end function mean_acceleration
 
   !> Returns how a force on the fluid at points accelerates the mean flow, 1/(rho L^3), in each direction: by the mass of the
@@ -30,8 +31,8 @@ contains
     real(rp), intent(in) :: time
     real(rp) :: response(3)
     response = 0
-    where (p%mean%kind == 'free') response = 1/p%grid%volume()
-    where (p%mean%kind == 'dynamic') response = ramp(p, time)/p%mean%mass
+    where (p%mean%kind == MEAN_FREE) response = 1/p%grid%volume()
+    where (p%mean%kind == MEAN_DYNAMIC) response = ramp(p, time)/p%mean%mass
     if (p%walls%has_inflow) response(2) = 0
   end function mean_response
 
@@ -42,12 +43,12 @@ contains
     complex(rp), intent(in) :: u(3)
     complex(rp) :: mean(3)
     mean = u
-    where (p%mean%kind == 'fixed') mean = p%mean%velocity
+    where (p%mean%kind == MEAN_FIXED) mean = p%mean%velocity
     if (p%walls%has_inflow) mean(2) = inflow_growth(p, time)*p%mean%velocity(2)
-    where (p%mean%kind == 'sinusoidal') mean = p%mean%velocity*sin(TWO_PI*p%mean%frequency*time)
+    where (p%mean%kind == MEAN_SINUSOIDAL) mean = p%mean%velocity*sin(TWO_PI*p%mean%frequency*time)
   end function imposed_mean_flow
 
-  !> Smooth start of the dynamic mean flow: 0 until release, then a cubic to 1 within tau.
+  !> Returns the smooth start of the dynamic mean flow: 0 until release, then a cubic to 1 within tau.
   pure real(rp) function ramp(p, time) result(r)
     type(fluid_params_t), intent(in) :: p
     real(rp), intent(in) :: time

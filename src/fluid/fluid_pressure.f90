@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Keeps what the static pressure of a pass needs, and computes it on demand.
 !>
-!> p = Pi - |u|^2/2 in Fourier space, where Pi is the total pressure that the projection removes. Both end at the
-!> truncation: their modes beyond it nearly cancel, and cutting them off in one of the two alone would leave those of
-!> the other in p. Inside the truncation p is exact for the velocity and forces of the pass, as products alias beyond
-!> it only. A pass that keeps p transforms |u|^2/2 as one more product and writes one spectral field; p itself costs one
-!> inverse transform, and only parts of it if not all lines are wanted.
+!> p = Pi - |u|^2/2 in Fourier space, where Pi is the total pressure that the projection removes. Both are cut off at the
+!> truncation: their modes beyond it nearly cancel, and if only one of them were cut off, p would contain the modes of the other.
+!> Inside the truncation p is exact for the velocity and forces of the pass, since products alias only beyond it. A pass that
+!> keeps p transforms |u|^2/2 as one more product and writes one spectral field. p itself costs one inverse transform, or only
+!> parts of one if not all lines are wanted.
 module fluid_pressure
   use base_errors, only: require
   use base_kinds, only: rp
@@ -16,7 +16,7 @@ module fluid_pressure
   private
   public :: pressure_t
 
-  !> Of the last pass that kept it. Allocated by `init` only.
+  !> The data of the last pass that kept the pressure. Only `init` allocates them.
   type :: pressure_t
     complex(rp), allocatable, private :: spectrum(:, :) !< (nkz, sticks) p
   contains

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The Q criterion of a velocity: Q = -1/2 A_ij A_ji with A_ij = d u_i/d x_j.
+!> Computes the Q criterion of a velocity: Q = -1/2 A_ij A_ji with A_ij = d u_i/d x_j.
 !>
 !> For a flow without divergence it is (|W|^2 - |S|^2)/2 of the antisymmetric and the symmetric part of A, and half the
 !> Laplacian of the pressure where no force acts; it is positive where rotation is stronger than strain (Hunt, Wray & Moin
@@ -12,7 +12,7 @@ module fluid_q_criterion
   private
   public :: q_criterion
 
-  !> Components (i, j) of A that meet in the two rounds: those of the plane x-y with the diagonal, and the others.
+  !> Components (i, j) of A that are multiplied in the two rounds: those of the plane x-y with the diagonal, and the others.
   integer, parameter :: IN_PLANE(2, 5) = reshape([1, 1, 2, 2, 3, 3, 1, 2, 2, 1], [2, 5])
   integer, parameter :: ACROSS(2, 4) = reshape([1, 3, 3, 1, 2, 3, 3, 2], [2, 4])
 
@@ -65,7 +65,7 @@ contains
     end do
   end subroutine q_spectral_in
 
-  !> Derivative of component `pair(1)` in direction `pair(2)` on stick `s`.
+  !> Computes the derivative of component `pair(1)` in direction `pair(2)` on stick `s`.
   pure subroutine differentiate(self, s, pair, derivative)
     class(q_kernels_t), intent(in) :: self
     integer, intent(in) :: s, pair(2)

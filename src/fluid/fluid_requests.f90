@@ -40,7 +40,7 @@ contains
     if (any(pass == [PASS_RK_FIRST, PASS_RK_SECOND])) part = 0.5_rp
   end function pass_end
 
-  !> Tells whether a pass that did what `self` asks for has done what `other` asks for.
+  !> Tells whether a pass that did what `self` asks for also did what `other` asks for.
   pure logical function request_covers(self, other) result(covers)
     class(request_t), intent(in) :: self
     type(request_t), intent(in) :: other

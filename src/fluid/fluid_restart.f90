@@ -5,11 +5,12 @@ module fluid_restart
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
   use base_memory, only: check_allocation, REAL_BYTES
+  use base_named_kinds, only: kind_of, word_of
   use fluid_params, only: fluid_params_t, SCHEME_AB2
   use fluid_state, only: fluid_state_t
   use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
   use io_checkpoint_values, only: checkpoint_loader_t, checkpoint_saver_t
-  use spectral_sticks, only: sticks_t
+  use spectral_sticks, only: sticks_t, TRUNCATIONS
   implicit none
   private
   public :: save_fluid, load_fluid
@@ -28,7 +29,7 @@ contains
     integer :: c
     call writer%put_reals('grid', real(params%grid%n, rp))
     call writer%put_reals('length', params%grid%length)
-    call writer%put_text('dealias', params%resolution%dealias)
+    call writer%put_text('dealias', word_of(TRUNCATIONS, params%resolution%dealias))
     call writer%put_integer('scheme', int(params%time%scheme, i8))
     call saver%begin(writer, '')
     call state%visit(saver)
@@ -55,8 +56,8 @@ contains
     call reader%get_reals('grid', numbers, failure)
     if (failure%failed) return
     if (any(nint(numbers) /= params%grid%n)) then
-      call failure%raise('the checkpoint has another grid: '//three_integers(nint(numbers))//' instead of '// &
-                         three_integers(params%grid%n))
+      call failure%raise('the checkpoint has another grid, '//three_integers(nint(numbers))//' instead of '// &
+                         three_integers(params%grid%n)//': set nx, ny and nz of [Resolution] as in the run that wrote it')
       return
     end if
     call reader%get_reals('length', numbers, failure)
@@ -66,7 +67,8 @@ contains
     end if
     call reader%get_text('dealias', text, failure)
     if (.not. failure%failed) then
-      if (text /= params%resolution%dealias) call failure%raise('the checkpoint has another truncation: '//text)
+      if (kind_of(TRUNCATIONS, text) /= params%resolution%dealias) &
+        call failure%raise('the checkpoint has another truncation: '//text)
     end if
     call reader%get_integer('scheme', number, failure)
     if (.not. failure%failed .and. number /= params%time%scheme) &
@@ -89,7 +91,7 @@ contains
     end do
   end subroutine load_fluid
 
-  !> (nkz, n) complex -> (2 nkz, n) real: real and imaginary parts alternate.
+  !> Converts complex (nkz, n) into real (2 nkz, n) numbers: real and imaginary parts alternate.
   pure function as_reals(z) result(x)
     complex(rp), intent(in) :: z(:, :)
     real(rp) :: x(2*size(z, 1), size(z, 2))
@@ -97,12 +99,14 @@ contains
     x(2::2, :) = aimag(z)
   end function as_reals
 
+  !> Returns complex numbers whose real and imaginary parts alternate in `x`.
   pure function as_complex(x) result(z)
     real(rp), intent(in) :: x(:, :)
     complex(rp) :: z(size(x, 1)/2, size(x, 2))
     z = cmplx(x(1::2, :), x(2::2, :), rp)
   end function as_complex
 
+  !> Returns three integers, separated by ' x '.
   function three_integers(n) result(text)
     integer, intent(in) :: n(3)
     character(:), allocatable :: text

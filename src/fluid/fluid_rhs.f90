@@ -36,7 +36,7 @@ module fluid_rhs
   private
   public :: rhs_t
 
-  !> What is gathered along x of the lines of a pass.
+  !> Maxima and sums over the lines of a pass, one for each place along x.
   type :: along_x_t
     real(rp), allocatable :: max(:), sum(:, :) !< (nx) largest |u|^2, (nx, 7) sums of |u|^2 and of squares of components
     real(rp), allocatable :: divergence(:)     !< (nx) |div u|
@@ -88,7 +88,7 @@ contains
     type(fluid_params_t), intent(in) :: params
     type(sticks_t), intent(in) :: sticks
     type(block_t), intent(in) :: block
-    !> Whether any pass will request fields, the pressure, or an evaluation that keeps its right-hand side.
+    !> Tells whether any pass will request fields, the pressure, or an evaluation that keeps its right-hand side.
     logical, intent(in) :: keeps_fields, keeps_pressure, keeps_rhs
     self%world = world
     self%params = params
@@ -155,6 +155,7 @@ contains
     end if
   end subroutine rhs_product
 
+  !> Computes what is needed in space on lines of plane `z`: u x omega, penalization, sponge, pressure and integrals.
   subroutine lines_product(self, first, count, z, in, out)
     type(rhs_t), intent(inout) :: self
     integer, intent(in) :: first, count, z
@@ -195,7 +196,7 @@ contains
     call self%sums%add_solid_line(self%penalty, line, self%params%solids%c_eta, lever, u, n)
   end subroutine penalize_line
 
-  !> The sponge on a line, outside the solids.
+  !> Adds the sponge on a line, outside the solids.
   subroutine sponge_line(self, y, z, omega, q)
     type(rhs_t), intent(in) :: self
     integer, intent(in) :: y, z
@@ -208,7 +209,7 @@ contains
     q(self%penalty%x(self%penalty%line_first(line):self%penalty%line_last(line)), :) = 0
   end subroutine sponge_line
 
-  !> Energies, enstrophies and the divergence on a line.
+  !> Adds energies, enstrophies and the divergence on a line.
   subroutine add_integrals(self, y, z, in)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: y, z
@@ -226,7 +227,7 @@ contains
       line = y + self%block%count(2)*(z - 1)
       do i = self%penalty%line_first(line), self%penalty%line_last(line)
         associate (x => self%penalty%x(i), chi => self%penalty%chi(i))
-          ! The fluid's share weighs (1 - chi)^2; what is missing from 1 is taken off here.
+          ! In the fluid's sums every point has the weight (1 - chi)^2, so that the rest of 1 is subtracted here.
           solid_fraction = 1 - (1 - chi)**2
           self%sums%energy_fluid = self%sums%energy_fluid - 0.5_rp*solid_fraction*in(x, 1:3)**2
           self%sums%enstrophy_fluid = self%sums%enstrophy_fluid - solid_fraction*in(x, 4:6)**2
@@ -269,7 +270,7 @@ contains
     if (any(self%pass == [PASS_AB2, PASS_RK_FIRST, PASS_HEUN_FIRST])) call self%choose_step()
   end subroutine rhs_reduce
 
-  !> The length of the step that begins with this pass, and the viscous factors for it.
+  !> Chooses the length of the step that begins with this pass, and the viscous factors for it.
   subroutine choose_step(self)
     class(rhs_t), intent(inout) :: self
     self%dt = next_step_length(self%params, max(self%sums%u_max, self%solid_speed), self%state%time, &
@@ -277,8 +278,8 @@ contains
     call self%stepper%choose(self%sticks, self%pass, self%dt)
   end subroutine choose_step
 
-  !> Makes the AB2 step for which the last pass, an evaluation, kept the right-hand side. The state becomes to the bit what
-  !> PASS_AB2 in its place would have made of it, without a transform.
+  !> Makes the AB2 step for which the last pass, an evaluation, kept the right-hand side. The state becomes the same to the last
+  !> bit as with PASS_AB2, but without a transform.
   subroutine rhs_advance_kept(self)
     class(rhs_t), intent(inout) :: self
     integer :: s
@@ -343,7 +344,7 @@ contains
     time = self%state%time + pass_begin(pass)*self%dt
   end function rhs_time_of
 
-  !> The time that the state has after this pass.
+  !> Returns the time of the state after this pass.
   pure real(rp) function stage_time(self) result(time)
     class(rhs_t), intent(in) :: self
     time = self%state%time + pass_end(self%pass)*self%dt

@@ -62,7 +62,7 @@ contains
     end do
   end subroutine shell_energies
 
-  !> The shell of mode `i` on stick `s`.
+  !> Returns the shell of mode `i` on stick `s`.
   pure integer function shell_of(sticks, s, i, width) result(shell)
     type(sticks_t), intent(in) :: sticks
     integer, intent(in) :: s, i

@@ -7,6 +7,7 @@ module fluid_solver
   use fluid_inflow, only: inflow_t
   use fluid_flow_fields, only: flow_field
   use fluid_initial, only: is_uniform, set_mean
+  use fluid_initial_keys, only: FLOW_MEAN
   use fluid_mean_flow, only: mean_response
   use fluid_moving_solids, only: moving_solids_t
   use fluid_params, only: fluid_params_t, SCHEME_AB2, SCHEME_EULER, SCHEME_RK2
@@ -33,7 +34,7 @@ module fluid_solver
     type(sums_t) :: sums                    !< integrals of the last pass
     real(rp) :: sums_time = 0               !< time they belong to
     real(rp) :: dt = 0                      !< length of the step that began at that time
-    type(point_forces_t), allocatable :: points !< points at which the flow is looked at and pushed, see `hold_points`
+    type(point_forces_t), allocatable :: points !< points at which the flow is sampled and pushed, see `hold_points`
     logical, private :: has_pressure = .false. !< the last pass kept the pressure
     logical, private :: has_flow = .false.     !< the pass that `sums` are of kept the flow
     logical, private :: has_begun = .false.    !< the initial flow has served, but for `flow_field`
@@ -91,7 +92,7 @@ contains
     integer :: c
     associate (rhs => self%rhs, block => self%transform%block)
       if (is_uniform(rhs%params)) then
-        if (rhs%params%initial%flow == 'MeanFlow') call set_mean(self%transform, rhs%params%mean%velocity, rhs%state%u)
+        if (rhs%params%initial%flow == FLOW_MEAN) call set_mean(self%transform, rhs%params%mean%velocity, rhs%state%u)
         return
       end if
       allocate (rhs%initial)
@@ -183,14 +184,14 @@ contains
   end subroutine fluid_try
 
   !> Says that the solids are where they were in the last trial, and will be there when the next step begins. An AB2 or Euler step
-  !> then begins with that trial instead of repeating it, unless it is asked for more. The result is the same to the bit.
+  !> then begins with that trial instead of repeating it, unless it must compute more. The result is the same to the last bit.
   subroutine fluid_accept(self)
     class(fluid_t), intent(inout) :: self
     call require(self%rhs%request%rhs, 'fluid_t: the last pass was no trial')
     self%accepted = .true.
   end subroutine fluid_accept
 
-  !> One pass of the scheme, which is a whole step of AB2 and Euler: places the solids, then takes the curl, multiplies,
+  !> Makes one pass of the scheme, which is a whole step of AB2 and Euler: places the solids, then computes the curl, multiplies,
   !> penalizes, projects and advances, as the kernels of `rhs_t` say.
   subroutine run_pass(self, pass, request, moving)
     class(fluid_t), intent(inout) :: self
@@ -212,7 +213,7 @@ contains
     self%has_begun = self%has_begun .or. pass /= PASS_EVALUATE
   end subroutine run_pass
 
-  !> The solids are where they are at `time`, also in the mask, and moments are about the point that they carry.
+  !> Places the solids at `time`, also in the mask, and takes moments about the point that moves with them.
   subroutine place_solids(self, moving, time)
     class(fluid_t), intent(inout) :: self
     class(moving_solids_t), intent(inout) :: moving
@@ -223,7 +224,7 @@ contains
     self%rhs%solid_speed = moving%max_speed()
   end subroutine place_solids
 
-  !> The untruncated initial flow, if there is one, is needed no more.
+  !> Releases the untruncated initial flow, if there is one.
   subroutine drop_initial_flow(self)
     class(fluid_t), intent(inout) :: self
     if (.not. allocated(self%rhs%initial)) return
@@ -255,9 +256,8 @@ contains
     end associate
   end subroutine keep_sums
 
-  !> Static pressure of the last pass, which must have been asked to keep it (fluid_pressure); on other lines than those
-  !> that are wanted it is undefined. Costs one inverse transform, without parts of it if only some lines are wanted.
-  !> Collective.
+  !> Computes the static pressure of the last pass, which must have kept it (fluid_pressure). On lines that are not wanted it is
+  !> undefined. Costs one inverse transform, or parts of it if only some lines are wanted. Collective.
   subroutine fluid_pressure_field(self, p, lines)
     class(fluid_t), intent(inout) :: self
     real(rp), contiguous, target, intent(inout) :: p(:, :, :, :)     !< (nx, ny_local, nz_local, 1)
@@ -266,9 +266,9 @@ contains
     call self%rhs%pressure%field(self%transform, p(:, :, :, 1), lines)
   end subroutine fluid_pressure_field
 
-  !> A field of the flow at the beginning of the last pass, which must have been asked to keep it: 1 to 3 a component of
-  !> the velocity, 4 to 6 one of the vorticity, or VORTICITY_MAGNITUDE of fluid_flow_fields; on other lines than those that
-  !> are wanted it is undefined. Costs one inverse transform, or three of the magnitude. Collective.
+  !> Computes a field of the flow at the beginning of the last pass, which must have kept it: 1 to 3 a component of the velocity,
+  !> 4 to 6 one of the vorticity, or VORTICITY_MAGNITUDE of fluid_flow_fields. On lines that are not wanted it is undefined. Costs
+  !> one inverse transform, or three for the magnitude. Collective.
   subroutine fluid_flow_field(self, which, field, lines)
     class(fluid_t), intent(inout) :: self
     integer, intent(in) :: which
@@ -282,7 +282,7 @@ contains
     end if
   end subroutine fluid_flow_field
 
-  !> Makes room for up to `most` points at which others look at the flow and push it; `points%place` says where they are.
+  !> Makes room for up to `most` points at which other layers sample the flow and push it; `points%place` says where they are.
   subroutine fluid_hold_points(self, most)
     class(fluid_t), intent(inout) :: self
     integer, intent(in) :: most
@@ -299,8 +299,8 @@ contains
     call self%points%sample(self%transform, self%rhs%state%u, velocities)
   end subroutine fluid_velocities_at_points
 
-  !> Lets forces(3, n) [rho L^4/T^2] on the fluid at the points act over the last step: the flow at its end changes by
-  !> step times force. Collective.
+  !> Applies forces(3, n) [rho L^4/T^2] on the fluid at the points over the last step: the flow at its end changes by step times
+  !> force. Collective.
   subroutine fluid_push_at_points(self, forces)
     class(fluid_t), intent(inout) :: self
     real(rp), intent(in) :: forces(:, :)

@@ -9,6 +9,7 @@ module fluid_spectrum
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
   use base_random, only: random_uniforms
+  use fluid_initial_keys, only: FLOW_ROGALLO
   use fluid_params, only: fluid_params_t
   use parallel_world, only: world_t
   use spectral_sticks, only: sticks_t
@@ -46,7 +47,7 @@ contains
     end do
     call world%sum_reals(modes_in_shell)
 
-    if (p%initial%flow == 'turbulence_rogallo') then
+    if (p%initial%flow == FLOW_ROGALLO) then
       energy = [(real(i, rp)**4*exp(-2*(i/2.0_rp)**2), i=1, n_shells)]
       where (modes_in_shell < 0.5_rp) energy = 0
       energy = energy*(p%initial%omega1/sum(energy))
@@ -76,7 +77,7 @@ contains
     end do
   end subroutine random_velocity
 
-  !> Three uniform numbers that depend on the seed and the mode number only.
+  !> Draws three uniform numbers that depend on the seed and the mode number only.
   pure function uniforms(seed, mode) result(drawn)
     integer, intent(in) :: seed, mode(3)
     real(rp) :: drawn(3)
@@ -87,7 +88,7 @@ contains
     drawn(2:3) = random_uniforms(int(seed, i8), place, 1_i8)
   end function uniforms
 
-  !> All modes but the mean and the Nyquist ones, which have no mirror image.
+  !> Tells whether a mode is neither the mean nor a Nyquist mode, which have no mirror image.
   pure logical function is_used(sticks, s, i, n) result(used)
     type(sticks_t), intent(in) :: sticks
     integer, intent(in) :: s, i, n(3)
@@ -96,6 +97,7 @@ contains
     used = any(mode > 0) .and. all(2*mode < max(n, 2))
   end function is_used
 
+  !> Returns the number of the spherical shell of a wave vector.
   pure integer function shell_of(sticks, s, i, k_min) result(shell)
     type(sticks_t), intent(in) :: sticks
     integer, intent(in) :: s, i
@@ -103,7 +105,7 @@ contains
     shell = max(1, nint(norm2([sticks%kx(s), sticks%ky(s), sticks%kz(i)])/k_min))
   end function shell_of
 
-  !> Whether a mode is the second one of the pair (k, -k).
+  !> Tells whether a mode is the second one of the pair (k, -k).
   pure logical function is_mirror(mode) result(mirror)
     integer, intent(in) :: mode(3)
     integer :: i
@@ -115,7 +117,7 @@ contains
     end do
   end function is_mirror
 
-  !> A complex vector of modulus 1 with k . a = 0, from three uniform numbers.
+  !> Returns a complex vector of modulus 1 with k . a = 0, from three uniform numbers.
   pure function solenoidal_direction(k, drawn, is_2d) result(a)
     real(rp), intent(in) :: k(3), drawn(3)
     logical, intent(in) :: is_2d
@@ -181,7 +183,7 @@ contains
     end if
   end subroutine read_table
 
-  !> Linear interpolation, zero outside the table.
+  !> Interpolates linearly; returns zero outside the table.
   pure real(rp) function interpolate(table, k) result(e)
     real(rp), intent(in) :: table(:, :), k
     integer :: i

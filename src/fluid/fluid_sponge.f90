@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The vorticity sponge: in a frame of the box the vorticity decays with the time C_sp.
+!> Applies the vorticity sponge: near the faces of the box the vorticity decays with the time C_sp.
 !>
 !> In physical space s = -(chi_sp/C_sp) omega; the velocity term is its Biot-Savart field
 !> i k x s / k^2, which is solenoidal and leaves the mean flow alone (Engels, Kolomenskiy, Schneider &
@@ -7,6 +7,8 @@
 module fluid_sponge
   use base_kinds, only: rp
   use fluid_params, only: fluid_params_t
+  use fluid_sponge_keys, only: SPONGE_CAVITY, SPONGE_FRAME, SPONGE_OPEN_Z, SPONGE_OUTLET_X, SPONGE_TOP, SPONGE_X, &
+                               SPONGE_X_Y, SPONGE_X_Z
   use parallel_block, only: block_t
   implicit none
   private
@@ -15,7 +17,7 @@ module fluid_sponge
   type :: sponge_t
     logical :: is_on = .false.
     real(rp) :: rate = 0                          !< 1/C_sp
-    logical, allocatable :: whole_line(:, :)      !< (ny_local, nz_local) lines that are sponge all along
+    logical, allocatable :: whole_line(:, :)      !< (ny_local, nz_local) lines that lie in the sponge along their whole length
     integer :: low = 0                            !< sponge at x indices 1 .. low of every other line
     integer :: high = 0                           !< and at the last `high` ones
   contains
@@ -60,13 +62,13 @@ contains
       do y = 1, block%count(2)
         in_y = at_edge(y - 1 + block%start(2), block%n(2), t)
         select case (params%sponge%kind)
-        case ('cavity', '2D_frame')
+        case (SPONGE_CAVITY, SPONGE_FRAME)
           sponge%whole_line(y, z) = in_y .or. in_z
-        case ('cavity_open_z', 'xmin_xmax_ymin_ymax')
+        case (SPONGE_OPEN_Z, SPONGE_X_Y)
           sponge%whole_line(y, z) = in_y
-        case ('xmin_xmax_zmin_zmax')
+        case (SPONGE_X_Z)
           sponge%whole_line(y, z) = in_z
-        case ('top_cover')
+        case (SPONGE_TOP)
           sponge%whole_line(y, z) = top
         case default
           sponge%whole_line(y, z) = .false.
@@ -74,10 +76,10 @@ contains
       end do
     end do
     select case (params%sponge%kind)
-    case ('cavity', 'cavity_open_z', 'xmin_xmax', 'xmin_xmax_ymin_ymax', 'xmin_xmax_zmin_zmax')
+    case (SPONGE_CAVITY, SPONGE_OPEN_Z, SPONGE_X, SPONGE_X_Y, SPONGE_X_Z)
       sponge%low = t
       sponge%high = t
-    case ('outlet_x')
+    case (SPONGE_OUTLET_X)
       sponge%high = t
     end select
     if (params%grid%n(1) <= 4) then
@@ -86,7 +88,7 @@ contains
     end if
   end function make_sponge
 
-  !> Whether index i (0-based) is among the first or last t of n.
+  !> Tells whether index i (0-based) is among the first or last t of n.
   pure logical function at_edge(i, n, t)
     integer, intent(in) :: i, n, t
     at_edge = i < t .or. i >= n - t

@@ -24,10 +24,10 @@ module fluid_state
     procedure :: visit => state_visit
   end type fluid_state_t
 
-  !> The viscous factor of every mode, on_stick(s)*along(kz): exp(-nu k^2 dt), and with spectral vanishing viscosity
-  !> (Maday, Kaber & Tadmor 1993, DOI 10.1137/0730016) times exp(-rate dt (k/K)^4). The first is separable; of the second
-  !> `choose` puts the mixed part exp(-2 rate dt (kx^2 + ky^2) kz^2/K^4) of its stick into `along`. Tables are recomputed
-  !> only when dt changes.
+  !> The viscous factor of every mode, on_stick(s)*along(kz): exp(-nu k^2 dt), and with spectral vanishing viscosity (Maday, Kaber
+  !> & Tadmor 1993, DOI 10.1137/0730016) times exp(-rate dt (k/K)^4). The first factor is separable. Of the second, `choose`
+  !> multiplies `along` by the mixed part exp(-2 rate dt (kx^2 + ky^2) kz^2/K^4) of its stick. Tables are recomputed only when dt
+  !> changes.
   type :: viscous_factor_t
     real(rp) :: dt = -1
     real(rp) :: rate = 0   !< of the vanishing viscosity at k = K, 1/T

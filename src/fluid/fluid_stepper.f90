@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The time step on one stick (fluid_rhs has the schemes): its viscous factors and what the stages keep.
+!> Makes the time step on one stick (fluid_rhs has the schemes) with its viscous factors and the arrays of the stages.
 module fluid_stepper
   use base_kinds, only: rp
   use fluid_kernels, only: ab2_stick, add_weighted, weighted_sum

@@ -85,6 +85,7 @@ contains
     end do
   end subroutine sums_add_solid_line
 
+  !> Returns the vector product.
   pure function cross(a, b) result(c)
     real(rp), intent(in) :: a(3), b(3)
     real(rp) :: c(3)
@@ -112,7 +113,7 @@ contains
     self%is_finite = largest(4) < 0.5_rp
   end subroutine sums_reduce
 
-  !> One list of all sums, walked in both directions, so that packing and unpacking cannot disagree.
+  !> Goes through one list of all sums in both directions, so that packing and unpacking cannot disagree.
   subroutine pack_or_unpack(s, buffer, n, packing)
     class(sums_t), intent(inout) :: s
     real(rp), intent(inout) :: buffer(:)
@@ -141,6 +142,7 @@ contains
 
   contains
 
+    !> Puts a number behind those that are packed, or takes it from there.
     subroutine move(x)
       real(rp), intent(inout) :: x
       n = n + 1

@@ -2,16 +2,17 @@
 !> Limits the length of the next time step.
 module fluid_timestep
   use base_kinds, only: rp
+  use fluid_mean_keys, only: MEAN_SINUSOIDAL
   use fluid_params, only: fluid_params_t
   implicit none
   private
-  public :: next_step_length, two_digits, is_due, TOO_FAST, SPONGE_LIMIT
+  public :: next_step_length, is_due, TOO_FAST, SPONGE_LIMIT
 
   !> A velocity beyond this means that the run has blown up: all units are chosen so that it is of order 1.
   real(rp), parameter :: TOO_FAST = 1.0e3_rp
 
-  !> Largest dt/C_sp. AB2 is stable up to 1, but there its second root is -1: the vorticity would swing in
-  !> the sponge for ever instead of decaying. At 1/2 both roots are below 0.65.
+  !> Largest dt/C_sp. AB2 is stable up to 1, but there its second root is -1: the vorticity would oscillate in the sponge for ever
+  !> instead of decaying. At 1/2 both roots are below 0.65.
   real(rp), parameter :: SPONGE_LIMIT = 0.5_rp
 
 contains
@@ -35,16 +36,16 @@ contains
     if (p%time%dt_fixed > 0) then
       dt = p%time%dt_fixed
     else
-      dt = 1.0e-3_rp ! a fluid at rest tells nothing
+      dt = 1.0e-3_rp ! a fluid at rest sets no limit
       speed = u_max
       ! A swinging mean flow passes through rest; its largest velocity comes within the next steps.
-      if (any(p%mean%kind == 'sinusoidal')) speed = max(speed, &
-                                                     norm2(merge(p%mean%velocity, 0.0_rp, p%mean%kind == 'sinusoidal')))
+      if (any(p%mean%kind == MEAN_SINUSOIDAL)) speed = max(speed, &
+                                                     norm2(merge(p%mean%velocity, 0.0_rp, p%mean%kind == MEAN_SINUSOIDAL)))
       if (speed >= 1.0e-8_rp) dt = two_digits(p%time%cfl*p%grid%min_spacing()/speed)
       if (p%time%dt_max > 0) dt = min(dt, p%time%dt_max)
       if (p%solids%is_on) dt = min(dt, p%solids%dt_fraction*(p%time%cfl_eta*p%solids%c_eta))
       if (p%sponge%is_on) dt = min(dt, SPONGE_LIMIT*p%sponge%damping_time)
-      if (any(p%mean%kind == 'sinusoidal') .and. p%mean%frequency > 0) dt = min(dt, 0.02_rp/p%mean%frequency)
+      if (any(p%mean%kind == MEAN_SINUSOIDAL) .and. p%mean%frequency > 0) dt = min(dt, 0.02_rp/p%mean%frequency)
     end if
     left = p%time%t_max - time
     if (p%time%intelligent_dt) then
@@ -60,13 +61,13 @@ contains
     end if
   end function next_step_length
 
-  !> How far `time` is between two multiples of `interval`; just before a multiple counts as on it.
+  !> Returns how far `time` is between two multiples of `interval`; a time just before a multiple counts as on it.
   pure real(rp) function fraction_done(time, interval) result(fraction)
     real(rp), intent(in) :: time, interval
     fraction = time/interval - floor_of(time, interval)
   end function fraction_done
 
-  !> Number of the last event not after `time`, with a tolerance for accumulated round-off.
+  !> Returns the number of the last event not after `time`, with a tolerance for accumulated round-off.
   pure real(rp) function floor_of(time, interval) result(k)
     real(rp), intent(in) :: time, interval
     k = aint(time/interval + 1.0e-9_rp)

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Builds the linear design: everything that can be computed before the residuals are known.
 !>
-!> With whitened tangents J of the baseline (priors as further rows) and S of all effects, what the baseline can
-!> imitate is projected out: S_perp = (I - Q Q^T) S, Q an orthonormal basis of J. What is left of all effects and of
-!> patterns of unknown causes spans k dimensions with the orthonormal basis X. z = X^T r holds all that tests ask of
-!> the residuals r: k independent numbers of variance 1 if the baseline is true. This is the min-max test of Doehler,
-!> Mevel and Zhang, Annual Reviews in Control 42 (2016) 244, for which nuisance parameters are rejected by projection.
+!> J are the whitened tangents of the baseline (priors as further rows) and S those of all effects. The part that the baseline can
+!> imitate is projected out: S_perp = (I - Q Q^T) S, Q an orthonormal basis of J. The remainders of all effects and of patterns of
+!> unknown causes span k dimensions with the orthonormal basis X. z = X^T r contains all that the tests need of the residuals r: k
+!> independent numbers of variance 1 if the baseline is true. This is the min-max test of Doehler, Mevel and Zhang, Annual Reviews
+!> in Control 42 (2016) 244, which rejects nuisance parameters by projection.
 module inference_design
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
@@ -20,10 +20,10 @@ module inference_design
   public :: design_t, candidate_t, family_t, build_design, is_part_of
 
   real(rp), parameter, public :: ABSORBED = 0.05_rp !< retained fraction below which the baseline imitates an effect
-  !> But what is so large that its remainder still has this signal-to-noise ratio for one prior sd can be seen, down to the
-  !> fraction at which the linear approximation may be what remains.
+  !> An effect below this fraction still counts as visible if its remainder has this signal-to-noise ratio for one prior sd, down
+  !> to the fraction at which the remainder may be an error of the linear approximation.
   real(rp), parameter :: SHOWN = 2.0_rp, RELIABLE = 0.01_rp
-  real(rp), parameter :: FAINT = 0.5_rp         !< sd that the farthest value in reach makes; a million prior sd is far
+  real(rp), parameter :: FAINT = 0.5_rp         !< sd that the farthest value in reach causes
   real(rp), parameter :: FARTHEST = 1.0e6_rp    !< [prior sd], for parameters without bounds
 
   !> One variant of one effect.
@@ -37,7 +37,7 @@ module inference_design
     real(rp), allocatable :: basis(:, :)    !< (k, df) orthonormal
     real(rp), allocatable :: tangents(:, :) !< (k, parameters) S_perp
     real(rp), allocatable :: solve(:, :)    !< (parameters, df) the estimate is -solve*(basis^T z)
-    real(rp), allocatable :: projected(:, :)   !< (n, parameters) whitened tangents beside those of the baseline, without priors
+    real(rp), allocatable :: projected(:, :)   !< (n, parameters) whitened tangents orthogonal to the baseline's, no priors
     type(effect_size_prior_t) :: size_prior
   end type candidate_t
 
@@ -60,7 +60,7 @@ module inference_design
     type(whitener_t) :: whitener
     integer :: k = 0
     integer :: n_rows = 0                   !< observations and priors
-    integer :: residual_dof = 0                   !< degrees of freedom beside baseline and z
+    integer :: residual_dof = 0                   !< degrees of freedom other than those of baseline and z
     type(candidate_t), allocatable :: candidates(:)
     type(family_t), allocatable :: families(:)
     real(rp), allocatable :: prior(:), weight(:) !< of baseline unknowns; weight 0: none
@@ -76,7 +76,7 @@ module inference_design
 
 contains
 
-  !> Tells whether a candidate releases a part of what another does.
+  !> Tells whether a candidate releases a part of the parameters of another one.
   pure logical function is_part_of(one, other)
     type(candidate_t), intent(in) :: one, other
     integer :: k
@@ -87,9 +87,9 @@ contains
   !> Builds the design of a simulator at q. It leaves out candidates whose data are missing, and finer variants that are not
   !> released. Fails if the simulator has no result at q.
   !>
-  !> `known` is a design of the same simulator at the same q, of which only some effects, or variants, are missing, or at a q
-  !> close by, whose tangents and patterns are kept. nuisances(n, :), where given, take the place of its own; no direction of a
-  !> candidate that `known` has is lost to these.
+  !> `known` is a design of the same simulator which lacks only some effects or variants. It is at the same q, or at a q close by,
+  !> whose tangents and patterns are kept. nuisances(n, :), where given, replace its own; no direction of a candidate that `known`
+  !> has is lost to these.
   subroutine build_design(simulator, q, design, failure, known, nuisances)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
@@ -146,7 +146,7 @@ contains
                                         field_among(simulator, columns(b + 1:))]), design)
   end subroutine build_design
 
-  !> All that the simulator has to tell at q. What `known` has is not asked for again.
+  !> Takes tangents, nuisances and patterns from the simulator, except those that `known` has.
   subroutine evaluate_tangents(simulator, q, columns, design, is_valid, known)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
@@ -181,7 +181,7 @@ contains
     end if
   end subroutine evaluate_tangents
 
-  !> Columns b + 1, .. of the tangents without what the first b imitate, whatever priors say.
+  !> Returns columns b + 1, .. of the tangents without the part that the first b imitate, regardless of priors.
   function project_out_baseline(tangents, b) result(projected)
     real(rp), intent(in) :: tangents(:, :)
     integer, intent(in) :: b
@@ -196,7 +196,7 @@ contains
     end do
   end function project_out_baseline
 
-  !> Parameters of all effects that the data can show, each once.
+  !> Returns the parameters of all effects that the data can show, each once.
   function effect_columns(simulator) result(columns)
     class(simulator_t), intent(in) :: simulator
     integer, allocatable :: columns(:)
@@ -215,7 +215,7 @@ contains
     end do
   end function effect_columns
 
-  !> Where the parameters of the simulator's field are among columns(:).
+  !> Returns where the parameters of the simulator's field are among columns(:).
   pure function field_among(simulator, columns) result(at)
     class(simulator_t), intent(in) :: simulator
     integer, intent(in) :: columns(:)
@@ -225,8 +225,8 @@ contains
     if (allocated(simulator%field)) at = [(findloc(columns, simulator%field(i), 1), i=1, size(simulator%field))]
   end function field_among
 
-  !> raw(n, :) and retained(k, :) are the tangents of the parameters `columns` before and after the projection; for
-  !> projected(n, :) see candidate_t. Candidate i keeps least(i) directions at least.
+  !> Makes the candidates. raw(n, :) and retained(k, :) are the tangents of the parameters `columns` before and after the
+  !> projection; for projected(n, :) see candidate_t. Candidate i keeps at least least(i) directions.
   subroutine make_candidates(simulator, columns, raw, retained, projected, least, design)
     class(simulator_t), intent(in) :: simulator
     integer, intent(in) :: columns(:), least(:)
@@ -271,14 +271,14 @@ contains
     end do
   end subroutine make_candidates
 
-  !> The largest distance of a parameter from its null.
+  !> Returns the largest distance of a parameter from its null.
   elemental real(rp) function reach(parameter)
     type(parameter_t), intent(in) :: parameter
     reach = max(abs(parameter%upper - parameter%null), abs(parameter%null - parameter%lower))
   end function reach
 
-  !> Directions of the candidate in units of prior sd, without those that the baseline absorbs and without parameters
-  !> of which not even the farthest value in their reach(:) would show; the first `least` stay.
+  !> Finds the directions of the candidate in units of prior sd, without those that the baseline absorbs and without parameters
+  !> that would not show even at the farthest value in their reach(:). The first `least` are kept.
   subroutine fill_candidate(raw, prior_sd, reach, least, c)
     real(rp), intent(in) :: raw(:, :), prior_sd(:), reach(:)
     integer, intent(in) :: least
@@ -312,6 +312,7 @@ contains
     if (c%df > 0) call c%size_prior%init(pack(s, keep)/maxval(s, mask=keep))
   end subroutine fill_candidate
 
+  !> Makes the families of patterns of unknown causes: principal directions, priors and the patterns shown alone.
   subroutine make_families(simulator, retained, design)
     class(simulator_t), intent(in) :: simulator
     real(rp), intent(in) :: retained(:, :)
@@ -377,7 +378,7 @@ contains
     residual_square = max(0.0_rp, sum(r**2) - sum(z**2))
   end subroutine design_compress
 
-  !> Takes from whitened columns (n, :) what the baseline, held by its priors, imitates of them.
+  !> Removes from whitened columns (n, :) the part that the baseline, held by its priors, imitates.
   function design_project_out_baseline(self, columns) result(projected)
     class(design_t), intent(in) :: self
     real(rp), intent(in) :: columns(:, :)
@@ -387,7 +388,7 @@ contains
     end associate
   end function design_project_out_baseline
 
-  !> Returns what z(k) is among the whitened observations (n).
+  !> Returns the whitened observations (n) that correspond to z(k).
   function design_observed(self, z) result(r)
     class(design_t), intent(in) :: self
     real(rp), intent(in) :: z(:)

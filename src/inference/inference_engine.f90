@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Runs the whole diagnosis of one set of data, whatever simulates it: baseline, design, calibration, odds and nonlinear refits
-!> of the top candidates. It repeats them once with the nuisances linearised about the best candidate, decides, validates on
+!> Runs the whole diagnosis of one set of data, with any simulator: baseline, design, calibration, odds and nonlinear refits of
+!> the top candidates. It repeats them once with the nuisances linearised about the best candidate. It then decides, validates on
 !> locations that were left out, and finds intervals.
 module inference_engine
   use base_errors, only: failure_t
@@ -14,12 +14,12 @@ module inference_engine
   use inference_design, only: build_design, design_t
   use inference_intervals, only: find_intervals, find_support, refit_from_better
   use inference_noise_fraction, only: find_noise_fraction
-  use inference_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
+  use inference_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, rounds_t, LARGEST_SCALE
   use inference_refine_location, only: add_finer
   use inference_refit, only: fit_baseline, nested_fit_t
-  use inference_relinearisation, only: model_error_t, relinearise
+  use inference_relinearisation, only: is_clear, model_error_t, relinearise, relinearise_simulator
   use inference_simulator, only: simulator_t
-  use inference_top_candidates, only: fit_extended, refit_top_candidates
+  use inference_top_candidates, only: exchange_refit, fit_extended, refit_top_candidates
   use inference_validation, only: compare_folds, validate
   use inference_whitener, only: whitener_t
   implicit none
@@ -30,9 +30,9 @@ module inference_engine
 
 contains
 
-  !> Diagnoses from starts(parameters, :) of the baseline. Fails if the baseline has no fit. `store` keeps what is drawn,
-  !> `model_error` renews directions of errors. Afterwards the simulator stands where the extended fit has ended, or that of the
-  !> baseline if there is none.
+  !> Diagnoses from starts(parameters, :) of the baseline. Fails if the baseline has no fit. `store` keeps the draws,
+  !> `model_error` renews directions of errors. Afterwards the simulator is in the state of the extended fit, or of the baseline
+  !> if there is none.
   subroutine run_diagnosis(simulator, starts, options, d, failure, store, model_error)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -53,7 +53,7 @@ contains
     if (failure%failed) return
     call simulator%get_state(d%baseline%state) ! where all refits begin
     d%initial_baseline = d%baseline
-    ! Without directions that no test uses the noise model is believed.
+    ! If the tests use nearly all directions, the noise model is trusted.
     is_scale_known = options%is_scale_known .or. d%design%residual_dof < FEWEST_REST
     if (simulator%n_observations < 2*simulator%n_baseline) then
       d%decision%verdict = VERDICT_INSUFFICIENT
@@ -88,11 +88,13 @@ contains
       call move_alloc(d%refits, before)
       call refit_top_candidates(simulator, options, d, before)
     end if
-    call validate_causes(simulator, options, d)
+    if (present(model_error)) call relinearise_best(simulator, options, d, model_error, failure)
+    if (failure%failed) return
+    call validate_causes(simulator, options, d, failure, model_error)
     call d%restore_extended(simulator)
   end subroutine run_diagnosis
 
-  !> Fits the baseline, and once more from there if the noise is not as declared but of other parts.
+  !> Fits the baseline, and again from there if the noise consists of other parts than declared.
   subroutine find_baseline(simulator, starts, options, whitener, baseline, spread, nuisances, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -110,8 +112,8 @@ contains
     if (is_new) call fit_baseline(simulator, best, options%fit, whitener, baseline, again, failure, nuisances)
   end subroutine find_baseline
 
-  !> The design with finer places about those of the leading candidates, `best` of each effect, at the baseline q. The degrees
-  !> of freedom of the rest stay those of the scan.
+  !> Makes the design with finer places about those of the leading candidates, `best` of each effect, at the baseline q. The
+  !> degrees of freedom of the rest stay those of the scan.
   subroutine refine_design(simulator, q, best, design, has_finer, failure)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
@@ -127,9 +129,9 @@ contains
     design = finer
   end subroutine refine_design
 
-  !> What the tangents and the checks say: z, statistics, odds, and a first verdict. Checks and statistics that are
-  !> there already are those of the scan, with which the global p and the size of the noise stay: finer places may leave
-  !> nothing to tell it from.
+  !> Evaluates tangents and checks: z, statistics, odds, and a first verdict. Checks and statistics that exist already are those
+  !> of the scan. The global p and the size of the noise stay those of the scan, because finer places may leave no directions that
+  !> tell the noise.
   subroutine test_hypotheses(simulator, options, is_scale_known, d, failure)
     class(simulator_t), intent(inout) :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -162,21 +164,65 @@ contains
     d%decision = d%linear
   end subroutine test_hypotheses
 
-  !> How well the size of the noise is known: a declared one is believed, and one that nothing tells.
+  !> Returns how well the size of the noise is known. A declared one is trusted, and so is one of which the data tell nothing.
   pure integer function noise_dof(options, is_scale_known)
     type(diagnosis_options_t), intent(in) :: options
     logical, intent(in) :: is_scale_known
     noise_dof = merge(huge(1), options%noise_dof, is_scale_known)
   end function noise_dof
 
+  !> Makes a simulator that is an approximation one about the best of the refits, if that is clear, and decides anew with what this
+  !> refit then finds.
+  subroutine relinearise_best(simulator, options, d, model_error, failure)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout) :: d
+    class(model_error_t), intent(inout) :: model_error
+    type(failure_t), intent(inout) :: failure
+    integer :: i
+    if (size(d%refits) == 0 .or. model_error%most_rounds == 0) return
+    i = maxloc(d%refits%gain, 1)
+    if (.not. is_clear(d%refits(i)%gain)) return
+    call relinearise_simulator(simulator, options, d%whitener, d%design%nuisances, d%refits(i)%found, model_error, d%rounds, &
+                               failure)
+    if (d%rounds%found%is_found) call exchange_refit(simulator, options, d, i, d%rounds%found)
+  end subroutine relinearise_best
+
+  !> The same for the causes of the verdict, unless it has been done for them.
+  subroutine relinearise_extended(simulator, options, d, model_error, failure)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout) :: d
+    class(model_error_t), intent(inout) :: model_error
+    type(failure_t), intent(inout) :: failure
+    type(rounds_t) :: none
+    if (d%rounds%found%is_found) then
+      if (has_same(d%rounds%found%active, d%extended%active)) return
+    end if
+    d%rounds = none
+    if (.not. is_clear((d%baseline%cost() - d%extended%cost())/d%scale)) return
+    call relinearise_simulator(simulator, options, d%whitener, d%design%nuisances, d%extended, model_error, d%rounds, failure)
+    if (d%rounds%found%is_found) d%extended = d%rounds%found
+  end subroutine relinearise_extended
+
+  pure logical function has_same(a, b)
+    integer, intent(in) :: a(:), b(:)
+    has_same = size(a) == size(b)
+    if (has_same) has_same = all(a == b)
+  end function has_same
+
   !> The causes of the verdict: fitted together, with intervals unless most of the misfit is left, and tried on locations that
   !> the fit did not see. A name is not given if a cause of it has no interval that excludes the null, or an estimate that
   !> stands at a bound, or if it does not predict better. The rest of several causes gets no name either, as it has been found
   !> to explain too little.
-  subroutine validate_causes(simulator, options, d)
+  subroutine validate_causes(simulator, options, d, failure, model_error)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout), target :: d
+    type(failure_t), intent(inout) :: failure
+    class(model_error_t), intent(inout), optional :: model_error
+    type(whitener_t), target :: whitener
+    real(rp), allocatable :: nuisances(:, :)
     logical :: ok
     if (size(d%decision%causes) == 0) return
     call reuse_fit(d)
@@ -185,24 +231,32 @@ contains
       if (d%decision%verdict == VERDICT_NAMED) call withdraw_name(d%decision, NO_FIT)
       return
     end if
+    if (present(model_error)) call relinearise_extended(simulator, options, d, model_error, failure)
+    if (failure%failed) return
+    whitener = d%whitener
+    nuisances = d%design%nuisances
+    if (d%rounds%found%is_found) then
+      whitener = d%rounds%whitener
+      nuisances = d%rounds%nuisances
+    end if
     d%extended_scale = d%extended%chi2/max(1, simulator%n_observations - size(d%extended%active))
-    ! Whatever the causes explain, most of the misfit is something else.
+    ! Most of the misfit has another origin, whatever the causes explain.
     if (d%extended_scale > LARGEST_SCALE .and. any(d%decision%verdict == [VERDICT_NAMED, VERDICT_SET])) then
       call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
     end if
     call d%restore_extended(simulator)
-    ! Nor does an interval in units of the noise say anything then, and its search creeps from one ripple to the next. What the
-    ! extended model leaves beyond the noise is an error of it, of which nobody knows more than its size: intervals carry it.
+    ! Then an interval in units of the noise has no meaning, and its search is slow. What the extended model leaves beyond the
+    ! noise is an error of the model, of which only the size is known: the intervals include it.
     if (options%finds_intervals .and. .not. d%extended_scale > LARGEST_SCALE) then
-      call find_intervals(simulator, d%whitener, max(d%scale, d%extended_scale), options%fit, d%extended, d%intervals)
-      call refit_from_better(simulator, d%whitener, options%fit, d%intervals, d%extended, ok)
-      if (ok) call find_intervals(simulator, d%whitener, max(d%scale, d%extended_scale), options%fit, d%extended, d%intervals)
+      call find_intervals(simulator, whitener, max(d%scale, d%extended_scale), options%fit, d%extended, d%intervals)
+      call refit_from_better(simulator, whitener, options%fit, d%intervals, d%extended, ok)
+      if (ok) call find_intervals(simulator, whitener, max(d%scale, d%extended_scale), options%fit, d%extended, d%intervals)
       call find_support(simulator%parameters, d%design%candidates(d%decision%causes), simulator%n_baseline, &
                         d%extended, d%intervals, d%is_null_excluded, d%is_at_bound)
     end if
     if (options%validates) then
       call d%restore_extended(simulator)
-      call validate(simulator, d%extended%active, d%extended%q, d%design%nuisances, options%fit, d%prediction%extended)
+      call validate(simulator, d%extended%active, d%extended%q, nuisances, options%fit, d%prediction%extended)
       call compare_folds(d%prediction%baseline, d%prediction%extended, d%prediction%gain, d%prediction%gain_error, ok)
       d%prediction%has_gain = ok
     end if
@@ -216,7 +270,7 @@ contains
     end if
   end subroutine validate_causes
 
-  !> If a single cause of the verdict has been fitted already, this fit is the extended model.
+  !> Reuses a fit: if a single cause of the verdict has been fitted already, this fit is the extended model.
   subroutine reuse_fit(d)
     type(diagnosis_t), intent(inout) :: d
     integer :: i

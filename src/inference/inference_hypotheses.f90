@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes the odds of all explanations of a misfit. Every effect, pairs of effects, and unknown causes are hypotheses about z.
 !>
-!> The evidence of a hypothesis is the density of z averaged over strengths (uniform in their logarithm over six decades
-!> of variance, the same for all) and over positions, relative to the baseline alone (1). Small and large models thus
-!> pay for what they could have explained (Kass and Raftery 1995, DOI 10.1080/01621459.1995.10476572). Odds are
-!> evidences times PRIOR_.., which say how often a cause is expected before the data.
+!> The evidence of a hypothesis is the density of z averaged over strengths (uniform in their logarithm over six decades of
+!> variance, the same for all) and over positions, relative to the baseline alone (1). This penalises both small and large models
+!> for data that they could have explained (Kass and Raftery 1995, DOI 10.1080/01621459.1995.10476572). Odds are evidences times
+!> PRIOR_.., which say how often a cause is expected before the data.
 module inference_hypotheses
   use base_kinds, only: rp
   use base_lapack, only: decompose
@@ -18,7 +18,7 @@ module inference_hypotheses
 
   real(rp), parameter, public :: PRIOR_NONE = 0.35_rp, PRIOR_ONE = 0.35_rp, PRIOR_TWO = 0.1_rp, PRIOR_UNKNOWN = 0.2_rp
 
-  !> Candidates together.
+  !> A set of candidates that act at the same time.
   type :: explained_t
     integer, allocatable :: members(:)      !< candidates
     integer :: df = 0
@@ -35,10 +35,10 @@ module inference_hypotheses
     real(rp), allocatable :: unknown(:)     !< (families)
     real(rp), allocatable :: unknown_linear(:) !< (families) the same before any correction
     logical, allocatable :: is_fitted(:)    !< (effects) corrected by a nonlinear fit of the best variant
-    real(rp), allocatable :: correction(:)  !< (effects) of the log evidence by that fit
-    real(rp), allocatable :: gain(:)        !< (effects) of the sum of squares by that fit, in units of the noise
-    real(rp), allocatable :: remainder(:)   !< (effects) log p of what that fit leaves
-    real(rp), allocatable :: z(:, :)        !< (k, effects) what the variant explains of z, and what its fit leaves
+    real(rp), allocatable :: correction(:)  !< (effects) change of the log evidence by that fit
+    real(rp), allocatable :: gain(:)        !< (effects) decrease of the sum of squares by that fit, in units of the noise
+    real(rp), allocatable :: remainder(:)   !< (effects) log p of what that fit leaves unexplained
+    real(rp), allocatable :: z(:, :)        !< (k, effects) part of z that the variant explains, and that its fit leaves
   contains
     procedure :: init => hypotheses_init
     procedure :: correct => hypotheses_correct
@@ -117,9 +117,9 @@ contains
     end do
   end function log_odds_unknown
 
-  !> Takes what a nonlinear fit of effect e has told: by how much its evidence is larger than in the linear approximation,
-  !> by how much it lowers the sum of squares, the log p of what it leaves, and z(k) with that in place of what the
-  !> linear approximation leaves.
+  !> Takes the results of a nonlinear fit of effect e: by how much its evidence is larger than in the linear approximation, by how
+  !> much it lowers the sum of squares, the log p of what it leaves, and z(k) with that in place of what the linear approximation
+  !> leaves.
   subroutine hypotheses_correct(self, e, correction, gain, remainder, z)
     class(hypotheses_t), intent(inout) :: self
     integer, intent(in) :: e
@@ -132,10 +132,11 @@ contains
     self%z(:, e) = z
   end subroutine hypotheses_correct
 
-  !> Where the tangents are far from the truth, unknown causes, which can only be judged by them, would explain what the
-  !> fit of the best effect has shown to be its own. Their evidence is that for z with what this fit leaves, corrected as the
-  !> effect's: both are then measured against the same. What the fit has found beyond its tangents is shared up to what those
-  !> show, and no further: an effect that its tangent hardly shows has no image in z that others could share.
+  !> Corrects the evidence of unknown causes. Only tangents can judge them. Where the tangents are inaccurate, unknown causes
+  !> would explain a part of the data that the fit of the best effect has shown to be its own. Their evidence is that for z with
+  !> the remainder of this fit, with the correction of the effect: both then refer to the same remainder. What the fit has found
+  !> beyond its tangents is shared only up to the part that the tangents show: an effect that its tangent hardly shows has no
+  !> image in z that others could share.
   subroutine hypotheses_correct_unknown(self, design)
     class(hypotheses_t), intent(inout) :: self
     type(design_t), intent(in) :: design
@@ -150,8 +151,8 @@ contains
     end do
   end subroutine hypotheses_correct_unknown
 
-  !> Returns the log evidence of one family of unknown causes. Such a cause is as likely a field over the whole wing as one place
-  !> of it.
+  !> Returns the log evidence of one family of unknown causes. Such a cause is equally likely a field over the whole wing and a
+  !> single place.
   pure real(rp) function unknown_evidence(family, z) result(log_evidence)
     type(family_t), intent(in) :: family
     real(rp), intent(in) :: z(:)
@@ -166,7 +167,7 @@ contains
     log_evidence = log_add(log_evidence, one - log(real(size(family%alone, 2), rp))) - log(2.0_rp)
   end function unknown_evidence
 
-  !> Finds what candidates, each in the space that those before it leave, explain of z(k).
+  !> Finds the part of z(k) that candidates explain, each in the space that those before it leave.
   subroutine explain(design, members, z, explained)
     type(design_t), intent(in) :: design
     integer, intent(in) :: members(:)
@@ -188,7 +189,7 @@ contains
     explained%square = max(0.0_rp, sum(z**2) - sum(explained%left**2))
   end subroutine explain
 
-  !> A candidate without the directions that others hold.
+  !> Returns the directions of a candidate without those that others have.
   type(candidate_t) function orthogonal_to(one, others) result(remainder)
     type(candidate_t), intent(in) :: one
     type(explained_t), intent(in) :: others
@@ -203,8 +204,8 @@ contains
     if (m > 0) call remainder%size_prior%init(s(:m)/s(1))
   end function orthogonal_to
 
-  !> Adds to the candidates of `known` the variant of effect e that explains most beside them. The evidence is averaged over all
-  !> variants, so that an effect that may be at many places pays for the choice.
+  !> Adds to the candidates of `known` the variant of effect e that explains most in addition. The evidence is averaged over all
+  !> variants, which penalises an effect that may be at many places.
   subroutine add_effect(design, known, e, explained)
     type(design_t), intent(in) :: design
     type(explained_t), intent(in) :: known
@@ -240,7 +241,7 @@ contains
     explained%square = known%square + sum(matmul(known%left, best%basis)**2)
   end subroutine add_effect
 
-  !> Returns log p of the hypothesis that what is left(k) of z behind some candidates is noise, against unknown causes. The
+  !> Returns log p of the hypothesis that the remainder left(k) of z after some candidates is noise, against unknown causes. The
   !> reference distribution is that of z itself, which makes the test a little conservative.
   real(rp) function remainder_log_p(design, calibration, left) result(log_p)
     type(design_t), intent(in) :: design
@@ -256,9 +257,9 @@ contains
     end do
   end function remainder_log_p
 
-  !> Returns how much log likelihood candidate b is expected to lack behind a if a is true with the strength that was found, and
-  !> the `fraction` of all that a adds to the baseline. No prior takes part: causes that only priors tell apart are not told
-  !> apart.
+  !> Returns the expected loss of log likelihood of candidate b relative to a if a is true with the strength that was found, and
+  !> this loss as a `fraction` of all that a adds to the baseline. It uses no prior: causes that differ only by their priors do
+  !> not count as different.
   subroutine expect_loss(design, a, b, z, loss, fraction)
     type(design_t), intent(in) :: design
     integer, intent(in) :: a, b

@@ -17,9 +17,9 @@ module inference_intervals
 
 contains
 
-  !> Finds intervals of the parameters that `extended`, a fit over the observations of the whitener, has beside those of the
-  !> baseline, in the order in which they are active. `scale` is the variance of the noise over that of the whitener. The
-  !> simulator stands where the fit has ended, before and after.
+  !> Finds intervals of the parameters that `extended`, a fit over the observations of the whitener, has in addition to those of
+  !> the baseline, in the order in which they are active. `scale` is the variance of the noise over that of the whitener. The
+  !> simulator is in the state of that fit, before and after.
   subroutine find_intervals(simulator, whitener, scale, options, extended, intervals)
     class(simulator_t), intent(inout), target :: simulator
     type(whitener_t), intent(in), target :: whitener
@@ -38,7 +38,7 @@ contains
     allocate (intervals(n - first + 1))
     fits = options
     fits%most_rejections = 3
-    ! As a share of what the sum of squares is at the end of an interval: its minimum may be far below the threshold.
+    ! The tolerance is a share of the sum of squares at the end of an interval: its minimum may be far below the threshold.
     fits%reduction_tolerance = max(fits%reduction_tolerance, RESOLUTION*THRESHOLD_90*scale/ &
                                    (extended%cost() + THRESHOLD_90*scale))
     call simulator%get_state(start)
@@ -52,15 +52,15 @@ contains
     call simulator%set_state(start)
   end subroutine find_intervals
 
-  !> Whether an interval excludes the null.
+  !> Tells whether an interval excludes the null.
   pure elemental logical function is_null_outside(interval, null) result(is_outside)
     type(interval_t), intent(in) :: interval
     real(rp), intent(in) :: null
     is_outside = (interval%has_lower .and. null < interval%lower) .or. (interval%has_upper .and. null > interval%upper)
   end function is_null_outside
 
-  !> Tells whether every one of `causes`, which `extended` fits together, has a parameter whose interval excludes its null; and
-  !> whether a parameter that does so stands at a bound of its box.
+  !> Tells whether every one of `causes`, which `extended` fits jointly, has a parameter whose interval excludes its null, and
+  !> whether such a parameter lies at a bound of its box.
   pure subroutine find_support(parameters, causes, n_baseline, extended, intervals, is_null_excluded, is_at_bound)
     type(parameter_t), intent(in) :: parameters(:)
     type(candidate_t), intent(in) :: causes(:)
@@ -81,8 +81,8 @@ contains
                       abs(extended%q(columns) - parameters(columns)%null) > 0)
   end subroutine find_support
 
-  !> Fits the causes again from where a profile has met a smaller sum of squares than the fit, whose value then lies beside its
-  !> own interval.
+  !> Fits the causes again from the point where a profile has found a smaller sum of squares than the fit. Otherwise the fitted
+  !> value could lie outside its own interval.
   subroutine refit_from_better(simulator, whitener, options, intervals, extended, is_better)
     class(simulator_t), intent(inout), target :: simulator
     type(whitener_t), intent(in), target :: whitener

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Searches for two or three effects that explain the data together.
+!> Searches for two or three effects that jointly explain the data.
 !>
-!> What is chosen first is chosen without the others, and may stand for several of them at once. So all pairs with one of the
-!> top candidates are tried, not those with the first alone, then every third effect beside the best pair; and then every effect in
-!> the place of each of the three, until no exchange is better.
+!> The best single effect may stand for several causes at once. The search therefore tries all pairs with one of the top
+!> candidates, not only those with the first one, and then every third effect with the best pair. Finally it tries every effect in
+!> place of each of the three, until no exchange improves the result.
 module inference_joint_causes
   use base_kinds, only: rp
   use inference_design, only: design_t
@@ -17,8 +17,8 @@ module inference_joint_causes
 contains
 
   !> Finds the best two or three of the effects `order`, the most probable one first. log_joint is the logarithm of their odds.
-  !> What the nonlinear fit of the first has left is what the others have to explain. Where there are no two, it returns no
-  !> members and IMPOSSIBLE.
+  !> The others have to explain what the nonlinear fit of the first one leaves. If there are no two, it returns no members and
+  !> IMPOSSIBLE.
   subroutine find_joint_causes(design, hypotheses, order, joint, log_joint)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses
@@ -54,7 +54,7 @@ contains
 
   end subroutine find_joint_causes
 
-  !> Puts other effects in the place of members, one at a time, as long as that is better.
+  !> Replaces members by other effects, one at a time, as long as that improves the result.
   subroutine swap_members(design, hypotheses, order, joint)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses
@@ -82,7 +82,7 @@ contains
     end do
   end subroutine swap_members
 
-  !> These effects one after the other, the most probable one first, each where it explains most beside those before it.
+  !> Returns these effects one after the other, the most probable one first, each at the place where it explains most in addition.
   function forward_selection(design, hypotheses, effects) result(known)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses
@@ -97,7 +97,7 @@ contains
     end do
   end function forward_selection
 
-  !> `best` becomes `known` with one of the effects `others` that are not in it, if that has more evidence.
+  !> Sets `best` to `known` with one of the effects `others` that are not in it, if that has more evidence.
   subroutine add_best(design, known, others, best)
     type(design_t), intent(in) :: design
     type(explained_t), intent(in) :: known

@@ -16,18 +16,18 @@ module inference_record
   use least_squares_profile, only: interval_t
   implicit none
   private
-  public :: compress_at, diagnosis_options_t, diagnosis_t, refit_t
+  public :: compress_at, diagnosis_options_t, diagnosis_t, refit_t, rounds_t
 
   real(rp), parameter, public :: LARGEST_SCALE = 2 !< times the variance of the noise, as far as that may be wrong
 
   type :: diagnosis_options_t
-    !> Of a sum of squares of about a thousand, to a hundredth: log evidences are compared in units of one.
+    !> Finds a sum of squares of about a thousand to a hundredth: log evidences are compared in units of one.
     type(fit_options_t) :: fit = fit_options_t(reduction_tolerance=1.0e-5_rp, most_rejections=4)
     integer :: n_draws = 4000            !< of the bootstrap
     integer(i8) :: seed = 1
     integer :: most_refits = 5           !< top candidates that are fitted in full
     logical :: is_scale_known = .false.  !< the declared noise is believed; otherwise its scale is estimated
-    !> Degrees of freedom with which the size of the noise is known beside the fits, see check_residuals.
+    !> Degrees of freedom of an estimate of the noise that does not come from the fits, see check_residuals.
     integer :: noise_dof = 0
     logical :: validates = .true.
     logical :: finds_intervals = .true.
@@ -42,12 +42,22 @@ module inference_record
     real(rp) :: remainder_log_p = 0
   end type refit_t
 
-  !> How well locations are predicted that a fit did not see.
+  !> Prediction of locations that a fit did not use.
   type :: prediction_t
     type(validation_t) :: baseline, extended
     real(rp) :: gain = 0, gain_error = 0 !< log predictive density per location left out, of the extended over the baseline
     logical :: has_gain = .false.
   end type prediction_t
+
+  !> A fit about which a simulator that is an approximation was linearised anew, in rounds.
+  type :: rounds_t
+    type(nested_fit_t) :: found          !< the last of them; not found: there was none
+    type(whitener_t) :: whitener         !< with the directions of errors there
+    real(rp), allocatable :: nuisances(:, :) !< (n, :) these directions
+    real(rp), allocatable :: moved(:)    !< (rounds) largest change of a parameter of the causes, in units of its sd
+    logical :: has_settled = .false.     !< the last change is small
+    character(:), allocatable :: reason  !< why there were no more rounds, if one failed
+  end type rounds_t
 
   !> Everything that came out.
   type :: diagnosis_t
@@ -66,6 +76,7 @@ module inference_record
     type(hypotheses_t) :: hypotheses
     type(decision_t) :: linear, decision !< before and after the refits
     type(refit_t), allocatable :: refits(:)
+    type(rounds_t) :: rounds             !< of the best refit, or of the extended model if that is another
     type(nested_fit_t) :: extended       !< with the causes of the verdict; not found: none
     type(interval_t), allocatable :: intervals(:) !< of the parameters of the causes
     logical :: is_null_excluded = .false. !< for each of the causes
@@ -79,14 +90,14 @@ module inference_record
 
 contains
 
-  !> Makes the simulator stand where the fit of the baseline has ended and all refits begin.
+  !> Sets the simulator to the state in which the fit of the baseline has ended and all refits begin.
   subroutine diagnosis_restore_baseline(self, simulator)
     class(diagnosis_t), intent(in) :: self
     class(simulator_t), intent(inout) :: simulator
     call simulator%set_state(self%baseline%state)
   end subroutine diagnosis_restore_baseline
 
-  !> Makes the simulator stand where the fit of the extended model has ended, or that of the baseline if there is none.
+  !> Sets the simulator to the state of the fit of the extended model, or of the baseline if there is none.
   subroutine diagnosis_restore_extended(self, simulator)
     class(diagnosis_t), intent(in) :: self
     class(simulator_t), intent(inout) :: simulator

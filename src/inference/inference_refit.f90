@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Fits nested models without linearisation: the unknowns of the baseline and, with them, parameters of effects.
 !>
-!> Residuals are whitened, so that the sum of squares is minus twice the log likelihood with nuisances integrated out.
-!> The directions of nuisances depend on the point, and are taken anew at the optimum of the baseline until it stays.
-!> Effects have no prior here: no name may rest on what was thought of its strength before.
+!> Residuals are whitened, so that the sum of squares is minus twice the log likelihood with nuisances integrated out. The
+!> directions of nuisances depend on the point, and are computed anew at the optimum of the baseline until it stays the same.
+!> Effects have no prior here: a name must not rest on earlier assumptions about its strength.
 module inference_refit
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -88,7 +88,7 @@ contains
     jacobian = both(:, 2:)
   end subroutine nested_evaluate
 
-  !> Tells the simulator that it now stands at the last point; see `least_squares_t`.
+  !> Tells the simulator that it is at the last point; see `least_squares_t`.
   subroutine nested_accept(self)
     class(nested_problem_t), intent(inout) :: self
     call self%simulator%accept()
@@ -170,12 +170,12 @@ contains
     call simulator%get_state(found%state)
   end subroutine fit_nested
 
-  !> Fits the baseline from several starts (parameters, :), each as `fit_loosely` does, and the most probable of them to
-  !> the end, in passes that begin at shapes found from rest and at the most probable errors, until two end alike. Errors may
-  !> go to and fro about a kink; the most probable pass counts. `whitener`, over all observations, has then the directions of
-  !> `nuisances` at this point, and the fit is the best one with these. spread(starts) is how much less
-  !> probable than the best each start ended (sum of squares and log determinant), huge without an end. Fails if none has
-  !> one.
+  !> Fits the baseline from several starts (parameters, :), each as `fit_loosely` does, and the most probable of these fits to
+  !> convergence, in passes. Each pass begins at shapes found from rest and at the most probable errors. The passes end when two
+  !> give the same result. Errors may alternate at a point where the derivative jumps; then the most probable pass counts.
+  !> `whitener`, over all observations, has afterwards the directions of `nuisances` at this point, and the fit is the best one
+  !> with these. spread(starts) is how much less probable than the best each start ended (sum of squares and log determinant),
+  !> huge for a fit that failed. Fails if all fits fail.
   subroutine fit_baseline(simulator, starts, options, whitener, found, spread, failure, nuisances)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -198,14 +198,14 @@ contains
       call failure%raise('the wing cannot be computed at the best fit of the baseline: check loads, units and [Wing]')
       return
     end if
-    ! Without an end of the passes these directions may be others than those of the fit.
+    ! If the passes do not converge, these directions may differ from those of the fit.
     call whitener%apply_one(seen)
     if (abs(sum(seen**2) + found%prior_chi2 - found%cost()) <= SETTLED) return
     call fit_nested(simulator, whitener, found%active, found%q, options, again)
     if (again%is_found) found = again
   end subroutine fit_baseline
 
-  !> The most probable of loose fits of the baseline, from these starts, and `spread` as `fit_baseline` has it.
+  !> Returns the most probable loose fit of the baseline from these starts, and `spread` as `fit_baseline` has it.
   subroutine fit_best_start(simulator, starts, options, whitener, found, spread, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -237,7 +237,7 @@ contains
     where (spread < huge(1.0_rp)) spread = spread - least
   end subroutine fit_best_start
 
-  !> Fits the baseline to the end from a loose fit, in the passes of `fit_baseline`; the most probable of them is found.
+  !> Continues a loose fit of the baseline to convergence, in the passes of `fit_baseline`, and returns the most probable of them.
   subroutine settle_baseline(simulator, options, whitener, found)
     class(simulator_t), intent(inout), target :: simulator
     type(fit_options_t), intent(in) :: options
@@ -268,9 +268,9 @@ contains
     end do
   end subroutine settle_baseline
 
-  !> Fits the baseline roughly from q with a whitener over all observations, which has then the nuisances where the fit
-  !> ends. On the way a wing may follow an equilibrium that it would not come to from rest: where the fit ends all shapes are
-  !> found from rest, and if they are others it goes on from them, if that is possible.
+  !> Fits the baseline roughly from q with a whitener over all observations, which has afterwards the nuisances at the end of the
+  !> fit. During the fit a wing may follow an equilibrium that it would not reach from rest. All shapes at the end are therefore
+  !> found from rest; if they differ, the fit continues from them, if that is possible.
   subroutine fit_loosely(simulator, q, options, whitener, found, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: q(:)
@@ -310,7 +310,7 @@ contains
     call simulator%get_state(found%state)
   end subroutine fit_loosely
 
-  !> Returns the same choices, but with an end where little is gained.
+  !> Returns the same options, but with a looser criterion to stop.
   pure function loose_options(options) result(loose)
     type(fit_options_t), intent(in) :: options
     type(fit_options_t) :: loose
@@ -318,9 +318,9 @@ contains
     loose%reduction_tolerance = max(LOOSE_TOLERANCE, options%reduction_tolerance)
   end function loose_options
 
-  !> Takes the nuisances about their most probable errors at q, where the simulator stands, since what they do is not linear. If
-  !> there is anything to settle, the directions of the whitener, over all observations, are then those at q before that. If there
-  !> is no result (`is_valid` false), errors are as before.
+  !> Linearises the nuisances about their most probable errors at q, where the simulator is, since their effect is not linear. If
+  !> any nuisance is not linear, the directions of the whitener, over all observations, are afterwards those at q before that. If
+  !> there is no result (`is_valid` false), errors stay as before.
   subroutine relinearise_nuisances(simulator, whitener, q, is_valid)
     class(simulator_t), intent(inout) :: simulator
     type(whitener_t), intent(inout) :: whitener
@@ -341,7 +341,7 @@ contains
     call simulator%linearise_at(-matmul(residuals, nuisances), q, is_valid)
   end subroutine relinearise_nuisances
 
-  !> Nuisances at q, where the simulator goes; it then sees these residuals.
+  !> Computes nuisances at q, to which the simulator moves, with these residuals.
   subroutine update_directions(simulator, q, whitener, is_valid, seen, directions)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)

@@ -22,7 +22,7 @@ module inference_region
   real(rp), parameter :: RELATED_LEVEL = 0.05_rp
   integer, parameter :: MOST_RELATED = 3
 
-  !> The region, in connected parts; without places none stands out.
+  !> The region, in connected parts. Without places no region is more probable than others.
   type :: region_t
     logical :: is_found = .false.           !< there are families of unknown causes
     integer :: family = 0                   !< of the design
@@ -33,7 +33,7 @@ module inference_region
     real(rp), allocatable :: fraction(:)    !< probability of a place; of a field, of the sum of (mean/sd)^2
   end type region_t
 
-  !> An effect that would make a part of the misfit.
+  !> An effect that would cause a part of the misfit.
   type :: related_t
     integer :: effect = 0, candidate = 0
     real(rp) :: explained = 0               !< share of |z|^2 beyond what noise has
@@ -78,7 +78,7 @@ contains
     end associate
   end subroutine find_region
 
-  !> Log evidences of a family: as a field, as one place, and alone(patterns) for each place.
+  !> Returns the log evidences of a family: as a field, as one place, and alone(patterns) for each place.
   subroutine find_evidences(family, z, field, one, alone)
     type(family_t), intent(in) :: family
     real(rp), intent(in) :: z(:)
@@ -97,7 +97,7 @@ contains
     one = one - log(real(max(1, size(family%alone, 2)), rp))
   end subroutine find_evidences
 
-  !> The fewest of the places that are allowed which hold REGION_LEVEL of weight(:), which adds up to 1; all if they do not.
+  !> Returns the fewest of the allowed places that hold REGION_LEVEL of weight(:), which adds up to 1; all if they hold less.
   pure function highest_density_set(weight, is_allowed) result(is_in)
     real(rp), intent(in) :: weight(:)
     logical, intent(in) :: is_allowed(:)
@@ -111,7 +111,7 @@ contains
     end do
   end function highest_density_set
 
-  !> Sorts places into parts of which each place has a neighbour within `reach` in its part.
+  !> Sorts places into connected parts: each place has a neighbour within `reach` in its part.
   subroutine find_connected_parts(site, reach, weight, is_in, region)
     real(rp), intent(in) :: site(:, :), reach, weight(:)
     logical, intent(in) :: is_in(:)
@@ -145,7 +145,7 @@ contains
     end do
   end subroutine find_connected_parts
 
-  !> Finds the effects that explain a part of z(k) which chance alone would not, the largest part first; at most MOST_RELATED.
+  !> Finds the effects that explain a part of z(k) which is larger than chance, the largest part first; at most MOST_RELATED.
   subroutine find_related(design, calibration, statistics, z, related)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration

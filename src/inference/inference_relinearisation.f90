@@ -1,27 +1,38 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Linearises the nuisances about the fit of the top candidate instead of that of the baseline.
+!> Linearises about the fit of the top candidate instead of that of the baseline: the nuisances, and a simulator that is itself an
+!> approximation.
 !>
 !> What an error of a force, of a place or of the mesh does depends on the wing. Seen from a baseline that is wrong, as one
 !> cause is missing, it is wrong too: the rest then looks like a second cause, and intervals are too narrow. So where a
 !> cause is clear the nuisances are taken anew at its fit, and all hypotheses are compared once more with these.
+!>
+!> A simulator that is an approximation about the baseline, as one of flights, errs where a cause is strong. Where a cause is clear
+!> the approximation is made anew about its fit, and the cause is fitted again, until it stays. Others are not fitted again: about
+!> the baseline, where they are judged, nothing has changed.
 module inference_relinearisation
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use inference_design, only: build_design, design_t
-  use inference_record, only: diagnosis_options_t, diagnosis_t
+  use inference_record, only: diagnosis_options_t, diagnosis_t, rounds_t
   use inference_refit, only: fit_nested, nested_fit_t, relinearise_nuisances
   use inference_simulator, only: simulator_t
   use inference_whitener, only: whitener_t
   implicit none
   private
-  public :: model_error_t, relinearise
+  public :: is_clear, model_error_t, relinearise, relinearise_simulator
 
-  !> Directions of errors of a simulator that only fits of other models tell, such as one on another mesh.
+  !> What only other models or further runs tell of a simulator: directions of its errors, from one on another mesh for instance,
+  !> and its values far from where it is an approximation.
   type, abstract :: model_error_t
+    integer :: most_rounds = 0 !< of `linearise`; 0: the simulator is exact
   contains
-    !> Gives the simulator new ones at q, where it stands after a fit with the whitener. If that cannot be done the old ones
+    !> Gives the simulator new directions at q, its point after a fit with the whitener. If that is not possible the old ones
     !> stay.
     procedure(renew_interface), deferred :: renew
+    !> Makes the simulator an approximation about q, where it stands. sd(parameters) are how well they are known, 0 for those that
+    !> are not fitted. `rows` are the observations that it now sees in another way; none if it is exact along these parameters, or
+    !> if there is no result; `reason` then says why, and is empty otherwise. `failure`: the diagnosis cannot go on.
+    procedure(linearise_interface), deferred :: linearise
   end type model_error_t
 
   abstract interface
@@ -31,16 +42,25 @@ module inference_relinearisation
       type(whitener_t), intent(in), target :: whitener
       real(rp), intent(in) :: q(:)
     end subroutine renew_interface
+
+    subroutine linearise_interface(self, q, sd, rows, reason, failure)
+      import :: failure_t, model_error_t, rp
+      class(model_error_t), intent(inout) :: self
+      real(rp), intent(in) :: q(:), sd(:)
+      integer, allocatable, intent(out) :: rows(:)
+      character(:), allocatable, intent(out) :: reason
+      type(failure_t), intent(inout) :: failure
+    end subroutine linearise_interface
   end interface
 
-  !> Gain of the sum of squares, in units of the noise, below which a cause changes no nuisance by what would matter.
+  !> Decrease of the sum of squares, in units of the noise, below which a cause does not change nuisances significantly.
   real(rp), parameter :: CLEAR = 25.0_rp
 
 contains
 
-  !> Takes all nuisances at the best of the refits: errors that settle, directions, the whitener, the fit of the baseline and
-  !> the design are then new, and so is this refit. `is_new` false: nothing has changed, as no cause is clear or something
-  !> has no result.
+  !> Computes all nuisances anew at the best of the refits: errors that converge, directions, the whitener, the fit of the
+  !> baseline and the design are then new, and so is this refit. `is_new` is false if nothing has changed, because no cause is
+  !> clear or a result is missing.
   subroutine relinearise(simulator, options, d, is_new, model_error)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -80,10 +100,9 @@ contains
     call simulator%get_state(d%baseline%state)
   end subroutine relinearise
 
-  !> Alternates between the fit of the top candidate and the nuisances about it, until it stays or becomes less probable: the larger
-  !> the errors
-  !> that a cause brings with it, the better it fits, which the determinant of the covariance counts against it. The simulator
-  !> stands where the fit has ended, before and after. `is_new` false: it has not become more probable.
+  !> Alternates between the fit of the top candidate and the nuisances about it, until it stays or becomes less probable. A cause
+  !> that brings larger errors with it fits better; the determinant of the covariance counts that against it. The simulator is at
+  !> the end of the fit, before and after. `is_new` is false if it has not become more probable.
   subroutine iterate_relinearisation(simulator, options, scale, whitener, top_fit, nuisances, is_new, model_error)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -107,7 +126,7 @@ contains
       trial_whitener = whitener
       call simulator%evaluate(top_fit%q, [integer ::], residuals, nothing, is_valid)
       if (is_valid) call simulator%accept()
-      ! Twice: what the errors did for the baseline is another thing than what they do for the top candidate.
+      ! This is done twice, because the errors have another effect for the baseline than for the top candidate.
       if (is_valid) call relinearise_nuisances(simulator, trial_whitener, top_fit%q, is_valid)
       if (is_valid) call relinearise_nuisances(simulator, trial_whitener, top_fit%q, is_valid)
       if (is_valid .and. present(model_error)) call model_error%renew(trial_whitener, top_fit%q)
@@ -131,6 +150,70 @@ contains
     end do
     if (is_new) call simulator%set_state(top_fit%state)
   end subroutine iterate_relinearisation
+
+  !> Tells whether a gain of the sum of squares, in units of the noise, makes a cause so clear that one linearises about it.
+  pure logical function is_clear(gain)
+    real(rp), intent(in) :: gain
+    is_clear = gain >= CLEAR
+  end function is_clear
+
+  !> Makes the simulator an approximation about the fit `found` of causes, and fits them again, until none of their parameters moves
+  !> by more than SETTLED of its sd or `model_error` makes no more rounds. `rounds` is what comes out; rounds%found is not found if
+  !> there is nothing to do, and everything is then as before. The simulator stands where the last fit has ended.
+  subroutine relinearise_simulator(simulator, options, whitener, nuisances, found, model_error, rounds, failure)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(whitener_t), intent(in) :: whitener
+    real(rp), intent(in) :: nuisances(:, :) !< (n, :) directions of errors that the whitener has
+    type(nested_fit_t), intent(in) :: found
+    class(model_error_t), intent(inout) :: model_error
+    type(rounds_t), intent(out), target :: rounds
+    type(failure_t), intent(inout) :: failure
+    real(rp), parameter :: SETTLED = 0.1_rp ! of the sd of a parameter
+    type(nested_fit_t) :: last, next
+    integer, allocatable :: rows(:)
+    real(rp) :: directions(simulator%n_observations, simulator%n_nuisances), nothing(simulator%n_observations, 0)
+    real(rp) :: sd(size(found%q)), moved
+    integer :: round
+    logical :: is_valid
+    rounds%whitener = whitener
+    rounds%nuisances = nuisances
+    rounds%reason = ''
+    allocate (rounds%moved(0))
+    last = found
+    call simulator%set_state(last%state)
+    do round = 1, model_error%most_rounds
+      sd = parameter_sd(simulator, last)
+      call model_error%linearise(last%q, sd, rows, rounds%reason, failure)
+      if (failure%failed .or. size(rows) == 0) exit
+      call simulator%directions(last%q, directions, nothing, is_valid)
+      if (.not. is_valid) exit
+      rounds%nuisances(rows, :) = directions(rows, :)
+      call rounds%whitener%add_directions(rounds%nuisances)
+      call fit_nested(simulator, rounds%whitener, last%active, last%q, options%fit, next)
+      if (.not. next%is_found) exit
+      sd = parameter_sd(simulator, next)
+      moved = maxval(abs(next%q - last%q)/sd, mask=sd > 0)
+      rounds%moved = [rounds%moved, moved]
+      rounds%found = next
+      last = next
+      rounds%has_settled = moved < SETTLED
+      if (rounds%has_settled) exit
+    end do
+    call simulator%set_state(last%state)
+  end subroutine relinearise_simulator
+
+  !> Returns the sd(parameters) of those that a fit has beside the baseline, 0 for all others.
+  pure function parameter_sd(simulator, found) result(sd)
+    class(simulator_t), intent(in) :: simulator
+    type(nested_fit_t), intent(in) :: found
+    real(rp) :: sd(size(found%q))
+    integer :: k
+    sd = 0
+    do k = simulator%n_baseline + 1, size(found%active)
+      sd(found%active(k)) = sqrt(max(tiny(1.0_rp), found%covariance(k, k)))
+    end do
+  end function parameter_sd
 
   !> Twice the negative logarithm of the probability density of data and parameters, without a constant.
   real(rp) function minus_two_log_posterior(found, whitener, scale)

@@ -2,10 +2,9 @@
 !> Defines what the statistics need of a simulator and of an experiment, whatever they are: observations, their covariance, a
 !> baseline model with unknowns, and candidates for what it lacks.
 !>
-!> All parameters stand in one vector: the unknowns of the baseline, then those of the effects, which have a null value
-!> at which the effect is absent. A candidate is an effect with one or more variants (positions, for instance), and a
-!> variant is a set of parameters that are released together. Surfaces, ring-down or forces differ only in what
-!> extends `simulator_t`.
+!> All parameters are in one vector: the unknowns of the baseline, then those of the effects, which have a null value at which the
+!> effect is absent. A candidate is an effect with one or more variants (positions, for instance). A variant is a set of
+!> parameters that are released at the same time. Types that extend `simulator_t` represent surfaces, vibrations or forces.
 module inference_simulator
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
@@ -19,7 +18,7 @@ module inference_simulator
     character(:), allocatable :: label        !< where, or empty
     integer, allocatable :: columns(:)        !< parameters that it releases
     real(rp) :: site(2) = 0                  !< [m] of a position on the wing
-    !> Not scanned, but tried once the scan has found something near, and it is released.
+    !> Not scanned, but tried after the scan has found an effect nearby and the variant is released.
     logical :: is_finer = .false., is_released = .false.
   contains
     procedure :: is_tried => variant_is_tried
@@ -37,8 +36,7 @@ module inference_simulator
     procedure :: is_testable => effect_is_testable
   end type effect_t
 
-  !> To what every observation belongs. Surfaces are numbered from 1; what is said of a surface has their number as
-  !> index.
+  !> The group to which every observation belongs. Surfaces are numbered from 1; arrays over surfaces have this number as index.
   type :: labels_t
     integer, allocatable :: surface(:)        !< (n) load under which it was observed
     integer, allocatable :: block(:)          !< (n) observations of different blocks have independent errors
@@ -56,15 +54,15 @@ module inference_simulator
     integer :: n_observations = 0
     integer :: n_baseline = 0                 !< parameters 1 .. n_baseline are the unknowns of the baseline
     integer :: n_nuisances = 0                !< directions of errors that are known only by their sd
-    !> (n_nuisances at most) of the first of them: kinds of errors that have one declared sd, 1, 2, ..; 0: of no kind.
+    !> (at most n_nuisances) for the first nuisances, the kind 1, 2, .. of errors with one declared sd; 0: no kind.
     integer, allocatable :: nuisance_kind(:)
     character(:), allocatable :: nuisance_names(:) !< of the kinds, in the plural
     integer :: n_patterns = 0                 !< of unknown causes
-    integer :: n_alone = huge(1)              !< so many of them, the first, may also be alone such a cause
+    integer :: n_alone = huge(1)              !< so many of them, the first, may also be such a cause alone
     type(labels_t) :: labels
     type(parameter_t), allocatable :: parameters(:) !< by their coordinates; those of the baseline start at their null
     type(effect_t), allocatable :: effects(:)
-    !> Quantities whose values may all differ from what they should be: their tangents are patterns too, behind the others.
+    !> Quantities whose values may all differ from what they should be. Their tangents are patterns too, after the others.
     integer, allocatable :: field(:)
     integer, allocatable :: family(:)         !< (n_patterns + size(field)) 1, 2, .. kind of unknown cause
     real(rp), allocatable :: pattern_site(:, :) !< (2, n_patterns + size(field)) [m] where on the wing
@@ -87,8 +85,8 @@ module inference_simulator
   end type simulator_t
 
   abstract interface
-    !> residuals(n) (computed minus observed) at q(parameters), and their derivatives jacobian(n, size(columns)) with
-    !> respect to the parameters `columns`. `is_valid` false: there is no result at q.
+    !> Computes residuals(n) (computed minus observed) at q(parameters), and their derivatives jacobian(n, size(columns)) with
+    !> respect to the parameters `columns`. `is_valid` is false if there is no result at q.
     subroutine evaluate_interface(self, q, columns, residuals, jacobian, is_valid)
       import :: simulator_t, rp
       class(simulator_t), intent(inout) :: self
@@ -98,7 +96,7 @@ module inference_simulator
       logical, intent(out) :: is_valid
     end subroutine evaluate_interface
 
-    !> c(size(rows), size(rows)): covariance of the noise of these observations, which are of one block.
+    !> Returns c(size(rows), size(rows)), the covariance of the noise of these observations, which are of one block.
     subroutine covariance_interface(self, rows, c)
       import :: simulator_t, rp
       class(simulator_t), intent(in) :: self
@@ -106,8 +104,8 @@ module inference_simulator
       real(rp), intent(out) :: c(:, :)
     end subroutine covariance_interface
 
-    !> At q: nuisances(n, n_nuisances), what an error of one sd of each nuisance does to the residuals; and
-    !> patterns(n, n_patterns), what an unknown cause of unit strength at each place would do, or patterns(n, 0).
+    !> Computes, at q, nuisances(n, n_nuisances), the change of the residuals by an error of one sd of each nuisance, and
+    !> patterns(n, n_patterns), their change by an unknown cause of unit strength at each place, or patterns(n, 0).
     subroutine directions_interface(self, q, nuisances, patterns, is_valid)
       import :: simulator_t, rp
       class(simulator_t), intent(inout) :: self
@@ -132,7 +130,7 @@ contains
     if (allocated(self%missing)) is_testable = self%missing == ''
   end function effect_is_testable
 
-  !> Returns the part that neighbours share of the variance of a single error; negative where that is not to be asked.
+  !> Returns the share of the variance of a single error that neighbours have in common; negative if it is fixed.
   pure real(rp) function simulator_common_fraction(self) result(fraction)
     class(simulator_t), intent(in) :: self
     fraction = -1
@@ -140,7 +138,7 @@ contains
     end associate
   end function simulator_common_fraction
 
-  !> Sets that part. What neighbours do not share stays.
+  !> Sets that share. The variance that neighbours do not share stays the same.
   subroutine simulator_set_common_fraction(self, fraction)
     class(simulator_t), intent(inout) :: self
     real(rp), intent(in) :: fraction
@@ -148,15 +146,14 @@ contains
     end associate
   end subroutine simulator_set_common_fraction
 
-  !> Says that the point that was evaluated last is where the solver now stands. A simulator without iterations of its own has
-  !> nothing to remember of it.
+  !> Is called when the solver has moved to the point that was evaluated last. Simulators without internal iterations ignore it.
   subroutine simulator_accept(self)
     class(simulator_t), intent(inout) :: self
     associate (unused => self)
     end associate
   end subroutine simulator_accept
 
-  !> Returns where the solver stands, and the errors about which nuisances are linear.
+  !> Returns the state of the solver, and the errors about which nuisances are linear.
   subroutine simulator_get_state(self, state)
     class(simulator_t), intent(in) :: self
     class(solver_state_t), allocatable, intent(out) :: state
@@ -165,8 +162,8 @@ contains
     end associate
   end subroutine simulator_get_state
 
-  !> Puts the solver and the nuisances back to where they were when this simulator gave the state. If `only_shapes`, it puts back
-  !> the solver alone; errors stay those about which nuisances are now.
+  !> Sets the solver and the nuisances back to the state that this simulator gave. With `only_shapes`, it sets back the solver
+  !> alone; the errors stay those about which nuisances are linear now.
   subroutine simulator_set_state(self, state, only_shapes)
     class(simulator_t), intent(inout) :: self
     class(solver_state_t), intent(in) :: state
@@ -176,17 +173,16 @@ contains
     if (present(only_shapes)) return
   end subroutine simulator_set_state
 
-  !> Makes the solver begin elsewhere than where it stands: it may have followed another equilibrium than the one that a wing at
-  !> rest comes to.
+  !> Makes the solver begin from rest: it may have followed another equilibrium than the one that a wing reaches from rest.
   subroutine simulator_forget_warm_starts(self)
     class(simulator_t), intent(inout) :: self
     associate (unused => self)
     end associate
   end subroutine simulator_forget_warm_starts
 
-  !> Takes nuisances about errors(n_nuisances) sd, as far as they are not linear: residuals are then those with these errors, less
-  !> what the tangents there, which are the new directions, say of them. The solver stands at q. If that has no result (`is_valid`
-  !> false), nothing has changed. `whitener_t` needs its directions anew.
+  !> Linearises nuisances about errors(n_nuisances) sd, as far as they are not linear. Residuals are then those with these errors,
+  !> less their linear part by the tangents there, which are the new directions. The solver is at q. If that has no result
+  !> (`is_valid` false), nothing has changed. `whitener_t` needs its directions anew.
   subroutine simulator_linearise_at(self, errors, q, is_valid)
     class(simulator_t), intent(inout) :: self
     real(rp), intent(in) :: errors(:), q(:)
@@ -202,7 +198,7 @@ contains
     end associate
   end function simulator_has_nonlinear_nuisances
 
-  !> Leaves these surfaces out: nobody looks at them, a simulator may leave out their results, and `is_valid` says nothing of
+  !> Leaves these surfaces out: their results are not used, a simulator need not compute them, and `is_valid` does not include
   !> them.
   subroutine simulator_skip(self, is_skipped)
     class(simulator_t), intent(inout) :: self
@@ -210,7 +206,7 @@ contains
     self%is_skipped = is_skipped
   end subroutine simulator_skip
 
-  !> Ends `skip`: everything is wanted again.
+  !> Ends `skip`: all surfaces are used again.
   subroutine simulator_skip_none(self)
     class(simulator_t), intent(inout) :: self
     if (allocated(self%is_skipped)) deallocate (self%is_skipped)

@@ -15,12 +15,12 @@ module inference_top_candidates
   implicit none
   private
 
-  public :: fit_extended, refit_top_candidates
+  public :: exchange_refit, fit_extended, refit_top_candidates
 
   real(rp), parameter :: SHORTFALL = 20.0_rp     !< of the sum of squares, in units of the noise
   real(rp), parameter :: FAR = 10.0_rp           !< of the log evidence
 
-  !> The effects on their way through the rounds.
+  !> The effects during the rounds of fits.
   type :: queue_t
     integer, allocatable :: order(:)      !< the most probable by the tangents first
     real(rp), allocatable :: linear(:)    !< (effects) log evidence by the tangents
@@ -30,11 +30,12 @@ module inference_top_candidates
 
 contains
 
-  !> Fits the top candidates in full, corrects their evidence by what the linear approximation has missed, and decides anew. One
-  !> that lies far behind in that approximation is not fitted, unless others have shown it to be wrong by as much; a part of
-  !> a fitted one is; and if most of the misfit is left, all are until one leaves less. An unknown cause, or several together,
-  !> are the answer only after all were fitted that the tangents prefer to nothing: some effects change their shape with
-  !> their strength. `before`, where given, are refits with other nuisances, from which those of the same effects begin.
+  !> Fits the top candidates in full, corrects their evidence by the error of the linear approximation, and decides anew. A
+  !> candidate that is far less probable in that approximation is not fitted, unless others have shown it to be wrong by as much.
+  !> A candidate that is a part of a fitted one is fitted. If most of the misfit remains, all candidates are fitted until one
+  !> leaves less. An unknown cause, or several causes, are the answer only after all candidates were fitted that the tangents
+  !> prefer to no cause: some effects change their shape with their strength. `before`, where given, are refits with other
+  !> nuisances, from which those of the same effects begin.
   subroutine refit_top_candidates(simulator, options, d, before)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -52,15 +53,13 @@ contains
       call refit_round(simulator, options, round == 2, d, queue, before)
       if (round == 2 .and. size(d%refits) == n_fitted) exit
       call improve_refits(simulator, options, n_fitted, d)
-      call d%hypotheses%correct_unknown(d%design)
-      call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision, &
-                  combined_log_p(d%checks))
+      call decide_anew(options, d)
       if (d%decision%verdict /= VERDICT_UNKNOWN .and. size(d%decision%causes) < 2 .and. &
           d%decision%posterior_unknown <= sum(d%decision%posterior(d%decision%set))) exit
     end do
   end subroutine refit_top_candidates
 
-  !> Fits those of the queue that are worth it in this round; in the last one once more, for parts of what was fitted meanwhile.
+  !> Fits those of the queue that are worth it in this round; in the last round again, for parts of the effects fitted meanwhile.
   subroutine refit_round(simulator, options, is_last, d, queue, before)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -83,7 +82,7 @@ contains
     end do
   end subroutine refit_round
 
-  !> Whether the effect at this place of the queue is to be fitted in this round.
+  !> Tells whether the effect at this place of the queue is to be fitted in this round.
   logical function is_worth_it(simulator, options, is_last, d, queue, place)
     class(simulator_t), intent(in) :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -107,8 +106,8 @@ contains
     end associate
   end function is_worth_it
 
-  !> Fits the leading variant of an effect and corrects its evidence: from its refit in `before`, if it is there; loosely in
-  !> the last round, and to the end only if that brings it near the others.
+  !> Fits the leading variant of an effect and corrects its evidence: from its refit in `before`, if there is one. In the last
+  !> round it fits loosely, and to convergence only if that brings the effect close to the others.
   subroutine refit_effect(simulator, options, is_last, effect, d, one, before)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -140,7 +139,7 @@ contains
     call replace_if_better(simulator, d, full, one, 0.0_rp, is_better)
   end subroutine refit_effect
 
-  !> Fits all refits also from those of which they are a part, and those behind the first n_tried at better places.
+  !> Repeats all fits from those of which they are a part, and the fits after the first n_tried also at better places.
   subroutine improve_refits(simulator, options, n_tried, d)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -161,14 +160,14 @@ contains
     end do
   end subroutine improve_refits
 
-  !> Whether an effect has become so improbable that fits are not worth their time.
+  !> Tells whether an effect has become so improbable that fits are not worth their time.
   pure logical function is_behind(d, effect)
     type(diagnosis_t), intent(in) :: d
     integer, intent(in) :: effect
     is_behind = d%hypotheses%effect(effect) < maxval(d%hypotheses%effect) - FAR
   end function is_behind
 
-  !> Puts `one` behind the others.
+  !> Appends `one` to the others.
   subroutine append(refits, one)
     type(refit_t), allocatable, intent(inout) :: refits(:)
     type(refit_t), intent(in) :: one
@@ -182,7 +181,7 @@ contains
     call move_alloc(more, refits)
   end subroutine append
 
-  !> `one` becomes `other`, a fit of the same effect, if its sum of squares is smaller by more than `worth`.
+  !> Replaces `one` by `other`, a fit of the same effect, if its sum of squares is smaller by more than `worth`.
   subroutine replace_if_better(simulator, d, other, one, worth, is_better)
     class(simulator_t), intent(inout) :: simulator
     type(diagnosis_t), intent(inout) :: d
@@ -195,6 +194,29 @@ contains
     call apply_refit(simulator, d, other)
     one = other
   end subroutine replace_if_better
+
+  !> Enters `found` in the place of refit i, of the same candidate, and decides anew.
+  subroutine exchange_refit(simulator, options, d, i, found)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout) :: d
+    integer, intent(in) :: i
+    type(nested_fit_t), intent(in) :: found
+    type(refit_t) :: one
+    one = d%refits(i)
+    one%found = found
+    call apply_refit(simulator, d, one)
+    d%refits(i) = one
+    call decide_anew(options, d)
+  end subroutine exchange_refit
+
+  !> Decides with what all refits have found.
+  subroutine decide_anew(options, d)
+    type(diagnosis_options_t), intent(in) :: options
+    type(diagnosis_t), intent(inout) :: d
+    call d%hypotheses%correct_unknown(d%design)
+    call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision, combined_log_p(d%checks))
+  end subroutine decide_anew
 
   !> Enters what a refit found. It is looked at where the fit ended: a wing may have another equilibrium with the same
   !> parameters.
@@ -220,8 +242,8 @@ contains
     end associate
   end subroutine apply_refit
 
-  !> Where an effect is a part of others whose fits are better it may be enough alone, but not be found from the baseline,
-  !> where its tangents show nothing of it: fits it also from these, but for the first n_tried refits.
+  !> Fits effects also from better fits of which they are a part, except the first n_tried refits. Such an effect may suffice
+  !> alone, but not be found from the baseline, where its tangents do not show it.
   subroutine fit_from_superset(simulator, options, d, one, n_tried)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -240,7 +262,7 @@ contains
     end do
   end subroutine fit_from_superset
 
-  !> Exchanges the variant of a refit for others of its effect as long as they promise to be better, and are.
+  !> Replaces the variant of a refit by others of its effect as long as they promise to be better, and are.
   subroutine refine_variant(simulator, options, d, one)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -262,11 +284,11 @@ contains
     end do
   end subroutine refine_variant
 
-  !> The baseline with candidates, fitted in full: from the fit of the baseline, and if that finds much less than the
-  !> tangents promise, or if they tell little of it, also from the values before any fit, as joints that a wrong model
-  !> made rigid do not come back. `near`, where given, is a refit of this or another variant, or of an effect of which this
-  !> is a part: one candidate is then fitted from it, where it has ended, and as without it only if that does not succeed.
-  !> The end is a loose one if `is_loose`.
+  !> Fits the baseline with candidates in full, from the fit of the baseline. If that finds much less than the tangents promise,
+  !> or if they show little of the candidates, it also fits from the values before any fit, as joints that a wrong model has made
+  !> rigid do not recover. `near`, where given, is a refit of this or another variant, or of an effect of which this is a part.
+  !> One candidate is then fitted from the end of `near`, and as without it only if that does not succeed. The fit stops early if
+  !> `is_loose`.
   subroutine fit_extended(simulator, options, d, candidates, found, near, is_loose)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options

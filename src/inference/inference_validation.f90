@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Measures how well a model predicts data that it was not fitted to. Locations are left out one after another, each with all
+!> Measures how well a model predicts data that were not used for its fit. Locations are left out one after another, each with all
 !> its levels, signs and repeats, and predicted by the fit to the others.
 !>
-!> The score of a fold is its log predictive density, normal about the prediction with the covariance of noise and
-!> nuisances and what the fit leaves unknown of the parameters, in the linear approximation.
+!> The score of a fold is its log predictive density, a normal density about the prediction. Its covariance contains noise,
+!> nuisances and the uncertainty of the fitted parameters, in the linear approximation.
 !>
-!> The fit to the others is one step of Gauss and Newton from the fit to everything, whose tangents are known. Only the
-!> loads that were left out are then simulated. Where that changes the score by more than LINEAR from what the tangents
-!> promise, more steps are made.
+!> The fit to the others is one Gauss-Newton step from the fit to all data, whose tangents are known. Only the loads that were
+!> left out are then simulated. If the score differs by more than LINEAR from the one that the tangents predict, more steps are
+!> made.
 module inference_validation
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -77,7 +77,7 @@ contains
     end do
   end subroutine validate
 
-  !> Residuals and derivatives of everything at q; the simulator then stands there.
+  !> Computes residuals and derivatives of all observations at q; the simulator is then at q.
   subroutine find_tangents(simulator, active, q, full, is_valid)
     class(simulator_t), intent(inout) :: simulator
     integer, intent(in) :: active(:)
@@ -93,7 +93,7 @@ contains
     full%is_valid = is_valid
   end subroutine find_tangents
 
-  !> Scores of fold f, whose observations are `outside`: log density, chi^2, sum of squares.
+  !> Returns the scores of fold f, whose observations are `outside`: log density, chi^2, sum of squares.
   subroutine predict_fold(simulator, f, active, full, options, outside, scores, ok)
     class(simulator_t), intent(inout), target :: simulator
     integer, intent(in) :: f, active(:), outside(:)
@@ -148,7 +148,7 @@ contains
     scores(2) = sum(seen**2)
   end subroutine predict_fold
 
-  !> Residuals of the observations of fold f at q, found from `state`.
+  !> Computes residuals of the observations of fold f at q, starting from `state`.
   subroutine predict(simulator, state, f, q, outside, residuals, ok)
     class(simulator_t), intent(inout) :: simulator
     class(solver_state_t), intent(in) :: state
@@ -164,7 +164,7 @@ contains
     residuals = all(outside)
   end subroutine predict
 
-  !> Without its constant.
+  !> Returns the log density without its constant.
   real(rp) function log_density(whitener, residuals)
     type(whitener_t), intent(in) :: whitener
     real(rp), intent(in) :: residuals(:)
@@ -174,8 +174,8 @@ contains
     log_density = -0.5_rp*(sum(white**2) + whitener%log_determinant)
   end function log_density
 
-  !> By how much the active parameters differ if only the observations of `inner` are fitted, in the linear
-  !> approximation and within bounds, and spread(active, active) with spread spread^T their posterior covariance.
+  !> Finds by how much the active parameters differ if only the observations of `inner` are fitted, in the linear approximation
+  !> and within bounds, and spread(active, active) with spread spread^T their posterior covariance.
   subroutine step_without(simulator, active, full, inner, step, spread)
     class(simulator_t), intent(in) :: simulator
     integer, intent(in) :: active(:)

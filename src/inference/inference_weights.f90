@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Gives the prior probability of each variant of an effect, if the effect is there.
 !>
-!> All places of a scan are equally probable. Finer ones are tried where the data have found something, and an average over
-!> all alike would be one over a set that the data chose: they share what the scan gives to their neighbourhood.
+!> All places of a scan are equally probable. Finer places are tried where the data have found an effect, so that their set
+!> depends on the data. They therefore share the weight that the scan gives to their neighbourhood.
 module inference_weights
   use base_kinds, only: rp
   implicit none

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes observations comparable: a linear map after which errors are independent with variance 1.
+!> Makes observations comparable by a linear map after which errors are independent with variance 1.
 !>
 !> C = N + V V^T, N the covariance of the noise, dense within blocks, V the directions of nuisances scaled by their sd.
 !> With N = L L^T, A = L^-1 V and A^T A = X diag(g) X^T the map is (I - A X f(g) X^T A^T) L^-1, f(g) = (1 - (1 + g)^-1/2)/g,

@@ -24,7 +24,7 @@ module io_control
 contains
 
   !> Writes an idle control file, replacing one that an earlier run left. A STOP file that is already
-  !> there stays: whoever made it wants this run to stop. A folder that cannot be written is a message.
+  !> there is kept, because it asks this run to stop. A folder that cannot be written is a message.
   subroutine prepare_control(directory, messages)
     character(*), intent(in) :: directory
     type(message_list_t), intent(inout) :: messages
@@ -68,7 +68,7 @@ contains
     if (.not. ok) call messages%add(path//': cannot be set back to nothing')
   end function poll_control
 
-  !> Value of the key runtime_control, empty if there is none (an editor may be writing the file just now).
+  !> Returns the value of the key runtime_control, empty if there is none (an editor may be writing the file at this moment).
   function control_wish(path) result(wish)
     character(*), intent(in) :: path
     character(:), allocatable :: wish, line

@@ -47,6 +47,7 @@ contains
     call open_one(self, key, '[', .true.)
   end subroutine json_open_list
 
+  !> Opens an object or a list.
   subroutine open_one(self, key, bracket, is_list)
     class(json_t), intent(inout) :: self
     character(*), intent(in) :: key, bracket
@@ -69,6 +70,7 @@ contains
     if (self%depth == 0) self%text = self%text//NL
   end subroutine json_close
 
+  !> Adds a text.
   subroutine json_put_text(self, key, value)
     class(json_t), intent(inout) :: self
     character(*), intent(in) :: key, value
@@ -76,6 +78,7 @@ contains
     self%text = self%text//quote(value)
   end subroutine json_put_text
 
+  !> Adds a real, or null if it is not finite.
   subroutine json_put_real(self, key, value)
     class(json_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -84,6 +87,7 @@ contains
     self%text = self%text//real_or_null(value)
   end subroutine json_put_real
 
+  !> Adds an integer.
   subroutine json_put_integer(self, key, value)
     class(json_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -92,6 +96,7 @@ contains
     self%text = self%text//number_text(value)
   end subroutine json_put_integer
 
+  !> Adds true or false.
   subroutine json_put_logical(self, key, value)
     class(json_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -100,7 +105,7 @@ contains
     self%text = self%text//trim(merge('true ', 'false', value))
   end subroutine json_put_logical
 
-  !> A list of numbers on one line.
+  !> Adds a list of numbers on one line.
   subroutine json_put_reals(self, key, values)
     class(json_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -115,7 +120,7 @@ contains
     self%text = self%text//']'
   end subroutine json_put_reals
 
-  !> Comma, line, indent and key.
+  !> Writes comma, line, indent and key.
   subroutine json_begin_member(self, key)
     class(json_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -128,7 +133,7 @@ contains
     if (key /= '') self%text = self%text//quote(key)//': '
   end subroutine json_begin_member
 
-  !> A number as JSON has it: a digit before and behind the point.
+  !> Returns a number as JSON requires it: a digit before and after the point.
   function real_or_null(value) result(text)
     real(rp), intent(in) :: value
     character(:), allocatable :: text
@@ -139,6 +144,7 @@ contains
     text = trim(adjustl(buffer))
   end function real_or_null
 
+  !> Returns a text in quotation marks, with escapes where JSON needs them.
   pure function quote(value) result(text)
     character(*), intent(in) :: value
     character(:), allocatable :: text

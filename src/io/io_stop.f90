@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reasons to stop before the end: wall time, the end of the job, a signal, a control file. And when the
-!> next backup is due.
+!> Decides when a run stops before its end: wall time, the end of the job, a signal, a control file. Also decides when the next
+!> backup is due.
 module io_stop
   use, intrinsic :: iso_fortran_env, only: error_unit
   use base_errors, only: message_list_t
@@ -13,7 +13,7 @@ module io_stop
   private
   public :: job_limits_t, stop_rules_t
 
-  !> How long a run may take, and how often it secures what it has.
+  !> How long a run may take, and how often it writes a backup.
   type :: job_limits_t
     real(rp) :: stop_seconds = 0      !< wall time after which a run stops
     real(rp) :: backup_seconds = 3600 !< wall time between backups
@@ -68,7 +68,7 @@ contains
     call messages%print(error_unit, 'flusi: ')
   end subroutine stop_listen
 
-  !> Looks whether to stop or to back up; all ranks decide the same. Collective.
+  !> Checks whether to stop or to back up; all ranks decide the same. Collective.
   subroutine stop_poll(self, world)
     class(stop_rules_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -79,7 +79,7 @@ contains
     verdict = GO_ON
     if (world%is_root) then
       if (wall_seconds() - self%last_backup > self%backup_seconds) verdict = BACKUP
-      ! Files are looked at a few times per second only: on a parallel file system each look is a request.
+      ! Files are checked only a few times per second: on a parallel file system each check is a request.
       if (wall_seconds() - self%last_poll > POLL_SECONDS) then
         self%last_poll = wall_seconds()
         if (poll_control('.', messages) == CONTROL_SAVE_STOP) verdict = STOP_FILE
@@ -105,13 +105,14 @@ contains
     end select
   end subroutine stop_poll
 
-  !> Tells whether the wall time is used up or the job ends soon, by this rank's clock. Not collective: for rank 0, within work
-  !> that lasts long, before all ranks look.
+  !> Tells whether the wall time is used up or the job ends soon, by this rank's clock. Not collective: rank 0 calls it during
+  !> long work, before all ranks check.
   logical function stop_is_time_over(self) result(is_over)
     class(stop_rules_t), intent(in) :: self
     is_over = time_verdict(self) /= GO_ON
   end function stop_is_time_over
 
+  !> Tells whether the wall time or the job's time is over.
   integer function time_verdict(self) result(verdict)
     class(stop_rules_t), intent(in) :: self
     verdict = GO_ON

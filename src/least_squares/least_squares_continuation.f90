@@ -1,18 +1,18 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A fit that begins far from where the data lead, by continuation from a heavily regularised problem to the declared one.
-!> With r the residuals in units of the declared errors, a stage minimises
+!> Fits from a start far from the data, by continuation from a heavily regularised problem to the declared one. With r the
+!> residuals in units of the declared errors, a stage minimises
 !>
 !>     |r(p)|^2/s^2 + |(p - prior)/prior_sd|^2,
 !>
-!> the problem of data with errors s times as large, or of priors s times as narrow. An unknown that moves nothing which
-!> such data could resolve as long as others are wrong stays at its prior until they are right; with the declared errors it
-!> is driven far away, often to a bound, by misfits that are not its own, and does not come back.
+!> which is the problem of data with errors s times as large, or of priors s times as narrow. Some unknowns have an effect that
+!> such data could resolve only if others are right. They stay at their prior until then. With the declared errors, the misfit of
+!> the others would drive them far away, often to a bound, from which they do not return.
 !>
-!> s begins as |r| at the start, so that all data together first weigh as much as one prior: the misfit of a start far away
-!> is no scatter, of which n residuals tell more than one, but one mistake that all of them share. It then follows |r| down,
-!> by a factor of STEP at least, until the residuals are within the declared errors. The last stage is s = 1, solved to the
-!> full tolerances: stages decide which of several minima is found, never where it lies. (Iterated regularisation:
-!> Kaltenbacher, Neubauer and Scherzer, Iterative Regularization Methods for Nonlinear Ill-Posed Problems, 2008.)
+!> s begins as |r| at the start, so that at first all data have the weight of one prior: the misfit of a start far away is no
+!> scatter, of which n residuals tell more than one, but one error that all of them share. s then decreases with |r|, at least by
+!> a factor of STEP, until the residuals are within the declared errors. The last stage has s = 1 and is solved to the full
+!> tolerances: stages decide which of several minima is found, never its place. (Iterated regularisation: Kaltenbacher, Neubauer
+!> and Scherzer, Iterative Regularization Methods for Nonlinear Ill-Posed Problems, 2008.)
 module least_squares_continuation
   use base_kinds, only: rp
   use least_squares_fit, only: fit
@@ -23,14 +23,14 @@ module least_squares_continuation
   public :: fit_by_continuation
 
   real(rp), parameter :: STEP = 10 !< s falls by this factor at least, so that there are finitely many stages
-  ! A stage needs to end only where the next one can begin.
+  ! A stage needs to converge only as far as the next one needs for its start.
   real(rp), parameter :: STAGE_REDUCTION = 1.0e-3_rp, STAGE_STEP = 1.0e-2_rp
 
 contains
 
   !> Fits as `fit` does, in stages. `report` is that of the last stage, but n_evaluations counts those of all stages. path(4, :)
   !> has every point that any stage has accepted: evaluations so far, chi^2 and the priors' chi^2 as declared, and s. Within a
-  !> stage chi^2/s^2 plus the priors' chi^2 falls.
+  !> stage chi^2/s^2 plus the priors' chi^2 decreases.
   subroutine fit_by_continuation(problem, unknowns, start, options, has_stages, report, path)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns

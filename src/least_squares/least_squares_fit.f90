@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Levenberg's and Marquardt's method with bounds and priors.
+!> Minimises sums of squares by Levenberg's and Marquardt's method with bounds and priors.
 !>
 !> A step d minimises |r + J d|^2 + damping |D d|^2 over the unknowns that are not held at a bound, with D the
 !> largest norms of the columns of J so far (More), within the bounds and a largest step. The damping follows the
@@ -53,7 +53,7 @@ contains
       if (is_end) exit
       call try_point(problem, unknowns, options, report, trial)
       if (trial%jumps >= MOST_JUMPS) then
-        report%reason = 'the sum of squares jumps wherever a step leads'
+        report%reason = 'at the end of every further step a wing has snapped to another shape'
         exit
       end if
       if (trial%ratio(report%cost()) > 1.0e-4_rp) then
@@ -70,7 +70,7 @@ contains
     report%is_at_bound = .not. unknowns%is_fixed .and. (report%p <= unknowns%lower .or. report%p >= unknowns%upper)
   end subroutine fit
 
-  !> Evaluates at the start; a report with a reason if it is not valid.
+  !> Evaluates at the start; gives a report with a reason if the start is not valid.
   subroutine begin(problem, unknowns, start, options, report)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
@@ -99,7 +99,7 @@ contains
     call remember(report)
   end subroutine begin
 
-  !> The next point to be tried, and the reduction that the linearised residuals promise there.
+  !> Finds the next point to be tried, and the reduction that the linearised residuals promise there.
   subroutine propose_step(unknowns, report, trial)
     type(unknowns_t), intent(in) :: unknowns
     type(fit_report_t), intent(inout) :: report
@@ -117,7 +117,7 @@ contains
     report%last_step = maxval(abs(d)/unknowns%unit)
   end subroutine propose_step
 
-  !> Whether the fit ends before the point is tried, as the step or what it promises is small.
+  !> Tells whether the fit ends before the point is tried, because the step or its promised reduction is small.
   pure subroutine look_ahead(options, trial, report, is_end)
     type(fit_options_t), intent(in) :: options
     type(trial_t), intent(in) :: trial
@@ -128,7 +128,7 @@ contains
       report%reason = 'the step is small'
       report%is_converged = .true.
     else if (.not. trial%predicted > options%reduction_tolerance*report%cost()) then
-      ! A step that is small only because it is damped says nothing.
+      ! A step that is small only because of the damping does not count.
       report%is_converged = trial%damping <= 1
       report%reason = 'no step reduces the sum of squares'
       if (.not. report%is_converged) report%reason = 'even the smallest steps fail'
@@ -158,8 +158,8 @@ contains
     end if
   end subroutine try_point
 
-  !> Returns the actual over the predicted reduction of the sum of squares `cost`, -1 without residuals. Reductions that the sum
-  !> cannot resolve are believed.
+  !> Returns the actual over the predicted reduction of the sum of squares `cost`, -1 without residuals. Reductions below the
+  !> rounding of the sum count as achieved.
   pure real(rp) function trial_ratio(self, cost) result(ratio)
     class(trial_t), intent(in) :: self
     real(rp), intent(in) :: cost
@@ -170,7 +170,7 @@ contains
     if (max(self%predicted, -self%actual) <= UNRESOLVED*cost) ratio = 1
   end function trial_ratio
 
-  !> The point that was tried becomes that of the report; the next step may be longer.
+  !> Makes the tried point that of the report, and lengthens the next step.
   subroutine accept_step(problem, unknowns, options, report, trial)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
@@ -192,13 +192,13 @@ contains
     if (ratio > 0.25_rp) trial%radius = min(2*trial%radius, options%largest_step)
   end subroutine accept_step
 
-  !> The next step is shorter; or the fit ends here.
+  !> Shortens the next step, or ends the fit.
   pure subroutine reject_step(options, report, trial, is_end)
     type(fit_options_t), intent(in) :: options
     type(fit_report_t), intent(inout) :: report
     type(trial_t), intent(inout) :: trial
     logical, intent(out) :: is_end
-    ! Of the sum of squares: errors of residuals that come from iterations of their own.
+    ! Relative error of the sum of squares, because residuals may come from internal iterations.
     real(rp), parameter :: NOISE = 1.0e-8_rp
     is_end = .true.
     if (trial%is_valid .and. max(trial%predicted, -trial%actual) <= NOISE*report%cost()) then
@@ -229,6 +229,7 @@ contains
     call move_alloc(longer, report%path)
   end subroutine remember
 
+  !> Sums the squares of the residuals and of the deviations from the prior, in sd.
   pure subroutine sum_squares(unknowns, p, residuals, chi2, prior_chi2)
     type(unknowns_t), intent(in) :: unknowns
     real(rp), intent(in) :: p(:), residuals(:)
@@ -238,8 +239,8 @@ contains
                      mask=unknowns%prior_sd > 0)
   end subroutine sum_squares
 
-  !> The unknowns that may move: neither fixed nor at a bound to which the descent would push them; and the triangle
-  !> of the QR factorisation of their columns and the residuals (the last column), priors included.
+  !> Finds the unknowns that may move, neither fixed nor at a bound to which the descent would push them, and the triangle of the
+  !> QR factorisation of their columns and the residuals (the last column), priors included.
   subroutine select_free(unknowns, report, free, triangle)
     type(unknowns_t), intent(in) :: unknowns
     type(fit_report_t), intent(in) :: report
@@ -267,6 +268,7 @@ contains
     triangle = triangle_of(rows)
   end subroutine select_free
 
+  !> Returns the norms of the columns of a matrix.
   pure function column_norms(triangle) result(norms)
     real(rp), intent(in) :: triangle(:, :)
     real(rp) :: norms(size(triangle, 2) - 1)
@@ -274,9 +276,9 @@ contains
     norms = [(norm2(triangle(:, k)), k=1, size(norms))]
   end function column_norms
 
-  !> d minimises |R d + q|^2 + damping |scale d|^2 with [R q] the triangle, between `least` and `most`; 0 for
-  !> unknowns that are not free. The one that would leave this box farthest is put on its side and the others are
-  !> found anew, until none leaves it: one badly determined unknown must not hold back the others.
+  !> Finds d that minimises |R d + q|^2 + damping |scale d|^2 with [R q] the triangle, between `least` and `most`; 0 for unknowns
+  !> that are not free. The unknown that would leave this box farthest is put on its side and the others are found anew, until
+  !> none leaves it: one badly determined unknown must not hold back the others.
   subroutine find_step(triangle, free, scale, least, most, damping, d)
     real(rp), intent(in) :: triangle(:, :), scale(:), least(:), most(:)
     integer, intent(in) :: free(:)
@@ -312,7 +314,7 @@ contains
     d(free) = step
   end subroutine find_step
 
-  !> The same for the unknowns that are not put where `step` has them. `damping` grows if the system is singular.
+  !> Solves for the unknowns that `step` does not prescribe. `damping` grows if the system is singular.
   subroutine find_free_step(triangle, scale, is_put, damping, step)
     real(rp), intent(in) :: triangle(:, :), scale(:)
     logical, intent(in) :: is_put(:)
@@ -342,7 +344,7 @@ contains
     step(columns) = found
   end subroutine find_free_step
 
-  !> By how much the linearised sum of squares falls with the step.
+  !> Returns the decrease of the linearised sum of squares by the step.
   pure real(rp) function predicted_reduction(triangle, step) result(reduction)
     real(rp), intent(in) :: triangle(:, :), step(:)
     real(rp) :: change(size(step))

@@ -1,19 +1,19 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What data say about one unknown, in numbers and in a sentence.
+!> Describes what data tell about one unknown, in numbers and in a sentence.
 module least_squares_interval
   use base_kinds, only: rp
   implicit none
   private
   public :: interval_t, profile_sentence
 
-  !> What can be said about one unknown.
+  !> What data tell about one unknown.
   type :: interval_t
     real(rp) :: best = 0                      !< where the sum of squares without the prior is smallest
     real(rp) :: lower = 0, upper = 0          !< ends; bounds of the box where there is none
     logical :: has_lower = .false., has_upper = .false.
-    !> The lower, the upper end is where the sum of squares jumps, or where what is valid ends.
+    !> An end of the interval, lower and upper, is where the sum of squares jumps, or where valid points end.
     logical :: is_jump(2) = .false.
-    logical :: is_complete = .false.          !< the search of both ends came to its end
+    logical :: is_complete = .false.          !< the search of both ends was completed
     integer :: n_refits = 0, n_evaluations = 0
     real(rp), allocatable :: profile(:, :)    !< (2, :) values tried, in that order, and the sum of squares above its
     !< minimum there
@@ -21,8 +21,8 @@ module least_squares_interval
 
 contains
 
-  !> Returns a sentence about an unknown: its value and interval, or what alone can be said. The interval's numbers are logarithms
-  !> if `is_log`.
+  !> Returns a sentence about an unknown: its value and interval, or less if not all is known. The interval's numbers are
+  !> logarithms if `is_log`.
   function profile_sentence(name, unit, is_log, interval) result(sentence)
     character(*), intent(in) :: name, unit
     logical, intent(in) :: is_log
@@ -55,7 +55,7 @@ contains
       if (unit /= '1' .and. unit /= '') text = ' '//unit
     end function behind
 
-    !> With as many digits as tell the ends apart from the best value.
+    !> Returns a number with as many digits as distinguish the ends from the best value.
     function shown(x) result(text)
       real(rp), intent(in) :: x
       character(:), allocatable :: text

@@ -9,7 +9,7 @@ module least_squares_posterior
   private
   public :: posterior_t, find_posterior
 
-  !> Of n unknowns; residuals count in units of their standard deviations.
+  !> Posterior of n unknowns; residuals count in units of their standard deviations.
   type :: posterior_t
     real(rp), allocatable :: covariance(:, :)      !< (n, n) with priors; huge where nothing is known
     real(rp), allocatable :: sd(:)                 !< (n) square roots of its diagonal

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Defines a sum of squares to be minimised as its solvers see it: residuals and their derivatives at a point.
+!> Defines the interface of a sum of squares to its solvers: residuals and their derivatives at a point.
 module least_squares_problem
   use base_kinds, only: rp
   use least_squares_state, only: solver_state_t
@@ -20,8 +20,8 @@ module least_squares_problem
   end type least_squares_t
 
   abstract interface
-    !> residuals(n_residuals) and jacobian(n_residuals, unknowns) at p; `is_valid` false: there are none at p,
-    !> and a solver must look elsewhere.
+    !> Computes residuals(n_residuals) and jacobian(n_residuals, unknowns) at p. If `is_valid` is false there are none at p, and a
+    !> solver must try another point.
     subroutine evaluate_interface(self, p, residuals, jacobian, is_valid)
       import :: least_squares_t, rp
       class(least_squares_t), intent(inout) :: self
@@ -31,7 +31,7 @@ module least_squares_problem
     end subroutine evaluate_interface
   end interface
 
-  !> Where the unknowns may lie, and what was thought of them before: normally distributed about `prior`.
+  !> Bounds of the unknowns, and their priors: normally distributed about `prior`.
   type :: unknowns_t
     real(rp), allocatable :: lower(:), upper(:) !< bounds
     real(rp), allocatable :: prior(:)
@@ -44,15 +44,14 @@ module least_squares_problem
 
 contains
 
-  !> Says that the point that was evaluated last is where the solver now stands. A problem without iterations of its own has
-  !> nothing to remember of it.
+  !> Is called when the solver has moved to the point that was evaluated last. Problems without internal iterations ignore it.
   subroutine least_squares_accept(self)
     class(least_squares_t), intent(inout) :: self
     associate (unused => self)
     end associate
   end subroutine least_squares_accept
 
-  !> Returns where the solver stands.
+  !> Returns the state of the solver.
   subroutine least_squares_get_state(self, state)
     class(least_squares_t), intent(in) :: self
     class(solver_state_t), allocatable, intent(out) :: state
@@ -61,7 +60,7 @@ contains
     end associate
   end subroutine least_squares_get_state
 
-  !> Puts the solver back to where it stood when this problem gave the state.
+  !> Sets the solver back to the state that this problem gave.
   subroutine least_squares_set_state(self, state)
     class(least_squares_t), intent(inout) :: self
     class(solver_state_t), intent(in) :: state
@@ -69,7 +68,7 @@ contains
     end associate
   end subroutine least_squares_set_state
 
-  !> Tells whether residuals of the last evaluation are not those to which the ones where the solver stands lead smoothly.
+  !> Tells whether residuals of the last evaluation jumped: whether they do not follow smoothly from those at the solver's point.
   logical function least_squares_has_jumped(self) result(has_jumped)
     class(least_squares_t), intent(in) :: self
     has_jumped = .false.
@@ -77,7 +76,7 @@ contains
     end associate
   end function least_squares_has_jumped
 
-  !> Leaves out the data whose residuals jumped in the last evaluation, from now on. `is_done` is false if there are none or no
+  !> Leaves out, from now on, the data whose residuals jumped in the last evaluation. `is_done` is false if there are none or no
   !> others.
   subroutine least_squares_leave_out(self, is_done)
     class(least_squares_t), intent(inout) :: self

@@ -1,14 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Intervals by profile likelihood: one unknown is held at a value, all others are fitted again, and the interval is
-!> where the sum of squares stays within a threshold of its minimum.
+!> Finds intervals by profile likelihood: one unknown is held at a value, all others are fitted again, and the interval is where
+!> the sum of squares stays within a threshold of its minimum.
 !>
-!> Where a sum of squares jumps, as where a load snaps, refits stay in front of the jump. If one stands between the
-!> minimum and an end, the data that jump are left out and the interval is found from the others: a smaller
-!> experiment, with a wider but honest interval. Where nothing can be left out the interval ends at the jump, and
-!> `is_jump` says so.
+!> A sum of squares may jump, for instance where a wing snaps under a load; refits do not cross the jump. If a jump lies between
+!> the minimum and an end, the data that jump are left out and the interval is found from the others: a smaller experiment, with a
+!> wider but correct interval. If nothing can be left out the interval ends at the jump, and `is_jump` says so.
 !>
-!> The prior of the unknown itself is left out: what is returned is what the data say about it. Where the
-!> profile stays below the threshold up to the bound, there is no end on that side.
+!> The prior of the unknown itself is left out: the result is what the data alone tell about it. If the profile stays below the
+!> threshold up to the bound, there is no end on that side.
 module least_squares_profile
   use base_kinds, only: rp
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
@@ -24,13 +23,13 @@ module least_squares_profile
   real(rp), parameter :: ACCURACY = 0.01_rp     !< of the root of the threshold
   real(rp), parameter :: RESOLUTION = 1.0e-3_rp !< of the threshold, left in the sums of squares of refits
 
-  !> What the linear approximation says of an unknown: where the ends of its interval may be.
+  !> Guess from the linear approximation where the ends of the interval of an unknown are.
   type :: linear_guess_t
     real(rp) :: sd = 0                !< its standard deviation
     real(rp), allocatable :: slope(:) !< how all unknowns follow it, if that is known
   end type linear_guess_t
 
-  !> What a search works on.
+  !> The data of a search.
   type :: search_t
     integer :: i = 0                     !< the unknown
     type(linear_guess_t) :: guess
@@ -49,8 +48,8 @@ module least_squares_profile
     procedure :: start_at => search_start_at
   end type search_t
 
-  !> An end of the interval between two values of the unknown, `inside` and, once there is one, `outside`; w is the root of
-  !> the sum of squares above its minimum.
+  !> The bracket of an end of the interval between two values of the unknown, `inside` and, once it is known, `outside`. w is the
+  !> root of the sum of squares above its minimum.
   type :: bracket_t
     real(rp) :: inside = 0, w_inside = 0, outside = 0, w_outside = 0
     logical :: has_outside = .false.
@@ -62,21 +61,21 @@ module least_squares_profile
     procedure :: next_point => bracket_next_point
   end type bracket_t
 
-  !> One end.
+  !> One end of the interval.
   type :: end_t
     real(rp) :: x = 0
     logical :: is_there = .false., is_jump = .false.
   end type end_t
 
-  !> How the search for an end may come out: an end, or that there is none; neither after many fits; a lower minimum; data
-  !> were left out. After the last two all has to be found again.
+  !> Results of the search for an end: an end, or no end; not found after many fits; a lower minimum; data were left out. After
+  !> the last two everything has to be found again.
   integer, parameter :: SETTLED = 0, UNSETTLED = 1, LOWER_MINIMUM = 2, FEWER_DATA = 3
 
 contains
 
   !> Finds the interval of unknown i about the optimum p of a fit with the same unknowns. The first fits of each side begin from
-  !> what the linear approximation guesses. `threshold` is that of the sum of squares in units of the residuals' variance. A point
-  !> where the others cannot be fitted counts as outside. The problem then stands where the last fit has ended.
+  !> the guess of the linear approximation. `threshold` is that of the sum of squares in units of the residuals' variance. A point
+  !> at which the others cannot be fitted counts as outside. Afterwards the problem is at the point of the last fit.
   subroutine profile_interval(problem, unknowns, p, i, guess, threshold, options, interval)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
@@ -109,7 +108,7 @@ contains
     interval = search%interval
   end subroutine profile_interval
 
-  !> The interval about the point that was just fitted from the value p of the unknown. `is_less`: data were left out.
+  !> Finds the interval about the point that was just fitted from the value p of the unknown. `is_less`: data were left out.
   subroutine find_both_ends(search, problem, p, is_less)
     type(search_t), intent(inout) :: search
     class(least_squares_t), intent(inout) :: problem
@@ -153,8 +152,8 @@ contains
     end associate
   end subroutine find_both_ends
 
-  !> The end of the interval in this direction: the root of w(x), which grows linearly for linear problems, at
-  !> sqrt(threshold). A lower sum of squares on the way becomes the new minimum.
+  !> Finds the end of the interval in this direction: the root of w(x) = sqrt(threshold), where w grows linearly for linear
+  !> problems. A lower sum of squares on the way becomes the new minimum.
   subroutine find_end(search, problem, direction, end, outcome)
     type(search_t), intent(inout) :: search
     class(least_squares_t), intent(inout) :: problem
@@ -203,7 +202,7 @@ contains
           bracket%w_outside = w
           bracket%has_outside = .true.
         end if
-        if (is_stuck) then ! the sum of squares jumps, or what is valid ends
+        if (is_stuck) then ! the sum of squares jumps, or valid points end
           call look_across(search, problem, goal, bracket, end, outcome)
           if (outcome /= SETTLED .or. end%is_there) return
         end if
@@ -215,7 +214,7 @@ contains
     end associate
   end subroutine find_end
 
-  !> Leaves data out if the last fit has jumped and some can be: the outcome is then FEWER_DATA, else as it was.
+  !> Leaves data out if the last fit has jumped and some can be left out: the outcome is then FEWER_DATA, else as it was.
   subroutine take_jump(search, problem, outcome)
     type(search_t), intent(in) :: search
     class(least_squares_t), intent(inout) :: problem
@@ -226,8 +225,8 @@ contains
     if (is_less) outcome = FEWER_DATA
   end subroutine take_jump
 
-  !> Enters the last fit, with the unknown at x, in the profile and gives its w, huge without a fit; or takes it for the
-  !> minimum, if it is lower than that beyond the accuracy of fits: the outcome is then LOWER_MINIMUM, else as it was.
+  !> Enters the last fit, with the unknown at x, in the profile and returns its w, huge without a fit. If it is lower than the
+  !> minimum by more than the accuracy of fits, it becomes the minimum: the outcome is then LOWER_MINIMUM, else as it was.
   subroutine take_value(search, x, w, outcome)
     type(search_t), intent(inout) :: search
     real(rp), intent(in) :: x
@@ -245,8 +244,8 @@ contains
     search%interval%profile = reshape([search%interval%profile, x, w**2], [2, size(search%interval%profile, 2) + 1])
   end subroutine take_value
 
-  !> Looks at the value just outside from where the others are just inside: the interval ends there at a jump, or where fits
-  !> end, or as the sum of squares has grown enough; otherwise it is inside, as seen from nearby there is no jump.
+  !> Fits at the value just outside, starting from the point just inside. The interval ends there if residuals jump, if the fit
+  !> fails, or if the sum of squares has grown enough. Otherwise the value is inside, as there is no jump from nearby.
   subroutine look_across(search, problem, goal, bracket, end, outcome)
     type(search_t), intent(inout) :: search
     class(least_squares_t), intent(inout) :: problem
@@ -270,7 +269,7 @@ contains
     bracket%n_same = 0
   end subroutine look_across
 
-  !> Fits from `start`, and counts.
+  !> Fits from `start`, and counts the fit.
   subroutine search_fit_from(self, problem, start)
     class(search_t), intent(inout) :: self
     class(least_squares_t), intent(inout) :: problem
@@ -292,7 +291,7 @@ contains
     excess = self%report%cost() - self%least
   end function search_excess
 
-  !> Where the fit with the unknown at x begins: the others follow the straight line through the last two fits.
+  !> Returns the start of the fit with the unknown at x: the others follow the straight line through the last two fits.
   pure function search_start_at(self, x, bracket) result(at)
     class(search_t), intent(in) :: self
     real(rp), intent(in) :: x
@@ -309,7 +308,7 @@ contains
     end associate
   end function search_start_at
 
-  !> The inner side becomes x, where the problem stands after a fit with the result p.
+  !> Moves the inner side to x, where the problem is after a fit with the result p.
   subroutine bracket_move_inside(self, problem, x, w, p)
     class(bracket_t), intent(inout) :: self
     class(least_squares_t), intent(in) :: problem
@@ -320,8 +319,8 @@ contains
     call problem%get_state(self%state_inside)
   end subroutine bracket_move_inside
 
-  !> Where to look for the end next: by the straight line through the last two points, kept inside the bracket, or
-  !> farther out, at most at the bound, while there is none; in its middle if it is slow to shrink.
+  !> Returns the next value to try. It lies on the straight line through the last two points, kept inside the bracket; farther
+  !> out, at most at the bound, while there is no bracket; or in the middle of a bracket that shrinks slowly.
   pure real(rp) function bracket_next_point(self, goal, best, bound) result(x)
     class(bracket_t), intent(in) :: self
     real(rp), intent(in) :: goal, best, bound

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a fit is asked for, what came out of it, and whether that leads to a minimum that is known.
+!> Holds the options of a fit and its result, and tells whether the fit leads to a known minimum.
 module least_squares_report
   use base_kinds, only: rp
   use base_lapack, only: solve_least_squares
@@ -8,8 +8,6 @@ module least_squares_report
   private
   public :: fit_options_t, fit_report_t, leads_to_known
 
-  character(*), parameter, public :: KNOWN_MINIMUM = 'it leads to the known minimum'
-
   !> Choices of the algorithm.
   type :: fit_options_t
     real(rp) :: damping = 1.0e-3_rp       !< of the first step; 0: a full Gauss-Newton step
@@ -17,17 +15,19 @@ module least_squares_report
     real(rp) :: reduction_tolerance = 1.0e-12_rp !< relative, of the sum of squares
     real(rp) :: largest_step = 2.0_rp           !< of an unknown, in its unit
     integer :: most_iterations = 100            !< steps tried
-    !> Rejected steps in a row after which the sum of squares is said to jump, as where a load stands at a fold, and the best
-    !> point is taken for the minimum.
+    !> Rejected steps in a row after which the sum of squares counts as jumping, as where a wing is about to snap under a load,
+    !> and the best point is taken as the minimum.
     integer :: most_rejections = huge(1)
     logical :: is_smooth = .false. !< a point to which the residuals jump is not valid, see least_squares_t
-    !> A minimum, and the standard deviations there: the fit ends once it leads to it. Not allocated: none is known.
+    !> A minimum, and the standard deviations there: the fit ends as soon as it leads to this minimum. Not allocated: none is
+    !> known.
     real(rp), allocatable :: known(:), known_sd(:)
   end type fit_options_t
 
-  !> What came out. Everything belongs to the point p.
+  !> The result. Everything belongs to the point p.
   type :: fit_report_t
     logical :: is_converged = .false.
+    logical :: leads_to_known = .false.         !< it ended as it leads to the known minimum of the options
     logical :: has_jumped = .false.             !< it ended as residuals jump: at the start, or wherever a step leads
     character(:), allocatable :: reason         !< why it ended
     real(rp), allocatable :: p(:)
@@ -52,7 +52,7 @@ contains
 
   !> Tells whether the problem, linear about the point of the report, has its minimum at the known one: no unknown differs by more
   !> than its known_sd or a quarter of its prior's standard deviation, and at the known point the linear problem costs no more
-  !> than 1 above its minimum. Says so in the report, by the reason KNOWN_MINIMUM, without convergence.
+  !> than 1 above its minimum. Says so in the report, without convergence.
   logical function leads_to_known(known, known_sd, unknowns, report)
     real(rp), intent(in) :: known(:), known_sd(:)
     type(unknowns_t), intent(in) :: unknowns
@@ -78,6 +78,7 @@ contains
     leads_to_known = all(abs(change) <= near) .and. sum(matmul(rows, change)**2) <= COST
     if (.not. leads_to_known) return
     report%is_converged = .false.
-    report%reason = KNOWN_MINIMUM
+    report%leads_to_known = .true.
+    report%reason = 'it leads to the known minimum'
   end function leads_to_known
 end module least_squares_report

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The exchange behind every transpose: blocks of complex numbers between all pairs of a communicator, and what it has cost.
+!> Exchanges blocks of complex numbers between all pairs of a communicator, for every transpose, and counts the traffic.
 module parallel_exchange
   use base_kinds, only: i8, rp
   use mpi_f08, only: MPI_Comm, MPI_Comm_rank, MPI_Alltoallv, MPI_DOUBLE_COMPLEX, MPI_Wtime
@@ -7,7 +7,7 @@ module parallel_exchange
   private
   public :: exchange, traffic_t
 
-  !> What the exchanges of this rank have cost so far. What it keeps for itself does not count, nor do empty blocks.
+  !> Traffic of this rank in exchanges so far. Data that stay on the rank do not count, nor do empty blocks.
   type :: traffic_t
     real(rp) :: seconds = 0
     integer(i8) :: bytes = 0    !< sent to other ranks
@@ -49,7 +49,7 @@ contains
     end do
   end subroutine count_sent
 
-  !> Exclusive running sums.
+  !> Returns exclusive running sums.
   pure function displacements(counts) result(offsets)
     integer, intent(in) :: counts(:)
     integer :: offsets(size(counts)), i

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A farm of tasks: rank 0 hands out tasks one by one to whoever is free.
+!> Distributes tasks: rank 0 gives them one by one to free ranks.
 !>
-!> A task is a few real numbers in, a few real numbers and a status out, and must depend on nothing but
-!> its input and the shared context. Results are placed by task number, so whatever rank 0 computes from
-!> them is the same to the bit for any number of ranks. Every worker has one more task waiting while
-!> there are plenty; rank 0 works too when ranks are few, on the last tasks of the order, which should be
-!> the shortest, so that it is soon back to serve. With one rank everything is serial.
+!> A task takes a few real numbers and returns a few real numbers and a status. It must depend on nothing but its input and the
+!> shared context. Results are placed by task number, so that everything that rank 0 computes from them is the same to the last
+!> bit for any number of ranks. While many tasks remain, every worker has one more task waiting. If there are few ranks rank 0
+!> works too, on the last tasks of the order, which should be the shortest, so that it soon serves the others again. With one rank
+!> everything is serial.
 !>
 !>     if (world%is_root) then
 !>       call farm%broadcast(runner, context)            as often as needed
@@ -32,8 +32,8 @@ module parallel_farm
 
   !> Does tasks.
   type, abstract :: task_runner_t
-    real(rp), allocatable :: context(:)    !< what rank 0 has shared last
-    integer :: context_number = 0          !< how often it has shared
+    real(rp), allocatable :: context(:)    !< the array that rank 0 has shared last
+    integer :: context_number = 0          !< number of arrays shared so far
     logical :: is_stopping = .false.       !< on rank 0: no more tasks are to be begun
   contains
     procedure(run_task), deferred :: run_task
@@ -41,8 +41,8 @@ module parallel_farm
   end type task_runner_t
 
   abstract interface
-    !> The output of a task, from its input and the context; `output` is 0 on entry. Status 0 is success;
-    !> any positive number is a failure, which is only reported. Must not communicate.
+    !> Computes the output of a task from its input and the context; `output` is 0 on entry. Status 0 is success; any positive
+    !> number is a failure, which is only reported. Must not communicate.
     subroutine run_task(self, input, output, status)
       import :: task_runner_t, rp
       class(task_runner_t), intent(inout) :: self
@@ -57,8 +57,7 @@ module parallel_farm
     type(MPI_Request) :: request
   end type buffer_t
 
-  !> Sizes and messages: a task is (number, input), number 0 ends a batch; a result is (number, status,
-  !> seconds, output).
+  !> Sizes and messages. A task is (number, input), number 0 ends a batch; a result is (number, status, seconds, output).
   type :: farm_t
     type(world_t) :: world
     integer :: n_input = 0, n_output = 0
@@ -76,8 +75,8 @@ module parallel_farm
 
 contains
 
-  !> Asked on rank 0 before tasks are handed out; true ends the batch when the running tasks are done. May
-  !> be overridden, for instance to look for signals.
+  !> Tells, on rank 0, before tasks are distributed, whether to end the batch when the running tasks are done. May be overridden,
+  !> for instance to check for signals.
   logical function runner_wants_stop(self) result(wants)
     class(task_runner_t), intent(inout) :: self
     wants = self%is_stopping
@@ -120,7 +119,7 @@ contains
     call replace_context(self, runner, size(context), context)
   end subroutine farm_broadcast
 
-  !> Both sides of the sharing.
+  !> Shares an array, as the sender and as a receiver.
   subroutine replace_context(self, runner, length, context)
     class(farm_t), intent(inout) :: self
     class(task_runner_t), intent(inout) :: runner
@@ -134,6 +133,7 @@ contains
     runner%context_number = runner%context_number + 1
   end subroutine replace_context
 
+  !> Tells all other ranks what to do next. On rank 0.
   subroutine send_command(self, code, length)
     class(farm_t), intent(in) :: self
     integer, intent(in) :: code, length
@@ -149,9 +149,9 @@ contains
     call send_command(self, SHUT_DOWN, 0)
   end subroutine farm_shut_down
 
-  !> Does the tasks 1 .. size(order), begun in that order: inputs(n_input, :), outputs(n, :) with n up to n_output, which is
-  !> all that is sent. The output of a task that was not run is 0, and its status NOT_RUN; that of a failed one is what the
-  !> runner left. `seconds` is how long each took. On rank 0; the others are in `serve`.
+  !> Does the tasks 1 .. size(order), begun in that order: inputs(n_input, :), outputs(n, :) with n up to n_output; only these n
+  !> numbers are sent. The output of a task that was not run is 0, and its status NOT_RUN; a failed task leaves the output as the
+  !> runner left it. `seconds` is the duration of each task. On rank 0; the others are in `serve`.
   subroutine farm_run(self, runner, order, inputs, outputs, statuses, seconds)
     class(farm_t), intent(inout) :: self
     class(task_runner_t), intent(inout) :: runner
@@ -212,7 +212,7 @@ contains
     end do
   end subroutine farm_run
 
-  !> A worker holds at most two tasks, and near the end only one, lest another one be idle.
+  !> Tells whether a worker may take one more task. It holds at most two, and near the end only one, so that no other is idle.
   pure logical function may_take(self, rank, n_left)
     class(farm_t), intent(in) :: self
     integer, intent(in) :: rank, n_left
@@ -235,7 +235,7 @@ contains
     self%held(rank) = self%held(rank) + 1
   end subroutine hand_out
 
-  !> Waits for a result and files it under its task.
+  !> Waits for a result and stores it under the number of its task.
   subroutine take_result(self, outputs, statuses, seconds)
     class(farm_t), intent(inout) :: self
     real(rp), intent(inout) :: outputs(:, :), seconds(:)
@@ -251,7 +251,7 @@ contains
     self%held(envelope%MPI_SOURCE) = self%held(envelope%MPI_SOURCE) - 1
   end subroutine take_result
 
-  !> Sends every worker, which holds nothing now, the task number 0.
+  !> Sends the task number 0 to every worker, which then holds no task.
   subroutine end_batch(self)
     class(farm_t), intent(inout) :: self
     real(rp) :: nothing(self%n_input)
@@ -265,7 +265,7 @@ contains
     end do
   end subroutine end_batch
 
-  !> Does what rank 0 asks for until it dismisses. On the other ranks.
+  !> Does what rank 0 asks for until it ends the service. On the other ranks.
   subroutine farm_serve(self, runner)
     class(farm_t), intent(inout) :: self
     class(task_runner_t), intent(inout) :: runner
@@ -285,7 +285,7 @@ contains
     end do
   end subroutine farm_serve
 
-  !> Works off tasks, each with an output of this length, while the next one is on its way.
+  !> Does tasks, each with an output of this length, while the next one is being received.
   subroutine serve_batch(self, runner, length)
     class(farm_t), intent(inout) :: self
     class(task_runner_t), intent(inout) :: runner
@@ -312,6 +312,7 @@ contains
     end do
   end subroutine serve_batch
 
+  !> Prepares to receive a task into a slot.
   subroutine expect_task(self, slot)
     class(farm_t), intent(inout) :: self
     integer, intent(in) :: slot
@@ -319,6 +320,7 @@ contains
                    self%tasks(slot, 1)%request)
   end subroutine expect_task
 
+  !> Runs one task and measures its time.
   subroutine time_task(runner, input, output, status, seconds)
     class(task_runner_t), intent(inout) :: runner
     real(rp), intent(in) :: input(:)
@@ -330,6 +332,7 @@ contains
     seconds = MPI_Wtime() - seconds
   end subroutine time_task
 
+  !> Tells whether `order` holds each of the numbers 1 to n once.
   pure logical function is_permutation(order)
     integer, intent(in) :: order(:)
     logical :: seen(size(order))

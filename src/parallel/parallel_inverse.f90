@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The inverse of a symmetric positive definite matrix that is too large for one rank. Each rank holds some of its rows.
+!> Inverts a symmetric positive definite matrix that is too large for one rank. Each rank holds some of its rows.
 !>
 !> The sweep operator inverts the matrix in place, block by block of rows. With A cut into a pivot block I and the rest J it
 !> makes
@@ -11,7 +11,7 @@
 !> distributed, and one broadcast for each block. A product with the inverse takes one broadcast and one reduction, where a
 !> product with distributed triangular factors would take one of each for every block.
 !>
-!> One rank leads: it wants products, and the others serve:
+!> One rank leads and asks for products, while the others serve:
 !>
 !>     if (world%is_root) then
 !>       call inverse%multiply(v); ...; call inverse%release()
@@ -27,7 +27,7 @@ module parallel_inverse
   private
   public :: shared_inverse_t
 
-  real(rp), parameter :: GOES_ON = 1.0_rp, ENDS = 0.0_rp !< what the leader tells those who serve
+  real(rp), parameter :: GOES_ON = 1.0_rp, ENDS = 0.0_rp !< command of the leader to the ranks that serve
 
   !> `init` allocates; `invert` copies its last block, if that is not full.
   type :: shared_inverse_t
@@ -52,7 +52,7 @@ module parallel_inverse
 
 contains
 
-  !> Room for a matrix of n rows, in blocks of `width` rows that the ranks of `world` hold in turn. The same on all ranks.
+  !> Makes room for a matrix of n rows, in blocks of `width` rows that the ranks of `world` hold in turn. The same on all ranks.
   subroutine inverse_init(self, world, n, width)
     class(shared_inverse_t), intent(out) :: self
     type(world_t), intent(in) :: world
@@ -84,7 +84,7 @@ contains
     end do
   end subroutine inverse_invert
 
-  !> On the rank that holds the pivot block of the rows first .. last: P, and the panel, which has P in the pivot's place.
+  !> Computes P and the panel, which has P in the pivot's place. On the rank that holds the pivot block of the rows first .. last.
   subroutine make_panel(self, first, last, is_positive)
     type(shared_inverse_t), intent(inout) :: self
     integer, intent(in) :: first, last
@@ -107,7 +107,7 @@ contains
     self%panel(first:last, :b) = self%pivot(:b, :b)
   end subroutine make_panel
 
-  !> Gives the panel of rank `owner`, b columns wide, and whether there is one, to all ranks.
+  !> Gives the panel of rank `owner`, b columns wide, to all ranks, and whether there is one.
   subroutine send_panel(self, owner, b, is_positive)
     type(shared_inverse_t), intent(inout), target :: self
     integer, intent(in) :: owner, b
@@ -141,8 +141,8 @@ contains
     self%rows(first:last, at:at + b - 1) = -self%panel(first:last, :b)
   end subroutine sweep
 
-  !> v(n) becomes the inverse times v, on rank 0 of the world, while the others `serve`. Each component is summed on one rank,
-  !> in the order of the columns. Collective with `serve`.
+  !> Replaces v(n) by the inverse times v, on rank 0 of the world, while the others `serve`. One rank sums each component, in the
+  !> order of the columns. Collective with `serve`.
   subroutine inverse_multiply(self, v)
     class(shared_inverse_t), intent(inout) :: self
     real(rp), intent(inout) :: v(:)
@@ -154,7 +154,7 @@ contains
     v = self%sums
   end subroutine inverse_multiply
 
-  !> Takes part in the products that rank 0 wants, until it releases. On the other ranks.
+  !> Takes part in the products that rank 0 asks for, until it ends the service. On the other ranks.
   subroutine inverse_serve(self)
     class(shared_inverse_t), intent(inout) :: self
     do
@@ -171,7 +171,7 @@ contains
     call self%world%broadcast_reals(self%message)
   end subroutine inverse_release
 
-  !> The product with the vector of the message, on all ranks.
+  !> Computes the product with the vector of the message, on all ranks.
   subroutine add_up(self)
     type(shared_inverse_t), intent(inout) :: self
     integer :: k
@@ -182,7 +182,7 @@ contains
     call self%world%sum_reals(self%sums)
   end subroutine add_up
 
-  !> Bytes of what this rank holds.
+  !> Returns the bytes that this rank holds.
   pure real(rp) function inverse_memory_bytes(self) result(bytes)
     class(shared_inverse_t), intent(in) :: self
     bytes = 0

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One outcome for all ranks of a program.
+!> Finds one outcome for all ranks of a program.
 module parallel_outcome
   use base_outcome, only: outcome_t
   use parallel_world, only: world_t

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The timing table of a run over all ranks.
+!> Prints the timing table of a run over all ranks.
 module parallel_report
   use base_errors, only: require
   use base_kinds, only: rp, i8

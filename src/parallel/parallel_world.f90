@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The communicator of a run and the few reductions that everybody needs.
+!> Holds the communicator of a run, with the reductions that all layers need.
 module parallel_world
   use base_kinds, only: rp, i8
   use mpi_f08, only: MPI_Comm, MPI_COMM_WORLD, MPI_COMM_SELF, MPI_Init, MPI_Finalize, MPI_Initialized, &
@@ -10,7 +10,7 @@ module parallel_world
   private
   public :: world_t
 
-  !> Communicator, rank and size; what a procedure needs to be collective.
+  !> Communicator, rank and size; a collective procedure needs it.
   type :: world_t
     type(MPI_Comm) :: comm
     integer :: rank = 0
@@ -64,13 +64,13 @@ contains
     self%is_root = self%rank == 0
   end subroutine world_adopt
 
-  !> Returns a world of the calling process alone, for files that it writes while others do something else.
+  !> Returns a world of the calling process alone, for files that it writes while the other ranks do something else.
   subroutine world_isolate(self)
     class(world_t), intent(inout) :: self
     call self%adopt(MPI_COMM_SELF)
   end subroutine world_isolate
 
-  !> `part` has those ranks of this world that give the same number `group`, >= 0, in the same order. Collective.
+  !> Makes `part` of those ranks of this world that give the same number `group`, >= 0, in the same order. Collective.
   subroutine world_split(self, group, part)
     class(world_t), intent(in) :: self
     integer, intent(in) :: group
@@ -80,7 +80,7 @@ contains
     call part%adopt(comm)
   end subroutine world_split
 
-  !> Gives back what `split` has made. Collective over this world.
+  !> Releases what `split` has made. Collective over this world.
   subroutine world_release(self)
     class(world_t), intent(inout) :: self
     call MPI_Comm_free(self%comm)

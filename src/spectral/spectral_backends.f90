@@ -1,20 +1,21 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The transforms that there are, by name: `builtin`, and `p3dfft` where it was found when the program was built.
+!> Makes the available transforms by name: `builtin`, and `p3dfft` if it was found when the program was built.
 module spectral_backends
   use base_errors, only: failure_t, require
   use parallel_world, only: world_t
   use spectral_external, only: HAS_P3DFFT, make_external, make_external_full
   use spectral_grid, only: grid_t
   use spectral_pencil, only: pencil_t
+  use spectral_sticks, only: DEALIAS_ELLIPSOID, DEALIAS_NONE
   use spectral_transform, only: transform_t
   implicit none
   private
   public :: make_transform, make_full_transform, transform_choices_t, HAS_P3DFFT
 
-  !> Which transform is made, and how.
+  !> Options of a transform.
   type :: transform_choices_t
     character(8) :: name = 'builtin'      !< or 'p3dfft'
-    character(9) :: dealias = 'ellipsoid' !< modes that are kept: 'ellipsoid', 'box' or 'none' (all)
+    integer :: dealias = DEALIAS_ELLIPSOID !< modes that are kept
     integer :: wanted_rows = 0            !< rows of the process grid, 0 for the best
     character(8) :: effort = 'estimate'   !< of FFTW's planning, or 'measure'
   end type transform_choices_t
@@ -35,7 +36,7 @@ contains
     case ('builtin')
       call make_builtin(transform, world, grid, choices, max_in, max_out)
     case ('p3dfft')
-      call make_external(transform, world, grid, trim(choices%dealias), choices%wanted_rows, trim(choices%effort), &
+      call make_external(transform, world, grid, choices%dealias, choices%wanted_rows, trim(choices%effort), &
                          max_in + max_out, failure)
     case default
       call require(.false., 'make_transform: builtin or p3dfft')
@@ -49,12 +50,13 @@ contains
     class(transform_t), allocatable, intent(out) :: full
     select type (main)
     type is (pencil_t)
-      call make_builtin(full, main%world, main%grid, transform_choices_t(dealias='none', wanted_rows=main%rows), 7, 1)
+      call make_builtin(full, main%world, main%grid, transform_choices_t(dealias=DEALIAS_NONE, wanted_rows=main%rows), 7, 1)
     class default
       call make_external_full(main, full)
     end select
   end subroutine make_full_transform
 
+  !> Makes the transform that this program brings with it.
   subroutine make_builtin(transform, world, grid, choices, max_in, max_out)
     class(transform_t), allocatable, intent(out) :: transform
     type(world_t), intent(in) :: world
@@ -63,7 +65,7 @@ contains
     integer, intent(in) :: max_in, max_out
     type(pencil_t), allocatable :: made
     allocate (made)
-    call made%init(world, grid, trim(choices%dealias), choices%wanted_rows, trim(choices%effort), max_in, max_out)
+    call made%init(world, grid, choices%dealias, choices%wanted_rows, trim(choices%effort), max_in, max_out)
     call move_alloc(made, transform)
   end subroutine make_builtin
 end module spectral_backends

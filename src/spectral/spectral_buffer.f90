@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A buffer of complex numbers that is aligned for FFTW and grows to the largest need.
+!> Holds a buffer of complex numbers that is aligned for FFTW and grows to the largest need.
 module spectral_buffer
   use, intrinsic :: iso_c_binding, only: c_null_ptr, c_ptr, c_size_t
   use base_kinds, only: rp
@@ -30,14 +30,14 @@ contains
     call alloc_complex(words, self%handle, self%data)
   end subroutine buffer_grow
 
-  !> Gives the memory back.
+  !> Releases the memory.
   subroutine buffer_release(self)
     class(buffer_t), intent(inout) :: self
     call free_buffer(self%handle)
     nullify (self%data)
   end subroutine buffer_release
 
-  !> Returns the bytes that it has.
+  !> Returns the bytes of the buffer.
   pure real(rp) function buffer_bytes(self) result(bytes)
     class(buffer_t), intent(in) :: self
     bytes = 0

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Kernels that copy whole arrays, so that plain transforms are pipelines as well.
+!> Defines kernels that copy whole arrays, so that plain transforms are pipelines as well.
 module spectral_copy
   use base_kinds, only: rp
   use spectral_transform, only: kernels_t, transform_t

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> FFTW3 as this project uses it: batches of one-dimensional transforms on buffers that FFTW itself
-!> allocated (so that the alignment a plan was made for always holds).
+!> Wraps FFTW3 for this project: batches of one-dimensional transforms on buffers that FFTW itself allocated, so that they always
+!> have the alignment for which a plan was made.
 module spectral_fftw
   use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_size_t, c_double, c_double_complex, c_f_pointer, &
                                                     c_null_ptr, c_associated, c_char, c_int32_t, c_intptr_t, c_funptr, &
@@ -162,21 +162,21 @@ contains
     plan%handle = c_null_ptr
   end subroutine free_plan
 
-  !> Writes what the planner learnt to `path`; `done` tells whether it could.
+  !> Writes the wisdom of the planner to `path`; `done` tells whether that was possible.
   subroutine export_wisdom(path, done)
     character(*), intent(in) :: path
     logical, intent(out) :: done
     done = fftw_export_wisdom_to_filename(path//c_null_char) == 1
   end subroutine export_wisdom
 
-  !> Reads planner results from `path`, if the file exists and was made by this FFTW.
+  !> Reads the wisdom of the planner from `path`, if the file exists and was made by this FFTW.
   subroutine import_wisdom(path, done)
     character(*), intent(in) :: path
     logical, intent(out) :: done
     done = fftw_import_wisdom_from_filename(path//c_null_char) == 1
   end subroutine import_wisdom
 
-  !> Returns what the planner of this process has learnt, as text.
+  !> Returns the wisdom of the planner of this process as text.
   function wisdom_text() result(text)
     character(:), allocatable :: text
     character(kind=c_char), pointer :: letters(:)
@@ -191,7 +191,7 @@ contains
     call c_free(memory)
   end function wisdom_text
 
-  !> Adds what the planner of another process has learnt.
+  !> Adds the wisdom of the planner of another process.
   subroutine learn_wisdom(text)
     character(*), intent(in) :: text
     integer(c_int) :: understood
@@ -199,7 +199,7 @@ contains
     if (understood /= 1) return ! then this process plans for itself
   end subroutine learn_wisdom
 
-  !> Forgets what the planner of this process has learnt.
+  !> Discards the wisdom of the planner of this process.
   subroutine forget_wisdom()
     call fftw_forget_wisdom()
   end subroutine forget_wisdom

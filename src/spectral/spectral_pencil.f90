@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The built-in transform backend: FFTW in cache, MPI pencils, everything pruned.
+!> Makes the built-in transforms: FFTW in cache, MPI pencils, without the parts that are not needed.
 !>
-!> Only sticks inside the truncation are moved between ranks, only retained kx are moved between
-!> planes and lines. The pipeline is fused: products are formed on batches of lines while they are in
-!> cache, physical fields are never stored. Two buffers serve all exchanges, from one to the other and back: products
-!> take the places of the fields they were made of. Operation counts and measurements: docs/theory/transforms.md.
+!> Only sticks inside the truncation are exchanged between ranks, and only retained kx are exchanged between planes and lines. The
+!> pipeline is fused: products are computed on batches of lines while they are in cache, and physical fields are never stored. Two
+!> buffers serve all exchanges, from one to the other and back: products replace the fields from which they were computed.
+!> Operation counts and measurements: docs/theory/transforms.md.
 module spectral_pencil
   use, intrinsic :: iso_c_binding, only: c_size_t
   use base_errors, only: require
@@ -28,11 +28,11 @@ module spectral_pencil
   type, extends(transform_t) :: pencil_t
     type(stages_t), private :: stages
     type(MPI_Comm), private :: row_comm = MPI_COMM_NULL, column_comm = MPI_COMM_NULL
-    !> `near` has sticks, and planes on their way to and from lines; `far` has planes, and lines. Without columns sticks
-    !> go straight to planes.
+    !> `near` holds sticks, and planes on their way to and from lines; `far` holds planes, and lines. Without columns sticks are
+    !> copied directly to planes.
     type(buffer_t), private :: near, far
-    integer, private :: n_fields = 0     !< of the pipeline that runs: room for so many fields lies between blocks
-    integer, private :: z_first = 0, n_planes = 0 !< planes before, and planes of, the part that is on its way
+    integer, private :: n_fields = 0     !< of the running pipeline: room for so many fields lies between blocks
+    integer, private :: z_first = 0, n_planes = 0 !< planes before, and planes of, the present part
     complex(rp), allocatable, private :: planes(:, :)  !< (n_kx*ny, fields) one plane of every field
     complex(rp), allocatable, private :: modes(:, :, :) !< (nkz, STICK_BATCH, fields)
     real(rp), allocatable, private :: fields_in(:, :, :), fields_out(:, :, :) !< (nx, lines, fields)
@@ -56,7 +56,7 @@ contains
     class(pencil_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
-    character(*), intent(in) :: dealias !< 'ellipsoid', 'box' or 'none'
+    integer, intent(in) :: dealias !< DEALIAS_* of spectral_sticks
     integer, intent(in) :: wanted_rows  !< rows of the process grid, 0 for the best
     character(*), intent(in) :: effort  !< FFTW planning: 'estimate' or 'measure'
     integer, intent(in) :: max_in, max_out
@@ -78,8 +78,8 @@ contains
     self%block%count(1) = grid%n(1)
     call split_evenly(grid%n(2), self%rows, row, self%block%start(2), self%block%count(2))
     call split_evenly(grid%n(3), self%columns, column, self%block%start(3), self%block%count(3))
-    ! Measured plans depend on the moment. Ranks of a row have the same sizes, and rows have two sorts at
-    ! most: the first and the last row measure, all others learn from them, and so all agree.
+    ! Measured plans depend on the moment. Ranks of a row have the same sizes, and there are at most two kinds of rows. The first
+    ! and the last row measure, and all others take their plans, so that all agree.
     if (effort == 'measure') then
       call make_plans(self, row, effort, 0)
       if (self%rows > 1) call make_plans(self, row, effort, self%rows - 1)
@@ -91,7 +91,7 @@ contains
 
     allocate (self%planes(self%stages%n_kx*grid%n(2), max(max_in, max_out)))
     allocate (self%modes(self%sticks%nkz, STICK_BATCH, max(max_in, max_out)))
-    ! An even number of lines: FFTW has planned for fields that begin where complex numbers do.
+    ! The number of lines is even: FFTW's plans need fields that begin at the address of a complex number.
     lines = self%stages%line_batch + mod(self%stages%line_batch, 2)
     allocate (self%fields_in(grid%n(1), lines, max_in), self%fields_out(grid%n(1), lines, max_out))
     self%modes = 0
@@ -99,7 +99,7 @@ contains
     self%fields_out = 0
   end subroutine pencil_init
 
-  !> Rank `planning_rank` makes its plans and tells all others what it has learnt. Collective.
+  !> Makes the plans of rank `planning_rank` and gives its wisdom to all others. Collective.
   subroutine make_plans(self, row, effort, planning_rank)
     class(pencil_t), intent(inout) :: self
     integer, intent(in) :: row, planning_rank
@@ -122,7 +122,7 @@ contains
     if (self%column_comm /= MPI_COMM_NULL) call MPI_Comm_free(self%column_comm)
   end subroutine pencil_free
 
-  !> Gives back the exchange buffers.
+  !> Releases the exchange buffers.
   subroutine pencil_release(self)
     class(pencil_t), intent(inout) :: self
     call self%near%release()
@@ -154,7 +154,7 @@ contains
                  'pencil_t: parts have a plane of every rank, and no output')
     kernels%fill_curl = .false.
     self%n_fields = max(kernels%n_in, kernels%n_out)
-    ! Lines have the curl, too; it needs no place where there are none between ranks.
+    ! Lines have the curl, too; it needs no place if lines stay on their rank.
     if (self%rows == 1) self%n_fields = max(kernels%place_of(kernels%n_in), kernels%n_out)
     call self%stages%choose_part(part, parts)
     column = self%world%rank/self%rows
@@ -184,7 +184,7 @@ contains
     most = self%grid%n(3)/self%columns
   end function pencil_most_parts
 
-  !> Buffers for the pipeline that begins.
+  !> Makes the buffers for the pipeline that begins.
   subroutine make_room(self)
     class(pencil_t), intent(inout) :: self
     integer(c_size_t) :: near, far
@@ -197,7 +197,7 @@ contains
     call self%far%grow(far*self%n_fields)
   end subroutine make_room
 
-  !> Spectral in, inverse z, column exchange.
+  !> Does spectral in, inverse z, column exchange.
   subroutine sticks_to_planes(self, kernels)
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
@@ -218,7 +218,7 @@ contains
       call column_exchange(self, kernels%place_of(kernels%n_in), self%near%data, self%far%data, .true.)
   end subroutine sticks_to_planes
 
-  !> Column exchange, forward z, spectral out.
+  !> Does column exchange, forward z, spectral out.
   subroutine planes_to_sticks(self, kernels)
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
@@ -240,7 +240,7 @@ contains
     end do
   end subroutine planes_to_sticks
 
-  !> Field `f` of plane `z` in physical y, from the buffer of the planes.
+  !> Returns field `f` of plane `z` in physical y, from the buffer of the planes.
   subroutine field_to_plane(self, kernels, f, z, plane)
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(in) :: kernels
@@ -253,7 +253,7 @@ contains
     end if
   end subroutine field_to_plane
 
-  !> One z plane with a single row of ranks: y and x transforms and products while all is in cache.
+  !> Processes one z plane with a single row of ranks: y and x transforms and products while all is in cache.
   subroutine slab_plane(self, kernels, z)
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
@@ -291,7 +291,7 @@ contains
     end do
   end subroutine slab_plane
 
-  !> The same for several rows: the lines come from, and go to, the row-exchange buffers.
+  !> Does the same for several rows: the lines come from the row-exchange buffers, and return to them.
   subroutine pencil_lines(self, kernels, z)
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
@@ -319,7 +319,7 @@ contains
     end do
   end subroutine pencil_lines
 
-  !> y transforms of all planes, then the row exchange. Collective over the row.
+  !> Does the y transforms of all planes, then the row exchange. Collective over the row.
   subroutine planes_to_lines_exchange(self, kernels)
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(in) :: kernels
@@ -334,7 +334,7 @@ contains
     call row_exchange(self, kernels%n_in, self%near%data, self%far%data, .true.)
   end subroutine planes_to_lines_exchange
 
-  !> The row exchange back, then y transforms of all planes. Collective over the row.
+  !> Does the row exchange back, then y transforms of all planes. Collective over the row.
   subroutine lines_to_planes_exchange(self, n_fields)
     class(pencil_t), intent(inout) :: self
     integer, intent(in) :: n_fields
@@ -349,7 +349,7 @@ contains
     end do
   end subroutine lines_to_planes_exchange
 
-  !> Sticks to planes (`to_planes`) or back, all fields in one message per pair. Collective over the column.
+  !> Exchanges sticks to planes (`to_planes`) or back, all fields in one message per pair. Collective over the column.
   subroutine column_exchange(self, n_fields, send, receive, to_planes)
     class(pencil_t), intent(inout) :: self
     integer, intent(in) :: n_fields
@@ -365,7 +365,7 @@ contains
                   merge(plane_side, stick_side, to_planes), n_fields, self%n_fields, self%traffic)
   end subroutine column_exchange
 
-  !> Planes to lines (`to_lines`) or back. Collective over the row.
+  !> Exchanges planes to lines (`to_lines`) or back. Collective over the row.
   subroutine row_exchange(self, n_fields, send, receive, to_lines)
     class(pencil_t), intent(inout) :: self
     integer, intent(in) :: n_fields

@@ -13,7 +13,7 @@ module spectral_pencil_planes
 
 contains
 
-  !> Tells whether any of the lines first .. first+count-1 of plane z is.
+  !> Tells whether any of the lines first .. first+count-1 of plane z is wanted.
   pure logical function is_wanted(kernels, first, count, z)
     class(kernels_t), intent(in) :: kernels
     integer, intent(in) :: first, count, z
@@ -21,8 +21,8 @@ contains
     if (associated(kernels%lines)) is_wanted = any(kernels%lines(first:first + count - 1, z))
   end function is_wanted
 
-  !> Takes planes without a line that is wanted, on any rank of a column, away from the ends of those that `stages` has
-  !> chosen, which are all. Collective if only some lines are wanted.
+  !> Removes planes without a wanted line, on any rank of a column, from the ends of the planes that `stages` has chosen, which
+  !> are all. Collective if only some lines are wanted.
   subroutine leave_out_planes(world, block, kernels, stages, column)
     type(world_t), intent(in) :: world
     type(block_t), intent(in) :: block

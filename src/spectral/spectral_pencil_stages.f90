@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The stages of the built-in pencil transform: buffers, plans, and the copies between them.
+!> Does the stages of the built-in pencil transform: buffers, plans, and the copies between them.
 !>
 !> Layout of the exchange buffers, fastest index first. Between sticks and planes (column exchange):
 !> one block per column rank, (sticks of the owner of the sticks, planes of the owner of the planes,
@@ -95,12 +95,12 @@ contains
     call plan_r2c(self%x_forward, self%nx, self%line_batch, line, self%half, flag)
     call free_buffer(plane_handle)
     call free_buffer(line_handle)
-    ! FFTW_MEASURE scribbles on the buffers; a half-filled batch must not transform garbage.
+    ! FFTW_MEASURE overwrites the buffers; a partly filled batch must not transform undefined numbers.
     self%z_work = 0
     self%half = 0
   end subroutine stages_init
 
-  !> Makes what follows scatter or gather only part `part` of `parts` of the planes of each column.
+  !> Makes all later copies use only part `part` of `parts` of the planes of each column.
   pure subroutine stages_choose_part(self, part, parts)
     class(stages_t), intent(inout) :: self
     integer, intent(in) :: part, parts
@@ -151,7 +151,7 @@ contains
     end do
   end subroutine expand_modes
 
-  !> z_work(nz, batch) -> blocks (sticks, planes, fields) per column rank.
+  !> Copies z_work(nz, batch) to blocks (sticks, planes, fields) per column rank.
   subroutine scatter_columns(self, first, count, n_sticks, f, n_fields, buffer)
     class(stages_t), intent(in) :: self
     integer, intent(in) :: first, count, n_sticks, f, n_fields

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Sticks that are neighbours both in the column-exchange buffer and in a plane of kx and ky: copies go run by run.
+!> Finds sticks that are neighbours both in the column-exchange buffer and in a plane of kx and ky, so that copies go run by run.
 !>
 !> The buffer holds, for each column of ranks, (its sticks, planes, fields), fastest index first.
 module spectral_runs
@@ -136,7 +136,7 @@ contains
     end do
   end subroutine clear_plane
 
-  !> Words of the buffer before plane `z` of field `f` of the sticks of column `q`.
+  !> Returns the number of words of the buffer before plane `z` of field `f` of the sticks of column `q`.
   pure integer function before(self, q, z, n_planes, f, n_fields)
     class(runs_t), intent(in) :: self
     integer, intent(in) :: q, z, n_planes, f, n_fields

@@ -12,17 +12,24 @@
 !> counts over the columns. A foreign library that shares kx and ky in blocks has the sticks of its blocks
 !> (`make_block_sticks`); some ranks then have few or none.
 module spectral_sticks
-  use base_kinds, only: rp
   use base_constants, only: TWO_PI
   use base_errors, only: require
+  use base_kinds, only: rp
+  use base_named_kinds, only: named_kind_t
   use parallel_block, only: rows_t, split_evenly
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: sticks_t, make_sticks, make_block_sticks, kept_columns, process_grid, sphere_radius
+  public :: sticks_t, make_sticks, make_block_sticks, kept_columns, process_grid, sphere_radius, DEALIAS_ELLIPSOID, DEALIAS_BOX, &
+            DEALIAS_NONE, TRUNCATIONS
+
+  integer, parameter :: DEALIAS_ELLIPSOID = 1, DEALIAS_BOX = 2, DEALIAS_NONE = 3
+  !> Their names in inputs, outputs and checkpoints.
+  type(named_kind_t), parameter :: TRUNCATIONS(3) = [named_kind_t('ellipsoid', DEALIAS_ELLIPSOID), &
+                                                     named_kind_t('box', DEALIAS_BOX), named_kind_t('none', DEALIAS_NONE)]
 
   type :: sticks_t
-    character(10) :: dealias = 'ellipsoid'
+    integer :: dealias = DEALIAS_ELLIPSOID
     integer :: nz = 1              !< points in z
     integer :: kz_limit = 0        !< largest retained |jz|
     integer :: nkz = 1             !< stored kz per stick: 0 .. limit, -limit .. -1
@@ -32,7 +39,7 @@ module spectral_sticks
     integer, allocatable :: jx(:), jy(:)  !< (n) mode numbers
     integer, allocatable :: jz(:)         !< (nkz) mode numbers
     integer, allocatable :: jz_max(:)     !< (n) largest |jz| inside the truncation on each stick
-    real(rp), allocatable :: weight(:)    !< (n) modes of real space a stored mode stands for: 1 or 2
+    real(rp), allocatable :: weight(:)    !< (n) number of modes that a stored mode represents: 1 or 2
     integer :: zero = 0            !< local number of the stick (0,0), 0 if another rank has it
     type(rows_t) :: rows           !< place of this rank's sticks in the global order, for files
     !> All sticks of this rank's row, in the order in which the columns own them; not with `make_block_sticks`:
@@ -80,7 +87,7 @@ contains
   !> Returns the stick table of rank (row, column) (0-based) for a grid and a truncation.
   function make_sticks(grid, dealias, rows, columns, row, column) result(s)
     type(grid_t), intent(in) :: grid
-    character(*), intent(in) :: dealias !< 'ellipsoid', 'box' or 'none'
+    integer, intent(in) :: dealias !< DEALIAS_*
     integer, intent(in) :: rows, columns, row, column
     type(sticks_t) :: s
     integer :: jx_limit, ix, iy, part, start, count, i_row, global, jz_top
@@ -132,7 +139,7 @@ contains
   !> of ky (i = 2), all 0-based.
   function make_block_sticks(grid, dealias, first, count) result(s)
     type(grid_t), intent(in) :: grid
-    character(*), intent(in) :: dealias
+    integer, intent(in) :: dealias
     integer, intent(in) :: first(2), count(2)
     type(sticks_t) :: s
     integer, allocatable, dimension(:) :: jx, jy, top, number
@@ -160,17 +167,17 @@ contains
     call take_sticks(s, grid, jx(:n), jy(:n), top(:n), number(:n), global)
   end function make_block_sticks
 
-  !> What all ranks have in common: the modes along z, and the number of columns kx.
+  !> Sets what all ranks have in common: the modes along z, and the number of columns kx.
   subroutine set_axes(s, grid, dealias)
     type(sticks_t), intent(inout) :: s
     type(grid_t), intent(in) :: grid
-    character(*), intent(in) :: dealias
+    integer, intent(in) :: dealias
     integer :: i
-    call require(any(dealias == ['ellipsoid', 'box      ', 'none     ']), 'make_sticks: unknown truncation')
+    call require(any(dealias == TRUNCATIONS%kind), 'make_sticks: unknown truncation')
     s%dealias = dealias
     s%nz = grid%n(3)
     s%kz_limit = mode_limit(grid%n(3), dealias)
-    s%nkz = merge(grid%n(3), 2*s%kz_limit + 1, dealias == 'none')
+    s%nkz = merge(grid%n(3), 2*s%kz_limit + 1, dealias == DEALIAS_NONE)
     allocate (s%jz(s%nkz), s%kz(s%nkz))
     do i = 1, s%nkz
       s%jz(i) = merge(i - 1, i - 1 - s%nkz, i - 1 <= s%kz_limit .and. 2*(i - 1) < max(s%nkz, 2))
@@ -179,8 +186,7 @@ contains
     s%n_jx = kept_columns(grid, dealias)
   end subroutine set_axes
 
-  !> This rank's sticks are those with modes jx, jy, the largest kz `top`, and the increasing numbers `global` of
-  !> n_global.
+  !> Sets this rank's sticks: those with modes jx, jy, the largest kz `top`, and the increasing numbers `global` of n_global.
   subroutine take_sticks(s, grid, jx, jy, top, global, n_global)
     type(sticks_t), intent(inout) :: s
     type(grid_t), intent(in) :: grid
@@ -204,7 +210,7 @@ contains
   !> Returns the number of columns kx that the truncation keeps.
   pure integer function kept_columns(grid, dealias)
     type(grid_t), intent(in) :: grid
-    character(*), intent(in) :: dealias
+    integer, intent(in) :: dealias
     kept_columns = mode_limit(grid%n(1), dealias) + 1
   end function kept_columns
 
@@ -216,25 +222,24 @@ contains
     line(self%jz_max(s) + 2:self%nkz - self%jz_max(s)) = 0
   end subroutine sticks_truncate
 
-  !> Largest mode number kept along an axis of n points.
+  !> Returns the largest mode number kept along an axis of n points.
   pure integer function mode_limit(n, dealias) result(limit)
     integer, intent(in) :: n
-    character(*), intent(in) :: dealias
-    if (dealias == 'none' .or. n == 1) then
+    integer, intent(in) :: dealias
+    if (dealias == DEALIAS_NONE .or. n == 1) then
       limit = n/2
     else
       limit = ceiling(cutoff(n)) - 1 ! strictly below the cutoff
     end if
   end function mode_limit
 
-  !> K of the 2/3 rule for n points.
+  !> Returns K of the 2/3 rule for n points.
   pure real(rp) function cutoff(n) result(k)
     integer, intent(in) :: n
     k = real(2*(n/2 - 1), rp)/3
   end function cutoff
 
-  !> Returns the largest radius [1/L] of a sphere of wavenumbers inside the ellipsoid, of a circle where the grid has one point in
-  !> x.
+  !> Returns the largest radius [1/L] of a sphere of wavenumbers inside the ellipsoid; of a circle in a two-dimensional grid.
   pure real(rp) function sphere_radius(grid) result(radius)
     type(grid_t), intent(in) :: grid
     integer :: i
@@ -244,27 +249,27 @@ contains
     end do
   end function sphere_radius
 
-  !> Signed mode number of FFT index i (0-based) out of n; the Nyquist mode counts as negative.
+  !> Returns the signed mode number of FFT index i (0-based) out of n; the Nyquist mode counts as negative.
   pure integer function signed_mode(i, n) result(j)
     integer, intent(in) :: i, n
     j = modulo(i + n/2, n) - n/2
   end function signed_mode
 
-  !> Largest |jz| kept on stick (jx, jy), -1 if the stick is outside. Integer comparisons would
-  !> overflow for large grids, so the quadratic form is evaluated in reals.
+  !> Returns the largest |jz| kept on stick (jx, jy), -1 if the stick is outside. Integer comparisons would overflow for large
+  !> grids, so the quadratic form is evaluated in reals.
   pure integer function top_mode(jx, jy, n, dealias, kz_limit) result(top)
     integer, intent(in) :: jx, jy, n(3), kz_limit
-    character(*), intent(in) :: dealias
+    integer, intent(in) :: dealias
     real(rp) :: r2
     integer :: jz
     top = -1
     if (abs(jy) > mode_limit(n(2), dealias)) return
     top = kz_limit
-    if (dealias /= 'ellipsoid') return
+    if (dealias /= DEALIAS_ELLIPSOID) return
     r2 = square_ratio(jx, n(1)) + square_ratio(jy, n(2))
-    ! No mode is in that lies a whole one above the ellipsoid.
+    ! Modes that lie a whole mode number above the ellipsoid are outside.
     do jz = min(kz_limit, int(sqrt(max(0.0_rp, 1 - r2))*max(1.0_rp, cutoff(n(3)))) + 1), 0, -1
-      ! Modes on the ellipsoid are out, whatever the last bit of the sum.
+      ! Modes on the ellipsoid are outside, whatever the last bit of the sum.
       if (r2 + square_ratio(jz, n(3)) < 1 - 1.0e-12_rp) then
         top = jz
         return
@@ -273,7 +278,7 @@ contains
     top = -1
   end function top_mode
 
-  !> (j/K)^2, and 0 for the direction without modes.
+  !> Returns (j/K)^2, and 0 for the direction without modes.
   pure real(rp) function square_ratio(j, n) result(ratio)
     integer, intent(in) :: j, n
     ratio = 0

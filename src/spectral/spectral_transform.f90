@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The one interface between physics and Fourier transforms.
+!> Defines the interface between physics and Fourier transforms.
 !>
 !> Physics is written as three kernels: *spectral in* turns the state on a few sticks into the fields
 !> to invert, *product* multiplies fields in physical space on a few lines, *spectral out* receives the
@@ -29,8 +29,9 @@ module spectral_transform
   type, abstract :: kernels_t
     integer :: n_in = 0  !< fields that spectral in provides to product
     integer :: n_out = 0 !< fields that product provides to spectral out
-    !> Number of the field that is i kx f2 - i ky f1 of the fields f1 and f2, numbers 1 and 2; 0 for none. A backend may make
-    !> it of them on its way, which saves a transform in z and an exchange; it then clears `fill_curl`, and spectral in need not.
+    !> Number of the field that is i kx f2 - i ky f1 of the fields f1 and f2, numbers 1 and 2; 0 for none. A backend may compute
+    !> it from them during the transform, which saves a transform in z and an exchange. It then clears `fill_curl`, and spectral
+    !> in need not compute the field.
     integer :: curl = 0
     logical :: fill_curl = .true.
     !> (ny_local, nz_local) lines whose product is wanted; all of them if not associated. A backend may skip the others. Their
@@ -44,7 +45,7 @@ module spectral_transform
     procedure, non_overridable :: place_of => kernels_place_of
   end type kernels_t
 
-  !> What every transform backend offers.
+  !> The procedures that every transform backend has.
   type, abstract :: transform_t
     type(world_t) :: world
     type(grid_t) :: grid
@@ -78,8 +79,7 @@ module spectral_transform
       complex(rp), contiguous, intent(inout) :: fields(:, :, :)
     end subroutine spectral_in_i
 
-    !> Given `in(nx, lines, n_in)` on the local lines y = first .. first+count-1 at local plane z,
-    !> fills `out(:, 1:count, n_out)`.
+    !> Fills `out(:, 1:count, n_out)` from `in(nx, lines, n_in)`, on the local lines y = first .. first+count-1 at local plane z.
     subroutine product_i(self, first, count, z, in, out)
       import :: kernels_t, rp
       class(kernels_t), intent(inout) :: self
@@ -96,13 +96,13 @@ module spectral_transform
       complex(rp), contiguous, intent(inout) :: fields(:, :, :)
     end subroutine spectral_out_i
 
-    !> Called once by every rank, after all products and before the first spectral out. Collective.
+    !> Is called once by every rank, after all products and before the first spectral out. Collective.
     subroutine reduce_i(self)
       import :: kernels_t
       class(kernels_t), intent(inout) :: self
     end subroutine reduce_i
 
-    !> spectral(nkz, n, nf) -> physical(nx, ny_local, nz_local, nf). Collective.
+    !> Transforms spectral(nkz, n, nf) to physical(nx, ny_local, nz_local, nf). Collective.
     subroutine backward_i(self, spectral, physical)
       import :: transform_t, rp
       class(transform_t), intent(inout) :: self
@@ -110,8 +110,8 @@ module spectral_transform
       real(rp), contiguous, target, intent(inout) :: physical(:, :, :, :)
     end subroutine backward_i
 
-    !> physical(nx, ny_local, nz_local, nf) -> spectral(nkz, n, nf); modes of the stored sticks that
-    !> lie outside the truncation are returned as they are, for the kernels to drop. Collective.
+    !> Transforms physical(nx, ny_local, nz_local, nf) to spectral(nkz, n, nf). Modes of the stored sticks that lie outside the
+    !> truncation are returned as they are; the kernels must drop them. Collective.
     subroutine forward_i(self, physical, spectral)
       import :: transform_t, rp
       class(transform_t), intent(inout) :: self
@@ -125,7 +125,7 @@ module spectral_transform
       class(transform_t), intent(inout) :: self
     end subroutine free_i
 
-    !> Bytes of this rank's buffers.
+    !> Returns the bytes of this rank's buffers.
     pure real(rp) function memory_bytes_i(self)
       import :: transform_t, rp
       class(transform_t), intent(in) :: self
@@ -134,7 +134,7 @@ module spectral_transform
 
 contains
 
-  !> Returns the place of field `f` among those that travel if the backend makes the curl on its way.
+  !> Returns the place of field `f` among the exchanged ones if the backend computes the curl during the transform.
   pure integer function kernels_place_of(self, f) result(place)
     class(kernels_t), intent(in) :: self
     integer, intent(in) :: f
@@ -175,9 +175,9 @@ contains
     call move_alloc(lines, self%staged_lines)
   end subroutine transform_pipeline_staged
 
-  !> Hands only the planes of part `part` of `parts` of each rank's share to the product, so that buffers are as much
-  !> smaller; kernels that have output need parts = 1. `split_evenly` of the rank's planes tells which. Parts are at most
-  !> `most_parts`. Collective.
+  !> Gives only the planes of part `part` of `parts` of each rank's share to the product, so that buffers are smaller by this
+  !> factor. Kernels that have output need parts = 1. `split_evenly` of the rank's planes tells which planes these are. Parts are
+  !> at most `most_parts`. Collective.
   subroutine transform_pipeline_part(self, kernels, part, parts)
     class(transform_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
@@ -194,7 +194,7 @@ contains
     end associate
   end function transform_most_parts
 
-  !> Gives back what memory a pipeline takes again when it needs it.
+  !> Releases the memory that a pipeline allocates again when it needs it.
   subroutine transform_release(self)
     class(transform_t), intent(inout) :: self
     associate (nothing_to_give_back => self)
@@ -217,10 +217,10 @@ contains
       call check_allocation(status, [n, most], REAL_BYTES, 'fields of a transform')
       allocate (self%staged_lines(n(1), max(1, min(n(2), BATCH_POINTS/n(1))), most))
     end associate
-    self%staged_lines = 0 ! a half-filled batch must not hold what no number is
+    self%staged_lines = 0 ! a partly filled batch must not hold undefined numbers
   end subroutine transform_reserve
 
-  !> Products of all wanted lines: of the first n_in fields of `physical` into the n_out behind them, batch by batch
+  !> Computes the products of all wanted lines: from the first n_in fields of `physical` into the n_out after them, batch by batch
   !> through `in` and `out`.
   subroutine multiply_all(kernels, physical, in, out)
     class(kernels_t), intent(inout) :: kernels

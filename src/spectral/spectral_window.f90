@@ -40,7 +40,7 @@ contains
     integer, parameter :: N = 128
     real(rp) :: angle
     integer :: i
-    ! With x = W/2 sin(angle) the integrand is smooth and, to 1e-7 of it, periodic: the midpoint rule is exact.
+    ! With x = W/2 sin(angle) the integrand is smooth and, to 1e-7 of it, periodic, so that the midpoint rule is exact.
     transform = 0
     do i = 1, N
       angle = (TWO_PI/2)*((i - 0.5_rp)/N - 0.5_rp)

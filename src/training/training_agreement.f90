@@ -10,11 +10,11 @@ module training_agreement
   public :: agreement_lines
 
   integer, parameter, public :: AGREEMENT_LENGTH = 160
-  real(rp), parameter :: APART = 0.5_rp !< of an sd: farther ends are two ends
+  real(rp), parameter :: APART = 0.5_rp !< of an sd: ends that differ by more are two ends
 
 contains
 
-  !> Returns a line for every end that is not the best one, and one for how many are if there are several. The best has
+  !> Returns a line for every end that is not the best one, and one line with their number if there are several. The best one has
   !> coordinates best(n) and the sum of squares chi2; sd(n) are those of its parameters `names`; local_minima(1 + n, starts) are
   !> chi^2 and coordinates. An end fits as well if it lies within the 90 % interval by its chi^2.
   function agreement_lines(names, best, chi2, sd, local_minima) result(lines)

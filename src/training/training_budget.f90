@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Counts how many candidates a search may still evaluate, and what ends with them.
+!> Counts how many candidates a search may still evaluate, and says what ends after them.
 module training_budget
   use base_kinds, only: i8
   use cmaes_params, only: cmaes_params_t, derive_params
-  use cmaes_search, only: cmaes_search_t
+  use cmaes_search, only: cmaes_search_t, RESTARTS_NONE
   use cmaes_stop, only: RUNNING
   implicit none
   private
@@ -18,9 +18,9 @@ module training_budget
 
 contains
 
-  !> What is left to a search of which `n_coming` more stages follow with the same options. Where max_generations ends a
-  !> run before max_evaluations ends the search, restarts may follow behind the run: the budget is then that of
-  !> the present run. The same where it is a coming stage that may restart so.
+  !> Finds the remaining budget of a search of which `n_coming` more stages follow with the same options. If max_generations ends
+  !> a run before max_evaluations ends the search, restarts may follow: the budget is then that of the present run. The same holds
+  !> if a coming stage may restart in this way.
   function find_budget(search, n_coming) result(budget)
     type(cmaes_search_t), intent(in) :: search
     integer, intent(in) :: n_coming
@@ -45,14 +45,14 @@ contains
     end associate
   end function find_budget
 
-  !> Whether a run may follow behind run `number`, from 0.
+  !> Tells whether a run may follow run `number`, from 0.
   pure logical function may_restart(search, number)
     type(cmaes_search_t), intent(in) :: search
     integer, intent(in) :: number
-    may_restart = search%restarts /= 'none' .and. number < search%max_restarts
+    may_restart = search%restarts /= RESTARTS_NONE .and. number < search%max_restarts
   end function may_restart
 
-  !> 'the search' or 'this run'.
+  !> Returns 'the search' or 'this run'.
   pure function budget_subject(self) result(words)
     class(budget_t), intent(in) :: self
     character(:), allocatable :: words

@@ -1,8 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds one training as search and least squares see it: the experiment, its free parameters, and their options. SI units.
+!> Holds one training with the data that search and least squares need: the experiment, its free parameters, and their options. SI
+!> units.
 module training_case
+  use base_named_kinds, only: kind_of, word_of
   use base_visitor, only: visitor_t
   use cmaes_options, only: cmaes_options_t
+  use cmaes_search, only: RESTART_RULES, RESTARTS_NONE
   use least_squares_fit, only: fit_options_t
   use measurement_bending_case, only: bending_case_t
   implicit none
@@ -12,7 +15,7 @@ module training_case
   !> The experiment has the free parameters as its unknowns.
   type, extends(bending_case_t) :: training_case_t
     type(cmaes_options_t) :: search
-    character(:), allocatable :: restarts   !< none, ipop or bipop
+    integer :: restarts = RESTARTS_NONE
     integer :: max_restarts = 0
     logical :: starts_at_wing = .false., use_chi2 = .false.
     integer :: n_stages = 1
@@ -28,13 +31,16 @@ module training_case
 
 contains
 
-  !> Shows to the visitor what determines the search, but not how long it goes on and what follows it. Experiment and measurement
-  !> are known by what is computed of them: see training_fingerprint.
+  !> Shows to the visitor what determines the search, but not how long it runs and what follows it. Experiment and measurement
+  !> enter by numbers that are computed from them: see training_fingerprint.
   subroutine case_visit(self, visitor)
     class(training_case_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor
+    character(:), allocatable :: restarts
+    restarts = word_of(RESTART_RULES, self%restarts) ! checkpoints know it as a word
     call visitor%visit('search', self%search)
-    call visitor%visit('restarts', self%restarts)
+    call visitor%visit('restarts', restarts)
+    self%restarts = kind_of(RESTART_RULES, restarts)
     call visitor%visit('starts_at_wing', self%starts_at_wing)
     call visitor%visit('use_chi2', self%use_chi2)
     call visitor%visit('n_stages', self%n_stages)

@@ -14,7 +14,7 @@ module training_fingerprint
 
 contains
 
-  !> What determines the search, but not how long it goes on. The settings stay as they are.
+  !> Returns the number for everything that determines the search, but not how long it runs. The settings stay as they are.
   integer(i8) function fingerprint_of(settings) result(fingerprint)
     class(training_case_t), intent(inout) :: settings
     type(fingerprint_t) :: marks
@@ -36,7 +36,7 @@ contains
       call add([e%measurement%x, e%measurement%y, marks%numbers('n_stages')], 4000000_i8)
       fingerprint = checksum_add(fingerprint, points_fingerprint(e%model))
       fingerprint = checksum_add(fingerprint, checksum_text(effect_site_lines(e%model%params%effects)))
-      fingerprint = checksum_add(fingerprint, experiment_mark(e))
+      fingerprint = checksum_add(fingerprint, measurement_fingerprint(e))
       fingerprint = checksum_add(fingerprint, marks%rest())
     end associate
 
@@ -49,21 +49,25 @@ contains
     end subroutine add
   end function fingerprint_of
 
-  !> What was measured, and where.
-  integer(i8) function experiment_mark(e) result(mark)
+  !> Returns the checksum of the measured values, of their places, and of the loads.
+  integer(i8) function measurement_fingerprint(e) result(number)
     type(experiment_t), intent(in) :: e
     integer :: i, l
-    mark = 0
+    number = 0
     do l = 1, size(e%comparisons)
-      mark = checksum_add(mark, checksum_reals([e%comparisons(l)%measured, e%comparisons(l)%sigma, &
-                                                e%measurement%loads(l)%force, e%measurement%loads(l)%point, &
-                                                e%measurement%loads(l)%direction], l*10000000_i8))
+      number = checksum_add(number, checksum_reals([e%comparisons(l)%measured, e%comparisons(l)%sigma, &
+                                                    e%measurement%loads(l)%force, e%measurement%loads(l)%point, &
+                                                    e%measurement%loads(l)%direction], l*10000000_i8))
+      associate (load => e%measurement%loads(l))
+        if (load%order > 0 .or. any([load%time, load%hold] >= 0)) & ! drift and creep depend on them
+          number = checksum_add(number, checksum_reals([real(load%order, rp), load%time, load%hold], 6000000_i8 + 100*l))
+      end associate
     end do
     do i = 1, size(e%measurement%observations)
       associate (one => e%measurement%observations(i))
-        mark = checksum_add(mark, checksum_reals([one%point, one%axis, real([one%load, one%quantity, one%zero], rp)], &
-                                                 5000000_i8 + 100*i))
+        number = checksum_add(number, checksum_reals([one%point, one%axis, real([one%load, one%quantity, one%zero], rp)], &
+                                                   5000000_i8 + 100*i))
       end associate
     end do
-  end function experiment_mark
+  end function measurement_fingerprint
 end module training_fingerprint

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One fit from one point to an outcome: least squares, and the cold solution of its end. On rank 0.
+!> Makes one fit from one point to an outcome: least squares, and the cold solution of its end. On rank 0.
 module training_fit
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -16,17 +16,17 @@ module training_fit
   private
   public :: counted, is_better, polish_from_start, start_t
 
-  !> Where a fit begins, and how.
+  !> The start of a fit, and its method.
   type :: start_t
     real(rp), allocatable :: coordinates(:)
-    logical :: has_stages = .false. !< it reaches the measured forces by continuation
+    logical :: has_stages = .false. !< it approaches the measured forces by continuation
     logical :: is_check = .false.   !< it only shows whether other starts end at the same minimum
   end type start_t
 
 contains
 
-  !> Fits from one start to an outcome. A wing that snaps has several shapes, of which warm solutions may follow a wrong one: if
-  !> the cold solution of the end is another shape, the fit goes on from there. If that ends in the same way, the fit is repeated
+  !> Fits from one start to an outcome. A wing that snaps has several shapes, and warm solutions may follow a wrong one. If the
+  !> cold solution of the end is another shape, the fit continues from there. If that ends in the same way, the fit is repeated
   !> with every solution cold. A start that only checks is not continued. `trained` is the outcome, with all evaluations counted;
   !> it is incomplete if the pool was stopped. On rank 0, while the other ranks serve the pool.
   subroutine polish_from_start(settings, problem, unknowns, objective, start, log, trained)
@@ -37,7 +37,7 @@ contains
     type(start_t), intent(in) :: start
     class(training_listener_t), intent(inout) :: log
     type(trained_t), intent(out) :: trained
-    real(rp), parameter :: SAME = 1.0e-4_rp !< of the wing's size: shapes that differ more are two shapes
+    real(rp), parameter :: SAME = 1.0e-4_rp !< of the wing's size: shapes that differ by more are two shapes
     integer, parameter :: LAST = 3
     real(rp), allocatable :: from(:)
     integer :: n_evaluations, attempt
@@ -73,7 +73,7 @@ contains
     trained%n_evaluations = n_evaluations
   end subroutine polish_from_start
 
-  !> One fit from a point, and what it tells, in `trained`.
+  !> Makes one fit from a point, and puts its results into `trained`.
   subroutine polish_once(settings, problem, unknowns, from, has_stages, log, trained)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem
@@ -100,7 +100,7 @@ contains
     trained%prior_sd = unknowns%prior_sd
   end subroutine polish_once
 
-  !> The final point without any warm start.
+  !> Solves the final point without any warm start.
   subroutine solve_cold(problem, trained)
     type(pool_problem_t), intent(inout) :: problem
     type(trained_t), intent(inout) :: trained
@@ -120,8 +120,8 @@ contains
     trained%h = problem%experiment%cost(residuals)
   end subroutine solve_cold
 
-  !> Tells whether `one` is the better end of two fits: all its shapes were found, and those of the other were not, or what least
-  !> squares minimise, chi^2 and priors, is lower.
+  !> Tells whether `one` is the better end of two fits: all its shapes were found, and those of the other were not; or its sum of
+  !> squares, chi^2 and priors, is lower.
   pure logical function is_better(one, other)
     type(trained_t), intent(in) :: one, other
     is_better = one%is_solved .and. (.not. other%is_solved .or. one%cost() < other%cost())
@@ -136,7 +136,7 @@ contains
     if (n /= 1) text = text//'s'
   end function counted
 
-  !> Stages of a path, see fit_by_continuation.
+  !> Counts the stages of a path, see fit_by_continuation.
   pure integer function count_stages(path) result(n)
     real(rp), intent(in) :: path(:, :)
     integer :: last

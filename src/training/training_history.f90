@@ -47,8 +47,8 @@ contains
     allocate (self%generations(N_GENERATION + n_unknowns, 64), self%candidates(N_CANDIDATE + n_unknowns, 1024))
   end subroutine history_init
 
-  !> `row` has the columns of GENERATION_COLUMNS up to condition except the best and the median of the generation,
-  !> which are found here; `mean` in the units of the unknowns.
+  !> Adds a generation. `row` has the columns of GENERATION_COLUMNS up to condition except the best and the median of the
+  !> generation, which are found here; `mean` is in the units of the unknowns.
   subroutine history_add_generation(self, counts, best, sigma, condition, costs, mean)
     class(train_history_t), intent(inout) :: self
     integer(i8), intent(in) :: counts(5)  !< stage, run, generation, lambda, evaluations
@@ -72,7 +72,7 @@ contains
                                                real(count(costs%has_failed), rp), mean]
   end subroutine history_add_generation
 
-  !> values(unknowns, lambda) in the units of the unknowns.
+  !> Adds the candidates of a generation: values(unknowns, lambda) in the units of the unknowns.
   subroutine history_add_candidates(self, counts, costs, values)
     class(train_history_t), intent(inout) :: self
     integer(i8), intent(in) :: counts(5)
@@ -89,7 +89,7 @@ contains
     end do
   end subroutine history_add_candidates
 
-  !> At most `most` feasible candidates, the best first; from each before it a candidate differs in some value by the
+  !> Returns at most `most` feasible candidates, the best first. Each differs from every earlier one in some value by at least the
   !> fraction `apart` of it.
   subroutine history_best_candidates(self, most, apart, values)
     class(train_history_t), intent(in) :: self
@@ -111,8 +111,8 @@ contains
     end do
   end subroutine history_best_candidates
 
-  !> Replaces the best point u of `space` by a feasible candidate of any stage that costs less: a second stage begins
-  !> about the best of the first, without its being a candidate again, and may find none that is better.
+  !> Replaces the best point u of `space` by a feasible candidate of any stage that costs less. A second stage begins about the
+  !> best candidate of the first without evaluating it again, and may find no better one.
   subroutine history_improve(self, space, has_best, cost, u)
     class(train_history_t), intent(in) :: self
     type(search_space_t), intent(in) :: space
@@ -133,12 +133,13 @@ contains
     u = space%point(coordinates)
   end subroutine history_improve
 
+  !> Tells whether two lists of numbers differ by more than the relative tolerance `apart`.
   pure logical function is_apart(a, b, apart)
     real(rp), intent(in) :: a(:), b(:), apart
     is_apart = any(abs(a - b) > apart*max(abs(a), abs(b)))
   end function is_apart
 
-  !> Middle value, the lower one of two.
+  !> Returns the middle value, the lower one of two.
   pure real(rp) function median(values)
     real(rp), intent(in) :: values(:)
     integer :: i
@@ -149,6 +150,7 @@ contains
     end do
   end function median
 
+  !> Makes room for n_rows columns in a table.
   subroutine make_room(table, n_rows)
     real(rp), allocatable, intent(inout) :: table(:, :)
     integer, intent(in) :: n_rows
@@ -177,6 +179,7 @@ contains
 
   contains
 
+    !> Reads a table from the checkpoint.
     subroutine load_table(name, table, n_rows)
       character(*), intent(in) :: name
       real(rp), allocatable, intent(inout) :: table(:, :)
@@ -211,6 +214,7 @@ contains
     call put_attribute(file, 'candidates', 'unknowns', names, failure)
   end subroutine history_write_tables
 
+  !> Writes a table.
   subroutine write_table(file, name, table, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name

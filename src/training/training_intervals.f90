@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> 90 % intervals of the parameters that a training has found, by profile likelihood, and what can be said of them. On rank 0.
+!> Finds 90 % intervals of the parameters of a training by profile likelihood, and describes them in words. On rank 0.
 module training_intervals
   use base_process, only: wall_seconds
   use least_squares_problem, only: unknowns_t
@@ -19,7 +19,7 @@ module training_intervals
 
 contains
 
-  !> Finds 90 % intervals of all unknowns, each from all loads but those that jump between its ends.
+  !> Finds 90 % intervals of all unknowns, each from all loads except those that jump between its ends.
   subroutine find_intervals(settings, pool, problem, unknowns, space, log, trained)
     class(training_case_t), intent(in) :: settings
     type(worker_pool_t), intent(in) :: pool
@@ -55,7 +55,7 @@ contains
     end do
   end subroutine find_intervals
 
-  !> Returns what can be said about parameter i, and from which loads alone.
+  !> Returns a sentence about parameter i, with the loads on which alone it rests.
   function interval_sentence(experiment, space, trained, i) result(sentence)
     type(experiment_t), intent(in) :: experiment
     type(search_space_t), intent(in) :: space

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Defines who hears what a training does: the log, or nobody.
+!> Defines who receives the messages of a training: the log, or nobody.
 module training_listener
   use base_kinds, only: i8, rp
   use training_budget, only: budget_t
@@ -16,14 +16,14 @@ module training_listener
   end type training_listener_t
 
   abstract interface
-    !> A sentence for the user.
+    !> Passes a sentence to the user.
     subroutine say(self, text)
       import :: training_listener_t
       class(training_listener_t), intent(inout) :: self
       character(*), intent(in) :: text
     end subroutine say
 
-    !> How far the search is; what is left to it.
+    !> Reports the progress of the search, and its remaining budget.
     subroutine progress(self, generation, evaluations, left, best, sigma, condition)
       import :: budget_t, i8, rp, training_listener_t
       class(training_listener_t), intent(inout) :: self
@@ -33,8 +33,8 @@ module training_listener
       real(rp), intent(in) :: best, sigma, condition
     end subroutine progress
 
-    !> How far least squares are. Fits begin from several starts or moves (`kind` says which), the first at the wall time `begun`
-    !> [s]; this is fit number `part`. Tells the points solved so far, and the lowest chi^2 of this fit.
+    !> Reports the progress of least squares. Fits begin from several starts or moves (`kind` says which), the first at the wall
+    !> time `begun` [s]; this is fit number `part`. Reports the points solved so far, and the lowest chi^2 of this fit.
     subroutine polish_progress(self, kind, part, n_parts, evaluations, chi2, begun)
       import :: rp, training_listener_t
       class(training_listener_t), intent(inout) :: self
@@ -44,7 +44,7 @@ module training_listener
       real(rp), intent(in) :: chi2, begun
     end subroutine polish_progress
 
-    !> How far the intervals are: `done` of n are found since the wall time `begun` [s].
+    !> Reports the progress of the intervals: `done` of n are found since the wall time `begun` [s].
     subroutine interval_progress(self, name, done, n, evaluations, begun)
       import :: rp, training_listener_t
       class(training_listener_t), intent(inout) :: self

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Leaves a minimum that is not the lowest. The sum of squares of a wing has several minima; two of them differ by one
-!> parameter that is soft in one and stiff in the other, and by what the others make of that. So one parameter after another
-!> is moved to the other side of its prior, and the fit is repeated from there. On rank 0.
+!> Leaves a minimum that is not the lowest. The sum of squares of a wing has several minima. Two of them usually differ by one
+!> parameter that is soft in one and stiff in the other, and by the values of the others that follow from it. Therefore each
+!> parameter in turn is moved to the opposite side of its prior, and the fit is repeated from there. On rank 0.
 module training_moves
   use base_kinds, only: rp
   use base_process, only: wall_seconds
@@ -9,7 +9,7 @@ module training_moves
   use least_squares_continuation, only: fit_by_continuation
   use least_squares_problem, only: unknowns_t
   use least_squares_profile, only: THRESHOLD_90
-  use least_squares_report, only: fit_options_t, fit_report_t, KNOWN_MINIMUM
+  use least_squares_report, only: fit_options_t, fit_report_t
   use training_case, only: training_case_t
   use training_fit, only: counted, polish_from_start, start_t
   use training_listener, only: training_listener_t
@@ -20,17 +20,18 @@ module training_moves
   private
   public :: try_moves
 
-  !> Of the cost: minima that differ by less, or by less than a millionth of it, are one minimum. One sd changes it by 1.
+  !> Differences of the cost: minima that differ by less, or by less than a millionth of it, are one minimum. One sd changes it by
+  !> 1.
   real(rp), parameter :: LOWER = 0.1_rp, RELATIVELY_LOWER = 1.0e-6_rp
-  integer, parameter :: MOST_ROUNDS = 5 !< every parameter is moved so often at most
+  integer, parameter :: MOST_ROUNDS = 5 !< every parameter is moved at most so often
 
 contains
 
-  !> Replaces `trained`, which must be polished and solved, by the lowest minimum that moves lead to, and appends to
-  !> local_minima(1 + unknowns, :), see trained_t, all others that fit as well as it, within the 90 % interval by chi^2. A lower
-  !> minimum is the next one from which all parameters are moved. It ends when no move leads lower, or if the pool is stopped.
-  !> Parameters that are fixed or have no prior are not moved. n_evaluations grows by the points that were solved. Every move
-  !> begins cold: it depends on the minimum alone.
+  !> Replaces `trained`, which must be polished and solved, by the lowest minimum to which moves lead. Appends to local_minima(1 +
+  !> unknowns, :), see trained_t, all others that fit as well as it, within the 90 % interval by chi^2. After a lower minimum, all
+  !> parameters are moved again from there. It ends when no move leads lower, or if the pool is stopped. Parameters that are fixed
+  !> or have no prior are not moved. n_evaluations grows by the number of solved points. Every move begins cold: it depends on the
+  !> minimum alone.
   subroutine try_moves(settings, problem, unknowns, objective, log, trained, local_minima, n_evaluations)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem
@@ -84,13 +85,14 @@ contains
     if (n_tried > 0) call tell_moves(log, n_tried, n_lower, first_chi2 - trained%chi2)
   end subroutine try_moves
 
-  !> Counts the evaluations of a path from the first one of the whole polish, of which n were before.
+  !> Counts the evaluations of a path from the first one of the whole polish, with n earlier ones.
   pure subroutine delay(path, n)
     real(rp), intent(inout) :: path(:, :)
     integer, intent(in) :: n
     path(1, :) = path(1, :) + n
   end subroutine delay
 
+  !> Writes to the log what the moves of single parameters have achieved.
   subroutine tell_moves(log, n_tried, n_lower, fall)
     class(training_listener_t), intent(inout) :: log
     integer, intent(in) :: n_tried, n_lower
@@ -105,8 +107,8 @@ contains
     end if
   end subroutine tell_moves
 
-  !> A fit by continuation from `trained` with unknown i one standard deviation of its prior on the other side of it, and its
-  !> path, see fit_by_continuation.
+  !> Fits by continuation from `trained` with unknown i moved to one standard deviation of its prior on the opposite side, and
+  !> returns the fit's path, see fit_by_continuation.
   subroutine move(settings, problem, unknowns, i, trained, report, path)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem
@@ -120,7 +122,7 @@ contains
     start = trained%coordinates
     start(i) = unknowns%prior(i) - sign(unknowns%prior_sd(i), start(i) - unknowns%prior(i))
     start = max(unknowns%lower, min(unknowns%upper, start))
-    ! A parameter at a bound, where its prior is too, has but one side.
+    ! A parameter at a bound that is also the value of its prior can move to one side only.
     if (abs(start(i) - trained%coordinates(i)) < unknowns%prior_sd(i)/10) &
       start(i) = max(unknowns%lower(i), min(unknowns%upper(i), unknowns%prior(i) + unknowns%prior_sd(i)))
     problem%is_cold = .false.
@@ -132,12 +134,12 @@ contains
     call fit_by_continuation(problem, unknowns, start, options, .true., report, path)
   end subroutine move
 
-  !> Whether a fit ended in another point that is lower, or that fits as well.
+  !> Tells whether a fit ended in another point that is lower, or that fits as well.
   pure logical function ends_elsewhere(report, trained)
     type(fit_report_t), intent(in) :: report
     type(trained_t), intent(in) :: trained
     ends_elsewhere = .false.
-    if (report%reason == KNOWN_MINIMUM .or. size(report%path) == 0) return
+    if (report%leads_to_known .or. size(report%path) == 0) return
     ends_elsewhere = report%cost() <= trained%cost() + THRESHOLD_90
     if (report%cost() >= trained%cost() - LOWER) &
       ends_elsewhere = ends_elsewhere .and. any(abs(report%p - trained%coordinates) > trained%posterior%sd)

@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes the costs of a generation of candidates, as tasks (candidate, load) for the pool, longest first.
 !>
-!> Candidates are solved warm from the solution of the optimiser's mean under the same load, which is solved first,
-!> itself warm from the mean before: a candidate's cost depends on the sequence of means alone, not on who computes it.
+!> Candidates are solved warm from the solution of the optimiser's mean under the same load. The mean is solved first, itself warm
+!> from the mean before. The cost of a candidate therefore depends on the sequence of means alone, not on the rank that computes
+!> it.
 module training_objective
   use base_errors, only: failure_t, require
   use base_kinds, only: i8, rp
@@ -17,7 +18,7 @@ module training_objective
   private
   public :: train_objective_t, candidate_costs_t, full_results
 
-  !> What is known about lambda candidates.
+  !> Results for lambda candidates.
   type :: candidate_costs_t
     real(rp), allocatable :: f(:)           !< h [m] or chi^2, if feasible
     real(rp), allocatable :: violation(:)   !< > 0: infeasible, by so much
@@ -58,7 +59,7 @@ contains
     allocate (self%expected(n_loads), source=1.0_rp)
   end subroutine objective_init
 
-  !> Makes the next mean be solved cold.
+  !> Makes the next solution of the mean a cold one.
   subroutine objective_forget(self)
     class(train_objective_t), intent(inout) :: self
     self%is_start = .false.
@@ -123,8 +124,8 @@ contains
     end do
   end subroutine objective_evaluate
 
-  !> Tasks by their expected duration: that of their load in the generation before, times the distance of the
-  !> candidate from the others' middle, over which it has to be carried. Only the order depends on the clock.
+  !> Orders tasks by their expected duration: that of their load in the generation before, times one plus the distance of the
+  !> candidate from the middle of all, over the mean distance. Only the order depends on the clock.
   function longest_first(self, coordinates) result(order)
     type(train_objective_t), intent(in) :: self
     real(rp), intent(in) :: coordinates(:, :)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a training has found: the point, how it was reached, what the data say about every parameter.
+!> Holds the result of a training: the point, how it was reached, and what the data tell about every parameter.
 module training_outcome
   use base_kinds, only: rp
   use least_squares_posterior, only: posterior_t
@@ -15,7 +15,7 @@ module training_outcome
     real(rp), allocatable :: values(:)       !< of the unknowns, in their units
     integer, allocatable :: sides(:)         !< (unknowns) -1 or 1: the value is at the lower or upper bound of its box
     logical :: is_cold = .false.             !< all solutions of the polish were cold
-    logical :: is_polished = .false.         !< least squares came to its end, and what follows is known
+    logical :: is_polished = .false.         !< least squares were completed, and the following results are known
     character(:), allocatable :: reason      !< why least squares ended; not allocated if they were not asked for
     real(rp), allocatable :: path(:, :)      !< of least squares, see fit_by_continuation
     real(rp), allocatable :: local_minima(:, :)      !< (1 + unknowns, starts) chi^2 and coordinates where each start ended
@@ -23,7 +23,7 @@ module training_outcome
     real(rp), allocatable :: prior_sd(:)     !< of the coordinates that the posterior belongs to; 0: nothing was known
     logical :: has_intervals = .false.
     type(interval_t), allocatable :: intervals(:)
-    logical, allocatable :: is_left_out(:, :) !< (loads, unknowns) the load does not count in the interval, as it jumps
+    logical, allocatable :: is_left_out(:, :) !< (loads, unknowns) the load does not count in the interval, because it jumps
     logical :: is_solved = .false.           !< all shapes were found cold, and lie in no excluded zone
     type(evaluation_t), allocatable :: evaluations(:) !< (loads) of the cold solution
     real(rp) :: h = 0                        !< [m] of the cold solution
@@ -41,15 +41,15 @@ module training_outcome
 
 contains
 
-  !> Returns what least squares minimise: chi^2 and the priors' sum of squares.
+  !> Returns the quantity that least squares minimise: chi^2 and the priors' sum of squares.
   pure real(rp) function trained_cost(self) result(cost)
     class(trained_t), intent(in) :: self
     cost = self%chi2 + self%prior_chi2
   end function trained_cost
 
-  !> Tells whether the data determine unknown i: its interval has two ends, or, if intervals were not asked, the data take away
-  !> half of the standard deviation that it had before, and it is not its box that holds it. A polish that failed determines
-  !> nothing. If none was asked for, true but at a bound.
+  !> Tells whether the data determine unknown i: its interval has two ends or, if intervals were not asked for, the data halve its
+  !> prior standard deviation, and its box does not hold it. A polish that failed determines nothing. If no polish was asked for,
+  !> true unless it is at a bound.
   pure logical function trained_determines(self, i) result(is_determined)
     class(trained_t), intent(in) :: self
     integer, intent(in) :: i
@@ -68,7 +68,7 @@ contains
     has_failed = allocated(self%reason) .and. .not. self%is_polished
   end function trained_has_failed_polish
 
-  !> -1, 0 or 1: unknown i is at the lower bound of its box, inside, at the upper one.
+  !> Returns -1, 0 or 1: unknown i is at the lower bound of its box, inside, at the upper one.
   pure integer function trained_bound(self, i) result(side)
     class(trained_t), intent(in) :: self
     integer, intent(in) :: i

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Refines the result of the search by least squares with exact derivatives, finds what the data say about every parameter, and
+!> Refines the result of the search by least squares with exact derivatives, finds what the data tell about every parameter, and
 !> solves the final point cold. On rank 0; the others serve the pool.
 module training_polish
   use base_kinds, only: rp
@@ -25,11 +25,11 @@ module training_polish
 
 contains
 
-  !> From points of the search, starts(unknowns, :) as coordinates of the experiment, the best first, to the outcome.
-  !> The first is polished by continuation, which leads to one point from nearly all starts. Others are tried as long as
-  !> what was found does not fit within the errors, and while polishing has cost fewer evaluations than the search;
-  !> with the declared errors at once, so that they may end elsewhere, which is told. Then moves of single parameters look for a
-  !> lower minimum, if wanted (training_moves). If the pool is stopped afterwards the outcome is not complete.
+  !> Goes from points of the search, starts(unknowns, :) as coordinates of the experiment, the best first, to the outcome. The
+  !> first is polished by continuation, which leads to one point from nearly all starts. Others are tried as long as the result
+  !> does not fit within the errors, and while polishing has cost fewer evaluations than the search. They use the declared errors
+  !> from the beginning, so that they may end elsewhere, which is reported. Then moves of single parameters search for a lower
+  !> minimum, if wanted (training_moves). If the pool is stopped the outcome is not complete.
   subroutine polish_points(settings, pool, space, objective, starts, log, trained)
     class(training_case_t), intent(in), target :: settings
     type(worker_pool_t), intent(inout), target :: pool
@@ -86,7 +86,7 @@ contains
     call problem%free()
   end subroutine polish_points
 
-  !> Says whether all starts came to the same end, and what those tell that did not.
+  !> Says whether all starts came to the same end, and describes those that did not.
   subroutine report_start_agreement(space, trained, log)
     type(search_space_t), intent(in) :: space
     type(trained_t), intent(in) :: trained
@@ -99,7 +99,7 @@ contains
     end do
   end subroutine report_start_agreement
 
-  !> Whether the sum of squares is no more than three standard deviations too large for noise.
+  !> Tells whether the sum of squares is no more than three standard deviations too large for noise.
   pure logical function fits_within_errors(trained, n_residuals) result(fits)
     type(trained_t), intent(in) :: trained
     integer, intent(in) :: n_residuals

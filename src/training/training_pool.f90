@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Puts all ranks to work for rank 0. Batches of tasks for costs return few numbers, and batches with everything return long
-!> results. All ranks make the decision to stop together.
+!> Makes all ranks work for rank 0. Batches of tasks for costs return few numbers, and batches with everything return long
+!> results. All ranks take the same decision to stop.
 !>
 !>     if (world%is_root) then
 !>       ... call pool%run_costs / run_full / poll as often as needed, then call pool%shut_down()
@@ -20,7 +20,7 @@ module training_pool
 
   integer, parameter :: SHUT_DOWN = 0, COSTS = 1, FULL = 2, POLL = 3 ! commands to the other ranks
 
-  !> Tasks and what came of them.
+  !> Tasks and their results.
   type :: batch_t
     real(rp), allocatable :: starts(:)     !< what warm solutions start from, (3, n_all, loads) flat
     integer, allocatable :: order(:)       !< numbers of the tasks, the first to be begun first
@@ -60,7 +60,7 @@ contains
     allocate (self%inputs(n_in, n), self%outputs(n_out, n), self%statuses(n), self%seconds(n))
   end subroutine batch_init
 
-  !> Takes the runner, made for the experiment, which must live as long as the pool and tells it the time. Collective.
+  !> Takes the runner, made for the experiment, which must live as long as the pool and gives it the time. Collective.
   subroutine pool_init(self, world, experiment, runner, limits)
     class(worker_pool_t), intent(inout), target :: self
     type(world_t), intent(in) :: world
@@ -89,6 +89,7 @@ contains
     call run_batch(self, FULL, self%full_farm, batch)
   end subroutine pool_run_full
 
+  !> Runs the tasks of a batch on all ranks, and counts tasks and time.
   subroutine run_batch(self, command, farm, batch)
     class(worker_pool_t), intent(inout) :: self
     integer, intent(in) :: command
@@ -103,7 +104,7 @@ contains
     if (any(batch%statuses < 0)) self%is_stopped = .true.
   end subroutine run_batch
 
-  !> Looks whether to stop: sets `is_stopped` and stop_rules%reason. On rank 0.
+  !> Checks whether to stop: sets `is_stopped` and stop_rules%reason. On rank 0.
   subroutine pool_poll(self)
     class(worker_pool_t), intent(inout) :: self
     call send(self, POLL)
@@ -113,7 +114,7 @@ contains
     self%runner%is_stopping = .true.
   end subroutine pool_poll
 
-  !> Does what rank 0 asks for until it dismisses. On the other ranks.
+  !> Does what rank 0 asks for until it ends the service. On the other ranks.
   subroutine pool_serve(self)
     class(worker_pool_t), intent(inout) :: self
     integer :: command
@@ -139,6 +140,7 @@ contains
     call send(self, SHUT_DOWN)
   end subroutine pool_shut_down
 
+  !> Tells all other ranks what to do next.
   subroutine send(self, command)
     class(worker_pool_t), intent(in) :: self
     integer, intent(in) :: command

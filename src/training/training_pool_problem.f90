@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The fit of a training as a problem of least squares: all ranks solve the loads, and the log hears how far it is. On rank 0.
+!> Poses the fit of a training as a problem of least squares. All ranks solve the loads, and the log receives the progress. On
+!> rank 0.
 module training_pool_problem
   use base_kinds, only: rp
   use least_squares_problem, only: unknowns_t
@@ -14,12 +15,12 @@ module training_pool_problem
   private
   public :: pool_problem_t, make_unknowns
 
-  !> The problem of least squares whose loads are solved by the pool. With a log it tells how far it is.
+  !> The problem of least squares whose loads are solved by the pool. With a log it reports its progress.
   type, extends(wing_problem_t) :: pool_problem_t
     type(worker_pool_t), pointer :: pool => null()
     class(training_listener_t), pointer :: log => null()
     integer :: part = 0, n_parts = 0         !< the present start, move or interval, of so many
-    character(:), allocatable :: kind_of_part !< 'start' or 'move', in what is told of a fit
+    character(:), allocatable :: kind_of_part !< 'start' or 'move', for messages about a fit
     character(:), allocatable :: name        !< of the parameter whose interval is sought, if one is
     integer :: n_solved = 0                  !< points so far
     real(rp) :: lowest = huge(1.0_rp)        !< chi^2 from the present start or move
@@ -44,6 +45,7 @@ contains
     if (associated(self%log)) call tell_progress(self)
   end subroutine problem_run
 
+  !> Writes to the log how far the fit is.
   subroutine tell_progress(self)
     type(pool_problem_t), intent(inout) :: self
     real(rp) :: chi2

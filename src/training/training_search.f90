@@ -76,8 +76,8 @@ contains
     call begin_stage(self, settings)
   end subroutine search_init
 
-  !> Begins at a random point of the box where the wing can bear all loads: elsewhere every candidate may fail, at great
-  !> cost. After MOST_DRAWS draws any point will do. A search that has begun, or begins at [Wing], stays as it is.
+  !> Begins at a random point of the box where the wing can carry all loads: elsewhere every candidate may fail, at high cost.
+  !> After MOST_DRAWS draws any point is accepted. A search that has begun, or begins at [Wing], is not changed.
   subroutine search_choose_start(self, settings, pool, log)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in) :: settings
@@ -110,7 +110,7 @@ contains
     call begin_stage(self, settings, u)
   end subroutine search_choose_start
 
-  !> The first generation of the present stage; `first` is where it begins.
+  !> Makes the first generation of the present stage; `first` is its start.
   subroutine begin_stage(self, settings, first)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in) :: settings
@@ -132,14 +132,14 @@ contains
     call self%objective%forget()
   end subroutine begin_stage
 
-  !> Tells whether there is a checkpoint from which to go on.
+  !> Tells whether there is a checkpoint from which the search can continue.
   logical function search_has_backup(self) result(found)
     class(train_search_t), intent(in) :: self
     character(:), allocatable :: name
     call self%slots%newest_valid(name, found)
   end function search_has_backup
 
-  !> Goes on from the checkpoint `path`, or from the newest valid one if it is empty. `was` is the run that it is of, if it
+  !> Continues from the checkpoint `path`, or from the newest valid one if `path` is empty. `was` is the run that wrote it, if it
   !> could be read.
   subroutine search_restore(self, settings, path, log, was, failure)
     class(train_search_t), intent(inout) :: self
@@ -172,7 +172,8 @@ contains
     call was%load(reader, failure)
     call reader%get_integer('mark', number, failure)
     if (.not. failure%failed .and. number /= self%fingerprint) &
-      call failure%raise(name//': belongs to another wing, measurement, box, seed or kind of search')
+      call failure%raise(name//': does not fit this input: the wing, measurement, bounds of parameters, seed or '// &
+                         'kind of search differ; restore them, or begin anew with --overwrite')
     if (.not. failure%failed) call load_state(self, settings, reader, failure)
     call reader%close(failure)
     call self%slots%came_from(name)
@@ -180,6 +181,7 @@ contains
                                            ' evaluations from '//name)
   end subroutine search_restore
 
+  !> Reads the state of the search from a checkpoint.
   subroutine load_state(self, settings, reader, failure)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in) :: settings
@@ -232,7 +234,7 @@ contains
     if (self%since_checkpoint > 0 .or. self%history%n_generations == 0) call self%back_up()
   end subroutine search_run
 
-  !> One generation; if the pool is stopped on the way, everything is as before.
+  !> Makes one generation. If the pool is stopped during it, nothing changes.
   subroutine make_generation(self, n_coming, pool, log)
     class(train_search_t), intent(inout) :: self
     integer, intent(in) :: n_coming !< stages behind this one
@@ -278,7 +280,7 @@ contains
     end if
   end subroutine make_generation
 
-  !> Whether a short search has found where least squares can begin.
+  !> Tells whether a short search has found a point from which least squares can begin.
   logical function has_enough(self, settings)
     class(train_search_t), intent(in) :: self
     class(training_case_t), intent(in) :: settings
@@ -306,11 +308,11 @@ contains
     end if
     self%is_done = self%stage == settings%n_stages .or. .not. has_best
     if (self%is_done) return
-    call log%say('stage 2   E is fixed, the other parameters are sought again')
+    call log%say('stage 2   E is fixed, the other parameters are fitted again')
     call fix_youngs_modulus(self, settings, whole(self, u))
   end subroutine finish_stage
 
-  !> Places of all unknowns in [0, 1] from those of the free ones.
+  !> Returns the places of all unknowns in [0, 1] from those of the free ones.
   pure function whole(self, u) result(all_u)
     class(train_search_t), intent(in) :: self
     real(rp), intent(in) :: u(:)
@@ -319,6 +321,7 @@ contains
     all_u(self%space%free) = u
   end function whole
 
+  !> Fixes E at its present value and begins the second stage.
   subroutine fix_youngs_modulus(self, settings, u)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in) :: settings
@@ -350,7 +353,8 @@ contains
     if (self%stage > 1) call self%history%improve(self%space, has_best, cost, u)
   end subroutine search_best
 
-  !> Returns where polishes may begin, as coordinates of the experiment, the best first: the point u, and other good ones.
+  !> Returns the points from which polishes may begin, as coordinates of the experiment, the best first: the point u, and other
+  !> good ones.
   subroutine search_starts(self, settings, u, starts)
     class(train_search_t), intent(in) :: self
     class(training_case_t), intent(in) :: settings

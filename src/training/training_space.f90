@@ -57,7 +57,7 @@ contains
     self%free = [(i, i=1, n)]
   end subroutine space_init
 
-  !> Holds unknown i at its place among u, which are the coordinates of the free ones. All are remembered.
+  !> Holds unknown i at its place among u, the coordinates of the free unknowns. The places of all are kept.
   subroutine space_fix(self, i, u)
     class(search_space_t), intent(inout) :: self
     integer, intent(in) :: i

@@ -21,7 +21,7 @@ module training_task
 
   !> Does tasks. The context that rank 0 shares is empty or holds the starts of warm solutions, (3, n_all, loads).
   type, extends(task_runner_t) :: train_runner_t
-    type(stop_rules_t), pointer :: stop_rules => null() !< whose clock rank 0 heeds between tasks, if there are any
+    type(stop_rules_t), pointer :: stop_rules => null() !< whose clock rank 0 checks between tasks, if there are any
     type(experiment_t), pointer, private :: experiment => null()
     type(bending_worker_t), private :: worker
     type(evaluation_t), allocatable, private :: without_derivatives(:), with_derivatives(:) !< (loads) without and with derivatives
@@ -66,13 +66,13 @@ contains
     input(N_HEAD + 1:) = coordinates
   end function task_input
 
-  !> Numbers of an input.
+  !> Returns how many numbers an input has.
   pure integer function input_size(experiment) result(n)
     type(experiment_t), intent(in) :: experiment
     n = N_HEAD + experiment%count()
   end function input_size
 
-  !> Numbers that a task with everything gives back at most: an evaluation and the shape behind it.
+  !> Returns how many numbers a task with everything gives back at most: an evaluation and the shape after it.
   integer function full_size(experiment) result(n)
     type(experiment_t), intent(in) :: experiment
     type(evaluation_t) :: evaluation
@@ -84,6 +84,7 @@ contains
     n = evaluation_overhead(evaluation) + most*(1 + experiment%count()) + 3*experiment%model%n_all
   end function full_size
 
+  !> Returns how many numbers an evaluation has besides residuals and Jacobian.
   integer function evaluation_overhead(evaluation) result(n)
     type(evaluation_t), intent(in) :: evaluation
     type(evaluation_t) :: empty
@@ -119,7 +120,7 @@ contains
     end associate
   end subroutine runner_run_task
 
-  !> The costs of one load.
+  !> Computes the costs of one load.
   subroutine sum_up(experiment, l, evaluation, output)
     type(experiment_t), intent(in) :: experiment
     integer, intent(in) :: l

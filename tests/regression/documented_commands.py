@@ -48,6 +48,8 @@ ELSEWHERE = {
     "tools/reproduce_paper": "a night",
     "tools/reproduce_paper --dry-run": "measures its time; test_reproduce_paper",
     "tools/reproduce_paper --individuals 128": "a night; test_reproduce_paper",
+    "tools/reproduce_paper --ensemble *": "hours; test_reproduce_paper",
+    "tools/reproduce_paper --kinematics *": "hours; test_reproduce_paper",
     "tools/plot_flight RUN": "needs a free flight; test flusi_free_flight, test_plots",
     "tools/blind* *": "many diagnoses; test_blind", "bench/*": "benchmarks of minutes to days",
     "tools/import_flusi_mesh *": "needs a mesh of FLUSI; test_wing_tools", "tools/import_prepazy *": "needs that data",

@@ -143,14 +143,19 @@ def names(found):
 
 
 def test_lead(case):
-    """The plate turns 0.04 beats before its time, seen through a finer grid; the interval leaves room for what the grids differ by."""
+    """The plate turns 0.04 beats before its time, seen through a finer grid. Flown again at what was found, the interval holds it."""
     lead = 0.04
     write_data(case.folder / "data.h5", flown(12, f"kinematics_lead = {lead} 0 0\n"), 1)
     code, found, text = diagnose(case, "data.h5", "lead")
     check(code == NAMED and names(found) == ["pitch_lead"], found["verdict"]["sentence"])
     check("The pitch was early by" in text, "the terminal says where and how much")
     lower, best, upper = found["extended"]["intervals_90"][0]["lower_best_upper"]
-    check(abs(best - lead) < upper - lower, f"a lead of {lower} {best} {upper} beats")
+    check(lower <= lead <= upper and upper - lower < 0.01, f"a lead of {lower} {best} {upper} beats")
+    moved = found["flight"]["moved_sd"]
+    check(moved[0] > 0.1 and moved[-1] < 0.1 and found["flight"]["has_settled"] and "not settled" not in text,
+          f"what was found is flown until it stays: {moved} sd")
+    check("then up to 3 rounds, if a cause is clear, of 2 flights with what was found and 2 more for each number of it" in text
+          and text.index("then up to") < text.index("flight    "), f"the cost is told before anything is flown: {text}")
     text = (case.folder / "lead_extended_flight.ini").read_text()
     check(abs(float(text.split("kinematics_lead =")[1].split()[0]) - best) < 1e-3, f"the case with that lead: {text}")
     done = subprocess.run([FLUSI, "../lead_extended_flight.ini", "--check"], cwd=case.folder / "case", capture_output=True, text=True,
@@ -185,13 +190,16 @@ def test_joint(case):
     with h5py.File(case.folder / "data.h5", "r+") as data, h5py.File(case.folder / "forces.h5") as other:
         other.copy("flight", data)
     subprocess.run([sys.executable, "-B", SOURCE / "tools/seal", "data.h5"], cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
-    code, found, text = diagnose(case, "data.h5", "joint", "effects = pitch_lead, balance_gain, balance_delay\n",
+    code, found, text = diagnose(case, "data.h5", "joint", "effects = pitch_lead, balance_gain, balance_delay\nrounds = 1\n",
                                  options="parameters = E\nrefine = no\nvalidation = no\n")
     check(code in (NAMED, SET) and "pitch_lead" in names(found), text)
     check(found["baseline"]["observations"] > 90, "heights and forces are observations")
     check([one["name"] for one in found["baseline"]["parameters"]] == ["E"], "the stiffness is fitted beside")
     leads = [one["value"] for one in found["extended"].get("parameters", []) if one["name"] == "pitch_lead"]
     check(code == SET or len(leads) == 1 and 0.03 < leads[0] < 0.07, f"the plate turns 0.05 beats early: {leads}")
+    moved = found["flight"]["moved_sd"]
+    check(len(moved) == 1 and moved[0] > 0.1 and not found["flight"]["has_settled"], f"one round is not enough: {moved} sd")
+    check("not settled: flown with what was found, this still moves by" in found["verdict"]["sentence"], "the verdict says so")
 
 
 def forces(folder):
@@ -201,15 +209,15 @@ def forces(folder):
 
 def test_cache(case):
     """What was flown is not flown again, what did not end is; groups, ranks and their number change nothing."""
-    few = "effects = pitch_lead, balance_gain\nrefine = no\n"
-    write_data(case.folder / "data.h5", flown(12), 4)
+    few = "effects = pitch_lead, balance_gain\nrefine = no\nrounds = 1\n"
+    write_data(case.folder / "data.h5", flown(8, "kinematics_lead = 0.04 0 0\n"), 4)  # three more with what is found
     code, _, text = diagnose(case, "data.h5", "plan", few, flags=("--plan",), cache="mine")
     check(code == 0 and "3 are to be flown" in text, f"a plan tells what flights there are: {text}")
     check(not (case.folder / "mine").exists(), "a plan flies nothing")
     _, _, text = diagnose(case, "data.h5", "one", few + "ranks = 1\n", ranks=2, cache="mine")
     check("3 are to be flown, 2 at a time on 1 ranks" in text, text)
     flights = forces(case.folder / "mine")
-    check(len(flights) == 3, f"three flights: {list(flights)}")
+    check(len(flights) == 6, f"three flights, and three with what was found: {list(flights)}")
     _, _, text = diagnose(case, "data.h5", "one", few, flags=("--exit-code",), cache="mine")
     check("0 are to be flown" in text and "flight    " not in text, f"nothing is flown again: {text}")
     first = (case.folder / "one.json").read_bytes()

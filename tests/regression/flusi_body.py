@@ -213,7 +213,7 @@ def test_edges(case):
     check(abs(shares["round"] / inside - 1) < 0.05, f"with a round edge {inside}: {shares}")
     check(shares["beyond"] > 1.5, f"beyond it more: {shares}")
     for name, keys, words in (("told", {"wing_edges": "round"}, "wing_edges: is round: the wing ends at its outline; beyond"),
-                              ("thin", {"wing_edges": "beyond", "surface": "thin", "WingThickness": None}, "wing_edges: is of no effect"),
+                              ("thin", {"wing_edges": "beyond", "surface": "thin", "WingThickness": None}, "wing_edges: has no effect"),
                               ("auto", {}, "")):
         case.write("beat.ini", BEAT)
         case.write(f"{name}.ini", merged(ini, {"Insects": keys, "DryRun": {"dry_run_without_fluid": None}, "Saving": {"iSaveMask": "no"}}))

@@ -154,7 +154,7 @@ def test_field_with_a_time(case):
 def test_work_per_step(case):
     """In the first steps of ini/wing.ini with its time step, on a coarser grid with the small wing, a step takes at most
     three factorisations per wing, as soon as what the impulsive start of the flow brings is over; with the strong coupling
-    all its repetitions together. (So do whole beats: docs/guide/flexible-wings.md. Cases with steps three times as long and a
+    all its repetitions together. (So do whole beats: docs/results/coupling-results.md. Cases with steps three times as long and a
     ramp five times as short, as in the other tests, take dozens where steps are halved: the first guess of a step is
     wrong by what accelerations change in it, and inertia holds Newton's method by 1/dt^2.)"""
     for coupling, end in (("weak", 0.036), ("strong", 0.02)):

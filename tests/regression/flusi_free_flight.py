@@ -152,7 +152,7 @@ def test_mistakes(case):
     check("Jxx: is that of wings that weigh" in done.err, f"wings of FLUSI's files that outweigh the insect have no mass: {done.err}")
     case.write("run.ini", merged(FREE, {"Insects": {"mass": 0.5, "J_body_yawpitchroll": "0.01 0.01 0.01", "wing_mass": 0}}))
     done = case.run("run.ini", code=EXIT_USER)
-    check("cannot fly freely" in done.err, f"an insect that is lighter than what it displaces is refused: {done.err}")
+    check("too light to fly freely" in done.err, f"an insect that is lighter than what it displaces is refused: {done.err}")
 
 
 if __name__ == "__main__":

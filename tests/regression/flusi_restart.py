@@ -232,9 +232,9 @@ def test_refusals(case):
     """Restarts that cannot be: the reason is said, the exit code is 2, nothing is written."""
     reference(case, RICH, 4, 2)
     wrong = {
-        "grid": ({"Resolution": {"nx": 20}}, "the checkpoint has another grid: 16 x 16 x 16 instead of 20 x 16 x 16"),
+        "grid": ({"Resolution": {"nx": 20}}, "the checkpoint has another grid, 16 x 16 x 16 instead of 20 x 16 x 16: set nx"),
         "box": ({"Geometry": {"xl": 2.0}}, "the checkpoint has another box"),
-        "truncation": ({"Dealiasing": {"iDealias": "box"}}, "the checkpoint has another truncation: ellipsoid"),
+        "truncation": ({"Dealiasing": {"iDealias": "box"}}, "the checkpoint has another truncation, ellipsoid: set"),
         "scheme": ({"Time": {"iTimeMethodFluid": "RK4"}}, "the checkpoint was made with another time stepper"),
     }
     for name, (change, reason) in wrong.items():

@@ -202,7 +202,7 @@ def test_flexible_keys(case):
     case.write("run.ini", merged(BENT, {"Flexible_wing": {"load_distance": 0.3, "load": "pressure_viscous"}}))
     done = case.run("run.ini", "--check")
     for key in ("load_distance", "load"):
-        check(f"[Flexible_wing] {key} is of no effect" in done.err + done.out, f"{key} is named: {done.err}")
+        check(f"[Flexible_wing] {key} has no effect" in done.err + done.out, f"{key} is named: {done.err}")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ wing costs that was scanned in its own frame.
 
 usage: imported_heights.py <msm_train>
 
-Both scans are of the same shapes, bent by another program, so that only the grid differs. E is wrong by a fifth: h is then large
+Both scans are of the same shapes, bent by another program, so that only the grid differs. E is wrong by a quarter: h is then large
 against every error of the import.
 """
 import json

@@ -31,9 +31,9 @@ SVG = """<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="50mm" vie
 """
 INTRODUCTION = """# Typical mistakes
 
-Each of these mistakes has been made, and this is what the programs and tools answered (the test `typical_mistakes` makes them again and
-compares the answers to the letter). A program lists all mistakes of an input at once and ends with exit code 2. It has then computed and
-overwritten nothing. If a number is possible but improbable, the program prints a notice and goes on. Answers are shortened at `...`.
+This page shows what the programs and tools answer to typical mistakes. The test `typical_mistakes` makes each of them and compares the
+answers with this page to the letter. A program lists all mistakes of an input at once and ends with exit code 2. It has then computed and
+overwritten nothing. If a number is possible but improbable, the program prints a notice and continues. Answers are shortened at `...`.
 """
 
 

@@ -46,6 +46,28 @@ def test_null(case):
     check(min(one["baseline_mac"] for one in found["modes"]) > 0.98, "shapes are alike")
 
 
+def test_loaded(case):
+    """Modes about rest and about a shape under two forces and the weight, both by the generator's own statics and tangent: equal to
+    2e-6, the size of their noise, with E as the only unknown. A clamp that gives way is refused."""
+    noise = {"frequency": 1e-6, "shape": 1e-5}
+    loads = [{"point": [8.5e-3, -0.8e-3], "force": 6e-5, "direction": [0.5, 0, 1]}, [5.5e-3, 0.0, -1e-4]]
+    same = {"medium": "vacuum", "modes": 3, "missing": [], "sites": 8, "noise": noise}
+    vibrate(case, "data.h5", **same, name="bent", loads=loads, gravity=[0, 0, -9.81])
+    truth = json.loads((case.folder / "data.modes.json").read_text())["frequencies"]
+    vibrate(case, "data.h5", "--add", **same)
+    at_rest = json.loads((case.folder / "data.modes.json").read_text())["frequencies"]
+    check(min(abs(one / other - 1) for one, other in zip(truth, at_rest)) > 0.01, "the loads change all frequencies")
+    code, found = diagnose(case, "data.h5", "loaded", "refits = 1;\n" + OPTIONS.replace("1000", "500"), parameters="E")
+    check(code == ADEQUATE, found["verdict"]["sentence"])
+    check([one.get("is_loaded", False) for one in found["modes"]] == 3 * [True] + 3 * [False], "the JSON file knows them")
+    for one, wanted in zip(found["modes"], truth + at_rest):
+        check(abs(one["baseline_hz"] / wanted - 1) < 2e-6, f"{one['name']}: {one['baseline_hz']} Hz, not {wanted} Hz")
+    problems = validate(found, SOURCE / "docs/formats/diagnosis.schema.json")
+    check(not problems, f"the JSON file is what the schema says: {problems}")
+    done = case.flusi(case.write("clamp.ini", (case.folder / "loaded.ini").read_text().replace("= E;", "= E, root_flap;")))
+    check(done.code == 2 and "the clamp of a wing with natural modes under loads is stiff" in done.err, done.err)
+
+
 def test_tip(case):
     """Glue at the tip: what, where, how much; and flusi gives the extended wing the frequencies that were measured."""
     vibrate(case, "data.h5", mass={"point": TIP}, medium="vacuum")

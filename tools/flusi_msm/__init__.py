@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What goes before and after a run of flusi-msm, and the programs themselves as functions (docs/guide/python.md).
+"""Prepares and evaluates runs of flusi-msm, and offers its programs as functions (docs/guide/python.md).
 
-`train`, `diagnose` and `fly` run the programs. `read_wing`, `read_measurement`, `read_training`, `read_diagnosis`, `read_series` and `read_field`
-read their files. Functions take and return numpy arrays or tables in SI units unless they say otherwise. A mistake in what a user gave is an
-`InputError` whose text is meant for the user.
+`train`, `diagnose` and `fly` run the programs. `read_wing`, `read_measurement`, `read_training`, `read_diagnosis`, `read_series`
+and `read_field` read their files. Functions take and return numpy arrays or tables in SI units unless they say otherwise. A
+mistake of the user is an `InputError` whose text is meant for the user.
 """
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from flusi_msm.wing.file import Wing, read_wing, write_wing
     from flusi_msm.workflow import DiagnosisResult, FlightResult, TrainingResult, diagnose, fly, train
 
-# Read when they are asked for: a tool that plots a wing does not wait for pandas.
+# These modules are imported only when they are used: a tool that plots a wing does not wait for pandas.
 _PLACES = {
     "flusi_msm.measurement.file": ("write_measurement",),
     "flusi_msm.programs": ("RunError",),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mistakes of the user: found one by one, told together."""
+"""Collects mistakes of the user, so that all of them are reported at once."""
 from __future__ import annotations
 
 import sys
@@ -9,7 +9,7 @@ from flusi_msm.project_python import PACKAGES, stop_without
 
 
 class InputError(Exception):
-    """A mistake in what the user gave; its text is all the user needs to see."""
+    """A mistake in the user's input; its text contains everything that the user needs to know."""
 
 
 class Problems:
@@ -34,7 +34,7 @@ class Problems:
 
 
 def run_command(name: str, main: Callable[[], None]) -> None:
-    """Runs main(). An InputError, or a package that is not there, becomes a message for each of its lines and exit code 2."""
+    """Runs main(). An InputError, or a package that is not installed, becomes a message for each of its lines and exit code 2."""
     try:
         main()
     except ModuleNotFoundError as error:

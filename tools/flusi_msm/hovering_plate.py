@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Input files of flusi for a plate that hovers in a plane flow: its outline, how it turns, and the way of its middle. Lengths are in
-chords."""
+"""Writes input files of flusi for a plate that hovers in a plane flow: its outline, its rotation, and the path of its middle.
+Lengths are in chords."""
 import math
 
 # The wing lies along y of the body and turns about its x by phi alone.
@@ -29,7 +29,8 @@ def write_plate(folder, half, pitch):
 
 
 def write_stroke(folder, stroke, period, beats, middle, steps):
-    """Writes stroke.t, the place middle + A0/2 cos(2 pi f t) of the plate with the stroke A0, in so many steps of a beat."""
+    """Writes stroke.t, the place middle + A0/2 cos(2 pi f t) of the plate with the stroke A0, with the given number of steps in
+    a beat."""
     rows = []
     for i in range(steps * beats + 41):
         t = i * period / steps

@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Doubts about numbers that are orders of magnitude off, as they are where units were mixed up: the ranges and words of the programs."""
+"""Doubts about numbers with a wrong order of magnitude, as they arise from mixed-up units; ranges and words are those of the
+programs."""
 from math import log10
 
 POWERS = {3: "k", 6: "M", 9: "G", -3: "m", -6: "u", -9: "n"}
-# Ranges in which insects lie, with a decade of room (src/programs/common/common_wing_doubts.f90).
+# Ranges of the values of insects, extended by a factor of ten (src/programs/common/common_wing_doubts.f90).
 YOUNG = (1e7, 1e11)        # cuticle of veins [Pa]
 AREAL = (1e-4, 1e-1)       # membranes [kg/m^2]
 DIAMETERS = (1e-6, 1e-3)   # veins [m]
 
 
 def magnitude_doubt(value: float, usual: tuple, unit: str, whose: str) -> str:
-    """'' if `value` lies in the range `usual`; otherwise a sentence that tells the range, and the power of a thousand with which the
-    value lies nearest to its middle, if one brings it into the range."""
+    """Returns '' if `value` lies in the range `usual`; otherwise a sentence with the range and, if a power of a thousand brings
+    the value into the range, the one that brings it nearest to the middle."""
     least, most = usual
     if least <= value <= most:
         return ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Puts the time series of a run, and if wanted fields, into a file for Matlab or Octave (version 5 of MAT, at most 2 GB).
+"""Writes the time series of a run, and if wanted fields, to a file for Matlab or Octave (version 5 of MAT, at most 2 GB).
 
 A series NAME.t is the struct NAME with a column for each quantity, and NAME_units with their units. A field ux_000500.h5 is the struct
 ux_000500 with data (z, y, x), x, y, z and time. Wing, measurement and history files are HDF5, which Matlab reads itself (h5read).
@@ -20,13 +20,13 @@ LONGEST, LARGEST = 63, 2**31 - 1 - 2**20   # letters of a name in Matlab; bytes 
 
 
 def identifier(text: str) -> str:
-    """A name that Matlab takes."""
+    """Converts a name to one that Matlab accepts."""
     name = re.sub(r"\W+", "_", text).strip("_")[:LONGEST]
     return name if name[:1].isalpha() else f"x{name}"[:LONGEST]
 
 
 def unique(names: List[str]) -> List[str]:
-    """Identifiers of all names, numbered where two are the same."""
+    """Returns identifiers of all names, numbered if two are the same."""
     found: List[str] = []
     for name in map(identifier, names):
         number, made = 1, name
@@ -38,7 +38,7 @@ def unique(names: List[str]) -> List[str]:
 
 
 def content_of(folder: Path, fields: List[str]) -> Dict[str, Any]:
-    """Variables by name: all series of the folder, and the fields of these quantities."""
+    """Returns the variables by name: all series of the folder, and the fields of these quantities."""
     paths = sorted(folder.glob("*.t"))
     chosen = sorted(path for name in fields for path in folder.glob(f"{name}_*.h5") if re.fullmatch(rf"{re.escape(name)}_\d+", path.stem))
     lacking = [name for name in fields if not any(path.name.startswith(name + "_") for path in chosen)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the pages of all reports share: their look, tables that fit a phone, pictures that are part of the page."""
+"""Common parts of the pages of all reports: their style, tables that fit a phone, and embedded pictures."""
 import base64
 from html import escape
 
@@ -47,8 +47,8 @@ summary { cursor: pointer; margin: 1rem 0 .4rem; }
 
 
 def figure_html(picture):
-    """(heading, caption, png) as HTML; the picture is part of the page. Several pngs, in a list, stand side by side where there
-    is room."""
+    """Returns (heading, caption, png) as HTML; the picture is part of the page. Several pngs, in a list, are placed next to each
+    other if there is room."""
     heading, caption, pngs = picture
     pngs = pngs if isinstance(pngs, list) else [pngs]
     images = "".join(f'<img alt="{escape(heading or caption)}" src="data:image/png;base64,{base64.b64encode(png).decode()}">'
@@ -59,8 +59,8 @@ def figure_html(picture):
 
 
 def table_html(heads, rows, name=""):
-    """A table of HTML cells, of which the first is a name. Heads are (text, whether numbers stand below); a head that is a
-    plain text has words below. On a phone each row becomes a block, with the heads before its cells."""
+    """Returns a table of HTML cells, of which the first is a name. Heads are (text, whether the column has numbers); a head that
+    is a plain text has words in its column. On a phone each row becomes a block, with the heads before its cells."""
     heads = [(head, False) if isinstance(head, str) else head for head in heads]
     top = "".join(f"<th{' class=number' if is_number else ''}>{escape(head)}</th>" for head, is_number in heads)
     lines = []
@@ -75,12 +75,12 @@ def table_html(heads, rows, name=""):
 
 
 def badge(kind, text):
-    """A word in a coloured pill; kinds are classes of STYLE."""
+    """Returns a word in a coloured pill; kinds are classes of STYLE."""
     return f'<span class="verdict {kind}">{escape(text)}</span>'
 
 
 def document(title, body):
-    """The page around `body`."""
+    """Returns the page around `body`."""
     return f"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{escape(title)}</title><style>{STYLE}</style></head><body>

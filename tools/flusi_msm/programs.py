@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where flusi, msm_train and msm_diagnose are, and how Python starts them."""
+"""Finds flusi, msm_train and msm_diagnose, and runs them from Python."""
 from __future__ import annotations
 
 import os
@@ -21,7 +21,7 @@ Source = Union[str, os.PathLike, Sections]
 
 
 class RunError(RuntimeError):
-    """A program that failed, although its input is right. `code` is its exit code, `output` what it printed."""
+    """A program failed, although its input is correct. `code` is its exit code, `output` the text that it printed."""
 
     def __init__(self, text: str, code: int, output: str) -> None:
         super().__init__(text)
@@ -30,14 +30,15 @@ class RunError(RuntimeError):
 
 @dataclass
 class Finished:
-    """A program that has ended as it should."""
+    """A program that has ended without an error."""
     code: int
     output: str
     folder: Path
 
 
 def find_program(name: str) -> Path:
-    """The program, in the folder $FLUSI_BIN if this is set, else of the build, beside the installation, or in PATH. InputError without."""
+    """Returns the path of a program: in the folder $FLUSI_BIN if this is set, else in the build, next to the installation, or in
+    PATH. Raises an InputError if there is none."""
     folder = os.environ.get(ENVIRONMENT)
     found = Path(folder, name) if folder else program(name)
     if not folder and not found.is_file():
@@ -49,7 +50,8 @@ def find_program(name: str) -> Path:
 
 
 def text_of_input(sections: Sections) -> str:
-    """An input file: {section: {key: value}}. Booleans become yes and no, lists are separated by blanks, None leaves a key out."""
+    """Returns the text of an input file from {section: {key: value}}. Booleans become yes and no, lists are separated by blanks,
+    keys with None are left out."""
     def word(value: object) -> str:
         if isinstance(value, bool):
             return "yes" if value else "no"
@@ -64,8 +66,8 @@ def text_of_input(sections: Sections) -> str:
 
 
 def prepare(source: Source, folder: Optional[Union[str, os.PathLike]], name: str) -> tuple:
-    """The folder to run in, which exists then, and the path of the input. Sections are written to `name` there; files that they name
-    are looked for in this folder. A file is used where it is."""
+    """Makes the folder to run in, and returns it and the path of the input. Sections are written to `name` there; files that
+    they name are searched in this folder. An existing input file is used where it is."""
     if isinstance(source, Mapping):
         where = Path(folder or ".")
         where.mkdir(parents=True, exist_ok=True)
@@ -81,8 +83,8 @@ def prepare(source: Source, folder: Optional[Union[str, os.PathLike]], name: str
 
 def run(name: str, arguments: Sequence[str], folder: Path, ranks: int = 1, good: Sequence[int] = (0,), timeout: Optional[float] = None,
         echo: bool = False) -> Finished:
-    """Runs a program in `folder` to its end. Exit code 2 is an InputError with all that is wrong; any other that is not in `good` is a
-    RunError. With `echo` what it prints is shown at once."""
+    """Runs a program in `folder` to its end. Exit code 2 becomes an InputError with all mistakes; any other that is not in
+    `good` becomes a RunError. With `echo` the output is printed immediately."""
     command = [str(find_program(name)), *map(str, arguments)]
     if ranks > 1:
         mpiexec = os.environ.get("MPIEXEC") or shutil.which("mpiexec") or shutil.which("mpirun")
@@ -100,7 +102,7 @@ def run(name: str, arguments: Sequence[str], folder: Path, ranks: int = 1, good:
                 process.wait(timeout)
             else:
                 lines.append(process.communicate(timeout=timeout)[0])
-        except BaseException as error:  # a stopped notebook leaves no program behind
+        except BaseException as error:  # the program ends with a notebook that is stopped
             process.terminate()
             process.wait()
             if isinstance(error, subprocess.TimeoutExpired):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Imported first by every tool: begins it again with the Python of tools/quickstart where this one lacks packages."""
+"""Starts a tool again with the Python of tools/quickstart if this one lacks packages. Every tool imports it first."""
 import os
 import sys
 from importlib.util import find_spec
@@ -7,10 +7,10 @@ from pathlib import Path
 from shutil import which
 
 EVERYWHERE = ("numpy", "h5py", "matplotlib")
-PACKAGES = (*EVERYWHERE, "scipy", "svgelements")  # of requirements.txt; the last ones bend wings and read drawings of them
+PACKAGES = (*EVERYWHERE, "scipy", "svgelements")  # of requirements.txt; the last two bend wings and read drawings
 ROOT = Path(__file__).resolve().parents[2]  # of the source, or share/flusi-msm of an installation
 INSTALLED = not (ROOT / "tools/quickstart").exists()
-BEGUN = "FLUSI_MSM_BEGUN_AGAIN"  # in the environment of a tool that has been
+BEGUN = "FLUSI_MSM_BEGUN_AGAIN"  # environment variable of a tool that was started again
 
 
 def stop_without(script, missing):
@@ -22,7 +22,7 @@ def stop_without(script, missing):
 
 
 def is_better(own, missing):
-    """Whether the Python in `own` has what all tools need, and something that is missing here."""
+    """Returns whether the Python in `own` has the packages that all tools need, and at least one that is missing here."""
     def has(name):
         return any(own.glob(f"lib*/python*/site-packages/{name}"))
 
@@ -30,7 +30,7 @@ def is_better(own, missing):
 
 
 def program(name):
-    """Where flusi, msm_train or msm_diagnose is: in the build of the source, beside the installation, or in PATH."""
+    """Returns where flusi, msm_train or msm_diagnose is: in the build of the source, next to the installation, or in PATH."""
     if not INSTALLED:
         return ROOT / f"build/release/bin/{name}"
     beside = ROOT.parents[1] / f"bin/{name}"
@@ -42,7 +42,7 @@ def use_project_python():
     missing = [name for name in PACKAGES if find_spec(name) is None]
     script = Path(sys.argv[0])
     if not missing or not script.is_file() or ROOT not in script.resolve().parents:
-        return  # another program that imports a tool finds its packages itself
+        return  # another program that imports a tool has to find its packages itself
     own = ROOT / ".venv"
     if not was_begun_again and is_better(own, missing):
         python = str(own / "bin/python")

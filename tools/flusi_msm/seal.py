@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Seals of HDF5 files: a line of 64 bytes behind the end of a file, with the checksum of all bytes before it.
+"""Seals HDF5 files: adds a line of 64 bytes after the end of a file, with the checksum of all bytes before it.
 
-HDF5 does not read behind the end that a file states, so that every reader opens a sealed file as before. What writes into
-one cuts the seal off; then it is a file without a seal, not a damaged one. `src/io/hdf5/io_seal.f90` is the other side.
+HDF5 does not read beyond the end that a file states, so that every reader opens a sealed file as before. A program that writes
+into a sealed file cuts the seal off; the result is a file without a seal, not a damaged one. `src/io/hdf5/io_seal.f90` does the
+same in Fortran.
 """
 from __future__ import annotations
 
@@ -18,19 +19,19 @@ MARK = b"\nflusi-msm seal 1 crc32 "
 
 
 def split(data: bytes) -> Tuple[bytes, Optional[bytes]]:
-    """The bytes of a file, and its seal if it has one."""
+    """Returns the bytes of a file, and its seal if it has one."""
     if len(data) > LENGTH and data[-LENGTH:].startswith(MARK):
         return data[:-LENGTH], data[-LENGTH:]
     return data, None
 
 
 def seal_of(data: bytes) -> bytes:
-    """The seal that these bytes should have."""
+    """Returns the seal that these bytes should have."""
     return (MARK + b"%08x bytes %016d" % (zlib.crc32(data), len(data))).ljust(LENGTH - 1) + b"\n"
 
 
 def check_seal(path: Union[str, Path]) -> bool:
-    """Whether a file has a seal; an InputError if the file is damaged."""
+    """Returns whether a file has a seal; raises an InputError if the file is damaged."""
     data, seal = split(Path(path).read_bytes())
     if seal is not None and seal != seal_of(data):
         raise InputError(f"{path}: is damaged: its bytes differ from the checksum at its end")
@@ -38,7 +39,7 @@ def check_seal(path: Union[str, Path]) -> bool:
 
 
 def write_seal(path: Union[str, Path]) -> None:
-    """Seals a closed file; a damaged one is an InputError."""
+    """Seals a closed file; raises an InputError for a damaged one."""
     if not check_seal(path):
         seal = seal_of(Path(path).read_bytes())
         with open(path, "ab") as file:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The look of all figures."""
+"""The style of all figures."""
 import re
 
 import matplotlib
@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 
 from flusi_msm.errors import InputError
 
-# Distinguishable also with colour-blind eyes and in grey.
+# These colours can be distinguished also by colour-blind readers and in grey.
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C6D31"]
 
 
@@ -21,13 +21,14 @@ def use_style():
 
 
 def name_of(*parts):
-    """A file name without blanks and slashes of what makes a picture another one; parts that are None or empty are left out."""
+    """Returns a file name without blanks and slashes from the parts that distinguish pictures; parts that are None or empty are
+    left out."""
     words = "_".join(str(part) for part in parts if part not in (None, ""))
     return re.sub(r"[^\w.+,=-]+", "-", words)
 
 
 def save(figure, path):
-    """Writes the figure and says where."""
+    """Writes the figure and prints its path."""
     try:
         figure.savefig(path, bbox_inches="tight", pad_inches=0.05)
     except (OSError, ValueError) as error:

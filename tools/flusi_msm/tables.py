@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the programs write as tables and arrays: pandas where there are columns, xarray where there are axes. Needs pandas; xarray only
-where it is asked for."""
+"""Reads the output of the programs as tables and arrays: pandas for columns, xarray for arrays with axes. It needs pandas;
+xarray only where it is used."""
 from __future__ import annotations
 
 import json
@@ -28,8 +28,8 @@ SI = {"L": "m", "rho": "kg/m^3", "T": "s"}
 
 
 def read_series(path: Place) -> "pandas.DataFrame":
-    """A time series (*.t) with one column for each quantity, indexed by time. `attrs['units']` has the unit of every column and of
-    the index, `attrs['scales']` the units of the run in SI: length [m], frequency [1/s], density [kg/m^3]."""
+    """Reads a time series (*.t) with one column for each quantity, indexed by time. `attrs['units']` has the unit of every
+    column and of the index, `attrs['scales']` the units of the run in SI: length [m], frequency [1/s], density [kg/m^3]."""
     import pandas
     found = read_columns(path)
     table = pandas.DataFrame(found.data[:, 1:], index=pandas.Index(found.time, name=found.names[0]), columns=found.names[1:])
@@ -38,7 +38,7 @@ def read_series(path: Place) -> "pandas.DataFrame":
 
 
 def si_factor(unit: str, scales: Dict[str, float]) -> float:
-    """What a number in a unit of L, T and rho is multiplied with in SI; InputError for other words."""
+    """Returns the factor to SI of a number in a unit of L, T and rho; raises an InputError for other words."""
     above, _, below = unit.replace("(", "").replace(")", "").partition("/")
     factor = 1.0
     for text, sign in ((above, 1), (below, -1)):
@@ -55,7 +55,7 @@ def si_factor(unit: str, scales: Dict[str, float]) -> float:
 
 
 def to_si(table: "pandas.DataFrame") -> "pandas.DataFrame":
-    """The same series in SI units, if its file says what L, T and rho are (section [units] of the input)."""
+    """Returns the same series in SI units, if its file says what L, T and rho are (section [units] of the input)."""
     scales, units = table.attrs["scales"], table.attrs["units"]
     missing = [name for name in ("length", "frequency", "density") if name not in scales]
     if missing:
@@ -68,7 +68,7 @@ def to_si(table: "pandas.DataFrame") -> "pandas.DataFrame":
 
 
 def si_name(unit: str) -> str:
-    """The SI unit of a unit of L, T and rho."""
+    """Returns the SI unit of a unit of L, T and rho."""
     known = {"rho L^4/T^2": "N", "rho L^5/T^2": "N m", "rho L^5/T^3": "W", "L": "m", "T": "s", "L/T": "m/s", "1/T": "1/s", "L/T^2": "m/s^2",
              "rad/T": "rad/s", "rad/T^2": "rad/s^2"}
     if unit in known:
@@ -77,8 +77,9 @@ def si_name(unit: str) -> str:
 
 
 def stroke_average(table: "pandas.DataFrame", period: float = 1.0, first: Optional[int] = None) -> "pandas.DataFrame":
-    """Means over whole beats, one row for each, by the trapezoidal rule between the rows, with interpolated ends. `period` is in the unit
-    of the index; `first` leaves earlier beats out (the start of a flow). InputError if there is no whole beat."""
+    """Returns means over whole beats, one row for each, by the trapezoidal rule between the rows, with interpolated ends.
+    `period` is in the unit of the index; `first` leaves earlier beats out (the start of a flow). Raises an InputError if there
+    is no whole beat."""
     import pandas
     time = table.index.to_numpy()
     slack = 1e-9 * period
@@ -98,7 +99,7 @@ def stroke_average(table: "pandas.DataFrame", period: float = 1.0, first: Option
 
 
 def read_field(path: Place) -> "xarray.DataArray":
-    """A field file (ux_000500.h5) with the axes z, y, x."""
+    """Reads a field file (ux_000500.h5) with the axes z, y, x."""
     import xarray
     found = Field(path)
     axes = {name: found.origin[k] + found.spacing[k] * np.arange(found.n[k]) for k, name in enumerate("xyz")}
@@ -107,7 +108,7 @@ def read_field(path: Place) -> "xarray.DataArray":
 
 
 def list_fields(folder: Place, *names: str) -> Dict[str, List[Path]]:
-    """{quantity: its files in the order of their labels} of a folder, all or those of `names`."""
+    """Returns {quantity: its files in the order of their labels} of a folder, all or those of `names`."""
     found: Dict[str, List[Path]] = {}
     for label, prefixes in sorted(fields_in(Path(folder)).items(), key=lambda one: int(one[0])):
         for prefix in sorted(prefixes):
@@ -123,14 +124,14 @@ class Measurement:
     x: np.ndarray
     y: np.ndarray
     reference: Optional[np.ndarray]                 # heights of the unloaded wing
-    heights: Dict[str, np.ndarray]                  # of the loads that have some
+    heights: Dict[str, np.ndarray]                  # of the loads that have heights
     facts: Dict[str, Dict[str, Any]]                # attributes of the loads: force, direction, point, ...
     accuracy: Dict[str, float] = field(default_factory=dict)
     calibration: Dict[str, int] = field(default_factory=dict)
     title: str = ""
 
     def loads(self) -> "pandas.DataFrame":
-        """One row for each load: force [N], place [m], direction, and the largest change of a height [m]."""
+        """Returns one row for each load: force [N], place [m], direction, and the largest change of a height [m]."""
         import pandas
         rows = {}
         for name, facts in self.facts.items():
@@ -142,7 +143,7 @@ class Measurement:
         return pandas.DataFrame.from_dict(rows, orient="index")
 
     def deformation(self, name: str) -> np.ndarray:
-        """Heights of a load minus those of the unloaded wing (ny, nx) [m]."""
+        """Returns the heights of a load minus those of the unloaded wing (ny, nx) [m]."""
         if self.reference is None or name not in self.heights:
             raise InputError(f"{self.path}: {name} has no heights; loads are {', '.join(self.facts) or 'none'}")
         return self.heights[name] - self.reference
@@ -178,13 +179,13 @@ def read_measurement(path: Place) -> Measurement:
 
 @dataclass
 class Diagnosis:
-    """What msm_diagnose found; `data` is all of diagnosis.json (docs/formats/diagnosis.schema.json)."""
+    """The results of msm_diagnose; `data` is all of diagnosis.json (docs/formats/diagnosis.schema.json)."""
     path: Path
     data: Dict[str, Any]
 
     @property
     def verdict(self) -> str:
-        """The word of the verdict, such as adequate."""
+        """Returns the word of the verdict, such as adequate."""
         return self.data["verdict"]["word"]
 
     @property
@@ -192,12 +193,12 @@ class Diagnosis:
         return self.data["verdict"]["sentence"]
 
     def parameters(self) -> "pandas.DataFrame":
-        """One row for each parameter of the baseline."""
+        """Returns one row for each parameter of the baseline."""
         import pandas
         return pandas.DataFrame(self.data["baseline"]["parameters"]).set_index("name")
 
     def causes(self) -> "pandas.DataFrame":
-        """One row for each possible cause, the most probable first."""
+        """Returns one row for each possible cause, the most probable first."""
         import pandas
         table = pandas.DataFrame(self.data["effects"]).set_index("name")
         return table.sort_values("posterior", ascending=False, na_position="last") if "posterior" in table else table

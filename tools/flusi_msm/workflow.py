@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Training, diagnosis and flight as functions: each runs a program and returns what it found.
+"""Offers training, diagnosis and flight as functions: each runs a program and returns its results.
 
-`source` is the path of an input file, or its sections as {section: {key: value}}, which are written to `folder` (docs/formats/parameters.md
-has all keys). Mistakes in it are an InputError that lists all of them; a program that fails is a RunError.
+`source` is the path of an input file, or its sections as {section: {key: value}}, which are written to `folder`
+(docs/formats/parameters.md has all keys). Mistakes in it become an InputError that lists all of them; a program that fails
+becomes a RunError.
 """
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ VERDICTS = (0, 10, 11, 12, 20)   # exit codes of a diagnosis that has ended
 
 @dataclass
 class TrainingResult:
-    """A training that has ended."""
+    """The results of a training that has ended."""
     folder: Path
     wing: Path              # trained.ini, for [include]
     history: Training       # all of NAME_history.h5
@@ -36,7 +37,7 @@ class TrainingResult:
 
     @property
     def parameters(self) -> "pandas.DataFrame":
-        """One row for each parameter that was sought: value, unit, ends of the 90 % interval (NaN where the data give none)."""
+        """Returns one row for each fitted parameter: value, unit, ends of the 90 % interval (NaN where the data give none)."""
         import pandas
         rows = {}
         for p in self.history.parameters:
@@ -47,14 +48,14 @@ class TrainingResult:
 
     @property
     def generations(self) -> "pandas.DataFrame":
-        """The search, one row for each generation."""
+        """Returns the search, one row for each generation."""
         import pandas
         return pandas.DataFrame(self.history.generations)
 
 
 @dataclass
 class DiagnosisResult(tables.Diagnosis):
-    """A diagnosis that has ended; `extended` is the wing with what was found, for [include], or None."""
+    """The results of a diagnosis that has ended; `extended` is the wing with the cause that was found, for [include], or None."""
     folder: Path = Path()
     baseline: Path = Path()
     extended: Optional[Path] = None
@@ -69,26 +70,26 @@ class FlightResult:
     output: str = ""
 
     def names(self) -> List[str]:
-        """Of the time series."""
+        """Returns the names of the time series."""
         return sorted(path.stem for path in self.folder.glob("*.t"))
 
     def series(self, name: str = "forces") -> "pandas.DataFrame":
-        """forces, energy, aero_power, kinematics, ...: see names()."""
+        """Returns a time series: forces, energy, aero_power, kinematics, ...: see names()."""
         return tables.read_series(self.folder / f"{name}.t")
 
     def fields(self) -> Dict[str, List[Path]]:
-        """{quantity: files}; read one with tables.read_field."""
+        """Returns {quantity: files}; read one with tables.read_field."""
         return tables.list_fields(self.folder)
 
 
 def _names(where: Path, path: str, section: str, **defaults: str) -> Dict[str, str]:
-    """Keys of an input file, as far as it says them itself."""
+    """Returns keys of an input file, as far as the file itself states them."""
     given = values_of((where / path).read_text()).get(section, {})
     return {key: given.get(key, default) for key, default in defaults.items()}
 
 
 def train(source: Source, folder: Optional[Place] = None, ranks: int = 1, timeout: Optional[float] = None, echo: bool = False) -> TrainingResult:
-    """Runs msm_train for one individual in `folder` (that of the input file without)."""
+    """Runs msm_train for one individual in `folder`; without it, in that of the input file."""
     where, path = prepare(source, folder, "train.ini")
     named = _names(where, path, "Saving", name="train", result="trained.ini")
     done = run("msm_train", [path], where, ranks, timeout=timeout, echo=echo)
@@ -100,7 +101,7 @@ def train(source: Source, folder: Optional[Place] = None, ranks: int = 1, timeou
 
 def diagnose(source: Source, folder: Optional[Place] = None, ranks: int = 1, timeout: Optional[float] = None,
              echo: bool = False) -> DiagnosisResult:
-    """Runs msm_diagnose. Every verdict is a result, also that the data are too few."""
+    """Runs msm_diagnose. Every verdict is a result, also the one that the data are too few."""
     where, path = prepare(source, folder, "diagnose.ini")
     name = _names(where, path, "Saving", name="diagnosis")["name"]
     done = run("msm_diagnose", [path], where, ranks, VERDICTS, timeout, echo)

@@ -45,7 +45,7 @@ contains
     ignored = c_closedir(folder)
   end subroutine list_folder
 
-  !> Tells whether `name` is `pattern`, in which a * stands for any text and a # for a number without sign.
+  !> Tells whether `name` matches `pattern`, in which a * stands for any text and a # for an unsigned number.
   pure recursive logical function matches_name(name, pattern) result(matches)
     character(*), intent(in) :: name, pattern
     integer :: k

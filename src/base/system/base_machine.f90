@@ -30,7 +30,7 @@ contains
     call apply_groups(root, memory)
   end function read_machine_memory
 
-  !> A group is limited by its own limit and by those of the groups around it.
+  !> Applies the limits of the group of this process: its own one and those of the groups around it.
   subroutine apply_groups(root, memory)
     character(*), intent(in) :: root
     type(machine_memory_t), intent(inout) :: memory
@@ -51,7 +51,8 @@ contains
     close (unit)
   end subroutine apply_groups
 
-  !> The limits of the group `path` and of those around it. Files that were read fill a group, and give way.
+  !> Finds the limits of the group `path` and of the groups around it. Memory that caches files counts as free, because the system
+  !> gives it back.
   subroutine climb(base, path, limit_name, use_name, cache_name, memory)
     character(*), intent(in) :: base, path, limit_name, use_name, cache_name
     type(machine_memory_t), intent(inout) :: memory
@@ -72,7 +73,7 @@ contains
     end do
   end subroutine climb
 
-  !> The number behind `word` at the beginning of a line, or in the first line if the word is empty; -1 if there is none.
+  !> Returns the number behind `word` at the beginning of a line, or in the first line if the word is empty; -1 if there is none.
   real(rp) function value_of(path, word) result(value)
     character(*), intent(in) :: path, word
     character(200) :: line

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Ends the program with a message when an array is too large for the memory. The other ranks wait for this one and cannot be
-!> told; the launcher ends them.
+!> Ends the program with a message when an array is too large for the memory. The other ranks wait for this one and cannot get a
+!> message; the launcher ends them.
 !>
 !>     allocate (u(n, m), stat=status)
 !>     call check_allocation(status, [n, m], 8, 'what u is')

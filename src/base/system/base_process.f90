@@ -65,8 +65,8 @@ contains
     name = trim(buffer(:index(buffer//c_null_char, c_null_char) - 1))
   end function host_name
 
-  !> Returns when the process `id` of this machine began, in ticks since the machine did; with the number it names a process for
-  !> good. 0: there is no such process, or it has ended; -1: this system does not tell (it has no /proc).
+  !> Returns when the process `id` of this machine began, in clock ticks since the machine started. Number and start time identify
+  !> a process for good. 0 means that there is no such process or that it has ended; -1 that this system does not tell (no /proc).
   integer(i8) function process_birth(id) result(birth)
     integer, intent(in) :: id
     integer, parameter :: BEFORE = 19 ! words between the state of a process and its birth, see proc(5)
@@ -86,6 +86,7 @@ contains
 
   contains
 
+    !> Reads the line of a process in /proc.
     subroutine read_line(process, status)
       integer, intent(in) :: process
       integer, intent(out) :: status

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Requests to stop that come as signals: SIGTERM (end of a batch job), SIGUSR1 (its announcement), SIGINT (Ctrl-C) and SIGHUP
-!> (the terminal is closed).
+!> Catches the signals that ask the program to stop: SIGTERM (end of a batch job), SIGUSR1 (its announcement), SIGINT (Ctrl-C) and
+!> SIGHUP (the terminal is closed).
 !>
 !> The one module variable of the project: a signal handler takes no argument and can reach nothing
 !> else. It is only ever set here and only read through `signal_caught`.
@@ -55,6 +55,7 @@ contains
     previous = c_signal(SIGXFSZ, transfer(SIG_IGN, previous))
   end subroutine ignore_size_limit
 
+  !> Records a signal. A second interrupt from the keyboard ends the program.
   subroutine handle(number) bind(C)
     integer(c_int), value :: number
     type(c_funptr) :: previous

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A number that tells values apart: the sum over all components that their visits name.
+!> Computes a number that tells values apart: a sum over all components that the visits of the values name.
 !>
-!> The owner of a fingerprint says in which order it sums which components, so that the number of an old file stays what it was.
-!> Components that it does not ask for have a place that follows from their name: one that is new changes the fingerprint with
-!> no other line than that of the visit. Sizes are no components of their own.
+!> The owner of a fingerprint says which components it sums in which order, so that the number of an old file stays the same. For
+!> all other components the position in the sum follows from their name. A new component changes the fingerprint as soon as a
+!> visit names it, without any other change. Sizes are no components.
 module base_fingerprint
   use base_checksum, only: checksum_add, checksum_reals, checksum_text
   use base_errors, only: require
@@ -18,7 +18,7 @@ module base_fingerprint
     character(:), allocatable :: name
     real(rp), allocatable :: numbers(:)
     character(:), allocatable :: text
-    logical :: is_summed = .false. !< the owner asked for it
+    logical :: is_summed = .false. !< the owner has asked for it
   end type mark_t
 
   !> Takes the components of everything that it visits.
@@ -46,7 +46,7 @@ contains
     call require(.not. self%is_reading, 'base_fingerprint: nothing can be read of it')
   end subroutine fingerprint_extents
 
-  !> Adds these reals, with their name, to what the fingerprint is of.
+  !> Adds these reals and their name to the fingerprint.
   subroutine fingerprint_reals(self, name, values)
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -57,7 +57,7 @@ contains
     call add(self, mark)
   end subroutine fingerprint_reals
 
-  !> Adds these integers, with their name, to what the fingerprint is of.
+  !> Adds these integers and their name to the fingerprint.
   subroutine fingerprint_integers(self, name, values)
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -68,7 +68,7 @@ contains
     call add(self, mark)
   end subroutine fingerprint_integers
 
-  !> Adds this text, with its name, to what the fingerprint is of.
+  !> Adds this text and its name to the fingerprint.
   subroutine fingerprint_text(self, name, text)
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -79,6 +79,7 @@ contains
     call add(self, mark)
   end subroutine fingerprint_text
 
+  !> Adds a mark, whose name must be new.
   subroutine add(self, mark)
     class(fingerprint_t), intent(inout) :: self
     type(mark_t), intent(in) :: mark
@@ -93,7 +94,7 @@ contains
     call move_alloc(more, self%marks)
   end subroutine add
 
-  !> Number of the component of that name, or 0.
+  !> Returns the number of the component of that name, or 0.
   integer function place(self, name) result(i)
     class(fingerprint_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -127,7 +128,7 @@ contains
     text = self%marks(i)%text
   end function fingerprint_one_text
 
-  !> Returns the sum of all components that nobody asked for; 0 if there are none.
+  !> Returns the sum of all components that were not requested; 0 if there are none.
   integer(i8) function fingerprint_rest(self) result(total)
     class(fingerprint_t), intent(in) :: self
     integer :: i

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A value as an array of reals: for a message to another process, or a row of a table.
+!> Turns a value into an array of reals, for a message to another process or for a row of a table.
 !>
 !> A real is one number, an integer or logical two of 32 bits each (so that all 64 are exact), a text its length and its characters.
 module base_packing
@@ -23,7 +23,7 @@ module base_packing
     procedure :: carry_text => packer_text
   end type packer_t
 
-  !> Gives them back in the same order.
+  !> Gives the numbers back in the same order.
   type, extends(visitor_t) :: unpacker_t
     real(rp), allocatable :: words(:)
     integer :: at = 0 !< words that were given

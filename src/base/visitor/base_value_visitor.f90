@@ -1,9 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A visitor of numbers and texts: what base_visitor needs of it to visit whole types.
-!>
-!> A concrete visitor carries arrays of reals, arrays of integers, and texts under a name. Everything else is made of these here:
-!> logicals are 0 and 1; an allocatable array has its size before it, as an array of integers `<name>_shape`, -1 where it
-!> is not allocated.
+!> A concrete visitor carries arrays of reals, arrays of integers, and texts, each under a name. All else consists of these:
+!> logicals are 0 and 1; an allocatable array has its shape before it, the integers `<name>_shape`, -1 if not allocated.
 module base_value_visitor
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
@@ -25,10 +23,10 @@ module base_value_visitor
     procedure :: most => visitor_most
     procedure :: extents => visitor_extents
     procedure :: full_name => visitor_full_name
-    !> A component of a size that both sides know.
+    !> A component whose size writer and reader know.
     generic :: visit => visit_real, visit_reals_1, visit_reals_2, visit_reals_3, visit_integer, &
       visit_integers_1, visit_integers_2, visit_long, visit_longs_1, visit_logical, visit_logicals_1, visit_logicals_2
-    !> An allocatable component: its size travels with it, and whether it is allocated.
+    !> An allocatable component. Its size goes with it, and whether it is allocated.
     generic :: visit_allocatable => any_reals_1, any_reals_2, any_reals_3, any_integers_1, any_integers_2, &
       any_longs_1, any_logicals_1, any_logicals_2
     procedure, private :: visit_real, visit_reals_1, visit_reals_2, visit_reals_3
@@ -46,7 +44,7 @@ module base_value_visitor
       real(rp), intent(inout) :: values(:)
       end subroutine carry_reals
 
-    !> The same with integers.
+    !> Carries integers in the same way.
     subroutine carry_integers(self, name, values)
       import :: value_visitor_t, i8
       class(value_visitor_t), intent(inout) :: self
@@ -54,7 +52,7 @@ module base_value_visitor
       integer(i8), intent(inout) :: values(:)
       end subroutine carry_integers
 
-    !> The same with a text, which is allocated unless it is read.
+    !> Carries a text in the same way. It is allocated unless it is read.
     subroutine carry_text(self, name, text)
       import :: value_visitor_t
       class(value_visitor_t), intent(inout) :: self
@@ -81,7 +79,7 @@ contains
     if (allocated(self%path)) full = self%path//name
   end function visitor_full_name
 
-  !> Visits the size of something, -1 where it is not allocated. One that cannot be is a failure, and then -1.
+  !> Visits the size of an array, -1 if it is not allocated. An impossible size is a failure; `n` is -1 then.
   subroutine visitor_extents(self, name, n)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -99,7 +97,7 @@ contains
     if (self%failure%failed) n = -1
   end subroutine visitor_extents
 
-  !> Carries one real as a list of one, unless a visitor makes a difference.
+  !> Carries one real as a list of one, unless a visitor treats single reals in another way.
   subroutine visitor_carry_real(self, name, value)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -130,6 +128,7 @@ contains
     if (.not. self%failure%failed) call self%carry_reals(self%full_name(name), values)
   end subroutine carry_many
 
+  !> Carries n long integers, of an array of any rank.
   subroutine carry_longs(self, name, values, n)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -138,6 +137,7 @@ contains
     if (.not. self%failure%failed) call self%carry_integers(self%full_name(name), values)
   end subroutine carry_longs
 
+  !> Carries n default integers, of an array of any rank. Numbers that do not fit into them are a failure.
   subroutine carry_defaults(self, name, values, n)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -151,6 +151,7 @@ contains
     if (self%is_reading .and. .not. self%failure%failed) values = int(wide)
   end subroutine carry_defaults
 
+  !> Fails if a number that was read does not fit into a default integer.
   subroutine check_range(self, name, wide)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -158,6 +159,7 @@ contains
     if (any(wide > huge(1) .or. wide < -huge(1))) call self%failure%raise(self%full_name(name)//' is out of range')
   end subroutine check_range
 
+  !> Carries n logicals as 0 and 1, of an array of any rank.
   subroutine carry_flags(self, name, flags, n)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -170,6 +172,7 @@ contains
     if (self%is_reading .and. .not. self%failure%failed) flags = wide /= 0
   end subroutine carry_flags
 
+  !> Visits one real.
   subroutine visit_real(self, name, value)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -177,6 +180,7 @@ contains
     if (.not. self%failure%failed) call self%carry_real(self%full_name(name), value)
   end subroutine visit_real
 
+  !> Visits the reals of an array of one dimension.
   subroutine visit_reals_1(self, name, values)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -184,6 +188,7 @@ contains
     call carry_many(self, name, values, size(values))
   end subroutine visit_reals_1
 
+  !> Visits the reals of an array of two dimensions.
   subroutine visit_reals_2(self, name, values)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -191,6 +196,7 @@ contains
     call carry_many(self, name, values, size(values))
   end subroutine visit_reals_2
 
+  !> Visits the reals of an array of three dimensions.
   subroutine visit_reals_3(self, name, values)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -198,6 +204,7 @@ contains
     call carry_many(self, name, values, size(values))
   end subroutine visit_reals_3
 
+  !> Visits one default integer. A number that does not fit into it is a failure.
   subroutine visit_integer(self, name, value)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -210,6 +217,7 @@ contains
     if (self%is_reading .and. .not. self%failure%failed) value = int(wide)
   end subroutine visit_integer
 
+  !> Visits the default integers of an array of one dimension.
   subroutine visit_integers_1(self, name, values)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -217,6 +225,7 @@ contains
     call carry_defaults(self, name, values, size(values))
   end subroutine visit_integers_1
 
+  !> Visits the default integers of an array of two dimensions.
   subroutine visit_integers_2(self, name, values)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -224,6 +233,7 @@ contains
     call carry_defaults(self, name, values, size(values))
   end subroutine visit_integers_2
 
+  !> Visits one long integer.
   subroutine visit_long(self, name, value)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -231,6 +241,7 @@ contains
     if (.not. self%failure%failed) call self%carry_integer(self%full_name(name), value)
   end subroutine visit_long
 
+  !> Visits the long integers of an array of one dimension.
   subroutine visit_longs_1(self, name, values)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -238,6 +249,7 @@ contains
     call carry_longs(self, name, values, size(values))
   end subroutine visit_longs_1
 
+  !> Visits one logical, as 0 or 1.
   subroutine visit_logical(self, name, value)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -249,6 +261,7 @@ contains
     if (self%is_reading .and. .not. self%failure%failed) value = wide /= 0
   end subroutine visit_logical
 
+  !> Visits the logicals of an array of one dimension.
   subroutine visit_logicals_1(self, name, values)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -256,6 +269,7 @@ contains
     call carry_flags(self, name, values, size(values))
   end subroutine visit_logicals_1
 
+  !> Visits the logicals of an array of two dimensions.
   subroutine visit_logicals_2(self, name, values)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -263,6 +277,7 @@ contains
     call carry_flags(self, name, values, size(values))
   end subroutine visit_logicals_2
 
+  !> Visits an array of reals with its shape, and allocates it when it is read. It may be unallocated.
   subroutine any_reals_1(self, name, values)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -277,6 +292,7 @@ contains
     call self%visit(name, values)
   end subroutine any_reals_1
 
+  !> The same in two dimensions.
   subroutine any_reals_2(self, name, values)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -291,6 +307,7 @@ contains
     call self%visit(name, values)
   end subroutine any_reals_2
 
+  !> The same in three dimensions.
   subroutine any_reals_3(self, name, values)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -305,6 +322,7 @@ contains
     call self%visit(name, values)
   end subroutine any_reals_3
 
+  !> The same for default integers in one dimension.
   subroutine any_integers_1(self, name, values)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -319,6 +337,7 @@ contains
     call self%visit(name, values)
   end subroutine any_integers_1
 
+  !> The same for default integers in two dimensions.
   subroutine any_integers_2(self, name, values)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -333,6 +352,7 @@ contains
     call self%visit(name, values)
   end subroutine any_integers_2
 
+  !> The same for long integers in one dimension.
   subroutine any_longs_1(self, name, values)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -347,6 +367,7 @@ contains
     call self%visit(name, values)
   end subroutine any_longs_1
 
+  !> The same for logicals in one dimension.
   subroutine any_logicals_1(self, name, values)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -361,6 +382,7 @@ contains
     call self%visit(name, values)
   end subroutine any_logicals_1
 
+  !> The same for logicals in two dimensions.
   subroutine any_logicals_2(self, name, values)
     class(value_visitor_t), intent(inout) :: self
     character(*), intent(in) :: name

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a type consists of, said once: in its procedure `visit`, which names every component.
+!> Lets a type say once what it consists of: in its procedure `visit`, which names every component.
 !>
 !> A visitor takes the components out or puts them back, so that writing and reading cannot get out of step: it packs them into
 !> a message, writes them into a file, or sums them up. A component that a visit forgets would be lost in silence, so
@@ -20,7 +20,7 @@ module base_visitor
     procedure(visit_components), deferred :: visit
   end type visited_t
 
-  !> What visits numbers, texts, and parts and lists of them.
+  !> A visitor of numbers, texts, and parts and lists of them.
   type, abstract, extends(value_visitor_t) :: visitor_t
   contains
     generic :: visit => visit_part, visit_text, visit_texts
@@ -42,7 +42,7 @@ module base_visitor
 
 contains
 
-  !> A part.
+  !> Visits a part.
   recursive subroutine visit_part(self, name, part)
     class(visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -54,7 +54,7 @@ contains
     self%path = path
   end subroutine visit_part
 
-  !> A text of fixed length.
+  !> Visits a text of fixed length.
   subroutine visit_text(self, name, value)
     class(visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -66,6 +66,7 @@ contains
     if (self%is_reading .and. .not. self%failure%failed) value = text
   end subroutine visit_text
 
+  !> Visits texts of the same length, numbered from 1.
   subroutine visit_texts(self, name, values)
     class(visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -76,6 +77,7 @@ contains
     end do
   end subroutine visit_texts
 
+  !> Visits a text of any length, which may be unallocated.
   subroutine any_text(self, name, value)
     class(visitor_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -87,6 +89,7 @@ contains
     if (is_there .and. .not. self%failure%failed) call self%carry_text(self%full_name(name), value)
   end subroutine any_text
 
+  !> Visits an array of texts with its size, and allocates it when it is read. It may be unallocated.
   subroutine any_texts(self, name, values)
     class(visitor_t), intent(inout) :: self
     character(*), intent(in) :: name

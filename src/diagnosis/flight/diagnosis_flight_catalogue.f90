@@ -17,7 +17,7 @@ module diagnosis_flight_catalogue
   use measurement_flight, only: measured_flight_t, N_COMPONENTS
   implicit none
   private
-  public :: enter_flights, exclude_unflown, flight_steps, FLIGHT_EFFECTS
+  public :: enter_flights, exclude_unflown, flight_steps, rounded, FLIGHT_EFFECTS
 
   character(*), parameter :: FLIGHT_EFFECTS = 'stroke_amplitude stroke_mean pitch_amplitude pitch_mean pitch_lead '// &
     'deviation_amplitude stroke_plane beat_frequency wind viscosity balance_gain balance_offset balance_turn cross_talk '// &
@@ -26,13 +26,21 @@ module diagnosis_flight_catalogue
 
 contains
 
-  !> Returns the step of each change, in its unit: the two flights for a change lie one step above and one step below the case.
-  !> The step is the prior sd of the change. It is 0, and no flight is made, if no effect in the list `wanted` needs the change or
+  !> Returns the step of each change, in its unit: the two flights for a change lie one step above and one step below the flight
+  !> about which forces are approximated. It is 0, and no flight is made, if no effect in the list `wanted` needs the change or
   !> if the case cannot make it. An empty `wanted` means all effects.
-  pure function flight_steps(facts, wanted) result(steps)
+  !>
+  !> About the case nobody knows yet what a change does, and the step is its prior sd. Once the data have determined a change to
+  !> sd(j), forces are needed where the data leave it, and the step is STEP sd(j): forces then change by STEP times their noise. It
+  !> is never larger than the prior sd, and never smaller than LEAST_STEP times that, where the difference of two flights would come
+  !> near the errors that both have by themselves. It has one digit, so that data that differ little need the same flights. A change
+  !> with sd(j) = 0 gets no step.
+  pure function flight_steps(facts, wanted, sd) result(steps)
     type(flight_facts_t), intent(in) :: facts
     character(*), intent(in) :: wanted
+    real(rp), intent(in), optional :: sd(N_FLOW)
     real(rp) :: steps(N_FLOW)
+    real(rp), parameter :: STEP = 2.0_rp, LEAST_STEP = 0.1_rp
     type(parameter_t) :: p
     integer :: j
     steps = 0
@@ -43,8 +51,19 @@ contains
                                                             norm2(facts%wind) > 0))) cycle
       p = flow_parameter(j, facts)
       steps(j) = p%prior_sd
+      if (.not. present(sd)) cycle
+      if (sd(j) > 0) steps(j) = min(p%prior_sd, max(rounded(STEP*sd(j), STEP*sd(j)), LEAST_STEP*p%prior_sd))
+      if (.not. sd(j) > 0) steps(j) = 0
     end do
   end function flight_steps
+
+  !> Returns the multiple nearest to x of the power of ten that begins `scale`, which is above 0.
+  pure elemental real(rp) function rounded(x, scale)
+    real(rp), intent(in) :: x, scale
+    real(rp) :: unit
+    unit = 10.0_rp**floor(log10(scale))
+    rounded = nint(x/unit)*unit
+  end function rounded
 
   pure logical function is_wanted(wanted, name)
     character(*), intent(in) :: wanted, name
@@ -143,6 +162,7 @@ contains
     end do
   end subroutine exclude_unflown
 
+  !> Enters the changes of the kinematics that are wanted.
   subroutine enter_kinematics(c, facts, wanted)
     type(catalogue_t), intent(inout) :: c
     type(flight_facts_t), intent(in) :: facts
@@ -161,6 +181,7 @@ contains
 
   contains
 
+    !> Enters change `j` of the flow as an effect.
     subroutine one(j, title, sentence)
       integer, intent(in) :: j
       character(*), intent(in) :: title, sentence
@@ -169,6 +190,7 @@ contains
 
   end subroutine enter_kinematics
 
+  !> Enters wind and viscosity if they are wanted.
   subroutine enter_flow(c, facts, wanted)
     type(catalogue_t), intent(inout) :: c
     type(flight_facts_t), intent(in) :: facts
@@ -206,6 +228,7 @@ contains
     call c%enter(effect_of(numbers(1)), title, sentence, .false., missing, variants)
   end subroutine enter_changes
 
+  !> Enters the errors of the force balance that are wanted and that the records can show.
   subroutine enter_balance(c, facts, flights, wanted)
     type(catalogue_t), intent(inout) :: c
     type(flight_facts_t), intent(in) :: facts
@@ -245,6 +268,7 @@ contains
       is_flown = .not. facts%is_section .or. any(component == [2, 3])
     end function is_flown
 
+    !> Enters one error of the balance, if it is wanted and has parameters that the records can show.
     subroutine one(name, title, numbers, sentence)
       character(*), intent(in) :: name, title, sentence
       integer, intent(in) :: numbers(:)

@@ -5,6 +5,9 @@
 !>
 !>     F(c) = F_0 + sum_j (F_j+ - F_j-)/(2 h_j) c_j + (F_j+ - 2 F_0 + F_j-)/(2 h_j^2) c_j^2.
 !>
+!> `move` makes the same approximation about other kinematics and another flow, where c_j counts from there. Derivatives with respect
+!> to changes that are not flown again stay those at the case.
+!>
 !> A beat of a rigid wing whose frequency is exp(e) times that of the case needs no flight of its own. It is the case in a fluid
 !> of viscosity nu exp(-e) with a wind that is exp(-e) times that of the case. Its forces are exp(2 e) times and its power is
 !> exp(3 e) times as large.
@@ -17,7 +20,7 @@ module diagnosis_flight_response
   private
   public :: flight_response_t
 
-  integer, parameter, public :: FLOW_FREQUENCY = N_FLOW + 1, N_CHANGES = N_FLOW + 1 !< beside those that are flown
+  integer, parameter, public :: FLOW_FREQUENCY = N_FLOW + 1, N_CHANGES = N_FLOW + 1 !< the changes that are flown, and this one
 
   type :: flight_response_t
     integer :: n_harmonics = 0
@@ -30,7 +33,10 @@ module diagnosis_flight_response
     logical :: is_known(N_FLOW) = .false.                        !< both flights came to their end
     character(200) :: reason(N_FLOW) = ''                        !< why not
     real(rp) :: wind(3) = 0                                      !< [m/s] of the case
+    real(rp) :: origin(N_FLOW) = 0                               !< changes at which `value` is
   contains
+    procedure :: seen => response_seen
+    procedure :: move => response_move
     procedure :: requests => response_requests
     procedure :: take => response_take
     procedure :: at => response_at
@@ -39,14 +45,15 @@ module diagnosis_flight_response
 
 contains
 
-  !> Lists the flights that are needed: the case, the case on a finer grid if `is_refined`, and two flights for each change whose
-  !> step is above 0.
-  pure function response_requests(self, steps, is_refined) result(requests)
+  !> Lists the flights that are needed: the case with the changes `origin`, the same on a finer grid if `is_refined`, and two flights
+  !> about it for each change whose step is above 0. Without `origin` it is the case as it is.
+  pure function response_requests(self, steps, is_refined, origin) result(requests)
     class(flight_response_t), intent(in) :: self
     real(rp), intent(in) :: steps(N_FLOW)
     logical, intent(in) :: is_refined
+    real(rp), intent(in), optional :: origin(N_FLOW)
     type(flight_request_t), allocatable :: requests(:)
-    integer :: j, n
+    integer :: i, j, n
     associate (unused => self)
     end associate
     n = merge(2, 1, is_refined)
@@ -58,7 +65,38 @@ contains
       requests(n + 2)%change(j) = -steps(j)
       n = n + 2
     end do
+    if (.not. present(origin)) return
+    do i = 1, size(requests)
+      requests(i)%change = requests(i)%change + origin
+    end do
   end function response_requests
+
+  !> Takes the records of the flights that `requests` lists for `origin` into the approximation, which is then about these changes.
+  !> `reason` says why nothing was taken, if any of them is missing; otherwise it is empty.
+  subroutine response_move(self, origin, steps, is_refined, records, reason)
+    class(flight_response_t), intent(inout) :: self
+    real(rp), intent(in) :: origin(N_FLOW), steps(N_FLOW)
+    logical, intent(in) :: is_refined
+    type(flight_record_t), intent(in) :: records(:)
+    character(:), allocatable, intent(out) :: reason
+    type(flight_response_t) :: moved
+    integer :: j
+    moved%n_harmonics = self%n_harmonics
+    call moved%take(steps, is_refined, records, reason)
+    do j = 1, N_FLOW
+      if (reason == '' .and. steps(j) > 0 .and. .not. moved%is_known(j)) reason = trim(moved%reason(j))
+    end do
+    if (reason /= '') return
+    do j = 1, N_FLOW
+      if (.not. steps(j) > 0) cycle
+      self%slope(:, :, j) = moved%slope(:, :, j)
+      self%curvature(:, :, j) = moved%curvature(:, :, j)
+    end do
+    self%value = moved%value
+    self%samples = moved%samples
+    if (is_refined) self%of_grid = moved%of_grid
+    self%origin = origin
+  end subroutine response_move
 
   !> Takes the records of the flights in the order in which `requests` lists them. If the flight of the case, or the one on the
   !> finer grid, is missing, `reason` says why and nothing is taken. Otherwise `reason` is empty. If a flight of change j is
@@ -74,8 +112,8 @@ contains
     reason = ''
     n = merge(2, 1, is_refined)
     if (is_refined) then
-      if (.not. records(2)%is_flown) reason = records(2)%reason//'. It is that on the finer grid; [Flight] refine = no does '// &
-                                              'without it'
+      if (.not. records(2)%is_flown) reason = records(2)%reason//'. This is the flight on the finer grid; [Flight] refine = no '// &
+                                              'leaves it out'
     end if
     if (.not. records(1)%is_flown) reason = records(1)%reason
     if (reason /= '') return
@@ -102,6 +140,7 @@ contains
     end do
   end subroutine response_take
 
+  !> Returns the harmonics 0 to n_harmonics of a record, components in columns.
   pure function series(self, record) result(x)
     class(flight_response_t), intent(in) :: self
     type(flight_record_t), intent(in) :: record
@@ -116,7 +155,7 @@ contains
     complex(rp) :: values(0:self%n_harmonics, N_COMPONENTS)
     real(rp) :: seen(N_FLOW)
     integer :: j
-    seen = seen_by_flow(self, c)
+    seen = self%seen(c) - self%origin
     values = self%value
     do j = 1, N_FLOW
       if (abs(seen(j)) > 0) values = values + seen(j)*self%slope(:, :, j) + seen(j)**2/2*self%curvature(:, :, j)
@@ -132,7 +171,7 @@ contains
     complex(rp) :: values(0:self%n_harmonics, N_COMPONENTS)
     real(rp) :: seen(N_FLOW)
     integer :: i
-    seen = seen_by_flow(self, c)
+    seen = self%seen(c) - self%origin
     if (j <= N_FLOW) then
       values = self%slope(:, :, j) + seen(j)*self%curvature(:, :, j)
       if (j > FLOW_WIND .and. j <= FLOW_WIND + 3) values = values*exp(-c(FLOW_FREQUENCY))
@@ -152,7 +191,7 @@ contains
   end function response_derivative
 
   !> Converts the changes c into the changes of viscosity and wind that give the same flow at the frequency of the case.
-  pure function seen_by_flow(self, c) result(seen)
+  pure function response_seen(self, c) result(seen)
     class(flight_response_t), intent(in) :: self
     real(rp), intent(in) :: c(N_CHANGES)
     real(rp) :: seen(N_FLOW)
@@ -163,8 +202,9 @@ contains
     do i = 1, 3
       seen(FLOW_WIND + i) = (self%wind(i) + c(FLOW_WIND + i))*exp(-c(FLOW_FREQUENCY)) - self%wind(i)
     end do
-  end function seen_by_flow
+  end function response_seen
 
+  !> Returns the factors on all harmonics if the frequency changes by the factor exp(e): exp(2e), power exp(3e).
   pure function sizes(self, e) result(factors)
     class(flight_response_t), intent(in) :: self
     real(rp), intent(in) :: e

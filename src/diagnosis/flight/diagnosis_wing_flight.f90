@@ -30,7 +30,14 @@ module diagnosis_wing_flight
     logical :: is_refined = .false. !< what a finer grid changes is known
     real(rp) :: model_sd = 0        !< relative error of all simulated components together, and of each, the same over the beat
     logical :: is_ready = .false.   !< flights have been flown
+    type(flight_response_t), allocatable :: at_found !< about what was found, if it was flown again
   end type flight_data_t
+
+  !> Forces for other kinematics and another flow, near the flight about which they are approximated.
+  type :: approximation_t
+    type(flight_response_t) :: response
+    real(rp), allocatable :: rest(:) !< (n) of this flight, what its series leaves, in sd
+  end type approximation_t
 
   type :: wing_flight_t
     integer :: n = 0                !< observations
@@ -42,9 +49,13 @@ module diagnosis_wing_flight
     complex(rp), allocatable, private :: inertia(:, :)
     integer, allocatable, private :: record(:)          !< (n) to which an observation belongs,
     real(rp), allocatable, private :: time(:)           !< (n) and when in the beat it is
-    real(rp), allocatable, private :: rest(:)           !< (n) of the case, what its series leaves, in sd
+    real(rp), allocatable, private :: rest(:)           !< (n) of the flight in use, what its series leaves, in sd
+    type(approximation_t), allocatable, private :: approximations(:) !< the first is about the case
+    integer, private :: in_use = 0
   contains
     procedure :: init => flight_init
+    procedure :: add => flight_add
+    procedure :: use => flight_use
     procedure :: evaluate => flight_evaluate
     procedure :: nuisances => flight_nuisances
     procedure :: patterns => flight_patterns
@@ -80,12 +91,46 @@ contains
     end do
     self%n = size(self%time)
     call find_rest(self)
+    allocate (self%approximations(1))
+    self%approximations(1)%response = data%response
+    self%approximations(1)%rest = self%rest
+    self%in_use = 1
     self%n_nuisances = merge(1, 0, data%is_refined)
     if (data%model_sd > 0) self%n_nuisances = self%n_nuisances + N_COMPONENTS + 1
     self%n_patterns = (2*N_WAVES + 1)*sum([(size(flights(r)%component), r=1, size(flights))])
   end subroutine flight_init
 
-  !> Finds, for the case, the difference between its samples, joined by straight lines, and its Fourier series up to the last
+  !> Keeps a further approximation. Returns its number for `use`.
+  subroutine flight_add(self, response, number)
+    class(wing_flight_t), intent(inout) :: self
+    type(flight_response_t), intent(in) :: response
+    integer, intent(out) :: number
+    type(approximation_t), allocatable :: more(:)
+    integer :: i
+    number = size(self%approximations) + 1
+    self%data%response = response
+    call find_rest(self)
+    allocate (more(number))
+    do i = 1, number - 1
+      more(i) = self%approximations(i)
+    end do
+    more(number)%response = response
+    more(number)%rest = self%rest
+    call move_alloc(more, self%approximations)
+    self%in_use = number
+  end subroutine flight_add
+
+  !> Makes forces those of an approximation that `add` numbered; 1 is that about the case. Without records nothing happens.
+  subroutine flight_use(self, number)
+    class(wing_flight_t), intent(inout) :: self
+    integer, intent(in) :: number
+    if (self%n == 0 .or. number == self%in_use) return
+    self%data%response = self%approximations(number)%response
+    self%rest = self%approximations(number)%rest
+    self%in_use = number
+  end subroutine flight_use
+
+  !> Finds, for the flight in use, the difference between its samples, joined by straight lines, and its Fourier series up to the last
   !> harmonic. This is what the series leaves out: higher frequencies, and the part that is not quite periodic.
   subroutine find_rest(self)
     type(wing_flight_t), intent(inout) :: self
@@ -94,7 +139,7 @@ contains
     integer :: r, k, at, i, j
     nothing = 0
     call self%show(nothing, self%data%response%value, shown)
-    allocate (self%rest(self%n))
+    if (.not. allocated(self%rest)) allocate (self%rest(self%n))
     at = 0
     do r = 1, size(self%flights)
       associate (f => self%flights(r))

@@ -2,12 +2,12 @@
 !> Averages heights over the squares of a lattice, so that a few hundred numbers hold what thousands of pixels say about smooth
 !> shapes. It also gives the covariance of the errors of these averages.
 !>
-!> Errors of one height are white with the variance share `white`, and correlated as exp(-(r/length)^2/2) with the rest
-!> of it. Averaging divides the white part by the number of pixels, and takes off of the rest what is not alike all over
-!> a square: with the pixels of squares a and b spread by s_a and s_b [m] about their means along an axis, the mean of
-!> exp(-(r/length)^2/2) over all pairs of them is, up to fourth moments and for each axis,
-!> length/c exp(-(r/c)^2/2), c^2 = length^2 + s_a^2 + s_b^2, r between the means. (So it is exactly for pixels spread as a
-!> normal distribution, and therefore always positive definite.) The error of the unloaded scan is common to all loads.
+!> Errors of one height are white with the variance share `white`, and correlated as exp(-(r/length)^2/2) with the rest of the
+!> variance. Averaging divides the white part by the number of pixels, and reduces the rest where it differs within a square. Let
+!> s_a and s_b [m] be the spreads of the pixels of squares a and b about their means along an axis. Then the mean of
+!> exp(-(r/length)^2/2) over all pairs of pixels is, up to fourth moments and for each axis, length/c exp(-(r/c)^2/2), c^2 =
+!> length^2 + s_a^2 + s_b^2, with r between the means. (This is exact for normally distributed pixels, and therefore always
+!> positive definite.) The error of the unloaded scan is common to all loads.
 module diagnosis_wing_bins
   use base_kinds, only: rp
   use measurement_data, only: measurement_t
@@ -167,8 +167,9 @@ contains
     end do
   end subroutine bin_covariance
 
-  !> Returns smooth errors of the scan of load l beside its tilt and height, patterns(count, N_DISTORTIONS): the rig has bent, or
-  !> the wing remembers. They are of second degree, and of third along the wing, from its root [m] over its size [m].
+  !> Returns smooth errors of the scan of load l besides its tilt and height, patterns(count, N_DISTORTIONS), as from a rig that
+  !> has bent or a wing that keeps a part of an earlier deformation. They are polynomials of second degree, and of third degree
+  !> along the wing, from its root [m] over its size [m].
   subroutine bin_distortions(bins, l, root, size_of_wing, patterns)
     type(bins_t), intent(in) :: bins
     integer, intent(in) :: l

@@ -29,12 +29,12 @@ module diagnosis_wing_catalogue
 
   real(rp), parameter :: DECADE = 2.302585092994046_rp
   real(rp), parameter :: DAMAGE_RADIUS = 0.1_rp, DAMAGE_SPACING = 0.12_rp !< of the wing's size
-  !> The same where damage was found.
+  !> The same for finer scans where damage was found.
   real(rp), parameter :: FINER_RADII(3) = [0.06_rp, 0.085_rp, 0.12_rp], FINER_SPACING = 0.05_rp
 
 contains
 
-  !> Makes the catalogue for an experiment without unknowns of its own on `wing`. The baseline seeks the parameters of these
+  !> Makes the catalogue for an experiment without unknowns on `wing`. The baseline seeks the parameters of these
   !> numbers, with `decades` as sd of their priors.
   subroutine make_catalogue(experiment, wing, numbers, decades, catalogue, flights)
     type(experiment_t), intent(in) :: experiment
@@ -71,8 +71,8 @@ contains
     call enter_measurement(catalogue, experiment)
   end subroutine make_catalogue
 
-  !> Entries that are parameters of the wing, where the baseline does not seek them already: those that every wing has, and its
-  !> effects, in the order of CAUSES and then in that of the list of effects.
+  !> Enters parameters of the wing that the baseline does not seek already: those that every wing has, and its effects, in the
+  !> order of CAUSES and then in that of the list of effects.
   subroutine enter_structure(c, e, numbers)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -98,13 +98,13 @@ contains
     end do
   end subroutine enter_structure
 
-  !> Whether it has a place, at which it is tried: see `enter_scans`.
+  !> Tells whether an effect is tried at many places: see `enter_scans`.
   pure logical function is_scanned(effect)
     type(effect_t), intent(in) :: effect
     is_scanned = any(effect%needs == NEED_DISC .or. effect%needs == NEED_SOFT_PLACE)
   end function is_scanned
 
-  !> The entry of an effect: its parameters together, or those of joints one after another.
+  !> Enters an effect: its parameters together, or those of joints one after another.
   subroutine enter_effect(c, e, numbers, effect, text)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -117,7 +117,7 @@ contains
     call enter_named(c, e, numbers, text, names, .not. effect%is_per_joint, missing_of(e, effect%needs))
   end subroutine enter_effect
 
-  !> The entry called `cause` of parameters that every wing has, if it is one of them.
+  !> Enters the effect called `cause` if it belongs to parameters that every wing has.
   subroutine enter_general(c, e, numbers, cause)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -144,13 +144,13 @@ contains
       call enter_named(c, e, numbers, text, [character(20) :: 'D'], .true., '')
     case ('elasticity')
       text%title = 'stiffness of membrane and springs'
-      text%sentence = 'Everything elastic that is not sought, membrane and springs, is stiffer or softer than was assumed, '// &
+      text%sentence = 'Everything elastic that is not fitted, membrane and springs, is stiffer or softer than was assumed, '// &
                       'as if all forces had another size.'
       call enter_named(c, e, numbers, text, [character(20) :: 'D', 'k_vein', 'k_membrane', 'k_cross'], .true., '')
     end select
   end subroutine enter_general
 
-  !> A soft place of a vein and damage of the membrane, each at many positions.
+  !> Enters a soft place of a vein and damage of the membrane, each at many positions.
   subroutine enter_scans(c, e, wing)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -188,7 +188,7 @@ contains
       call enter_scanned(c, NEED_DISC, variants)
   end subroutine enter_scans
 
-  !> The entry of the effect with the need of a place, with these places.
+  !> Enters an effect that needs a place, with these places.
   subroutine enter_scanned(c, need, variants)
     type(catalogue_t), intent(inout) :: c
     integer, intent(in) :: need
@@ -204,7 +204,7 @@ contains
     end do
   end subroutine enter_scanned
 
-  !> Discs of these radii around the points of a lattice; radii and spacing are shares of the wing's size.
+  !> Returns discs of these radii around the points of a lattice; radii and spacing are shares of the wing's size.
   subroutine scan_damage(c, e, wing, spacing, radii, is_finer, variants)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -228,7 +228,7 @@ contains
     end do
   end subroutine scan_damage
 
-  !> The coordinate of a factor on stiffness at one of many places, between these bounds.
+  !> Returns the coordinate of a factor on stiffness at one of many places, between these bounds.
   function factor_at_sites(name, lower, upper, prior_sd, kind) result(p)
     character(*), intent(in) :: name
     real(rp), intent(in) :: lower, upper, prior_sd
@@ -240,7 +240,7 @@ contains
     p = wing_parameter(factor, kind, 0)
   end function factor_at_sites
 
-  !> Entries that are errors of the measurement.
+  !> Enters the errors of the measurement.
   subroutine enter_measurement(c, e)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -260,7 +260,7 @@ contains
                           'All loaded scans were tilted or lifted against the unloaded one, in the same way.', '')
     call enter_instrument(c, e, 'registration', 'shifted or turned maps', [MAP_SHIFT_X, MAP_SHIFT_Y, MAP_ROTATION, &
                                                                            MAP_SCALE], .true., &
-                          'The wing lay elsewhere, turned or magnified in the height maps than the file says.', '')
+                          'In the height maps the wing was shifted, turned or magnified against what the file says.', '')
     call enter_instrument(c, e, 'drift', 'a wing that changed during the experiment', [DRIFT], .true., &
                           'The wing became stiffer (it dried) or softer from one measurement to the next.', '')
     call enter_instrument(c, e, 'drift_in_time', 'a wing that changed with time', [DRIFT_RATE], .true., &
@@ -270,7 +270,7 @@ contains
     call enter_instrument(c, e, 'gravity', 'weight of the wing', [GRAVITY_X, GRAVITY_Y, GRAVITY_Z], .true., &
                           'The wing''s own weight bends it, also when nothing pushes.', needs_mass(e))
     call enter_instrument(c, e, 'nonlinearity', 'large deflections', [NONLINEARITY], .false., &
-                          'The wing bends so far that twice the force is not twice the way, as geometry alone makes it.', &
+                          'The wing bends so far that twice the force does not bend it twice as far. Geometry alone does that.', &
                           needs_small_deflections(e))
   end subroutine enter_measurement
 

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes the entries of the catalogue that describe energy loss, which only records of a wing that rings can show. The baseline
-!> has mass-proportional damping, as every wing comes to rest. Without records the catalogue has none of these entries.
+!> Makes the entries of the catalogue that describe energy loss, which only records of a vibrating wing can show. The baseline has
+!> mass-proportional damping, as every wing comes to rest. Without records the catalogue has none of these entries.
 module diagnosis_wing_damping
   use base_constants, only: TWO_PI
   use base_kinds, only: rp
@@ -19,8 +19,8 @@ module diagnosis_wing_damping
 
 contains
 
-  !> If there are records, the baseline seeks damping in proportion to the mass. It begins with one that ends the motion within
-  !> the longest of them, and the sd of its logarithm is a decade.
+  !> Adds a parameter to the baseline. If there are records, it fits damping in proportion to the mass. It begins with one that
+  !> ends the motion within the longest of them, and the sd of its logarithm is a decade.
   subroutine add_damping(c, e)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -38,8 +38,8 @@ contains
     n = c%add(wing_parameter(p, KIND_DAMPING, DAMPING_MASS))
   end subroutine add_damping
 
-  !> The length [s] of the longest record, and how many radians the wing turns in it at a tenth of the rate of the samples:
-  !> a record that shows a motion has some ten samples in each of its periods.
+  !> Finds the length [s] of the longest record, and how many radians the wing turns in it at a tenth of the sampling rate: a
+  !> record that resolves a motion has about ten samples in each of its periods.
   subroutine find_times(e, time, turns)
     type(experiment_t), intent(in) :: e
     real(rp), intent(out) :: time, turns
@@ -54,7 +54,7 @@ contains
     end do
   end subroutine find_times
 
-  !> Enters what may be wrong with the damping.
+  !> Enters the effects of damping.
   subroutine enter_damping(c, e)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -92,6 +92,7 @@ contains
 
   contains
 
+    !> Enters one damping parameter as a separate effect.
     subroutine enter_one(c, number, name, title, sentence)
       type(catalogue_t), intent(inout) :: c
       integer, intent(in) :: number
@@ -112,6 +113,7 @@ contains
 
   end subroutine enter_damping
 
+  !> Returns a time [s] in milliseconds.
   function milliseconds(time) result(text)
     real(rp), intent(in) :: time
     character(:), allocatable :: text

@@ -69,7 +69,7 @@ contains
     call c%enter(text%cause, text%title, text%sentence, .false., missing, variants)
   end subroutine enter_named
 
-  !> Why no parameter that matches `name` can be released.
+  !> Returns why no parameter that matches `name` can be released.
   function lacks_parameters(e, numbers, name) result(missing)
     type(experiment_t), intent(in) :: e
     integer, intent(in) :: numbers(:)

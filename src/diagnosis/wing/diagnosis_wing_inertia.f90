@@ -19,7 +19,8 @@ module diagnosis_wing_inertia
 
 contains
 
-  !> If the wing moved in air, the baseline seeks the ratio of the air that moves with the wing to that of strip theory.
+  !> Adds a parameter to the baseline. If the wing moved in air, it fits the ratio of the air that moves with the wing to that of
+  !> strip theory.
   subroutine add_air(c, e)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -36,7 +37,7 @@ contains
     n = c%add(wing_parameter(p%as_coordinate(p%null), KIND_MASS, number))
   end function add_effect
 
-  !> Enters what the wing weighs, and a mass at any place.
+  !> Enters the mass of the wing, and a point mass at any place.
   subroutine enter_inertia(c, e, wing)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -58,6 +59,7 @@ contains
                  'Something sits on the wing at one place: dust, glue or a marker.', .false., '', variants)
   end subroutine enter_inertia
 
+  !> Enters one parameter of the masses as a separate effect.
   subroutine enter_one(c, number, name, title, sentence)
     type(catalogue_t), intent(inout) :: c
     integer, intent(in) :: number
@@ -68,7 +70,7 @@ contains
     call c%enter(name, title, sentence, .false., '', variants)
   end subroutine enter_one
 
-  !> A point mass at every place of a lattice.
+  !> Enters a point mass at every place of a lattice.
   subroutine scan(c, e, wing, fraction, is_finer, variants)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e

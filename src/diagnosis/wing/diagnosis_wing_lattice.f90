@@ -49,7 +49,7 @@ contains
     end do
   end subroutine lattice
 
-  !> Points of a wing without membrane, no two of them closer than `spacing` [m].
+  !> Returns points of a wing without membrane, no two of them closer than `spacing` [m].
   subroutine along_veins(wing, spacing, sites)
     type(wing_t), intent(in) :: wing
     real(rp), intent(in) :: spacing

@@ -21,7 +21,7 @@ module diagnosis_wing_modes
 
   type :: wing_modes_t
     integer :: n = 0                                 !< observations
-    !> One per simulator, of which no copy is ever wanted.
+    !> There is one for each simulator. It is never copied.
     type(mode_simulation_t), pointer :: simulation => null()
     type(wing_rest_t), private :: rest
     type(mass_parts_t), private :: parts
@@ -64,14 +64,15 @@ contains
     self%n = 0
   end subroutine modes_free
 
-  !> The simulation has the model for q.
+  !> Gives the simulation the model for q.
   subroutine prepare(self, q, ok)
     class(wing_modes_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
     logical, intent(out) :: ok
     type(solid_model_t), allocatable :: model
     call self%rest%prepare(q, model, ok)
-    if (allocated(model)) call self%simulation%init(self%rest%bare%measurement, model, self%parts)
+    if (allocated(model)) call self%simulation%init(self%rest%bare%measurement, model, self%parts, &
+                                                     self%rest%bare%options)
   end subroutine prepare
 
   !> Returns residuals(n) at q. `ok` is false if the wing at rest is not stable. Tangents are those there.
@@ -117,7 +118,7 @@ contains
     call site_tangents(self%simulation, self%rest, self%effects, site, radius, self%direction, patterns)
   end subroutine modes_patterns
 
-  !> Adds labels. Every mode is a surface with a fold and a block of its own. What was observed has no size.
+  !> Adds labels. Every mode is a surface with its own fold and block. Their `observed` is 0.
   subroutine modes_append_labels(self, labels)
     class(wing_modes_t), intent(in) :: self
     type(labels_t), intent(inout) :: labels

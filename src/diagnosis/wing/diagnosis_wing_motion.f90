@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Collects all observations of a wing in motion: natural modes, then the records of a wing that rings, then records of the forces
-!> on a wing that flaps. In vectors of observations they follow bending tests. Rank 0 computes them.
+!> Collects all observations of a wing in motion: natural modes, then the records of a vibrating wing, then records of the forces
+!> on a flapping wing. In vectors of observations they follow bending tests. Rank 0 computes them.
 module diagnosis_wing_motion
   use base_kinds, only: rp
   use diagnosis_wing_flight, only: flight_data_t, wing_flight_t
@@ -113,7 +113,7 @@ contains
     if (self%flight%n > 0) call self%flight%patterns(patterns(m + 1:, size(patterns, 2) - self%flight%n_patterns + 1:))
   end subroutine motion_patterns
 
-  !> Adds their surfaces, folds and blocks.
+  !> Adds the surfaces, folds and blocks of these observations.
   subroutine motion_append_labels(self, labels)
     class(wing_motion_t), intent(in) :: self
     type(labels_t), intent(inout) :: labels
@@ -122,8 +122,8 @@ contains
     if (self%flight%n > 0) call self%flight%append_labels(labels)
   end subroutine motion_append_labels
 
-  !> Adds those of unknown causes in flights behind the others, as a family of their own: `family` and `site` go on with what is no
-  !> pattern, and keep that at their ends.
+  !> Adds the labels of the patterns of unknown causes in flights after the others, as a separate family. The entries of
+  !> `family` and `site` that belong to no pattern stay at the end.
   subroutine motion_append_patterns(self, n_patterns, family, site, names)
     class(wing_motion_t), intent(in) :: self
     integer, intent(inout) :: n_patterns
@@ -141,7 +141,7 @@ contains
     n_patterns = n_patterns + n
   end subroutine motion_append_patterns
 
-  !> c: covariance of the observations `rows`, which are of one block.
+  !> Returns in c the covariance of the observations `rows`, which belong to one block.
   subroutine motion_covariance(self, rows, c)
     class(wing_motion_t), intent(in) :: self
     integer, intent(in) :: rows(:)

@@ -5,14 +5,14 @@ module diagnosis_wing_needs
   use base_kinds, only: rp
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: NONLINEARITY
-  use solid_effect, only: NEED_BOTH_DIRECTIONS, NEED_LEVELS, NEED_MEMBRANE, NEED_NO_SLACK, NEED_SIDED_JOINTS, &
-                          NEED_UNSTRESSED_REST
+  use solid_effect, only: NEED_BOTH_DIRECTIONS, NEED_LEVELS, NEED_MEMBRANE, NEED_MODES_ABOUT_REST, &
+                          NEED_NO_SLACK, NEED_SIDED_JOINTS, NEED_UNSTRESSED_REST
   use solid_effects, only: lacks
   implicit none
   private
   public :: missing_of, needs_holds, needs_levels, needs_membrane, needs_mass, needs_small_deflections
 
-  real(rp), parameter :: SAME_SITE = 0.02_rp !< of the wing's size
+  real(rp), parameter :: SAME_SITE = 0.02_rp !< of the wing's size: places that are nearer to each other are one
   real(rp), parameter :: OTHER_FORCE = 0.05_rp !< of the other force
 
 contains
@@ -26,9 +26,9 @@ contains
       if (size(hold) == 0) then
         missing = 'needs bending tests'
       else if (any(hold < 0)) then
-        missing = 'needs the hold of all loads'
+        missing = 'needs the attribute `hold` of every load'
       else if (maxval(hold) < 1.5_rp*minval(hold)) then
-        missing = 'needs two times of holding that differ'
+        missing = 'needs loads whose `hold` differs by a factor of 1.5 or more'
       end if
     end associate
   end function needs_holds
@@ -39,7 +39,7 @@ contains
     type(experiment_t), intent(in) :: e
     character(:), allocatable :: missing
     integer :: i, k
-    missing = 'needs two forces at one place'
+    missing = 'needs two different forces at the same place'
     associate (loads => e%measurement%loads)
       do i = 1, size(loads)
         do k = 1, i - 1
@@ -70,13 +70,15 @@ contains
         if (e%model%params%slack < 1) missing = 'needs a membrane that does not go slack'
       case (NEED_UNSTRESSED_REST) ! motion is that about a flat wing without stress
         if (e%measurement%moves()) missing = 'cannot be sought where natural modes or records of motion are in the data'
+      case (NEED_MODES_ABOUT_REST)
+        if (e%measurement%has_loaded_modes()) missing = 'cannot be sought where natural modes under loads are in the data'
       case (NEED_SIDED_JOINTS)
         missing = lacks(e%model%params%effects, needs(i))
       end select ! places and sided veins are given by the diagnosis itself
     end do
   end function missing_of
 
-  !> Forces up and down.
+  !> Returns what the data lack to have forces up and down; empty if they have both.
   function needs_both_directions(e) result(missing)
     type(experiment_t), intent(in) :: e
     character(:), allocatable :: missing

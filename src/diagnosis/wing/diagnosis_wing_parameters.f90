@@ -16,8 +16,8 @@
 !> | FLIGHT | a change of kinematics or flow, by its number in diagnosis_flight_runner; records of forces alone feel it |
 !> | BALANCE | an error of the force balance, by its number in measurement_balance, the same |
 !>
-!> Soft hinges, damage, point masses and relaxations have the same parameter at many places, or times, of which one at a time may
-!> differ from its null; an experiment is made for those that do.
+!> Soft hinges, damage, point masses and relaxations exist once for each of many places or times. Only those that differ from
+!> their null are in an experiment, at most one of each kind.
 module diagnosis_wing_parameters
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
@@ -37,11 +37,11 @@ module diagnosis_wing_parameters
                                 KIND_MASS = 6, KIND_POINT_MASS = 7, KIND_DAMPING = 8, KIND_RELAXATION = 9, &
                                 KIND_RELAXATION_TIME = 10, KIND_FLIGHT = 11, KIND_BALANCE = 12
 
-  !> A wing at rest feels none of these.
+  !> These parameters do not affect a wing at rest.
   integer, parameter :: OF_MOTION(7) = [KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME, &
                                         KIND_FLIGHT, KIND_BALANCE]
 
-  !> A parameter by its coordinates: its null is where it does nothing, or where the wing has it.
+  !> A parameter with its coordinates. Its null is where it has no effect, or where the wing has it.
   type, extends(parameter_t) :: wing_parameter_t
     integer :: kind = KIND_PARAMETER
     integer :: number = 0        !< of the parameter, the hinge, the offset or another quantity
@@ -163,6 +163,7 @@ contains
     call require(.not. failure%failed, 'diagnosis_wing_parameters: an experiment of tested parts')
   end subroutine make_fit_case
 
+  !> Tells whether a parameter belongs to an effect that needs [Wing] sided_veins.
   logical function needs_sided_veins(params, number)
     type(solid_params_t), intent(in) :: params
     integer, intent(in) :: number
@@ -216,7 +217,7 @@ contains
           call simulation%damage_tangent(e, l, one%disc, column)
         end if
       case (KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME, KIND_FLIGHT, KIND_BALANCE)
-        ! A wing at rest does not feel them.
+        ! These parameters do not affect a wing at rest.
         column = 0
       case default
         do k = 1, size(fit_case%order)

@@ -37,7 +37,7 @@ module diagnosis_wing_rest
 
 contains
 
-  !> Takes the experiment `bare`, without unknowns of its own, and the wing. Both must live as long as this.
+  !> Takes the experiment `bare`, which has no unknowns, and the wing. Both must live as long as this.
   subroutine rest_init(self, bare, wing, parameters)
     class(wing_rest_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: bare
@@ -49,8 +49,8 @@ contains
     self%placed = -1
   end subroutine rest_init
 
-  !> Makes a model with the places of what differs from its null at q, or of the bare wing if q is empty. It is not allocated if
-  !> those of the last call still are right. `ok` is false if there is no such model.
+  !> Makes a model with the places of all parameters that differ from their null at q, or of the bare wing if q is empty. It keeps
+  !> the model of the last call if its places are still right. `ok` is false if there is no such model.
   subroutine rest_prepare(self, q, model, ok)
     class(wing_rest_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes the residuals of the records of a wing that rings in units of their sd (the covariance is the unit matrix), and
-!> exact tangents of all parameters of the catalogue. The size and the time of every excitation are nuisances. Each trace is a
-!> surface and a fold by itself. Without records there are no observations here.
+!> Computes the residuals of the records of a vibrating wing in units of their sd (the covariance is the unit matrix), and exact
+!> tangents of all parameters of the catalogue. The size and the time of every excitation are nuisances. Each trace is a surface
+!> and a fold by itself. Without records there are no observations here.
 module diagnosis_wing_series
   use base_kinds, only: rp
   use diagnosis_wing_labels, only: append_surface
@@ -24,7 +24,7 @@ module diagnosis_wing_series
   type :: wing_series_t
     integer :: n = 0                                 !< observations
     integer :: n_nuisances = 0
-    !> One per simulator, of which no copy is ever wanted.
+    !> There is one for each simulator. It is never copied.
     type(series_simulation_t), pointer :: simulation => null()
     type(wing_rest_t), private :: rest
     type(mass_parts_t), private :: parts
@@ -71,7 +71,7 @@ contains
     self%n_nuisances = 0
   end subroutine series_free
 
-  !> The simulation has the model for q.
+  !> Gives the simulation the model for q.
   subroutine series_prepare(self, q, ok)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -98,7 +98,7 @@ contains
     call self%simulation%evaluate(params, self%effects, damping_at(self%rest%parameters, q), residuals, ok)
   end subroutine series_evaluate
 
-  !> column(n): derivative of the residuals with respect to parameter i at q, after `evaluate` there.
+  !> Returns column(n), the derivative of the residuals with respect to parameter i at q, after `evaluate` there.
   subroutine series_tangent(self, q, i, column)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -148,7 +148,7 @@ contains
     call site_tangents(self%simulation, self%rest, self%effects, site, radius, self%direction, patterns)
   end subroutine series_patterns
 
-  !> Adds labels. Every trace is a surface with a fold and a block of its own.
+  !> Adds labels. Every trace is a surface with its own fold and block.
   subroutine series_append_labels(self, labels)
     class(wing_series_t), intent(in) :: self
     type(labels_t), intent(inout) :: labels

@@ -14,6 +14,7 @@ module diagnosis_wing_simulator
   use diagnosis_journalled_tasks, only: run_journalled_tasks
   use diagnosis_wing_bins, only: bin_distortions, bin_covariance, bins_t, noise_model_t, N_DISTORTIONS
   use diagnosis_wing_entries, only: catalogue_t
+  use diagnosis_flight_response, only: flight_response_t
   use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_motion, only: wing_motion_t
@@ -36,7 +37,7 @@ module diagnosis_wing_simulator
   private
   public :: wing_simulator_t
 
-  !> Of unknown causes: stiffness and forces around places of the wing, stiffness along the veins, errors of single scans.
+  !> Kinds of unknown causes: stiffness and forces around places, stiffness along the veins, errors of single scans.
   character(*), parameter :: FAMILY_NAMES(4) = [character(9) :: 'stiffness', 'force', 'veins', 'scans']
   integer, parameter, public :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
 
@@ -51,7 +52,7 @@ module diagnosis_wing_simulator
     type(farm_t), private :: farm
     real(rp) :: membrane_sd = 0                  !< of log D, which a mesh changes
     character(9), allocatable :: family_names(:) !< of unknown causes
-    !> Parameters that are the gain of all forces, and D, if the baseline does not seek it; 0: none.
+    !> Numbers of the parameters for the gain of all forces and for D, if the baseline does not seek it; 0: none.
     integer, private :: gain = 0, membrane = 0
     type(wing_state_t), private :: current
     real(rp), allocatable, private :: trial_shapes(:, :, :)
@@ -63,6 +64,7 @@ module diagnosis_wing_simulator
     procedure :: shut_down => wing_shut_down
     procedure :: set_error_directions => wing_set_error_directions
     procedure :: start_from_mesh => wing_start_from_mesh
+    procedure :: approximate_flights => wing_approximate_flights
     procedure :: pixels => wing_pixels
     procedure :: evaluate => wing_evaluate
     procedure :: covariance => wing_covariance
@@ -79,7 +81,7 @@ module diagnosis_wing_simulator
 
 contains
 
-  !> The experiment, without unknowns of its own, and the wing must live as long as the simulator. Collective.
+  !> Takes the experiment, which has no unknowns, and the wing, which must live as long as the simulator. Collective.
   subroutine wing_init(self, world, experiment, wing, catalogue, bins, patterns, parts, flights)
     class(wing_simulator_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -146,13 +148,25 @@ contains
     call self%farm%shut_down()
   end subroutine wing_shut_down
 
-  !> Takes band(n, :) as further directions of errors of unit strength.
+  !> Takes band(n, :) as further directions of errors, each of one sd.
   subroutine wing_set_error_directions(self, directions)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: directions(:, :)
     self%n_nuisances = self%n_nuisances - size(self%current%error_directions, 2) + size(directions, 2)
     self%current%error_directions = directions
   end subroutine wing_set_error_directions
+
+  !> Takes forces over the beat from `response` from now on, until `set_state` goes back. `rows` are the observations that this
+  !> changes.
+  subroutine wing_approximate_flights(self, response, rows)
+    class(wing_simulator_t), intent(inout) :: self
+    type(flight_response_t), intent(in) :: response
+    integer, allocatable, intent(out) :: rows(:)
+    integer :: i
+    call self%motion%flight%add(response, self%current%flight)
+    call self%motion%flight%use(self%current%flight)
+    rows = [(i, i=self%n_observations - self%motion%flight%n + 1, self%n_observations)]
+  end subroutine wing_approximate_flights
 
   !> Takes shapes, as starts of warm solutions, and errors from `other`, the same loads on a mesh of half or of twice the size.
   !> parents(2, points of the finer mesh) are the points of the coarser one between which each lies.
@@ -163,7 +177,7 @@ contains
     call self%current%start_from_mesh(other%current, self%experiment%model%n_points, parents)
   end subroutine wing_start_from_mesh
 
-  !> One batch: all loads at q but those that are skipped. outputs(:, loads).
+  !> Does one batch of tasks: all loads at q but those that are skipped. outputs(:, loads).
   subroutine run_all(self, task, q, columns, outputs, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     integer, intent(in) :: task, columns(:)
@@ -228,7 +242,7 @@ contains
     call self%motion%evaluate(q, columns, residuals(self%bins%n + 1:), jacobian(self%bins%n + 1:, :), is_valid)
   end subroutine wing_evaluate
 
-  !> The shapes of the last evaluation become starts of what follows.
+  !> Makes later solutions start from the shapes of the last evaluation.
   subroutine wing_accept(self)
     class(wing_simulator_t), intent(inout) :: self
     integer :: l
@@ -245,7 +259,7 @@ contains
     allocate (state, source=self%current)
   end subroutine wing_get_state
 
-  !> See `simulator_t`. A state that is not one of a wing stops the program.
+  !> See `simulator_t`. Stops the program if the state is not one of a wing.
   subroutine wing_set_state(self, state, only_shapes)
     class(wing_simulator_t), intent(inout) :: self
     class(solver_state_t), intent(in) :: state
@@ -259,6 +273,7 @@ contains
       end if
       call self%set_error_directions(state%error_directions)
       self%current = state
+      call self%motion%flight%use(state%flight)
     class default
       call require(.false., 'wing_simulator_t: the state must be one of a wing')
     end select
@@ -304,13 +319,13 @@ contains
     end associate
   end subroutine wing_linearise_at
 
-  !> Errors of places are what is not linear.
+  !> Tells whether there are errors of places: only these are not linear.
   pure logical function wing_has_nonlinear_nuisances(self) result(has_some)
     class(wing_simulator_t), intent(in) :: self
     has_some = self%experiment%measurement%accuracy%position > 0 .and. size(self%experiment%model%triangles) > 0
   end function wing_has_nonlinear_nuisances
 
-  !> Residuals of all pixels of load l are values(:comparisons(l)%n, l).
+  !> Computes the residuals of all pixels: those of load l are values(:comparisons(l)%n, l).
   subroutine wing_pixels(self, q, values, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -333,13 +348,13 @@ contains
     end if
   end subroutine wing_covariance
 
-  !> See `simulator_t`: the part of correlated errors; negative if no correlation length is declared.
+  !> Returns the correlated share of the errors, see `simulator_t`; negative if no correlation length is declared.
   pure real(rp) function wing_common_fraction(self) result(fraction)
     class(wing_simulator_t), intent(in) :: self
     fraction = merge(1 - self%noise%white, -1.0_rp, self%noise%length > 0)
   end function wing_common_fraction
 
-  !> Sets that part; the variance of white errors stays.
+  !> Sets this share. The variance of white errors stays the same.
   subroutine wing_set_common_fraction(self, fraction)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: fraction
@@ -347,7 +362,7 @@ contains
     self%noise%white = 1 - fraction
   end subroutine wing_set_common_fraction
 
-  !> Nuisances: accidents of every load (see simulation_t), the gain of all forces, D, those of motion, and the band.
+  !> Computes nuisances and patterns at q. Nuisances: errors of loads (simulation_t), gain of forces, D, errors of motion, band.
   subroutine wing_directions(self, q, nuisances, patterns, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)

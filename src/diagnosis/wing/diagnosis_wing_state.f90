@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds the state of a simulator of a wing: the shapes from which solutions begin, and the errors about which the nuisances are
-!> linearised.
+!> Holds the state of a simulator of a wing: the shapes from which solutions begin, the errors about which the nuisances are
+!> linearised, and the flight about which flights are.
 module diagnosis_wing_state
   use base_kinds, only: rp
   use least_squares_state, only: solver_state_t
@@ -14,6 +14,7 @@ module diagnosis_wing_state
     real(rp), allocatable :: error_directions(:, :) !< (n, :) further directions of errors, of the mesh for instance
     logical, allocatable :: is_start(:)      !< the shape of this load is one where a solution may begin
     real(rp), allocatable :: load_offset(:, :) !< (2, loads) [m] errors of places about which nuisances are linear
+    integer :: flight = 1                    !< number of the approximation of flights, see wing_flight_t
     real(rp), allocatable :: linear(:)       !< (n) what these errors do by the tangent there
   contains
     procedure :: init => state_init
@@ -48,8 +49,8 @@ contains
     self%linear = other%linear
   end subroutine state_start_from_mesh
 
-  !> Returns the distance(2) [m] from its stated place at which load l is taken to act, for errors(2) of that place in units of
-  !> their sd. They are taken up to MOST sd, and less where the place would not be on the wing.
+  !> Returns the distance(2) [m] from its stated place at which load l acts, for errors(2) of that place in units of their sd.
+  !> Errors are limited to MOST sd, and further where the place would not be on the wing.
   function offset_on_wing(experiment, l, errors) result(offset)
     type(experiment_t), intent(in) :: experiment
     integer, intent(in) :: l

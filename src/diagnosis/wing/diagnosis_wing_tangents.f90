@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Derivatives of what a moving wing shows, the same for natural modes and for records: with respect to the parameters of its
-!> mechanics, and to what an unknown cause may change at a site.
+!> Computes derivatives of the observations of a moving wing, for natural modes and records alike: with respect to the parameters
+!> of its mechanics, and to what an unknown cause may change at a site.
 module diagnosis_wing_tangents
   use base_kinds, only: rp
   use base_parameter, only: parameter_t

@@ -18,7 +18,7 @@ module diagnosis_wing_task
 
   integer, parameter, public :: N_FACTS = 1        !< numbers of an output before the results: solved without snap
   integer, parameter, public :: N_LOAD_NUISANCES = N_NUISANCES
-  !> Kinds of accidents of a load with one declared sd, in the order of simulation_t, and what they are called.
+  !> Kinds of errors of a load that have one declared sd, in the order of simulation_t, and their names.
   integer, parameter, public :: NUISANCE_KIND(N_NUISANCES) = [1, 2, 2, 3, 3, 4]
   character(*), parameter, public :: NUISANCE_NAMES(4) = [character(34) :: 'errors of forces', &
                                                           'errors of places', 'tilts of scans', 'heights of whole scans']
@@ -119,10 +119,10 @@ contains
     input(N_HEAD + size(q) + columns) = 1
   end function task_input
 
-  !> TASK_EVALUATE gives facts, residuals(b), derivatives(b, columns) in the order of the parameters and the shape;
-  !> TASK_DIRECTIONS facts, nuisances(b, 6) of one declared sd (see simulation_t), derivatives(b, columns), patterns(b,
-  !> 2 n); TASK_NUISANCES the same without patterns; TASK_PIXELS facts and the residuals of all pixels. b observations of
-  !> the load; the status is NOT_SOLVED where there is no shape, or one in an excluded zone.
+  !> Returns what a task gives. TASK_EVALUATE gives facts, residuals(b), derivatives(b, columns) in the order of the parameters,
+  !> and the shape; TASK_DIRECTIONS facts, nuisances(b, 6) of one declared sd (see simulation_t), derivatives(b, columns),
+  !> patterns(b, 2 n); TASK_NUISANCES the same without patterns; TASK_PIXELS facts and the residuals of all pixels. The load has b
+  !> observations. The status is NOT_SOLVED if there is no shape, or one in an excluded zone.
   subroutine runner_run_task(self, input, output, status)
     class(wing_runner_t), intent(inout) :: self
     real(rp), intent(in) :: input(:)
@@ -154,6 +154,7 @@ contains
     end associate
   end subroutine runner_run_task
 
+  !> Gives residuals and wanted tangents of load `l`, averaged over the bins, and after them the displacements.
   subroutine give_evaluation(self, q, is_wanted, l, residuals, output)
     class(wing_runner_t), intent(inout) :: self
     real(rp), intent(in) :: q(:), residuals(:)
@@ -176,6 +177,7 @@ contains
     end associate
   end subroutine give_evaluation
 
+  !> Gives the tangents of load `l` for nuisances, wanted parameters and, if wanted, patterns, averaged over the bins.
   subroutine give_directions(self, q, is_wanted, has_patterns, l, output)
     class(wing_runner_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -213,7 +215,7 @@ contains
     end associate
   end subroutine give_directions
 
-  !> The stated load spread over the wing around a place.
+  !> Returns the stated load, spread over the wing around a place.
   subroutine spread_force(self, l, site, force)
     class(wing_runner_t), intent(in) :: self
     integer, intent(in) :: l

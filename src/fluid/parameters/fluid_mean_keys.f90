@@ -1,19 +1,25 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The mean flow, as the user gives it: [MeanFlow].
+!> Reads the mean flow from the keys of [MeanFlow].
 module fluid_mean_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use base_named_kinds, only: named_kind_t
   use fluid_substitutes, only: FOR_MEAN_FLOWS
   use io_config, only: config_t
   use io_keys, only: keys_t
   implicit none
   private
-  public :: mean_params_t, mean_keys, fix_mean_flow
+  public :: mean_params_t, mean_keys, fix_mean_flow, MEAN_FREE, MEAN_FIXED, MEAN_SINUSOIDAL, MEAN_DYNAMIC
 
-  character(*), parameter :: AXES = 'xyz', MEAN_FLOWS = 'free|fixed|sinusoidal|dynamic'
+  character(*), parameter :: AXES = 'xyz'
+
+  integer, parameter :: MEAN_FREE = 1, MEAN_FIXED = 2, MEAN_SINUSOIDAL = 3, MEAN_DYNAMIC = 4
+  type(named_kind_t), parameter :: MEAN_FLOWS(4) = [named_kind_t('free', MEAN_FREE), named_kind_t('fixed', MEAN_FIXED), &
+                                                    named_kind_t('sinusoidal', MEAN_SINUSOIDAL), &
+                                                    named_kind_t('dynamic', MEAN_DYNAMIC)]
 
   type :: mean_params_t
-    character(10) :: kind(3) = 'free'
+    integer :: kind(3) = MEAN_FREE
     real(rp) :: velocity(3) = 0   !< L/T
     real(rp) :: mass = 0          !< of the fluid that dynamic mean flow accelerates
     real(rp) :: frequency = 0     !< of sinusoidal mean flow, 1/T
@@ -28,14 +34,12 @@ contains
   subroutine mean_keys(keys, p)
     type(keys_t), intent(inout) :: keys
     type(mean_params_t), intent(inout) :: p
-    character(:), allocatable :: word !< not allocated where keys are declared
     integer :: i
     call keys%section('MeanFlow', 'velocity of the mean (0,0,0) mode')
     do i = 1, 3
-      call keys%word('iMeanFlow_'//AXES(i:i), word, 'free', MEAN_FLOWS, 'free: follows the forces; fixed: prescribed; '// &
+      call keys%kind('iMeanFlow_'//AXES(i:i), p%kind(i), 'free', MEAN_FLOWS, 'free: follows the forces; fixed: prescribed; '// &
                      'sinusoidal: u sin(2 pi f t); dynamic: accelerated by the reaction of the solids', &
                      unbuilt='accelerate_to_unity', instead=FOR_MEAN_FLOWS)
-      if (allocated(word)) p%kind(i) = word
       call keys%real('u'//AXES(i:i), p%velocity(i), 1.0_rp, 'mean velocity in '//AXES(i:i), unit='L/T')
     end do
     call keys%integer('iMeanFlow', p%old_switch, 0, 'old FLUSI switch: 1 fixes all three components', min=0, max=1)
@@ -46,7 +50,7 @@ contains
     call keys%real('T_release_meanflow', p%release, 0.0_rp, 'start of the ramp', unit='T', min=0.0_rp)
   end subroutine mean_keys
 
-  !> Takes the switch that FLUSI has for all components. A contradiction goes to `errors`.
+  !> Applies FLUSI's single switch for all components. A contradiction goes to `errors`.
   subroutine fix_mean_flow(c, p, errors)
     type(config_t), intent(in) :: c
     type(mean_params_t), intent(inout) :: p
@@ -55,9 +59,9 @@ contains
     integer :: i
     if (p%old_switch /= 1) return
     do i = 1, 3
-      if (any(p%kind(i) == ['sinusoidal', 'dynamic   '])) &
+      if (any(p%kind(i) == [MEAN_SINUSOIDAL, MEAN_DYNAMIC])) &
         call c%complain(errors, 'MeanFlow', OLD, OLD//' = 1 contradicts '//OLD//'_'//AXES(i:i))
-      p%kind(i) = 'fixed'
+      p%kind(i) = MEAN_FIXED
     end do
   end subroutine fix_mean_flow
 end module fluid_mean_keys

@@ -1,12 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Parameters of the fluid as given by the user; set once, then read-only. Each group has its keys beside its type.
+!> Holds the parameters of the fluid that the user sets; they do not change afterwards. The keys of each group are declared next
+!> to its type.
 module fluid_params
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use fluid_initial_keys, only: check_initial, initial_keys, initial_params_t
-  use fluid_mean_keys, only: fix_mean_flow, mean_keys, mean_params_t
+  use fluid_mean_keys, only: fix_mean_flow, mean_keys, mean_params_t, MEAN_FIXED, MEAN_FREE
   use fluid_resolution_keys, only: check_resolution, dealiasing_keys, notice_slow_sizes, resolution_keys, resolution_t
-  use fluid_solid_keys, only: check_solids, geometry_keys, penalization_keys, solids_t, walls_t
+  use fluid_shapes, only: NO_SHAPE
+  use fluid_solid_keys, only: check_solids, geometry_keys, penalization_keys, solids_t, walls_t, CHANNEL_NONE, MASK_EMPTY, &
+                              MASK_INSECT, MASK_NONE
   use fluid_sponge_keys, only: check_sponge, sponge_keys, sponge_params_t
   use fluid_time_keys, only: stepping_t, time_keys, SCHEME_AB2, SCHEME_EULER, SCHEME_NAMES, SCHEME_RK2, SCHEME_RK4
   use io_config, only: config_t
@@ -46,7 +49,7 @@ contains
     call fluid_keys(keys, unused, length)
   end subroutine register_fluid_keys
 
-  !> Takes what the keys say, and nothing that follows from it. `length` is that of the box [L].
+  !> Takes the values of the keys, and nothing that follows from them. `length` is that of the box [L].
   subroutine read_fluid_keys(config, params, length)
     type(config_t), intent(in), target :: config
     type(fluid_params_t), intent(out) :: params
@@ -57,7 +60,7 @@ contains
     call fluid_keys(keys, params, length)
   end subroutine read_fluid_keys
 
-  !> All keys, a section after the other; `length` is that of the box.
+  !> Declares and reads all keys, one section after the other; `length` is that of the box.
   subroutine fluid_keys(keys, p, length)
     type(keys_t), intent(inout) :: keys
     type(fluid_params_t), intent(inout) :: p
@@ -90,7 +93,7 @@ contains
       call check_initial(config, params%initial, params%grid%is_2d, solids%size, errors)
       call check_solids(config, solids, walls, errors)
       if (solids%is_moving .and. present(draws_solids)) &
-        solids%is_on = draws_solids .or. walls%channel /= 'no' .or. walls%has_cavity .or. solids%obstacle /= 'none'
+        solids%is_on = draws_solids .or. walls%channel /= CHANNEL_NONE .or. walls%has_cavity .or. solids%obstacle /= NO_SHAPE
     end associate
     call check_sponge(config, params%sponge, params%grid%n, errors, notices)
     call fix_mean_flow(config, params%mean, errors)
@@ -98,7 +101,7 @@ contains
     call check_fixed_step(config, params, errors)
   end subroutine read_fluid_params
 
-  !> A prescribed step must be stable for the explicit terms whose limit is known beforehand.
+  !> Checks that a prescribed step is stable for those explicit terms whose limit is known beforehand.
   subroutine check_fixed_step(c, p, errors)
     type(config_t), intent(in) :: c
     type(fluid_params_t), intent(in) :: p
@@ -114,7 +117,7 @@ contains
     call c%complain(errors, 'Time', 'dt_fixed', trim(text))
   end subroutine check_fixed_step
 
-  !> What a channel with inflow needs. It has all of the mean flow: along y what comes in, nothing through its walls.
+  !> Checks a channel with inflow and sets its mean flow: the mean velocity of the inflow along y, and none through its walls.
   subroutine set_channel_flow(c, p, errors)
     type(config_t), intent(in) :: c
     type(fluid_params_t), intent(inout) :: p
@@ -125,13 +128,13 @@ contains
                                                  'the wall leaves no channel: it must be thinner than zl')
     if (p%walls%inflow_length <= 0 .or. p%walls%inflow_length >= p%grid%length(2)) &
       call c%complain(errors, 'Penalization', 'inflow_length', 'the inflow of turek needs a length between 0 and yl')
-    if (all(p%solids%mask /= [character(6) :: 'none', 'empty', 'Insect'])) &
+    if (all(p%solids%mask /= [MASK_NONE, MASK_EMPTY, MASK_INSECT])) &
       call c%complain(errors, 'Penalization', 'iMask', 'turek has its own cylinder; valid with it: none, empty, Insect')
     do i = 1, 2
-      if (p%mean%kind(i + 1) /= 'free') &
+      if (p%mean%kind(i + 1) /= MEAN_FREE) &
         call c%complain(errors, 'MeanFlow', 'iMeanFlow_'//AXES(i:i), 'the inflow of turek prescribes the mean flow')
     end do
-    p%mean%kind(2:3) = 'fixed'
+    p%mean%kind(2:3) = MEAN_FIXED
     p%mean%velocity(2:3) = [p%walls%inflow_velocity*p%channel_height()/p%grid%length(3), 0.0_rp]
   end subroutine set_channel_flow
 

@@ -1,23 +1,29 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Grid, transforms and truncation of the spectrum, as the user gives them: [Resolution], [Parallel], [Dealiasing].
+!> Reads grid, transforms and truncation of the spectrum from the keys of [Resolution], [Parallel] and [Dealiasing].
 module fluid_resolution_keys
   use base_errors, only: message_list_t
+  use base_named_kinds, only: named_kind_t
   use io_config, only: config_t
   use io_keys, only: keys_t
   use spectral_backends, only: HAS_P3DFFT
   use spectral_grid, only: is_fft_friendly
+  use spectral_sticks, only: DEALIAS_ELLIPSOID, DEALIAS_NONE, TRUNCATIONS
   implicit none
   private
   public :: resolution_t, resolution_keys, dealiasing_keys, check_resolution, notice_slow_sizes
 
   character(2), parameter :: POINTS(3) = ['nx', 'ny', 'nz']
 
+  !> With FLUSI's words.
+  type(named_kind_t), parameter :: DEALIASINGS(5) = [named_kind_t('0', DEALIAS_NONE), named_kind_t('1', DEALIAS_ELLIPSOID), &
+                                                     TRUNCATIONS]
+
   type :: resolution_t
     integer :: n(3) = 0                    !< points in x, y, z
     integer :: process_rows = 0
     character(:), allocatable :: planner
     character(8) :: transform = 'builtin'  !< or 'p3dfft'
-    character(:), allocatable :: dealias   !< 'ellipsoid', 'box', 'none'
+    integer :: dealias = DEALIAS_ELLIPSOID
   end type resolution_t
 
 contains
@@ -46,19 +52,9 @@ contains
   subroutine dealiasing_keys(keys, p)
     type(keys_t), intent(inout) :: keys
     type(resolution_t), intent(inout) :: p
-    character(:), allocatable :: word !< not allocated where keys are declared
     call keys%section('Dealiasing', 'truncation of the spectrum')
-    call keys%word('iDealias', word, '1', '0|1|ellipsoid|box|none', '1 = ellipsoid: 2/3 rule on an ellipsoid as FLUSI; box: '// &
+    call keys%kind('iDealias', p%dealias, '1', DEALIASINGS, '1 = ellipsoid: 2/3 rule on an ellipsoid as FLUSI; box: '// &
                    '2/3 rule per direction; 0 = none')
-    if (.not. allocated(word)) return
-    select case (word)
-    case ('1', 'ellipsoid')
-      p%dealias = 'ellipsoid'
-    case ('box')
-      p%dealias = 'box'
-    case default
-      p%dealias = 'none'
-    end select
   end subroutine dealiasing_keys
 
   !> Adds mistakes of the grid and the transforms to `errors`.
@@ -89,7 +85,7 @@ contains
     end do
   end subroutine notice_slow_sizes
 
-  !> Names the next good sizes below and above n.
+  !> Returns the next good sizes below and above n.
   function nearby_sizes(n) result(text)
     integer, intent(in) :: n
     character(:), allocatable :: text

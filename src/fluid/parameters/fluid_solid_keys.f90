@@ -1,21 +1,44 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solids and walls, as the user gives them: [Geometry], [Penalization].
+!> Reads solids and walls from the keys of [Geometry] and [Penalization].
 module fluid_solid_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
-  use fluid_shapes, only: shape_t, OBSTACLES, SHAPE_HELP, SHAPES
+  use base_named_kinds, only: named_kind_t, word_of
+  use fluid_shapes, only: shape_t, LAST_SHAPE, NO_SHAPE, OBSTACLES, SHAPE_HELP, SHAPES
   use fluid_substitutes, only: FOR_CAVITIES, FOR_CHANNELS, FOR_MASKS, NO_MASKS
   use io_config, only: config_t
   use io_keys, only: keys_t
   implicit none
   private
-  public :: solids_t, walls_t, geometry_keys, penalization_keys, check_solids
+  public :: solids_t, walls_t, geometry_keys, penalization_keys, check_solids, MASK_NONE, MASK_EMPTY, MASK_FILE, MASK_INSECT, &
+            MASK_FLEXIBLE_WING, CHANNEL_NONE, CHANNEL_XY, CHANNEL_XZ, CHANNEL_XY_SLIDING, CHANNEL_XZ_SLIDING, CHANNEL_TUREK
+
+  !> What is drawn besides the shapes of fluid_shapes, whose kinds are masks too.
+  integer, parameter :: MASK_NONE = NO_SHAPE, MASK_EMPTY = LAST_SHAPE + 1, MASK_FILE = LAST_SHAPE + 2, &
+                        MASK_INSECT = LAST_SHAPE + 3, MASK_FLEXIBLE_WING = LAST_SHAPE + 4
+  character(*), parameter :: FILE_WORD = 'from_file::'
+  type(named_kind_t), parameter :: MASKS(14) = [ &
+    named_kind_t('none', MASK_NONE), named_kind_t('empty', MASK_EMPTY), named_kind_t('no', MASK_NONE), SHAPES, &
+    named_kind_t(FILE_WORD//'*', MASK_FILE), named_kind_t('Insect', MASK_INSECT), named_kind_t('insect', MASK_INSECT), &
+    named_kind_t('Flexible_wing', MASK_FLEXIBLE_WING)]
+
+  integer, parameter :: CHANNEL_NONE = 0, CHANNEL_XY = 1, CHANNEL_XZ = 2, CHANNEL_XY_SLIDING = 3, CHANNEL_XZ_SLIDING = 4, &
+                        CHANNEL_TUREK = 5
+  type(named_kind_t), parameter :: CHANNELS(8) = [ &
+    named_kind_t('no', CHANNEL_NONE), named_kind_t('xy', CHANNEL_XY), named_kind_t('xz', CHANNEL_XZ), &
+    named_kind_t('xy_sliding', CHANNEL_XY_SLIDING), named_kind_t('xz_sliding', CHANNEL_XZ_SLIDING), &
+    named_kind_t('turek', CHANNEL_TUREK), named_kind_t('0', CHANNEL_NONE), named_kind_t('1', CHANNEL_XY)]
+
+  integer, parameter :: CAVITY_NO = 1, CAVITY_YES = 2
+  type(named_kind_t), parameter :: CAVITIES(4) = [named_kind_t('no', CAVITY_NO), named_kind_t('yes', CAVITY_YES), &
+                                                  named_kind_t('0', CAVITY_NO), named_kind_t('1', CAVITY_YES)]
 
   !> Bodies by penalization, and what is computed of them.
   type :: solids_t
     logical :: is_on = .false.            !< there are solids or walls
-    character(:), allocatable :: mask
-    character(:), allocatable :: obstacle !< a body at rest beside insects, or none
+    integer :: mask = MASK_NONE
+    character(:), allocatable :: word     !< for it, as the user gives it
+    integer :: obstacle = NO_SHAPE        !< a body at rest beside insects, or none
     logical :: is_moving = .false.        !< a layer above draws the body in every step
     logical :: may_move = .true.          !< the user does not forbid it
     real(rp) :: c_eta = 1.0e-2_rp         !< permeability, T
@@ -26,15 +49,16 @@ module fluid_solid_keys
     logical :: compute_forces = .true., periodic_torque = .false.
     logical :: unsteady_corrections = .false., has_corrections = .false. !< the latter: the user says which
   contains
-    procedure :: body_name => solids_body_name
     procedure :: shape => solids_shape
+    procedure :: mask_word => solids_mask_word
+    procedure :: mask_file => solids_mask_file
   end type solids_t
 
   !> Walls of the box: a cavity, or a channel.
   type :: walls_t
     logical :: has_cavity = .false.
     integer :: cavity_size = 0            !< points
-    character(:), allocatable :: channel
+    integer :: channel = CHANNEL_NONE
     real(rp) :: thickness = 0, position = 0 !< of the wall of a channel, L
     logical :: has_inflow = .false.       !< channel = turek
     real(rp) :: inflow_velocity = 1, inflow_length = 0, inflow_start = 0
@@ -71,22 +95,21 @@ contains
     type(keys_t), intent(inout) :: keys
     type(solids_t), intent(inout) :: s
     type(walls_t), intent(inout) :: w
-    character(:), allocatable :: cavity !< not allocated where keys are declared
+    integer :: cavity
+    cavity = CAVITY_NO
     call keys%section('Penalization', 'solid bodies by volume penalization')
     call keys%switch('iPenalization', s%is_on, .false., 'whether there are solids at all')
-    call keys%word('iMask', s%mask, 'none', &
-                   'none|empty|no|'//SHAPES//'|from_file::*|Insect|insect|Flexible_wing', 'body: '//SHAPE_HELP//'; file; '// &
-                   'Insect: the wings of [Insects]; Flexible_wing: these, with wings = flexible', unbuilt=NO_MASKS, &
-                   instead=FOR_MASKS)
-    call keys%word('obstacle', s%obstacle, 'none', 'none|'//OBSTACLES, 'iMask = Insect: a body at rest beside '// &
+    call keys%kind('iMask', s%mask, 'none', MASKS, 'body: '//SHAPE_HELP//'; file; Insect: the wings of [Insects]; '// &
+                   'Flexible_wing: these, with wings = flexible', unbuilt=NO_MASKS, instead=FOR_MASKS, word=s%word)
+    call keys%kind('obstacle', s%obstacle, 'none', OBSTACLES, 'iMask = Insect: a body at rest beside '// &
                    'the insect, with [Geometry] Size at x0, y0, z0; cylinder along z (2-D: along x) or x')
     call keys%switch('iMoving', s%may_move, .false., 'whether the body moves: the wings of Insect do; without effect on other '// &
                      'bodies', computed='as iMask says')
     call keys%real('eps', s%c_eta, 1.0e-2_rp, 'permeability C_eta', unit='T', above=0.0_rp)
-    call keys%word('iCavity', cavity, 'no', 'no|yes|0|1', 'walls around the box, cavity_size points thick', unbuilt='freestream*', &
+    call keys%kind('iCavity', cavity, 'no', CAVITIES, 'walls around the box, cavity_size points thick', unbuilt='freestream*', &
                    instead=FOR_CAVITIES)
     call keys%integer('cavity_size', w%cavity_size, 0, 'thickness of the cavity walls', unit='points', min=0)
-    call keys%word('iChannel', w%channel, 'no', 'no|xy|xz|xy_sliding|xz_sliding|turek|0|1', &
+    call keys%kind('iChannel', w%channel, 'no', CHANNELS, &
                    'one wall between pos_wall-thick_wall and pos_wall, normal z (xy) or y (xz); sliding: it moves with the '// &
                    'prescribed mean flow; turek: the wall xy, with a parabola of the velocity that flows in along y, and a '// &
                    'cylinder along x of [Geometry] Size at y0, z0; 0 = no, 1 = xy', unbuilt='inlet_x|cylinder', &
@@ -106,24 +129,10 @@ contains
     call keys%switch('periodic', s%periodic_torque, .false., 'wrap lever arms of torques around the box')
     call keys%reals('us_fixed', s%us_fixed, [0.0_rp, 0.0_rp, 0.0_rp], 'velocity imposed inside the body', unit='L/T')
     call keys%real('omega', s%omega, 1.25_rp, 'angular velocity of the inner cylinder of the couette body', unit='1/T')
-    if (allocated(cavity)) call settle_words(s, w, cavity)
+    s%is_moving = s%is_on .and. s%mask == MASK_INSECT
+    w%has_cavity = cavity == CAVITY_YES
+    w%has_inflow = s%is_on .and. w%channel == CHANNEL_TUREK
   end subroutine penalization_keys
-
-  !> Names that mean the same become one, and what follows from them.
-  subroutine settle_words(s, w, cavity)
-    type(solids_t), intent(inout) :: s
-    type(walls_t), intent(inout) :: w
-    character(*), intent(in) :: cavity
-    if (s%mask == 'insect') s%mask = 'Insect'
-    if (s%mask == 'Sphere') s%mask = 'sphere'
-    if (s%mask == 'Plate') s%mask = 'plate'
-    if (s%mask == 'no') s%mask = 'none'
-    s%is_moving = s%is_on .and. s%mask == 'Insect'
-    w%has_cavity = any(cavity == ['yes', '1  '])
-    if (w%channel == '0') w%channel = 'no'
-    if (w%channel == '1') w%channel = 'xy'
-    w%has_inflow = s%is_on .and. w%channel == 'turek'
-  end subroutine settle_words
 
   !> Adds mistakes of solids to `errors`.
   subroutine check_solids(c, s, w, errors)
@@ -138,26 +147,36 @@ contains
     if (s%is_moving .and. .not. s%may_move) call c%complain(errors, 'Penalization', 'iMoving', &
       'would hold the wings of Insect where they are at t = 0; valid: 1, and FlappingMotion_left and _right none')
     call check_bodies(c, s, w, errors)
-    if (index(s%mask, 'from_file::') == 1) then
-      inquire (file=s%mask(12:), exist=exists)
-      if (.not. exists) call c%complain(errors, 'Penalization', 'iMask', 'there is no file "'//s%mask(12:)//'"')
+    if (s%mask == MASK_FILE) then
+      inquire (file=s%mask_file(), exist=exists)
+      if (.not. exists) call c%complain(errors, 'Penalization', 'iMask', 'there is no file "'//s%mask_file()//'"')
     end if
     if (w%has_cavity .and. w%cavity_size == 0) &
       call c%complain(errors, 'Penalization', 'cavity_size', 'the cavity walls need a thickness of at least one point')
   end subroutine check_solids
 
-  !> Returns the word for the body: that of the mask, or, for the body of an insect, that of the obstacle beside it.
-  pure function solids_body_name(self) result(name)
+  !> Returns the name of the mask, which is not its older one.
+  pure function solids_mask_word(self) result(word)
     class(solids_t), intent(in) :: self
-    character(:), allocatable :: name
-    name = self%mask
-    if (self%mask == 'Insect') name = self%obstacle
-  end function solids_body_name
+    character(:), allocatable :: word
+    word = word_of(MASKS, self%mask)
+    if (self%mask == MASK_FILE) word = self%word
+  end function solids_mask_word
 
-  !> Returns that body as a shape.
+  !> Returns the name of the file that has the mask, empty if none has.
+  pure function solids_mask_file(self) result(path)
+    class(solids_t), intent(in) :: self
+    character(:), allocatable :: path
+    path = ''
+    if (self%mask == MASK_FILE) path = self%word(len(FILE_WORD) + 1:)
+  end function solids_mask_file
+
+  !> Returns the body as a shape: that of the mask, or, for the body of an insect, the obstacle beside it. Other masks have no
+  !> shape.
   pure type(shape_t) function solids_shape(self) result(shape)
     class(solids_t), intent(in) :: self
-    shape%name = self%body_name()
+    shape%kind = merge(self%obstacle, self%mask, self%mask == MASK_INSECT)
+    if (shape%kind > LAST_SHAPE) shape%kind = NO_SHAPE
     shape%size = self%size
     shape%alpha = self%alpha
     shape%r1 = self%r1
@@ -165,6 +184,7 @@ contains
     shape%omega = self%omega
   end function solids_shape
 
+  !> Checks the obstacle and the shape of [Geometry].
   subroutine check_bodies(c, s, w, errors)
     type(config_t), intent(in) :: c
     type(solids_t), intent(in) :: s
@@ -172,16 +192,16 @@ contains
     type(message_list_t), intent(inout) :: errors
     type(shape_t) :: shape
     character(:), allocatable :: key, text
-    if (s%obstacle /= 'none' .and. .not. s%is_moving) call c%complain(errors, 'Penalization', 'obstacle', &
-      'needs an insect (iMask = Insect) beside it; for a body without an insect set iMask = '//s%obstacle// &
+    if (s%obstacle /= NO_SHAPE .and. .not. s%is_moving) call c%complain(errors, 'Penalization', 'obstacle', &
+      'needs an insect (iMask = Insect) beside it; for a body without an insect set iMask = '//word_of(OBSTACLES, s%obstacle)// &
       ' and leave obstacle out')
-    if (s%obstacle /= 'none' .and. w%has_inflow) call c%complain(errors, 'Penalization', 'obstacle', &
+    if (s%obstacle /= NO_SHAPE .and. w%has_inflow) call c%complain(errors, 'Penalization', 'obstacle', &
       'is of no use with iChannel = turek, which has a cylinder of its own; valid: none')
     shape = s%shape()
     call shape%mistake(key, text)
     if (key /= '') call c%complain(errors, 'Geometry', key, text)
-    if (s%obstacle == 'none' .or. shape%name == s%obstacle) return
-    shape%name = s%obstacle
+    if (s%obstacle == NO_SHAPE .or. shape%kind == s%obstacle) return
+    shape%kind = s%obstacle
     call shape%mistake(key, text)
     if (key /= '') call c%complain(errors, 'Geometry', key, text)
   end subroutine check_bodies

@@ -1,21 +1,27 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The vorticity sponge, as the user gives it: [Sponge].
+!> Reads the vorticity sponge from the keys of [Sponge].
 module fluid_sponge_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use base_named_kinds, only: named_kind_t
   use fluid_substitutes, only: FOR_SPONGES
   use io_config, only: config_t
   use io_keys, only: keys_t
   implicit none
   private
-  public :: sponge_params_t, sponge_keys, check_sponge
+  public :: sponge_params_t, sponge_keys, check_sponge, SPONGES, SPONGE_CAVITY, SPONGE_OPEN_Z, SPONGE_X, SPONGE_X_Y, SPONGE_X_Z, &
+            SPONGE_OUTLET_X, SPONGE_TOP, SPONGE_FRAME
 
-  character(*), parameter :: SPONGES = 'cavity|cavity_open_z|xmin_xmax|xmin_xmax_ymin_ymax|'// &
-                             'xmin_xmax_zmin_zmax|outlet_x|top_cover|2D_frame'
+  integer, parameter :: SPONGE_CAVITY = 1, SPONGE_OPEN_Z = 2, SPONGE_X = 3, SPONGE_X_Y = 4, SPONGE_X_Z = 5, SPONGE_OUTLET_X = 6, &
+                        SPONGE_TOP = 7, SPONGE_FRAME = 8
+  type(named_kind_t), parameter :: SPONGES(8) = [ &
+    named_kind_t('cavity', SPONGE_CAVITY), named_kind_t('cavity_open_z', SPONGE_OPEN_Z), named_kind_t('xmin_xmax', SPONGE_X), &
+    named_kind_t('xmin_xmax_ymin_ymax', SPONGE_X_Y), named_kind_t('xmin_xmax_zmin_zmax', SPONGE_X_Z), &
+    named_kind_t('outlet_x', SPONGE_OUTLET_X), named_kind_t('top_cover', SPONGE_TOP), named_kind_t('2D_frame', SPONGE_FRAME)]
 
   type :: sponge_params_t
     logical :: is_on = .false.
-    character(:), allocatable :: kind
+    integer :: kind = SPONGE_TOP  !< which faces of the box
     real(rp) :: damping_time = 0  !< T
     integer :: thickness = 0      !< points
   end type sponge_params_t
@@ -28,7 +34,7 @@ contains
     type(sponge_params_t), intent(inout) :: p
     call keys%section('Sponge', 'vorticity sponge')
     call keys%switch('iVorticitySponge', p%is_on, .false., 'damp the vorticity in a frame of the box')
-    call keys%word('iSpongeType', p%kind, 'top_cover', SPONGES, 'which faces of the box', unbuilt='moving_insect*', &
+    call keys%kind('iSpongeType', p%kind, 'top_cover', SPONGES, 'which faces of the box', unbuilt='moving_insect*', &
                    instead=FOR_SPONGES)
     call keys%real('eps_sponge', p%damping_time, 0.0_rp, 'damping time C_sp; has no default when the sponge is on', unit='T', &
                    min=0.0_rp)
@@ -56,21 +62,21 @@ contains
       call c%complain(notices, 'Sponge', 'sponge_thickness', 'the sponge fills the box: all of the flow is damped')
   end subroutine check_sponge
 
-  !> The directions in which a type of sponge covers both ends of the box, or the last one only.
+  !> Returns the directions in which a type of sponge covers both ends of the box, or the last one only.
   pure subroutine sponge_faces(kind, both, last)
-    character(*), intent(in) :: kind
+    integer, intent(in) :: kind
     logical, intent(out) :: both(3), last(3)
-    last = [kind == 'outlet_x', .false., kind == 'top_cover']
+    last = [kind == SPONGE_OUTLET_X, .false., kind == SPONGE_TOP]
     select case (kind)
-    case ('cavity')
+    case (SPONGE_CAVITY)
       both = .true.
-    case ('cavity_open_z', 'xmin_xmax_ymin_ymax')
+    case (SPONGE_OPEN_Z, SPONGE_X_Y)
       both = [.true., .true., .false.]
-    case ('xmin_xmax')
+    case (SPONGE_X)
       both = [.true., .false., .false.]
-    case ('xmin_xmax_zmin_zmax')
+    case (SPONGE_X_Z)
       both = [.true., .false., .true.]
-    case ('2D_frame')
+    case (SPONGE_FRAME)
       both = [.false., .true., .true.]
     case default
       both = .false.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Time stepping and viscosity, as the user gives them: [Time], [ReynoldsNumber].
+!> Reads time stepping and viscosity from the keys of [Time] and [ReynoldsNumber].
 module fluid_time_keys
   use base_kinds, only: rp
   use fluid_substitutes, only: FOR_STEPPERS, NO_STEPPERS

@@ -13,7 +13,8 @@ module fluid_bodies
   use fluid_inflow, only: inflow_profile
   use fluid_params, only: fluid_params_t
   use fluid_penalty, only: penalty_t, COLOR_WALL, COLOR_BODY, COLOR_OBSTACLE
-  use fluid_shapes, only: shape_t
+  use fluid_shapes, only: shape_t, NO_SHAPE
+  use fluid_solid_keys, only: CHANNEL_NONE, CHANNEL_XY, CHANNEL_XY_SLIDING, CHANNEL_XZ_SLIDING, MASK_FILE
   use io_fields, only: read_field, field_meta_t
   use parallel_block, only: block_t
   use parallel_world, only: world_t
@@ -41,11 +42,11 @@ contains
     real(rp) :: point(3)
 
     allocate (chi(block%count(1)), us(3, block%count(1)), color(block%count(1)))
-    if (params%solids%is_on .and. index(params%solids%mask, 'from_file::') == 1) then
+    if (params%solids%is_on .and. params%solids%mask == MASK_FILE) then
       allocate (from_file(block%count(1), block%count(2), block%count(3)), stat=status)
       call check_allocation(status, block%count, REAL_BYTES, 'the mask of a file')
-      call read_field(world, params%solids%mask(12:), block, from_file, meta, failure)
-      if (.not. failure%failed) call check_box(params%solids%mask(12:), meta, params%grid, failure)
+      call read_field(world, params%solids%mask_file(), block, from_file, meta, failure)
+      if (.not. failure%failed) call check_box(params%solids%mask_file(), meta, params%grid, failure)
       if (failure%failed) return
     end if
     call penalty%begin(block)
@@ -53,7 +54,7 @@ contains
       do y = 1, block%count(2)
         chi = 0
         us = 0
-        color = merge(COLOR_OBSTACLE, COLOR_BODY, params%solids%obstacle /= 'none')
+        color = merge(COLOR_OBSTACLE, COLOR_BODY, params%solids%obstacle /= NO_SHAPE)
         point = ([0, y - 1, z - 1] + block%start)*params%grid%spacing
         if (params%solids%is_on) then
           if (allocated(from_file)) then
@@ -100,7 +101,7 @@ contains
     end if
   end function mask_profile
 
-  !> One line of the body of the mask, or of the obstacle beside an insect.
+  !> Draws one line of the body of the mask, or of the obstacle that is there in addition to an insect.
   subroutine draw_body(p, block, line_point, chi, us)
     type(fluid_params_t), intent(in) :: p
     type(block_t), intent(in) :: block
@@ -109,8 +110,8 @@ contains
     type(shape_t) :: shape
     real(rp) :: h, point(3), distance
     integer :: x
-    if (any(p%solids%body_name() == ['none  ', 'empty '])) return
     shape = p%solids%shape()
+    if (shape%kind == NO_SHAPE) return
     h = SMOOTHING_CELLS*p%grid%max_spacing()
     ! Lines that cannot touch a compact body cost one comparison.
     point = nearest_image(line_point - p%solids%centre, p%grid)
@@ -125,7 +126,7 @@ contains
     end do
   end subroutine draw_body
 
-  !> The shortest of the periodic images of a separation: a body may reach across the faces of the box.
+  !> Returns the shortest of the periodic images of a separation: a body may reach across the faces of the box.
   pure function nearest_image(separation, grid) result(shortest)
     real(rp), intent(in) :: separation(3)
     type(grid_t), intent(in) :: grid
@@ -133,24 +134,24 @@ contains
     shortest = separation - grid%length*anint(separation/grid%length)
   end function nearest_image
 
-  !> A single wall; in a periodic box it is both walls of a channel.
+  !> Draws a single wall; in a periodic box it is both walls of a channel.
   subroutine draw_channel(p, line_point, chi, us, color)
     type(fluid_params_t), intent(in) :: p
     real(rp), intent(in) :: line_point(3)
     real(rp), intent(inout) :: chi(:), us(:, :)
     integer, intent(inout) :: color(:)
     real(rp) :: height
-    if (p%walls%channel == 'no') return
-    height = merge(line_point(3), line_point(2), p%walls%channel(1:2) == 'xy')
+    if (p%walls%channel == CHANNEL_NONE) return
+    height = merge(line_point(3), line_point(2), any(p%walls%channel == [CHANNEL_XY, CHANNEL_XY_SLIDING]))
     if (height < p%walls%position - p%walls%thickness .or. height > p%walls%position) return
     chi = 1
     color = COLOR_WALL
     us = 0
     ! A sliding wall moves with the mean flow: flight in still air above the ground, seen by the flyer.
-    if (index(p%walls%channel, 'sliding') > 0) us = spread(p%mean%velocity, 2, size(chi))
+    if (any(p%walls%channel == [CHANNEL_XY_SLIDING, CHANNEL_XZ_SLIDING])) us = spread(p%mean%velocity, 2, size(chi))
   end subroutine draw_channel
 
-  !> Walls, zone of inflow and cylinder of the channel along y; the flow does not depend on x.
+  !> Draws walls, inflow zone and cylinder of the channel along y; the flow does not depend on x.
   subroutine draw_inflow_channel(p, line_point, chi, us, color)
     type(fluid_params_t), intent(in) :: p
     real(rp), intent(in) :: line_point(3)
@@ -175,7 +176,7 @@ contains
     end if
   end subroutine draw_inflow_channel
 
-  !> Walls of cavity_size points on every face of the box.
+  !> Draws walls of cavity_size points on every face of the box.
   subroutine draw_cavity(p, line_index, chi, us, color)
     type(fluid_params_t), intent(in) :: p
     integer, intent(in) :: line_index(3) !< 0-based indices of the first point of the line

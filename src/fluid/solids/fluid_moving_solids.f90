@@ -39,7 +39,7 @@ module fluid_moving_solids
       real(rp), intent(inout) :: moment(3, 0:N_COLORS - 1) !< L^5/T^2, density 1
     end subroutine solids_momentum_rate
 
-    !> Largest |u_s| at the time of the last `place`, L/T: it limits the time step as the fluid's speed does.
+    !> Returns the largest |u_s| at the time of the last `place`, L/T: it limits the time step as the speed of the fluid does.
     real(rp) function largest_speed(self)
       import :: moving_solids_t, rp
       class(moving_solids_t), intent(in) :: self

@@ -2,8 +2,8 @@
 !> Holds all that the fluid sees of solids: a sparse list of grid points with mask chi, solid velocity u_s and colour. Storage
 !> and work are proportional to the solid, not to the box.
 !>
-!> Solids that never move are given once (`begin`, `add_line`, `finish`). What moves is laid over them line
-!> by line (`erase_overlay`, `overlay_line`); both touch only the lines of what moves.
+!> Solids that never move are given once (`begin`, `add_line`, `finish`). Moving solids are laid over them line by line
+!> (`erase_overlay`, `overlay_line`); both procedures change only the lines that the moving solids touch.
 !>
 !> Penalization: du/dt = ... - chi/C_eta (u - u_s) (Angot, Bruneau & Fabrie 1999, DOI 10.1007/s002110050401).
 module fluid_penalty
@@ -17,7 +17,7 @@ module fluid_penalty
   integer, parameter :: N_COLORS = 6   !< colours 0 .. 5
   integer, parameter :: COLOR_WALL = 0 !< walls do not count as a body
   integer, parameter :: COLOR_BODY = 1
-  integer, parameter :: COLOR_OBSTACLE = 4 !< a body at rest beside insects; 2 and 3 are their wings
+  integer, parameter :: COLOR_OBSTACLE = 4 !< a body at rest in addition to insects; 2 and 3 are their wings
 
   !> Penalized points of this rank, line by line: the points of line (y, z) are
   !> line_first(line) .. line_last(line), line = y + ny_local*(z - 1), with x ascending. Other points in the
@@ -100,8 +100,8 @@ contains
     self%n_points = self%n_fixed
   end subroutine penalty_erase_overlay
 
-  !> Lays the points 1 .. n over `line`. Where a solid that never moves, or an earlier overlay, is in the same place, the
-  !> larger chi wins, with its velocity and colour; of equal ones what is there already.
+  !> Lays the points 1 .. n over `line`. Where a solid that never moves, or an earlier overlay, has the same point, the larger chi
+  !> counts, with its velocity and colour; if both are equal, the earlier one.
   subroutine penalty_overlay_line(self, line, n, x, chi, us, color)
     class(penalty_t), intent(inout) :: self
     integer, intent(in) :: line
@@ -151,7 +151,7 @@ contains
     end do
   end function penalty_count_colors
 
-  !> Remembers what `line` shows without overlay.
+  !> Records what `line` shows without overlay.
   subroutine save_line(self, line)
     type(penalty_t), intent(inout) :: self
     integer, intent(in) :: line
@@ -165,6 +165,7 @@ contains
     self%overlaid(:, self%n_overlaid) = [line, self%line_first(line), self%line_last(line)]
   end subroutine save_line
 
+  !> Adds a point of the mask.
   subroutine append(self, x, chi, us, color)
     type(penalty_t), intent(inout) :: self
     integer, intent(in) :: x, color

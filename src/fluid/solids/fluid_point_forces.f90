@@ -22,7 +22,7 @@ module fluid_point_forces
   use parallel_block, only: block_t
   use parallel_world, only: world_t
   use spectral_grid, only: grid_t
-  use spectral_sticks, only: sticks_t, sphere_radius
+  use spectral_sticks, only: sticks_t, sphere_radius, DEALIAS_ELLIPSOID
   use spectral_transform, only: kernels_t, transform_t
   use spectral_window, only: window_transform, window_weights, WINDOW_WIDTH
   implicit none
@@ -82,7 +82,7 @@ contains
     integer :: n_lines
     call require(all(grid%n >= WINDOW_WIDTH .or. [grid%is_2d, .false., .false.]), &
                  'point_forces_t: the window needs more points in each direction')
-    call require(sticks%dealias == 'ellipsoid', 'point_forces_t: the window needs the ellipsoidal truncation')
+    call require(sticks%dealias == DEALIAS_ELLIPSOID, 'point_forces_t: the window needs the ellipsoidal truncation')
     self%world = world
     self%grid = grid
     self%block = block
@@ -154,7 +154,7 @@ contains
     end associate
   end subroutine forces_place
 
-  !> Numbers of entries become the number of the first one.
+  !> Turns numbers of entries into the number of the first one.
   pure subroutine counts_to_starts(counts)
     integer, intent(inout) :: counts(:)
     integer :: i, count, next
@@ -166,8 +166,8 @@ contains
     end do
   end subroutine counts_to_starts
 
-  !> Returns the velocities (3, n) [L/T] of the flow `u` (nkz, sticks, 3) at the points, the same on all ranks. It costs three
-  !> inverse transforms, of them only what leads to the points. Collective.
+  !> Returns the velocities (3, n) [L/T] of the flow `u` (nkz, sticks, 3) at the points, the same on all ranks. Costs three
+  !> inverse transforms, of which only the parts that reach the points are done. Collective.
   subroutine forces_sample(self, transform, u, velocities)
     class(point_forces_t), intent(inout), target :: self
     class(transform_t), intent(inout) :: transform
@@ -183,6 +183,7 @@ contains
     nullify (self%u)
   end subroutine forces_sample
 
+  !> Sums the first n values over all ranks. Collective.
   subroutine sum_over_ranks(world, n, values)
     type(world_t), intent(in) :: world
     integer, intent(in) :: n
@@ -190,9 +191,9 @@ contains
     call world%sum_reals(values)
   end subroutine sum_over_ranks
 
-  !> Changes the flow `u` by forces(3, n) [rho L^4/T^2] that act on it at the points for a time `dt` [T]. The mean flow
-  !> changes by dt times the total force times `mean_response` [1/(rho L^3)] of each direction: 1/V where it is free, 0
-  !> where it is prescribed. Costs three forward transforms, of them only what leads from the points. Collective.
+  !> Changes the flow `u` by forces(3, n) [rho L^4/T^2] that act on it at the points for a time `dt` [T]. The mean flow changes by
+  !> dt times the total force times `mean_response` [1/(rho L^3)] of each direction: 1/V where it is free, 0 where it is
+  !> prescribed. Costs three forward transforms, of which only the parts that come from the points are done. Collective.
   subroutine forces_apply(self, transform, forces, dt, mean_response, u)
     class(point_forces_t), intent(inout), target :: self
     class(transform_t), intent(inout) :: transform
@@ -208,6 +209,7 @@ contains
     nullify (self%u)
   end subroutine forces_apply
 
+  !> Prepares a pass of the transform over the flow `u`.
   subroutine point_at(self, u)
     type(point_forces_t), intent(inout), target :: self
     complex(rp), contiguous, target, intent(in) :: u(:, :, :)
@@ -215,7 +217,7 @@ contains
     self%lines => self%stencils%lines
   end subroutine point_at
 
-  !> Phi over the transform of the window on stick `s`, 0 outside the sphere.
+  !> Computes Phi over the transform of the window on stick `s`, 0 outside the sphere.
   subroutine set_filter(self, s)
     class(point_forces_t), intent(inout) :: self
     integer, intent(in) :: s
@@ -242,7 +244,7 @@ contains
     end do
   end subroutine forces_spectral_in
 
-  !> Gathers values at the points, or spreads theirs; see kernels_t.
+  !> Interpolates velocities at the points, or spreads the forces of the points; see kernels_t.
   subroutine forces_product(self, first, count, z, in, out)
     class(point_forces_t), intent(inout) :: self
     integer, intent(in) :: first, count, z
@@ -260,6 +262,7 @@ contains
     end do
   end subroutine forces_product
 
+  !> Adds the velocities on a line of the grid to the values of the points near it.
   subroutine gather_line(self, line, in)
     type(point_forces_t), intent(inout) :: self
     integer, intent(in) :: line
@@ -282,6 +285,7 @@ contains
     end associate
   end subroutine gather_line
 
+  !> Adds the forces of the points near a line of the grid to this line.
   subroutine spread_line(self, line, out)
     type(point_forces_t), intent(in) :: self
     integer, intent(in) :: line
@@ -332,7 +336,7 @@ contains
           u(j, s, 3) = u(j, s, 3) + fields(j, i, 3) - kz(j)*along(j)
         end do
       end associate
-      ! The mean follows its own law, by the total force itself: no window comes between.
+      ! The mean follows its own law, by the total force itself, without the window.
       if (s == self%sticks%zero) self%u(1, s, :) = self%u(1, s, :) - fields(1, i, :) + self%mean_change
     end do
   end subroutine forces_spectral_out

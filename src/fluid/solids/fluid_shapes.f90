@@ -1,23 +1,34 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Bodies of simple shape that do not move: their names, what their sizes must be, and how far a point is from their surface.
-!> A new one needs a name in SHAPES and a case in `shape_distance`, and in `shape_mistake` if it has sizes of its own.
+!> A new one needs a kind, a word in SHAPES and a case in `shape_distance`, and in `shape_mistake` if it has sizes of its own.
 module fluid_shapes
   use base_constants, only: PI
   use base_kinds, only: rp
+  use base_named_kinds, only: named_kind_t
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: shape_t, SHAPES, OBSTACLES, SHAPE_HELP
+  public :: shape_t, NO_SHAPE, SHAPE_SPHERE, SHAPE_CYLINDER, SHAPE_CYLINDER_X, SHAPE_PLATE, SHAPE_COUETTE, LAST_SHAPE, SHAPES, &
+            OBSTACLES, SHAPE_HELP
+
+  integer, parameter :: NO_SHAPE = 0, SHAPE_SPHERE = 1, SHAPE_CYLINDER = 2, SHAPE_CYLINDER_X = 3, SHAPE_PLATE = 4, &
+                        SHAPE_COUETTE = 5, LAST_SHAPE = 5
 
   !> Words of the input; names that begin with a capital are older ones of the same shape.
-  character(*), parameter :: SHAPES = 'sphere|Sphere|cylinder|cylinder_x|plate|Plate|couette'
-  character(*), parameter :: OBSTACLES = 'sphere|cylinder|cylinder_x' !< those that may be beside an insect
+  type(named_kind_t), parameter :: SHAPES(7) = [ &
+    named_kind_t('sphere', SHAPE_SPHERE), named_kind_t('Sphere', SHAPE_SPHERE), named_kind_t('cylinder', SHAPE_CYLINDER), &
+    named_kind_t('cylinder_x', SHAPE_CYLINDER_X), named_kind_t('plate', SHAPE_PLATE), named_kind_t('Plate', SHAPE_PLATE), &
+    named_kind_t('couette', SHAPE_COUETTE)]
+  !> Those that may be beside an insect.
+  type(named_kind_t), parameter :: OBSTACLES(4) = [ &
+    named_kind_t('none', NO_SHAPE), named_kind_t('sphere', SHAPE_SPHERE), named_kind_t('cylinder', SHAPE_CYLINDER), &
+    named_kind_t('cylinder_x', SHAPE_CYLINDER_X)]
   character(*), parameter :: SHAPE_HELP = 'sphere; cylinder along z (2-D: along x); cylinder along x; square plate; '// &
                                           'Couette device'
 
-  !> One of them, as the user gives it.
+  !> One of these bodies, as the user gives it.
   type :: shape_t
-    character(:), allocatable :: name !< of SHAPES without capitals, or another word: no shape
+    integer :: kind = NO_SHAPE
     real(rp) :: size = 0              !< diameter, or side of the plate, L
     real(rp) :: alpha = 0             !< turning of the plate about z, degree
     real(rp) :: r1 = 1, r2 = 1        !< inner and outer radius of the Couette device, L
@@ -36,12 +47,12 @@ contains
     character(:), allocatable, intent(out) :: key, text
     key = ''
     text = ''
-    select case (self%name)
-    case ('sphere', 'cylinder', 'cylinder_x', 'plate')
+    select case (self%kind)
+    case (SHAPE_SPHERE, SHAPE_CYLINDER, SHAPE_CYLINDER_X, SHAPE_PLATE)
       if (self%size > 0) return
       key = 'Size'
       text = 'the body needs a size above 0'
-    case ('couette')
+    case (SHAPE_COUETTE)
       if (self%r2 > self%r1) return
       key = 'r2'
       text = 'the outer radius must be larger than r1'
@@ -52,10 +63,10 @@ contains
   !> end.
   pure real(rp) function shape_reach(self) result(reach)
     class(shape_t), intent(in) :: self
-    select case (self%name)
-    case ('sphere')
+    select case (self%kind)
+    case (SHAPE_SPHERE)
       reach = self%size/2
-    case ('plate')
+    case (SHAPE_PLATE)
       reach = self%size/2*sqrt(2.0_rp)
     case default
       reach = huge(reach)
@@ -72,20 +83,20 @@ contains
     real(rp), intent(inout) :: velocity(3)
     real(rp) :: r
     distance = huge(distance)
-    select case (self%name)
-    case ('sphere')
+    select case (self%kind)
+    case (SHAPE_SPHERE)
       distance = norm2(point(merge(2, 1, grid%is_2d):)) - self%size/2
-    case ('cylinder', 'cylinder_x')
-      r = merge(hypot(point(2), point(3)), hypot(point(1), point(2)), self%name == 'cylinder_x' .or. grid%is_2d)
+    case (SHAPE_CYLINDER, SHAPE_CYLINDER_X)
+      r = merge(hypot(point(2), point(3)), hypot(point(1), point(2)), self%kind == SHAPE_CYLINDER_X .or. grid%is_2d)
       distance = r - self%size/2
-    case ('plate')
+    case (SHAPE_PLATE)
       ! In 2-D the plate is a line in the plane, its normal along y.
       if (grid%is_2d) then
         distance = plate_distance([point(2), point(3), 0.0_rp], self%alpha*PI/180, self%size, 2*grid%max_spacing())
       else
         distance = plate_distance(point, self%alpha*PI/180, self%size, 2*grid%max_spacing())
       end if
-    case ('couette')
+    case (SHAPE_COUETTE)
       r = hypot(point(2), point(3))
       distance = min(r - self%r1, self%r2 - r)
       velocity = 0
@@ -93,8 +104,8 @@ contains
     end select
   end subroutine shape_distance
 
-  !> Signed distance from a square plate of side `side` and half-thickness `half`, normal along x, turned
-  !> by `angle` about z.
+  !> Returns the signed distance from a square plate of side `side` and half-thickness `half`, normal along x, turned by `angle`
+  !> about z.
   pure real(rp) function plate_distance(point, angle, side, half) result(d)
     real(rp), intent(in) :: point(3), angle, side, half
     real(rp) :: q(3)

@@ -43,7 +43,7 @@ module fsi_bent_body
     procedure :: level_at => beetle_level
   end type beetle_t
 
-  !> FLUSI's older fruit fly: a straight body of revolution of three parabolas, closed smoothly along x.
+  !> FLUSI's older fruit fly: a straight body of revolution made of three parabolas, with a smooth edge along x.
   type, extends(solid_shape_t) :: straight_fly_t
   contains
     procedure :: mask_at => straight_fly_mask
@@ -69,7 +69,7 @@ contains
     shape%high = [centre(1) + 0.53_rp*bend, 0.28_rp*bend, centre(2) + 1.28_rp*bend]
   end function make_fly
 
-  !> Place along the arc, in s, and the point of the arc, extended, that is nearest.
+  !> Returns the place along the arc, in s, and the nearest point of the extended arc.
   pure subroutine arc_place(self, x, z, s, nearest)
     class(arc_t), intent(in) :: self
     real(rp), intent(in) :: x, z

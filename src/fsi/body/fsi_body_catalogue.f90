@@ -91,7 +91,7 @@ contains
     end select
   end subroutine make_named_body
 
-  !> Returns where the left wing hangs [L]: at the hinge of a body that brings its own hinges, else beside the middle of the body.
+  !> Returns the place [L] of the left wing's hinge: that of a body that has its own hinges, else beside the middle of the body.
   pure function named_body_pivot(name, numbers) result(pivot)
     character(*), intent(in) :: name
     type(body_numbers_t), intent(in) :: numbers
@@ -100,7 +100,7 @@ contains
     if (any(name == ['jerry', 'Jerry'])) pivot = [0.05_rp, 0.2165_rp, 0.0_rp]
   end function named_body_pivot
 
-  !> Legs, antennae and proboscis of the bumblebee.
+  !> Adds legs, antennae and proboscis of the bumblebee.
   subroutine add_legs(parts)
     type(shape_holder_t), allocatable, intent(inout) :: parts(:)
     real(rp), parameter :: LEGS(3, 5, 3) = reshape([ &
@@ -122,7 +122,7 @@ contains
     call add(parts, make_rod([0.43_rp, 0.0_rp, -0.28_rp], [0.6_rp, 0.0_rp, -0.23_rp], 0.0221_rp))
   end subroutine add_legs
 
-  !> A rod and its mirror image on the right.
+  !> Adds a rod and its mirror image on the right.
   subroutine add_pair(parts, from, upto, radius)
     type(shape_holder_t), allocatable, intent(inout) :: parts(:)
     real(rp), intent(in) :: from(3), upto(3), radius
@@ -131,6 +131,7 @@ contains
     call add(parts, make_rod(MIRROR*from, MIRROR*upto, radius))
   end subroutine add_pair
 
+  !> Adds two spheres as eyes.
   subroutine add_eyes(parts, places, radius)
     type(shape_holder_t), allocatable, intent(inout) :: parts(:)
     real(rp), intent(in) :: places(3, 2), radius
@@ -138,7 +139,7 @@ contains
     call add(parts, make_sphere(places(:, 2), radius))
   end subroutine add_eyes
 
-  !> Vectors forward, to the left or right, and up, sin 45 degrees times `distance` each.
+  !> Returns vectors forward, to the left or right, and up, sin 45 degrees times `distance` each.
   pure function cheeks(distance) result(places)
     real(rp), intent(in) :: distance
     real(rp) :: places(3, 2)
@@ -146,12 +147,14 @@ contains
     places(:, 2) = sin(PI/4)*distance*[1, -1, 1]
   end function cheeks
 
+  !> Returns the first of several places.
   pure function first(places) result(place)
     real(rp), intent(in) :: places(:, :)
     real(rp) :: place(3)
     place = places(:, 1)
   end function first
 
+  !> Adds a shape to the parts of a body.
   subroutine add(parts, shape)
     type(shape_holder_t), allocatable, intent(inout) :: parts(:)
     class(solid_shape_t), intent(in) :: shape

@@ -213,7 +213,7 @@ contains
     level = merge(-nearest, nearest, is_inside)
   end function revolution_level
 
-  !> Distance of p from the straight piece a b.
+  !> Returns the distance of p from the straight piece a b.
   pure real(rp) function from_piece(p, a, b) result(distance)
     real(rp), intent(in) :: p(2), a(2), b(2)
     real(rp) :: s

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A solid inside a closed surface of triangles: the level is the distance from the nearest one, and its sign that of the
-!> normal there, at edges and corners the sum of the normals weighted by angles (Baerentzen & Aanaes 2005,
-!> DOI 10.1109/TVCG.2005.49).
+!> Describes a solid inside a closed surface of triangles. The level is the distance from the nearest triangle. Its sign follows
+!> from the normal there; at edges and corners that is the sum of the normals weighted by angles (Baerentzen & Aanaes 2005, DOI
+!> 10.1109/TVCG.2005.49).
 !>
-!> Cells of edge a hold the triangles within 3 r of their middle, where r = sqrt(3)/2 a. Where the surface is farther than
-!> r from the middle, it does not cross the cell, which has one sign; elsewhere the nearest triangle of any place of the cell is
-!> among those that it holds. A cell without triangles has the sign of its neighbour along x.
+!> Each cell of edge a holds the triangles within 3 r of its middle, where r = sqrt(3)/2 a. If the surface is farther than r from
+!> the middle, it does not cross the cell, which then lies on one side. Otherwise the triangle nearest to any place in the cell is
+!> among those that the cell holds. A cell without triangles lies on the same side as its neighbour along x.
 module fsi_closed_surface
   use base_kinds, only: rp
   use fsi_rotation, only: cross
@@ -51,6 +51,7 @@ contains
     call find_sides(shape)
   end function make_closed_surface
 
+  !> Finds the normals of faces, edges and points; those of edges and points are means over the faces that meet there.
   subroutine find_normals(self, n_points, triangles)
     type(closed_surface_t), intent(inout) :: self
     integer, intent(in) :: n_points, triangles(:, :)
@@ -95,12 +96,13 @@ contains
     end do
   end subroutine find_normals
 
+  !> Returns the angle between two vectors [rad].
   pure real(rp) function angle(a, b)
     real(rp), intent(in) :: a(3), b(3)
     angle = atan2(norm2(cross(a, b)), dot_product(a, b))
   end function angle
 
-  !> Two rounds over all triangles: the first counts, the second writes.
+  !> Lists the triangles of each cell in two rounds over all triangles: the first counts, the second writes.
   subroutine fill_cells(self)
     type(closed_surface_t), intent(inout) :: self
     integer, allocatable :: filled(:)
@@ -138,6 +140,7 @@ contains
     end do
   end subroutine fill_cells
 
+  !> Finds which cells are wholly inside (-1) or outside (1); 0 where the surface may cross a cell.
   subroutine find_sides(self)
     type(closed_surface_t), intent(inout) :: self
     real(rp) :: d
@@ -160,12 +163,14 @@ contains
     end do
   end subroutine find_sides
 
+  !> Returns the number of cell (i, j, k).
   pure integer function cell(self, i, j, k)
     type(closed_surface_t), intent(in) :: self
     integer, intent(in) :: i, j, k
     cell = i + self%n(1)*(j - 1 + self%n(2)*(k - 1))
   end function cell
 
+  !> Returns the centre of cell (i, j, k).
   pure function middle(self, i, j, k) result(x)
     type(closed_surface_t), intent(in) :: self
     integer, intent(in) :: i, j, k
@@ -173,7 +178,7 @@ contains
     x = self%origin + ([i, j, k] - 0.5_rp)*self%edge
   end function middle
 
-  !> Signed distance from the nearest triangle of a cell that has some.
+  !> Returns the signed distance from the nearest triangle of a cell that has some.
   pure real(rp) function nearest_level(self, c, x) result(level)
     type(closed_surface_t), intent(in) :: self
     integer, intent(in) :: c
@@ -198,7 +203,7 @@ contains
     level = sign(sqrt(best), dot_product(arm, self%normals(:, feature(best_v, best_w), t)))
   end function nearest_level
 
-  !> Which normal counts at the place (v, w) of a triangle.
+  !> Returns which normal counts at the place (v, w) of a triangle.
   pure integer function feature(v, w)
     real(rp), intent(in) :: v, w
     logical :: on(3) ! ab, ac, bc

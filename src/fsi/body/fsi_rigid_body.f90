@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A rigid solid made of shapes, in its frame: chi is the largest of its parts.
+!> Describes a rigid solid made of shapes, in its frame: chi is the largest chi of its parts.
 !>
 !> Its moments int chi dV, int chi x dV, int chi x x^T dV are sums over points of its frame that are half the smoothing
 !> apart; with them the momentum of the fluid in the mask follows from the motion of the frame.
@@ -47,6 +47,7 @@ contains
     call find_moments(self)
   end subroutine body_init
 
+  !> Finds the volume that the body displaces, and its first and second moments.
   subroutine find_moments(self)
     type(rigid_body_t), intent(inout) :: self
     real(rp) :: x(3), step, volume

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Draws a rigid solid into the mask of the fluid: chi of its shape, u_s = v + omega x r of its frame.
 !>
-!> Every grid line that passes through the box of the solid is looked at, in coordinates that are not wrapped, so that a
-!> line is the same to the bit on whatever rank it lies. A solid that rests is drawn once and then laid over the lines again.
+!> Every grid line that passes through the box of the solid is processed in coordinates that are not wrapped, so that a line is
+!> the same to the last bit on any rank. A solid at rest is drawn once; later calls only lay it over the lines again.
 module fsi_rigid_mask
   use base_kinds, only: rp
   use fluid_penalty, only: penalty_t
@@ -44,7 +44,7 @@ contains
     allocate (self%lines(3, 64), self%x(1024), self%color(1024), self%chi(1024), self%us(3, 1024))
   end subroutine mask_init
 
-  !> Lays the solid, whose frame is `frame`, over what `penalty` holds. Where chi of that is larger, or equal, that stays.
+  !> Lays the solid, whose frame is `frame`, over what `penalty` holds. Where chi of `penalty` is larger or equal, it stays.
   !> Communicates nothing.
   subroutine mask_draw(self, solid, frame, color, penalty)
     class(rigid_mask_t), intent(inout) :: self
@@ -64,7 +64,7 @@ contains
     end do
   end subroutine mask_draw
 
-  !> Whether both frames are at one place and move alike.
+  !> Tells whether both frames are at one place and move alike.
   pure logical function is_same(a, b)
     type(body_t), intent(in) :: a, b
     is_same = all(abs(a%centre - b%centre) <= 0) .and. all(abs(a%velocity - b%velocity) <= 0) .and. &
@@ -72,6 +72,7 @@ contains
               all(abs(a%rotation%omega - b%rotation%omega) <= 0)
   end function is_same
 
+  !> Finds the points of the grid on this rank that are in the mask of a solid.
   subroutine find_points(self, solid, frame, color)
     class(rigid_mask_t), intent(inout) :: self
     type(rigid_body_t), intent(in) :: solid
@@ -101,7 +102,7 @@ contains
     end do
   end subroutine find_points
 
-  !> The box in space that holds the solid with its smoothing.
+  !> Returns the box in space that holds the solid with its smoothing.
   pure subroutine box_in_space(solid, frame, low, high)
     type(rigid_body_t), intent(in) :: solid
     type(body_t), intent(in) :: frame
@@ -113,7 +114,7 @@ contains
     high = middle + half
   end subroutine box_in_space
 
-  !> The points from range(1) to range(2), not wrapped, of the line with this number, in the order of their wrapped places.
+  !> Draws the points from range(1) to range(2), not wrapped, of the line with this number, in the order of their wrapped places.
   subroutine draw_line(self, solid, frame, color, line, range, yz)
     class(rigid_mask_t), intent(inout) :: self
     type(rigid_body_t), intent(in) :: solid
@@ -142,6 +143,7 @@ contains
     if (self%n_cells >= begin) call add_line(self, [line, begin, self%n_cells])
   end subroutine draw_line
 
+  !> Adds a line of points.
   subroutine add_line(self, entry)
     class(rigid_mask_t), intent(inout) :: self
     integer, intent(in) :: entry(3)
@@ -155,6 +157,7 @@ contains
     self%lines(:, self%n_lines) = entry
   end subroutine add_line
 
+  !> Doubles the room for points.
   subroutine grow(self)
     class(rigid_mask_t), intent(inout) :: self
     integer, allocatable :: x(:), color(:)

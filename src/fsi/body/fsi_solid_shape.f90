@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A rigid solid in its own frame, as the mask sees it.
+!> Defines a rigid solid in its own frame, as the mask needs it.
 !>
 !> A shape gives chi at any place of its frame. Most do so by a level d, negative inside, which is the distance from
 !> the surface or, as in FLUSI, the distance in a section: chi = mask_profile(d, h) with half the width h of the step.
@@ -31,14 +31,14 @@ module fsi_solid_shape
   end type shape_holder_t
 
   abstract interface
-    !> chi, 0 to 1, at x in the frame, for half the width h of the step.
+    !> Returns chi, 0 to 1, at x in the frame, for half the width h of the step.
     pure real(rp) function mask_of_shape(self, x, h)
       import :: rp, solid_shape_t
       class(solid_shape_t), intent(in) :: self
       real(rp), intent(in) :: x(3), h !< L
     end function mask_of_shape
 
-    !> Signed distance at x, L, negative inside; of the right size near the surface, elsewhere of the right sign.
+    !> Returns the signed distance at x, L, negative inside. Near the surface its size is right, elsewhere only its sign.
     pure real(rp) function level_of_shape(self, x)
       import :: rp, level_shape_t
       class(level_shape_t), intent(in) :: self

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Closed triangulated surfaces from STL files, binary or ASCII.
+!> Reads closed triangulated surfaces from STL files, binary or ASCII.
 !>
 !> Corners with the same coordinates are one point. The surface must be closed and oriented: every edge belongs to two
 !> triangles, which pass it in opposite directions. Normals of the file are ignored.
@@ -56,6 +56,7 @@ contains
     end if
   end subroutine read_stl
 
+  !> Tells whether a text is a binary STL file: whether its length fits the number of facets that it states.
   pure logical function is_binary(text)
     character(*), intent(in) :: text
     is_binary = .false.
@@ -63,6 +64,7 @@ contains
     is_binary = len(text) - HEAD_BYTES == FACET_BYTES*int(transfer(text(81:84), 0_int32))
   end function is_binary
 
+  !> Reads the corners of all facets of a binary STL file.
   subroutine read_binary(text, corners)
     character(*), intent(in) :: text
     real(rp), allocatable, intent(out) :: corners(:, :)
@@ -80,6 +82,7 @@ contains
     end do
   end subroutine read_binary
 
+  !> Reads the corners of all facets of a text STL file. `problem` says what is wrong with it.
   subroutine read_ascii(text, corners, problem)
     character(*), intent(in) :: text
     real(rp), allocatable, intent(out) :: corners(:, :)
@@ -115,7 +118,7 @@ contains
     end do
   end subroutine read_ascii
 
-  !> Equal corners become one point.
+  !> Merges equal corners into one point.
   subroutine join_corners(corners, points, triangles)
     real(rp), intent(in) :: corners(:, :)
     real(rp), allocatable, intent(out) :: points(:, :)
@@ -146,6 +149,7 @@ contains
     points = points(:, :n)
   end subroutine join_corners
 
+  !> Returns a number that is equal for equal reals.
   pure integer function hash(x)
     real(rp), intent(in) :: x
     integer :: halves(2)
@@ -153,7 +157,7 @@ contains
     hash = ieor(halves(1), ishftc(halves(2), 7))
   end function hash
 
-  !> Tells edges with one triangle, with more than two, or passed twice in the same direction.
+  !> Reports edges with one triangle, with more than two, or passed twice in the same direction.
   subroutine check_closed(n_points, triangles, problem)
     integer, intent(in) :: n_points, triangles(:, :)
     character(:), allocatable, intent(out) :: problem

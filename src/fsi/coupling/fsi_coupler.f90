@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Couples flexible wings with the flow by a staggered scheme.
 !>
-!> At t(n) the deformed wings are drawn and the fluid goes from t(n) to t(n+1); then every wing does, by BDF2 in its
+!> At t(n) the deformed wings are drawn and the fluid makes its step to t(n+1). Then every wing makes its step, by BDF2 in its
 !> frame at t(n+1), under a load f along its frame:
 !>
 !>     weak          f(n), as in Truong et al.: first order in the step
@@ -10,12 +10,12 @@
 !>                   with the extrapolated load, f <- f + w (f(flow) - f), w by Aitken's rule over all wings (Kuettler
 !>                   & Wall 2008, DOI 10.1007/s00466-008-0255-5): second order
 !>
-!> AB2 takes u(n+1) from the wings of t(n): a sub-iteration changes the pressure of t(n+1) only, and the last one is the
-!> pass that the next step begins with.
+!> AB2 computes u(n+1) from the wings of t(n): a sub-iteration changes the pressure of t(n+1) only. The last one is also the pass
+!> with which the next step begins.
 !>
-!> Wings without thickness make their step together with the forces of the flow (fsi_thin_coupling).
+!> Wings without thickness and the forces that the flow exerts on them are advanced together (fsi_thin_coupling).
 !>
-!> Mechanics in SI units along the axes of the wing file, flow in L, T and rho, what is written along the frame of each
+!> The mechanics are in SI units along the axes of the wing file, the flow in L, T and rho, and output along the frame of each
 !> wing (fsi_wing_mirror). All conversions are here; those of checkpoints are in fsi_restart.
 module fsi_coupler
   use base_errors, only: failure_t, require
@@ -54,7 +54,7 @@ module fsi_coupler
 
   type :: coupler_t
     type(coupler_params_t) :: params
-    !> Of the wings, along the axes of the wing file; the same on all ranks, as are the next ones.
+    !> Data of the wings along the axes of the wing file. These and the following components are the same on all ranks.
     type(dynamic_state_t), allocatable :: states(:)
     type(wing_energy_t), allocatable :: energies(:)      !< at the end of the last step
     type(coupling_history_t) :: history
@@ -144,8 +144,9 @@ contains
     request%fields = request%fields .or. self%params%friction
   end subroutine coupler_add_request
 
-  !> Takes the load of the fluid's last pass on the wings. That pass must have kept what `add_request` asks for, and the wings
-  !> must still be where they were in it. The load of wings without thickness is that under which they came there. Collective.
+  !> Samples the load of the fluid's last pass on the wings. That pass must have kept what `add_request` asks for, and the wings
+  !> must still be where they were in it. The load of wings without thickness is the one under which they made their last step.
+  !> Collective.
   subroutine coupler_sample_load(self, fluid, wings)
     class(coupler_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -204,9 +205,9 @@ contains
     end do
   end subroutine sample
 
-  !> Takes the wings over a step dt [T] that `fluid` has just made, under the load sampled last and what the coupling makes of it.
-  !> Gives their new deformation to `wings`, for their next placing. Fails if Newton's method does, if the sub-iterations do not
-  !> converge, or if a wing bends beyond the limit; then the run cannot go on from this state.
+  !> Advances the wings over a step dt [T] that `fluid` has just made, under the load that the coupling makes of the last sample.
+  !> Gives their new deformation to `wings`, for their next placing. Fails if Newton's method or the sub-iterations do not
+  !> converge, or if a wing bends beyond the limit; then the run cannot continue from this state.
   !>
   !> Only the strong coupling, which leaves the wings at the end of the step, and wings without thickness, which change the flow,
   !> need `fluid`. Wings without thickness also need `thin`. Collective.
@@ -271,7 +272,7 @@ contains
     call self%deform(wings)
   end subroutine coupler_rewind
 
-  !> The step of all wings without thickness, and their part of that of the flow; sets `applied`.
+  !> Makes the step of all wings without thickness, with the change of the flow by their forces; sets `applied`.
   subroutine advance_thin(self, fluid, wings, thin, failure)
     class(coupler_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -291,7 +292,7 @@ contains
     end associate
   end subroutine advance_thin
 
-  !> The step of all wings from its beginning under `applied`.
+  !> Makes the step of all wings from its beginning under `applied`.
   subroutine solve(self, dt, wings, failure)
     class(coupler_t), intent(inout) :: self
     real(rp), intent(in) :: dt
@@ -312,7 +313,7 @@ contains
     if (.not. failure%failed) call self%deform(wings)
   end subroutine solve
 
-  !> Repeats the step of the wings until the load under which they make it is the one that they find at its end.
+  !> Repeats the step of the wings until the load that they were given equals the load at the end of the step.
   subroutine subiterate(self, dt, wings, fluid, failure)
     class(coupler_t), intent(inout) :: self
     real(rp), intent(in) :: dt
@@ -348,7 +349,8 @@ contains
       report%total = report%total + report%iterations
       if (.not. self%has_current_force .and. .not. failure%failed) &
         call failure%raise('the strong coupling has not converged: after '//number_text(real(report%iterations, rp))// &
-                           ' sub-iterations the load still changes by '//number_text(report%residual)//' of itself')
+                           ' sub-iterations the load still changes by the fraction '//number_text(report%residual)// &
+                           ': set a smaller [Time] CFL or more [Flexible_wing] coupling_iterations')
     end associate
   end subroutine subiterate
 

@@ -12,7 +12,7 @@ module fsi_coupler_params
 
   integer, parameter :: COUPLING_WEAK = 1, COUPLING_EXTRAPOLATED = 2, COUPLING_STRONG = 3
 
-  !> What the wings are made of: that of the wing file, which they are or mirror (fsi_wing_mirror). SI units.
+  !> Properties of the wings: those of the wing file, of which every wing is a copy or a mirror image (fsi_wing_mirror). SI units.
   type :: coupler_params_t
     type(solid_model_t) :: model
     type(inertia_t) :: inertia
@@ -24,7 +24,7 @@ module fsi_coupler_params
     type(unit_scales_t) :: units        !< SI values of one L, T and M
     real(rp) :: gravity(3) = 0          !< [m/s^2] in space
     logical :: states_gravity = .false. !< the user does
-    real(rp) :: distance = 0            !< of the places where the flow is looked at from the surface, L
+    real(rp) :: distance = 0            !< from the surface at which the flow is sampled, L
     logical :: extrapolates = .false.   !< the pressure difference is extrapolated to the mid surface
     logical :: friction = .false.       !< the viscous traction is part of the load
     integer :: coupling = COUPLING_WEAK
@@ -55,9 +55,9 @@ contains
   !> Returns the largest s = (dt/C_eta) rho t/(mass per area of the wing) that is certainly stable, where t is the thickness of
   !> the sheet.
   !>
-  !> The fluid in the mask pulls a point of the wing with rho t/C_eta per velocity. Under that alone BDF2 moves it by z^n with 3
-  !> z^2/2 - (2 - s) z + 1/2 = 0 if the load is that of t(n), and with 3 z^2/2 - (2 - 2 s) z + 1/2 - s = 0 if it is extrapolated:
-  !> |z| < 1 below 4 and 4/3. Sub-iterations have no limit.
+  !> The fluid in the mask pulls a point of the wing with a force per area and velocity of rho t/C_eta. Under this force alone
+  !> BDF2 moves the point by z^n with 3 z^2/2 - (2 - s) z + 1/2 = 0 if the load is that of t(n), and with 3 z^2/2 - (2 - 2 s) z +
+  !> 1/2 - s = 0 if it is extrapolated: |z| < 1 below 4 and 4/3. Sub-iterations have no limit.
   pure real(rp) function params_stability_limit(self) result(limit)
     class(coupler_params_t), intent(in) :: self
     select case (self%coupling)

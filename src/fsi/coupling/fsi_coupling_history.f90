@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Keeps what the coupling of wings and flow needs from one step to the next, and extrapolates the load with it,
+!> Keeps the loads that the coupling of wings and flow needs from one step to the next, and extrapolates the load with them,
 !>
 !>     f(n+1) ~ f(n) + dt/dt_old (f(n) - f(n-1)),
 !>
@@ -46,7 +46,7 @@ contains
     end if
   end subroutine history_extrapolate
 
-  !> Remembers that a step dt [T] was made under `applied`; `force` has been set.
+  !> Records that a step dt [T] was made under `applied`; `force` has been set.
   pure subroutine history_record_step(self, dt, applied)
     class(coupling_history_t), intent(inout) :: self
     real(rp), intent(in) :: dt

@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Advances flexible wings without thickness over a time step, together with the flow.
 !>
-!> The fluid has made its step without the wings. The markers meet it where the wings will be at the end of the step,
-!> which is extrapolated, and the wings make their step under the load with which the flow answers it
-!> (fsi_flow_reaction). The forces on the flow are those of the motion that was found: what a wing loses the flow
-!> receives, to the bit. The load is known with the motion, so that it needs no extrapolation and no sub-iterations, and
-!> the wing may be as light as it likes. The strong coupling repeats the step with markers where the wings were found,
-!> until both agree; it looks at the same flow again, and costs no evaluation of the flow.
+!> The fluid has made its step without the wings. The markers sample it where the wings will be at the end of the step, which is
+!> extrapolated, and the wings make their step under the load by which the flow resists this motion (fsi_flow_reaction). The flow
+!> receives exactly the force that the wing loses, to the last bit. Load and motion are found at the same time, so that neither
+!> extrapolation of the load nor sub-iterations are needed, and the wing may be arbitrarily light. The strong coupling repeats the
+!> step with markers where the wings were found, until both agree; it samples the same flow again and needs no evaluation of the
+!> flow.
 !>
-!> The force is the mean one of the step, and the wing feels it at the end: first order in the step.
+!> The force is the mean force of the step, but the wing feels it at the end: first order in the step.
 module fsi_thin_coupling
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -27,18 +27,18 @@ module fsi_thin_coupling
   private
   public :: advance_thin_wings, thin_report_t
 
-  !> What a step took.
+  !> Reports what a step needed.
   type :: thin_report_t
-    integer :: passes = 0       !< times that the wings have made it
+    integer :: passes = 0       !< number of times that the wings have made the step
     real(rp) :: distance = 0    !< between markers as met and as found, over the way of the fastest in the step
   end type thin_report_t
 
 contains
 
-  !> Takes the wings over the step that `fluid` has just made, at whose end it gets their forces. `states` and `solvers` have
-  !> begun the step; `force` (3, n_all, wings) [N] is the load under which they make it, along the axes of the wing
-  !> file; `wings` keep their place and get the new deformation. Fails if Newton's method does, if markers come too close
-  !> to each other, or if the strong coupling does not converge; then the run cannot go on from this state. Collective.
+  !> Advances the wings over the step that `fluid` has just made, and applies their forces to it at the end. `states` and
+  !> `solvers` have begun the step. `force` (3, n_all, wings) [N] is the load under which they make it, along the axes of the wing
+  !> file. `wings` keep their place and get the new deformation. Fails if Newton's method does, if markers come too close to each
+  !> other, or if the strong coupling does not converge; then the run cannot continue from this state. Collective.
   subroutine advance_thin_wings(thin, fluid, wings, params, solvers, states, force, report, failure)
     type(thin_wings_t), intent(inout) :: thin
     type(fluid_t), intent(inout) :: fluid
@@ -99,7 +99,7 @@ contains
     call thin%apply_forces(fluid, wings, poses)
   end subroutine advance_thin_wings
 
-  !> The pose of wing i at `time`.
+  !> Returns the pose of wing i at `time`.
   subroutine find_pose(wings, i, time, pose)
     type(flapping_wings_t), intent(in) :: wings
     integer, intent(in) :: i
@@ -110,7 +110,7 @@ contains
     end associate
   end subroutine find_pose
 
-  !> The markers of wing i where its deformation puts them at the end of the step.
+  !> Places the markers of wing i where its deformation puts them at the end of the step.
   subroutine place_markers(thin, i, wings, pose)
     type(thin_wings_t), intent(inout) :: thin
     integer, intent(in) :: i
@@ -125,7 +125,7 @@ contains
     end associate
   end subroutine place_markers
 
-  !> Turns the responses of all wings with their markers. Computes those again whose wings have also changed their shape since
+  !> Rotates the responses of all wings with their markers. Computes those anew whose wings have also changed their shape since
   !> the last computation.
   subroutine update_responses(thin, wings, failure)
     type(thin_wings_t), intent(inout) :: thin
@@ -157,8 +157,8 @@ contains
     end do
   end subroutine update_responses
 
-  !> On the owner of wing i: its reaction begins the step of `dt` with the flow that its markers have met. The helpers of the owner
-  !> serve the solutions that it then needs for the wing, and return when it ends them.
+  !> Runs on the owner of wing i. The reaction of the wing begins the step of `dt` with the flow at its markers. The helpers of
+  !> the owner do their share of the solutions that it then needs for the wing, and return when it ends them.
   subroutine meet_flow(thin, i, pose, dt)
     type(thin_wings_t), intent(inout) :: thin
     integer, intent(in) :: i
@@ -176,7 +176,7 @@ contains
     end associate
   end subroutine meet_flow
 
-  !> On the owner of wing i, which keeps its shape: the force of the flow on it, after `meet_flow`.
+  !> Runs on the owner of wing i, which keeps its shape: returns the force of the flow on it, after `meet_flow`.
   subroutine hold_wing(thin, i, solver, state, force)
     type(thin_wings_t), intent(inout) :: thin
     integer, intent(in) :: i
@@ -190,7 +190,7 @@ contains
     end associate
   end subroutine hold_wing
 
-  !> On the owner of wing i: its step of `dt` under the force of the flow, after `meet_flow`.
+  !> Runs on the owner of wing i: makes its step of `dt` under the force of the flow, after `meet_flow`.
   subroutine advance_wing(thin, i, dt, params, solver, state, force)
     type(thin_wings_t), intent(inout) :: thin
     integer, intent(in) :: i
@@ -207,7 +207,7 @@ contains
     end associate
   end subroutine advance_wing
 
-  !> The velocities of the markers in space, and the largest distance [L] of where they are from where they met the flow.
+  !> Returns the velocities of the markers in space, and their largest distance [L] from the places where they sampled the flow.
   subroutine move_markers(thin, wings, poses, distance)
     type(thin_wings_t), intent(inout) :: thin
     type(flapping_wings_t), intent(in) :: wings
@@ -230,7 +230,7 @@ contains
     end do
   end subroutine move_markers
 
-  !> Gives the forces that the owner of wing i has found to all ranks, as those on the flow and as the load on the points.
+  !> Gives the forces that the owner of wing i has found to all ranks, as forces on the flow and as the load on the points.
   subroutine distribute_forces(thin, i, pose, params, force)
     type(thin_wings_t), intent(inout) :: thin
     integer, intent(in) :: i

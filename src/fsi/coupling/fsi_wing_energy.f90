@@ -3,14 +3,14 @@
 !>
 !>     T + U + Q = (T + U)(0) + W_hinge + W_load + W_weight
 !>
-!> with kinetic energy T, elastic energy U, the loss Q to damping, and the work of the load under which the wing
-!> was advanced and of the weight, sums of (F_n + F_(n+1))/2 . (x_(n+1) - x_n) over the points. The hinge moves
-!> the frame with V and omega; what it has to give is what momentum p and angular momentum l about it lack:
+!> with kinetic energy T, elastic energy U, the energy Q lost to damping, and the work of the weight and of the load under which
+!> the wing was advanced, sums of (F_n + F_(n+1))/2 . (x_(n+1) - x_n) over the points. The hinge moves the frame with V and omega.
+!> It supplies the missing part of the momentum p and of the angular momentum l about it:
 !>
 !>     W_hinge = int (dp/dt - F - M g) . V + (dl/dt + V x p - m_F - m_g) . omega dt,
 !>
-!> all by centred differences and means over the step. Dampers stand on the frame. Nothing here uses the wing's
-!> equation of motion, so the balance is a check of its time stepping, and open by O(h^2).
+!> all by centred differences and means over the step. Dampers are fixed to the frame. Nothing here uses the equation of motion of
+!> the wing. The balance therefore checks its time stepping; the imbalance is O(h^2).
 module fsi_wing_energy
   use base_kinds, only: rp
   use base_visitor, only: visited_t, visitor_t
@@ -46,7 +46,8 @@ module fsi_wing_energy
   !> A wing in space at one time, SI units.
   type :: snapshot_t
     real(rp), allocatable :: x(:, :), load(:, :)
-    !> Along the wing file's axes: displacements, elastic and viscoelastic forces, elastic ones alone, those of rubbing joints.
+    !> Along the axes of the wing file: displacements, elastic and viscoelastic forces, elastic forces alone, friction forces of
+    !> joints.
     real(rp), allocatable :: u(:, :), g(:, :), elastic_force(:, :), joints(:, :)
     real(rp), dimension(3) :: velocity, omega, momentum, spin, force, moment, weight, weight_moment
     real(rp) :: kinetic = 0, elastic = 0
@@ -106,9 +107,8 @@ contains
     end subroutine make_room
   end subroutine meter_init
 
-  !> Remembers the wing before a step, under the load(3, n_all) [N] of the end of the step before; state and load are
-  !> along the axes of the wing file. Nobody but the steps may have changed it since `finish`, which then has looked
-  !> already.
+  !> Records the wing before a step, under the load(3, n_all) [N] of the end of the step before; state and load are along the axes
+  !> of the wing file. After `finish` the record that it made is used; only steps may have changed the wing since then.
   subroutine meter_begin(self, model, inertia, motion, state, load, is_first, energy)
     class(energy_meter_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -175,7 +175,7 @@ contains
     self%last = 3 - self%last
   end subroutine meter_finish
 
-  !> Everything about the wing at the time of `state`.
+  !> Computes everything about the wing at the time of `state`.
   subroutine observe(model, inertia, motion, state, load, s)
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia

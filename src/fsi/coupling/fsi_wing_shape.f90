@@ -9,8 +9,8 @@
 !>     twist           angle from (c_y, c_z) of the unloaded wing to that now, about e_x
 !>     camber          (p - T).n/(|n| |c|) of the point p of the section where it is largest
 !>
-!> All three are positive toward the upper side of the wing, the twist if the leading edge turns there, so that
-!> mirror images have the same numbers.
+!> All three are positive toward the upper side of the wing; the twist is positive if the leading edge turns there. Wings that are
+!> mirror images of each other therefore have the same numbers.
 module fsi_wing_shape
   use base_kinds, only: rp
   implicit none
@@ -19,7 +19,7 @@ module fsi_wing_shape
 
   real(rp), parameter :: SPAN(3) = [0.25_rp, 0.5_rp, 0.75_rp] !< where wings are usually measured, of their largest x
 
-  !> Of one section. Length in those of the points.
+  !> Shape of one section. Lengths are in the unit of the points.
   type :: section_t
     real(rp) :: trailing = 0 !< displacement of the trailing edge
     real(rp) :: twist = 0    !< rad
@@ -70,7 +70,7 @@ contains
     has = size(self%lines(i)%weights) >= 2
   end function shape_has
 
-  !> Where the edges of the mesh cross the plane at `x`.
+  !> Finds where the edges of the mesh cross the plane at `x`.
   pure subroutine cut(points, triangles, x, line)
     real(rp), intent(in) :: points(:, :), x
     integer, intent(in) :: triangles(:, :)
@@ -127,7 +127,7 @@ contains
     end do
   end subroutine shape_measure
 
-  !> Value of the vectors `x` (3, n) of the points at the k-th place of a section.
+  !> Returns the value of the vectors `x` (3, n) of the points at the k-th place of a section.
   pure function at(line, k, x) result(value)
     type(line_t), intent(in) :: line
     integer, intent(in) :: k

@@ -51,7 +51,7 @@ contains
     allocate (self%guess(3, model%n_all), self%packed(21*model%n_all + 3))
   end subroutine solver_init
 
-  !> Remembers the state before a step.
+  !> Records the state before a step.
   subroutine solver_begin(self, state)
     class(wing_solver_t), intent(inout) :: self
     type(dynamic_state_t), intent(in) :: state
@@ -60,8 +60,8 @@ contains
     self%factorisations = 0
   end subroutine solver_begin
 
-  !> Makes the step dt [s] on the owner, from the remembered state, under force(3, n_all) [N] and under a reaction, if there is
-  !> one. A second call for the same step begins with the displacements found before. The other ranks return at once.
+  !> Makes the step dt [s] on the owner, from the recorded state, under force(3, n_all) [N] and a reaction, if there is one. A
+  !> second call for the same step begins with the displacements found before. The other ranks return at once.
   subroutine solver_solve(self, model, inertia, options, force, dt, state, reaction)
     class(wing_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -83,7 +83,7 @@ contains
     self%is_repeated = .true.
   end subroutine solver_solve
 
-  !> Gives what `solve` has found to all ranks, or its failure. Collective.
+  !> Gives the result of `solve`, or its failure, to all ranks. Collective.
   subroutine solver_broadcast(self, world, state, failure)
     class(wing_solver_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -102,7 +102,7 @@ contains
     call broadcast_state(self, world, state)
   end subroutine solver_broadcast
 
-  !> Takes the state back to the beginning of the step, which `solve` may have left. Collective.
+  !> Sets the state back to the beginning of the step. Collective.
   subroutine solver_rewind(self, world, state)
     class(wing_solver_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -130,6 +130,7 @@ contains
 
   contains
 
+    !> Packs all arrays of the state, or unpacks them.
     subroutine move_all()
       n = 0
       call move(state%u)

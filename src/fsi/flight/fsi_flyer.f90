@@ -2,19 +2,19 @@
 !> Advances a flyer in the flow: a free body (fsi_free_body) under its weight, the forces of the flow and the inertia of the
 !> fluid that it displaces.
 !>
-!> The penalization force F_p = int chi/C_eta (u - u_s) acts on the fluid in the mask, too. What the flow does to the insect
-!> is F = F_p + d/dt int chi u_s, and likewise for the moments. The last term is on the left side of the equations of
-!> motion here, as Uhlmann 2005 (DOI 10.1016/j.jcp.2005.03.017) and FLUSI have it for a sphere:
+!> The penalization force F_p = int chi/C_eta (u - u_s) also acts on the fluid in the mask. The flow acts on the insect with F =
+!> F_p + d/dt int chi u_s, and likewise for the moments. Here the last term is on the left side of the equations of motion, as
+!> Uhlmann 2005 (DOI 10.1016/j.jcp.2005.03.017) and FLUSI do for a sphere:
 !>
 !>     d/dt (momentum of the insect - that of the displaced fluid, moving with it) = F_p + weight.
 !>
-!> The fluid loses what the left side gains. The weights in time are the same, so that the sum is conserved to round-off.
-!> FLUSI without its unsteady corrections leaves the second term out: the insect then carries the fluid in its mask along, as if
-!> it were as much heavier (`carries_fluid`). The sum of momenta is conserved in either way.
+!> The fluid loses what the left side gains. Both have the same weights in time, so that the sum is conserved to round-off. FLUSI
+!> without its unsteady corrections omits the second term: the insect then carries the fluid in its mask, as if the fluid were a
+!> part of its mass (`carries_fluid`). The sum of momenta is conserved in both cases.
 !>
-!> The force of a slip s in the mask relaxes it as ds/dt = -s/C_eta/(1 - m_f/m) if the body is as free as the fluid in it:
-!> the explicit step must be shorter by 1 - m_f/m, the least of all motions (`least_fraction`). At the limit of AB2 its second
-!> root is -1, and the body would swing from step to step; with DAMPED of it the root is -0.74.
+!> The force of a slip s in the mask damps it as ds/dt = -s/C_eta/(1 - m_f/m) if the body is as free as the fluid in it. The
+!> explicit step must therefore be shorter by the factor 1 - m_f/m, the least of all motions (`least_fraction`). At the limit of
+!> AB2 its second root is -1, and the body would oscillate from step to step; at the share DAMPED of the limit the root is -0.74.
 module fsi_flyer
   use base_kinds, only: rp
   use base_lapack, only: factorise, solve_lower, symmetric_eigen
@@ -114,8 +114,8 @@ contains
                                load(:, 2) + growth*self%marker_moment)
   end subroutine flyer_feel
 
-  !> Takes the state to the end of a step dt [T] that began at `time`, from `before` at its beginning to `after`, as far as that
-  !> is known without the markers. `carried` becomes the body as it will be with the markers' last forces.
+  !> Advances the state to the end of a step dt [T] that began at `time`, from `before` at its beginning to `after`, as far as is
+  !> possible without the forces of the markers. `carried` becomes the body that would follow from the last forces of the markers.
   pure subroutine flyer_advance(self, time, dt, before, after)
     class(flyer_t), intent(inout) :: self
     real(rp), intent(in) :: time, dt
@@ -134,7 +134,7 @@ contains
     call self%carried%show(time + dt, next%body())
   end subroutine flyer_advance
 
-  !> Completes that step, for `after` as it has become, under the forces that the markers had in it.
+  !> Completes that step with the forces that the markers had in it; `after` is the insect at the end of the step.
   pure subroutine flyer_settle(self, time, dt, after, marker_force, marker_moment)
     class(flyer_t), intent(inout) :: self
     real(rp), intent(in) :: time, dt

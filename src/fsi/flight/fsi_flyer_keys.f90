@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The keys of a free flight, FLUSI's: mass, gravity, J_body_yawpitchroll, DoF, startup_conditioner; and the mass of a wing.
+!> Declares the keys of a free flight, with FLUSI's names: mass, gravity, J_body_yawpitchroll, DoF, startup_conditioner; and the
+!> mass of a wing.
 module fsi_flyer_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
+  use fsi_body_motion, only: MOTION_FREE
   use fsi_body_motion_keys, only: body_motion_choices, body_motion_choices_t
   use fsi_flyer, only: flyer_params_t
   use io_config, only: config_t
@@ -57,7 +59,7 @@ contains
     call flyer_keys(keys, c)
   end function flyer_choices
 
-  !> Reads what a free flight needs. Mistakes go to `errors`. Nothing is read for a body that is not free.
+  !> Reads what a free flight needs. Mistakes go to `errors`. Reads nothing for a body that does not fly freely.
   subroutine read_flyer(config, params, errors, notices)
     type(config_t), intent(in) :: config
     type(flyer_params_t), intent(out) :: params
@@ -68,7 +70,7 @@ contains
     integer, parameter :: PLACE(6) = [1, 2, 3, 6, 5, 4]
     integer :: i
     motion = body_motion_choices(config)
-    if (motion%word /= 'free_flight') return
+    if (motion%kind /= MOTION_FREE) return
     c = flyer_choices(config)
     params = c%params
     params%is_free = .true.
@@ -99,7 +101,8 @@ contains
                            number_text(maxval(c%inertia))//' is more than the sum of the other two')
   end subroutine read_flyer
 
-  !> Mass of a wing of this area, and moment of the area about the x axis int y^2 dA: that of the key, or that of Jxx.
+  !> Returns the mass of a wing with this area and this moment of the area about the x axis, int y^2 dA: the mass of its key, or
+  !> the mass that follows from Jxx.
   pure real(rp) function choices_mass_of_wing(self, jxx, area, area_moment) result(mass)
     class(flyer_choices_t), intent(in) :: self
     real(rp), intent(in) :: jxx, area, area_moment

@@ -6,15 +6,15 @@
 !>
 !>     dp/dt = F,   dh/dt = T - V x p,   dX/dt = V,   dq/dt = q (0, omega)/2,
 !>
-!> are advanced by Adams-Bashforth with the weights of the flow (fluid_rhs), q by a turn by the weighted angular
-!> velocities. In the first step F and T have Euler's weights, as in the flow, and V and omega are those of the middle of
-!> the step as far as the accelerations tell. V and omega then follow from p and h and from how the masses move in the body:
+!> They are advanced by Adams-Bashforth with the weights of the flow (fluid_rhs), q by a turn with the weighted angular velocity.
+!> In the first step F and T have Euler's weights, as in the flow; V and omega are those at the middle of the step, as far as the
+!> accelerations tell. V and omega then follow from p and h and from the motion of the masses in the body:
 !>
 !>     p = M V + R'(omega x S + sum mu r'),      R h = S x R V + J omega + sum mu r x r'.
 !>
-!> So momentum is conserved to round-off, also that exchanged with the flow: h + X x p, since X and h have the same
-!> weights. Second order. Degrees of freedom that are held have a reaction: along the axes of space for translations,
-!> along the body's axes at the middle of the step for rotations.
+!> This conserves momentum to round-off, including the momentum that is exchanged with the flow: h + X x p, since X and h have the
+!> same weights. The scheme is of second order. Degrees of freedom that are held have a reaction: along the axes of space for
+!> translations, along the body's axes at the middle of the step for rotations.
 !>
 !> Equations of motion of a flapping flyer with the inertia of its wings, in another form: Gebert, Gallmeier & Evers 2002,
 !> DOI 10.2514/6.2002-4875; quaternions as Maeda et al. 2012 (J. Aero Aqua Bio-mech. 2, 71).
@@ -29,7 +29,7 @@ module fsi_free_body
   private
   public :: free_body_t, inertia_matrix
 
-  !> Vectors in space unless they say otherwise; code units with density 1.
+  !> Vectors are in space unless stated otherwise; code units with density 1.
   type, extends(visited_t) :: free_body_t
     real(rp) :: centre(3) = 0           !< X, L
     real(rp) :: velocity(3) = 0         !< V, L/T
@@ -73,8 +73,8 @@ contains
     self%free_spin = self%spin
   end subroutine free_start
 
-  !> Takes place and attitude to the end of a step dt [T] under `force` [rho L^4/T^2] and `moment` [rho L^5/T^2] about the origin
-  !> at its beginning, for which `accelerate` must have been called. `settle` must find the velocities.
+  !> Advances place and attitude to the end of a step dt [T] under `force` [rho L^4/T^2] and `moment` [rho L^5/T^2] about the
+  !> origin at its beginning, for which `accelerate` must have been called. `settle` must find the velocities afterwards.
   pure subroutine free_advance(self, dt, force, moment)
     class(free_body_t), intent(inout) :: self
     real(rp), intent(in) :: dt, force(3), moment(3)
@@ -136,7 +136,7 @@ contains
     where (.not. held(4:)) self%omega = y(4:)
   end subroutine free_settle
 
-  !> Finds the accelerations under `force` and `moment` about the origin, where and how the body is now.
+  !> Finds the accelerations under `force` and `moment` about the origin, for the present place and motion of the body.
   pure subroutine free_accelerate(self, whole, held, force, moment)
     class(free_body_t), intent(inout) :: self
     type(whole_t), intent(in) :: whole
@@ -195,7 +195,7 @@ contains
     call eliminate(a, b, y)
   end subroutine solve_held
 
-  !> Gauss' elimination with row pivots. A matrix that is singular gives numbers that are not finite.
+  !> Solves linear equations by Gauss' elimination with row pivots. A singular matrix gives numbers that are not finite.
   pure subroutine eliminate(a, b, y)
     real(rp), intent(inout) :: a(6, 6), b(6)
     real(rp), intent(out) :: y(6)
@@ -232,7 +232,7 @@ contains
     body%rotation%omega_rate = self%omega_rate
   end function free_body
 
-  !> Shows to the visitor what a restart needs. The rest is of the step that is being made.
+  !> Shows to the visitor what a restart needs. The other components belong to the step that is being made.
   subroutine free_visit(self, visitor)
     class(free_body_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor

@@ -2,9 +2,9 @@
 !> Sums mass, momentum and inertia of an insect: of one rigid part in its own frame, and of the whole with moving parts in the
 !> frame of the body.
 !>
-!> A part has mass m = sum mu, first moment S = sum mu x and second moment E = sum mu x x', from which its tensor of
-!> inertia is J = tr(E) 1 - E. Masses may be negative: those of displaced fluid are taken off. In the body's frame a mass
-!> is at r and moves with r' and r'' there; the whole has
+!> A part has mass m = sum mu, first moment S = sum mu x and second moment E = sum mu x x', from which its tensor of inertia is J
+!> = tr(E) 1 - E. Masses may be negative: those of displaced fluid are subtracted. In the body's frame a mass is at r and moves
+!> with r' and r'' there; the whole has
 !>
 !>     sum mu r,  sum mu r',  sum mu r'',  sum mu r r^T,  sum mu r r'^T,  sum mu r r''^T.
 module fsi_moments
@@ -15,7 +15,7 @@ module fsi_moments
   private
   public :: moments_t, whole_t, second_of_inertia, inertia_of_second, moments_of_points, axial, cross_matrix
 
-  !> Of a rigid part, about the origin of its frame; rho L^3, rho L^4, rho L^5.
+  !> Moments of a rigid part about the origin of its frame; rho L^3, rho L^4, rho L^5.
   type, extends(visited_t) :: moments_t
     real(rp) :: mass = 0
     real(rp) :: first(3) = 0
@@ -25,12 +25,12 @@ module fsi_moments
     procedure :: minus => moments_minus
   end type moments_t
 
-  !> Of the whole insect at one time, about the body's origin, along the body's axes.
+  !> Sums over the whole insect at one time, about the body's origin, along the body's axes.
   type :: whole_t
     real(rp) :: mass = 0
     real(rp) :: first(3) = 0, first_rate(3) = 0, first_rate2(3) = 0
     real(rp) :: second(3, 3) = 0, mixed(3, 3) = 0, mixed2(3, 3) = 0
-    real(rp) :: heavy(3) = 0 !< first moment of what has weight, which displaced fluid has not
+    real(rp) :: heavy(3) = 0 !< first moment of the parts that have weight, without displaced fluid
   contains
     procedure :: add_part => whole_add_part
     procedure :: add_moving => whole_add_moving
@@ -196,6 +196,7 @@ contains
     end do
   end function cross_matrix
 
+  !> Returns the outer product a b^T.
   pure function outer(a, b) result(t)
     real(rp), intent(in) :: a(3), b(3)
     real(rp) :: t(3, 3)

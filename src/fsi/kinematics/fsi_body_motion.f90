@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The body as a moving frame at any time: tethered, moved as prescribed by FLUSI's words of BodyMotion, by the states of a
-!> flight in a table, or where a free flight has brought it (fsi_flyer).
+!> Gives the body as a moving frame at any time: tethered, moved as one of FLUSI's words of BodyMotion prescribes, by the states
+!> of a flight in a table, or as a free flight has moved it (fsi_flyer).
 !>
 !> Prescribed motions swing with amplitudes and frequencies that are FLUSI's, in degrees and 1/T:
 !>
@@ -18,21 +18,39 @@ module fsi_body_motion
   use base_constants, only: PI, TWO_PI
   use base_errors, only: require
   use base_kinds, only: rp
+  use base_named_kinds, only: named_kind_t
   use fsi_kinematics, only: body_rotation, body_t
   use fsi_quaternion, only: angles_of, matrix_of, rate_of, spin_of
   use fsi_rotation, only: angle_t
   implicit none
   private
-  public :: body_motion_t, SWINGING_WORDS
+  public :: body_motion_t, SWINGS, MOTIONS, TABLE_WORD, LOADER_WORD
+
+  integer, parameter, public :: MOTION_TETHERED = 0, MOTION_TABLE = 1, MOTION_FREE = 2, MOTION_YAWPITCHROLL = 3, MOTION_ROLL = 4, &
+                                MOTION_PITCH = 5, MOTION_YAW = 6, MOTION_ROLL_PARAM = 7, MOTION_PITCH_PARAM = 8, &
+                                MOTION_BUFFETING = 9, MOTION_CASTING = 10, MOTION_WHEELING = 11
+  !> A place and attitude of early versions of FLUSI, and a take-off: other keys replace both before a body moves.
+  integer, parameter, public :: MOTION_POSE = 12, MOTION_TAKEOFF = 13
 
   !> Words of BodyMotion that swing.
-  character(12), parameter :: SWINGING_WORDS(9) = [character(12) :: 'yawpitchroll', 'roll', 'pitch', 'yaw', &
-                                                   'roll_param', 'pitch_param', 'buffeting', 'casting', &
-                                                   'wheeling']
+  type(named_kind_t), parameter :: SWINGS(9) = [ &
+    named_kind_t('yawpitchroll', MOTION_YAWPITCHROLL), named_kind_t('roll', MOTION_ROLL), named_kind_t('pitch', MOTION_PITCH), &
+    named_kind_t('yaw', MOTION_YAW), named_kind_t('roll_param', MOTION_ROLL_PARAM), &
+    named_kind_t('pitch_param', MOTION_PITCH_PARAM), named_kind_t('buffeting', MOTION_BUFFETING), &
+    named_kind_t('casting', MOTION_CASTING), named_kind_t('wheeling', MOTION_WHEELING)]
+
+  !> All words of BodyMotion.
+  character(*), parameter :: TABLE_WORD = 'from_file::', LOADER_WORD = 'kinematics_loader::'
+  type(named_kind_t), parameter :: MOTIONS(20) = [ &
+    named_kind_t('tethered', MOTION_TETHERED), named_kind_t('fixed', MOTION_POSE), named_kind_t('fixed45', MOTION_POSE), &
+    named_kind_t('forward', MOTION_POSE), named_kind_t('hovering', MOTION_POSE), named_kind_t('x0y0z0', MOTION_POSE), &
+    named_kind_t('flapper', MOTION_POSE), named_kind_t('free_flight', MOTION_FREE), named_kind_t('takeoff', MOTION_TAKEOFF), &
+    SWINGS, named_kind_t(TABLE_WORD//'*', MOTION_TABLE), named_kind_t(LOADER_WORD//'*', MOTION_TABLE)]
+
   real(rp), parameter :: BUFFETING = 23.0_rp/152, CASTING = 2.0_rp/152 !< frequencies, 1/T
 
   type :: body_motion_t
-    character(12) :: word = 'tethered'    !< or one of SWINGING_WORDS, 'table', 'free_flight'
+    integer :: kind = MOTION_TETHERED
     real(rp) :: centre(3) = 0             !< x0, L
     real(rp) :: velocity(3) = 0           !< v0, L/T
     real(rp) :: angles(3) = 0             !< roll, pitch, yaw of yawpitchroll_0, rad
@@ -51,11 +69,12 @@ contains
   !> Tells whether the body moves; a tethered one does not.
   pure logical function motion_moves(self) result(moves)
     class(body_motion_t), intent(in) :: self
-    moves = self%word /= 'tethered'
+    moves = self%kind /= MOTION_TETHERED
   end function motion_moves
 
-  !> Returns the mean speed [L/T] of the body's centre, which the motion alone defines, not the length of a run: of a table from
-  !> its first row to its last, linear in between; of words that swing, over one period; of a free flight, that of its start.
+  !> Returns the mean speed [L/T] of the body's centre. It depends on the motion alone, not on the length of a run: of a table
+  !> from its first row to its last, linear in between; of periodic motions, over one period; of a free flight, the speed at its
+  !> start.
   real(rp) function motion_mean_speed(self) result(speed)
     class(body_motion_t), intent(in) :: self
     integer, parameter :: N_SAMPLES = 2000
@@ -63,11 +82,11 @@ contains
     type(body_t) :: body
     integer :: i
     speed = 0
-    select case (self%word)
-    case ('tethered')
-    case ('free_flight')
+    select case (self%kind)
+    case (MOTION_TETHERED)
+    case (MOTION_FREE)
       speed = norm2(self%known(1)%velocity)
-    case ('table')
+    case (MOTION_TABLE)
       associate (t => self%table)
         do i = 2, size(t, 2)
           speed = speed + (t(1, i) - t(1, i - 1))*(norm2(t(5:7, i - 1)) + norm2(t(5:7, i)))/2
@@ -76,8 +95,8 @@ contains
       end associate
     case default
       period = 1
-      if (self%word == 'buffeting') period = 1/BUFFETING
-      if (self%word == 'casting') period = 1/CASTING
+      if (self%kind == MOTION_BUFFETING) period = 1/BUFFETING
+      if (self%kind == MOTION_CASTING) period = 1/CASTING
       do i = 1, N_SAMPLES
         body = swinging_body(self, (i - 0.5_rp)*period/N_SAMPLES)
         speed = speed + norm2(body%velocity)/N_SAMPLES
@@ -85,7 +104,7 @@ contains
     end select
   end function motion_mean_speed
 
-  !> A free flight knows the body at `time`, and still at the time that was shown before.
+  !> Shows the body of a free flight at `time`. It then knows the body at this time and at the one before.
   pure subroutine motion_show(self, time, body)
     class(body_motion_t), intent(inout) :: self
     real(rp), intent(in) :: time
@@ -104,19 +123,20 @@ contains
     real(rp), intent(in) :: time
     type(body_t), intent(in) :: tethered
     type(body_t) :: body
-    select case (self%word)
-    case ('tethered')
+    select case (self%kind)
+    case (MOTION_TETHERED)
       body = tethered
-    case ('free_flight')
+    case (MOTION_FREE)
       body = self%known(2)
       if (abs(time - self%times(1)) < abs(time - self%times(2))) body = self%known(1)
-    case ('table')
+    case (MOTION_TABLE)
       body = table_body(self%table, time)
     case default
       body = swinging_body(self, time)
     end select
   end function motion_at
 
+  !> Returns the body of one of FLUSI's named motions at a time.
   pure type(body_t) function swinging_body(self, time) result(body)
     type(body_motion_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -124,38 +144,38 @@ contains
     real(rp), parameter :: CIRCLE = 1.5_rp, TURN = 20.0_rp !< radius [L], time [T] of wheeling
     type(angle_t) :: roll, pitch, yaw, side
     body%centre = self%centre
-    select case (self%word)
-    case ('roll_param', 'buffeting', 'casting')
+    select case (self%kind)
+    case (MOTION_ROLL_PARAM, MOTION_BUFFETING, MOTION_CASTING)
       pitch%value = FLIGHT(1)
       yaw%value = FLIGHT(2)
     end select
-    select case (self%word)
-    case ('yawpitchroll')
+    select case (self%kind)
+    case (MOTION_YAWPITCHROLL)
       roll = swing(30*DEGREE, 1.0_rp, 0.0_rp, time)
       pitch = roll
       yaw = roll
       body%centre = self%centre + self%velocity*time
       body%velocity = self%velocity
-    case ('roll')
+    case (MOTION_ROLL)
       roll = swing(30*DEGREE, 1.0_rp, 0.0_rp, time)
-    case ('pitch')
+    case (MOTION_PITCH)
       pitch = swing(30*DEGREE, 1.0_rp, 0.0_rp, time)
-    case ('yaw')
+    case (MOTION_YAW)
       yaw = swing(30*DEGREE, 1.0_rp, 0.0_rp, time)
-    case ('roll_param')
+    case (MOTION_ROLL_PARAM)
       roll = swing(-60*DEGREE, 6.25_rp/152, 0.0_rp, time)
-    case ('pitch_param')
+    case (MOTION_PITCH_PARAM)
       pitch = swing(15*DEGREE, 1.0_rp, PI/2, time)
       roll%value = self%angles(1)
       pitch%value = pitch%value + self%angles(2)
       yaw%value = self%angles(3)
-    case ('buffeting')
+    case (MOTION_BUFFETING)
       roll = swing(-7*DEGREE, BUFFETING, 0.0_rp, time)
       side = swing(-0.45_rp/13.2_rp, BUFFETING, 0.0_rp, time)
-    case ('casting')
+    case (MOTION_CASTING)
       roll = swing(-20*DEGREE, CASTING, 0.0_rp, time)
       side = swing(22/13.2_rp, CASTING, 0.0_rp, time)
-    case ('wheeling')
+    case (MOTION_WHEELING)
       roll%value = -30*DEGREE
       yaw = angle_t(TWO_PI*time/TURN, TWO_PI/TURN, 0.0_rp)
       associate (out => CIRCLE*[sin(yaw%value), -cos(yaw%value), 0.0_rp], &
@@ -172,7 +192,7 @@ contains
     body%rotation = body_rotation(roll, pitch, yaw)
   end function swinging_body
 
-  !> amplitude sin(2 pi frequency t + phase) with its derivatives.
+  !> Returns amplitude sin(2 pi frequency t + phase) with its derivatives.
   pure type(angle_t) function swing(amplitude, frequency, phase, time)
     real(rp), intent(in) :: amplitude, frequency, phase, time
     real(rp) :: w
@@ -182,7 +202,7 @@ contains
     swing%acceleration = -amplitude*w**2*sin(w*time + phase)
   end function swing
 
-  !> The body between the rows of a table; before and behind it its first or last cubic goes on.
+  !> Returns the body between the rows of a table; before and after the table the first or last cubic continues.
   function table_body(table, time) result(body)
     real(rp), intent(in) :: table(:, :), time
     type(body_t) :: body
@@ -219,7 +239,7 @@ contains
     body%rotation%omega_rate = spin_of(q(:, 0), q(:, 2))
   end function table_body
 
-  !> The cubic with values y and slopes d at times a and b, and its first and second derivative.
+  !> Returns the cubic with values y and slopes d at times a and b, and its first and second derivative.
   pure subroutine cubic(time, a, b, ya, yb, da, db, f)
     real(rp), intent(in) :: time, a, b, ya(:), yb(:), da(:), db(:)
     real(rp), intent(out) :: f(:, 0:)

@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The keys of the motion of the body, FLUSI's, and tables of a flight.
+!> Reads the keys of the motion of the body, with FLUSI's names, and tables of a flight.
 module fsi_body_motion_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: BLANKS, count_words, number_text, parse_reals
-  use fsi_body_motion, only: body_motion_t, SWINGING_WORDS
+  use fsi_body_motion, only: body_motion_t, LOADER_WORD, MOTION_FREE, MOTION_TABLE, MOTION_TAKEOFF, MOTION_TETHERED, &
+                             MOTION_YAWPITCHROLL, MOTIONS, TABLE_WORD
   use fsi_kinematics, only: body_t
   use fsi_wing_motion_table, only: read_body_states
   use io_config, only: config_t
@@ -15,12 +16,13 @@ module fsi_body_motion_keys
   private
   public :: body_motion_choices_t, body_motion_choices, body_motion_keys, read_body_motion, read_flight_table
 
-  character(*), parameter :: SECTION = 'Insects', TABLE_WORD = 'from_file::', LOADER_WORD = 'kinematics_loader::'
+  character(*), parameter :: SECTION = 'Insects'
   integer, parameter :: COLUMNS = 14
   real(rp), parameter :: LENGTH_ERROR = 1.0e-3_rp !< of a quaternion in a table that has digits enough
 
   type :: body_motion_choices_t
-    character(:), allocatable :: word      !< BodyMotion
+    integer :: kind = MOTION_TETHERED      !< BodyMotion
+    character(:), allocatable :: word      !< for it, as the user gives it
     character(:), allocatable :: from_file !< yes: a take-off in a table
     real(rp) :: x_takeoff = 0, z_takeoff = 0, velocity(3) = 0
     real(rp) :: factor = 1                 !< of the way in a table
@@ -32,19 +34,13 @@ contains
   subroutine body_motion_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(body_motion_choices_t), intent(inout) :: c
-    character(:), allocatable :: words
     real(rp), parameter :: ZERO(3) = 0.0_rp
-    integer :: i
-    words = 'tethered|fixed|fixed45|forward|hovering|x0y0z0|flapper|free_flight|takeoff'
-    do i = 1, size(SWINGING_WORDS)
-      words = words//'|'//trim(SWINGING_WORDS(i))
-    end do
     call keys%section(SECTION)
-    call keys%word('BodyMotion', c%word, 'tethered', words//'|'//TABLE_WORD//'*|'//LOADER_WORD//'*', &
+    call keys%kind('BodyMotion', c%kind, 'tethered', MOTIONS, &
                    'motion of the body: at rest (the six words after tethered are places and attitudes of early versions of '// &
                    'FLUSI), free, swinging as in FLUSI, as in a rigidsolidsolver.t, or the pitch and way from x0 of a '// &
                    'kinematics_loader table (docs/guide/free-flight.md)', unbuilt='command-line*', &
-                   instead='command-line*: tethered with x0 and yawpitchroll_0, for each run a file')
+                   instead='command-line*: tethered with x0 and yawpitchroll_0, for each run a file', word=c%word)
     call keys%text('KineFromFile', c%from_file, 'no', 'BodyMotion = takeoff: yes, as in a table, data_kin.dat or infile')
     call keys%real('x_takeoff', c%x_takeoff, 2.0_rp, 'BodyMotion = takeoff: x from which the way counts', unit='L')
     call keys%real('z_takeoff', c%z_takeoff, 0.86_rp, 'BodyMotion = takeoff: z from which the way counts', unit='L')
@@ -82,19 +78,18 @@ contains
       motion%known = body
       motion%known(1)%velocity = motion%velocity
       motion%known(2)%velocity = motion%velocity
-      motion%word = word
-      if (all(word /= [character(12) :: 'free_flight', 'yawpitchroll']) .and. norm2(motion%velocity) > 0) &
+      motion%kind = choices%kind
+      if (all(motion%kind /= [MOTION_FREE, MOTION_YAWPITCHROLL]) .and. norm2(motion%velocity) > 0) &
         call config%complain(notices, SECTION, 'v0', 'is of no effect with BodyMotion = '//word)
-      if (word == 'takeoff') call config%complain(errors, SECTION, 'BodyMotion', &
+      if (motion%kind == MOTION_TAKEOFF) call config%complain(errors, SECTION, 'BodyMotion', &
         'is takeoff with KineFromFile = '//choices%from_file//'; FLUSI''s legs that push off are '// &
         'not built here; valid: KineFromFile = yes, a take-off in a table, free_flight, or '//TABLE_WORD//'a flight')
-      if (index(word, '::') == 0) return
+      if (motion%kind /= MOTION_TABLE) return
       begin = index(word, '::') + 2
-      motion%word = 'table'
       call read_named_text(word(begin:), config%file_name(), path, text, problem, world)
       if (allocated(problem)) then
         call config%complain(errors, SECTION, 'BodyMotion', problem)
-        motion%word = 'tethered'
+        motion%kind = MOTION_TETHERED
         return
       end if
       errors_before = errors%count()
@@ -104,7 +99,7 @@ contains
         call read_flight_table(text, path, motion%table, errors)
       end if
       if (errors%count() > errors_before) then
-        motion%word = 'tethered'
+        motion%kind = MOTION_TETHERED
       else if (motion%table(1, 1) > 0 .or. motion%table(1, size(motion%table, 2)) < t_end) then
         call config%complain(errors, SECTION, 'BodyMotion', 'the states in '//path//' are those of t = '// &
                              number_text(motion%table(1, 1))//' to '// &
@@ -115,7 +110,7 @@ contains
     end associate
   end subroutine read_body_motion
 
-  !> Moves the centres of a table, all about their mean over time; velocities follow.
+  !> Multiplies the distances of all centres of a table from their mean over time by `factor`; velocities follow.
   pure subroutine scale_way(factor, table)
     real(rp), intent(in) :: factor
     real(rp), intent(inout) :: table(:, :)
@@ -133,7 +128,7 @@ contains
     end do
   end subroutine scale_way
 
-  !> The rows (14, n) of a rigidsolidsolver.t; lines that begin with % are skipped, and columns behind the 14th. Mistakes go
+  !> Reads the rows (14, n) of a rigidsolidsolver.t. Lines that begin with % and columns after the 14th are skipped. Mistakes go
   !> to `errors` as name:line: problem.
   subroutine read_flight_table(text, name, table, errors)
     character(*), intent(in) :: text, name
@@ -180,6 +175,7 @@ contains
     end do
   end subroutine read_flight_table
 
+  !> Reads one row of the table of a body's motion. `problem` says what is wrong with it.
   subroutine read_row(content, row, problem)
     character(*), intent(in) :: content
     real(rp), intent(out) :: row(COLUMNS)

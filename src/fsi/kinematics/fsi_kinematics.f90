@@ -30,7 +30,7 @@ module fsi_kinematics
     procedure :: visit => body_visit
   end type body_t
 
-  !> How a wing hangs on the body.
+  !> How a wing is attached to the body.
   type :: wing_mount_t
     logical :: is_right = .false.
     real(rp) :: hinge(3) = 0 !< in the body frame, L
@@ -56,7 +56,6 @@ module fsi_kinematics
   contains
     procedure :: vector_to_wing => pose_vector_to_wing
     procedure :: vector_to_space => pose_vector_to_space
-    procedure :: point_to_wing => pose_point_to_wing
     procedure :: point_to_space => pose_point_to_space
     procedure :: velocity_at => pose_velocity_at
     procedure :: acceleration_at => pose_acceleration_at
@@ -174,14 +173,6 @@ contains
     real(rp) :: v(3)
     v = matmul(w, self%matrix)
   end function pose_vector_to_space
-
-  !> Returns the place in the wing frame of a point in space [L].
-  pure function pose_point_to_wing(self, x) result(w)
-    class(wing_pose_t), intent(in) :: self
-    real(rp), intent(in) :: x(3)
-    real(rp) :: w(3)
-    w = matmul(self%matrix, x - self%hinge)
-  end function pose_point_to_wing
 
   !> Returns the place in space of a point in the wing frame [L].
   pure function pose_point_to_space(self, w) result(x)

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The kinematic keys of [Insects], with FLUSI's names, and the loading of the files they name.
+!> Declares the kinematic keys of [Insects], with FLUSI's names, and loads the files that they name.
 !>
-!> Reading is in two steps, so that only one rank touches the disk: `read_mounts` tells which motion each
-!> wing has; whoever has the text of its file hands it to `read_motion`.
+!> Reading is in two steps, so that only one rank touches the disk: `read_mounts` tells which motion each wing has; the rank that
+!> has the text of its file passes it to `read_motion`.
 module fsi_kinematics_keys
   use base_constants, only: PI
   use base_errors, only: message_list_t
@@ -119,7 +119,7 @@ contains
                                   yaw=angle_t(value=attitude(1)))
   end subroutine read_body
 
-  !> Moves a body whose centre is in one of the boxes beside the box, of size `box` [L], to its image inside, with a notice.
+  !> Moves a body whose centre is in a periodic image of the box, of size `box` [L], to its image inside, with a notice.
   subroutine keep_in_box(config, box, body, notices)
     type(config_t), intent(in) :: config
     real(rp), intent(in) :: box(3)
@@ -133,8 +133,8 @@ contains
     end associate
   end subroutine keep_in_box
 
-  !> Returns how the left and the right wing hang on the body, and what all motions share. With `errors` it complains if both hang
-  !> at the same point, or if the left one is not on the left.
+  !> Returns how the left and the right wing are attached to the body, and what all motions share. With `errors` it complains if
+  !> both wings have the same hinge, or if the left one is not on the left.
   subroutine read_mounts(config, pivot, mounts, motions, errors)
     type(config_t), intent(in) :: config
     real(rp), intent(in) :: pivot(3) !< L, hinge of the left wing in the body frame, where the user gives none
@@ -192,7 +192,7 @@ contains
     call motion%theta%alter(c%factor(3), c%offset(3)*(PI/180), c%lead(3))
   end subroutine read_motion
 
-  !> The motion that `word` asks for, from the text of its file.
+  !> Sets the motion that `word` asks for, from the text of its file.
   subroutine read_file_motion(config, wing, word, text, name, motion, errors, notices)
     type(config_t), intent(in) :: config
     integer, intent(in) :: wing

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Motions of a wing that FLUSI knows by name: published kinematics, as series over the cycle number, and motions of
+!> Gives the motions of a wing that FLUSI knows by name: published kinematics, as series over the cycle number, and motions of
 !> model wings. The coefficients are in degrees; angles as in `fsi_wing_motion`.
 module fsi_named_motions
   use base_constants, only: PI, TWO_PI
@@ -99,8 +99,8 @@ contains
     end select
   end subroutine set_named_motion
 
-  !> Wings that revolve, with a rate of one radian or of one turn per cycle. D. Kolomenskiy, Y. Elimelech and K. Schneider,
-  !> Fluid Dyn. Res. 46, 031421 (2014), doi:10.1088/0169-5983/46/3/031421.
+  !> Gives the motions of revolving wings, with a rate of one radian or of one turn per cycle. D. Kolomenskiy, Y. Elimelech and K.
+  !> Schneider, Fluid Dyn. Res. 46, 031421 (2014), doi:10.1088/0169-5983/46/3/031421.
   subroutine set_revolving(name, resting, motion, known)
     character(*), intent(in) :: name
     real(rp), intent(in) :: resting
@@ -129,7 +129,7 @@ contains
     end select
   end subroutine set_revolving
 
-  !> Hovering fruit fly: S. N. Fry, R. Sayaman and M. H. Dickinson, J. Exp. Biol. 208, 2303 (2005), doi:10.1242/jeb.01612.
+  !> Gives a hovering fruit fly: S. N. Fry, R. Sayaman and M. H. Dickinson, J. Exp. Biol. 208, 2303 (2005), doi:10.1242/jeb.01612.
   subroutine set_fry(motion)
     type(wing_motion_t), intent(inout) :: motion
     call set_degrees(motion%phi, 25.4649398_rp, &
@@ -149,7 +149,7 @@ contains
        0.0004808_rp])
   end subroutine set_fry
 
-  !> A fruit fly after take-off, sixth beat of M. W. Chen and M. Sun, Acta Mech. Sin. 30 (2014); it begins with an upstroke.
+  !> Gives a fruit fly after take-off, sixth beat of M. W. Chen and M. Sun, Acta Mech. Sin. 30 (2014); it begins with an upstroke.
   subroutine set_sun(motion)
     type(wing_motion_t), intent(inout) :: motion
     call set_degrees(motion%phi, 38.2280144124915_rp, &
@@ -172,7 +172,7 @@ contains
        0.0507212428142968_rp])
   end subroutine set_sun
 
-  !> The hovering fruit fly of Fry et al. with three harmonics, as M. Maeda and H. Liu use it (J. Biomech. Sci. Eng. 8,
+  !> Gives the hovering fruit fly of Fry et al. with three harmonics, as M. Maeda and H. Liu use it (J. Biomech. Sci. Eng. 8,
   !> 2013). Published in rad, with the opposite signs of feathering and elevation.
   subroutine set_maeda(motion)
     type(wing_motion_t), intent(inout) :: motion
@@ -184,14 +184,14 @@ contains
                                                                                            -0.17590_rp])
   end subroutine set_maeda
 
-  !> A Fourier series with coefficients in degrees.
+  !> Returns a Fourier series with coefficients in degrees.
   subroutine set_degrees(series, a0, a, b)
     type(angle_series_t), intent(inout) :: series
     real(rp), intent(in) :: a0, a(:), b(:)
     call series%set_fourier(a0*DEGREE, a*DEGREE, b*DEGREE)
   end subroutine set_degrees
 
-  !> a0/2 + sum of a_j cos(2 pi (2 j - 1)(x + shift)), in degrees.
+  !> Returns a0/2 + sum of a_j cos(2 pi (2 j - 1)(x + shift)), in degrees.
   subroutine set_odd_cosines(series, a0, a, shift)
     type(angle_series_t), intent(inout) :: series
     real(rp), intent(in) :: a0, a(:), shift
@@ -206,7 +206,7 @@ contains
     call set_degrees(series, a0, cosines, sines)
   end subroutine set_odd_cosines
 
-  !> Sum of b_j sin(2 pi (2 j - 1)(x + shift)), in degrees.
+  !> Returns the sum of b_j sin(2 pi (2 j - 1)(x + shift)), in degrees.
   subroutine set_odd_sines(series, b, shift)
     type(angle_series_t), intent(inout) :: series
     real(rp), intent(in) :: b(:), shift

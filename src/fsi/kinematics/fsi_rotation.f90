@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Rotating frames with exact angular velocity and acceleration.
+!> Describes rotating frames with exact angular velocity and acceleration.
 !>
 !> A frame is reached from its parent by a chain of turns about coordinate axes. M takes components from
 !> the parent into the frame, v_frame = M v_parent (a passive rotation), and M' = -[omega]x M. For
@@ -54,7 +54,7 @@ contains
     call visitor%visit('omega_rate', self%omega_rate)
   end subroutine rotation_visit
 
-  !> The opposite angle.
+  !> Returns the opposite angle.
   pure type(angle_t) function angle_negative(self) result(negative)
     class(angle_t), intent(in) :: self
     negative = angle_t(-self%value, -self%rate, -self%acceleration)

@@ -18,7 +18,7 @@ module fsi_wing_frame
   private
   public :: flapping_motion_t, frame_of_pose
 
-  !> A wing that flaps on a body, at any time; on one that flies freely at the times that it knows.
+  !> A wing that flaps on a body. It is known at any time; on a body that flies freely only at the times that the body knows.
   type, extends(motion_t) :: flapping_motion_t
     type(body_t) :: body                !< that it is, if it is tethered
     type(body_motion_t) :: carrier      !< how it moves

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The motion of one wing at its hinge: the angles phi (position in the stroke plane), alpha
-!> (feathering) and theta (deviation) over time, with exact first and second derivatives.
+!> Describes the motion of one wing at its hinge: the angles phi (position in the stroke plane), alpha (feathering) and theta
+!> (deviation) over time, with exact first and second derivatives.
 !>
 !> Each angle is a function of the cycle number t f. With a start-up ramp of duration tau it is
 !>
 !>     phi(t) = phi(0) + s(t/tau) (phi*(t f) - phi(0)),   s(r) = r^3 (10 - 15 r + 6 r^2),
 !>
-!> so that the wing starts in its place, without velocity and acceleration, and follows phi* from tau on.
-!> Angles are FLUSI's internal ones: right-hand rule, theta > 0 is down in a horizontal stroke plane.
+!> so that the wing starts at rest at phi(0), without acceleration, and follows phi* from tau on. Angles are FLUSI's internal
+!> ones: right-hand rule, theta > 0 is down in a horizontal stroke plane.
 module fsi_wing_motion
   use base_errors, only: message_list_t, require
   use base_kinds, only: rp
@@ -41,8 +41,8 @@ contains
     call self%theta%set_constant(theta)
   end subroutine motion_set_constant
 
-  !> Returns the angles at time t [T], in rad, and their derivatives with respect to t. A table may be left by a tenth of a cycle
-  !> at its end, because the last step may pass the end of the run.
+  !> Returns the angles at time t [T], in rad, and their derivatives with respect to t. The time may be up to a tenth of a cycle
+  !> beyond the end of a table, because the last step may pass the end of the run.
   subroutine motion_evaluate(self, t, phi, alpha, theta)
     class(wing_motion_t), intent(in) :: self
     real(rp), intent(in) :: t
@@ -55,6 +55,7 @@ contains
     theta = angle_at(self, self%theta, t)
   end subroutine motion_evaluate
 
+  !> Returns an angle and its two time derivatives at time t [T], with the start of the motion smoothed by the ramp.
   pure type(angle_t) function angle_at(self, series, t) result(angle)
     class(wing_motion_t), intent(in) :: self
     type(angle_series_t), intent(in) :: series
@@ -121,7 +122,7 @@ contains
 
   contains
 
-    !> The angle where its rate vanishes, near x: Newton's method with steps of at most one sample.
+    !> Finds the angle where its rate vanishes, near x, by Newton's method with steps of at most one sample.
     real(rp) function refined(x) result(angle)
       real(rp), intent(in) :: x
       real(rp) :: at

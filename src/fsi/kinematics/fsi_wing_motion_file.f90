@@ -42,7 +42,7 @@ module fsi_wing_motion_file
 
 contains
 
-  !> The keys of a kinematics file.
+  !> Declares and reads the keys of a kinematics file.
   subroutine motion_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(motion_choices_t), intent(inout) :: c
@@ -60,6 +60,7 @@ contains
     end do
   end subroutine motion_keys
 
+  !> Visits the keys of one angle.
   subroutine angle_keys(keys, angle, name, c)
     type(keys_t), intent(in) :: keys
     character(*), intent(in) :: angle, name
@@ -108,6 +109,7 @@ contains
     end do
   end subroutine read_motion_file
 
+  !> Sets the series of one angle from its keys, or says what is wrong with them.
   subroutine set_angle(config, number, is_hermite, unit, c, series, errors, notices)
     type(config_t), intent(in) :: config
     integer, intent(in) :: number
@@ -139,7 +141,7 @@ contains
     end associate
   end subroutine set_angle
 
-  !> n numbers, or a mistake.
+  !> Checks that a list has n numbers; adds an error if it has not.
   subroutine check_coefficients(config, key, n, x, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: key
@@ -147,7 +149,7 @@ contains
     real(rp), allocatable, intent(inout) :: x(:)
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: angle
-    if (n == 0 .and. all(abs(x) <= 0)) x = x(:0) ! FLUSI's files write a zero beside nfft = 0
+    if (n == 0 .and. all(abs(x) <= 0)) x = x(:0) ! FLUSI's files have one zero if nfft = 0
     if (size(x) == n) return
     angle = key(index(key, '_') + 1:)
     if (size(x) == 0) then
@@ -159,6 +161,7 @@ contains
     end if
   end subroutine check_coefficients
 
+  !> Returns a count, as in "3 numbers".
   function reals(n) result(text)
     integer, intent(in) :: n
     character(:), allocatable :: text

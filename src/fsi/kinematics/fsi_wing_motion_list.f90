@@ -60,9 +60,9 @@ contains
     call take(motion%phi, n(1))
     call take(motion%alpha, n(2))
     call take(motion%theta, n(3))
-
   contains
 
+    !> Sets the series of one angle from the next numbers of the list.
     subroutine take(series, n)
       type(angle_series_t), intent(inout) :: series
       integer, intent(in) :: n
@@ -85,7 +85,7 @@ contains
     end subroutine take
   end subroutine read_motion_list
 
-  !> `text` with blanks where comments stand.
+  !> Returns `text` with blanks in place of comments.
   pure function without_comments(text) result(content)
     character(*), intent(in) :: text
     character(len(text)) :: content

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One angle as a function of the cycle number x = t f, with its exact first and second derivative.
+!> Describes one angle as a function of the cycle number x = t f, with its exact first and second derivative.
 !>
 !>     constant   a0/2
 !>     Fourier    a0/2 + sum_i a_i cos(2 pi i x) + b_i sin(2 pi i x)
@@ -11,8 +11,8 @@
 !>
 !> An angle f may be altered: it is then mean + factor (f(x + lead) - mean) + offset, where `mean` is that over a typical cycle.
 !>
-!> The cubic pieces join with value and slope; the second derivative jumps where they meet, and there
-!> belongs to the later piece. Forms and factor 1/2 as FLUSI's kinematics files.
+!> The cubic pieces join with value and slope. The second derivative jumps where they meet and there has the value of the later
+!> piece. Forms and the factor 1/2 are those of FLUSI's kinematics files.
 module fsi_wing_motion_series
   use base_constants, only: TWO_PI
   use base_errors, only: require
@@ -96,7 +96,7 @@ contains
     self%b = slopes
   end subroutine series_set_table
 
-  !> The wing turns for ever: from rest at the angle `first` (rad) to `rate` (rad per cycle), which it approaches as
+  !> Makes a wing that turns for ever: from rest at the angle `first` (rad) to `rate` (rad per cycle), which it approaches as
   !> exp(-x/duration).
   subroutine series_set_start(self, first, rate, duration)
     class(angle_series_t), intent(inout) :: self
@@ -108,8 +108,8 @@ contains
     self%scale = duration
   end subroutine series_set_start
 
-  !> The wing turns for ever: from rest at the angle 0, with uniform acceleration until `duration` cycles, then at
-  !> `rate` (rad per cycle).
+  !> Makes a wing that turns for ever: from rest at the angle 0, with uniform acceleration until `duration` cycles, then at `rate`
+  !> (rad per cycle).
   subroutine series_set_spin_up(self, rate, duration)
     class(angle_series_t), intent(inout) :: self
     real(rp), intent(in) :: rate, duration
@@ -119,8 +119,8 @@ contains
     self%scale = duration
   end subroutine series_set_spin_up
 
-  !> A wing that keeps its angle `amplitude` (rad) during the half-strokes and turns over quickly between them, the more
-  !> so the larger `sharpness` is.
+  !> Makes a wing that keeps its angle `amplitude` (rad) during the half-strokes and turns over between them, the more quickly the
+  !> larger `sharpness` is.
   subroutine series_set_flip(self, amplitude, sharpness)
     class(angle_series_t), intent(inout) :: self
     real(rp), intent(in) :: amplitude, sharpness
@@ -130,6 +130,7 @@ contains
     self%scale = sharpness
   end subroutine series_set_flip
 
+  !> Makes a series of the given kind, without numbers.
   subroutine clear(self, kind)
     class(angle_series_t), intent(inout) :: self
     integer, intent(in) :: kind
@@ -155,8 +156,8 @@ contains
     if (self%kind == TABLE .and. self%is_altered) last = last - self%lead
   end function series_last
 
-  !> Returns begin and end of a cycle that stands for the motion: the first one; the last one of a table; one in which a turning
-  !> wing has its rate.
+  !> Returns begin and end of a typical cycle: the first one; the last one of a table; for a turning wing, one after it has
+  !> reached its rate.
   pure function series_typical_cycle(self) result(limits)
     class(angle_series_t), intent(in) :: self
     real(rp) :: limits(2)
@@ -165,8 +166,8 @@ contains
     if (any(self%kind == [START, SPIN_UP])) limits = limits + SETTLED*self%scale
   end function series_typical_cycle
 
-  !> Alters the angle: `factor` on its departure from its mean, `offset` (rad), `lead` (cycles) before its time. All that
-  !> was altered before is forgotten.
+  !> Alters the angle: `factor` on its deviation from its mean, `offset` (rad), and `lead` (cycles) by which it comes earlier.
+  !> Cancels all earlier alterations.
   subroutine series_alter(self, factor, offset, lead)
     class(angle_series_t), intent(inout) :: self
     real(rp), intent(in) :: factor, offset, lead
@@ -187,7 +188,7 @@ contains
   end subroutine series_alter
 
   !> Returns f, the value and its first and second derivative with respect to x: rad, rad/cycle, rad/cycle^2. Outside a table its
-  !> first or last cubic goes on.
+  !> first or last cubic continues.
   pure subroutine series_evaluate(self, x, f)
     class(angle_series_t), intent(in) :: self
     real(rp), intent(in) :: x
@@ -207,6 +208,7 @@ contains
     f(0) = f(0) + self%centre + self%offset
   end subroutine series_evaluate
 
+  !> Evaluates the series and its two derivatives as given, without later changes.
   pure subroutine evaluate_original(self, x, f)
     class(angle_series_t), intent(in) :: self
     real(rp), intent(in) :: x
@@ -244,6 +246,7 @@ contains
     end select
   end subroutine evaluate_original
 
+  !> Evaluates a Fourier series without mean, and its two derivatives, at the phase x [cycles].
   pure subroutine evaluate_fourier(a, b, x, f)
     real(rp), intent(in) :: a(:), b(:), x
     real(rp), intent(out) :: f(0:2)
@@ -260,7 +263,7 @@ contains
     end do
   end subroutine evaluate_fourier
 
-  !> tanh(c sin(2 pi x))/tanh(c).
+  !> Returns tanh(c sin(2 pi x))/tanh(c) and its derivatives.
   pure subroutine evaluate_flip(c, x, f)
     real(rp), intent(in) :: c, x
     real(rp), intent(out) :: f(0:2)
@@ -271,7 +274,7 @@ contains
     f = [tanh(g), h*g_rate, -h*(TWO_PI**2*g + 2*tanh(g)*g_rate**2)]/tanh(c)
   end subroutine evaluate_flip
 
-  !> The cubic with values y and slopes d at both ends of an interval of length h, at s = 0..1 in it.
+  !> Evaluates the cubic with values y and slopes d at both ends of an interval of length h, at s = 0..1 in it.
   pure subroutine evaluate_cubic(s, h, y1, y2, d1, d2, f)
     real(rp), intent(in) :: s, h, y1, y2, d1, d2
     real(rp), intent(out) :: f(0:2)
@@ -283,7 +286,7 @@ contains
     f(2) = (2*c2 + 6*s*c3)/h**2
   end subroutine evaluate_cubic
 
-  !> The i with x(i) <= at < x(i+1); the first or last interval outside.
+  !> Returns the i with x(i) <= at < x(i+1); the first or last interval outside.
   pure integer function interval_of(x, at) result(i)
     real(rp), intent(in) :: x(:), at
     integer :: above, middle

@@ -6,10 +6,10 @@
 !>     n                      number of rows
 !>     t phi alpha theta pitch vert horz and their derivatives in time     n rows
 !>
-!> Degrees; theta is positive upwards, opposite to FLUSI's internal angle. Time becomes t/T, so only the
-!> ratio matters. Between rows each angle is a cubic, whose own derivatives count: FLUSI interpolates the
-!> rates a second time, so that they are not those of the angles. The columns of the body are for
-!> [Insects] BodyMotion = kinematics_loader::.
+!> Angles are in degrees; theta is positive upwards, opposite to FLUSI's internal angle. Time becomes t/T, so that only the ratio
+!> matters. Between rows each angle is a cubic, and its rates are the derivatives of this cubic; FLUSI interpolates the rates a
+!> second time, so that they are not those of the angles. The columns of the body are for [Insects] BodyMotion =
+!> kinematics_loader::.
 module fsi_wing_motion_table
   use base_constants, only: PI
   use base_errors, only: message_list_t
@@ -47,8 +47,9 @@ contains
     end associate
   end subroutine read_motion_table
 
-  !> The states (14, n) of the body in the same table: time in cycles; centre, `start` and horz/R along x, vert/R along z; its
-  !> velocity; the quaternion of the pitch, which here is positive nose down and in the table nose up; angular velocity in the body.
+  !> Reads the states (14, n) of the body in the same table: time in cycles; centre, `start` and horz/R along x, vert/R along z;
+  !> its velocity; the quaternion of the pitch, which here is positive nose down and in the table nose up; angular velocity in the
+  !> body.
   subroutine read_body_states(text, name, start, states, errors)
     character(*), intent(in) :: text, name
     real(rp), intent(in) :: start(3) !< L
@@ -70,6 +71,7 @@ contains
     end do
   end subroutine read_body_states
 
+  !> Reads the rows of a table with its period and length. Adds an error for every line that is wrong.
   subroutine read_rows(text, name, period, length, rows, errors)
     character(*), intent(in) :: text, name
     real(rp), intent(out) :: period, length
@@ -108,7 +110,7 @@ contains
         if (.not. allocated(problem) .and. n < 2) problem = number_text(n)//' is too small'
         if (allocated(problem)) then
           call errors%add(place//'number of rows: '//problem//'; valid: integer >= 2')
-          return ! the rows cannot be told from what follows
+          return ! the rows cannot be separated from what follows
         end if
         allocate (rows(COLUMNS, n))
       case default
@@ -129,6 +131,7 @@ contains
     end if
   end subroutine read_rows
 
+  !> Reads one row of the table. `problem` says what is wrong with it.
   subroutine read_row(content, row, problem)
     character(*), intent(in) :: content
     real(rp), intent(out) :: row(COLUMNS)
@@ -144,7 +147,7 @@ contains
     call parse_reals(content, BLANKS, row, problem)
   end subroutine read_row
 
-  !> Times begin at 0 and increase.
+  !> Checks that times begin at 0 and increase.
   subroutine check_time(t, problem)
     real(rp), intent(in) :: t(:)
     character(:), allocatable, intent(inout) :: problem
@@ -157,7 +160,7 @@ contains
     end if
   end subroutine check_time
 
-  !> The next line that holds more than blanks and a comment, trimmed of both.
+  !> Finds the next line that holds more than blanks and a comment, and trims it of both.
   subroutine next_content(text, position, line, content, found)
     character(*), intent(in) :: text
     integer, intent(inout) :: position, line
@@ -178,6 +181,7 @@ contains
     end do
   end subroutine next_content
 
+  !> Returns a text without the blanks at its ends.
   subroutine trim_blanks(text, content)
     character(*), intent(in) :: text
     character(:), allocatable, intent(out) :: content

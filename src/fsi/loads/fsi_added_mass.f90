@@ -66,7 +66,7 @@ contains
     end do
   end function light_layer
 
-  !> A third of the area of the triangles about each point.
+  !> Returns a third of the area of the triangles about each point.
   pure function areas_around(points, triangles) result(around)
     real(rp), intent(in) :: points(:, :)
     integer, intent(in) :: triangles(:, :)
@@ -81,7 +81,7 @@ contains
     end do
   end function areas_around
 
-  !> Length of the part of the line x = const inside a triangle with these corners (2, 3).
+  !> Returns the length of the part of the line x = const inside a triangle with these corners (2, 3).
   pure real(rp) function cut(corners, x) result(length)
     real(rp), intent(in) :: corners(:, :), x
     real(rp) :: low, high, y

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Averages of a time series over wing beats.
+!> Averages time series over wing beats.
 module fsi_beats
   use base_kinds, only: rp
   implicit none

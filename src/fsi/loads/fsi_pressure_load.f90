@@ -1,19 +1,18 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The load of the flow on a thin deforming surface: the difference of the static pressure between its sides, and
-!> on request the viscous traction on both.
+!> Computes the load of the flow on a thin deforming surface: the difference of the static pressure between its sides and, on
+!> request, the viscous traction on both.
 !>
-!> Both sides of every triangle are looked at beyond the smoothing layer of the mask, at a distance d from the
-!> sheet's mid surface along the present normal n. The force (p_below - p_above) A n of a triangle, with its
-!> present area, is shared equally by its corners, which is consistent for a constant difference. The difference falls
-!> off with the distance: for an accelerated plate of chord c, by 2 d/c to first order (potential flow). On request it
-!> is looked at in 2 d as well and extrapolated linearly to the mid surface.
+!> The flow is sampled on both sides of every triangle beyond the smoothing layer of the mask, at a distance d from the mid
+!> surface of the sheet along the present normal n. The force (p_below - p_above) A n of a triangle, with its present area, is
+!> shared equally by its corners, which is consistent for a constant difference. The difference decreases with the distance: for
+!> an accelerated plate of chord c, by 2 d/c to first order (potential flow). On request the pressure is sampled at 2 d as well
+!> and extrapolated linearly to the mid surface.
 !>
-!> The traction on a side is nu w_t/(d - t/2): w_t is the tangential part of the velocity at the place, relative to
-!> that of the wall which is continued to the place as a rigid body, and t/2 the half thickness, where the mask is
-!> 1/2. This is the one-sided difference along a normal probe (Vanella & Balaras 2009, J. Comput. Phys. 228,
-!> 6617, DOI 10.1016/j.jcp.2009.06.003). It is exact for a flow that is linear between wall and place, and has the
-!> mean of the shear there otherwise; the vorticity at the place has the shear of its far end, and is the rougher
-!> field next to a penalized wall.
+!> The traction on a side is nu w_t/(d - t/2). Here t/2 is the half thickness, where the mask is 1/2, and w_t is the tangential
+!> velocity at the sampled place relative to the wall, which is continued to this place as a rigid body. This is the one-sided
+!> difference along a normal probe (Vanella & Balaras 2009, J. Comput. Phys. 228, 6617, DOI 10.1016/j.jcp.2009.06.003). It is
+!> exact for a flow that is linear between wall and place, and gives the mean of the shear there otherwise. The vorticity at the
+!> place would give the shear at its far end, and is the less smooth field next to a penalized wall.
 module fsi_pressure_load
   use base_errors, only: require
   use base_kinds, only: rp
@@ -53,8 +52,8 @@ contains
     allocate (self%force(3, n), self%friction(3, n), source=0.0_rp)
   end subroutine load_init
 
-  !> Sets the `lines` of the grid (ny_local, nz_local) at which `sample` will look for the surface where it is now, with
-  !> the same arguments; leaves the others as they are.
+  !> Marks the `lines` of the grid (ny_local, nz_local) that `sample` will need for the surface at its present place, with the
+  !> same arguments; leaves the others as they are.
   subroutine load_select_lines(self, surface, sampler, distance, extrapolates, lines)
     class(pressure_load_t), intent(inout) :: self
     type(surface_t), intent(in) :: surface
@@ -70,8 +69,8 @@ contains
     call sampler%select_lines(self%sample_points, lines)
   end subroutine load_select_lines
 
-  !> Sets `jump` and `force` for the surface where it is now; no friction. `distance` [L] is that of the places
-  !> looked at from the surface. Collective.
+  !> Sets `jump` and `force` for the surface at its present place; no friction. `distance` [L] is that of the sampled places from
+  !> the surface. Collective.
   subroutine load_sample(self, surface, sampler, pressure, distance, extrapolates)
     class(pressure_load_t), intent(inout) :: self
     type(surface_t), intent(in) :: surface
@@ -106,8 +105,8 @@ contains
     end do
   end subroutine load_sample
 
-  !> Sets `force` to what is known otherwise, (3, n) on the points of the surface where it is now, and `jump` to the part
-  !> of it that is normal to the triangles: each has the mean of its corners' forces per area. No friction.
+  !> Sets `force` to given forces (3, n) on the points of the surface at its present place, and `jump` to the part of it that is
+  !> normal to the triangles: each triangle has the mean of its corners' forces per area. No friction.
   subroutine load_show(self, surface, force)
     class(pressure_load_t), intent(inout) :: self
     type(surface_t), intent(in) :: surface
@@ -136,7 +135,7 @@ contains
     end do
   end subroutine load_show
 
-  !> Adds the viscous traction on both sides to `force`, at the places of the last `sample`; it is in `friction`, too.
+  !> Adds the viscous traction on both sides to `force`, at the places of the last `sample`, and stores it in `friction`.
   !> Collective.
   subroutine load_add_friction(self, surface, sampler, velocity, nu, distance, half_thickness)
     class(pressure_load_t), intent(inout) :: self
@@ -160,7 +159,7 @@ contains
       associate (corners => surface%triangles(:, i))
         wall = sum(surface%velocities(:, corners), 2)/3
       end associate
-      ! The turning of the wall cancels: what it adds at one place it takes at the other.
+      ! The rotation of the wall cancels: the velocities that it adds on the two sides have opposite signs.
       slip = self%velocity(:, i) + self%velocity(:, m + i) - 2*wall
       slip = slip - normal*dot_product(normal, slip)
       call distribute(surface, i, nu/(distance - half_thickness)*norm2(twice_area)/2*slip, self%friction)
@@ -168,7 +167,7 @@ contains
     self%force = self%force + self%friction
   end subroutine load_add_friction
 
-  !> A third of `force` for each corner of triangle i.
+  !> Adds a third of `force` to each corner of triangle i.
   pure subroutine distribute(surface, i, force, forces)
     type(surface_t), intent(in) :: surface
     integer, intent(in) :: i
@@ -182,7 +181,7 @@ contains
     end do
   end subroutine distribute
 
-  !> Centre and twice the area vector of triangle i.
+  !> Computes the centre and twice the area vector of triangle i.
   pure subroutine triangle_geometry(surface, i, centre, twice_area)
     type(surface_t), intent(in) :: surface
     integer, intent(in) :: i

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Forces, torques and power of wings, from the integrals of a pass; of wings without thickness, from the forces of
+!> Computes forces, torques and power of wings from the integrals of a pass or, for wings without thickness, from the forces of
 !> their markers.
 !>
-!> The penalization force int chi/C_eta (u - u_s) also accelerates the fluid inside the mask. What the flow
-!> outside does to the wing is F = int chi/C_eta (u - u_s) + d/dt int chi u_s, and the power that the wing gives
-!> to the flow is P = -int u_s . chi/C_eta (u - u_s) - d/dt int chi u_s^2/2, for rigid and deforming wings (Engels et
-!> al. 2016, DOI 10.1137/15M1026006, for forces). It is -M . omega of a rigid wing about a hinge at rest but for the
-!> thickness of the sheet, over which u_s does not vary (docs/results/verification-wings.md).
+!> The penalization force int chi/C_eta (u - u_s) also accelerates the fluid inside the mask. The outer flow acts on the wing with
+!> F = int chi/C_eta (u - u_s) + d/dt int chi u_s, and the power that the wing gives to the flow is P = -int u_s . chi/C_eta (u -
+!> u_s) - d/dt int chi u_s^2/2, for rigid and deforming wings (Engels et al. 2016, DOI 10.1137/15M1026006, for forces). For a
+!> rigid wing about a hinge at rest it equals -M . omega, apart from an effect of the thickness of the sheet, over which u_s does
+!> not vary (docs/results/verification-wings.md).
 module fsi_wing_loads
   use base_kinds, only: rp
   use fluid_solver, only: fluid_t
@@ -16,7 +16,7 @@ module fsi_wing_loads
   private
   public :: wing_loads_t, wing_loads
 
-  !> Of one wing at one time, code units with density 1. `force` and `torque` contain the unsteady part.
+  !> Loads of one wing at one time, code units with density 1. `force` and `torque` contain the unsteady part.
   type :: wing_loads_t
     real(rp) :: force(3) = 0, unsteady_force(3) = 0       !< in space
     real(rp) :: torque(3) = 0, unsteady_torque(3) = 0     !< about the hinge, in space

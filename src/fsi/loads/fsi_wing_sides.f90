@@ -1,12 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Pressure and viscous traction of the flow on each side of every wing.
+!> Computes pressure and viscous traction of the flow on each side of every wing.
 !>
-!> Each triangle looks at the flow at the distance d from its centre along its normal n, on both sides. The wall is
-!> continued to these places as a rigid body: its velocity there is v +- d dn/dt. With w the tangential part of the
-!> velocity of the flow relative to it, the traction is nu w/(d - t/2), t/2 being the half thickness of a wing in the
-!> mask (the one-sided difference of fsi_pressure_load). Both are those of the flow d beside the wing: pressure falls
-!> off by about d/c, and the traction is the mean shear of that layer. They show where the load comes from. How large
-!> it is in all, forces.t tells more exactly.
+!> The flow is sampled at the distance d from the centre of each triangle along its normal n, on both sides. The wall is continued
+!> to these places as a rigid body: its velocity there is v +- d dn/dt. With w the tangential velocity of the flow relative to it,
+!> the traction is nu w/(d - t/2), where t/2 is the half thickness of a wing in the mask (the one-sided difference of
+!> fsi_pressure_load). Both quantities are those of the flow at the distance d: the pressure decreases by about d/c, and the
+!> traction is the mean shear of that layer. They show where the load comes from. The total load in forces.t is more exact.
 module fsi_wing_sides
   use base_kinds, only: rp
   use parallel_block, only: allocate_fields
@@ -20,14 +19,15 @@ module fsi_wing_sides
   private
   public :: wing_sides_t, side_loads_t
 
-  !> Of one wing; the last index is 1 on the side to which the normals point, +z of the wing frame, and 2 on the other.
+  !> Values of one wing. The last index is 1 on the side to which the normals point, +z of the wing frame, and 2 on the opposite
+  !> side.
   type :: side_loads_t
     real(rp), allocatable :: pressure(:, :)    !< (m, 2) rho L^2/T^2
     real(rp), allocatable :: traction(:, :, :) !< (3, m, 2) in space, rho L^2/T^2
     real(rp), allocatable, private :: sample_points(:, :), values(:)
   end type side_loads_t
 
-  !> Of all wings. Nothing is allocated after `init`.
+  !> Values of all wings. Nothing is allocated after `init`.
   type :: wing_sides_t
     type(side_loads_t), allocatable :: wings(:)
     real(rp) :: distance = 0 !< d, L
@@ -43,8 +43,8 @@ module fsi_wing_sides
 
 contains
 
-  !> Makes room for these wings. The distance of the places is one grid spacing beside the mask, or two and a half beside wings
-  !> without thickness, whose forces the flow feels smoothed over about two.
+  !> Makes room for these wings. The flow is sampled one grid spacing outside the mask, or at two and a half spacings from wings
+  !> without thickness, whose forces act on the flow smoothed over about two spacings.
   subroutine sides_init(self, world, fluid, wings)
     class(wing_sides_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -69,8 +69,8 @@ contains
     end do
   end subroutine sides_init
 
-  !> Takes the flow of the last pass of `fluid`, which must have kept pressure and flow, beside `wings`, which must
-  !> still be where they were in it. Costs four inverse transforms of what leads there. Collective.
+  !> Samples the flow of the last pass of `fluid`, which must have kept pressure and flow, beside `wings`, which must still be
+  !> where they were in it. Costs the parts of four inverse transforms that reach the sampled places. Collective.
   subroutine sides_sample(self, fluid, wings)
     class(wing_sides_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -106,7 +106,7 @@ contains
     end do
   end subroutine sides_sample
 
-  !> Makes tractions of the velocities beside the triangles.
+  !> Computes tractions from the velocities next to the triangles.
   pure subroutine shear(self, surface, nu, traction)
     type(wing_sides_t), intent(in) :: self
     type(surface_t), intent(in) :: surface

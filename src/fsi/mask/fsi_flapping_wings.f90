@@ -31,13 +31,13 @@ module fsi_flapping_wings
     real(rp), allocatable :: volumes(:)
   end type displaced_t
 
-  !> Of one wing, in its frame, (3, n) each: displacement [L], its rate [L/T] and its acceleration [L/T^2].
+  !> Motion of one wing in its frame, (3, n) each: displacement [L], its rate [L/T] and its acceleration [L/T^2].
   type :: deformation_t
     real(rp), allocatable :: u(:, :), v(:, :), a(:, :)
   end type deformation_t
 
-  !> The wings where they are at `time`, the same on all ranks. The state of rigid ones on a body that does not fly freely
-  !> is the time alone: a restart needs nothing of them.
+  !> The wings in their places at `time`, the same on all ranks. The state of rigid wings on a body that does not fly freely is
+  !> the time alone: a restart needs nothing else.
   type, extends(moving_solids_t) :: flapping_wings_t
     type(flight_params_t) :: params
     real(rp) :: time = 0                          !< of the last `place`, T
@@ -149,7 +149,7 @@ contains
     self%cells = self%cells + self%mask%n_cells + self%body_mask%n_cells
   end subroutine wings_place
 
-  !> Whether the wings are rigid solids that end at their outline.
+  !> Tells whether the wings are rigid solids that end at their outline.
   pure logical function draws_solids(self)
     class(flapping_wings_t), intent(in) :: self
     draws_solids = .false.
@@ -168,7 +168,7 @@ contains
     end do
   end subroutine draw_solids
 
-  !> The wing as a moving frame.
+  !> Returns the wing as a moving frame.
   pure type(body_t) function frame_of(pose) result(frame)
     type(wing_pose_t), intent(in) :: pose
     frame%centre = pose%hinge
@@ -203,7 +203,7 @@ contains
     end do
   end subroutine wings_momentum_rate
 
-  !> Acceleration in space of point p of wing i, L/T^2.
+  !> Returns the acceleration in space of point p of wing i, L/T^2.
   pure function acceleration(self, i, p) result(a)
     type(flapping_wings_t), intent(in) :: self
     integer, intent(in) :: i, p
@@ -255,7 +255,7 @@ contains
     end if
   end function wings_inertial_power
 
-  !> What the motion of its hinge adds to d/dt of the kinetic energy of a rigid wing.
+  !> Returns the contribution of the hinge's motion to d/dt of the kinetic energy of a rigid wing.
   pure real(rp) function hinge_power(pose, m) result(power)
     type(wing_pose_t), intent(in) :: pose
     type(moments_t), intent(in) :: m
@@ -268,7 +268,7 @@ contains
     end associate
   end function hinge_power
 
-  !> Sets the point about which moments are taken to the body's centre, where it is; see moving_solids_t.
+  !> Sets the point about which moments are taken to the body's centre; see moving_solids_t.
   subroutine wings_refer(self, centre)
     class(flapping_wings_t), intent(in) :: self
     real(rp), intent(inout) :: centre(3)
@@ -292,8 +292,8 @@ contains
     end do
   end subroutine wings_feel
 
-  !> Returns the masses of a free flyer as they are and move relative to the body at `time` [T], without the fluid that they
-  !> displace unless the flyer carries it. With `ahead` the masses of a wing that deforms go on as they are for this time.
+  !> Returns the masses of a free flyer with their places and motion relative to the body at `time` [T], without the fluid that
+  !> they displace unless the flyer carries it. With `ahead` the masses of a deforming wing continue their motion for this time.
   function wings_whole(self, time, ahead) result(whole)
     class(flapping_wings_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -332,7 +332,7 @@ contains
     end do
   end function wings_whole
 
-  !> Returns the masses of the insect with what they displace, wings unbent, in the body's frame at `time` [T].
+  !> Returns the masses of the insect and of the fluid that it displaces, wings unbent, in the body's frame at `time` [T].
   function wings_own(self, time) result(own)
     class(flapping_wings_t), intent(in) :: self
     real(rp), intent(in) :: time

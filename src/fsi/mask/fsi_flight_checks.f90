@@ -10,7 +10,7 @@ module fsi_flight_checks
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: check_place, check_room, largest_extent
+  public :: check_place, check_room
 
   character(*), parameter :: SECTION = 'Insects'
   character(*), parameter :: TWO_D = 'is 1, a two-dimensional flow, which sees the section of the wings at x = 0: '
@@ -60,8 +60,8 @@ contains
     end do
   end subroutine check_room
 
-  !> Complains if the wing is no strip that a two-dimensional flow can see as a section: one unit wide along x, from
-  !> which everything is per unit depth, with its chord along x at all times.
+  !> Complains unless the wing is a strip that a two-dimensional flow can represent as a section: one unit wide along x, so that
+  !> everything is per unit depth, with its chord along x at all times.
   subroutine check_section(config, flight, wing, t_end, errors)
     type(config_t), intent(in) :: config
     type(flight_params_t), intent(in) :: flight
@@ -93,7 +93,7 @@ contains
     end if
   end subroutine check_section
 
-  !> The wing at `time`.
+  !> Returns the wing at `time`.
   subroutine pose_at(flight, wing, time, pose)
     type(flight_params_t), intent(in) :: flight
     type(flapping_wing_t), intent(in) :: wing
@@ -102,7 +102,7 @@ contains
     call pose_wing(flight%motion%at(time, flight%body), wing%mount, wing%motion, time, pose)
   end subroutine pose_at
 
-  !> Time of the ramp and one beat, as far as the run goes, T.
+  !> Returns the time of the ramp and one beat, or of the run if it is shorter, T.
   pure real(rp) function duration(wing, t_end)
     type(flapping_wing_t), intent(in) :: wing
     real(rp), intent(in) :: t_end

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The keys of insects, [Insects] and what [Flexible_wing] says of the mask, one group after the other; those here are which wings
-!> there are, and their inertia.
+!> Declares the keys of insects: [Insects], and those of [Flexible_wing] that concern the mask, one group after the other. The
+!> keys in this module say which wings there are, and give their inertia.
 module fsi_flight_keys
   use base_kinds, only: rp
   use fsi_body_keys, only: body_choices_t, body_keys
@@ -41,6 +41,8 @@ contains
     type(mask_choices_t) :: mask
     type(thin_params_t) :: thin
     character(:), allocatable :: word, other_word
+    integer :: wings
+    wings = 0
     keys = declaring(registry)
     call side_keys(keys, flight)
     call source_keys(keys, source)
@@ -51,9 +53,10 @@ contains
     call other_flusi_keys(keys, flight)
     call mask_keys(keys, mask)
     call thin_keys(keys, word, other_word, thin)
-    call wings_key(keys, word)
+    call wings_key(keys, wings)
   end subroutine register_flight_keys
 
+  !> Visits the keys that say which wings there are.
   subroutine side_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(flight_choices_t), intent(inout) :: c
@@ -62,6 +65,7 @@ contains
     call keys%switch('RightWing', c%has_wing(2), .true., 'there is a right wing')
   end subroutine side_keys
 
+  !> Visits the keys of the moments of inertia of a wing.
   subroutine inertia_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(flight_choices_t), intent(inout) :: c
@@ -85,7 +89,7 @@ contains
     call other_flusi_keys(keys, c)
   end function flight_choices
 
-  !> Keys of FLUSI that are refused, that only its words of BodyMotion need, or that have no effect.
+  !> Declares keys of FLUSI that are refused, that only its words of BodyMotion need, or that have no effect.
   subroutine other_flusi_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(flight_choices_t), intent(inout) :: c

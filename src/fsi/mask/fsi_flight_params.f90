@@ -23,7 +23,7 @@ module fsi_flight_params
   use fsi_wing_motion, only: wing_motion_t
   use fsi_wing_solids, only: fourier_wing_t
   use fsi_wing_source, only: draws_to_outline, drawing_t, has_flexible_wings, mean_chord, read_wing_shape, source_choices, &
-                             source_choices_t, wing_look_t
+                             source_choices_t, wing_look_t, EDGES_AUTO, EDGES_FLUSI, EDGES_ROUND
   use io_config, only: config_t
   use io_broadcast_text, only: read_named_text
   use parallel_world, only: world_t
@@ -108,7 +108,7 @@ contains
     call move_wings(config, scene%t_end, params%wings, errors, notices, world)
   end subroutine read_flight_params
 
-  !> Sides, hinges, and what all motions share.
+  !> Reads sides, hinges, and what all motions share.
   subroutine hang_wings(config, is_there, wings, errors)
     type(config_t), intent(in) :: config
     logical, intent(in) :: is_there(2)
@@ -133,7 +133,7 @@ contains
     end do
   end subroutine hang_wings
 
-  !> Points, triangles, solids, inertia and mass.
+  !> Makes points, triangles, solids, inertia and mass of the wings.
   subroutine shape_wings(c, flyer, look, params)
     type(flight_choices_t), intent(in) :: c
     type(flyer_choices_t), intent(in) :: flyer
@@ -153,7 +153,7 @@ contains
     end do
   end subroutine shape_wings
 
-  !> How they move; files are read by root for all with `world`, and this is collective then.
+  !> Reads the motions of the wings. With `world` root reads files for all, and the call is collective.
   subroutine move_wings(config, t_end, wings, errors, notices, world)
     type(config_t), intent(in) :: config
     real(rp), intent(in) :: t_end
@@ -166,7 +166,7 @@ contains
     end do
   end subroutine move_wings
 
-  !> The body, its motion and shape, and how the wings are drawn.
+  !> Reads the body, its motion and shape, and how the wings are drawn.
   subroutine read_body_and_mask(config, scene, params, errors, notices, world)
     type(config_t), intent(in) :: config
     type(scene_t), intent(in) :: scene
@@ -182,7 +182,7 @@ contains
     call read_flyer(config, params%flyer, errors, notices)
     call read_thin_keys(config, scene%grid, params%thin, notices)
     source = source_choices(config)
-    is_soft = source%edges == 'flusi' .and. draws_to_outline(config, params%thin%is_thin)
+    is_soft = source%edges == EDGES_FLUSI .and. draws_to_outline(config, params%thin%is_thin)
     if (.not. params%thin%is_thin) call read_mask_keys(config, scene%grid, params%half_thickness, params%smoothing, &
                                                        errors, notices, is_soft)
     call read_body_shape(config, scene, params%solid, errors, notices, world)
@@ -190,13 +190,14 @@ contains
     params%beats = kinematics%frequency
   end subroutine read_body_and_mask
 
+  !> Adds an error for edges that this wing cannot have.
   subroutine complain_edges(config, errors)
     type(config_t), intent(in) :: config
     type(message_list_t), intent(inout) :: errors
     type(source_choices_t) :: c
     if (errors%count() > 0) return
     c = source_choices(config)
-    if (c%edges == 'round') then
+    if (c%edges == EDGES_ROUND) then
       call config%complain(errors, SECTION, EDGES, 'is round, which needs a flat wing in space (nx > 1); valid for '// &
                            'this wing: beyond')
     else
@@ -205,23 +206,24 @@ contains
     end if
   end subroutine complain_edges
 
-  !> Says which wing `round` is, and where a word has no effect.
+  !> Adds a notice if the key of the edges has no effect, or if it makes the wings end at their outline.
   subroutine notice_edges(config, is_thin, notices)
     type(config_t), intent(in) :: config
     logical, intent(in) :: is_thin
     type(message_list_t), intent(inout) :: notices
     type(source_choices_t) :: c
     c = source_choices(config)
-    if (c%edges == 'auto') return
+    if (c%edges == EDGES_AUTO) return
     if (is_thin .or. has_flexible_wings(config)) then
       call config%complain(notices, SECTION, EDGES, 'is of no effect: it is for rigid wings in the mask, wings = rigid '// &
                            'with surface = penalized')
-    else if (c%edges == 'round') then
+    else if (c%edges == EDGES_ROUND) then
       call config%complain(notices, SECTION, EDGES, 'is round: the wing ends at its outline; beyond is the wing that '// &
                            'reaches half its thickness farther')
     end if
   end subroutine notice_edges
 
+  !> Makes the rigid body of one wing. Mirrored wings of FLUSI are turned over.
   subroutine make_solid(solid, shape, smoothing, is_mirrored)
     type(rigid_body_t), intent(inout) :: solid
     class(solid_shape_t), intent(in) :: shape
@@ -237,7 +239,7 @@ contains
     call solid%init(parts, smoothing)
   end subroutine make_solid
 
-  !> Inertia tensor in this program's wing frame, where mirror images have the same one: J has no products with z.
+  !> Returns the inertia tensor in this program's wing frame, where mirror images have the same one: J has no products with z.
   pure function inertia_of(j) result(inertia)
     real(rp), intent(in) :: j(4) !< Jxx, Jyy, Jzz, Jxy
     real(rp) :: inertia(3, 3), swap(3, 3), flusi(3, 3)
@@ -255,7 +257,7 @@ contains
     inertia = matmul(swap, matmul(flusi, transpose(swap)))
   end function inertia_of
 
-  !> Mass, first and second moment about the hinge of a rigid wing: its mass is spread evenly over its surface, and its
+  !> Returns mass, first and second moment about the hinge of a rigid wing. Its mass is spread evenly over its surface, and its
   !> inertia is that of the keys if they give one.
   function moments_of(flyer, jxx, wing) result(m)
     type(flyer_choices_t), intent(in) :: flyer
@@ -282,6 +284,7 @@ contains
     if (maxval(abs(wing%inertia)) > 0) m%second = second_of_inertia(wing%inertia)
   end function moments_of
 
+  !> Reads the motion of wing `i` from its file, or adds an error.
   subroutine read_one_motion(config, i, t_end, motion, errors, notices, world)
     type(config_t), intent(in) :: config
     integer, intent(in) :: i

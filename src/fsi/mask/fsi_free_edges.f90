@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The free edge of a triangulated sheet.
+!> Finds the free edge of a triangulated sheet.
 module fsi_free_edges
   use base_kinds, only: rp
   implicit none
@@ -19,7 +19,7 @@ contains
     integer, allocatable :: first(:), next(:), ends(:, :), of(:)
     logical, allocatable :: is_free(:)
     integer :: i, k, e, n, low, from, to
-    ! Edges hang in a chain on their lower point.
+    ! The edges form a linked list at their lower point.
     allocate (first(n_points), source=0)
     allocate (next(3*size(triangles, 2)), ends(2, 3*size(triangles, 2)), is_free(3*size(triangles, 2)))
     allocate (of(3*size(triangles, 2)))

@@ -7,9 +7,9 @@
 !> velocity of the surface at its closest point, not at the grid point. Where surfaces meet, the smallest
 !> distance decides on u_s and colour; among equal ones the first triangle.
 !>
-!> Every triangle visits the grid lines that pass it closer than t/2 + h, and distances are computed on those
-!> parts of the lines only: work follows the area of the wings. All of it uses coordinates of the whole box, and
-!> triangles come in the same order everywhere, so that a line is the same to the bit on whatever rank it lies.
+!> Every triangle visits the grid lines that pass it closer than t/2 + h, and distances are computed on those parts of the lines
+!> only: the work is proportional to the area of the wings. All coordinates are those of the whole box, and triangles come in the
+!> same order on every rank, so that a line is the same to the last bit on any rank.
 module fsi_mask
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
@@ -65,7 +65,7 @@ module fsi_mask
     type(visit_t), allocatable, private :: visits(:)
     integer, allocatable, private :: lines(:)      !< (n_lines) those that are visited
     integer, allocatable, private :: span(:, :)    !< (2, line) smallest and largest x visited, wrapped; nx, -1 if none
-    integer, allocatable, private :: offset(:)     !< (line) where x = 0 of the line would stand in `points`
+    integer, allocatable, private :: offset(:)     !< (line) index in `points` that x = 0 of the line would have
     type(point_t), allocatable, private :: points(:)
     integer, allocatable, private :: x(:), color(:) !< (nx) points of a line to be given to the fluid
     real(rp), allocatable, private :: chi(:), us(:, :)
@@ -173,6 +173,7 @@ contains
     end do
   end subroutine sort_triangle
 
+  !> Adds a triangle of a wing to those near this rank.
   subroutine add_triangle(self, points, corners, surface, number, low, high)
     class(mask_t), intent(inout) :: self
     real(rp), intent(in) :: points(:, :), low(3), high(3)
@@ -243,7 +244,7 @@ contains
     end if
   end subroutine visit_line
 
-  !> Gives every visited line a place in `points`, where nothing is within reach yet.
+  !> Gives every visited line a place in `points`, without points within reach so far.
   subroutine reserve_points(self)
     class(mask_t), intent(inout) :: self
     type(point_t) :: nothing
@@ -263,7 +264,7 @@ contains
     self%points(1:n) = nothing
   end subroutine reserve_points
 
-  !> Distances of the points of one visit; keeps what is nearer than what is known.
+  !> Computes distances of the points of one visit; keeps those that are smaller than the ones known before.
   pure subroutine measure(visit, shape, spacing, nx, start_x, points)
     type(visit_t), intent(in) :: visit
     type(triangle_t), intent(in) :: shape
@@ -293,7 +294,7 @@ contains
     end do
   end subroutine measure
 
-  !> Turns distances into mask, velocity and colour for the fluid, and forgets the line.
+  !> Turns distances into mask, velocity and colour for the fluid, and clears the line.
   subroutine give_line(self, line, surfaces, penalty)
     class(mask_t), intent(inout) :: self
     integer, intent(in) :: line

@@ -7,12 +7,11 @@ module fsi_mask_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use io_config, only: config_t
-  use io_keys, only: declaring, keys_t, reading
-  use io_registry, only: registry_t
+  use io_keys, only: keys_t, reading
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: mask_choices_t, mask_choices, mask_keys, register_mask_keys, read_mask_keys
+  public :: mask_choices_t, mask_choices, mask_keys, read_mask_keys
 
   character(*), parameter :: RIGID = 'Insects', FLEXIBLE = 'Flexible_wing'
   character(*), parameter :: TOO_THIN = 'makes wings thinner than the grid spacing: the mask would miss them'
@@ -40,15 +39,6 @@ contains
                      given=c%has_smoothing)
   end subroutine mask_keys
 
-  !> Declares these keys.
-  subroutine register_mask_keys(registry)
-    type(registry_t), intent(inout), target :: registry
-    type(mask_choices_t) :: unused
-    type(keys_t) :: keys
-    keys = declaring(registry)
-    call mask_keys(keys, unused)
-  end subroutine register_mask_keys
-
   !> Returns what the user chose.
   function mask_choices(config) result(c)
     type(config_t), intent(in), target :: config
@@ -64,9 +54,9 @@ contains
     say = self%has_thickness .or. self%has_half .or. self%has_smoothing
   end function choices_say_thickness
 
-  !> Finds the half-thickness t/2 and the smoothing h [L]. Adds what contradicts itself to `errors`. The smoothing is at most t/2,
-  !> so that chi reaches 1, with a notice where that is less than what is given or max(dx). Where wings may be soft, as FLUSI
-  !> draws them, h is what it is.
+  !> Finds the half-thickness t/2 and the smoothing h [L]. Adds contradictions to `errors`. The smoothing is at most t/2, so that
+  !> chi reaches 1, with a notice if this is less than the given value or max(dx). Wings that FLUSI draws with a soft mask keep
+  !> their h.
   subroutine read_mask_keys(config, grid, half_thickness, smoothing, errors, notices, may_be_soft)
     type(config_t), intent(in) :: config
     type(grid_t), intent(in) :: grid

@@ -11,7 +11,7 @@ module fsi_named_wings
   use fsi_wing_solids, only: make_fourier_wing, make_panel_wing
   implicit none
   private
-  public :: wing_numbers_t, make_named_wing, NAMED_WINGS
+  public :: wing_numbers_t, make_named_wing, has_chord, has_span, NAMED_WINGS
 
   character(*), parameter :: NAMED_WINGS = 'drosophila|drosophila_mutated|drosophila_sandberg|drosophila_maeda|'// &
     'drosophila_sun|pieris-brassicae1|bumblebee|b_ignitus|paratuposa_flatwing|paratuposa_flatelytra|flapper_sane|'// &
@@ -23,6 +23,18 @@ module fsi_named_wings
   end type wing_numbers_t
 
 contains
+
+  !> Tells whether the wing called `name` has a chord of the parameter file.
+  pure logical function has_chord(name)
+    character(*), intent(in) :: name
+    has_chord = name == 'rectangular' .or. name == 'TwoEllipses'
+  end function has_chord
+
+  !> Tells whether the wing called `name` has a span of the parameter file.
+  pure logical function has_span(name)
+    character(*), intent(in) :: name
+    has_span = has_chord(name) .or. name == 'mosquito_iams'
+  end function has_span
 
   !> Returns the outline of the wing called `name`, `factor` times as large, and the wing as a solid of `thickness` [L]; with 0
   !> there is no solid.
@@ -56,6 +68,7 @@ contains
 
   contains
 
+    !> Makes a rectangular or elliptic wing and, if it has a thickness, its solid.
     subroutine panel(root, tip, front, back, is_elliptic)
       real(rp), intent(in) :: root, tip, front, back
       logical, intent(in) :: is_elliptic

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Flat rigid wings with round edges that end at their outline.
+!> Describes flat rigid wings with round edges that end at their outline.
 !>
 !> With s the signed distance from the outline in the plane of the wing, negative inside, and z the height above it, the wing
 !> is where sqrt(z^2 + max(0, s + t/2)^2) < t/2: a sheet of thickness t whose edge is half a circle that touches the outline
@@ -48,13 +48,13 @@ contains
     do i = 1, size(segments, 3)
       call come_near(shape, segments(:, 1, i), segments(:, 2, i), reach)
     end do
-    ! Outside of the wing first; each line that is passed along y changes the side.
+    ! The sign is that of the outside at first; each line that is passed along y changes it.
     do i = 1, size(segments, 3)
       call change_sides(shape, segments(:, 1, i), segments(:, 2, i))
     end do
   end function make_round_wing
 
-  !> Takes the distance of the segment from a to b where it is the smallest so far.
+  !> Takes the distance from the segment a to b where it is the smallest so far.
   pure subroutine come_near(shape, a, b, reach)
     type(round_wing_t), intent(inout) :: shape
     real(rp), intent(in) :: a(2), b(2), reach

@@ -73,7 +73,7 @@ contains
     call self%world%sum_reals(values)
   end subroutine sampler_sample
 
-  !> Marks in `lines` (ny_local, nz_local) those at which `sample` will look for these points (3, n) [L]; leaves the others as
+  !> Marks in `lines` (ny_local, nz_local) the lines that `sample` will need for these points (3, n) [L]; leaves the others as
   !> they are.
   subroutine sampler_select_lines(self, points, lines)
     class(sampler_t), intent(in) :: self

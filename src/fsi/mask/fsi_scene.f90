@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What surrounds insects: the grid, the end of the run, and the units of the files that describe them.
+!> Holds what surrounds insects: the grid, the end of the run, and the units of the files that describe them.
 module fsi_scene
   use base_kinds, only: rp
   use spectral_grid, only: grid_t

@@ -1,12 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A thin wing as the fluid sees it: a triangulated surface with velocities, in the global frame.
+!> Represents a thin wing for the fluid: a triangulated surface with velocities, in the global frame.
 !>
-!> Rigid and deforming wings use the same type: the first is placed by `place_at`, of the second the solid
-!> solver fills `points` and `velocities`. Which side is up does not matter to the mask.
+!> Rigid and deforming wings use the same type. `place_at` places a rigid one; the solid solver fills `points` and `velocities` of
+!> a deforming one. The orientation of the normals does not matter to the mask.
 module fsi_surface
   use base_errors, only: require
   use base_kinds, only: rp
-  use fsi_free_edges, only: find_free_edges
   use fsi_kinematics, only: wing_pose_t
   use fsi_rotation, only: cross
   implicit none
@@ -26,7 +25,6 @@ module fsi_surface
     procedure :: place_deformed => surface_place_deformed
     procedure :: area => surface_area
     procedure :: points_beside => surface_points_beside
-    procedure :: free_perimeter => surface_free_perimeter
   end type surface_t
 
 contains
@@ -121,16 +119,4 @@ contains
       area = area + norm2(cross(b, c))/2
     end do
   end function surface_area
-
-  !> Returns the length [L] of all edges that belong to one triangle only. Allocates.
-  pure real(rp) function surface_free_perimeter(self) result(length)
-    class(surface_t), intent(in) :: self
-    integer, allocatable :: edges(:, :)
-    integer :: e
-    call find_free_edges(size(self%points, 2), self%triangles, edges)
-    length = 0
-    do e = 1, size(edges, 2)
-      length = length + norm2(self%points(:, edges(2, e)) - self%points(:, edges(1, e)))
-    end do
-  end function surface_free_perimeter
 end module fsi_surface

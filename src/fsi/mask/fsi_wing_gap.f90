@@ -49,7 +49,7 @@ contains
     end do
   end function smallest_gap
 
-  !> Distance between `a` and `b` moved by `shift`, or anything not below `limit` if they are not as close.
+  !> Returns the distance between `a` and `b` moved by `shift`, or anything not below `limit` if they are not as close.
   pure real(rp) function gap_between(a, b, shift, limit) result(distance)
     type(surface_t), intent(in) :: a, b
     real(rp), intent(in) :: shift(3), limit
@@ -59,7 +59,7 @@ contains
     distance = min(from_points(a, b, shift, limit), from_points(b, a, -shift, limit))
   end function gap_between
 
-  !> Distance of the points of `a` from the triangles of `b` moved by `shift`.
+  !> Returns the distance of the points of `a` from the triangles of `b` moved by `shift`.
   pure real(rp) function from_points(a, b, shift, limit) result(distance)
     type(surface_t), intent(in) :: a, b
     real(rp), intent(in) :: shift(3), limit

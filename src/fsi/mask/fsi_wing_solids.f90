@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Flat rigid wings as FLUSI draws them: chi is the product of a step at the outline and one at half the thickness, so that
-!> the wing ends, smoothed, at its outline. Wing frame: x from root to tip, y to the leading edge.
+!> Describes flat rigid wings as FLUSI draws them: chi is the product of a step at the outline and one at half the thickness, so
+!> that the wing ends, smoothed, at its outline. Wing frame: x from root to tip, y to the leading edge.
 module fsi_wing_solids
   use base_kinds, only: rp
   use fluid_bodies, only: mask_profile
@@ -21,7 +21,7 @@ module fsi_wing_solids
     procedure :: mask_at => fourier_mask
   end type fourier_wing_t
 
-  !> From x = root to tip, with steps along chord and span. The chord lies between -back and front, constant or that of two
+  !> A wing from x = root to tip, with steps along chord and span. The chord lies between -back and front, constant or that of two
   !> half ellipses.
   type, extends(solid_shape_t) :: panel_wing_t
     real(rp) :: root = 0, tip = 0, front = 0, back = 0

@@ -3,9 +3,10 @@
 module fsi_wing_source
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use base_named_kinds, only: kind_of, named_kind_t, words_of
   use base_text, only: number_text
   use fsi_free_edges, only: find_free_edges
-  use fsi_named_wings, only: make_named_wing, NAMED_WINGS, wing_numbers_t
+  use fsi_named_wings, only: has_chord, has_span, make_named_wing, NAMED_WINGS, wing_numbers_t
   use fsi_planform, only: planform_t
   use fsi_planform_file, only: read_planform_text
   use fsi_planform_mesh, only: triangulate_planform, triangulate_star
@@ -23,16 +24,29 @@ module fsi_wing_source
   implicit none
   private
   public :: source_choices_t, source_choices, source_keys, wings_key, has_flexible_wings, draws_to_outline, drawing_t, &
-            wing_look_t, read_wing_shape, mean_chord
+            wing_look_t, read_wing_shape, mean_chord, EDGES_AUTO, EDGES_FLUSI, EDGES_ROUND, SOURCE_NONE
 
   character(*), parameter :: SECTION = 'Insects'
   real(rp), parameter :: FLAT = 1.0e-9_rp !< of the length, heights that are none
   character(*), parameter :: OUTLINE_WORD = 'from_file::', MESH_WORD = 'mesh::'
   character(*), parameter :: SHAPE = 'WingShape', LENGTH = 'wing_length'
 
+  !> Where the shape is from; a name of FLUSI's has the kind 0.
+  integer, parameter :: SOURCE_NAME = 0, SOURCE_NONE = 1, SOURCE_OUTLINE = 2, SOURCE_MESH = 3
+  type(named_kind_t), parameter :: SOURCES(3) = [named_kind_t(OUTLINE_WORD//'*', SOURCE_OUTLINE), &
+                                                 named_kind_t(MESH_WORD//'*', SOURCE_MESH), named_kind_t('none', SOURCE_NONE)]
+
+  integer, parameter :: EDGES_AUTO = 1, EDGES_FLUSI = 2, EDGES_ROUND = 3, EDGES_BEYOND = 4
+  type(named_kind_t), parameter :: EDGES(4) = [named_kind_t('auto', EDGES_AUTO), named_kind_t('flusi', EDGES_FLUSI), &
+                                               named_kind_t('round', EDGES_ROUND), named_kind_t('beyond', EDGES_BEYOND)]
+
+  integer, parameter :: WINGS_RIGID = 1, WINGS_FLEXIBLE = 2
+  type(named_kind_t), parameter :: WINGS_ARE(2) = [named_kind_t('rigid', WINGS_RIGID), named_kind_t('flexible', WINGS_FLEXIBLE)]
+
   type :: source_choices_t
     character(:), allocatable :: shape   !< WingShape
-    character(:), allocatable :: edges   !< wing_edges
+    integer :: source = SOURCE_NONE      !< what that means, SOURCE_*
+    integer :: edges = EDGES_AUTO        !< wing_edges
     real(rp) :: length = 0, edge = 0     !< L, 0: not given
     type(wing_numbers_t) :: numbers
   end type source_choices_t
@@ -59,11 +73,12 @@ contains
     type(keys_t), intent(inout) :: keys
     type(source_choices_t), intent(inout) :: c
     call keys%section(SECTION)
-    call keys%word('WingShape', c%shape, 'none', OUTLINE_WORD//'*|'//MESH_WORD//'*|none|'//NAMED_WINGS, &
+    call keys%word('WingShape', c%shape, 'none', words_of(SOURCES)//'|'//NAMED_WINGS, &
                    'one of FLUSI''s wings by name, planform file with section [Wing], or triangles of a wing file '// &
                    '(docs/formats/wing-format.md)', unbuilt='pointcloud*|whitney_wood', instead='pointcloud*: the triangles of '// &
                    'the wing in a wing file, WingShape = mesh::NAME.h5, or its outline, WingShape = '// &
                    'from_file::NAME.ini|whitney_wood: its outline, WingShape = from_file::NAME.ini')
+    if (allocated(c%shape)) c%source = kind_of(SOURCES, c%shape)
     call keys%length('wing_length', c%length, '0.0', 'the planform is scaled so that its largest x is this; 0: lengths of its '// &
                      'file are in the units of this file; meshes are in metres', unit='L', min=0.0_rp)
     call keys%length('wing_edge', c%edge, 'max(dx, 1/40 of the wing)', 'edge length of the triangles made from a planform', &
@@ -75,7 +90,7 @@ contains
     call keys%length('b_bot', c%numbers%back, '0.0', 'WingShape = rectangular, TwoEllipses: chord behind the axis', unit='L', &
                      min=0.0_rp)
     call keys%inert('L_chord', 'chord that no wing of FLUSI uses')
-    call keys%word('wing_edges', c%edges, 'auto', 'auto|flusi|round|beyond', 'rigid wings in the mask. flusi: they end, '// &
+    call keys%kind('wing_edges', c%edges, 'auto', EDGES, 'rigid wings in the mask. flusi: they end, '// &
                    'smoothed, at their outline, as FLUSI draws them; round: they end there with round edges; beyond: their '// &
                    'round edges reach half their thickness farther all around; auto: flusi for FLUSI''s wings by name and '// &
                    'Fourier outlines of files, else beyond')
@@ -84,8 +99,8 @@ contains
   !> Declares and reads the last key of [Insects], which is the present section of `keys`: whether wings bend.
   subroutine wings_key(keys, wings)
     type(keys_t), intent(in) :: keys
-    character(:), allocatable, intent(inout) :: wings
-    call keys%word('wings', wings, 'rigid', 'rigid|flexible', 'flexible: the wing of [Wing], which the flow bends')
+    integer, intent(inout) :: wings !< WINGS_*
+    call keys%kind('wings', wings, 'rigid', WINGS_ARE, 'flexible: the wing of [Wing], which the flow bends')
   end subroutine wings_key
 
   !> Returns what the user chose.
@@ -101,11 +116,12 @@ contains
   logical function has_flexible_wings(config) result(has)
     type(config_t), intent(in), target :: config
     type(keys_t) :: keys
-    character(:), allocatable :: word
+    integer :: wings
+    wings = WINGS_RIGID
     keys = reading(config)
     call keys%section(SECTION)
-    call wings_key(keys, word)
-    has = word == 'flexible'
+    call wings_key(keys, wings)
+    has = wings == WINGS_FLEXIBLE
   end function has_flexible_wings
 
   !> Tells whether it is sure, before a file is read, that rigid wings in the mask end at their outline.
@@ -114,16 +130,10 @@ contains
     logical, intent(in) :: is_thin
     type(source_choices_t) :: c
     c = source_choices(config)
-    draws = any(c%edges == ['flusi', 'round'])
-    if (c%edges == 'auto') draws = is_named(c%shape)
+    draws = any(c%edges == [EDGES_FLUSI, EDGES_ROUND])
+    if (c%edges == EDGES_AUTO) draws = c%source == SOURCE_NAME
     draws = draws .and. .not. is_thin .and. .not. has_flexible_wings(config)
   end function draws_to_outline
-
-  !> Whether `word` is one of FLUSI's wings.
-  pure logical function is_named(word)
-    character(*), intent(in) :: word
-    is_named = index('|'//NAMED_WINGS//'|', '|'//word//'|') > 0
-  end function is_named
 
   !> Makes the wing that the keys describe, or with WingShape = none that in `mesh`, in metres, which is empty if it is not
   !> readable. Mistakes go to `errors`. With `world` the root rank reads files for all, and the call is collective.
@@ -141,24 +151,27 @@ contains
     allocate (look%points(3, 0), look%triangles(3, 0))
     errors_before = errors%count()
     c = source_choices(config)
-    if (is_named(c%shape)) then
+    select case (c%source)
+    case (SOURCE_NAME)
       call take_named(config, c, drawing, planform, look%solid, errors)
       call take_planform(config, c, scene, drawing, planform, look, errors)
-    else if (index(c%shape, OUTLINE_WORD) == 1) then
+    case (SOURCE_OUTLINE)
       call read_outline(config, c, scene, planform, errors, notices, world)
       if (errors%count() > errors_before) return
       if (allocated(planform%fourier%ai)) call take_fourier(config, c, drawing, planform, look%solid, notices)
       call take_planform(config, c, scene, drawing, planform, look, errors)
-    else if (index(c%shape, MESH_WORD) == 1) then
+    case (SOURCE_MESH)
       call read_mesh(config, c, scene, drawing, look, errors, world)
-    else if (present(mesh)) then
-      if (allocated(mesh%points)) call take_mesh(mesh, c, scene, drawing, look) ! why not has been reported
-    else
-      call config%complain(errors, SECTION, SHAPE, 'is missing; valid: '//OUTLINE_WORD//'FILE | '//MESH_WORD//'FILE')
-    end if
+    case default
+      if (.not. present(mesh)) then
+        call config%complain(errors, SECTION, SHAPE, 'is missing; valid: '//OUTLINE_WORD//'FILE | '//MESH_WORD//'FILE')
+      else if (allocated(mesh%points)) then ! why not has been reported
+        call take_mesh(mesh, c, scene, drawing, look)
+      end if
+    end select
   end subroutine read_wing_shape
 
-  !> One of FLUSI's wings.
+  !> Makes one of FLUSI's wings.
   subroutine take_named(config, c, drawing, planform, solid, errors)
     type(config_t), intent(in) :: config
     type(source_choices_t), intent(in) :: c
@@ -169,11 +182,11 @@ contains
     type(wing_numbers_t) :: numbers
     real(rp) :: factor
     numbers = c%numbers
-    if (any(c%shape == [character(11) :: 'rectangular', 'TwoEllipses']) .and. numbers%front + numbers%back <= 0) then
+    if (has_chord(c%shape) .and. numbers%front + numbers%back <= 0) then
       call config%complain(errors, SECTION, 'b_bot', 'is missing: '//c%shape//' has a chord of b_top + b_bot')
       numbers%back = 1
     end if
-    if (any(c%shape == [character(13) :: 'rectangular', 'TwoEllipses', 'mosquito_iams']) .and. numbers%span <= 0) then
+    if (has_span(c%shape) .and. numbers%span <= 0) then
       call config%complain(errors, SECTION, 'L_span', 'is 0: '//c%shape//' needs a positive length')
       numbers%span = 1
     end if
@@ -181,10 +194,10 @@ contains
     factor = 1
     if (c%length > 0) factor = c%length/maxval(planform%outline(1, :))
     call make_named_wing(c%shape, numbers, factor, merge(drawing%thickness, 0.0_rp, drawing%ends_at_outline .and. &
-                                                         c%edges /= 'round'), planform, solid)
+                                                         c%edges /= EDGES_ROUND), planform, solid)
   end subroutine take_named
 
-  !> The outline in a file of its own, L.
+  !> Reads the outline in a file of its own, L.
   subroutine read_outline(config, c, scene, planform, errors, notices, world)
     type(config_t), intent(in) :: config
     type(source_choices_t), intent(in) :: c
@@ -211,7 +224,7 @@ contains
     if (allocated(planform%fourier%ai)) planform%fourier = planform%fourier%scaled(factor)
   end subroutine read_outline
 
-  !> The solid inside a Fourier outline.
+  !> Makes the solid inside a Fourier outline.
   subroutine take_fourier(config, c, drawing, planform, solid, notices)
     type(config_t), intent(in) :: config
     type(source_choices_t), intent(in) :: c
@@ -219,7 +232,7 @@ contains
     type(planform_t), intent(in) :: planform
     class(solid_shape_t), allocatable, intent(inout) :: solid
     type(message_list_t), intent(inout) :: notices
-    if (drawing%thickness > 0 .and. (c%edges == 'flusi' .or. c%edges == 'auto')) then
+    if (drawing%thickness > 0 .and. any(c%edges == [EDGES_FLUSI, EDGES_AUTO])) then
       allocate (solid, source=make_fourier_wing(planform%fourier, planform%outline, drawing%thickness, planform%relief))
     else if (allocated(planform%relief%thickness)) then
       call config%complain(notices, SECTION, SHAPE, 'has a variable thickness, which counts only for rigid wings in the mask '// &
@@ -227,7 +240,7 @@ contains
     end if
   end subroutine take_fourier
 
-  !> Triangles of a planform in L, and the solid with round edges if that is wanted.
+  !> Makes the triangles of a planform in L, and the solid with round edges if that is wanted.
   subroutine take_planform(config, c, scene, drawing, planform, look, errors)
     type(config_t), intent(in) :: config
     type(source_choices_t), intent(in) :: c
@@ -256,13 +269,13 @@ contains
     else
       call triangulate_planform(planform, edge, look%points, look%triangles)
     end if
-    ! Chords of the outline cut its bulges; the mean chord is the planform's all the same.
+    ! The polygon cuts off the curved parts of the outline; the mean chord is still that of the planform.
     look%points(2, :) = look%points(2, :)*(planform%mean_chord()/mean_chord(look%points, look%triangles))
     if (planform%relief%exists()) call lift_points(planform, look%points)
     if (is_round(c, scene, drawing, look%points)) call round_outline(planform%outline, scene, drawing, look%solid)
   end subroutine take_planform
 
-  !> Points go to the height of the wing there; those beside its box, at the rim, to that of the box.
+  !> Moves points to the height of the wing there; points outside the box of heights, at the rim, get that of its edge.
   subroutine lift_points(planform, points)
     type(planform_t), intent(in) :: planform
     real(rp), intent(inout) :: points(:, :)
@@ -274,17 +287,17 @@ contains
     end associate
   end subroutine lift_points
 
-  !> Whether the wing with these points is drawn with round edges at its outline.
+  !> Tells whether the wing with these points is drawn with round edges at its outline.
   pure logical function is_round(c, scene, drawing, points)
     type(source_choices_t), intent(in) :: c
     type(scene_t), intent(in) :: scene
     type(drawing_t), intent(in) :: drawing
     real(rp), intent(in) :: points(:, :)
-    is_round = drawing%thickness > 0 .and. c%edges == 'round' .and. .not. scene%grid%is_2d .and. &
+    is_round = drawing%thickness > 0 .and. c%edges == EDGES_ROUND .and. .not. scene%grid%is_2d .and. &
                all(abs(points(3, :)) <= FLAT*maxval(abs(points(1, :))))
   end function is_round
 
-  !> A flat planform with round edges.
+  !> Makes a flat planform with round edges.
   subroutine round_outline(outline, scene, drawing, solid)
     real(rp), intent(in) :: outline(:, :)
     type(scene_t), intent(in) :: scene
@@ -297,7 +310,7 @@ contains
     allocate (solid, source=make_round_wing(segments, drawing%thickness, drawing%smoothing, scene%grid%max_spacing()))
   end subroutine round_outline
 
-  !> The triangles of a wing file.
+  !> Takes the triangles of a wing file.
   subroutine read_mesh(config, c, scene, drawing, look, errors, world)
     type(config_t), intent(in) :: config
     type(source_choices_t), intent(in) :: c
@@ -328,7 +341,7 @@ contains
     if (size(look%triangles, 2) == 0) call config%complain(errors, SECTION, SHAPE, path//' has no triangles')
   end subroutine read_mesh
 
-  !> The points of a mesh, scaled so that the tip is at x = wing_length, or as long as the mesh is.
+  !> Takes the points of a mesh, scaled so that the tip is at x = wing_length; without this key, scaled from metres to L.
   subroutine take_mesh(source, c, scene, drawing, look)
     type(wing_t), intent(in) :: source
     type(source_choices_t), intent(in) :: c
@@ -345,7 +358,7 @@ contains
       call round_edges(scene, drawing, look)
   end subroutine take_mesh
 
-  !> A flat mesh with round edges.
+  !> Makes a flat mesh with round edges.
   subroutine round_edges(scene, drawing, look)
     type(scene_t), intent(in) :: scene
     type(drawing_t), intent(in) :: drawing

@@ -33,7 +33,7 @@ module fsi_flow_reaction
     real(rp), allocatable, private :: flow(:, :)      !< (3, n) s, L/T
     real(rp), allocatable, private :: velocity(:, :), work(:, :) !< (3, n)
     real(rp), allocatable, private :: moved(:, :)     !< (3, n_all)
-    real(rp), allocatable, private :: blocks(:, :, :) !< (3, 3, n_all) stand-in for W^T M^-1 W, rho L^3
+    real(rp), allocatable, private :: blocks(:, :, :) !< (3, 3, n_all) approximation of W^T M^-1 W, rho L^3
   contains
     procedure :: init => reaction_init
     procedure :: update_response => reaction_update_response
@@ -60,9 +60,9 @@ contains
     allocate (self%moved(3, size(points, 2)), self%blocks(3, 3, size(points, 2)), source=0.0_rp)
   end subroutine reaction_init
 
-  !> Takes over a changed response. The caller calls it after every change; before `init` it does nothing. In the
-  !> preconditioner of the wing's equations the tangent is replaced by what all points feel when all have the same
-  !> velocity: this is exact for the smoothest motion.
+  !> Takes over a changed response. The caller calls it after every change; before `init` it does nothing. The preconditioner of
+  !> the wing's equations replaces the tangent by the force that the points feel when all have the same velocity: this is exact
+  !> for the smoothest motion.
   subroutine reaction_update_response(self)
     class(flow_reaction_t), intent(inout) :: self
     integer :: c, p
@@ -83,7 +83,7 @@ contains
     end do
   end subroutine reaction_update_response
 
-  !> Whether a symmetric matrix is positive definite.
+  !> Tells whether a symmetric matrix is positive definite.
   pure logical function is_positive(b)
     real(rp), intent(in) :: b(3, 3)
     real(rp) :: minor
@@ -92,6 +92,7 @@ contains
                   b(3, 3)*minor - b(1, 1)*b(2, 3)**2 - b(2, 2)*b(1, 3)**2 + 2*b(1, 2)*b(2, 3)*b(1, 3) > 0
   end function is_positive
 
+  !> Returns value times the unit matrix (3, 3).
   pure function diagonal(value) result(b)
     real(rp), intent(in) :: value
     real(rp) :: b(3, 3)
@@ -139,7 +140,7 @@ contains
     call self%markers%spread(self%work, y)
   end subroutine reaction_tangent
 
-  !> Sets the blocks that stand for C in the preconditioner; see reaction_t.
+  !> Sets the blocks that replace C in the preconditioner; see reaction_t.
   subroutine reaction_block_diagonal(self, d)
     class(flow_reaction_t), intent(inout) :: self
     real(rp), intent(inout) :: d(:, :, :)

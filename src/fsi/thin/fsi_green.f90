@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tabulates the Green tensor of the filtered projection: how a force at one point of the flow moves another point at once.
+!> Tabulates the Green tensor of the filtered projection: the velocity that a force at one point of the flow causes at once at
+!> another.
 !>
 !> For |k| < K, Phi^2 = 1 + (k/K)^2 (fluid_point_forces), in an unbounded flow and for a force for a unit of time,
 !>
@@ -52,7 +53,7 @@ contains
     end do
   end subroutine green_init
 
-  !> int_0^1 (1 + s^2) s^2 [j0 - j1/x, j2, 0] ds, x = s `p`, in closed form; by its series for small p.
+  !> Returns int_0^1 (1 + s^2) s^2 [j0 - j1/x, j2, 0] ds, x = s `p`, in closed form; by its series for small p.
   pure function space_integrals(p) result(f)
     real(rp), intent(in) :: p
     real(rp) :: f(3), sines, j1_part, c, s
@@ -66,14 +67,14 @@ contains
     end if
     c = cos(p)
     s = sin(p)
-    ! Of s^2 j0 (1 + s^2) = (s + s^3) sin(p s)/p, and of s^2 j1/x (1 + s^2) = (1 + s^2)(sin/p^3/s - cos/p^2).
+    ! The integrals of s^2 j0 (1 + s^2) = (s + s^3) sin(p s)/p and of s^2 j1/x (1 + s^2) = (1 + s^2)(sin/p^3/s - cos/p^2).
     sines = (s/p**2 - c/p + (3/p**2 - 6/p**4)*s - (1/p - 6/p**3)*c)/p
     j1_part = (sine_integral(p) + s/p**2 - c/p)/p**3 - (s/p + (1/p - 2/p**3)*s + 2*c/p**2)/p**2
     f(1) = sines - j1_part
     f(2) = 3*j1_part - sines
   end function space_integrals
 
-  !> Si(p) = int_0^p sin(t)/t dt to round-off of the table.
+  !> Returns Si(p) = int_0^p sin(t)/t dt to the accuracy of the table.
   pure real(rp) function sine_integral(p) result(si)
     real(rp), intent(in) :: p
     integer, parameter :: PANEL = 8
@@ -95,7 +96,7 @@ contains
     end do
   end function sine_integral
 
-  !> int_0^1 (1 + s^2) s [J0 - J1/x, J2, J0] ds, x = s `p`, by Gauss's rule on panels shorter than a wave.
+  !> Returns int_0^1 (1 + s^2) s [J0 - J1/x, J2, J0] ds, x = s `p`, by Gauss's rule on panels shorter than a wave.
   pure function plane_integrals(p) result(f)
     real(rp), intent(in) :: p
     real(rp), parameter :: NODES(4) = [0.1834346424956498_rp, 0.5255324099163290_rp, 0.7966664774136267_rp, &

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Samples a sheet by a dense cloud of points, in which markers are seeded and relaxed (fsi_marker_spacing).
 !>
-!> Triangles are cut in halves at their longest edges until none is longer than CUT spacings; the centres of the leaves
-!> are samples that carry their areas. Points of the free edges follow, without area. Samples lie in cells of a
-!> spacing, whose contents are contiguous. Lengths are compared in steps of 2^-20 spacings or with a tolerance: what is
-!> equal by symmetry is equal, and the first sample is taken, whatever round-off says.
+!> Triangles are halved at their longest edges until none is longer than CUT spacings. The centres of the smallest triangles are
+!> samples that carry their areas. Points of the free edges follow, without area. Samples are sorted into cells of one spacing,
+!> whose contents are contiguous. Lengths are compared in steps of 2^-20 spacings or with a tolerance: lengths that symmetry makes
+!> equal count as equal, and the first sample is taken, whatever the round-off.
 module fsi_marker_cloud
   use base_kinds, only: rp
   use fsi_rotation, only: cross
@@ -13,14 +13,14 @@ module fsi_marker_cloud
   private
   public :: cloud_t, site_t, site_on_edge, FREE_EDGE, FRONT, GAP
 
-  ! Numbers that no mesh has in it, so that edges and cells do not end just there.
+  ! These numbers occur in no mesh, so that edges and cells do not end exactly there.
   real(rp), parameter :: CUT = 0.2513_rp, EDGE_CUT = 0.1257_rp, SHIFT = 0.3719_rp
   real(rp), parameter :: SAME = 1.0e-9_rp  !< relative differences that are none
   real(rp), parameter :: FINE = 2.0_rp**20 !< steps of a spacing
   integer, parameter :: MOST_CELLS = 2**22
   integer, parameter :: DEEPEST = 200      !< halvings of a triangle
 
-  !> What `pick` looks for.
+  !> Kinds of places that `pick` searches.
   integer, parameter :: FREE_EDGE = 1 !< the point of a free edge that is farthest from the markers
   integer, parameter :: FRONT = 2     !< the point nearest to two of them
   integer, parameter :: GAP = 3       !< the point of the sheet that is farthest from them
@@ -153,6 +153,7 @@ contains
     end do
   end subroutine halve
 
+  !> Sorts the samples into cells, so that those near a place are found quickly.
   subroutine sort_into_cells(self, sites, area, of, spacing)
     class(cloud_t), intent(inout) :: self
     type(site_t), intent(in) :: sites(:)
@@ -200,6 +201,7 @@ contains
     self%at = self%key
   end subroutine sort_into_cells
 
+  !> Returns the indices of the cell of a place; outside the cells, of the nearest one.
   pure function cell_of(self, x) result(cell)
     class(cloud_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
@@ -207,6 +209,7 @@ contains
     cell = max(1, min(self%cells, floor((x - self%low)/self%cell) + 1))
   end function cell_of
 
+  !> Returns the number of a cell.
   pure integer function number_of(self, cell) result(number)
     class(cloud_t), intent(in) :: self
     integer, intent(in) :: cell(3)
@@ -256,6 +259,7 @@ contains
     end do
   end subroutine cloud_search_for
 
+  !> Finds the best sample of cell `c` for the present mode.
   subroutine search_cell(self, c)
     class(cloud_t), intent(inout) :: self
     integer, intent(in) :: c
@@ -283,7 +287,7 @@ contains
     end function steps
   end subroutine search_cell
 
-  !> Takes the sample that is looked for, if there is one.
+  !> Takes the sample that the present mode searches, if there is one.
   subroutine cloud_pick(self, site, found)
     class(cloud_t), intent(in) :: self
     type(site_t), intent(out) :: site
@@ -324,7 +328,7 @@ contains
     end do
   end subroutine cloud_relax
 
-  !> Finds the owners of the samples and the squares of their distances: of markers as near, the first.
+  !> Finds the owners of the samples and the squares of their distances; of equally near markers the first.
   subroutine assign(self, x, nearest)
     class(cloud_t), intent(inout) :: self
     real(rp), intent(in) :: x(:, :)

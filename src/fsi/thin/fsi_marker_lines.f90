@@ -11,10 +11,10 @@ module fsi_marker_lines
   private
   public :: line_net_t, line_site_t, place_on_lines
 
-  ! Between the angles of regular polygons, whose corners must not come and go with round-off.
+  ! These angles lie between those of regular polygons, so that round-off does not decide whether a corner exists.
   real(rp), parameter :: TURN = 35*acos(-1.0_rp)/180
-  real(rp), parameter :: HALF = 0.5_rp - 1.0e-6_rp !< lengths of n + 1/2 spacings are not left to round-off either
-  integer(i8), parameter :: FINE = 2_i8**20        !< steps of an angle that are told apart
+  real(rp), parameter :: HALF = 0.5_rp - 1.0e-6_rp !< lengths of n + 1/2 spacings do not depend on round-off either
+  integer(i8), parameter :: FINE = 2_i8**20        !< steps in which angles are compared
 
   !> A place on a link.
   type :: line_site_t
@@ -101,8 +101,8 @@ contains
     end do
   end subroutine net_init
 
-  !> Angle by which the line turns at a point, given its links; more than any angle at ends and branches, less than any
-  !> where there is no line.
+  !> Returns the angle by which the line turns at a point, given its links. It is larger than any angle at ends and branches, and
+  !> smaller than any angle where there is no line.
   pure real(rp) function turn_at(points, links, at) result(turn)
     real(rp), intent(in) :: points(:, :)
     integer, intent(in) :: links(:, :), at(:, :)
@@ -119,7 +119,7 @@ contains
     turn = acos(max(-1.0_rp, min(1.0_rp, -dot_product(way(:, 1)/length(1), way(:, 2)/length(2)))))
   end function turn_at
 
-  !> The arc that leaves point `start` by `link`, up to a corner or back to `start`: its links, negative where they are
+  !> Returns the arc that leaves point `start` by `link`, up to a corner or back to `start`: its links, negative where they are
   !> passed from the second to the first point.
   pure subroutine follow(net, turns, start, link, used, arc, n)
     type(line_net_t), intent(in) :: net
@@ -177,6 +177,7 @@ contains
     sites = [sites, found(:filled)]
   end subroutine divide
 
+  !> Returns the length of a chain of links.
   pure real(rp) function length_of(points, links, arc) result(length)
     real(rp), intent(in) :: points(:, :)
     integer, intent(in) :: links(:, :), arc(:)

@@ -1,16 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes the velocities that forces at the markers of a wing cause there, and the forces that cause given velocities.
 !>
-!> Forces F on the fluid for a time dt change the velocities at the markers by dt M F, where the blocks of M are the
-!> Green tensor of the differences of places (fsi_green). M is symmetric and positive definite as long as markers are
-!> about two grid spacings apart; 1e-8 of its mean diagonal is added to it. It depends on relative places only, so
-!> that it is made in the frame of the wing: once for a rigid one. If the markers have since turned together, by R, its
-!> inverse is R M^-1 R^T. Of a section, the axis that the plane flow does not
-!> know is y there, and x for the tensor.
+!> Forces F on the fluid for a time dt change the velocities at the markers by dt M F, where the blocks of M are the Green tensor
+!> of the differences of places (fsi_green). M is symmetric and positive definite as long as markers are about two grid spacings
+!> apart; 1e-8 of its mean diagonal is added to it. It depends on relative places only. It is therefore made in the frame of the
+!> wing, once for a rigid wing. If all markers have since turned by R, its inverse is R M^-1 R^T. For a section, the axis across
+!> the plane flow is y of the wing frame and x of the tensor.
 !>
-!> Few markers have a factor of M on one rank. The M of many is too large for one rank: it has (3n)^2 numbers, and a factor
-!> takes 9 n^3 operations. A group of ranks then shares M^-1 (parallel_inverse), and its first rank asks for solutions
-!> while the others `serve`.
+!> One rank holds a factor of M if there are few markers. For many markers M is too large for one rank: it has (3n)^2 numbers, and
+!> a factor takes 9 n^3 operations. A group of ranks then shares M^-1 (parallel_inverse): its first rank asks for solutions while
+!> the others `serve`.
 module fsi_marker_response
   use base_kinds, only: rp
   use base_lapack, only: factorise, solve_factorised
@@ -21,11 +20,11 @@ module fsi_marker_response
   private
   public :: marker_response_t
 
-  integer, parameter :: MOST_IN_BLOCK = 32 !< markers whose rows of M are together on one rank
+  integer, parameter :: MOST_IN_BLOCK = 32 !< markers whose rows of M are stored in one block on one rank
 
   type :: marker_response_t
-    real(rp), allocatable, private :: factor(:, :) !< (3n, 3n) Cholesky's factor of M, in its lower triangle, if it is not shared
-    type(shared_inverse_t), allocatable, private :: inverse !< if it is
+    real(rp), allocatable, private :: factor(:, :) !< (3n, 3n) Cholesky's factor of M, in its lower triangle, if M is not shared
+    type(shared_inverse_t), allocatable, private :: inverse !< if M is shared
     real(rp), allocatable, private :: work(:)      !< (3n)
     integer, private :: axes(3) = [1, 2, 3]        !< of the wing frame, in the order of the tensor's
     real(rp), private :: rotation(3, 3) = 0        !< R, if the markers have turned

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Places the markers of a wing that a two-dimensional flow sees as a section: a strip whose width lies along y of the wing
+!> Places the markers of a wing that appears as a section in a two-dimensional flow: a strip whose width lies along y of the wing
 !> frame.
 !>
-!> The section is the line in which the plane in the middle of the width cuts the strip. Stations on it are about a
-!> spacing h apart, ends and folds included (fsi_marker_lines). A marker moves as the line across the strip through its
-!> station does in the mean: with N_i the linear functions of the triangles its weights are int N_i dl/int dl. Their
-!> transpose makes of a force on the marker what a load of constant strength along that line does to the points.
+!> The section is the line in which the plane in the middle of the width cuts the strip. Stations on it are about a spacing h
+!> apart, ends and folds included (fsi_marker_lines). A marker moves with the mean motion of the line across the strip through its
+!> station: with N_i the linear functions of the triangles its weights are int N_i dl/int dl. Their transpose turns a force on the
+!> marker into the forces on the points of a constant load along that line.
 module fsi_marker_section
   use base_errors, only: require
   use base_kinds, only: rp
@@ -14,8 +14,8 @@ module fsi_marker_section
   private
   public :: place_section_markers, station_t
 
-  real(rp), parameter :: SAME = 1.0e-9_rp !< of the size of the strip, lengths that are none
-  real(rp), parameter :: NEAR = 0.5_rp    !< of h, from the station, for what belongs to the line across the strip
+  real(rp), parameter :: SAME = 1.0e-9_rp !< of the size of the strip; smaller lengths count as 0
+  real(rp), parameter :: NEAR = 0.5_rp    !< of h, distance from the station up to which cuts belong to the line across the strip
   real(rp), parameter :: LEAST = 0.75_rp    !< of h: wanted least distance of markers, and largest gap
   integer, parameter :: N_SAMPLES = 16        !< places in a spacing where gaps are looked for
 
@@ -26,7 +26,8 @@ module fsi_marker_section
     logical :: is_edge = .false.        !< an end of the section
   end type station_t
 
-  !> Edges that a plane cuts. They hang in a chain on their lower point: last(point), earlier(cut); high(cut) is the other.
+  !> Edges that a plane cuts. They form a linked list at their lower point: last(point), earlier(cut); high(cut) is the upper
+  !> point.
   type :: cuts_t
     integer :: n = 0
     integer, allocatable :: last(:), earlier(:), high(:)
@@ -38,7 +39,7 @@ module fsi_marker_section
 
 contains
 
-  !> Stations of a strip. `left_out` counts ends and folds, and other places, that would have been too close to others;
+  !> Finds the stations of a strip. `left_out` counts ends and folds, and other places, that would have been too close to others;
   !> `largest_gap` is in h. Deterministic. Allocates.
   subroutine place_section_markers(points, triangles, spacing, stations, left_out, largest_gap)
     real(rp), intent(in) :: points(:, :)   !< (3, n) L
@@ -89,6 +90,7 @@ contains
 
   contains
 
+    !> Updates the distances of all candidates from their nearest station by a new one.
     subroutine see(site)
       type(line_site_t), intent(in) :: site
       real(rp) :: here(3)
@@ -100,7 +102,7 @@ contains
     end subroutine see
   end subroutine place_section_markers
 
-  !> Which of x (3, n) are at least `LEAST` spacings from all earlier ones that are.
+  !> Tells which of x (3, n) are at least `LEAST` spacings from all earlier accepted ones.
   pure function are_clear(x, spacing)
     real(rp), intent(in) :: x(:, :), spacing
     logical :: are_clear(size(x, 2))
@@ -113,7 +115,7 @@ contains
     end do
   end function are_clear
 
-  !> The line in which the plane in the middle of the width cuts the triangles: points (3, n) and links (2, m).
+  !> Finds the line in which the plane in the middle of the width cuts the triangles: points (3, n) and links (2, m).
   pure subroutine cut_middle(points, triangles, tolerance, middle, links)
     real(rp), intent(in) :: points(:, :), tolerance
     integer, intent(in) :: triangles(:, :)
@@ -182,7 +184,7 @@ contains
     self%x(:, number) = (1 - t)*points(:, below) + t*points(:, above)
   end subroutine cuts_find
 
-  !> Edges that are cut in one point, x (3, n), have it in common: their pairs (2, m) of cuts are then twice the same.
+  !> Finds edges that are cut in one common point, x (3, n): their pairs (2, m) of cuts are then equal.
   pure subroutine unite_equal(x, tolerance, pairs)
     real(rp), intent(in) :: x(:, :), tolerance
     integer, intent(inout) :: pairs(:, :)
@@ -199,7 +201,7 @@ contains
     end do
   end subroutine unite_equal
 
-  !> Where places on links are, (3, n).
+  !> Returns the places (3, n) on links.
   pure function positions(points, links, sites) result(x)
     real(rp), intent(in) :: points(:, :)
     integer, intent(in) :: links(:, :)
@@ -213,7 +215,7 @@ contains
     end do
   end function positions
 
-  !> Along the section at a place, any length: at a fold half-way between both sides.
+  !> Returns the direction of the section at a place, of any length; at a fold it bisects the directions of both sides.
   pure function direction(points, net, site) result(along)
     real(rp), intent(in) :: points(:, :)
     type(line_net_t), intent(in) :: net
@@ -232,7 +234,7 @@ contains
     end associate
   end function direction
 
-  !> The mean of the line across the strip at x: of the cuts, by the plane normal to `along`, that are near.
+  !> Averages along the line across the strip at x: over the nearby cuts by the plane normal to `along`.
   subroutine cut_across(points, triangles, x, along, near, tolerance, station)
     real(rp), intent(in) :: points(:, :), x(3), along(3), near, tolerance
     integer, intent(in) :: triangles(:, :)
@@ -242,7 +244,7 @@ contains
     normal = [along(1), 0.0_rp, along(3)]
     normal = normal/norm2(normal)
     weights = 0
-    ! What an edge in the plane carries is that of the triangles beyond it, or of those before it at an end.
+    ! The weights of an edge in the plane are those of the triangles beyond it or, at an end, of those before it.
     do side = 1, 2
       do i = 1, size(triangles, 2)
         call cut_triangle(points, triangles(:, i), x, normal, near, tolerance, side == 1, weights(:, side))

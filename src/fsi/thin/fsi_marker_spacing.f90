@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Places markers about a spacing h apart on a triangulated sheet, its free edges included.
 !>
-!> Wanted is that no two are closer than LEAST h and that no point of the sheet is farther than LEAST h from one; a set
-!> of points that none can be added to without breaking the first has the second (Eldar et al. 1997, DOI
-!> 10.1109/83.623193), whatever the shape. All distances are those in space, so that the lips of a slit are one line. The
-!> edges come first (fsi_marker_lines). The inside is filled from them as by a growing crystal, each marker next to two
-!> others; Lloyd's method then moves the inner markers to the centres of their Voronoi cells (Du, Faber & Gunzburger
-!> 1999, DOI 10.1137/S0036144599352836), and what is too close or missing after that is taken away or added.
+!> The aim is that no two markers are closer than LEAST h and that no point of the sheet is farther than LEAST h from one. A set
+!> of points to which none can be added without violating the first condition satisfies the second (Eldar et al. 1997, DOI
+!> 10.1109/83.623193), for any shape. All distances are distances in space, so that both sides of a slit are one line. The edges
+!> come first (fsi_marker_lines). The inside is filled from them as a crystal grows, each marker next to two others. Lloyd's
+!> method then moves the inner markers to the centres of their Voronoi cells (Du, Faber & Gunzburger 1999, DOI
+!> 10.1137/S0036144599352836). At last markers that are too close are removed, and missing ones added.
 module fsi_marker_spacing
   use base_kinds, only: rp
   use fsi_free_edges, only: find_free_edges
@@ -17,17 +17,17 @@ module fsi_marker_spacing
   public :: place_sheet_markers
 
   real(rp), parameter :: LEAST = 0.75_rp         !< of h, least distance and largest gap
-  real(rp), parameter :: SAME = 1.0e-9_rp        !< of h, differences that are none
+  real(rp), parameter :: SAME = 1.0e-9_rp        !< of h; smaller differences count as 0
   real(rp), parameter :: GROWTH = 0.95_rp        !< of h, distance of the growing front
   integer, parameter :: ROUNDS = 6, SWEEPS = 20  !< of Lloyd's method, at most, and in a round
-  integer, parameter :: UNACCELERATED = 5                !< the last sweeps of a round are not sped up
+  integer, parameter :: UNACCELERATED = 5                !< the last sweeps of a round are not accelerated
   real(rp), parameter :: SPEED = 1.7_rp
 
 contains
 
-  !> Markers of a sheet; the first `n_edge` lie on free edges. `left_out` counts corners and other places of the outline
-  !> that would have been too close to others; `largest_gap` is that of sample points 0.1 h apart, in h. Deterministic.
-  !> Allocates.
+  !> Places the markers of a sheet; the first `n_edge` lie on free edges. `left_out` counts corners and other places of the
+  !> outline that would have been too close to others. `largest_gap`, in h, is the largest distance of sample points, 0.1 h apart,
+  !> from a marker. Deterministic. Allocates.
   subroutine place_sheet_markers(points, triangles, spacing, sites, n_edge, left_out, largest_gap)
     real(rp), intent(in) :: points(:, :)   !< (3, n) L
     integer, intent(in) :: triangles(:, :) !< (3, m)
@@ -69,7 +69,7 @@ contains
     largest_gap = maxval(cloud%distance)/spacing
   end subroutine place_sheet_markers
 
-  !> The places wanted on the free edges, those on corners first.
+  !> Returns the wanted places on the free edges, those on corners first.
   subroutine place_outline(points, triangles, edges, owners, spacing, sites, is_corner)
     real(rp), intent(in) :: points(:, :), spacing
     integer, intent(in) :: triangles(:, :), edges(:, :), owners(:)
@@ -87,7 +87,7 @@ contains
     is_corner = on_line%is_corner
   end subroutine place_outline
 
-  !> Which places are at least `limit` [L] from all earlier ones that are.
+  !> Tells which places are at least `limit` [L] from all earlier accepted ones.
   pure function are_clear(sites, limit)
     type(site_t), intent(in) :: sites(:)
     real(rp), intent(in) :: limit
@@ -103,6 +103,7 @@ contains
     end do
   end function are_clear
 
+  !> Tells whether a place is at least `limit` from all others.
   pure logical function is_clear(x, others, limit)
     real(rp), intent(in) :: x(3), others(:, :), limit
     integer :: i
@@ -113,7 +114,7 @@ contains
     is_clear = .true.
   end function is_clear
 
-  !> Adds what the cloud picks until there is nothing left.
+  !> Adds the places that the cloud picks until it finds none.
   subroutine fill_gaps(cloud, mode, limit, sites)
     type(cloud_t), intent(inout) :: cloud
     integer, intent(in) :: mode
@@ -140,7 +141,7 @@ contains
     sites = sites(:n)
   end subroutine fill_gaps
 
-  !> A round of Lloyd's method for all markers but the first `n_fixed`.
+  !> Does a round of Lloyd's method for all markers but the first `n_fixed`.
   subroutine relax(cloud, points, triangles, n_fixed, sites)
     type(cloud_t), intent(inout) :: cloud
     real(rp), intent(in) :: points(:, :)

@@ -3,9 +3,9 @@
 !> the points of the triangles that hold them.
 !>
 !> A marker moves with its triangle, x = sum_k weights(k) points(:, nodes(k)); in a plane flow it is a line across a strip
-!> (fsi_marker_section). The response of the flow to forces at
-!> markers (fsi_marker_response) is well conditioned as long as no two are much closer than two grid spacings, and the
-!> flow passes between markers that are much farther apart: `least` and `gap` tell how well a wing is covered.
+!> (fsi_marker_section). The response of the flow to forces at markers (fsi_marker_response) is well conditioned as long as no two
+!> markers are much closer than two grid spacings. The flow passes between markers that are much farther apart. `least` and `gap`
+!> tell how well the markers cover a wing.
 module fsi_markers
   use base_kinds, only: rp
   use fsi_marker_cloud, only: site_t
@@ -22,7 +22,7 @@ module fsi_markers
     logical, allocatable :: is_edge(:)     !< (n) on a free edge; of a strip: at an end
     integer :: left_out = 0 !< places of the outline without a marker, since others are too close
     real(rp) :: least = 0  !< distance of the closest two, over h
-    real(rp) :: gap = 0    !< distance from the nearest marker of the point of the wing that is farthest from any, over h
+    real(rp) :: gap = 0    !< largest distance of any point of the wing from its nearest marker, over h
   contains
     procedure :: init => markers_init
     procedure :: positions => markers_positions
@@ -56,6 +56,7 @@ contains
     end do
   end subroutine markers_init
 
+  !> Places the markers of a wing that is a surface.
   subroutine place_in_triangles(self, points, triangles, spacing)
     type(markers_t), intent(inout) :: self
     real(rp), intent(in) :: points(:, :), spacing
@@ -70,6 +71,7 @@ contains
     self%weights = reshape([(sites(i)%weights, i=1, self%n)], [3, self%n])
   end subroutine place_in_triangles
 
+  !> Places the markers of a wing that is a section, in two dimensions.
   subroutine place_stations(self, points, triangles, spacing)
     type(markers_t), intent(inout) :: self
     real(rp), intent(in) :: points(:, :), spacing
@@ -92,7 +94,7 @@ contains
     end do
   end subroutine place_stations
 
-  !> Returns the values (3, n) at the markers of what has `values` (3, np) at the points of the wing: places or velocities.
+  !> Interpolates `values` (3, np) at the points of the wing, places or velocities, to the markers (3, n).
   pure subroutine markers_positions(self, values, at_markers)
     class(markers_t), intent(in) :: self
     real(rp), intent(in) :: values(:, :)
@@ -106,7 +108,7 @@ contains
     end do
   end subroutine markers_positions
 
-  !> Adds to forces(3, np) on the points what those (3, n) at the markers are worth: the transpose of `positions`.
+  !> Adds to forces(3, np) on the points the equivalent of those (3, n) at the markers: the transpose of `positions`.
   pure subroutine markers_spread(self, at_markers, forces)
     class(markers_t), intent(in) :: self
     real(rp), intent(in) :: at_markers(:, :)

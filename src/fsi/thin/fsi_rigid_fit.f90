@@ -48,7 +48,7 @@ contains
     end do
   end subroutine fit_rotation
 
-  !> The solution of a x = b for a symmetric positive definite matrix, by Cramer's rule.
+  !> Solves a x = b for a symmetric positive definite matrix by Cramer's rule.
   pure function solved(a, b) result(x)
     real(rp), intent(in) :: a(3, 3), b(3)
     real(rp) :: x(3), minors(3, 3)
@@ -58,7 +58,7 @@ contains
     x = matmul(transpose(minors), b)/dot_product(a(:, 1), minors(:, 1))
   end function solved
 
-  !> The rotation by the vector w (Rodrigues).
+  !> Returns the rotation by the vector w (Rodrigues).
   pure function turned_by(w) result(r)
     real(rp), intent(in) :: w(3)
     real(rp) :: r(3, 3), unit(3), axis(3), angle

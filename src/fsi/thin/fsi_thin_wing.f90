@@ -19,11 +19,11 @@ module fsi_thin_wing
     type(markers_t) :: markers
     type(flow_reaction_t) :: reaction
     integer :: first = 1, last = 0, owner = 0
-    logical :: is_owner = .false., is_helper = .false. !< what this rank is of the wing
+    logical :: is_owner = .false., is_helper = .false. !< the role of this rank for the wing
     logical :: is_mirrored = .false. !< the wing file's axes are those of the wing frame, mirrored
     real(rp), allocatable :: shape(:, :) !< (3, n) markers in the wing frame for which the response is made, L
     real(rp), allocatable :: flat(:, :)  !< (3, n) markers of the unloaded wing, in its frame, L
-    real(rp), allocatable :: bent(:, :)  !< (3, n) their displacements there where they met the flow, L
+    real(rp), allocatable :: bent(:, :)  !< (3, n) their displacements there where they sampled the flow, L
     real(rp), allocatable :: work(:, :)  !< (3, n)
   contains
     procedure :: init => wing_init

@@ -5,14 +5,14 @@
 !>
 !>     dt M F = U - (I u*)(X),          u(n+1) = u* + dt P S F,
 !>
-!> where I looks at the flow, S is its adjoint, P the projection (fluid_point_forces) and M the response of the markers
-!> (fsi_marker_response): forces as Lagrange multipliers (Taira & Colonius 2007, DOI 10.1016/j.jcp.2007.03.005). -F is
-!> the load on the wing, and F.U the power that it gives to the flow. M leaves out the periodic images; the slip that this
-!> leaves is corrected in the next step. The forces of rigid wings are found together (fsi_wing_pairs), those of flexible
-!> ones wing by wing.
+!> where I interpolates the flow, S is its adjoint, P the projection (fluid_point_forces) and M the response of the markers
+!> (fsi_marker_response). The forces are Lagrange multipliers (Taira & Colonius 2007, DOI 10.1016/j.jcp.2007.03.005). -F is the
+!> load on the wing, and F.U the power that it gives to the flow. M omits the periodic images; the next step corrects the slip
+!> that this leaves. The forces of all rigid wings are computed in one system of equations (fsi_wing_pairs), those of flexible
+!> wings wing by wing.
 !>
-!> Where a penalized body is around a marker, near the hinge, the flow belongs to the body: with chi of the body there, the
-!> marker asks for (1 - chi) U + chi U_body, and the share chi of its force is the body's, not the wing's.
+!> Where a marker lies in a penalized body, near the hinge, the flow belongs to the body: with chi of the body there, the marker
+!> prescribes the velocity (1 - chi) U + chi U_body, and the share chi of its force acts on the body, not on the wing.
 !>
 !> Rigid wings are advanced here, flexible ones by fsi_thin_coupling in the same parts: `sample_flow`, find the forces,
 !> `apply_forces`. M is made in the frame of the wing, along the axes of the wing file: once for a rigid wing, and again
@@ -35,15 +35,15 @@ module fsi_thin_wings
   private
   public :: thin_wings_t
 
-  !> How well the flow follows the wings after a step, L/T, and what it receives.
+  !> Slip of the flow relative to the wings after a step, L/T, and the power that the flow receives.
   type :: slip_t
     real(rp) :: before = 0   !< largest |U - I u*|, before the forces act
     real(rp) :: after = 0    !< largest |U - I u(n+1)|
     real(rp) :: speed = 0    !< largest |U|
-    logical :: is_measured = .false. !< in the last step, what is after it and received; else they are of an earlier one
-    real(rp) :: received = 0 !< rho L^5/T^3 power of the forces at the velocities of the flow after the step
+    logical :: is_measured = .false. !< `after` and `received` are of the last step; otherwise of an earlier one
+    real(rp) :: received = 0 !< rho L^5/T^3 power of the forces with the velocities of the flow after the step
     integer :: iterations = 0 !< that found the forces of several rigid wings together
-    real(rp) :: left = 0      !< of the slip before, when they ended
+    real(rp) :: left = 0      !< share of the earlier slip that the last iteration left
   end type slip_t
 
   !> Wall time of this rank so far.
@@ -120,7 +120,7 @@ contains
                                                   'marker_spacing')
   end subroutine thin_init
 
-  !> The table of the response, and room for what rigid wings do to each other.
+  !> Makes the table of the response, and room for the effect of rigid wings on each other.
   subroutine init_responses(self, fluid)
     type(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
@@ -185,8 +185,8 @@ contains
     self%is_shared = .false.
   end subroutine thin_free
 
-  !> Looks at the flow, as it is without the wings, where the markers `x` are: sets `flow`. Where the body is, a marker that
-  !> moves with `u` then asks for the motion of the body. Collective.
+  !> Samples the flow, as it is without the wings, at the markers `x`: sets `flow`. In the body, a marker that moves with `u` then
+  !> prescribes the motion of the body. Collective.
   subroutine thin_sample_flow(self, fluid, wings)
     class(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -202,7 +202,7 @@ contains
     self%seconds%sampling = self%seconds%sampling + wall_seconds() - begun
   end subroutine thin_sample_flow
 
-  !> What the body has of the markers at the end of the step.
+  !> Finds the chi and the velocity of the body at the markers at the end of the step.
   subroutine find_body_fractions(self, fluid, wings)
     type(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
@@ -220,8 +220,8 @@ contains
     end do
   end subroutine find_body_fractions
 
-  !> Gives `force` to the flow that was met at the markers, which move with `u`; sets `slip`, measured where it is due, and
-  !> the loads of the markers, which `wings` hold. `poses` are those of the wings at the end of the step. Collective.
+  !> Applies `force` to the flow that was sampled at the markers, which move with `u`. Sets `slip`, which is measured when it is
+  !> due, and the loads of the markers, which `wings` hold. `poses` are those of the wings at the end of the step. Collective.
   subroutine thin_apply_forces(self, fluid, wings, poses)
     class(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -253,9 +253,9 @@ contains
     self%seconds%forces = self%seconds%forces + wall_seconds() - begun
   end subroutine thin_apply_forces
 
-  !> Lets rigid wings act on the step that `fluid` has just made: its end gets their forces; `slip` and the loads of the
-  !> markers, which `wings` hold, are those of this step. `wings` stay where they are. Fails if no forces are found, on all
-  !> ranks; the flow is that without them then. Collective.
+  !> Lets rigid wings act on the step that `fluid` has just made: applies their forces to the flow at its end, and sets `slip` and
+  !> the loads of the markers, which `wings` hold, for this step. `wings` stay where they are. Fails on all ranks if no forces are
+  !> found; the flow is then the one without them. Collective.
   subroutine thin_advance_rigid(self, fluid, wings, failure)
     class(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -278,16 +278,16 @@ contains
     if (.not. failure%failed) call self%apply_forces(fluid, wings, poses)
   end subroutine thin_advance_rigid
 
-  !> The forces that make the flow follow all rigid wings, the same on all ranks: sets `force`. Of several wings by conjugate
-  !> gradients, see fsi_wing_pairs; they fail where markers of two wings are at one place and move apart.
+  !> Finds the forces that make the flow follow all rigid wings, the same on all ranks: sets `force`. For several wings it uses
+  !> conjugate gradients, see fsi_wing_pairs; they fail if markers of two wings are at one place and move apart.
   subroutine find_forces(self, poses, dt, failure)
     type(thin_wings_t), intent(inout) :: self
     type(wing_pose_t), intent(in) :: poses(:)
     real(rp), intent(in) :: dt
     type(failure_t), intent(inout) :: failure
     integer, parameter :: MOST = 50
-    real(rp), parameter :: ENOUGH = 1.0e-4_rp !< far less than what periodic images leave
-    real(rp), parameter :: TOO_MUCH = 1.0e-2_rp !< as much as these leave
+    real(rp), parameter :: ENOUGH = 1.0e-4_rp !< far less than the effect of periodic images
+    real(rp), parameter :: TOO_MUCH = 1.0e-2_rp !< as much as the effect of these
     real(rp) :: rz, pmp, step, ratio, begin
     self%wanted = (self%u - self%flow)/dt
     if (.not. allocated(self%pairs)) then
@@ -326,7 +326,7 @@ contains
     end associate
   end subroutine find_forces
 
-  !> The forces f (3, all markers) in space that each wing alone needs for the velocities v, the same on all ranks.
+  !> Returns the forces f (3, all markers) in space that each wing alone needs for the velocities v, the same on all ranks.
   subroutine solve_blocks(self, poses, v, f)
     type(thin_wings_t), intent(inout) :: self
     type(wing_pose_t), intent(in) :: poses(:)
@@ -355,7 +355,7 @@ contains
     call self%world%broadcast_reals(flat, from)
   end subroutine thin_broadcast
 
-  !> Largest length of the vectors v(3, n).
+  !> Returns the largest length of the vectors v(3, n).
   pure real(rp) function largest(v)
     real(rp), intent(in) :: v(:, :)
     integer :: i

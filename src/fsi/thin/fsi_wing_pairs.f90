@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes how the forces at the markers of each wing change the velocities at those of the other wings.
 !>
-!> The response of all markers is M = D + E: D has a block for each wing, in whose frame it is factorised once
-!> (fsi_marker_response), E the Green tensors between markers of different wings, which change as these move. M is
-!> symmetric and positive definite, and D nearly is M, so that conjugate gradients with D^-1 as preconditioner find
-!> M F = R in a few iterations (fsi_thin_wings). They need no product with D: as z = D^-1 r,
-!> the directions p = z + beta p_old have D p = r + beta D p_old.
+!> The response of all markers is M = D + E. D has a block for each wing, in whose frame it is factorised once
+!> (fsi_marker_response). E holds the Green tensors between markers of different wings, which change as the wings move. M is
+!> symmetric and positive definite, and D is close to M. Conjugate gradients with D^-1 as preconditioner therefore solve M F = R
+!> in a few iterations (fsi_thin_wings). They need no product with D: since z = D^-1 r, the directions p = z + beta p_old have D p
+!> = r + beta D p_old.
 !>
-!> Each rank has the rows of every n-th marker; a row is summed on one rank, so that all ranks find the same bits, however
-!> many they are. Between two markers the nearest periodic image counts.
+!> Each rank has the rows of every n-th marker. One rank sums a row, so that all ranks find the same bits, whatever their number.
+!> Between two markers the nearest periodic image counts.
 module fsi_wing_pairs
   use base_kinds, only: rp
   use fsi_green, only: green_t
@@ -92,6 +92,7 @@ contains
     v = v + reshape(sums, shape(v))
   end subroutine pairs_add_product
 
+  !> Multiplies the rows of this rank with the forces.
   pure subroutine multiply(self, f, sums)
     type(wing_pairs_t), intent(in) :: self
     real(rp), intent(in) :: f(3*size(self%first))

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Calibrates all tests together by a parametric bootstrap of the design: it draws data that contain noise only.
+!> Calibrates all tests jointly by a parametric bootstrap of the design: it draws data that contain noise only.
 !>
-!> If the baseline is true, z is a vector of independent normal numbers, and the test statistics of all candidates and
-!> of unknown causes follow from it. Their joint distribution gives p of scans (the largest of many positions), p of
-!> unknown causes, and one global p of the combined rule: the smallest p of any effect, which has EFFECTS_FRACTION of the
-!> level, or of any unknown cause, which has the rest. Local and global p differ by the look-elsewhere effect.
+!> If the baseline is true, z is a vector of independent normal numbers, from which the test statistics of all candidates and of
+!> unknown causes follow. Their joint distribution gives p of scans (the largest of many positions), p of unknown causes, and one
+!> global p of the combined rule: the smallest p of any effect, which has EFFECTS_FRACTION of the level, or of any unknown cause,
+!> which has the rest. Local and global p differ by the look-elsewhere effect.
 !>
-!> Draw number d of a seed is the same on every rank. Beyond the draws p is continued as the law of p of an
-!> independent number of tests, and as an exponential tail for unknown causes.
+!> Draw number d of a seed is the same on every rank. Beyond the range of the draws p is extrapolated: by the law of p of an
+!> independent number of tests, and by an exponential tail for unknown causes.
 module inference_calibration
   use base_kinds, only: i8, rp
   use base_random, only: fill_gaussians, random_stream_t
@@ -33,10 +33,10 @@ module inference_calibration
   type :: calibration_t
     integer :: n_draws = 0
     logical :: is_scale_known = .true.       !< the noise is as declared; otherwise estimated from the remainder
-    real(rp), allocatable :: n_tests(:)      !< (effects) independent tests that its variants are worth
+    real(rp), allocatable :: n_tests(:)      !< (effects) number of independent tests that is equivalent to its variants
     real(rp), allocatable :: unknown(:, :)   !< (n_draws, families) sorted
     real(rp), allocatable :: combined(:)     !< (n_draws) sorted smallest weighted log p
-    real(rp) :: n_combined = 1               !< independent tests that the whole is worth
+    real(rp) :: n_combined = 1               !< number of independent tests that is equivalent to all tests
   contains
     procedure :: init => calibration_init
     procedure :: is_of => calibration_is_of
@@ -49,9 +49,9 @@ module inference_calibration
 
 contains
 
-  !> Finds all statistics of z(k). `rest` is the sum of squares beside it: if the scale of the noise is not known, z is measured
-  !> by it, and tests are those of F. With `only_best` it does not find p of a variant where another one of its effect with as
-  !> many directions has a larger square.
+  !> Finds all statistics of z(k). `rest` is the sum of squares in other directions: if the scale of the noise is not known, z is
+  !> divided by it, and tests are F tests. With `only_best` it does not find p of a variant if another variant of its effect with
+  !> as many directions has a larger square.
   subroutine find_statistics(design, n_effects, is_scale_known, z, residual_square, statistics, only_best)
     type(design_t), intent(in) :: design
     integer, intent(in) :: n_effects
@@ -131,8 +131,8 @@ contains
     self%n_combined = independent_tests(self%combined(max(1, nint(0.02_rp*n_draws))), 0.02_rp)
   end subroutine calibration_init
 
-  !> Tells whether these are the draws that `init` would make: their numbers are right, and what the first few draws give is among
-  !> them to the last bit.
+  !> Tells whether these are the draws that `init` would make: their numbers are right, and the results of the first few draws are
+  !> among them to the last bit.
   logical function calibration_is_of(self, design, n_effects, is_scale_known, n_draws, seed) result(is_it)
     class(calibration_t), intent(in) :: self
     type(design_t), intent(in) :: design
@@ -157,7 +157,7 @@ contains
     end do
   end function calibration_is_of
 
-  !> Whether x is one of the numbers of the sorted list.
+  !> Tells whether x is one of the numbers of the sorted list.
   pure logical function has(sorted, x)
     real(rp), intent(in) :: sorted(:), x
     integer :: n
@@ -166,7 +166,7 @@ contains
     if (has) has = sorted(size(sorted) + 1 - n) <= x
   end function has
 
-  !> Statistics of draw number d if the baseline is true.
+  !> Computes the statistics of draw number d if the baseline is true.
   subroutine draw_null(design, is_scale_known, n_effects, seed, d, statistics)
     type(design_t), intent(in) :: design
     logical, intent(in) :: is_scale_known
@@ -184,14 +184,14 @@ contains
     call find_statistics(design, n_effects, is_scale_known, z, residual_square, statistics, only_best=.true.)
   end subroutine draw_null
 
-  !> Number n of independent tests of which the smallest p is exp(log_p) with probability `level`.
+  !> Returns the number n of independent tests whose smallest p is exp(log_p) with probability `level`.
   pure real(rp) function independent_tests(log_p, level) result(n)
     real(rp), intent(in) :: log_p, level
     n = 1
     if (log_p < 0) n = max(1.0_rp, log(1 - level)/log_one_minus(log_p))
   end function independent_tests
 
-  !> log(1 - exp(log_p)).
+  !> Returns log(1 - exp(log_p)).
   pure elemental real(rp) function log_one_minus(log_p) result(y)
     real(rp), intent(in) :: log_p
     if (log_p > -1.0e-300_rp) then
@@ -203,7 +203,7 @@ contains
     end if
   end function log_one_minus
 
-  !> log of 1 - (1 - p)^n.
+  !> Returns the logarithm of 1 - (1 - p)^n.
   pure real(rp) function log_any_of(log_p, n) result(y)
     real(rp), intent(in) :: log_p, n
     real(rp) :: exponent
@@ -239,7 +239,7 @@ contains
     end if
   end function calibration_log_p_unknown
 
-  !> Numbers of the sorted list that are at least x.
+  !> Returns how many numbers of the sorted list are at least x.
   pure integer function count_above(sorted, x) result(n)
     real(rp), intent(in) :: sorted(:), x
     integer :: lower, upper, middle
@@ -256,7 +256,7 @@ contains
     n = size(sorted) + 1 - lower
   end function count_above
 
-  !> The smallest weighted log p of all.
+  !> Returns the smallest weighted log p of all tests.
   pure real(rp) function calibration_combine(self, effects, unknown) result(least)
     class(calibration_t), intent(in) :: self
     real(rp), intent(in) :: effects(:), unknown(:)

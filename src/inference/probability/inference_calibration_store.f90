@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Stores what was drawn for a design, so that the same design is not drawn for twice.
+!> Stores the draws for a design, so that they are made only once.
 !>
-!> The key is a checksum of all that the draws depend on: the bases of the candidates and families as they are, bit by bit,
-!> numbers of degrees of freedom, draws and seed. What is recalled is not believed: a few draws are made once more, and if
-!> their values are not among those that are kept, to the last bit, all are drawn. Results are thus those without a
-!> store. Where the numbers are kept is another layer's business.
+!> The key is a checksum of all that the draws depend on: the exact bits of the bases of candidates and families, numbers of
+!> degrees of freedom, draws and seed. Stored draws are checked: a few draws are repeated, and if their values are not among the
+!> stored ones, to the last bit, all are drawn again. Results are therefore the same as without a store. Another layer decides
+!> where the numbers are kept.
 module inference_calibration_store
   use base_checksum, only: checksum_add, checksum_integers, checksum_reals
   use base_kinds, only: i8, rp
@@ -12,13 +12,13 @@ module inference_calibration_store
   use inference_design, only: design_t
   implicit none
   private
-  public :: calibrate, calibration_store_t, design_key
+  public :: calibrate, calibration_store_t
 
   type, abstract :: calibration_store_t
   contains
     !> Fills the numbers of `calibration` that are kept under `key`, if there are any.
     procedure(recall_store), deferred :: recall
-    !> Keeps them. A failure is no one's concern: they are drawn again.
+    !> Keeps the numbers of `calibration` under `key`. A failure is ignored: they will be drawn again.
     procedure(keep_in_store), deferred :: keep
   end type calibration_store_t
 

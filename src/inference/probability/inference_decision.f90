@@ -3,7 +3,7 @@
 !>
 !> | verdict | when |
 !> |---|---|
-!> | adequate | chance alone is as sure as tests and checks together in more than LEVEL of all experiments |
+!> | adequate | chance alone gives tests and checks as significant as these in more than LEVEL of all experiments |
 !> | named | one effect, or few together, leave nothing but noise; no other does; its posterior probability is high;
 !> and were the truth an unknown cause of this strength, of any kind, the name would be rejected with a probability of at least
 !> POWER |
@@ -26,17 +26,17 @@ module inference_decision
 
   integer, parameter, public :: VERDICT_ADEQUATE = 0, VERDICT_NAMED = 10, VERDICT_SET = 11, VERDICT_UNKNOWN = 12, &
                                 VERDICT_INSUFFICIENT = 20 !< exit codes
-  !> Why the answer is a set and not a name, as words.
+  !> Words for the reason why the answer is a set and not a name.
   character(*), parameter, public :: ALIAS = 'alias', NO_POWER = 'not_rejectable', NOT_SURE = 'probability', &
                                      NO_FIT = 'no_fit', NO_INTERVAL = 'null_not_excluded', AT_BOUND = 'at_bound', &
                                      NO_GAIN = 'no_gain'
   real(rp), parameter, public :: LEVEL = 0.05_rp, REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
-  real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be told apart
-  real(rp), parameter :: ALIAS_FRACTION = 0.01_rp !< of what a cause does beside the baseline: too little to trust priors with
+  real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be distinguished
+  real(rp), parameter :: ALIAS_FRACTION = 0.01_rp !< of the effect of a cause beyond the baseline: too little to trust priors with
   real(rp), parameter, public :: TESTS_FRACTION = 0.8_rp !< of the level, the rest is for the checks
-  real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause where one leaves nothing but noise
+  real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause if one cause already leaves nothing but noise
   real(rp), parameter :: NAME_PROBABILITY = 0.9_rp
-  real(rp), parameter :: LEAST_UNKNOWN = 0.5_rp !< probability below which a set, which excludes no other cause, says more
+  real(rp), parameter :: LEAST_UNKNOWN = 0.5_rp !< probability below which the verdict is a set, which excludes no other cause
   integer, parameter :: POWER_DRAWS = 100
 
   type :: decision_t
@@ -45,17 +45,17 @@ module inference_decision
     real(rp) :: log_p_tests = 0             !< of the catalogue and of unknown causes
     real(rp) :: log_p_checks = 0            !< of the checks of residuals
     logical :: is_rejected_by_checks = .false.       !< the checks alone speak against the baseline
-    !> Posterior, of what the verdict says: adequate, no cause at all; named, this cause, alone or with another one, or
-    !> exactly these together; set, one at least of these is a cause; unknown, a cause that is not in the catalogue.
+    !> Posterior probability of the verdict: adequate, no cause at all; named, this cause, alone or with another one, or exactly
+    !> these causes jointly; set, at least one of these is a cause; unknown, a cause that is not in the catalogue.
     real(rp) :: probability = 0
     integer, allocatable :: causes(:)       !< candidates of the best explanation
-    !> Effects of which one at least is a cause: those that explain the data alone as well, best first, or all of the causes.
+    !> Effects of which at least one is a cause: those that alone explain the data equally well, best first, or all causes.
     integer, allocatable :: set(:)
-    logical :: is_joint = .false.           !< the set is no choice: its members explain the data together
+    logical :: is_joint = .false.           !< the set is no choice: its members explain the data jointly
     character(20) :: reason = ''            !< why it is a set: one of the words above, or blank
-    logical :: has_further = .false.        !< the best explanation by several causes has one of the set
+    logical :: has_further = .false.        !< the best explanation by several causes contains an effect of the set
     real(rp) :: remainder_log_p = 0         !< of what the causes leave
-    real(rp) :: name_power = 0              !< see above; 0 where it was not asked
+    real(rp) :: name_power = 0              !< see above; 0 where it was not computed
     !> |signal| of the causes in units of the noise: by the tangents, or by the fit of one if that is more
     real(rp) :: snr = 0
     real(rp), allocatable :: posterior(:)   !< (effects) each alone; the sum with the next three is 1
@@ -162,7 +162,7 @@ contains
     end if
   end subroutine decide
 
-  !> The p of tests and checks, each with its share of the level, and whether the checks alone speak against the baseline.
+  !> Finds the p of tests and checks, each with its share of the level, and whether the checks alone speak against the baseline.
   pure subroutine find_global_p(tests, checks, decision)
     real(rp), intent(in) :: tests
     real(rp), intent(in), optional :: checks
@@ -175,7 +175,7 @@ contains
     decision%is_rejected_by_checks = decision%log_p_global <= log(LEVEL) .and. tests > log(LEVEL*TESTS_FRACTION)
   end subroutine find_global_p
 
-  !> Makes the verdict an unknown cause, with this probability. What is left of 1 is shared as before.
+  !> Makes the verdict an unknown cause, with this probability. The rest of 1 is shared as before.
   pure subroutine reject_catalogue(decision, probability)
     type(decision_t), intent(inout) :: decision
     real(rp), intent(in) :: probability
@@ -193,8 +193,8 @@ contains
     decision%set = [integer ::]
   end subroutine reject_catalogue
 
-  !> Posterior probability of an unknown cause where the catalogue's best explanation leaves a remainder of this p; or where
-  !> checks have this one, and say so of nothing and of everything that is in the catalogue.
+  !> Returns the posterior probability of an unknown cause if the best explanation of the catalogue leaves a remainder of this p,
+  !> or if checks have this p, both for no cause and for every cause in the catalogue.
   pure real(rp) function rejected_probability(decision) result(probability)
     type(decision_t), intent(in) :: decision
     real(rp) :: other
@@ -203,15 +203,15 @@ contains
     probability = max(decision%posterior_unknown, PRIOR_UNKNOWN/(PRIOR_UNKNOWN + other))
   end function rejected_probability
 
-  !> A small p is evidence of 1/(-e p ln p) against an explanation at most (Sellke, Bayarri and Berger 2001,
-  !> DOI 10.1198/000313001300339950): what is left of its odds at least.
+  !> Returns the factor -e p ln p. A small p is evidence of at most its inverse against an explanation (Sellke, Bayarri and Berger
+  !> 2001, DOI 10.1198/000313001300339950), so that the odds of the explanation keep at least this factor.
   pure real(rp) function largest_odds(log_p) result(factor)
     real(rp), intent(in) :: log_p
     factor = 1
     if (log_p < -1) factor = -exp(1 + max(-700.0_rp, log_p))*log_p
   end function largest_odds
 
-  !> Posterior probabilities of all hypotheses.
+  !> Computes the posterior probabilities of all hypotheses.
   subroutine find_posterior(hypotheses, n, log_joint, decision)
     type(hypotheses_t), intent(in) :: hypotheses
     integer, intent(in) :: n
@@ -231,8 +231,8 @@ contains
     decision%posterior_unknown = exp(max(-700.0_rp, unknown - total))
   end subroutine find_posterior
 
-  !> The first effect and all that the data cannot tell from it: found nearly as good, or expected to be so. What differs
-  !> by a share of ALIAS_FRACTION or less belongs to it even where priors have made its evidence small.
+  !> Finds the first effect and all effects that the data cannot distinguish from it: they fit nearly as well, or are expected to.
+  !> An effect that differs by a share of ALIAS_FRACTION or less belongs to them even if priors have made its evidence small.
   subroutine find_set(design, hypotheses, order, z, decision)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses
@@ -256,7 +256,7 @@ contains
     end do
   end subroutine find_set
 
-  !> A name or a set, and its probability. `joint` are the effects of the best explanation by several.
+  !> Decides on a name or a set, and its probability. `joint` are the effects of the best explanation by several.
   subroutine name_or_set(design, calibration, seed, joint, decision)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
@@ -274,7 +274,7 @@ contains
     else
       is_name = size(decision%set) == 1
       decision%probability = sum(decision%posterior(decision%set))
-      ! A second cause beside it, however probable, would not make the first one wrong.
+      ! A second cause in addition, however probable, would not make the first one wrong.
       if (is_name .and. decision%has_further) &
         decision%probability = min(1.0_rp, decision%probability + decision%posterior_joint)
     end if

@@ -128,7 +128,7 @@ contains
     log_p = min(0.0_rp, log_p)
   end function log_f_tail
 
-  !> The continued fraction of the incomplete beta function, by Lentz's method.
+  !> Evaluates the continued fraction of the incomplete beta function, by Lentz's method.
   pure real(rp) function beta_fraction(x, a, b) result(f)
     real(rp), intent(in) :: x, a, b
     real(rp), parameter :: SMALL = 1.0e-280_rp

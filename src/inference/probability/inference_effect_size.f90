@@ -9,7 +9,7 @@ module inference_effect_size
   integer, parameter :: N_SCALES = 13
   real(rp), parameter :: LARGEST_SCALE = 1.0e6_rp   !< variance of a signal in units of that of the noise
 
-  !> Strengths over which unknown ones are averaged, uniform in their logarithm.
+  !> Strengths over which the evidence of signals of unknown strength is averaged, uniform in their logarithm.
   type :: effect_size_prior_t
     real(rp), allocatable :: gain(:, :)   !< (m, N_SCALES) half of tau s^2/(1 + tau s^2)
     real(rp), allocatable :: offset(:)    !< (N_SCALES) half of the sum of log(1 + tau s^2)

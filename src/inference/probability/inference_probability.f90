@@ -35,8 +35,8 @@ contains
     end if
   end function follow_knots
 
-  !> Returns the grade of a verdict. A: one answer, that an unknown cause of the same strength would not have got. B: consistent
-  !> with the data, other causes are not excluded. Verdicts that give no cause have no grade.
+  !> Returns the grade of a verdict. A: one answer, which an unknown cause of the same strength would not have received. B: the
+  !> answer is consistent with the data, but other causes are not excluded. Verdicts that give no cause have no grade.
   pure character(1) function grade_of(word) result(grade)
     character(*), intent(in) :: word
     grade = ' '

@@ -1,9 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes the power of the naming rule: the probability that it would reject a name if the truth were an unknown cause.
 !>
-!> A name that the rule would also have given to most random fields of the same strength says nothing. The name is an effect
-!> and not one of its places, so that in every draw the rule takes the place that suits it best, as it has done with the
-!> data.
+!> A name has no meaning if the rule would also have given it to most random fields of the same strength. The name is an effect
+!> and not one of its places. In every draw the rule therefore takes the place that fits best, as it has done with the data.
 module inference_rejection
   use base_kinds, only: i8, rp
   use base_random, only: random_stream_t
@@ -18,11 +17,11 @@ module inference_rejection
 
 contains
 
-  !> Returns the probability that a name, these effects(:) together, were rejected if the truth were an unknown cause of
-  !> signal-to-noise ratio `snr`: n_draws random fields of each family, that of the family which imitates the name best. (On
-  !> average over families a soft place has power enough: no bent scan looks like one. But a wave of stiffness along its vein
-  !> does.) Names are rejected where log p of what they leave is log_level at most. (Odds have no part in it: they hardly ever
-  !> prefer a wrong name, by the priors alone, and have been asked of the data.)
+  !> Returns the probability that a name, the effects(:) jointly, would be rejected if the truth were an unknown cause of
+  !> signal-to-noise ratio `snr`: over n_draws random fields of each family, for the family that imitates the name best. (On
+  !> average over families a soft place has enough power: no bent scan looks like one. But a wave of stiffness along its vein
+  !> does.) Names are rejected if log p of the remainder is at most log_level. (Odds take no part: they hardly ever prefer a wrong
+  !> name, because of the priors alone, and were already evaluated for the data.)
   real(rp) function name_power(design, calibration, effects, snr, log_level, n_draws, seed) result(power)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
@@ -47,8 +46,8 @@ contains
     power = real(minval(n), rp)/n_draws
   end function name_power
 
-  !> Whether what the name leaves of z(k) rejects it. Further causes are given the places that suit what those before them
-  !> leave.
+  !> Tells whether the remainder of z(k) after the name rejects it. Further causes get the places that fit best to the remainder
+  !> of those before them.
   logical function is_rejected(design, calibration, effects, z, log_level)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
@@ -68,7 +67,7 @@ contains
     is_rejected = remainder_log_p(design, calibration, found%left) <= log_level
   end function is_rejected
 
-  !> A random field of family f, of length 1.
+  !> Draws a random field of family f, of length 1.
   subroutine draw_unknown(design, f, stream, signal)
     type(design_t), intent(in) :: design
     integer, intent(in) :: f

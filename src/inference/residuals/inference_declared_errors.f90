@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Compares errors of which only an sd is declared, such as tilts of scans, with this sd.
 !>
-!> With r the whitened residuals behind a fit of the baseline (projector P) and W = P C^-1/2 V, V the directions of one kind of
-!> error scaled by their sd, G = W^T W = X diag(g) X^T: if these errors are k times as large as declared the components of
-!> X^T W^T r are independent with the variances g + (k^2 - 1) g^2. (C has them once.) Their sum of squares over these
-!> variances is then that of chi^2, which tells k as a variance component (Searle, Casella and McCulloch 1992, ISBN
-!> 0-471-62162-5): its interval, and p of the hypothesis that k is not more than what nobody would call wrong.
+!> r are the whitened residuals of a fit of the baseline (projector P). W = P C^-1/2 V, where V are the directions of one kind of
+!> error scaled by their sd, and G = W^T W = X diag(g) X^T. If these errors are k times as large as declared, the components of
+!> X^T W^T r are independent with the variances g + (k^2 - 1) g^2. (C contains them once.) The sum of their squares over these
+!> variances is then chi^2 distributed, which gives k as a variance component (Searle, Casella and McCulloch 1992, ISBN
+!> 0-471-62162-5): its interval, and p of the hypothesis that k is at most TOLERATED.
 module inference_declared_errors
   use base_kinds, only: rp
   use base_lapack, only: symmetric_eigen
@@ -16,7 +16,7 @@ module inference_declared_errors
   private
   public :: check_declared_errors, SIZE_WORDS
 
-  character(*), parameter :: SIZE_WORDS = 'size of ' !< names of these checks begin so
+  character(*), parameter :: SIZE_WORDS = 'size of ' !< names of these checks begin with it
   real(rp), parameter :: TOLERATED = 1.5_rp  !< times the declared sd
   real(rp), parameter :: VISIBLE = 0.2_rp    !< g of directions that noise hides
   integer, parameter :: FEWEST = 6           !< directions
@@ -45,7 +45,7 @@ contains
     end do
   end subroutine check_declared_errors
 
-  !> directions(n, :) are W.
+  !> Tests one kind of error. directions(n, :) are W.
   subroutine check_one(name, directions, residuals, checks)
     character(*), intent(in) :: name
     real(rp), intent(in) :: directions(:, :), residuals(:)
@@ -69,13 +69,13 @@ contains
 
   contains
 
-    !> The sum of squares over variances at k.
+    !> Returns the sum of squares over variances at k.
     pure real(rp) function sum_at(k)
       real(rp), intent(in) :: k
       sum_at = sum(squares/(g + (k**2 - 1)*g**2))
     end function sum_at
 
-    !> k at which it is this; at an end where it is nowhere.
+    !> Returns the k at which the sum has this value; an end of the range if it has it nowhere.
     pure real(rp) function size_for(wanted) result(k)
       real(rp), intent(in) :: wanted
       real(rp) :: lower, upper
@@ -93,7 +93,7 @@ contains
     end function size_for
   end subroutine check_one
 
-  !> With one decimal.
+  !> Returns a number with one decimal.
   function shown(x) result(text)
     real(rp), intent(in) :: x
     character(:), allocatable :: text

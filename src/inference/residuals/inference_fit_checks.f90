@@ -14,7 +14,7 @@ module inference_fit_checks
 
 contains
 
-  !> Returns the checks of the residuals of a fit, near which the simulator stands, with the whitener of the design. There are
+  !> Returns the checks of the residuals of a fit, with the whitener of the design. The simulator must be near the fit. There are
   !> none without a result there. For `scale` and `noise_dof` see check_residuals.
   subroutine check_fit(simulator, design, fitted, scale, noise_dof, checks)
     class(simulator_t), intent(inout) :: simulator

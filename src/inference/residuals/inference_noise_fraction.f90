@@ -16,8 +16,8 @@ module inference_noise_fraction
 
 contains
 
-  !> Sets the share at the baseline q by golden section. `is_new` tells whether it is another one than before by more than a
-  !> thousandth. Where something fails the share stays.
+  !> Sets the share at the baseline q by golden section. `is_new` tells whether it differs from the earlier one by more than a
+  !> thousandth. If a step fails the share stays as it is.
   subroutine find_noise_fraction(simulator, q, is_new)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
@@ -59,7 +59,7 @@ contains
 
   contains
 
-    !> Logarithm of the probability density of the data, without a constant.
+    !> Returns the logarithm of the probability density of the data, without a constant.
     real(rp) function log_likelihood(fraction) result(value)
       real(rp), intent(in) :: fraction
       type(whitener_t) :: whitener

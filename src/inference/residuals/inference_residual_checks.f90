@@ -1,13 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Checks the residuals of the baseline. Each check has a statistic, its p if the baseline is true, and a sentence.
 !>
-!> Residuals are whitened. Whether responses to loads are too large in proportion to x, the level or the order for instance, is
-!> asked with the direction in which they then are: computed response times x, whitened, without what the baseline and one factor
-!> for all responses imitate of it. The residuals along it have the sd 1, whatever errors loads have in common. (The measured
-!> response has the noise in it: where the baseline imitates all but noise, direction and residuals are the same numbers, and
-!> their product is no normal number.) Elsewhere the
-!> fitted parameters are not accounted for, which makes p a little too large. `combined_log_p` makes one p of all that take
-!> part in a verdict.
+!> Residuals are whitened. A check may ask whether responses to loads are too large in proportion to x, for instance the level or
+!> the order. It uses the direction of such a change: computed response times x, whitened, without the part that the baseline and
+!> one factor for all responses imitate. The residuals along it have the sd 1, whatever errors loads have in common. (The measured
+!> response contains the noise: where the baseline imitates all but noise, direction and residuals are the same numbers, and their
+!> product is not normally distributed.) The other checks do not account for the fitted parameters, which makes p a little too
+!> large. `combined_log_p` combines the p of all checks that take part in a verdict.
 module inference_residual_checks
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -31,9 +30,9 @@ module inference_residual_checks
 
 contains
 
-  !> residuals(n), whitened as the design does, and responses(n) that the fit computes, not whitened; `scale` is the variance
-  !> of the noise over that of the noise model. Something else, the scatter of pixels for instance, tells the variance of the
-  !> noise model with `noise_dof` degrees of freedom; huge: it is believed; 0: it may be wrong.
+  !> Checks residuals(n), whitened as the design does, and responses(n) that the fit computes, not whitened. `scale` is the
+  !> variance of the noise over that of the noise model. The variance of the noise model is known from other data, such as the
+  !> scatter of pixels, with `noise_dof` degrees of freedom; huge: it is trusted; 0: it may be wrong.
   subroutine check_residuals(labels, design, residuals, responses, n_fitted, scale, noise_dof, checks)
     type(labels_t), intent(in) :: labels
     type(design_t), intent(in) :: design
@@ -56,8 +55,8 @@ contains
 
   contains
 
-    !> Whether the response is larger or smaller than computed in proportion to x, of which all loads have one. Not asked where
-    !> a response that varies by all of itself would make less than one sd beside the baseline.
+    !> Checks whether the response is larger or smaller than computed in proportion to x, of which all loads have one value. The
+    !> check is omitted if a response that varies by its whole size would differ by less than one sd from the baseline.
     subroutine check_slope(name, x, words, is_known)
       character(*), intent(in) :: name, words
       real(rp), intent(in) :: x(:)
@@ -102,7 +101,7 @@ contains
     if (log_p < log(0.01_rp)) check%sentence = yes
   end function make_check
 
-  !> Adds it.
+  !> Adds a check.
   subroutine append(checks, name, statistic, log_p, yes, no)
     type(residual_check_t), allocatable, intent(inout) :: checks(:)
     character(*), intent(in) :: name, yes, no
@@ -124,8 +123,8 @@ contains
     end do
   end function most_significant
 
-  !> Returns log p of the hypothesis that all of these checks that take part have the answer of chance: the smallest p times their
-  !> number (Bonferroni), whatever they share.
+  !> Returns log p of the hypothesis that all of these checks that take part are results of chance: the smallest p times their
+  !> number (Bonferroni), which holds for dependent checks too.
   pure real(rp) function combined_log_p(checks) result(log_p)
     type(residual_check_t), intent(in) :: checks(:)
     integer :: at
@@ -134,7 +133,7 @@ contains
     if (at > 0) log_p = min(0.0_rp, checks(at)%log_p + log(real(count(checks%takes_part), rp)))
   end function combined_log_p
 
-  !> Whether all differences are as large as their errors. That they are smaller is no misfit.
+  !> Checks whether all differences are as large as their errors. Smaller differences are no misfit.
   subroutine check_chi2(residuals, n_fitted, noise_dof, checks)
     real(rp), intent(in) :: residuals(:)
     integer, intent(in) :: n_fitted, noise_dof
@@ -156,7 +155,7 @@ contains
     checks(size(checks))%takes_part = square > dof .and. noise_dof > 0
   end subroutine check_chi2
 
-  !> Moran's I of nearest neighbours within surfaces (Moran 1950, DOI 10.1093/biomet/37.1-2.17).
+  !> Computes Moran's I of nearest neighbours within surfaces (Moran 1950, DOI 10.1093/biomet/37.1-2.17).
   subroutine check_neighbours(labels, residuals, checks)
     type(labels_t), intent(in) :: labels
     real(rp), intent(in) :: residuals(:)
@@ -189,7 +188,7 @@ contains
                 'differences at neighbouring places are independent')
   end subroutine check_neighbours
 
-  !> The surface that fits worst.
+  !> Checks the surface that fits worst.
   subroutine check_influence(labels, residuals, scale, checks)
     type(labels_t), intent(in) :: labels
     real(rp), intent(in) :: residuals(:), scale
@@ -209,7 +208,7 @@ contains
                 'measurement number '//number_text(worst)//' fits worse than all others', 'no single measurement stands out')
   end subroutine check_influence
 
-  !> Heavy tails: more residuals beyond three sd than normal errors have, as a Poisson number.
+  !> Checks for heavy tails: more residuals beyond three sd than normal errors have, as a Poisson number.
   subroutine check_outliers(residuals, checks)
     real(rp), intent(in) :: residuals(:)
     type(residual_check_t), allocatable, intent(inout) :: checks(:)
@@ -224,7 +223,7 @@ contains
     end associate
   end subroutine check_outliers
 
-  !> Pure error: repeats of the same load against each other.
+  !> Compares repeats of the same load with each other (pure error).
   subroutine check_replicates(labels, residuals, scale, checks)
     type(labels_t), intent(in) :: labels
     real(rp), intent(in) :: residuals(:), scale

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Small arrays and texts of HDF5 files of unknown quality, read whole by one process: what is there, of
-!> which kind and shape, and its values.
+!> Reads small arrays and texts of HDF5 files of unknown quality as a whole, on one process: which objects exist, of which kind
+!> and shape, and their values.
 !>
 !> Nothing here fails: what cannot be read is reported as such, so that a caller can go on and list all
 !> mistakes of a file. Values are delivered bit by bit as stored, also signalling NaN; use `is_finite`
@@ -140,8 +140,8 @@ contains
     call h5dclose_f(dataset, ignored)
   end subroutine describe_array
 
-  !> Whether numbers have a usual size and, unless they may be compressed, just as much is stored; too many
-  !> dimensions or too large ones are left to the caller.
+  !> Tells whether numbers have a usual size and, unless they may be compressed, whether exactly as much is stored. The caller
+  !> checks for too many or too large dimensions.
   pure logical function is_plausible(dims, bytes, storage, is_chunked)
     integer(i8), intent(in) :: dims(:), bytes, storage
     logical, intent(in) :: is_chunked
@@ -179,6 +179,7 @@ contains
     values = buffer(:size(values))
   end subroutine read_integers
 
+  !> Reads a whole numeric array of n numbers to an address. `ok` is false if it has another size or kind.
   subroutine read_whole(file, name, memory_type, n, address, ok)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -239,6 +240,7 @@ contains
     end do
   end subroutine read_text
 
+  !> Reads a text of fixed length.
   subroutine read_fixed_text(attribute, stored, text, ok)
     integer(HID_T), intent(in) :: attribute, stored
     character(:), allocatable, intent(out) :: text
@@ -256,6 +258,7 @@ contains
     if (.not. ok) text = ''
   end subroutine read_fixed_text
 
+  !> Reads a text of variable length.
   subroutine read_variable_text(attribute, stored, text, ok)
     integer(HID_T), intent(in) :: attribute, stored
     character(:), allocatable, intent(out) :: text

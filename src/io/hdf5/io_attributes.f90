@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Attributes in HDF5 files: numbers and texts attached to a dataset, or to the file itself under the
-!> object name '/'. All ranks pass the same values; the rules of io_hdf5 hold (collective, sticky
-!> failures).
+!> Writes and reads attributes in HDF5 files: numbers and texts attached to a dataset, or to the file itself under the object name
+!> '/'. All ranks pass the same values; the rules of io_hdf5 hold (collective, sticky failures).
 module io_attributes
   use base_kinds, only: rp, i4, i8
   use base_errors, only: failure_t
@@ -38,6 +37,7 @@ module io_attributes
 
 contains
 
+  !> Writes a real.
   subroutine put_real(file, object, name, value, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -46,6 +46,7 @@ contains
     call put_reals(file, object, name, [value], failure)
   end subroutine put_real
 
+  !> Writes a list of reals.
   subroutine put_reals(file, object, name, values, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -58,6 +59,7 @@ contains
                      failure)
   end subroutine put_reals
 
+  !> Writes an integer.
   subroutine put_integer(file, object, name, value, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -66,6 +68,7 @@ contains
     call put_integers(file, object, name, [value], failure)
   end subroutine put_integer
 
+  !> Writes a list of integers.
   subroutine put_integers(file, object, name, values, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -78,6 +81,7 @@ contains
                      c_loc(buffer), failure)
   end subroutine put_integers
 
+  !> Writes a long integer.
   subroutine put_long(file, object, name, value, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -90,6 +94,7 @@ contains
                      failure)
   end subroutine put_long
 
+  !> Writes n numbers from an address.
   subroutine put_numbers(file, object, name, file_type, memory_type, n, address, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -114,6 +119,7 @@ contains
     call file%agree(error >= 0, 'attribute '''//name//''' of '''//object//''' cannot be written', failure)
   end subroutine put_numbers
 
+  !> Writes a text.
   subroutine put_text(file, object, name, text, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name, text
@@ -135,6 +141,7 @@ contains
     call file%agree(error >= 0, 'attribute '''//name//''' of '''//object//''' cannot be written', failure)
   end subroutine put_text
 
+  !> Reads a real.
   subroutine get_real(file, object, name, value, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -145,6 +152,7 @@ contains
     value = values(1)
   end subroutine get_real
 
+  !> Reads a list of reals of known length.
   subroutine get_reals(file, object, name, values, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -158,6 +166,7 @@ contains
     values = buffer(:size(values))
   end subroutine get_reals
 
+  !> Reads an integer.
   subroutine get_integer(file, object, name, value, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -168,6 +177,7 @@ contains
     value = values(1)
   end subroutine get_integer
 
+  !> Reads a list of integers of known length.
   subroutine get_integers(file, object, name, values, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -182,6 +192,7 @@ contains
     values = buffer(:size(values))
   end subroutine get_integers
 
+  !> Reads a long integer.
   subroutine get_long(file, object, name, value, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -194,6 +205,7 @@ contains
     value = buffer
   end subroutine get_long
 
+  !> Reads n numbers to an address. Fails if the attribute has another length or type; integers may be read as reals.
   subroutine get_numbers(file, object, name, class, memory_type, n, address, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -224,6 +236,7 @@ contains
                     ''' is missing, damaged or of another type or size', failure)
   end subroutine get_numbers
 
+  !> Reads a text of any length.
   subroutine get_text(file, object, name, text, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name

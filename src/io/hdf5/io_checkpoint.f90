@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The container of a restart: named numbers, texts and tables in one HDF5 file.
+!> Stores the state for a restart: named numbers, texts and tables in one HDF5 file.
 !>
 !> A checkpoint is written under a temporary name, forced to the disk and then renamed, so that a file
 !> of the final name is complete. Every table carries a checksum and the file one over all names,
@@ -158,7 +158,7 @@ contains
     self%total = checksum_add(self%total, entry(name, class, value))
   end subroutine account
 
-  !> The share of one entry in the checksum of the file.
+  !> Returns the share of one entry in the checksum of the file.
   pure integer(i8) function entry(name, class, value)
     character(*), intent(in) :: name
     integer, intent(in) :: class
@@ -181,7 +181,8 @@ contains
     call get_attribute(self%file, '/', CONTENTS, stored, failure)
     call get_attribute(self%file, '/', 'format', version, failure)
     if (.not. failure%failed) call self%file%agree(version == FORMAT_VERSION, &
-                                                   'has another checkpoint format', failure)
+                                                   'has the format of another version of flusi-msm: '// &
+                                                   'restart with that version', failure)
     total = 0
     call verify_values(self%file, total, failure)
     call verify_tables(self%file, total, failure)
@@ -243,7 +244,7 @@ contains
     end do
   end subroutine verify_tables
 
-  !> Checksum of a table, each rank reading an equal share of the rows in pieces.
+  !> Returns the checksum of a table; each rank reads an equal share of the rows in pieces.
   subroutine table_checksum(file, name, total, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -344,7 +345,7 @@ contains
     call self%file%close(failure)
   end subroutine reader_close
 
-  !> `count` of n rows from `start` on.
+  !> Returns `count` of n rows from `start` on.
   pure function one_run(n, start, count) result(rows)
     integer, intent(in) :: n, start, count
     type(rows_t) :: rows

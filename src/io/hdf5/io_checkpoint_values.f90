@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Values of visited types in a checkpoint, each component under its name.
+!> Writes values of visited types into a checkpoint and reads them, each component under its name.
 !>
 !> One real is a number of the file, or a table of one if `reals_are_tables`; an array is a table in the order of its elements.
 !> Integers and logicals are integers of the file, arrays of them tables.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Arrays in HDF5 files: boxes of grid fields and rows of tables, each rank its own part.
+!> Writes and reads arrays in HDF5 files: boxes of grid fields and rows of tables, each rank its own part.
 !>
 !> All procedures follow the rules of io_hdf5: collective on a parallel file with one collective
 !> transfer, sticky failures, empty parts allowed. Numbers are converted here and not by the library,
@@ -22,7 +22,7 @@ module io_datasets
   use, intrinsic :: iso_c_binding, only: c_ptr, c_loc
   implicit none
   private
-  public :: write_slab, read_slab, write_box, read_box, write_rows, read_rows, write_integers
+  public :: write_slab, read_slab, read_box, write_rows, read_rows, write_integers
 
 contains
 
@@ -55,24 +55,6 @@ contains
     if (failure%failed .or. product(dims) == 0) return
     call fetch(file, name, box_space(dims, start, count), values, failure)
   end subroutine read_slab
-
-  !> Writes the owned boxes of a global array as dataset `name` of shape block%n. Collective.
-  subroutine write_box(file, name, block, data, single, failure)
-    type(hdf5_file_t), intent(in) :: file
-    character(*), intent(in) :: name
-    type(block_t), intent(in) :: block
-    real(rp), intent(in) :: data(:, :, :)          !< shape block%count
-    logical, intent(in) :: single                  !< store 32 bits per number
-    type(failure_t), intent(inout) :: failure
-    real(rp), allocatable :: values(:)
-    integer :: status
-    call require(all(shape(data) == block%count), 'io_datasets: write_box: data and block differ')
-    allocate (values(size(data)), stat=status)
-    call check_allocation(status, [size(data)], REAL_BYTES, 'what is written to or read from a file')
-    call flatten(size(data, 1), size(data, 2), size(data, 3), data, values)
-    call write_slab(file, name, int(block%n, i8), int(block%start, i8), int(block%count, i8), values, &
-                    single, failure)
-  end subroutine write_box
 
   !> Reads the owned box of dataset `name`, which must have shape block%n. Collective.
   subroutine read_box(file, name, block, data, failure)
@@ -168,6 +150,7 @@ contains
     call h5sclose_f(space, error)
   end subroutine write_integers
 
+  !> Returns the row of the i-th spectrum in the order of the file.
   pure integer function row_in_file_order(patterns, i) result(row)
     type(row_patterns_t), intent(in) :: patterns
     integer, intent(in) :: i
@@ -290,7 +273,7 @@ contains
     call h5sclose_f(memory, ignored)
   end subroutine transfer_values
 
-  !> A data space of shape `dims` with one box selected, possibly empty.
+  !> Makes a data space of shape `dims` with one box selected, possibly empty.
   function box_space(dims, start, count) result(space)
     integer(i8), intent(in) :: dims(:), start(:), count(:)
     integer(HID_T) :: space
@@ -303,7 +286,7 @@ contains
     end if
   end function box_space
 
-  !> A data space of shape (ncol, n) with some rows selected, possibly none.
+  !> Makes a data space of shape (ncol, n) with some rows selected, possibly none.
   function rows_space(ncol, n, patterns) result(space)
     integer, intent(in) :: ncol, n
     type(row_patterns_t), intent(in) :: patterns
@@ -337,7 +320,7 @@ contains
                     //shape_text(dims), failure)
   end subroutine check_shape
 
-  !> '(4, 5, 6)'
+  !> Returns a shape as text, as in (3, 4).
   pure function shape_text(dims) result(text)
     integer(i8), intent(in) :: dims(:)
     character(:), allocatable :: text
@@ -351,13 +334,6 @@ contains
     end do
     text = text//')'
   end function shape_text
-
-  pure subroutine flatten(n1, n2, n3, data, values)
-    integer, intent(in) :: n1, n2, n3
-    real(rp), intent(in) :: data(:, :, :)
-    real(rp), intent(out) :: values(n1, n2, n3)
-    values = data
-  end subroutine flatten
 
   pure subroutine unflatten(n1, n2, n3, values, data)
     integer, intent(in) :: n1, n2, n3

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Field files: one scalar field at one time in one file, in the layout of FLUSI.
+!> Writes and reads field files: one scalar field at one time in one file, in the layout of FLUSI.
 !>
-!> File `<prefix>_<label>.h5` holds one dataset `<prefix>` of Fortran shape (nx, ny, nz) with attributes
-!> time, viscosity, epsi, domain_size, origin and nxyz (x first). Files are written under a temporary
-!> name and renamed, so that no reader and no kill ever meets half a file.
+!> File `<prefix>_<label>.h5` holds one dataset `<prefix>` of Fortran shape (nx, ny, nz) with attributes time, viscosity, epsi,
+!> domain_size, origin and nxyz (x first). Files are written under a temporary name and renamed, so that a reader or a killed run
+!> never leaves or sees an incomplete file.
 module io_fields
   use base_kinds, only: rp, i8
   use base_build, only: BUILD_VERSION, BUILD_COMMIT
@@ -22,7 +22,7 @@ module io_fields
 
   integer, parameter :: PRECISION_SINGLE = 4, PRECISION_DOUBLE = 8 !< bytes per stored number
 
-  !> What a field file says about its field; code units.
+  !> Attributes of a field in a field file; code units.
   type :: field_meta_t
     real(rp) :: time = 0
     real(rp) :: viscosity = 0
@@ -69,8 +69,8 @@ contains
     label = trim(digits)
   end function field_label
 
-  !> Returns the naming that gives outputs `interval` apart different labels: 'microtime' in the place of 'time' if the interval
-  !> is below 2e-3: outputs come at the first step past their time, so that two of them may be closer than the interval.
+  !> Returns the naming that gives outputs `interval` apart different labels: 'microtime' in place of 'time' if the interval is
+  !> below 2e-3. Outputs come at the first step past their time, so that two of them may be closer than the interval.
   pure function finest_naming(naming, interval) result(finest)
     character(*), intent(in) :: naming
     real(rp), intent(in) :: interval

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> HDF5 files, by all ranks of a communicator with collective transfers, or by one process.
+!> Opens, writes and closes HDF5 files, either by all ranks of a communicator with collective transfers, or by one process.
 !>
 !> Failure is sticky: every procedure takes a `failure_t`, does nothing if it already failed, and
 !> leaves the same verdict on all ranks. A sequence of calls thus needs one check at its end. On a
@@ -45,8 +45,8 @@ module io_hdf5
     procedure :: dataset_shape => file_dataset_shape
   end type hdf5_file_t
 
-  ! HDF5 crashes when MPI ends if it could not write its last bookkeeping while flushing or closing a file. On a
-  ! full disk some space must therefore be left for it, which is set aside before anything else.
+  ! HDF5 crashes when MPI ends if it could not write its last metadata while flushing or closing a file. On a full disk some space
+  ! must therefore remain for them, which is reserved at the very beginning.
   character(*), parameter :: RESERVE = '.reserve'
   integer, parameter :: RESERVED_KILOBYTES = 256
 
@@ -77,6 +77,7 @@ contains
     call create_new(self, failure)
   end subroutine file_create_serial
 
+  !> Creates the file and reserves space on the disk for it. Collective.
   subroutine create_new(self, failure, checked)
     class(hdf5_file_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure
@@ -122,6 +123,7 @@ contains
     call open_for_reading(self, failure)
   end subroutine file_open_serial
 
+  !> Opens the file for reading. Collective.
   subroutine open_for_reading(self, failure)
     class(hdf5_file_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure
@@ -136,13 +138,13 @@ contains
     call h5pclose_f(access, error)
   end subroutine open_for_reading
 
-  !> File access properties: who opens, and that closing the file closes all that is open in it.
+  !> Makes the file access properties: who opens the file, and that closing it closes all objects that are open in it.
   function access_list(self) result(access)
     class(hdf5_file_t), intent(in) :: self
     integer(HID_T) :: access
     logical :: is_open
     integer :: error
-    ! The predefined types are valid exactly if the library is open: no flag of ours is needed.
+    ! The predefined types are valid if and only if the library is open, so that no flag is needed.
     call h5iis_valid_f(H5T_NATIVE_DOUBLE, is_open, error)
     if (error < 0 .or. .not. is_open) call h5open_f(error)
     call require(error >= 0, 'io_hdf5: the HDF5 library does not start')
@@ -177,7 +179,7 @@ contains
     if (.not. failure%failed) call self%agree(error >= 0, 'cannot be closed', failure)
   end subroutine file_close
 
-  !> Leaves the space that was set aside, and after a failure that of a new file too, to the last bookkeeping. Collective.
+  !> Frees the reserved space and, after a failure, that of a new file, so that the last metadata can be written. Collective.
   subroutine give_space(self, failure)
     class(hdf5_file_t), intent(inout) :: self
     type(failure_t), intent(in) :: failure

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The key of a field: one line of six numbers by which FLUSI's regression tests recognise a field.
+!> Computes the key of a field: one line of six numbers by which FLUSI's regression tests recognise a field.
 !>
 !> time, max f, min f, mean f, mean f**2, mean (x + y + z) f, with x = ix*xl/nx and so on, ix from 0.
 !> Everything here is done by one process; MPI need not run.
@@ -52,6 +52,7 @@ contains
 
   contains
 
+    !> Finds sum, largest and smallest value of the field, plane by plane.
     subroutine sum_planes()
       real(rp) :: spacing(3), weight(3), line(3), total(3), largest, smallest
       integer :: n(3), i, j, k
@@ -91,7 +92,7 @@ contains
     line = trim(buffer)
   end function key_line
 
-  !> Prints the key of the field in `path` to `unit` and writes it beside, `<path without .h5>.key`.
+  !> Prints the key of the field in `path` to `unit` and writes it to `<path without .h5>.key`.
   subroutine keyvalues(path, unit, failure)
     character(*), intent(in) :: path
     integer, intent(in) :: unit

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The seal of an HDF5 file that people hand on: a line of 64 bytes behind its end with the checksum of all bytes before.
+!> Seals HDF5 files that people pass on: a line of 64 bytes after the end of the file holds the checksum of all bytes before.
 !>
 !>     flusi-msm seal 1 crc32 5f3a09c1 bytes 0000000000029455
 !>
-!> HDF5 does not read behind the end that a file states, so that every reader opens a file with a seal as before; what writes into
-!> one cuts the seal off, and then the file is one without a seal, not a damaged one. The library itself does not survive all
-!> damage. Therefore the seal is looked at before a file is opened, and a file without one is opened by another process first.
+!> HDF5 does not read beyond the end that a file states, so that every reader opens a sealed file as usual. A program that writes
+!> into a sealed file cuts the seal off; the file then counts as unsealed, not as damaged. The library does not survive every
+!> damage. Therefore the seal is checked before a file is opened, and another process first opens a file without a seal.
 module io_seal
   use, intrinsic :: iso_fortran_env, only: int8
   use base_child, only: run_child
@@ -27,9 +27,9 @@ module io_seal
 
 contains
 
-  !> Fails if the file `path` cannot be handed to HDF5: its seal tells that it is damaged, or it has none and its reader
-  !> crashes. `kind` is what msm_probe takes it for. Without this program in the folder of the running one nobody tries. A
-  !> file that cannot be read is left to its reader.
+  !> Fails if the file `path` must not be passed to HDF5: if its seal shows that it is damaged, or if it has none and the program
+  !> msm_probe crashes when it reads the file. `kind` tells msm_probe which kind of file it is. If msm_probe is not in the folder
+  !> of the running program, nothing is tried. A file that cannot be read is left to its reader.
   subroutine guard_input(path, kind, failure)
     character(*), intent(in) :: path, kind
     type(failure_t), intent(inout) :: failure
@@ -90,7 +90,7 @@ contains
     ok = state == SEAL_GOOD
   end subroutine write_seal
 
-  !> The seal of the first `total` bytes; blank if they cannot be read.
+  !> Returns the seal of the first `total` bytes; blank if they cannot be read.
   function seal_of(unit, total) result(seal)
     integer, intent(in) :: unit
     integer(i8), intent(in) :: total

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Small tables in HDF5 files that one process writes.
+!> Writes small tables in HDF5 files, by one process.
 module io_table
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp

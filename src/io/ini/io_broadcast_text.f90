@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads small text files that every rank needs, once from the disk.
+!> Reads small text files that every rank needs, only once from the disk.
 module io_broadcast_text
   use, intrinsic :: iso_fortran_env, only: int64
   use base_checksum, only: checksum_add, checksum_text
@@ -70,8 +70,8 @@ contains
     if (found /= '') problem = found
   end subroutine read_broadcast_text
 
-  !> `read_broadcast_text` of a file that the parameter file `ini` names: looked for here, then beside `ini`.
-  !> `path` is the name under which it was found.
+  !> Does `read_broadcast_text` for a file that the parameter file `ini` names. It is searched here and then beside `ini`; `path`
+  !> is the name under which it was found.
   subroutine read_named_text(name, ini, path, text, problem, world)
     character(*), intent(in) :: name, ini
     character(:), allocatable, intent(out) :: path, text, problem
@@ -85,7 +85,8 @@ contains
     end if
   end subroutine read_named_text
 
-  !> Returns where the file `name` is that the parameter file `ini` names: here, or beside `ini`; empty if nowhere.
+  !> Returns the path of the file `name` that the parameter file `ini` names: here, or beside `ini`; empty if it is in neither
+  !> place.
   function named_path(name, ini, world) result(path)
     character(*), intent(in) :: name, ini
     type(world_t), intent(in), optional :: world
@@ -102,8 +103,8 @@ contains
     if (present(world)) call world%broadcast_text(path)
   end function named_path
 
-  !> Adds the paths of the files that `list` names, separated by commas, each perhaps behind a word and ::, and looked for
-  !> like named_path, if they exist. Not collective.
+  !> Adds the paths of those files that `list` names and that exist. Names are separated by commas, may have a word and :: before
+  !> them, and are searched as in named_path. Not collective.
   subroutine add_named_files(list, ini, paths)
     character(*), intent(in) :: list, ini
     type(message_list_t), intent(inout) :: paths
@@ -123,8 +124,8 @@ contains
     end do
   end subroutine add_named_files
 
-  !> Returns ` {content CHECKSUM}` of the files that `list` names as for add_named_files; empty if none of them is there. Files
-  !> above 64 MB count with their names alone. Not collective.
+  !> Returns ` {content CHECKSUM}` for the files that `list` names as for add_named_files; empty if none of them exists. Of files
+  !> above 64 MB only the names count. Not collective.
   function content_note(list, ini) result(note)
     character(*), intent(in) :: list, ini
     character(:), allocatable :: note, content, problem

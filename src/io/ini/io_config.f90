@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The values of all registered keys, from one ini file and the defaults.
+!> Holds the values of all registered keys, from one ini file and the defaults.
 !>
 !> Loading never stops the program: all mistakes of the file come back together, each as
 !> `file:line: [section] key: problem; valid: a | b; did you mean 'b'?`, and a key with a mistake has
@@ -127,7 +127,7 @@ contains
     if (len(reading%inert) > 0) call notices%add(name//': accepted, but without effect here: '//reading%inert(3:))
   end subroutine config_load_text
 
-  !> All keys at their defaults.
+  !> Sets all keys to their defaults.
   subroutine start(self, name, registry)
     class(config_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -146,7 +146,7 @@ contains
     end do
   end subroutine start
 
-  !> A default in N*dx needs the spacing and is therefore set a second time when that is known.
+  !> Sets a default in N*dx again, once the spacing is known.
   subroutine set_default(self, i)
     class(config_t), intent(inout) :: self
     integer, intent(in) :: i
@@ -222,8 +222,7 @@ contains
     value = self%values(value_index(self, section, key, KEY_MATRIX, KEY_MATRIX))%matrix
   end function config_get_matrix
 
-  !> Takes the numbers of the file, from now on, in the other system of units of `scales`, and delivers them in L, T and M.
-  !> Defaults always are in L, T and M.
+  !> Reads the numbers of the file from now on in the other units of `scales`. Defaults and results always are in L, T and M.
   subroutine config_set_units(self, scales)
     class(config_t), intent(inout) :: self
     type(unit_scales_t), intent(in) :: scales
@@ -242,7 +241,7 @@ contains
     is_given = self%values(find(self, section, key))%is_given
   end function config_is_given
 
-  !> Returns the name of the file; files that it names may stand beside it.
+  !> Returns the name of the file; files that it names may be in its folder.
   function config_file_name(self) result(name)
     class(config_t), intent(in) :: self
     character(:), allocatable :: name
@@ -376,6 +375,7 @@ contains
     end do
   end subroutine config_named_files
 
+  !> Returns the number of a key, which must be registered.
   integer function find(self, section, key) result(i)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
@@ -384,7 +384,7 @@ contains
     call require(i > 0, 'io_config: ['//section//'] '//key//' is not registered')
   end function find
 
-  !> Index of a key of one of two kinds that has a value.
+  !> Returns the index of a key of one of two kinds that has a value.
   integer function value_index(self, section, key, kind, or_kind) result(i)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key

@@ -35,6 +35,7 @@ contains
     end if
   end function foreign_content
 
+  !> Tells whether a text begins with `start`.
   pure logical function begins(text, start)
     character(*), intent(in) :: text, start
     begins = .false.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> From the entries of an ini document to the values of registered keys. Nothing here is collective.
+!> Turns the entries of an ini document into the values of registered keys. Nothing here is collective.
 module io_entries
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -14,7 +14,7 @@ module io_entries
   private
   public :: read_section, reading_t
 
-  !> How entries are read, and what there was to say of them.
+  !> How entries are read, and the messages about them.
   type :: reading_t
     real(rp) :: spacing = 0                   !< what dx means, 0 if unknown
     logical :: first_wins = .false.           !< the first of equal keys counts, with a notice, instead of being a mistake
@@ -68,7 +68,7 @@ contains
       associate (entry => document%entries(e))
         if (entry%section /= i) exit
         e = e + 1
-        if (len(meant) == 0) cycle ! the header was broken or unknown, which is mistake enough
+        if (len(meant) == 0) cycle ! the header was broken or unknown, which has been reported
         k = registry%find(meant, entry%key)
         if (k > 0 .and. counts) then
           call read_entry(registry, entry, k, key_counts(registry, document, k), reading, values)
@@ -85,7 +85,7 @@ contains
     end do
   end subroutine read_section
 
-  !> Reads the value of key k; where it does not count, mistakes do not.
+  !> Reads the value of key k. If the key has no effect, its mistakes are not reported.
   subroutine read_entry(registry, entry, k, counts, reading, values)
     type(registry_t), intent(in) :: registry
     type(ini_entry_t), intent(in) :: entry
@@ -103,7 +103,7 @@ contains
       place = entry%file//':'//number_text(entry%line)//': ['//key%section//'] '//entry%key//': '
       if (value%line > 0) then
         if (entry%depth <= value%depth) call report_twice(entry, value, place, reading)
-        return ! a file has the last word on what it includes
+        return ! the including file has priority over the files that it includes
       end if
       value%line = entry%line
       value%file = entry%file
@@ -121,7 +121,7 @@ contains
     end associate
   end subroutine read_entry
 
-  !> Says that a key is given once more.
+  !> Reports that a key is given again.
   subroutine report_twice(entry, value, place, reading)
     type(ini_entry_t), intent(in) :: entry
     type(value_t), intent(in) :: value
@@ -137,7 +137,7 @@ contains
     end if
   end subroutine report_twice
 
-  !> Where a value stands, as seen from `file`.
+  !> Returns the line of a value as text, with its file unless that is `file`.
   function line_text(value, file) result(text)
     type(value_t), intent(in) :: value
     character(*), intent(in) :: file
@@ -146,7 +146,7 @@ contains
     if (value%file /= file) text = text//' of '//value%file
   end function line_text
 
-  !> `read_entry` where mistakes do not matter.
+  !> Does `read_entry` where mistakes have no effect.
   subroutine read_quietly(registry, spacing, entry, k, values)
     type(registry_t), intent(in) :: registry
     real(rp), intent(in) :: spacing

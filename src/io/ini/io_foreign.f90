@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Files that are given to a program although they are none of its inputs: files of another kind, and inputs of other programs.
-!> One message then says what the file is and what to do with it, in place of one about each of its keys.
+!> Recognises files that are no inputs of this program: files of another kind, and inputs of other programs. One message then says
+!> what the file is and what to do with it, instead of one message for each of its keys.
 module io_foreign
   use base_errors, only: message_list_t
   use base_text, only: number_text
@@ -15,7 +15,7 @@ module io_foreign
     character(:), allocatable :: sections, text
   end type foreign_input_t
 
-  !> What tells the inputs of a program from those of others. Sections are written 'a|b'.
+  !> Sections that distinguish the inputs of a program from those of others. They are written 'a|b'.
   type :: foreign_inputs_t
     private
     character(:), allocatable :: own      !< sections that only inputs of this program have
@@ -89,7 +89,7 @@ contains
     end subroutine refuse
   end subroutine foreign_report
 
-  !> How many sections of `document` are among `sections`.
+  !> Counts the sections of `document` that are among `sections`.
   integer function count_of(document, sections) result(n)
     type(ini_document_t), intent(in) :: document
     character(*), intent(in) :: sections
@@ -100,7 +100,7 @@ contains
     end do
   end function count_of
 
-  !> `text` with `name` in place of its *.
+  !> Returns `text` with `name` in place of its *.
   function with_name(text, name) result(full)
     character(*), intent(in) :: text, name
     character(:), allocatable :: full

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Parameter files that include others:
+!> Reads parameter files that include others:
 !>
 !>     [include]
 !>     file = trained.ini wing.ini
 !>
-!> What stands in a file counts before what the files say that it includes, wherever [include] stands. Two files
-!> included side by side may not give the same key. Names are those of files here, or beside the including file.
+!> A value in a file has priority over values in the files that it includes, wherever [include] stands. Two files that are
+!> included by the same file must not give the same key. Names are those of files here, or beside the including file.
 module io_include
   use base_errors, only: message_list_t
   use base_files, only: real_path
@@ -18,7 +18,7 @@ module io_include
   private
   public :: add_included, register_include, INCLUDE_SECTION
 
-  !> Section and key.
+  !> Section and key of an entry.
   character(*), parameter :: INCLUDE_SECTION = 'include', INCLUDED_FILE = 'file'
 
   !> A file that was read, and the one that included it (0: none did).
@@ -54,7 +54,7 @@ contains
     sources(1)%name = document%name
     sources(1)%real_name = real_path(document%name)
     e = 0
-    do while (e < document%n_entries) ! what is appended has its turn later
+    do while (e < document%n_entries) ! what is appended is processed later
       e = e + 1
       if (document%sections(document%entries(e)%section)%name /= INCLUDE_SECTION) cycle
       if (document%entries(e)%key /= INCLUDED_FILE) cycle
@@ -119,7 +119,7 @@ contains
     call document%append(included, sources(n + 1)%depth)
   end subroutine add_one
 
-  !> Index of the source called `name`.
+  !> Returns the index of the source called `name`.
   pure integer function index_of(sources, name) result(i)
     type(source_t), intent(in) :: sources(:)
     character(*), intent(in) :: name

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Syntax of ini files: text to a list of (section, key, value, line), without meaning.
+!> Parses the syntax of ini files: text to a list of (section, key, value, line), without meaning.
 !>
 !>     [Section]                  ; comments begin with ; # ! % in the first column that is not blank
 !>     key = value; comment       the first ; of a line ends the value
@@ -121,7 +121,7 @@ contains
     end do
   end subroutine ini_document_append
 
-  !> Next line is text(first:last), trimmed of blanks and line ends; `line` is -1 at the end.
+  !> Finds the next line text(first:last), trimmed of blanks and line ends; `line` is -1 at the end.
   subroutine next_line(text, position, line, first, last)
     character(*), intent(in) :: text
     integer, intent(inout) :: position, line
@@ -156,7 +156,7 @@ contains
     first = first - 1 + step
   end subroutine trim_range
 
-  !> One line, or all lines of a matrix: then `position` and `stop_line` move to its last line.
+  !> Reads one line, or all lines of a matrix: then `position` and `stop_line` move to its last line.
   subroutine parse_line(self, text, first, last, position, stop_line, line, problem)
     class(ini_document_t), intent(inout) :: self
     character(*), intent(in) :: text
@@ -205,6 +205,7 @@ contains
     call add_entry(self, text(from:upto), value, is_matrix, line)
   end subroutine parse_line
 
+  !> Reads the line of a section. `problem` says what is wrong with it.
   subroutine parse_header(self, header, line, problem)
     class(ini_document_t), intent(inout) :: self
     character(*), intent(in) :: header !< begins with [
@@ -231,8 +232,8 @@ contains
     if (.not. allocated(problem)) call add_section(self, header(first:last), line)
   end subroutine parse_header
 
-  !> Rows of a matrix whose '(/' has been read; the value keeps the line breaks, so that a row's line
-  !> can be named later. It ends at '/)'. A line with '=' or a [Section] means that it was forgotten.
+  !> Reads the rows of a matrix whose '(/' has been read. The value keeps the line breaks, so that a message can name the line of
+  !> a row. It ends at '/)'. A line with '=' or a [Section] means that '/)' was forgotten.
   subroutine read_matrix(text, content_from, content_upto, position, stop_line, value, problem)
     character(*), intent(in) :: text
     integer, intent(in) :: content_from, content_upto
@@ -281,6 +282,7 @@ contains
     value = rows(:n)
   end subroutine read_matrix
 
+  !> Tells whether a value begins with (/.
   logical function starts_matrix(text, first, last) result(is_matrix)
     character(*), intent(in) :: text
     integer, intent(in) :: first, last
@@ -288,7 +290,7 @@ contains
     if (last > first) is_matrix = text(first:first + 1) == '(/'
   end function starts_matrix
 
-  !> Last character in front of the first ';'.
+  !> Returns the last character in front of the first ';'.
   integer function end_of_content(text, first, last) result(upto)
     character(*), intent(in) :: text
     integer, intent(in) :: first, last
@@ -296,8 +298,8 @@ contains
     upto = merge(last, first + upto - 2, upto == 0)
   end function end_of_content
 
-  !> Last character of a value that begins behind text(first-1:first-1): in front of the first ';', or
-  !> without any, in front of a comment sign that follows a blank.
+  !> Returns the last character of a value that begins after text(first-1:first-1): in front of the first ';' or, without any, in
+  !> front of a comment sign that follows a blank.
   integer function end_of_value(text, first, last) result(upto)
     character(*), intent(in) :: text
     integer, intent(in) :: first, last
@@ -319,7 +321,7 @@ contains
     end do
   end function end_of_value
 
-  !> Whether `text` holds bytes below 32 other than tab, or 127.
+  !> Tells whether `text` holds bytes below 32 other than tab, or 127.
   pure logical function has_control_bytes(text) result(has)
     character(*), intent(in) :: text
     integer :: i, code
@@ -331,6 +333,7 @@ contains
     has = .false.
   end function has_control_bytes
 
+  !> Adds a section.
   subroutine add_section(self, name, line)
     class(ini_document_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -352,6 +355,7 @@ contains
     self%sections(self%n_sections)%line = line
   end subroutine add_section
 
+  !> Adds a key with its value to the last section.
   subroutine add_entry(self, key, value, is_matrix, line)
     class(ini_document_t), intent(inout) :: self
     character(*), intent(in) :: key, value

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One ini key: what kind of value it takes, its default, its limits and one line of help.
+!> Describes one ini key: the kind of its value, its default, its limits and one line of help.
 module io_key
   use base_errors, only: require
   use base_kinds, only: rp
@@ -109,6 +109,7 @@ contains
       text = text//trim(merge('< ', '<=', self%is_upper_open))//' '//limit_text(self, self%upper)
   end function key_range_text
 
+  !> Returns a limit of the key as text.
   function limit_text(key, x) result(text)
     class(key_t), intent(in) :: key
     real(rp), intent(in) :: x

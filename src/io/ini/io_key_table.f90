@@ -6,7 +6,7 @@ module io_key_table
   private
   public :: condition_t, key_entry_t, section_t, write_key_tables
 
-  !> What a section or a key depends on.
+  !> A condition on which a section or a key depends.
   type :: condition_t
     integer :: key = 0                 !< index of the deciding key
     character(:), allocatable :: words !< a|b: the values with which it counts
@@ -15,7 +15,7 @@ module io_key_table
   type :: section_t
     character(:), allocatable :: name, help
     character(:), allocatable :: unbuilt !< message to a file with this section, if its physics is not built here
-    logical :: can_go = .false.   !< the file makes sense without this section, so that the rest of it is looked at
+    logical :: can_go = .false.   !< the file is valid without this section, so that its other sections are checked
     logical :: is_inert = .false. !< keys that are not declared are accepted without effect
     type(condition_t), allocatable :: conditions(:) !< without them the section always counts
   end type section_t
@@ -58,6 +58,7 @@ contains
     if (len(inert) > 0) write (unit, '(a)') 'Accepted from FLUSI files, without effect: '//inert(3:)//'.', ''
   end subroutine write_key_tables
 
+  !> Writes when a section has an effect.
   subroutine write_conditions(unit, conditions, keys)
     integer, intent(in) :: unit
     type(condition_t), intent(in) :: conditions(:)
@@ -73,6 +74,7 @@ contains
     write (unit, '(a)') 'This section has no effect unless'//text(5:)//'.', ''
   end subroutine write_conditions
 
+  !> Writes the table row of a key.
   subroutine write_row(unit, key)
     integer, intent(in) :: unit
     type(key_t), intent(in) :: key
@@ -89,7 +91,7 @@ contains
       escaped(default)//' | '//escaped(allowed)//' | '//escaped(key%help)//' |'
   end subroutine write_row
 
-  !> A bar inside a cell would end it.
+  !> Returns the text with escaped bars, because a bar inside a cell would end it.
   pure function escaped(text) result(cell)
     character(*), intent(in) :: text
     character(:), allocatable :: cell

@@ -14,6 +14,7 @@
 !> value) leaves its variable as it is unless the file gives the key. `given` tells whether the file gives a valid value.
 module io_keys
   use base_kinds, only: i8, rp
+  use base_named_kinds, only: kind_of, named_kind_t, words_of
   use io_config, only: config_t
   use io_registry, only: registry_t
   use io_value, only: is_length
@@ -36,6 +37,7 @@ module io_keys
     procedure :: matrix => keys_matrix
     procedure :: switch => keys_switch
     procedure :: word => keys_word
+    procedure :: kind => keys_kind
     procedure :: text => keys_text
     procedure :: inert => keys_inert
     procedure :: older_name => keys_older_name
@@ -78,7 +80,7 @@ contains
     if (associated(self%registry)) call self%registry%add_inert_section(name, help)
   end subroutine keys_inert_section
 
-  !> An integer, min <= value <= max.
+  !> Declares an integer key, or reads it: min <= value <= max.
   subroutine keys_integer(self, key, value, default, help, unit, min, max, required, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, help
@@ -94,7 +96,7 @@ contains
     value = self%config%get_integer(self%name, key)
   end subroutine keys_integer
 
-  !> The same in a variable for larger numbers.
+  !> Does the same for a variable for larger numbers.
   subroutine keys_long(self, key, value, default, help, min, max)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, help
@@ -216,6 +218,24 @@ contains
     call self%note(key, given)
     value = self%config%get_word(self%name, key)
   end subroutine keys_word
+
+  !> Declares a key that is one of the words of `table`, or reads the kind that it means. `default` is one of the words, or another
+  !> one, of the kind 0, for a key that is required. `word` is the text that the user gives, which a kind 'from_file::*' needs.
+  subroutine keys_kind(self, key, kind, default, table, help, unbuilt, required, instead, given, word)
+    class(keys_t), intent(in) :: self
+    character(*), intent(in) :: key, default, help
+    integer, intent(inout) :: kind
+    type(named_kind_t), intent(in) :: table(:)
+    character(*), intent(in), optional :: unbuilt, instead
+    logical, intent(in), optional :: required
+    logical, intent(inout), optional :: given
+    character(:), allocatable, intent(inout), optional :: word
+    character(:), allocatable :: found
+    call self%word(key, found, default, words_of(table), help, unbuilt, required, instead, given)
+    if (.not. associated(self%config)) return
+    kind = kind_of(table, found)
+    if (present(word)) word = found
+  end subroutine keys_kind
 
   !> Declares a key that is free text, or reads it. If it is `computed`, `default` is a sentence, and the variable keeps its value
   !> unless the key is given.

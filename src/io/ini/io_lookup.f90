@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Messages about sections and keys that are not registered, or have no effect.
+!> Writes messages about sections and keys that are not registered, or have no effect.
 module io_lookup
   use base_errors, only: message_list_t
   use base_text, only: number_text, printable, to_lower
@@ -13,8 +13,8 @@ module io_lookup
 
 contains
 
-  !> Adds the mistake that the document has a section of other equations, and says so in `is_foreign`. `is_all`: nothing else in
-  !> the document counts beside it.
+  !> Adds the mistake that the document has a section of other equations, and sets `is_foreign`. `is_all`: the other sections of
+  !> the document are not checked.
   subroutine report_unbuilt_sections(registry, document, errors, is_foreign, is_all)
     type(registry_t), intent(in) :: registry
     type(ini_document_t), intent(in) :: document
@@ -97,6 +97,7 @@ contains
                     suggestion%hint())
   end subroutine report_unknown_key
 
+  !> Returns the beginning of a message about an unknown name.
   function what_is_wrong(thing, name, meant) result(text)
     character(*), intent(in) :: thing, name, meant
     character(:), allocatable :: text

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Finds what must be known of a document before its keys can be read in their order: the spacing that dx stands for, and which
-!> sections count. Of several equal keys the first one counts. Values with mistakes, which are reported later, count as unknown.
+!> sections have an effect. Of several equal keys the first one counts. Values with mistakes, which are reported later, count as
+!> unknown.
 module io_peek
   use base_kinds, only: rp
   use io_ini, only: ini_document_t
@@ -44,6 +45,7 @@ contains
     if (allocated(registry%keys(k)%conditions)) counts = all_hold(registry, document, registry%keys(k)%conditions)
   end function key_counts
 
+  !> Tells whether all conditions hold in a document.
   logical function all_hold(registry, document, conditions)
     type(registry_t), intent(in) :: registry
     type(ini_document_t), intent(in) :: document
@@ -55,7 +57,7 @@ contains
     end do
   end function all_hold
 
-  !> The value that key k will have, 0 if it is wrong or missing.
+  !> Returns the value that key k will have, 0 if it is wrong or missing.
   real(rp) function peek_number(registry, document, k) result(x)
     type(registry_t), intent(in) :: registry
     type(ini_document_t), intent(in) :: document
@@ -71,7 +73,7 @@ contains
     if (registry%keys(k)%key%kind == KEY_INTEGER) x = real(value%whole, rp)
   end function peek_number
 
-  !> Text of key k in the document, or else its default; empty if it is required and missing.
+  !> Returns the text of key k in the document, or else its default; empty if it is required and missing.
   function raw_value(registry, document, k) result(raw)
     type(registry_t), intent(in) :: registry
     type(ini_document_t), intent(in) :: document

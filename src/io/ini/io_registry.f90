@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The register of ini keys: each key is declared once, with everything that is known about it. Reading,
-!> error messages, `--check` and the parameter table of the documentation all come from here.
+!> Holds the register of ini keys: each key is declared once, with everything that is known about it. Reading, error messages,
+!> `--check` and the parameter table of the documentation all use it.
 module io_registry
   use base_errors, only: require
   use base_kinds, only: rp
@@ -104,8 +104,8 @@ contains
     call add_key(self, new)
   end subroutine registry_add_real
 
-  !> A real that may also be written N*dx. A default that is not such a number, 'xl/2', describes what
-  !> the program works out itself; get_real may then be asked only if the key is given.
+  !> Declares a real that may also be written N*dx. A default that is not such a number, 'xl/2', describes a value that the
+  !> program computes; get_real may then be called only if the key is given.
   subroutine registry_add_length(self, section, key, default_text, help, unit, min, max, above, below, &
                                  required)
     class(registry_t), intent(inout) :: self
@@ -119,9 +119,9 @@ contains
     call add_key(self, new)
   end subroutine registry_add_length
 
-  !> yes|no|1|0|true|false|.true.|.false. With `unbuilt`, the name of some physics, yes is a mistake, and `instead` tells
-  !> what to give. With `computed`, a sentence, the program works the default out; get_switch may then be asked only if the key
-  !> is given.
+  !> Declares a key yes|no|1|0|true|false|.true.|.false. With `unbuilt`, the name of some physics, yes is a mistake, and `instead`
+  !> says what to give. With `computed`, a sentence, the program computes the default; get_switch may then be called only if the
+  !> key is given.
   subroutine registry_add_switch(self, section, key, default, help, unbuilt, computed, instead)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, help
@@ -136,8 +136,8 @@ contains
     call add_key(self, new)
   end subroutine registry_add_switch
 
-  !> One of the words of `allowed`, 'a|b|from_file::*'. Words of `unbuilt` are known but refused; `instead`,
-  !> 'a: sentence|b*: sentence', tells for some of them what to give.
+  !> Declares a key with one of the words of `allowed`, 'a|b|from_file::*'. Words of `unbuilt` are known but refused; `instead`,
+  !> 'a: sentence|b*: sentence', says for some of them what to give.
   subroutine registry_add_word(self, section, key, default, allowed, help, unbuilt, required, instead)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, default, allowed, help
@@ -216,8 +216,8 @@ contains
     self%sections(i)%is_inert = .true.
   end subroutine registry_add_inert_section
 
-  !> A section of FLUSI that makes the file one for other equations: `physics` is their name, `instead` what to give. A file
-  !> with this section is refused by one message, whatever else stands in it, unless it makes sense without it (`can_go`).
+  !> Declares a section of FLUSI that makes the file one for other equations: `physics` is their name, `instead` what to give. A
+  !> file with this section is refused by one message, unless it is valid without the section (`can_go`).
   subroutine registry_add_unbuilt_section(self, section, physics, instead, can_go)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, physics, instead
@@ -227,7 +227,7 @@ contains
     if (present(can_go)) self%sections(self%n_sections)%can_go = can_go
   end subroutine registry_add_unbuilt_section
 
-  !> An older name of the declared key [section] key.
+  !> Declares an older name of the declared key [section] key.
   subroutine registry_add_alias(self, section, key, old_name)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, old_name
@@ -252,9 +252,9 @@ contains
     self%aliases(self%n_aliases)%old_name = old_name
   end subroutine registry_add_alias
 
-  !> The section counts only if [deciding_section] deciding_key has one of the values `words`, 'a|b'. Of several
-  !> such conditions all must hold. Otherwise whatever stands in the section is accepted without effect: right
-  !> values are kept, wrong ones and unknown keys are no mistakes.
+  !> Makes a section count only if [deciding_section] deciding_key has one of the values `words`, 'a|b'. If there are several such
+  !> conditions all must hold. Otherwise the contents of the section are accepted without effect: right values are kept, and wrong
+  !> ones and unknown keys are no mistakes.
   subroutine registry_only_if(self, section, deciding_section, deciding_key, words)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, deciding_section, deciding_key, words
@@ -265,8 +265,8 @@ contains
     call add_condition(self%sections(s)%conditions, condition_t(k, words))
   end subroutine registry_only_if
 
-  !> A wrong or missing value of [section] key is a mistake only if [deciding_section] deciding_key has one of the values
-  !> `words`. Of several such conditions all must hold.
+  !> Makes a wrong or missing value of [section] key a mistake only if [deciding_section] deciding_key has one of the values
+  !> `words`. If there are several such conditions all must hold.
   subroutine registry_key_only_if(self, section, key, deciding_section, deciding_key, words)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, deciding_section, deciding_key, words
@@ -277,6 +277,7 @@ contains
     call add_condition(self%keys(k)%conditions, condition_t(d, words))
   end subroutine registry_key_only_if
 
+  !> Adds a condition to a list.
   subroutine add_condition(conditions, condition)
     type(condition_t), allocatable, intent(inout) :: conditions(:)
     type(condition_t), intent(in) :: condition
@@ -356,6 +357,7 @@ contains
     end do
   end subroutine registry_write_markdown
 
+  !> Adds a key, which must be new, and its section.
   subroutine add_key(self, new)
     class(registry_t), intent(inout) :: self
     type(key_t), intent(inout) :: new
@@ -378,7 +380,7 @@ contains
     allocate (self%keys(self%n_keys)%key, source=new)
   end subroutine add_key
 
-  !> The default must pass the checks that a value from a file has to pass.
+  !> Checks that the default passes the checks of a value from a file.
   subroutine check_default(new)
     type(key_t), intent(inout) :: new
     character(:), allocatable :: problem

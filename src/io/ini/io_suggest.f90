@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> "Did you mean": the known name nearest to a misspelt one.
+!> Finds the known name nearest to a misspelt one, for messages "did you mean".
 module io_suggest
   use base_kinds, only: rp
   use base_text, only: edit_distance, parse_real, quoted, to_lower
@@ -7,8 +7,8 @@ module io_suggest
   private
   public :: suggestion_t, number_hint
 
-  !> Offer known names one by one; `best` is then the nearest, not allocated if none is near enough.
-  !> A name that differs only in case always wins.
+  !> After known names were offered one by one, `best` is the nearest one; not allocated if none is near enough. A name that
+  !> differs only in case has priority.
   type :: suggestion_t
     private
     character(:), allocatable :: misspelt
@@ -44,7 +44,7 @@ contains
     self%best = name
   end subroutine suggestion_offer
 
-  !> "; did you mean 'name'?", or nothing.
+  !> Returns "; did you mean 'name'?", or nothing.
   function suggestion_hint(self) result(text)
     class(suggestion_t), intent(in) :: self
     character(:), allocatable :: text
@@ -77,7 +77,7 @@ contains
     if (index(NOT_UNITS, first_letter(raw(n + 1:))) == 0) text = '; write the number alone, in the unit that --check tells'
   end function number_hint
 
-  !> The first character that is not blank.
+  !> Returns the first character that is not blank.
   pure character(1) function first_letter(text) result(letter)
     character(*), intent(in) :: text
     character(:), allocatable :: shifted

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Units of keys as products of powers of L, T and M, the units of length, time and mass.
+!> Describes units of keys as products of powers of L, T and M, the units of length, time and mass.
 module io_units
   use base_kinds, only: rp
   implicit none

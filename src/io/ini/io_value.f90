@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The value of one key: read strictly from its text, and written back.
+!> Holds the value of one key: reads it strictly from its text, and writes it.
 module io_value
   use base_kinds, only: rp
   use base_text, only: BLANKS, count_words, next_word, number_text, parse_integer, parse_real, quoted
@@ -72,6 +72,7 @@ contains
     end select
   end subroutine read_value
 
+  !> Reads an integer and checks its range.
   subroutine read_integer(key, raw, whole, problem)
     type(key_t), intent(in) :: key
     character(*), intent(in) :: raw
@@ -87,7 +88,7 @@ contains
     end if
   end subroutine read_integer
 
-  !> A real, or N*dx where the key is a length.
+  !> Reads a real, or N*dx if the key is a length.
   subroutine read_number(key, raw, spacing, number, problem)
     type(key_t), intent(in) :: key
     character(*), intent(in) :: raw
@@ -141,6 +142,7 @@ contains
     is_it = .not. allocated(problem)
   end function is_length
 
+  !> Sets `problem` if a number is outside the range of its key.
   subroutine check_range(key, x, raw, problem)
     type(key_t), intent(in) :: key
     real(rp), intent(in) :: x
@@ -149,6 +151,7 @@ contains
     if (.not. key%is_in_range(x)) problem = quoted(raw)//' is out of range'
   end subroutine check_range
 
+  !> Reads yes or no. `is_unbuilt` is set if yes asks for something that does not exist here.
   subroutine read_switch(key, raw, switch, is_unbuilt, problem)
     type(key_t), intent(in) :: key
     character(*), intent(in) :: raw
@@ -170,6 +173,7 @@ contains
     end if
   end subroutine read_switch
 
+  !> Checks that a word is allowed. `is_unbuilt` is set if only FLUSI knows it.
   subroutine check_word(key, raw, is_unbuilt, problem)
     type(key_t), intent(in) :: key
     character(*), intent(in) :: raw
@@ -188,7 +192,7 @@ contains
     problem = quoted(raw)//' is unknown; valid: '//key%choices_text()//suggestion%hint()
   end subroutine check_word
 
-  !> '; instead: ' and the sentence that belongs to `raw` in 'a: sentence|b*: sentence', or nothing.
+  !> Returns '; instead: ' and the sentence that belongs to `raw` in 'a: sentence|b*: sentence', or nothing.
   function instead_of(raw, sentences) result(text)
     character(*), intent(in) :: raw, sentences
     character(:), allocatable :: text
@@ -206,6 +210,7 @@ contains
     end do
   end function instead_of
 
+  !> Offers all words of a list, separated by |, as suggestions.
   subroutine offer_all(suggestion, choices)
     type(suggestion_t), intent(inout) :: suggestion
     character(*), intent(in) :: choices
@@ -219,6 +224,7 @@ contains
     end do
   end subroutine offer_all
 
+  !> Reads a list of reals and checks their number and range.
   subroutine read_reals(key, raw, reals, problem)
     type(key_t), intent(in) :: key
     character(*), intent(in) :: raw
@@ -241,7 +247,7 @@ contains
     end if
   end subroutine read_reals
 
-  !> Exactly size(x) numbers, each in range.
+  !> Reads exactly size(x) numbers, each in range.
   subroutine read_list(key, raw, x, problem)
     type(key_t), intent(in) :: key
     character(*), intent(in) :: raw
@@ -258,6 +264,7 @@ contains
     end do
   end subroutine read_list
 
+  !> Reads a matrix, one row a line, and checks that its rows are equally long.
   subroutine read_matrix(key, raw, line, matrix, problem)
     type(key_t), intent(in) :: key
     character(*), intent(in) :: raw
@@ -302,7 +309,7 @@ contains
     call move_alloc(rows, matrix)
   end subroutine read_matrix
 
-  !> Returns the value as it could stand in a file; the rows of a matrix on lines of their own.
+  !> Returns the value as it could stand in a file; each row of a matrix on a separate line.
   function value_text(key, value) result(text)
     type(key_t), intent(in) :: key
     type(value_t), intent(in) :: value
@@ -361,6 +368,7 @@ contains
     text = text//repeat(' ', max(0, REMARK_COLUMN - last_line))//remark
   end function effective_line
 
+  !> Returns reals, separated by blanks.
   function list_text(x) result(text)
     real(rp), intent(in) :: x(:)
     character(:), allocatable :: text

@@ -41,7 +41,7 @@ contains
     end do
   end subroutine find_results
 
-  !> Moves files into the first of `beside`'s folder/earlier_1, earlier_2, ... that does not exist, which is `folder` then.
+  !> Moves files into the first of `beside`'s folder/earlier_1, earlier_2, ... that does not exist; `folder` is then its name.
   subroutine move_to_folder(paths, beside, folder, failure)
     type(message_list_t), intent(in) :: paths
     character(*), intent(in) :: beside
@@ -67,7 +67,8 @@ contains
     end do
   end subroutine move_to_folder
 
-  !> Renames the file `path`, if there is one, to its name with EARLIER_SUFFIX; `has_moved` tells. One of that name is replaced.
+  !> Renames the file `path`, if there is one, to its name with EARLIER_SUFFIX and replaces a file of that name; `has_moved`
+  !> tells.
   subroutine move_earlier_file(path, has_moved)
     character(*), intent(in) :: path
     logical, intent(out) :: has_moved

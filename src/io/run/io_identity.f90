@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Which run a file belongs to: a random name that a run gets at its first start and keeps over restarts, and what its
-!> inputs were.
+!> Identifies the run to which a file belongs: by a random name that a run gets at its first start and keeps over restarts, and by
+!> its inputs.
 module io_identity
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_checksum, only: checksum_text
@@ -12,7 +12,7 @@ module io_identity
   private
   public :: identity_t, change_t, list_changes
 
-  !> Of a run. All ranks have the same.
+  !> The identity of a run. All ranks have the same.
   type :: identity_t
     character(:), allocatable :: id      !< 16 hexadecimal digits; not allocated: not known
     character(:), allocatable :: inputs  !< lines `[section] key = value` (config_t)
@@ -109,6 +109,7 @@ contains
     end do
   end subroutine list_changes
 
+  !> Adds a line that changed, with its old value.
   subroutine add_change(changes, line, old_line)
     type(change_t), allocatable, intent(inout) :: changes(:)
     character(*), intent(in) :: line, old_line
@@ -134,6 +135,7 @@ contains
     end if
   end function change_text
 
+  !> Returns a value as users see it.
   pure function shown(value) result(text)
     character(*), intent(in) :: value
     character(:), allocatable :: text
@@ -141,12 +143,14 @@ contains
     if (text == '') text = '(empty)'
   end function shown
 
+  !> Returns the name in a line NAME = VALUE.
   pure function name_in(line) result(name)
     character(*), intent(in) :: line
     character(:), allocatable :: name
     name = line(:index(line, EQUALS) - 1)
   end function name_in
 
+  !> Returns the value in a line NAME = VALUE, without the file that follows it.
   pure function value_in(line) result(value)
     character(*), intent(in) :: line
     character(:), allocatable :: value
@@ -156,7 +160,7 @@ contains
     value = line(index(line, EQUALS) + len(EQUALS):last)
   end function value_in
 
-  !> What a value means: the content of the file that it names, else itself.
+  !> Returns what a value means: the checksum of the file that it names, else the value itself.
   pure function content_in(line) result(content)
     character(*), intent(in) :: line
     character(:), allocatable :: content
@@ -166,6 +170,7 @@ contains
     content = line(first:)
   end function content_in
 
+  !> Returns a word as 16 hexadecimal digits.
   function hexadecimal(word) result(text)
     integer(i8), intent(in) :: word
     character(16) :: text

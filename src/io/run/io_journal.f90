@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Records answers to questions, and returns them when a program starts again and asks the same questions in the same order. A
-!> program that computes from nothing else is then where it was.
+!> program that depends on nothing else then continues where it was.
 !>
-!> A journal grows by one record for each answer, which a kill cannot take back. It is no HDF5 file, as these can neither be
-!> appended to nor be read after a kill. Every record has a key, by which the question is known, and a checksum; the first
-!> one that is torn, damaged or answers something else ends what is recalled, and is written over. By one process.
+!> A journal grows by one record for each answer, and a kill does not remove records. It is no HDF5 file, because these can
+!> neither be extended nor be read after a kill. Every record has a key, which identifies the question, and a checksum. The first
+!> record that is incomplete, damaged or answers another question ends the recall, and is overwritten. By one process.
 module io_journal
   use base_checksum, only: checksum_add, checksum_integers, checksum_reals
   use base_files, only: file_exists, remove_file
@@ -32,8 +32,8 @@ module io_journal
 
 contains
 
-  !> Opens the journal `path`. `goes_on` if it is there and is one of the same `fingerprint`; otherwise a new one begins.
-  !> Without a file that can be written nothing is recorded, and nothing else changes.
+  !> Opens the journal `path`. `goes_on` is true if it exists and has the same `fingerprint`; otherwise a new one begins. If no
+  !> file can be written, nothing is recorded, and the results are the same.
   subroutine journal_start(self, path, fingerprint, goes_on)
     class(journal_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -67,6 +67,7 @@ contains
     self%at = HEADER_BYTES + 1
   end subroutine journal_start
 
+  !> Returns the header of a journal.
   pure function header_of(fingerprint) result(header)
     integer(i8), intent(in) :: fingerprint
     integer(i8) :: header(4)
@@ -74,7 +75,7 @@ contains
     header(4) = checksum_integers(header(:3), 0_i8)
   end function header_of
 
-  !> Finds the answer to the question `key` of as many numbers as `values`, and whether it is a valid one, if it `is_found`.
+  !> Finds the answer to the question `key` of as many numbers as `values`. If it `is_found`, it also tells whether it is valid.
   subroutine journal_recall(self, key, values, is_valid, is_found)
     class(journal_t), intent(inout) :: self
     integer(i8), intent(in) :: key
@@ -114,6 +115,7 @@ contains
     self%n_recorded = self%n_recorded + 1
   end subroutine journal_record
 
+  !> Returns the checksum of a record and its values.
   pure integer(i8) function checksum_of(record, values) result(total)
     integer(i8), intent(in) :: record(3)
     real(rp), intent(in) :: values(:, :)
@@ -124,7 +126,7 @@ contains
     end do
   end function checksum_of
 
-  !> Closes the journal; with `is_done` nobody needs it any more, and it is removed.
+  !> Closes the journal; with `is_done` it is no longer needed, and is removed.
   subroutine journal_finish(self, is_done)
     class(journal_t), intent(inout) :: self
     logical, intent(in) :: is_done

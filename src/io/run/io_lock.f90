@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A file that keeps two runs from writing the same files.
+!> Writes a lock file that keeps two runs from writing the same files.
 !>
-!> The file appears complete, under its name or not at all, and for one process alone: it is written under another name and
-!> then linked, which network file systems keep exclusive too. It names machine and process, so that whoever finds it can
-!> tell on that machine whether the run still goes on. What a killed run has left there is replaced.
+!> The file appears complete under its name, and for one process alone: it is written under another name and then linked, which is
+!> exclusive on network file systems too. It names machine and process, so that another run on that machine can tell whether this
+!> one still runs. The lock file of a killed run is replaced.
 module io_lock
   use base_files, only: file_exists, link_file, remove_file, rename_file
   use base_kinds, only: i8
@@ -47,9 +47,9 @@ contains
       self%is_held = state == LOCK_HELD
       if (state /= LOCK_TAKEN) exit
       call read_text_file(path, text, problem)
-      if (allocated(problem)) cycle ! it has just gone
+      if (allocated(problem)) cycle ! the file has just disappeared
       if (.not. has_ended(text)) exit
-      ! Only one of several that find it can take it away, and all of them try again.
+      ! Only one of several processes that find it can remove it, and all of them try again.
       call rename_file(path, own_name(path)//'.stale', ok)
       if (ok) call remove_file(own_name(path)//'.stale', ok)
       message = path//' was left by process '//entry(text, 'process')//', which has ended'
@@ -65,7 +65,7 @@ contains
     end select
   end subroutine lock_acquire
 
-  !> Puts a complete file there, unless there is one.
+  !> Puts a complete file at this place, unless there is one.
   subroutine place(path, state)
     character(*), intent(in) :: path
     integer, intent(out) :: state
@@ -82,7 +82,7 @@ contains
     if (ok) then
       call link_file(own, path, ok)
       state = merge(LOCK_HELD, LOCK_TAKEN, ok)
-      ! Some file systems know no links.
+      ! Some file systems have no links.
       if (.not. ok .and. .not. file_exists(path)) then
         call file%create_new(path, ok)
         if (ok) call file%write(own_text(), ok)
@@ -94,7 +94,7 @@ contains
     call remove_file(own, ok)
   end subroutine place
 
-  !> A name that no other process uses.
+  !> Returns a name that no other process uses.
   function own_name(path) result(name)
     character(*), intent(in) :: path
     character(:), allocatable :: name
@@ -103,6 +103,7 @@ contains
     name = path//'.'//host_name()//'.'//trim(number)
   end function own_name
 
+  !> Returns the text of a lock file of this process.
   function own_text() result(text)
     character(:), allocatable :: text
     character(24) :: process, birth
@@ -114,7 +115,7 @@ contains
     text = text//'since = '//date_and_clock()
   end function own_text
 
-  !> Whether the process that wrote this is known to have ended. Of one on another machine nothing is known.
+  !> Tells whether the process that wrote this is known to have ended. Of one on another machine nothing is known.
   logical function has_ended(text)
     character(*), intent(in) :: text
     integer(i8) :: birth, now
@@ -128,7 +129,7 @@ contains
     has_ended = now >= 0 .and. now /= birth
   end function has_ended
 
-  !> The value in the line `key = value`; ? if there is none.
+  !> Returns the value in the line `key = value`; ? if there is none.
   function entry(text, key) result(value)
     character(*), intent(in) :: text, key
     character(:), allocatable :: value

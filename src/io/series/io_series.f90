@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Time series in text files (`*.t`): a header line that begins with % and names the columns, possibly a second
-!> one with a note, then one record a line, the time first. Rank 0 writes; the other ranks only share its verdict.
+!> Writes time series to text files (`*.t`): a header line that begins with % and names the columns, possibly a second one with a
+!> note, then one record a line, the time first. Rank 0 writes; the other ranks only learn whether it has succeeded.
 !>
 !> A restarted run continues a series: records at and after the restart time, which it will write
 !> again, are dropped, and so is a record that a kill cut off.
@@ -67,7 +67,7 @@ contains
     call self%check(failure)
   end subroutine series_open
 
-  !> '%' and the names over their columns, at least two blanks apart.
+  !> Returns '%' and the names over their columns, at least two blanks apart.
   function header(self, columns) result(line)
     class(series_t), intent(in) :: self
     character(*), intent(in) :: columns(:)
@@ -81,6 +81,7 @@ contains
     end do
   end function header
 
+  !> Creates the file and writes its first lines.
   subroutine start_afresh(self, first_line)
     class(series_t), intent(inout) :: self
     character(*), intent(in) :: first_line
@@ -170,6 +171,7 @@ contains
     call put(self, line, .true.)
   end subroutine series_write
 
+  !> Writes a line, and makes sure that it is on disk if `now`.
   subroutine put(self, line, now)
     class(series_t), intent(inout) :: self
     character(*), intent(in) :: line

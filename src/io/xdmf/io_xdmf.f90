@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The index (`<run>.xmf`, XDMF 3) through which ParaView sees the field files of a run as one time series.
+!> Writes the index (`<run>.xmf`, XDMF 3) with which ParaView shows the field files of a run as one time series.
 !>
 !> One uniform grid per saved time: 3DCoRectMesh, point values, sizes in the order z y x. Every prefix is
 !> a scalar; prefixes that end in x, y and z with a common stem are also one vector of that stem. (Of
@@ -200,7 +200,7 @@ contains
       self%path//': cannot be written; is the folder missing or the disk full?')
   end subroutine add_grid
 
-  !> `grids` but for the one of this label.
+  !> Returns `grids` without the one of this label.
   function without(grids, label) result(others)
     character(*), intent(in) :: grids, label
     character(:), allocatable :: others
@@ -212,7 +212,7 @@ contains
     others = grids(:first - 1)//grids(past:)
   end function without
 
-  !> Whether `prefix` is the x component of a vector; if so its partners and the stem of their names.
+  !> Tells whether `prefix` is the x component of a vector; if so, also the other components and the stem of their names.
   logical function partners(prefixes, prefix, y, z, stem)
     character(*), intent(in) :: prefixes(:), prefix
     integer, intent(out) :: y, z
@@ -228,6 +228,7 @@ contains
     partners = len(stem) > 0 .and. prefix == stem//'x' .and. y > 0 .and. z > 0
   end function partners
 
+  !> Returns the XML of one field of a grid.
   pure function attribute(name, kind, content, centre) result(xml)
     character(*), intent(in) :: name, kind, content
     character(*), intent(in), optional :: centre !< Cell, else Node
@@ -238,7 +239,7 @@ contains
           '</Attribute>'//NL
   end function attribute
 
-  !> 'nz ny nx'
+  !> Returns 'nz ny nx'.
   pure function sizes(n) result(text)
     integer, intent(in) :: n(3)
     character(:), allocatable :: text
@@ -247,7 +248,7 @@ contains
     text = trim(buffer)
   end function sizes
 
-  !> Three numbers as a data item, in the order z y x.
+  !> Returns three numbers as a data item, in the order z y x.
   function triple(x) result(xml)
     real(rp), intent(in) :: x(3)
     character(:), allocatable :: xml

@@ -45,6 +45,7 @@ contains
     if (.not. ok) call failure%raise(path//': was not written by this program: move it away')
   end subroutine series_open
 
+  !> Keeps the grids of an earlier run up to the time of the restart. `ok` is false if the file cannot be used.
   subroutine keep_earlier(self, restart_time, ok)
     class(xdmf_series_t), intent(inout) :: self
     real(rp), intent(in) :: restart_time
@@ -108,7 +109,7 @@ contains
           '<Domain>'//NL//grids//'</Domain>'//NL//'</Xdmf>'
   end function xdmf_text
 
-  !> The time in a line that begins a grid.
+  !> Returns the time in a line that begins a grid.
   subroutine read_time(line, time, status)
     character(*), intent(in) :: line
     real(rp), intent(out) :: time

@@ -18,7 +18,7 @@ module measurement_bending_case
     character(:), allocatable :: measurement_path !< not allocated if there is no such file
     type(measurement_t) :: measurement
     type(outliers_t) :: outliers            !< heights that were left out
-    type(instrument_t) :: instrument        !< what the measurement is taken to have done
+    type(instrument_t) :: instrument        !< the assumed instrument
     type(free_parameters_t) :: free_parameters
     real(rp) :: prior_decades = 1           !< sd of the prior about the values of [Wing]
     type(experiment_t) :: experiment

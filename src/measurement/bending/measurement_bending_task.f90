@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Runs the task of which trainings and diagnoses consist: one load on one wing, on any rank of a farm. The result depends on
-!> the task and on what rank 0 has broadcast, never on what the rank has done before.
+!> Runs the tasks of trainings and diagnoses: one load on one wing, on any rank of a farm. The result depends on the task and on
+!> what rank 0 has broadcast, never on earlier work of the rank.
 !>
 !> | kind | gives |
 !> |---|---|

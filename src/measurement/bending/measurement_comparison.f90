@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Compares a wing of a given shape with what was measured under one load, and differentiates the difference.
 !>
-!> Heights: the deformation (loaded minus unloaded height) at the grid points on the unloaded wing where both heights
-!> are known. They are the same points whatever the shape. Then the scalar observations of the load.
+!> Heights: the deformation (loaded minus unloaded height) at the grid points on the unloaded wing where both heights are known.
+!> These points do not depend on the shape. The scalar observations of the load follow them.
 module measurement_comparison
   use base_kinds, only: rp
   use measurement_data, only: measurement_t, QUANTITY_ROTATION
@@ -24,8 +24,7 @@ module measurement_comparison
     integer :: zero = 0
   end type gauge_t
 
-  !> A shape of the wing, what the instrument sees of it, and where the measured places lie on that. Nothing is allocated after
-  !> `init`.
+  !> A shape of the wing, its image in the instrument, and the measured places on that image. Nothing is allocated after `init`.
   type :: observed_shape_t
     real(rp), allocatable :: positions(:, :) !< (3, n_points) [m] of the points of the wing
     real(rp), allocatable :: seen(:, :)      !< (3, n_points) [m] where the instrument sees them
@@ -34,7 +33,7 @@ module measurement_comparison
     procedure :: init => shape_init
   end type observed_shape_t
 
-  !> All that was measured under one load. Constant once made.
+  !> All measured values under one load. They do not change.
   type :: comparison_t
     integer :: n = 0                          !< heights, then observations
     integer :: n_heights = 0
@@ -112,8 +111,8 @@ contains
     end do
   end subroutine comparison_init
 
-  !> The line that shows a rotation: the edge of the triangle that lies most across the axis or, in a structure of
-  !> veins, the chord from the point before to the point behind.
+  !> Chooses the line that shows a rotation: the edge of the triangle that lies most across the axis or, in a structure of veins,
+  !> the chord from the point before to the point behind.
   subroutine choose_line(wing, gauge)
     type(wing_t), intent(in) :: wing
     type(gauge_t), intent(inout) :: gauge
@@ -139,6 +138,7 @@ contains
 
   contains
 
+    !> Takes the line between two points if it lies more across the axis than those before it.
     subroutine offer(from, to)
       integer, intent(in) :: from, to
       line = wing%points(:, to) - wing%points(:, from)
@@ -151,8 +151,8 @@ contains
 
   end subroutine choose_line
 
-  !> Finds the places of this load on what is seen of `shape`, on the grid x(:), y(:) [m] of the measurement; `triangles` and
-  !> the outline edges(2, :) are those of the wing. `shape` has room for n_heights places or more.
+  !> Finds the places of this load on the image of `shape`, on the grid x(:), y(:) [m] of the measurement; `triangles` and the
+  !> outline edges(2, :) are those of the wing. `shape` has room for n_heights places or more.
   pure subroutine comparison_locate(self, x, y, triangles, edges, shape)
     class(comparison_t), intent(in) :: self
     real(rp), intent(in) :: x(:), y(:)
@@ -162,7 +162,7 @@ contains
       call sample_surface(shape%seen, triangles, edges, x, y, self%number, self%node, shape%sample)
   end subroutine comparison_locate
 
-  !> Returns the heights(n_heights) [m] of what is seen of `shape` at the places of this load, after `locate`.
+  !> Returns the heights(n_heights) [m] of the image of `shape` at the places of this load, after `locate`.
   pure subroutine comparison_heights(self, shape, heights)
     class(comparison_t), intent(in) :: self
     type(observed_shape_t), intent(in) :: shape
@@ -173,8 +173,7 @@ contains
     end do
   end subroutine comparison_heights
 
-  !> Returns slopes(n_heights), by how much the heights change if the points that are seen move by motion(3, n_points); after
-  !> `locate`.
+  !> Returns slopes(n_heights), the change of the heights if the points of the image move by motion(3, n_points); after `locate`.
   pure subroutine comparison_height_slopes(self, x, y, shape, motion, slopes)
     class(comparison_t), intent(in) :: self
     real(rp), intent(in) :: x(:), y(:), motion(:, :)
@@ -191,9 +190,9 @@ contains
     end do
   end subroutine comparison_height_slopes
 
-  !> Returns residuals(n), computed minus measured, after `locate`. Heights are those of what is seen of `shape`, less the heights
+  !> Returns residuals(n), computed minus measured, after `locate`. Heights are those of the image of `shape`, less the heights
   !> rest(n_heights) [m] without the load. Scalar observations are those of its positions, which are points(3, n_points) [m] in
-  !> the wing file, with the unknown offsets zeros(:). What moves counts `factor` times.
+  !> the wing file, with the unknown offsets zeros(:). Displacements count `factor` times.
   pure subroutine comparison_residuals(self, points, shape, rest, factor, zeros, residuals)
     class(comparison_t), intent(in) :: self
     real(rp), intent(in) :: points(:, :), rest(:), factor, zeros(:)
@@ -223,8 +222,8 @@ contains
     end do
   end subroutine comparison_residuals
 
-  !> Returns derivatives(n), by how much the residuals change if the positions of `shape` move by motion(3, n_points), which is
-  !> seen as seen_motion(3, n_points); after `residuals` with the same shape. It leaves out what changes at rest.
+  !> Returns derivatives(n), the change of the residuals if the positions of `shape` move by motion(3, n_points) and their image
+  !> by seen_motion(3, n_points); after `residuals` with the same shape. It leaves out the change of the wing without load.
   pure subroutine comparison_derivatives(self, x, y, shape, motion, seen_motion, derivatives)
     class(comparison_t), intent(in) :: self
     real(rp), intent(in) :: x(:), y(:), motion(:, :), seen_motion(:, :)
@@ -250,7 +249,7 @@ contains
     end do
   end subroutine comparison_derivatives
 
-  !> Angle [rad] by which the line has turned about the axis.
+  !> Returns the angle [rad] by which the line has turned about the axis.
   pure real(rp) function rotation_angle(gauge, line)
     type(gauge_t), intent(in) :: gauge
     real(rp), intent(in) :: line(3)

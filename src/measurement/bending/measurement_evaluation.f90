@@ -2,8 +2,8 @@
 !> Evaluates one load on one candidate, which is the task of all fits. Its result depends on its arguments only, never on what
 !> was computed before, so that tasks may run on any rank.
 !>
-!> Two zones are excluded, as by Truong et al., but ranked by how far a shape lies in them: the loaded place
-!> moves against the force, and the horizontal distance from root to tip falls below half of the unloaded one.
+!> Two zones are excluded, as by Truong et al., but shapes are ranked by how far they lie in them: the loaded place moves against
+!> the force, or the horizontal distance from root to tip falls below half of the unloaded one.
 module measurement_evaluation
   use base_errors, only: require
   use base_kinds, only: rp
@@ -17,7 +17,7 @@ module measurement_evaluation
 
   integer, parameter, public :: VIOLATION_BACKWARD = 1, VIOLATION_FOLDED = 2
 
-  !> What came out.
+  !> The result of an evaluation.
   type, extends(visited_t) :: evaluation_t
     logical :: is_solved = .false.          !< the shape was found; otherwise all below is 0
     real(rp) :: violation(2) = 0            !< >= 0, of the wing's length: how far the shape is in the two zones
@@ -34,8 +34,8 @@ module measurement_evaluation
     procedure :: visit => evaluation_visit
   end type evaluation_t
 
-  !> What an evaluation works in; one per process. Nothing of it enters the next one, but after it derivatives that
-  !> are no unknowns can be asked for: see simulation_t.
+  !> Work space of an evaluation; one per process. Nothing of it enters the next evaluation, but after an evaluation it gives
+  !> derivatives with respect to parameters that are no unknowns: see simulation_t.
   type, extends(simulation_t) :: evaluation_work_t
   end type evaluation_work_t
 
@@ -63,8 +63,8 @@ contains
     is_feasible = self%is_solved .and. .not. any(self%violation > 0)
   end function evaluation_is_feasible
 
-  !> Returns what load l adds to sums over loads, for callers that need no residuals: (1) the mean squared difference of heights
-  !> [m^2], of which h^2 of Truong et al. is the sum; (2) the sum of squares over the declared variances.
+  !> Returns the contribution of load l to sums over loads, for callers that need no residuals: (1) the mean squared difference of
+  !> heights [m^2], of which h^2 of Truong et al. is the sum; (2) the sum of squares over the declared variances.
   pure function evaluation_terms(self, experiment, l) result(terms)
     class(evaluation_t), intent(in) :: self
     type(experiment_t), intent(in) :: experiment
@@ -76,10 +76,10 @@ contains
     end associate
   end function evaluation_terms
 
-  !> Solves for load l at these coordinates and compares. u(3, n_all) [m] is the start of a warm solution, which
-  !> must be a shape under the same load whose evaluation said `is_start`, and always the result. `evaluation` was made by
-  !> its `init`, which says whether derivatives are wanted. The comparison allocates nothing. The force acts `load_offset` [m] of
-  !> its place, if given.
+  !> Solves for load l at these coordinates and compares. u(3, n_all) [m] is always the result, and the start of a warm solution,
+  !> which must be a shape under the same load whose evaluation said `is_start`. `evaluation` was made by its `init`, which says
+  !> whether derivatives are wanted. The comparison allocates nothing. If `load_offset` is given, the force acts at this distance
+  !> [m] from its place.
   subroutine evaluate(experiment, work, coordinates, l, is_warm, u, evaluation, load_offset)
     type(experiment_t), intent(in) :: experiment
     type(evaluation_work_t), intent(inout) :: work
@@ -110,8 +110,8 @@ contains
   end subroutine evaluate
 
   !> Returns how far the wing, moved by u(3, n_all) [m] under load l, lies in the two excluded zones, as shares of the length of
-  !> the wing; 0 outside. They are the way of the loaded place against the force, and what the horizontal distance from root to
-  !> tip lacks of one half.
+  !> the wing; 0 outside. The numbers are the displacement of the loaded place against the force, and the difference of the
+  !> horizontal distance from root to tip from one half of the unloaded one.
   pure function zone_violations(experiment, l, u) result(violation)
     type(experiment_t), intent(in) :: experiment
     integer, intent(in) :: l

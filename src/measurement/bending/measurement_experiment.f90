@@ -23,7 +23,7 @@ module measurement_experiment
   private
   public :: experiment_t, bends_rest
 
-  !> Everything that does not depend on the unknowns. Constant during a fit.
+  !> All data that do not depend on the unknowns. Constant during a fit.
   type :: experiment_t
     type(measurement_t) :: measurement
     type(solid_model_t) :: model                    !< with the parameters that are not sought
@@ -32,7 +32,7 @@ module measurement_experiment
     type(instrument_t) :: instrument                !< with the parameters that are not sought
     integer, allocatable :: instrument_numbers(:)   !< of those of the instrument that are sought
     real(rp), allocatable :: masses(:)              !< (n_points) [kg], or none
-    logical :: moves_rest = .false.                 !< the unloaded wing is not seen where the wing file has it
+    logical :: moves_rest = .false.                 !< the image of the unloaded wing differs from the wing file
     logical :: bends_rest = .false.                 !< it is bent by its weight or its camber
     type(load_t), allocatable :: loads(:)
     type(material_point_t), allocatable :: sites(:)  !< where the forces act
@@ -56,9 +56,9 @@ module measurement_experiment
 contains
 
   !> Makes the experiment of a checked `measurement` of `wing`. Parameters with these numbers (see solid_params_t) are sought; the
-  !> others are as in `params`. The same holds for the instrument, which does nothing unless it is given. Weight needs
+  !> others are as in `params`. The same holds for the instrument, which has no effect unless it is given. Weight needs
   !> masses(n_points) [kg]. Fails if the model fails, if a parameter that is sought by factors is not positive, or if the
-  !> measurement lacks what a parameter of the instrument needs.
+  !> measurement lacks data that a parameter of the instrument needs.
   subroutine experiment_init(self, measurement, wing, params, numbers, options, failure, instrument, &
                              instrument_numbers, masses)
     class(experiment_t), intent(out) :: self
@@ -117,7 +117,7 @@ contains
     end do
   end subroutine experiment_init
 
-  !> What acts on the unloaded wing, and what is missing.
+  !> Finds the loads on the unloaded wing, and what is missing.
   subroutine check_instrument(self, wing, failure)
     class(experiment_t), intent(inout) :: self
     type(wing_t), intent(in) :: wing
@@ -276,7 +276,7 @@ contains
     h = sqrt(h)
   end function experiment_cost
 
-  !> Tells whether the place at the distance `load_offset` [m] from where load l is stated to have acted is one of the wing.
+  !> Tells whether the place at the distance `load_offset` [m] from the stated place of load l is on the wing.
   logical function experiment_acts_on_wing(self, l, load_offset) result(acts)
     class(experiment_t), intent(in) :: self
     integer, intent(in) :: l

@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Finds outliers among heights: single heights that differ from all those around them, as specks, gaps of the light or wrong
-!> fringes make them. The rest of the program assumes normal errors, which have no outliers.
+!> Finds outliers among heights: single heights that differ from all heights around them, because of specks, gaps of the light or
+!> wrong fringes. The rest of the program assumes normal errors, which have no outliers.
 !>
-!> The heights within two grid lines, without the one in question, say what it should be: by the polynomial of second degree
-!> through them, or the plane where they are few. One that is farther off than FAR sd, and than all others near it, is left
-!> out, and those near it are looked at again without it. The sd are the declared ones, or what medians say if that is more
-!> (Rousseeuw and Croux 1993, DOI 10.1080/01621459.1993.10476408). Normal errors do this to two heights in 10^9.
+!> The expected height follows from the heights within two grid lines, without the one in question: from the polynomial of second
+!> degree through them, or from the plane if they are few. A height that differs by more than FAR sd, and by more than all others
+!> near it, is left out, and those near it are tested again without it. The sd are the declared ones, or larger ones that medians
+!> give (Rousseeuw and Croux 1993, DOI 10.1080/01621459.1993.10476408). Normal errors do this to two heights in 10^9.
 !>
-!> What a surface may have stays: ridges and steps go on beside the height, which therefore has to be ALONE, but for one
-!> neighbour where it has all eight; and a tip, as under a needle, changes its slope by less than TIP.
+!> Real features of a surface are kept. Ridges and steps also affect neighbouring heights; an outlier must therefore be ALONE,
+!> except for one neighbour if it has all eight. A tip, as under a needle, changes its slope by less than TIP.
 module measurement_outliers
   use base_kinds, only: rp
   use base_lapack, only: triangle_of
@@ -25,10 +25,10 @@ module measurement_outliers
   integer, parameter :: TERMS(2) = [3, 6]
   integer, parameter :: MOST_PASSES = 50
 
-  !> What was left out.
+  !> The heights that were left out.
   type :: outliers_t
     integer :: n = 0           !< heights
-    integer :: n_tested = 0    !< of all that have enough around them
+    integer :: n_tested = 0    !< of all that have enough heights around them
     real(rp) :: fraction(2) = 0 !< 90 % interval of their share (Wilson 1927, DOI 10.1080/01621459.1927.10502953)
   end type outliers_t
 
@@ -36,13 +36,13 @@ module measurement_outliers
   type :: scan_t
     integer, allocatable :: number(:, :)         !< of the height; 0: none
     real(rp), allocatable :: value(:, :), sd(:, :) !< deformation and its declared sd
-    real(rp), allocatable :: deviation(:, :)           !< from what is around it, in sd; 0 where that is too little
-    real(rp), allocatable :: least(:, :)         !< by how much it has to be off, in sd
+    real(rp), allocatable :: deviation(:, :)           !< from the expected height, in sd; 0 if there are too few
+    real(rp), allocatable :: least(:, :)         !< smallest deviation of an outlier, in sd
   end type scan_t
 
 contains
 
-  !> Removes the heights that stand out from `m`. The module head says which do.
+  !> Removes the outliers among the heights of `m`. The module head says which these are.
   subroutine leave_out_outliers(m, outliers)
     type(measurement_t), intent(inout) :: m
     type(outliers_t), intent(out) :: outliers
@@ -68,6 +68,7 @@ contains
     outliers%fraction = wilson(outliers%n, outliers%n_tested)
   end subroutine leave_out_outliers
 
+  !> Puts the heights of load `l` on their grid and finds the deviation of each.
   subroutine grid_scan(m, l, full, scan)
     type(measurement_t), intent(in) :: m
     integer, intent(in) :: l
@@ -93,7 +94,7 @@ contains
     end do
   end subroutine grid_scan
 
-  !> How far the height at grid point (i, j) is off.
+  !> Finds the deviation of the height at grid point (i, j).
   subroutine find_deviation(m, i, j, full, scan)
     type(measurement_t), intent(in) :: m
     integer, intent(in) :: i, j
@@ -115,7 +116,7 @@ contains
     scan%least(i, j) = max(tiny(sd), TIP*distance(m, i, j)/sd)
   end subroutine find_deviation
 
-  !> Weights of the heights of a window that are there, without its centre, for the value at the centre; 0 if they are too few.
+  !> Finds weights of the heights of a window, without its centre, for the value at the centre; 0 if they are too few.
   subroutine find_weights(is_there, weights)
     logical, intent(in) :: is_there(:)
     real(rp), intent(out) :: weights(:)
@@ -149,7 +150,7 @@ contains
     end do
   end subroutine find_weights
 
-  !> Smallest distance [m] of the grid lines about point (i, j).
+  !> Returns the smallest distance [m] of the grid lines about point (i, j).
   pure real(rp) function distance(m, i, j)
     type(measurement_t), intent(in) :: m
     integer, intent(in) :: i, j
@@ -160,7 +161,7 @@ contains
     if (j < size(m%y)) distance = min(distance, m%y(j + 1) - m%y(j))
   end function distance
 
-  !> Takes heights from the scan, the farthest first, until none stands out. sd are `scale` times as large as declared.
+  !> Removes outliers from the scan, the largest deviation first, until none remains. sd are `scale` times as large as declared.
   subroutine remove_outliers(m, l, full, scale, scan)
     type(measurement_t), intent(in) :: m
     integer, intent(in) :: l
@@ -191,6 +192,7 @@ contains
     end do
   end subroutine remove_outliers
 
+  !> Tells whether the height at grid point (i, j) is an outlier.
   pure logical function is_outlier(scan, i, j, scale)
     type(scan_t), intent(in) :: scan
     integer, intent(in) :: i, j
@@ -207,7 +209,7 @@ contains
     is_outlier = count(alike > abs(deviation)/ALONE) <= max(0, (count(scan%number(i - 1:i + 1, j - 1:j + 1) > 0) - 5)/4)
   end function is_outlier
 
-  !> sd over the declared ones, by the median of all, at least 1.
+  !> Returns the sd over the declared ones, by the median of all, at least 1.
   real(rp) function robust_scale(scans) result(scale)
     type(scan_t), intent(in) :: scans(:)
     real(rp), allocatable :: all(:)
@@ -222,6 +224,7 @@ contains
     scale = max(scale, all((size(all) + 1)/2)/MEDIAN_OF_NORMAL)
   end function robust_scale
 
+  !> Keeps only the heights numbered in `rest`.
   subroutine remove_heights(load, rest)
     type(measured_load_t), intent(inout) :: load
     integer, intent(in) :: rest(:)
@@ -230,6 +233,7 @@ contains
     load%sigma = load%sigma(rest)
   end subroutine remove_heights
 
+  !> Returns the 90 % interval of a fraction that was n of `of` (Wilson 1927).
   pure function wilson(n, of) result(fraction)
     integer, intent(in) :: n, of
     real(rp) :: fraction(2), p, middle, half

@@ -2,12 +2,12 @@
 !> Poses the fit of a wing's parameters to an experiment as a problem of least squares, solved by one process. Residuals are in
 !> units of the declared standard deviations.
 !>
-!> Every load is solved warm from its own shape at the point where the solver stands (see `accept`), so that results
-!> do not depend on how loads are spread: an extension that computes them elsewhere overrides `run`.
+!> Every load is solved warm from its own shape at the point of the solver (see `accept`), so that results do not depend on how
+!> loads are distributed. An extension that computes them elsewhere overrides `run`.
 !>
-!> Where the wing snaps, the shape under a load jumps as a parameter moves (see solid_statics). A load has jumped if its
-!> shape was not reached straight from the one before and its residuals changed by far more than their derivatives at
-!> either end say. Such loads can be left out.
+!> If the wing snaps, the shape under a load jumps as a parameter moves (see solid_statics). A load has jumped if its shape was
+!> not reached directly from the one before and its residuals changed by far more than their derivatives at both ends predict.
+!> Such loads can be left out.
 module measurement_problem
   use base_errors, only: require
   use base_kinds, only: rp
@@ -20,15 +20,15 @@ module measurement_problem
   private
   public :: wing_problem_t, wing_unknowns
 
-  !> A jump is at least so long, in units of the residuals' sd: far less than what moves the sum of squares by 1.
+  !> Smallest size of a jump, in units of the residuals' sd: far less than what changes the sum of squares by 1.
   real(rp), parameter :: SHORTEST_JUMP = 0.3_rp
-  real(rp), parameter :: CURVED = 2 !< a change so many times that of the derivatives may still be a smooth one
+  real(rp), parameter :: CURVED = 2 !< a change by so many times that of the derivatives may still be smooth
 
   real(rp), parameter, public :: ONE_DECADE = 2.302585092994046_rp !< ln 10, sd of the usual prior
 
-  !> The point where the solver stands, and what was computed there.
+  !> The point of the solver, and the results there.
   type, extends(solver_state_t) :: wing_problem_state_t
-    real(rp), allocatable :: p(:)                      !< not allocated: nowhere yet
+    real(rp), allocatable :: p(:)                      !< not allocated: no point so far
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: shapes(:, :, :)
     logical, allocatable :: is_start(:)
@@ -37,7 +37,7 @@ module measurement_problem
   type, extends(least_squares_t) :: wing_problem_t
     type(experiment_t), pointer :: experiment => null()
     type(evaluation_t), allocatable :: evaluations(:)  !< (loads) of the last point
-    real(rp), allocatable :: shapes(:, :, :)           !< (3, n_all, loads) [m] where the solver stands
+    real(rp), allocatable :: shapes(:, :, :)           !< (3, n_all, loads) [m] at the point of the solver
     real(rp), allocatable :: trial_shapes(:, :, :)            !< those of the last point
     logical, allocatable :: is_start(:)                !< (loads) `shapes` is the start of a warm solution
     logical :: is_cold = .false.                       !< no solution is warm
@@ -140,7 +140,7 @@ contains
     end do
   end subroutine problem_evaluate
 
-  !> Makes the shapes of the last point the starts of what follows.
+  !> Makes later solutions start from the shapes of the last point.
   subroutine problem_accept(self)
     class(wing_problem_t), intent(inout) :: self
     integer :: l
@@ -189,7 +189,7 @@ contains
     end do
   end function problem_has_jumped
 
-  !> Whether load l counts and jumped from where the solver stands to the last point, or has no shape there.
+  !> Tells whether load l counts and jumped from the point of the solver to the last point, or has no shape there.
   logical function problem_is_jump(self, l) result(is_jump)
     class(wing_problem_t), intent(in) :: self
     integer, intent(in) :: l
@@ -199,7 +199,7 @@ contains
     if (self%is_left_out(l) .or. .not. allocated(self%current%p)) return
     associate (old => self%current%evaluations(l), new => self%evaluations(l), &
                sigma => self%experiment%comparisons(l)%sigma)
-      ! Solved straight from there?
+      ! Was it solved directly from there?
       if (self%is_start(l) .and. new%is_start .and. .not. (new%was_redone_cold .or. self%is_cold)) return
       is_jump = .not. new%is_solved
       if (is_jump) return
@@ -222,8 +222,8 @@ contains
     if (is_done) self%is_left_out = jumped .or. self%is_left_out
   end subroutine problem_leave_out
 
-  !> Solves every load cold at p and compares with the shapes where the solver stands: the largest distance [m]
-  !> of a point of the wing; huge if a shape is not found. The shapes stay as they are; what follows starts cold.
+  !> Solves every load cold at p and compares with the shapes at the point of the solver. Returns the largest distance [m] of a
+  !> point of the wing; huge if a shape is not found. The shapes stay as they are; later solutions start cold.
   subroutine problem_cold_difference(self, p, difference)
     class(wing_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)

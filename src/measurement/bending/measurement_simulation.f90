@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Repeats the experiment for one load: it bends the wing by the true load and applies the instrument. It also differentiates
-!> the result with respect to every unknown, to effects that are not unknowns, and to accidents of the load.
+!> Repeats the experiment for one load: it bends the wing by the true load and applies the instrument. It also differentiates the
+!> result with respect to every unknown, to effects that are not unknowns, and to errors of the load.
 !>
 !> All derivatives are exact: one back-substitution each with the factorised tangent of the shape (and another with that
 !> of the wing without a load, where its weight bends that too).
@@ -25,7 +25,7 @@ module measurement_simulation
 
   integer, parameter, public :: N_NUISANCES = 6 !< force, x and y of its place, tilt about x and y, piston
 
-  !> What a simulation works in; one per process. Nothing of it enters the next one; derivatives are those of the last.
+  !> Work space of a simulation; one per process. Nothing of it enters the next one; derivatives are those of the last simulation.
   type :: simulation_t
     type(bent_wing_t) :: loaded                      !< the wing under the load
     type(view_t) :: view                             !< what is shown
@@ -74,9 +74,9 @@ contains
     if (allocated(self%force)) deallocate (self%force, self%change, self%motion, self%rest_u, self%outcome)
   end subroutine simulation_free
 
-  !> Finds the shape under load l at these coordinates. u(3, n_all) [m] is as in `bent_wing_t%solve`. The force acts at the
-  !> distance `load_offset` [m] from its place, if that is given. The report fails if drying leaves no stiffness, or if the force
-  !> acts beside the wing.
+  !> Finds the shape under load l at these coordinates. u(3, n_all) [m] is as in `bent_wing_t%solve`. If `load_offset` is given,
+  !> the force acts at this distance [m] from its place. The report fails if drying leaves no stiffness, or if the force acts
+  !> outside the wing.
   subroutine simulation_solve(self, experiment, coordinates, l, is_warm, u, report, load_offset)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -99,7 +99,7 @@ contains
       call apply_load(self%view%instrument, load, experiment%sites(l), experiment%model, off, self%applied, self%force)
       factor = stiffness_factor(self%view%instrument, load)
     end associate
-    if (.not. self%applied%is_valid) report%reason = 'the force acts beside the wing'
+    if (.not. self%applied%is_valid) report%reason = 'the place of the force is outside the outline of the wing'
     if (.not. minval(factor) > 0) report%reason = 'drift or creep makes the stiffness zero or negative'
     if (allocated(report%reason)) return
     self%force = self%view%scale*self%force
@@ -129,9 +129,8 @@ contains
     report%reason = 'under its weight alone: '//rest_report%reason
   end subroutine simulation_solve
 
-  !> The tolerance for the wing under its small weight, if it has any, relative to which rounding weighs more: as
-  !> sharp as that of the
-  !> load, in newtons.
+  !> Returns the tolerance for the wing under its weight, which is a small load, so that rounding is relatively larger: the same
+  !> tolerance as for the load, in newtons.
   pure function options_for(options, load, weight) result(changed)
     type(static_options_t), intent(in) :: options
     real(rp), intent(in) :: load(:, :), weight(:, :)
@@ -144,7 +143,7 @@ contains
       changed%tolerance = options%tolerance*norm2(load)/norm2(weight)
   end function options_for
 
-  !> Returns residuals(n), what would have been shown less what was measured, after a converged `solve`.
+  !> Returns residuals(n), the simulated values less the measured ones, after a converged `solve`.
   subroutine simulation_residuals(self, experiment, coordinates, l, residuals)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -162,7 +161,7 @@ contains
     call self%view%add_plane(experiment, l, residuals)
   end subroutine simulation_residuals
 
-  !> What the wing does, without what was measured and without unknown offsets.
+  !> Computes the simulated values alone, without the measured ones and without unknown offsets.
   subroutine keep_outcome(self, experiment, coordinates, l, residuals)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -307,7 +306,7 @@ contains
     end associate
   end subroutine simulation_instrument_tangent
 
-  !> With e = sqrt q and the outcome Y(e)/e under the forces e F: d(Y/e)/dq = (dY/de/e - Y/e^2)/(2 e).
+  !> Computes d(Y/e)/dq: with e = sqrt q and the outcome Y(e)/e under the forces e F it is (dY/de/e - Y/e^2)/(2 e).
   subroutine find_nonlinearity(self, experiment, l, column)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -325,8 +324,8 @@ contains
     column = (column - self%outcome(:size(column))/self%view%scale)/(2*self%view%scale)
   end subroutine find_nonlinearity
 
-  !> Returns columns(n, N_NUISANCES), the derivatives with respect to accidents of this load alone: its force [N], x and y [m] of
-  !> its place, tilt [rad] about x and about y and piston [m] of its scan. Returns their declared sd, too, 0 if none is declared.
+  !> Returns columns(n, N_NUISANCES), the derivatives with respect to errors of this load alone: its force [N], x and y [m] of its
+  !> place, tilt [rad] about x and about y and piston [m] of its scan. Returns their declared sd, too, 0 if none is declared.
   subroutine simulation_nuisance_tangents(self, experiment, l, columns, sd)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -352,7 +351,7 @@ contains
     end associate
   end subroutine simulation_nuisance_tangents
 
-  !> The factorised tangent of the wing without a load, where nothing bends it.
+  !> Factorises the tangent of the wing without a load, where nothing bends it.
   subroutine find_rest(self, experiment)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes what an instrument shows of a wing with and without a load, and how that changes when points move.
+!> Computes the image of a wing with and without a load in an instrument, and its change when points move.
 module measurement_view
   use base_kinds, only: rp
   use measurement_comparison, only: observed_shape_t
@@ -10,10 +10,10 @@ module measurement_view
   private
   public :: view_t
 
-  !> One per process. Nothing is allocated after `init`.
+  !> There is one per process. Nothing is allocated after `init`.
   type :: view_t
     type(instrument_t) :: instrument
-    real(rp) :: scale = 1                            !< of the forces; what moves counts as much more
+    real(rp) :: scale = 1                            !< of the forces; displacements are divided by it
     type(observed_shape_t), private :: loaded, rest  !< the wing with and without the load
     real(rp), allocatable, private :: shown(:, :)
     real(rp), allocatable, private :: rest_heights(:), slopes(:)
@@ -112,7 +112,7 @@ contains
     end associate
   end subroutine view_add_plane
 
-  !> Returns column(n), the derivative of the plane with respect to parameter `number`; 0 if it has no part in it.
+  !> Returns column(n), the derivative of the plane with respect to parameter `number`; 0 if the plane does not depend on it.
   subroutine view_plane(self, experiment, l, number, column)
     class(view_t), intent(in) :: self
     type(experiment_t), intent(in) :: experiment
@@ -127,7 +127,7 @@ contains
     end associate
   end subroutine view_plane
 
-  !> Returns column(n), what motion(3, :) [m per unit] of the loaded wing does to the residuals.
+  !> Returns column(n), the change of the residuals by motion(3, :) [m per unit] of the loaded wing.
   subroutine view_loaded_tangent(self, experiment, l, motion, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -143,7 +143,7 @@ contains
     column = column/self%scale
   end subroutine view_loaded_tangent
 
-  !> Adds to column(n) what motion(3, :) [m per unit] of the wing without a load does; after `observe_rest`.
+  !> Adds to column(n) the change by motion(3, :) [m per unit] of the wing without a load; after `observe_rest`.
   subroutine view_rest_tangent(self, experiment, l, motion, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -154,7 +154,7 @@ contains
     call subtract_rest(self, experiment, l, column)
   end subroutine view_rest_tangent
 
-  !> Returns column(n), what parameter `number` of the map does to both; 0 if it has no part in it.
+  !> Returns column(n), the change of both by parameter `number` of the map; 0 if they do not depend on it.
   subroutine view_map_tangent(self, experiment, l, number, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -172,6 +172,7 @@ contains
     call subtract_rest(self, experiment, l, column)
   end subroutine view_map_tangent
 
+  !> Subtracts the slopes of the unloaded shape from a tangent.
   subroutine subtract_rest(self, experiment, l, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment

@@ -105,7 +105,7 @@ contains
     if (.not. ok) direction = [0.0_rp, 0.0_rp, 1.0_rp]
   end subroutine read_direction
 
-  !> As many finite numbers as `values`; 0 with a report if `ok` is false.
+  !> Reads as many finite numbers as `values`; 0 with a report if `ok` is false.
   subroutine read_numbers(file, object, name, unit, values, ok, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name, unit

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The measurement of a file on all ranks.
+!> Gives the measurement of a file to all ranks.
 module measurement_broadcast
   use base_errors, only: message_list_t
   use measurement_data, only: measurement_t

@@ -68,6 +68,7 @@ contains
       is_on_wing = place%is_found
     end function is_on_wing
 
+    !> Returns a message about a point that is not on the wing.
     function off_wing(point) result(text)
       real(rp), intent(in) :: point(2)
       character(:), allocatable :: text
@@ -84,6 +85,7 @@ contains
 
   end subroutine check_measurement
 
+  !> Reports loads that have the same order.
   subroutine check_orders(m, report)
     type(measurement_t), intent(in) :: m
     type(wing_report_t), intent(inout) :: report
@@ -98,7 +100,7 @@ contains
     end do
   end subroutine check_orders
 
-  !> The extent of the grid must be comparable with the wing's length.
+  !> Checks that the extent of the grid is comparable with the wing's length.
   subroutine check_scale(m, length, ok, report)
     type(measurement_t), intent(in) :: m
     real(rp), intent(in) :: length
@@ -111,7 +113,7 @@ contains
                                   ' m and the wing over '//number_text(rounded(length, 3))//' m; are the grid lines in metres?')
   end subroutine check_scale
 
-  !> Known heights on the wing, of a size that the wing and the force allow.
+  !> Checks that there are known heights on the wing, of a size that the wing and the force allow.
   subroutine check_surfaces(m, wing, root, length, report)
     type(measurement_t), intent(in) :: m
     type(wing_t), intent(in) :: wing

@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What was measured on one wing: heights of its surface at fixed places, unloaded and under point forces,
-!> scalar readings, and natural modes, with their declared accuracy (docs/formats/measurement-format.md).
-!> SI units, frame of the wing.
+!> Holds what was measured on one wing: heights of its surface at fixed places, unloaded and under point forces, scalar readings,
+!> natural modes and records, with their declared accuracy (docs/formats/measurement-format.md). SI units, frame of the wing.
 module measurement_data
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -22,7 +21,7 @@ module measurement_data
     real(rp) :: height = 0             !< [m] of one height
     real(rp) :: correlation_length = 0 !< [m] of the errors of heights
     real(rp) :: force = 0              !< [N] of each force
-    real(rp) :: force_gain = 0         !< relative, of all forces together
+    real(rp) :: force_gain = 0         !< relative, common to all forces
     real(rp) :: position = 0           !< [m] of x and y of each point of application
     real(rp) :: tilt = 0               !< [rad] of each scan
     real(rp) :: piston = 0             !< [m] of each scan
@@ -73,7 +72,7 @@ module measurement_data
     procedure :: visit => observation_visit
   end type observation_t
 
-  !> Everything that was measured.
+  !> All measured data.
   type, extends(visited_t) :: measurement_t
     real(rp), allocatable :: x(:), y(:)               !< [m] grid lines; empty without heights
     logical, allocatable :: has_unloaded(:, :)        !< (nx, ny) where the unloaded height is known
@@ -86,13 +85,14 @@ module measurement_data
     type(calibration_t) :: calibration
     type(measured_mode_t), allocatable :: modes(:)    !< or none
     real(rp) :: air_density = AIR_DENSITY             !< [kg/m^3] around modes in air
-    type(measured_series_t), allocatable :: series(:) !< records of a wing that rings, or none
+    type(measured_series_t), allocatable :: series(:) !< records of a vibrating wing, or none
     real(rp) :: series_air_density = AIR_DENSITY      !< [kg/m^3] around those in air
     type(measured_flight_t), allocatable :: flights(:) !< records of forces over the beat, or none
     logical :: is_plan = .false.                      !< of an experiment: all heights are 0, none has been measured
   contains
     procedure :: visit => measurement_visit
     procedure :: count_modes => measurement_count_modes
+    procedure :: has_loaded_modes => measurement_has_loaded_modes
     procedure :: count_mode_observations => measurement_count_mode_observations
     procedure :: moves => measurement_moves
     procedure :: is_in_air => measurement_is_in_air
@@ -207,6 +207,16 @@ contains
     if (allocated(self%modes)) n = size(self%modes)
   end function measurement_count_modes
 
+  !> Tells whether a natural mode is one about a shape under loads.
+  pure logical function measurement_has_loaded_modes(self) result(has_some)
+    class(measurement_t), intent(in) :: self
+    integer :: i
+    has_some = .false.
+    do i = 1, self%count_modes()
+      has_some = has_some .or. self%modes(i)%is_loaded()
+    end do
+  end function measurement_has_loaded_modes
+
   !> Returns how many numbers natural modes are compared by: a frequency each, and one less than places of a shape.
   pure integer function measurement_count_mode_observations(self) result(n)
     class(measurement_t), intent(in) :: self
@@ -217,7 +227,7 @@ contains
     end do
   end function measurement_count_mode_observations
 
-  !> Tells whether the wing moved: there are modes or records, which feel its mass.
+  !> Tells whether the wing moved: there are modes or records, which depend on its mass.
   pure logical function measurement_moves(self) result(moves)
     class(measurement_t), intent(in) :: self
     moves = self%count_modes() + self%count_series() > 0
@@ -231,7 +241,7 @@ contains
     if (self%count_series() > 0) is_in_air = is_in_air .or. any(self%series%medium == MEDIUM_AIR)
   end function measurement_is_in_air
 
-  !> Returns the number of records of a wing that rings.
+  !> Returns the number of records of a vibrating wing.
   pure integer function measurement_count_series(self) result(n)
     class(measurement_t), intent(in) :: self
     n = 0
@@ -248,14 +258,14 @@ contains
     end do
   end function measurement_count_series_observations
 
-  !> Number of records of forces over the beat.
+  !> Returns the number of records of forces over the beat.
   pure integer function measurement_count_flights(self) result(n)
     class(measurement_t), intent(in) :: self
     n = 0
     if (allocated(self%flights)) n = size(self%flights)
   end function measurement_count_flights
 
-  !> Numbers in them.
+  !> Returns how many numbers they have.
   pure integer function measurement_count_flight_observations(self) result(n)
     class(measurement_t), intent(in) :: self
     integer :: i
@@ -265,8 +275,8 @@ contains
     end do
   end function measurement_count_flight_observations
 
-  !> Returns the name of load l or, behind the loads, of a mode, or behind these of a trace: the name of its record and its number
-  !> there, or behind these of a component of a flight.
+  !> Returns a name: of load l; after the loads, of a mode; after the modes, of a trace (the name of its record and its number
+  !> there); and after these, of a component of a flight.
   pure function measurement_surface_name(self, l) result(name)
     class(measurement_t), intent(in) :: self
     integer, intent(in) :: l
@@ -312,7 +322,7 @@ contains
     end associate
   end function measurement_deformation
 
-  !> Returns its standard deviation [m]: that of the errors of the loaded and of the unloaded height together.
+  !> Returns its standard deviation [m]: that of the errors of loaded and unloaded height combined.
   pure real(rp) function measurement_deformation_sigma(self, l, k) result(sigma)
     class(measurement_t), intent(in) :: self
     integer, intent(in) :: l, k

@@ -56,8 +56,8 @@ contains
     end do
   end subroutine read_measurement
 
-  !> Reads a measurement file as it stands. It is not compared with a wing, nor looked at as a whole: damage that the HDF5
-  !> library does not survive ends the process. `is_read` if it is a measurement file; its mistakes are in `report`.
+  !> Reads a measurement file without comparing it with a wing or checking it as a whole. Damage that the HDF5 library does not
+  !> survive ends the process. `is_read` tells whether it is a measurement file; its mistakes are in `report`.
   subroutine read_measurement_unguarded(path, may_be_plan, measurement, is_read, report, failure)
     character(*), intent(in) :: path
     logical, intent(in) :: may_be_plan
@@ -88,6 +88,7 @@ contains
     call file%close(ignored)
   end subroutine read_measurement_unguarded
 
+  !> Reads the declared errors in /accuracy.
   subroutine read_accuracy(file, m, report)
     type(hdf5_file_t), intent(in) :: file
     type(measurement_t), intent(inout) :: m
@@ -109,6 +110,7 @@ contains
     call read_real(file, OBJECT, 'piston', 'm', from_zero(FAR), m%accuracy%piston, report, 0.0_rp)
   end subroutine read_accuracy
 
+  !> Reads the answers in /calibration.
   subroutine read_calibration(file, m, report)
     type(hdf5_file_t), intent(in) :: file
     type(measurement_t), intent(inout) :: m
@@ -121,6 +123,7 @@ contains
     call read_whole(file, OBJECT, 'order_is_random', 0, 1, -1, m%calibration%order_is_random, report)
   end subroutine read_calibration
 
+  !> Reads the reference and all loads. A file without heights is a plan, or an error unless `may_be_plan`.
   subroutine read_all_heights(file, may_be_plan, m, report)
     type(hdf5_file_t), intent(in) :: file
     logical, intent(in) :: may_be_plan
@@ -153,6 +156,7 @@ contains
     end do
   end subroutine read_all_heights
 
+  !> Tells whether the file holds any heights.
   logical function has_heights(file, has_reference, names)
     type(hdf5_file_t), intent(in) :: file
     logical, intent(in) :: has_reference
@@ -166,6 +170,7 @@ contains
     end do
   end function has_heights
 
+  !> Reads one load with its heights.
   subroutine read_load(file, name, has_reference, m, load, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -200,6 +205,7 @@ contains
     end if
   end subroutine read_load
 
+  !> Reads all displacements and rotations at single points.
   subroutine read_observations(file, m, report)
     type(hdf5_file_t), intent(in) :: file
     type(measurement_t), intent(inout) :: m
@@ -213,6 +219,7 @@ contains
     end do
   end subroutine read_observations
 
+  !> Reads one displacement or rotation at a point.
   subroutine read_observation(file, name, m, observation, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name

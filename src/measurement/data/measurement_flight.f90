@@ -108,6 +108,7 @@ contains
                       ' are valid: take fewer times of the beat')
   end subroutine read_flights
 
+  !> Reads one record of a flight.
   subroutine read_one(file, group, f, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -135,6 +136,7 @@ contains
     if (size(f%component) > 0 .and. size(f%time) > 0) call read_values(file, group, f, report)
   end subroutine read_one
 
+  !> Reads the number of beats that were averaged.
   subroutine read_beats(file, group, f, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -186,6 +188,7 @@ contains
     if (units /= text) call report%add(group, 'attribute units is '//quoted(units)//'; it must be '//quoted(text))
   end subroutine read_components
 
+  !> Reads the times of a record, fractions of a beat in ascending order.
   subroutine read_times(file, group, f, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group

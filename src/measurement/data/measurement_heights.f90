@@ -18,7 +18,7 @@ module measurement_heights
 
 contains
 
-  !> Reads grid lines and unloaded heights, which a plan has not. The arrays are allocated in any case, empty after a mistake.
+  !> Reads grid lines and unloaded heights, which a plan does not have. The arrays are always allocated, empty after a mistake.
   subroutine read_reference(file, m, report)
     type(hdf5_file_t), intent(in) :: file
     type(measurement_t), intent(inout) :: m
@@ -52,6 +52,7 @@ contains
     m%unloaded_sigma = reshape(sigma, [nx, ny])
   end subroutine read_reference
 
+  !> Reads the grid lines of one axis.
   subroutine read_axis(file, letter, axis, report)
     type(hdf5_file_t), intent(in) :: file
     character, intent(in) :: letter
@@ -83,8 +84,7 @@ contains
     call report%finish()
   end subroutine read_axis
 
-  !> Reads the heights of a load that are known, where the unloaded height is known too; in a plan all, or those whose sd is
-  !> known.
+  !> Reads the known heights of a load where the unloaded height is known too; in a plan all heights, or those whose sd is known.
   subroutine read_surface(file, group, m, load, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -129,7 +129,7 @@ contains
     end do
   end subroutine read_surface
 
-  !> A map of heights; that of a plan is 0, and all of it will be known.
+  !> Reads a map of heights. In a plan it is 0, and all its heights count as known.
   subroutine read_heights(file, name, m, values, has, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -145,7 +145,7 @@ contains
     end if
   end subroutine read_heights
 
-  !> values(nx ny), 0 where they are missing, and where they are there; both empty after a mistake of form.
+  !> Reads values(nx ny), 0 where they are missing, and tells which are present; both arrays are empty after a mistake of form.
   subroutine read_map(file, name, nx, ny, is_sigma, values, has, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -176,7 +176,7 @@ contains
 
   contains
 
-    !> Row and column from 0, as other programs show them.
+    !> Returns row and column counted from 0, as other programs show them.
     function at(number) result(text)
       integer, intent(in) :: number
       character(:), allocatable :: text
@@ -185,12 +185,13 @@ contains
 
   end subroutine read_map
 
+  !> Tells whether a number is undefined (NaN).
   pure elemental logical function is_nan(x)
     real(rp), intent(in) :: x
     is_nan = .not. is_finite(x) .and. iand(transfer(x, 0_i8), MANTISSA_BITS) /= 0
   end function is_nan
 
-  !> Where a height is known its standard deviation must be a positive number.
+  !> Checks that the standard deviation is a positive number wherever a height is known.
   subroutine check_sigma(name, sigma, is_needed, has, report)
     character(*), intent(in) :: name
     real(rp), intent(in) :: sigma(:)

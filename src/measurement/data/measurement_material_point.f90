@@ -48,7 +48,7 @@ contains
     found%weight = [1.0_rp, 0.0_rp, 0.0_rp]
   end function find_material_point
 
-  !> Returns gradient(2, 3) [1/m], by how much the shares of a place in a triangle change when it moves in x and y.
+  !> Returns gradient(2, 3) [1/m], the change of the shares of a place in a triangle when it moves in x and y.
   pure function weight_gradient(points, site) result(gradient)
     real(rp), intent(in) :: points(:, :)
     type(material_point_t), intent(in) :: site
@@ -62,6 +62,7 @@ contains
     end do
   end function weight_gradient
 
+  !> Returns twice the area of a triangle in the plane, negative if its corners go clockwise.
   pure real(rp) function twice_area(a, b, c) result(area)
     real(rp), intent(in) :: a(2), b(2), c(2)
     area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))

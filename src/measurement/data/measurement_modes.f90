@@ -1,12 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Natural modes that were measured on a wing: their part of a measurement file, `/modes` (docs/formats/measurement-format.md).
+!> Reads natural modes that were measured on a wing: the part `/modes` of a measurement file (docs/formats/measurement-format.md).
 module measurement_modes
   use base_kinds, only: rp
   use base_text, only: number_text, quoted
   use base_visitor, only: visited_t, visitor_t
   use io_arrays, only: is_finite, is_group
+  use io_attributes, only: has_attribute
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
-  use measurement_attributes, only: above_zero, check_names, from_zero, read_real, read_whole, read_word
+  use measurement_attributes, only: above_zero, check_names, from_zero, read_direction, read_real, read_vector, read_whole, &
+                                    read_word
   use measurement_material_point, only: find_material_point, material_point_t
   use solid_wing, only: wing_t
   use solid_wing_datasets, only: check_members, read_names, read_real_dataset
@@ -31,12 +33,17 @@ module measurement_modes
     real(rp), allocatable :: place(:, :)      !< (2, n) [m] (x, y) on the wing
     real(rp), allocatable :: shape(:)         !< (n) displacement along z there, in any unit
     real(rp), allocatable :: sigma(:)         !< (n) its sd, in the same unit
+    !> Dead loads that bend the wing while it vibrates: sizes(m) [N], directions(3, m), unit vectors, and places(2, m) [m].
+    real(rp), allocatable :: load_size(:), load_direction(:, :), load_place(:, :)
+    real(rp) :: gravity(3) = 0                !< [m/s^2] whose weight bends it too
   contains
     procedure :: visit => mode_visit
+    procedure :: is_loaded => mode_is_loaded
+    procedure :: has_load_of => mode_has_load_of
   end type measured_mode_t
 
   real(rp), parameter :: FAR = 1.0e4_rp       !< [m]
-  integer, parameter :: FEWEST = 2            !< places: one says nothing of a shape
+  integer, parameter :: FEWEST = 2            !< places: a single one gives no shape
 
 contains
 
@@ -54,7 +61,34 @@ contains
     call visitor%visit_allocatable('place', self%place)
     call visitor%visit_allocatable('shape', self%shape)
     call visitor%visit_allocatable('sigma', self%sigma)
+    call visitor%visit_allocatable('load_size', self%load_size)
+    call visitor%visit_allocatable('load_direction', self%load_direction)
+    call visitor%visit_allocatable('load_place', self%load_place)
+    call visitor%visit('gravity', self%gravity)
   end subroutine mode_visit
+
+  !> Tells whether the wing vibrates about a shape under loads or under its weight, and not about rest.
+  pure logical function mode_is_loaded(self) result(is_loaded)
+    class(measured_mode_t), intent(in) :: self
+    is_loaded = any(abs(self%gravity) > 0)
+    if (allocated(self%load_size)) is_loaded = is_loaded .or. size(self%load_size) > 0
+  end function mode_is_loaded
+
+  !> Tells whether both vibrate in the same medium and about the same shape: under the same loads, or both about rest.
+  pure logical function mode_has_load_of(self, other) result(same)
+    class(measured_mode_t), intent(in) :: self, other
+    same = self%medium == other%medium .and. .not. any(abs(self%gravity - other%gravity) > 0)
+    same = same .and. count_loads(self) == count_loads(other)
+    if (.not. same .or. count_loads(self) == 0) return
+    same = .not. (any(abs(self%load_size - other%load_size) > 0) .or. any(abs(self%load_place - other%load_place) > 0) .or. &
+                  any(abs(self%load_direction - other%load_direction) > 0))
+  end function mode_has_load_of
+
+  pure integer function count_loads(mode) result(n)
+    class(measured_mode_t), intent(in) :: mode
+    n = 0
+    if (allocated(mode%load_size)) n = size(mode%load_size)
+  end function count_loads
 
   !> Reads the modes of a file, in alphabetical order, and the density of the air [kg/m^3]. A file without modes gives none.
   subroutine read_modes(file, modes, density, report)
@@ -71,8 +105,8 @@ contains
     end do
   end subroutine read_modes
 
-  !> Reads the names in a group of what moved, in alphabetical order, and the density of the air [kg/m^3]. A file without such a
-  !> group gives none.
+  !> Reads the names in a group of modes or records, in alphabetical order, and the density of the air [kg/m^3]. A file without
+  !> such a group gives none.
   subroutine read_names_and_air(file, group, names, density, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -104,6 +138,7 @@ contains
     end select
   end subroutine read_medium
 
+  !> Reads one measured mode.
   subroutine read_mode(file, name, mode, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -112,14 +147,14 @@ contains
     character(:), allocatable :: group
     group = '/modes/'//name
     mode%name = name
-    allocate (mode%place(2, 0), mode%shape(0), mode%sigma(0))
+    allocate (mode%place(2, 0), mode%shape(0), mode%sigma(0), mode%load_size(0), mode%load_direction(3, 0), mode%load_place(2, 0))
     if (.not. is_group(file, group)) then
       call report%add(group, 'is not a group with the attributes frequency, frequency_sigma and medium')
       return
     end if
-    call check_members(file, group, [character(6) :: 'points', 'shape', 'sigma'], report)
+    call check_members(file, group, [character(6) :: 'points', 'shape', 'sigma', 'loads'], report)
     call check_names(file, group, [character(15) :: 'frequency', 'frequency_sigma', 'damping', 'damping_sigma', 'medium', &
-                                   'number'], report)
+                                   'number', 'gravity'], report)
     call read_real(file, group, 'frequency', 'Hz', above_zero(1.0e9_rp), mode%frequency, report)
     call read_real(file, group, 'frequency_sigma', 'Hz', above_zero(1.0e9_rp), mode%frequency_sigma, report)
     if (mode%frequency > 0 .and. mode%frequency_sigma > mode%frequency) &
@@ -129,6 +164,8 @@ contains
     if (mode%damping >= 0) call read_real(file, group, 'damping_sigma', '', above_zero(1.0_rp), mode%damping_sigma, report)
     call read_whole(file, group, 'number', 1, 1000, 0, mode%number, report)
     call read_medium(file, group, mode%medium, report)
+    if (has_attribute(file, group, 'gravity')) call read_vector(file, group, 'gravity', 'm/s^2', 1.0e3_rp, mode%gravity, report)
+    call read_loads(file, group//'/loads', mode, report)
     if (file%has(group//'/points') .or. file%has(group//'/shape') .or. file%has(group//'/sigma')) then
       call read_shape(file, group, mode, report)
     else if (mode%number == 0) then
@@ -136,6 +173,33 @@ contains
                       'number')
     end if
   end subroutine read_mode
+
+  !> Reads the loads under which the mode was measured, none or more, in alphabetical order.
+  subroutine read_loads(file, group, mode, report)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(measured_mode_t), intent(inout) :: mode
+    type(wing_report_t), intent(inout) :: report
+    character(NAME_LENGTH), allocatable :: names(:)
+    character(:), allocatable :: load
+    integer :: i
+    call read_names(file, group, names, report)
+    if (is_group(file, group) .and. size(names) == 0) call report%add(group, 'holds no load; leave it out for a mode about rest')
+    deallocate (mode%load_size, mode%load_direction, mode%load_place)
+    allocate (mode%load_size(size(names)), mode%load_direction(3, size(names)), mode%load_place(2, size(names)), source=0.0_rp)
+    do i = 1, size(names)
+      load = group//'/'//trim(names(i))
+      if (.not. is_group(file, load)) then
+        call report%add(load, 'is not a group with the attributes force, direction and point')
+        cycle
+      end if
+      call check_members(file, load, [character(1) ::], report)
+      call check_names(file, load, [character(9) :: 'force', 'direction', 'point'], report)
+      call read_real(file, load, 'force', 'N', above_zero(1.0e6_rp), mode%load_size(i), report)
+      call read_direction(file, load, 'direction', mode%load_direction(:, i), report)
+      call read_vector(file, load, 'point', 'm', FAR, mode%load_place(:, i), report)
+    end do
+  end subroutine read_loads
 
   subroutine read_shape(file, group, mode, report)
     type(hdf5_file_t), intent(in) :: file
@@ -169,28 +233,42 @@ contains
     end if
   end subroutine read_shape
 
-  !> Reports places that are not on the wing of this length [m], and modes that are stated twice.
+  !> Reports places of shapes and of loads that are not on the wing of this length [m], and modes that are stated twice.
   subroutine check_modes(modes, wing, length, report)
     type(measured_mode_t), intent(in) :: modes(:)
     type(wing_t), intent(in) :: wing
     real(rp), intent(in) :: length
     type(wing_report_t), intent(inout) :: report
-    type(material_point_t) :: place
     integer :: i, k
     do i = 1, size(modes)
       call report%begin('/modes/'//modes(i)%name//'/points')
       do k = 1, size(modes(i)%shape)
-        place = find_material_point(wing%points, wing%triangles, length, modes(i)%place(:, k))
-        if (.not. place%is_found) call report%found('row '//number_text(k)//', ('//number_text(modes(i)%place(1, k))//', '// &
-                                                    number_text(modes(i)%place(2, k))//') m, is not on the wing')
+        call check_place('row '//number_text(k)//', (', modes(i)%place(:, k))
+      end do
+      call report%finish()
+      call report%begin('/modes/'//modes(i)%name//'/loads')
+      do k = 1, count_loads(modes(i))
+        call check_place('attribute point of load '//number_text(k)//': (', modes(i)%load_place(:, k))
       end do
       call report%finish()
       if (modes(i)%number == 0) cycle
       do k = 1, i - 1
-        if (modes(k)%number == modes(i)%number .and. modes(k)%medium == modes(i)%medium) &
+        if (modes(k)%number == modes(i)%number .and. modes(k)%has_load_of(modes(i))) &
           call report%add('/modes/'//modes(i)%name, 'attribute number is '//number_text(modes(i)%number)// &
                           ', which is that of '//modes(k)%name//' in the same medium too')
       end do
     end do
+
+  contains
+
+    subroutine check_place(what, place)
+      character(*), intent(in) :: what
+      real(rp), intent(in) :: place(2)
+      type(material_point_t) :: found
+      found = find_material_point(wing%points, wing%triangles, length, place)
+      if (.not. found%is_found) call report%found(what//number_text(place(1))//', '//number_text(place(2))// &
+                                                  ') m, is not on the wing')
+    end subroutine check_place
+
   end subroutine check_modes
 end module measurement_modes

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The height of a deformed wing at fixed places (x, y), as a profilometer sees it, and its derivatives.
+!> Computes the height of a deformed wing at fixed places (x, y), as a profilometer shows it, and its derivatives.
 !>
-!> Inside a triangle the height is the barycentric interpolation of its corners. Where triangles lie over
-!> each other the highest is seen. Beside the wing the height is that of the nearest point of its outline,
-!> so that it stays continuous while the outline moves over the place. The triangles are drawn into the
-!> grid one after another, which needs no search: the cost is that of the grid points that they cover.
+!> Inside a triangle the height is the barycentric interpolation of its corners. Where triangles lie over each other the highest
+!> one counts. Beside the wing the height is that of the nearest point of its outline, so that it stays continuous while the
+!> outline moves across the place. The triangles are drawn into the grid one after another, without a search: the cost is
+!> proportional to the number of grid points that they cover.
 module measurement_sampling
   use base_kinds, only: rp
   implicit none
@@ -13,11 +13,11 @@ module measurement_sampling
 
   real(rp), parameter :: TOLERANCE = 1.0e-9_rp !< of a barycentric weight, so that edges belong to both sides
 
-  !> Between which points of the wing each place lies: the height is the sum of share*z of the corners.
+  !> The points of the wing between which each place lies: the height is the sum of share*z of the corners.
   type :: surface_sample_t
-    integer, allocatable :: corner(:, :)    !< (3, n) points; beside the wing the ends of an edge, the second twice
+    integer, allocatable :: corner(:, :)    !< (3, n) points; outside the wing the ends of an edge, the second twice
     real(rp), allocatable :: weight(:, :)   !< (3, n)
-    logical, allocatable :: is_beside(:)    !< (n) beside the wing
+    logical, allocatable :: is_beside(:)    !< (n) outside the wing
   contains
     procedure :: init => sample_init
   end type surface_sample_t
@@ -151,7 +151,7 @@ contains
       gradient = 0
       gradient(3, :) = weight
       if (.not. (weight(2) > 0 .and. weight(2) < 1)) return
-      ! The foot of the perpendicular, s = (place - a).e/e.e, slides along the edge.
+      ! The foot of the perpendicular, s = (place - a).e/e.e, moves along the edge.
       e = b(:2) - a(:2)
       d = site - a(:2)
       length = dot_product(e, e)
@@ -161,6 +161,7 @@ contains
     end associate
   end subroutine height_gradient
 
+  !> Finds the place on the edges that is nearest to `site` in the plane.
   pure subroutine find_nearest_edge(positions, edges, site, corner, weight)
     real(rp), intent(in) :: positions(:, :), site(2)
     integer, intent(in) :: edges(:, :)
@@ -185,7 +186,7 @@ contains
     end do
   end subroutine find_nearest_edge
 
-  !> The first of increasing `values` that is not below `lowest`; one more than there are if none is.
+  !> Returns the index of the first of increasing `values` that is not below `lowest`; one more than their number if none is.
   pure integer function first_from(values, lowest) result(first)
     real(rp), intent(in) :: values(:), lowest
     integer :: last, middle
@@ -201,6 +202,7 @@ contains
     end do
   end function first_from
 
+  !> Returns twice the area of a triangle in the plane, negative if its corners go clockwise.
   pure real(rp) function twice_area(a, b, c) result(area)
     real(rp), intent(in) :: a(:), b(:), c(:)
     area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))

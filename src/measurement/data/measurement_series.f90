@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Records of a wing that rings: displacement or velocity of points over time after a release, a tap, or a known motion of the
-!> clamp. Their part of a measurement file, `/series` (docs/formats/measurement-format.md).
+!> Reads records of a vibrating wing: displacement or velocity of points over time after a release, a tap, or a known motion of
+!> the clamp. They are the part `/series` of a measurement file (docs/formats/measurement-format.md).
 module measurement_series
   use base_kinds, only: rp
   use base_text, only: number_text, quoted
@@ -111,6 +111,7 @@ contains
                                               number_text(MOST_NUMBERS)//' are valid: filter the records and take fewer samples')
   end subroutine read_series
 
+  !> Reads one vibration record.
   subroutine read_one(file, group, s, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -140,6 +141,7 @@ contains
     call read_base(file, group, s, report)
   end subroutine read_one
 
+  !> Reads what excites the wing in a record.
   subroutine read_excitation(file, group, s, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -168,7 +170,7 @@ contains
     call read_real(file, group, 'size_sigma', unit, from_zero(1.0e6_rp), s%size_sigma, report)
   end subroutine read_excitation
 
-  !> Places, values and their sd.
+  !> Reads places, values and their sd.
   subroutine read_values(file, group, s, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -207,7 +209,7 @@ contains
     end if
   end subroutine read_values
 
-  !> The record of the clamp's acceleration, as long as the samples.
+  !> Reads the record of the clamp's acceleration, as long as the samples.
   subroutine read_base(file, group, s, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group

@@ -8,6 +8,7 @@ module measurement_write
   use io_hdf5, only: hdf5_file_t
   use io_seal, only: write_seal
   use measurement_data, only: measurement_t, measured_load_t, observation_t, QUANTITY_DISPLACEMENT
+  use measurement_flight, only: component_unit, measured_flight_t, COMPONENT_NAMES
   use measurement_modes, only: measured_mode_t, MEDIUM_NAMES
   use measurement_series, only: measured_series_t
   use solid_ringing, only: EXCITED_BASE, EXCITED_RELEASE
@@ -18,9 +19,9 @@ module measurement_write
 
 contains
 
-  !> Writes `m`, bending tests, modes and records, to the file `path`, in this process alone. Heights are written where the
+  !> Writes `m`, bending tests, modes and all records, to the file `path`, in this process alone. Heights are written where the
   !> load and the reference have them. Reading it gives `m` again if the loads are in alphabetical
-  !> order, heights and numbers to the last bit, directions normalised. Records of flights are not written.
+  !> order, heights and numbers to the last bit, directions normalised.
   subroutine write_measurement(path, m, failure)
     character(*), intent(in) :: path
     type(measurement_t), intent(in) :: m
@@ -61,18 +62,24 @@ contains
     do i = 1, m%count_series()
       call write_record(file, m%series(i), failure)
     end do
+    if (m%count_flights() > 0) call file%make_group('/flight', failure)
+    do i = 1, m%count_flights()
+      call write_flight(file, m%flights(i), failure)
+    end do
     call file%close(failure)
     if (failure%failed) return
     call write_seal(path, ok)
     if (.not. ok) call failure%raise(path//': cannot get a seal; is the disk full?')
   end subroutine write_measurement
 
+  !> Writes one mode.
   subroutine write_mode(file, mode, failure)
     type(hdf5_file_t), intent(in) :: file
     type(measured_mode_t), intent(in) :: mode
     type(failure_t), intent(inout) :: failure
     character(:), allocatable :: group
-    integer :: n
+    character(12) :: number
+    integer :: n, i
     group = '/modes/'//mode%name
     call file%make_group(group, failure)
     call put_attribute(file, group, 'frequency', mode%frequency, failure)
@@ -83,6 +90,17 @@ contains
       call put_attribute(file, group, 'damping_sigma', mode%damping_sigma, failure)
     end if
     if (mode%number > 0) call put_attribute(file, group, 'number', mode%number, failure)
+    if (any(abs(mode%gravity) > 0)) call put_attribute(file, group, 'gravity', mode%gravity, failure)
+    n = 0
+    if (allocated(mode%load_size)) n = size(mode%load_size)
+    if (n > 0) call file%make_group(group//'/loads', failure)
+    do i = 1, n
+      write (number, '(i0.4)') i ! alphabetical order is that of the numbers
+      call file%make_group(group//'/loads/'//trim(number), failure)
+      call put_attribute(file, group//'/loads/'//trim(number), 'force', mode%load_size(i), failure)
+      call put_attribute(file, group//'/loads/'//trim(number), 'direction', mode%load_direction(:, i), failure)
+      call put_attribute(file, group//'/loads/'//trim(number), 'point', mode%load_place(:, i), failure)
+    end do
     n = size(mode%shape)
     if (n == 0) return
     call write_reals(file, group//'/points', [2, n], [mode%place], failure)
@@ -90,6 +108,7 @@ contains
     call write_reals(file, group//'/sigma', [n], mode%sigma, failure, '1')
   end subroutine write_mode
 
+  !> Writes one vibration record.
   subroutine write_record(file, s, failure)
     type(hdf5_file_t), intent(in) :: file
     type(measured_series_t), intent(in) :: s
@@ -128,6 +147,38 @@ contains
     call write_reals(file, group//'/sigma', [m], s%sigma, failure, units)
   end subroutine write_record
 
+  subroutine write_flight(file, f, failure)
+    type(hdf5_file_t), intent(in) :: file
+    type(measured_flight_t), intent(in) :: f
+    type(failure_t), intent(inout) :: failure
+    character(:), allocatable :: group, components, units
+    real(rp), allocatable :: by_time(:, :)
+    integer :: n, k
+    group = '/flight/'//f%name
+    n = size(f%time)
+    components = ''
+    units = ''
+    do k = 1, size(f%component)
+      components = components//', '//trim(COMPONENT_NAMES(f%component(k)))
+      units = units//', '//component_unit(f%component(k), f%is_per_length)
+    end do
+    call file%make_group(group, failure)
+    call put_attribute(file, group, 'frequency', f%frequency, failure)
+    call put_attribute(file, group, 'beats', f%beats, failure)
+    call put_attribute(file, group, 'frame', 'lab', failure)
+    call put_attribute(file, group, 'reference', f%reference, failure)
+    call put_attribute(file, group, 'correlation_time', f%correlation_time, failure)
+    call put_attribute(file, group, 'per_length', merge(1, 0, f%is_per_length), failure)
+    call put_attribute(file, group, 'components', components(3:), failure)
+    call put_attribute(file, group, 'units', units(3:), failure)
+    k = size(f%component)
+    call write_reals(file, group//'/time', [n], f%time, failure, '1')
+    by_time = transpose(merge(f%mean, ieee_value(0.0_rp, ieee_quiet_nan), f%is_known))
+    call write_reals(file, group//'/mean', [k, n], [by_time], failure, '1')
+    by_time = transpose(f%sd)
+    call write_reals(file, group//'/sd', [k, n], [by_time], failure, '1')
+  end subroutine write_flight
+
   subroutine write_accuracy(file, m, failure)
     type(hdf5_file_t), intent(in) :: file
     type(measurement_t), intent(in) :: m
@@ -156,6 +207,7 @@ contains
 
   end subroutine write_accuracy
 
+  !> Writes one load with its heights.
   subroutine write_load(file, m, load, failure)
     type(hdf5_file_t), intent(in) :: file
     type(measurement_t), intent(in) :: m
@@ -186,6 +238,7 @@ contains
     call write_map(file, group//'/sigma', sigma, has, failure)
   end subroutine write_load
 
+  !> Writes one displacement or rotation at a point.
   subroutine write_observation(file, m, observation, failure)
     type(hdf5_file_t), intent(in) :: file
     type(measurement_t), intent(in) :: m
@@ -206,7 +259,7 @@ contains
     if (observation%zero > 0) call put_attribute(file, group, 'zero', trim(m%zeros(observation%zero)), failure)
   end subroutine write_observation
 
-  !> Values where `has`, NaN elsewhere.
+  !> Returns values where `has`, NaN elsewhere.
   subroutine write_map(file, name, values, has, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -219,6 +272,7 @@ contains
     call write_reals(file, name, shape(values), flat, failure)
   end subroutine write_map
 
+  !> Writes an array of reals with its units, m unless stated.
   subroutine write_reals(file, name, dims, values, failure, units)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name

@@ -28,8 +28,8 @@ module measurement_balance
 
 contains
 
-  !> Returns the number of the cross-talk that adds a share of component j to what the balance shows as component i. Both must be
-  !> forces (1 to 3) or both torques (4 to 6), and they must differ.
+  !> Returns the number of the cross-talk that adds a share of component j to the indication of component i. Both must be forces
+  !> (1 to 3) or both torques (4 to 6), and they must differ.
   pure integer function cross_number(i, j) result(number)
     integer, intent(in) :: i, j
     integer :: own, other
@@ -108,9 +108,9 @@ contains
     end do
   end function balance_values
 
-  !> Returns in y(0:H, 7) what the balance with the coordinates p(N_BALANCE) shows of the series x(0:H, 7) at the frequency [Hz]
-  !> of the beat. a(0:H, 7) is the series of the inertia of a unit mass. With `number`, y is the derivative with respect to that
-  !> coordinate instead.
+  !> Returns in y(0:H, 7) what the balance with the coordinates p(N_BALANCE) indicates for the series x(0:H, 7) at the frequency
+  !> [Hz] of the beat. a(0:H, 7) is the series of the inertia of a unit mass. With `number`, y is the derivative with respect to
+  !> that coordinate instead.
   pure subroutine apply_balance(p, frequency, x, a, y, number)
     real(rp), intent(in) :: p(:), frequency
     complex(rp), intent(in) :: x(0:, :), a(0:, :)
@@ -160,6 +160,7 @@ contains
     y = exp(p(BALANCE_GAIN))*of_matrix(matrix, x)
   end function mixed
 
+  !> Multiplies every row of `x` with a matrix.
   pure function of_matrix(matrix, x) result(y)
     real(rp), intent(in) :: matrix(:, :)
     complex(rp), intent(in) :: x(0:, :)
@@ -168,7 +169,7 @@ contains
   end function of_matrix
 
   !> Returns the derivative of M with respect to the coordinate of a turn or of a cross-talk. A balance that is turned by small
-  !> angles against the axes shows x - angles x x.
+  !> angles against the axes indicates x - angles x x.
   pure function mixing_direction(number) result(matrix)
     integer, intent(in) :: number
     real(rp) :: matrix(N_COMPONENTS, N_COMPONENTS)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes the true force under a load with a given instrument, and its derivatives; and the change of stiffness by drying and
-!> creep until then.
+!> Computes the true force under a load with a given instrument, and its derivatives; also the change of stiffness by drying and
+!> creep up to that load.
 module measurement_forces
   use base_kinds, only: rp
   use measurement_data, only: measured_load_t
@@ -21,13 +21,13 @@ module measurement_forces
     real(rp) :: magnitude = 0             !< [N]
     real(rp) :: direction(3) = 0          !< unit vector
     logical :: is_applied = .false.       !< there is a force, and it acts on the wing
-    logical :: is_valid = .true.          !< .not. : it would act beside the wing
+    logical :: is_valid = .true.          !< .not. : it would act outside the wing
   end type applied_t
 
 contains
 
   !> Sets force(3, :) [N] to the force of `load` on the points of `model`. `site` is the stated place of the load. The force acts
-  !> at the distance load_offset(2) [m] from where the instrument lets it act. If that is beside the wing, `applied` is not valid
+  !> at the distance load_offset(2) [m] from where the instrument lets it act. If that is outside the wing, `applied` is not valid
   !> and the force is zero.
   subroutine apply_load(instrument, load, site, model, load_offset, applied, force)
     type(instrument_t), intent(in) :: instrument
@@ -58,6 +58,7 @@ contains
     end do
   end subroutine apply_load
 
+  !> Returns the tilt of all forces.
   pure function tilt_of(instrument) result(tilt)
     type(instrument_t), intent(in) :: instrument
     real(rp) :: tilt(3)
@@ -76,7 +77,7 @@ contains
   end subroutine add_weight
 
   !> Returns derivative(3, :) [N per unit] of the force with respect to the coordinate of parameter `number`, per log unit of the
-  !> gain; 0 for parameters that leave the force alone.
+  !> gain; 0 for parameters that do not change the force.
   subroutine force_derivative(instrument, load, applied, masses, points, number, derivative)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
@@ -128,6 +129,7 @@ contains
     end do
   end subroutine position_derivative
 
+  !> Adds a force to the three points of its triangle.
   subroutine spread_force(applied, vector, force)
     type(applied_t), intent(in) :: applied
     real(rp), intent(in) :: vector(3)
@@ -141,7 +143,7 @@ contains
     end do
   end subroutine spread_force
 
-  !> Returns the factors under this load: (1) on all bending stiffness, (2) on the veins' E beside it.
+  !> Returns the factors under this load: (1) on all bending stiffness, (2) on the veins' E in addition.
   pure function stiffness_factor(instrument, load) result(factor)
     type(instrument_t), intent(in) :: instrument
     type(measured_load_t), intent(in) :: load
@@ -178,7 +180,7 @@ contains
     end associate
   end function stiffness_slopes
 
-  !> log10(1 + hold/tau).
+  !> Returns log10(1 + hold/tau).
   pure real(rp) function decades(values, load)
     real(rp), intent(in) :: values(:)
     type(measured_load_t), intent(in) :: load

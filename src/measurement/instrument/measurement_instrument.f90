@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Describes what an experiment may do beyond what its file says, as parameters with a null value at which they do nothing.
+!> Describes deviations of an experiment from its file, as parameters with a null value at which they have no effect.
 !>
-!> With q = 0 deflections are proportional to forces, as in the theory of small deflections; that is computed as the
-!> response to a hundredth of the force, from which it differs by 1e-4 of what is not linear.
+!> With q = 0 deflections are proportional to forces, as in the theory of small deflections. They are computed as the response to
+!> a hundredth of the force, which differs from the limit by 1e-4 of the nonlinear part.
 !>
 !> | name | what | unit | null |
 !> |---|---|---|---|
@@ -39,11 +39,11 @@ module measurement_instrument
                                           'load_shift_y', 'drift', 'drift_rate', 'drift_veins', 'creep', 'creep_time', &
                                            'height_scale', 'tilt_x', 'tilt_y', 'piston', 'map_shift_x', 'map_shift_y', &
                                      'map_rotation', 'map_scale', 'gravity_x', 'gravity_y', 'gravity_z', 'nonlinearity']
-  !> Null, or the usual value, in the same order.
+  !> The null, or the usual value, in the same order.
   real(rp), parameter :: DEFAULTS(N_INSTRUMENT) = [real(rp) :: 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 1, &
                                                                                                           0, 0, 0, 1]
 
-  !> The values, in the order of the names, and what sets their scales.
+  !> The values, in the order of the names, and the quantities that set their scales.
   type :: instrument_t
     real(rp) :: values(N_INSTRUMENT) = DEFAULTS
     real(rp), private :: length = 1            !< [m] of the wing
@@ -127,6 +127,7 @@ contains
     end select
   end function instrument_describe
 
+  !> Returns a declared sd, or a default if none is declared.
   pure real(rp) function declared_or_default(sd, default_value)
     real(rp), intent(in) :: sd, default_value
     declared_or_default = default_value
@@ -173,11 +174,11 @@ contains
   !> Returns sqrt q, by which the forces are multiplied.
   pure real(rp) function instrument_load_scale(self) result(scale)
     class(instrument_t), intent(in) :: self
-    real(rp), parameter :: LEAST = 1.0e-4_rp ! of q, below which rounding outweighs what is not linear
+    real(rp), parameter :: LEAST = 1.0e-4_rp ! of q, below which rounding is larger than the nonlinear part
     scale = sqrt(max(LEAST, self%values(NONLINEARITY)))
   end function instrument_load_scale
 
-  !> Returns what the measurement lacks so that parameter i means something; empty if nothing.
+  !> Returns what the measurement lacks to determine parameter i; empty if nothing.
   function missing_for(i, m) result(problem)
     integer, intent(in) :: i
     type(measurement_t), intent(in) :: m

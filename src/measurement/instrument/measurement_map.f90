@@ -11,7 +11,8 @@ module measurement_map
 
 contains
 
-  !> Returns seen(3, n) [m], where the instrument shows positions(3, n) [m]; the same to the bit if the instrument does nothing.
+  !> Returns seen(3, n) [m], where the instrument shows positions(3, n) [m]; the same to the last bit if the instrument has no
+  !> effect.
   pure subroutine map_positions(instrument, positions, seen)
     type(instrument_t), intent(in) :: instrument
     real(rp), intent(in) :: positions(:, :)
@@ -26,7 +27,7 @@ contains
     seen(3, :) = instrument%values(HEIGHT_SCALE)*positions(3, :)
   end subroutine map_positions
 
-  !> Returns the derivatives of what is seen, for derivatives motion(3, n) of positions.
+  !> Returns the derivatives of the shown positions, for derivatives motion(3, n) of the true ones.
   pure subroutine map_position_derivatives(instrument, motion, seen)
     type(instrument_t), intent(in) :: instrument
     real(rp), intent(in) :: motion(:, :)
@@ -39,7 +40,7 @@ contains
     seen(3, :) = instrument%values(HEIGHT_SCALE)*motion(3, :)
   end subroutine map_position_derivatives
 
-  !> Returns motion(3, n), the derivatives of what is seen of positions(3, n) with respect to the coordinate of parameter
+  !> Returns motion(3, n), the derivatives of the shown places of positions(3, n) with respect to the coordinate of parameter
   !> `number`, per log unit of both scales; 0 for parameters that are not of the map.
   pure subroutine map_parameter_derivatives(instrument, number, positions, motion)
     type(instrument_t), intent(in) :: instrument
@@ -63,7 +64,7 @@ contains
     end select
   end subroutine map_parameter_derivatives
 
-  !> Scale times rotation.
+  !> Returns scale times rotation.
   pure function turning(instrument) result(m)
     type(instrument_t), intent(in) :: instrument
     real(rp) :: m(2, 2)
@@ -74,7 +75,7 @@ contains
     m = instrument%values(MAP_SCALE)*m
   end function turning
 
-  !> Returns how much more [m] loaded maps show at (x, y) [m].
+  !> Returns the height [m] that loaded maps show in addition at (x, y) [m].
   pure real(rp) function plane_height(instrument, x, y) result(height)
     type(instrument_t), intent(in) :: instrument
     real(rp), intent(in) :: x, y

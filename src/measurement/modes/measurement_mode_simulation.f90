@@ -1,7 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes the natural modes of a measurement: pairs of measured and computed modes, residuals, and their exact derivatives.
 !>
-!> The wing is at rest and flat; in air, its membrane carries the added mass of strip theory. Pairs: a mode with a number is
+!> The wing vibrates about rest, flat, or about its shape under the loads of a mode; in air, its membrane carries the added mass of
+!> strip theory. Modes of one medium and one load belong to one state of the wing. Each evaluation follows the path to a loaded
+!> shape from rest, so that it does not depend on earlier ones. Pairs: a mode with a number is
 !> that mode; of the others the pair with the largest score MAC exp(-(ln(f/f_m))^2/(2 SPREAD^2)) is taken first, then the next
 !> one. Computed modes may be left over, at any place: measurements miss modes.
 module measurement_mode_simulation
@@ -9,12 +11,14 @@ module measurement_mode_simulation
   use base_kinds, only: rp
   use measurement_data, only: measurement_t
   use measurement_mode_target, only: mode_target_t
-  use measurement_modes, only: MEDIUM_AIR
+  use measurement_material_point, only: find_material_point, material_point_t
+  use measurement_modes, only: measured_mode_t, MEDIUM_AIR, MEDIUM_VACUUM
   use measurement_motion_simulation, only: motion_simulation_t
   use solid_mass_effects, only: mass_effects_t, mass_parts_t
   use solid_modal, only: modal_t, mode_slopes_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t
+  use solid_statics, only: static_options_t
   use solid_stiffness, only: stiffness_t
   implicit none
   private
@@ -23,7 +27,16 @@ module measurement_mode_simulation
   real(rp), parameter :: GAP = 0.01_rp   !< relative difference of frequencies within a cluster
   real(rp), parameter :: SPREAD = 0.5_rp !< of ln(f/f_m) of a pair
   integer, parameter :: MISSED = 4       !< modes that a measurement may lack below its last one
-  integer, parameter :: BESIDE = 3       !< further modes that are known when derivatives are taken
+  integer, parameter :: BESIDE = 3       !< further modes that are computed for the derivatives
+
+  !> A medium, and what bends the wing.
+  type :: state_t
+    type(measured_mode_t) :: example              !< the first mode that has both
+    real(rp) :: density = 0                       !< [kg/m^3] of the air
+    integer :: n_modes = 0                        !< that are computed
+    integer :: n_paired = 0                       !< of which a measured one may be
+    real(rp), allocatable :: force(:, :)          !< (3, n_all) [N]
+  end type state_t
 
   !> One per process. Nothing of an evaluation enters the next one.
   type, extends(motion_simulation_t) :: mode_simulation_t
@@ -31,10 +44,9 @@ module measurement_mode_simulation
     type(mode_target_t), allocatable :: targets(:)    !< (modes)
     integer, allocatable :: first(:)                  !< (modes) their first observation
     type(mass_parts_t) :: parts
-    real(rp) :: density(2) = 0                        !< [kg/m^3] by medium
-    integer, private :: n_modes(2) = 0                !< that are computed, by medium
-    integer, private :: n_paired(2) = 0               !< of which a measured one may be
-    class(modal_t), allocatable, private :: modal(:)  !< (2) by medium; polymorphic, so that compilers copy it by a call
+    type(state_t), allocatable, private :: states(:)  !< those about rest first
+    class(modal_t), allocatable, private :: modal(:)  !< of each state; polymorphic, so that compilers copy it by a call
+    type(static_options_t), private :: options
     logical, allocatable, private :: same(:, :)
     type(mode_slopes_t), private :: slopes
     real(rp), allocatable, private :: mass(:, :)
@@ -50,51 +62,103 @@ module measurement_mode_simulation
 
 contains
 
-  !> Takes the modes of a checked measurement, none or more, of the wing of `model` with these masses.
-  subroutine simulation_init(self, measurement, model, parts)
+  !> Takes the modes of a checked measurement, none or more, of the wing of `model` with these masses. `options` are those of the
+  !> statics that find loaded shapes.
+  subroutine simulation_init(self, measurement, model, parts, options)
     class(mode_simulation_t), intent(inout) :: self
     type(measurement_t), intent(in) :: measurement
     type(solid_model_t), intent(in) :: model
     type(mass_parts_t), intent(in) :: parts
+    type(static_options_t), intent(in), optional :: options
     integer :: i, m, most
     call self%free()
-    allocate (modal_t :: self%modal(2))
     self%parts = parts
-    self%density(MEDIUM_AIR) = measurement%air_density
-    allocate (self%targets(measurement%count_modes()), self%first(measurement%count_modes()))
+    if (present(options)) self%options = options
+    allocate (self%targets(measurement%count_modes()), self%first(measurement%count_modes()), self%states(0))
     self%n = 0
     do i = 1, size(self%targets)
       call self%targets(i)%init(measurement%modes(i), model)
       self%first(i) = self%n + 1
       self%n = self%n + self%targets(i)%n
     end do
-    do m = 1, 2
-      self%n_modes(m) = 0
-      if (.not. any(self%targets%medium == m)) cycle
-      most = max(count(self%targets%medium == m), maxval(self%targets%number, mask=self%targets%medium == m))
-      self%n_modes(m) = min(most + MISSED + BESIDE, 3*model%n_free)
-      self%n_paired(m) = min(most + MISSED, self%n_modes(m))
+    call find_states(self, measurement, MEDIUM_VACUUM, .false.)
+    call find_states(self, measurement, MEDIUM_AIR, .false.)
+    call find_states(self, measurement, MEDIUM_VACUUM, .true.)
+    call find_states(self, measurement, MEDIUM_AIR, .true.)
+    allocate (modal_t :: self%modal(size(self%states)))
+    do m = 1, size(self%states)
+      associate (state => self%states(m), is_here => self%targets%state == m)
+        most = max(count(is_here), maxval(self%targets%number, mask=is_here))
+        state%n_modes = min(most + MISSED + BESIDE, 3*model%n_free)
+        state%n_paired = min(most + MISSED, state%n_modes)
+        state%force = force_of(state%example, model)
+      end associate
       call self%modal(m)%init(model)
     end do
     allocate (self%mass(3, model%n_all))
   end subroutine simulation_init
+
+  !> Appends the states of the modes in this medium, of those about rest or of the others, and notes them in the targets.
+  subroutine find_states(self, measurement, medium, is_loaded)
+    class(mode_simulation_t), intent(inout) :: self
+    type(measurement_t), intent(in) :: measurement
+    integer, intent(in) :: medium
+    logical, intent(in) :: is_loaded
+    type(state_t) :: state
+    integer :: i, m, found
+    do i = 1, size(self%targets)
+      associate (mode => measurement%modes(i))
+        if (mode%medium /= medium .or. (mode%is_loaded() .neqv. is_loaded)) cycle
+        found = 0
+        do m = 1, size(self%states)
+          if (self%states(m)%example%has_load_of(mode)) found = m
+        end do
+        if (found == 0) then
+          state%example = mode
+          state%density = merge(measurement%air_density, 0.0_rp, medium == MEDIUM_AIR)
+          self%states = [self%states, state]
+          found = size(self%states)
+        end if
+        self%targets(i)%state = found
+      end associate
+    end do
+  end subroutine find_states
+
+  !> Returns force(3, n_all) [N] of the point loads of a mode.
+  function force_of(mode, model) result(force)
+    type(measured_mode_t), intent(in) :: mode
+    type(solid_model_t), intent(in) :: model
+    real(rp), allocatable :: force(:, :)
+    type(material_point_t) :: site
+    integer :: i, c
+    allocate (force(3, model%n_all), source=0.0_rp)
+    if (.not. allocated(mode%load_size)) return
+    do i = 1, size(mode%load_size)
+      site = find_material_point(model%points(:, :model%n_points), model%triangles, model%size, mode%load_place(:, i))
+      do c = 1, 3
+        associate (p => site%corner(c))
+          force(:, p) = force(:, p) + site%weight(c)*mode%load_size(i)*mode%load_direction(:, i)
+        end associate
+      end do
+    end do
+  end function force_of
 
   !> Releases everything.
   subroutine simulation_free(self)
     class(mode_simulation_t), intent(inout) :: self
     integer :: m
     if (allocated(self%modal)) then
-      do m = 1, 2
+      do m = 1, size(self%modal)
         call self%modal(m)%free()
       end do
-      deallocate (self%modal)
+      deallocate (self%modal, self%states)
     end if
     if (allocated(self%targets)) deallocate (self%targets, self%first, self%mass)
     self%n = 0
   end subroutine simulation_free
 
-  !> Finds the modes with these parameters and masses, and residuals(n). `ok` is false if there are none, as the wing at rest is
-  !> unstable.
+  !> Finds the modes with these parameters and masses, and residuals(n). `ok` is false if there are none: the wing is unstable at
+  !> rest, or finds no shape under the loads of a mode.
   subroutine simulation_evaluate(self, params, effects, residuals, ok)
     class(mode_simulation_t), intent(inout) :: self
     type(solid_params_t), intent(in) :: params
@@ -105,26 +169,28 @@ contains
     integer :: m, i
     residuals = 0
     ok = .true.
-    do m = 1, 2
-      if (self%n_modes(m) == 0) cycle
+    do m = 1, size(self%states)
       call self%modal(m)%model%set_params(params)
-      call self%parts%masses(effects, self%density(m), self%mass)
+      call self%parts%masses(effects, self%states(m)%density, self%mass)
       ok = minval(self%mass(:, self%modal(m)%model%movable)) > 0
-      if (ok) call self%modal(m)%solve(self%mass, self%n_modes(m), failure)
-      ok = ok .and. .not. failure%failed
       if (.not. ok) return
-      call make_pairs(self, m, ok)
+      associate (state => self%states(m), modal => self%modal(m))
+        if (state%example%is_loaded()) call modal%bend(self%mass, state%force, state%example%gravity, self%options, failure)
+        if (.not. failure%failed) call modal%solve(self%mass, state%n_modes, failure)
+      end associate
+      ok = .not. failure%failed
+      if (ok) call make_pairs(self, m, ok)
       if (.not. ok) return
     end do
     do i = 1, size(self%targets)
-      associate (t => self%targets(i))
-        call t%residuals(self%modal(t%medium)%lambda(t%lo:t%hi), self%modal(t%medium)%shapes(:, :, t%lo:t%hi), &
+      associate (t => self%targets(i), modal => self%modal(self%targets(i)%state))
+        call t%residuals(modal%lambda(t%lo:t%hi), modal%shapes(:, :, t%lo:t%hi), &
                          residuals(self%first(i):self%first(i) + t%n - 1))
       end associate
     end do
   end subroutine simulation_evaluate
 
-  !> Finds the computed modes of all measured ones in medium m.
+  !> Finds the computed modes of all measured ones of state m.
   subroutine make_pairs(self, m, ok)
     class(mode_simulation_t), intent(inout) :: self
     integer, intent(in) :: m
@@ -133,12 +199,12 @@ contains
     integer, allocatable :: lo(:), hi(:), room(:)
     integer :: i, c, best(2)
     f = self%modal(m)%frequencies()
-    call find_clusters(f(:self%n_paired(m)), lo, hi)
+    call find_clusters(f(:self%states(m)%n_paired), lo, hi)
     room = hi - lo + 1
     allocate (score(size(self%targets), size(lo)), source=-1.0_rp)
     do i = 1, size(self%targets)
       associate (t => self%targets(i))
-        if (t%medium /= m) cycle
+        if (t%state /= m) cycle
         if (t%number > 0) then
           t%lo = t%number
           t%hi = t%number
@@ -165,7 +231,7 @@ contains
       room(c) = room(c) - 1
       score(i, :) = -1
     end do
-    ok = all(self%targets%lo > 0 .or. self%targets%medium /= m)
+    ok = all(self%targets%lo > 0 .or. self%targets%state /= m)
   end subroutine make_pairs
 
   !> Modes lo(c) to hi(c) are nearer to one another than GAP.
@@ -185,7 +251,8 @@ contains
     end do
   end subroutine find_clusters
 
-  !> Returns what a change of stiffness does to the residuals; see motion_simulation_t. A change of joints is no other one here.
+  !> Returns the change of the residuals by a change of stiffness; see motion_simulation_t. A change of joints is treated in the
+  !> same way here.
   subroutine simulation_stiffness_tangent(self, direction, is_joint, column)
     class(mode_simulation_t), intent(inout) :: self
     type(stiffness_t), intent(in) :: direction
@@ -194,60 +261,58 @@ contains
     integer :: m
     associate (unused => is_joint)
     end associate
-    do m = 1, 2
-      if (self%n_modes(m) == 0) cycle
+    do m = 1, size(self%states)
       call note_clusters(self, m)
       call self%modal(m)%slopes_of_stiffness(direction, self%same, self%slopes)
       call project_change(self, m, .false., column)
     end do
   end subroutine simulation_stiffness_tangent
 
-  !> Returns what a change of the masses does to the residuals; see motion_simulation_t.
+  !> Returns the change of the residuals by a change of the masses; see motion_simulation_t.
   subroutine simulation_mass_tangent(self, number, effects, column)
     class(mode_simulation_t), intent(inout) :: self
     integer, intent(in) :: number
     type(mass_effects_t), intent(in) :: effects
     real(rp), intent(out) :: column(:)
     integer :: m
-    do m = 1, 2
-      if (self%n_modes(m) == 0) cycle
+    do m = 1, size(self%states)
       call note_clusters(self, m)
-      call self%parts%derivative(effects, self%density(m), number, self%mass)
+      call self%parts%derivative(effects, self%states(m)%density, number, self%mass)
       call self%modal(m)%slopes_of_mass(self%mass, self%same, self%slopes)
       call project_change(self, m, .true., column)
     end do
   end subroutine simulation_mass_tangent
 
-  !> Returns what a clamp that gives way does to the residuals; see motion_simulation_t.
+  !> Returns the change of the residuals by a compliant clamp; see motion_simulation_t.
   subroutine simulation_clamp_tangent(self, k, column)
     class(mode_simulation_t), intent(inout) :: self
     integer, intent(in) :: k
     real(rp), intent(out) :: column(:)
     integer :: m
-    do m = 1, 2
-      if (self%n_modes(m) == 0) cycle
+    do m = 1, size(self%states)
       call note_clusters(self, m)
       call self%modal(m)%slopes_of_clamp(k, self%same, self%slopes)
       call project_change(self, m, .false., column)
     end do
   end subroutine simulation_clamp_tangent
 
-  !> Which of the modes up to the last one that is paired belong together.
+  !> Finds which of the modes up to the last paired one form a cluster.
   subroutine note_clusters(self, m)
     class(mode_simulation_t), intent(inout) :: self
     integer, intent(in) :: m
     integer :: i, n
-    n = maxval(self%targets%hi, mask=self%targets%medium == m)
+    n = maxval(self%targets%hi, mask=self%targets%state == m)
     if (allocated(self%same)) deallocate (self%same)
     if (allocated(self%slopes%shapes)) deallocate (self%slopes%shapes)
     allocate (self%same(n, n), source=.false.)
     do i = 1, size(self%targets)
       associate (t => self%targets(i))
-        if (t%medium == m .and. t%hi > t%lo) self%same(t%lo:t%hi, t%lo:t%hi) = .true.
+        if (t%state == m .and. t%hi > t%lo) self%same(t%lo:t%hi, t%lo:t%hi) = .true.
       end associate
     end do
   end subroutine note_clusters
 
+  !> Turns the change of the modes in medium `m` into a column of the Jacobian.
   subroutine project_change(self, m, is_mass, column)
     class(mode_simulation_t), intent(in) :: self
     integer, intent(in) :: m
@@ -256,7 +321,7 @@ contains
     integer :: i
     do i = 1, size(self%targets)
       associate (t => self%targets(i))
-        if (t%medium /= m) cycle
+        if (t%state /= m) cycle
         call t%tangent(self%slopes%force(t%lo:t%hi, t%lo:t%hi), self%slopes%shapes(:, :, t%lo:t%hi), is_mass, &
                        column(self%first(i):self%first(i) + t%n - 1))
       end associate
@@ -267,6 +332,6 @@ contains
   function simulation_model(self) result(model)
     class(mode_simulation_t), intent(in), target :: self
     type(solid_model_t), pointer :: model
-    model => self%modal(merge(1, 2, self%n_modes(1) > 0))%model
+    model => self%modal(1)%model
   end function simulation_model
 end module measurement_mode_simulation

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Compares one measured mode with a computed one, or with a cluster of them.
 !>
-!> Observations, all in units of their sd: ln(f/f_m)/(sigma_f/f_m); and of a shape at n places n - 1 numbers. With s the measured
-!> shape over its sd, phi_i the computed ones over the same sd and v = sum of beta_i phi_i nearest to s (least squares), they are
+!> Observations, all in units of their sd: ln(f/f_m)/(sigma_f/f_m), and for a shape at n places n - 1 numbers. With s the measured
+!> shape over its sd, phi_i the computed ones over the same sd and v = sum of beta_i phi_i nearest to s (least squares), these are
 !> the components normal to s of
 !>
 !>     v (s.s)/(s.v),
@@ -11,8 +11,8 @@
 !> variance 1, whatever the size of the mode was. MAC = (s.v)^2/((s.s)(v.v)), the modal assurance criterion (Allemang & Brown 1982)
 !> with the sd as weights, is 1/(1 + their squared length over s.s).
 !>
-!> In a cluster, whose frequencies are nearer than GAP, single shapes turn into one another at the slightest change; only the space
-!> that they span is compared, and the frequency is that of v: lambda = sum beta_i^2 lambda_i/sum beta_i^2.
+!> In a cluster, whose frequencies are nearer than GAP, single shapes change completely with small changes of the wing. Only the
+!> space that they span is compared, and the frequency is that of v: lambda = sum beta_i^2 lambda_i/sum beta_i^2.
 module measurement_mode_target
   use base_constants, only: TWO_PI
   use base_kinds, only: rp
@@ -27,7 +27,8 @@ module measurement_mode_target
   !> A measured mode, and the computed modes lo to hi with which it is paired.
   type :: mode_target_t
     integer :: n = 0                       !< observations
-    integer :: medium = 1, number = 0
+    integer :: state = 1                   !< medium and loads, as the simulation counts them
+    integer :: number = 0
     integer :: lo = 0, hi = 0
     real(rp) :: mac = 0                    !< of the pair; 1 without a shape
     real(rp) :: frequency = 0              !< [Hz] computed
@@ -54,7 +55,6 @@ contains
     integer :: n, k
     n = size(mode%shape)
     self%n = 1 + max(0, n - 1)
-    self%medium = mode%medium
     self%number = mode%number
     self%log_frequency = log(mode%frequency)
     self%log_sigma = mode%frequency_sigma/mode%frequency
@@ -74,6 +74,7 @@ contains
     self%normal = q(:, 2:)
   end subroutine target_init
 
+  !> Fills the columns from 2 on with all unit vectors but one.
   pure subroutine fill_units(full, left_out)
     real(rp), intent(inout) :: full(:, :)
     integer, intent(in) :: left_out
@@ -87,7 +88,7 @@ contains
     end do
   end subroutine fill_units
 
-  !> What the places see of shape(3, :), over the sd.
+  !> Returns the displacements of shape(3, :) along z at the places, over the sd.
   pure function observe(self, shape) result(phi)
     class(mode_target_t), intent(in) :: self
     real(rp), intent(in) :: shape(:, :)
@@ -98,8 +99,8 @@ contains
     end do
   end function observe
 
-  !> Returns the MAC of the mode with the space of shapes(3, :, :); negative if they are more than the places can tell, or not
-  !> seen.
+  !> Returns the MAC of the mode with the space of shapes(3, :, :); negative if they are more than the places can distinguish, or
+  !> if they do not move the places.
   real(rp) function target_assurance(self, shapes) result(mac)
     class(mode_target_t), intent(in) :: self
     real(rp), intent(in) :: shapes(:, :, :)
@@ -145,7 +146,7 @@ contains
       end do
       self%gram = matmul(transpose(self%phi), self%phi)
       trace = sum(self%phi**2)
-      do i = 1, m ! the places may not see all of them: then the least sum is taken
+      do i = 1, m ! the places may not distinguish all of them: then the smallest sum is taken
         self%gram(i, i) = self%gram(i, i) + UNSEEN*trace
       end do
       call factorise(self%gram, ok)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What simulations of a moving wing have in common, natural modes and records: derivatives of their residuals with respect to
-!> stiffness, mass and clamp. All derivatives are at the last evaluation.
+!> Defines the common interface of simulations of a moving wing, natural modes and records: derivatives of their residuals with
+!> respect to stiffness, mass and clamp. All derivatives are at the last evaluation.
 module measurement_motion_simulation
   use base_kinds, only: rp
   use solid_mass_effects, only: mass_effects_t
@@ -19,7 +19,7 @@ module measurement_motion_simulation
   end type motion_simulation_t
 
   abstract interface
-    !> column(n): derivative when all stiffness changes along `direction`, which also changes joints if `is_joint`.
+    !> Returns column(n), the derivative when all stiffness changes along `direction`, which also changes joints if `is_joint`.
     subroutine stiffness_interface(self, direction, is_joint, column)
       import :: motion_simulation_t, rp, stiffness_t
       class(motion_simulation_t), intent(inout) :: self
@@ -28,8 +28,8 @@ module measurement_motion_simulation
       real(rp), intent(out) :: column(:)
     end subroutine stiffness_interface
 
-    !> column(n): derivative with respect to the coordinate of effect `number` of the masses; a point mass is where `effects`
-    !> has it.
+    !> Returns column(n), the derivative with respect to the coordinate of effect `number` of the masses; `effects` holds the
+    !> place of a point mass.
     subroutine mass_interface(self, number, effects, column)
       import :: mass_effects_t, motion_simulation_t, rp
       class(motion_simulation_t), intent(inout) :: self
@@ -38,7 +38,7 @@ module measurement_motion_simulation
       real(rp), intent(out) :: column(:)
     end subroutine mass_interface
 
-    !> column(n): derivative with respect to the compliance of the clamp about x (k = 1) or y (2).
+    !> Returns column(n), the derivative with respect to the compliance of the clamp about x (k = 1) or y (2).
     subroutine clamp_interface(self, k, column)
       import :: motion_simulation_t, rp
       class(motion_simulation_t), intent(inout) :: self
@@ -46,7 +46,7 @@ module measurement_motion_simulation
       real(rp), intent(out) :: column(:)
     end subroutine clamp_interface
 
-    !> The model with the parameters of the last evaluation, from which directions of stiffness are made.
+    !> Returns the model with the parameters of the last evaluation, from which directions of stiffness are made.
     function model_interface(self) result(model)
       import :: motion_simulation_t, solid_model_t
       class(motion_simulation_t), intent(in), target :: self

@@ -13,7 +13,7 @@ module measurement_series_projections
 
 contains
 
-  !> stiff(3, n_all, modes) = K_joints Phi, of the first modes, with the parameters of the model.
+  !> Computes stiff(3, n_all, modes) = K_joints Phi of the first modes, with the parameters of the model.
   subroutine apply_joints(modal, stiff)
     class(modal_t), intent(in) :: modal
     real(rp), intent(out) :: stiff(:, :, :)

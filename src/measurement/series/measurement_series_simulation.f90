@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes the records of a wing that rings: residuals in units of their sd, and their exact derivatives.
+!> Computes the records of a vibrating wing: residuals in units of their sd, and their exact derivatives.
 !>
 !> The wing moves little about its flat rest, in its N_MODES lowest modes; in air, its membrane carries the added mass of strip
-!> theory. What a release leaves to higher modes is not followed.
+!> theory. The motion that a release excites in higher modes is not computed.
 module measurement_series_simulation
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t
@@ -26,9 +26,9 @@ module measurement_series_simulation
   public :: series_simulation_t
 
   integer, parameter :: N_MODES = 16 !< that move
-  integer, parameter :: BESIDE = 6   !< further modes that are known when derivatives are taken
+  integer, parameter :: BESIDE = 6   !< further modes that are computed for the derivatives
 
-  !> One per process. Nothing of an evaluation enters the next one.
+  !> There is one per process. Nothing of an evaluation enters the next one.
   type, extends(motion_simulation_t) :: series_simulation_t
     integer :: n = 0                                   !< observations
     type(measured_series_t), allocatable :: series(:)
@@ -162,7 +162,7 @@ contains
     end do
   end subroutine simulation_evaluate
 
-  !> Lets record i ring with this damping.
+  !> Computes the motion of record i with this damping.
   subroutine ring_with(self, i, damping, ring)
     class(series_simulation_t), intent(in) :: self
     integer, intent(in) :: i
@@ -175,7 +175,7 @@ contains
     end associate
   end subroutine ring_with
 
-  !> What the places of record i see of shapes(3, n_all, modes).
+  !> Returns shapes(3, n_all, modes) at the places of record i along the measured axis.
   pure function observation_matrix(self, i, shapes) result(observation)
     class(series_simulation_t), intent(in) :: self
     integer, intent(in) :: i
@@ -187,7 +187,7 @@ contains
     end do
   end function observation_matrix
 
-  !> The excitation of record i, of the size that is stated, on shapes(3, n_all, modes); see ringing_t.
+  !> Returns the stated excitation of record i on shapes(3, n_all, modes); see ringing_t.
   pure function forcing_vector(self, i, shapes) result(forcing)
     class(series_simulation_t), intent(in) :: self
     integer, intent(in) :: i
@@ -202,7 +202,7 @@ contains
     end associate
   end function forcing_vector
 
-  !> Puts seen(samples, traces) of record i over their sd where something was measured.
+  !> Divides seen(samples, traces) of record i by their sd, for the measured samples.
   subroutine gather(self, i, seen, column)
     class(series_simulation_t), intent(in) :: self
     integer, intent(in) :: i
@@ -221,6 +221,7 @@ contains
     end associate
   end subroutine gather
 
+  !> Subtracts the values of record `i` from the computed ones.
   subroutine subtract_measured(self, i, column)
     class(series_simulation_t), intent(in) :: self
     integer, intent(in) :: i
@@ -245,7 +246,8 @@ contains
     end associate
   end function simulation_computed
 
-  !> columns(n, 2*series): what one sd of the size of the excitation, and of its time, does to each record, after `evaluate`.
+  !> Returns columns(n, 2*series), the change of each record by one sd of the size of its excitation, and of its time; after
+  !> `evaluate`.
   subroutine simulation_nuisances(self, columns)
     class(series_simulation_t), intent(in) :: self
     real(rp), intent(out) :: columns(:, :)
@@ -259,7 +261,7 @@ contains
     end do
   end subroutine simulation_nuisances
 
-  !> Returns what a change of stiffness does to the residuals; see motion_simulation_t.
+  !> Returns the change of the residuals by a change of stiffness; see motion_simulation_t.
   subroutine simulation_stiffness_tangent(self, direction, is_joint, column)
     class(series_simulation_t), intent(inout) :: self
     type(stiffness_t), intent(in) :: direction
@@ -274,7 +276,7 @@ contains
     end do
   end subroutine simulation_stiffness_tangent
 
-  !> Returns what a clamp that gives way does to the residuals; see motion_simulation_t.
+  !> Returns the change of the residuals by a compliant clamp; see motion_simulation_t.
   subroutine simulation_clamp_tangent(self, k, column)
     class(series_simulation_t), intent(inout) :: self
     integer, intent(in) :: k
@@ -288,7 +290,7 @@ contains
     end do
   end subroutine simulation_clamp_tangent
 
-  !> Adds what the slopes of stiffness that are held do to the records of medium m.
+  !> Adds the change of the records of medium m by the stored slopes of stiffness.
   subroutine project_stiffness_change(self, m, is_joint, column)
     class(series_simulation_t), intent(inout) :: self
     integer, intent(in) :: m
@@ -300,7 +302,7 @@ contains
     call project_change(self, m, change, is_joint, column)
   end subroutine project_stiffness_change
 
-  !> Returns what a change of the masses does to the residuals; see motion_simulation_t.
+  !> Returns the change of the residuals by a change of the masses; see motion_simulation_t.
   subroutine simulation_mass_tangent(self, number, effects, column)
     class(series_simulation_t), intent(inout) :: self
     integer, intent(in) :: number
@@ -323,7 +325,7 @@ contains
     end do
   end subroutine simulation_mass_tangent
 
-  !> The records in medium m under a change of stiffness and mass, with the slopes of the modes, which are W.
+  !> Finds the change of the records in medium m by a change of stiffness and mass, with the slopes of the modes, which are W.
   subroutine project_change(self, m, change, is_joint, column)
     class(series_simulation_t), intent(inout) :: self
     integer, intent(in) :: m
@@ -350,8 +352,8 @@ contains
     end do
   end subroutine project_change
 
-  !> The same for damping effect `number`, of the relaxation with this time [s], or for the logarithm of the time of the relaxation
-  !> that there is (DAMPING_TIME).
+  !> Does the same for damping effect `number`, of the relaxation with this time [s], or for the logarithm of the time of the
+  !> present relaxation (DAMPING_TIME).
   subroutine simulation_damping_tangent(self, number, time, column)
     class(series_simulation_t), intent(inout) :: self
     integer, intent(in) :: number
@@ -371,7 +373,7 @@ contains
     allocate (change%forcing(0))
     change%damping = number
     damping = self%damping
-    ! Another relaxation time has states of its own; the wing has one relaxation.
+    ! Another relaxation time needs separate states; the wing has only one relaxation.
     is_other = number == DAMPING_RELAXATION .and. abs(time - damping%relaxation_time) > 1.0e-12_rp*time
     if (is_other) damping%relaxation = 0
     if (is_other) damping%relaxation_time = time

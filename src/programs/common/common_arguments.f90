@@ -4,7 +4,7 @@ module common_arguments
   use base_errors, only: message_list_t
   implicit none
   private
-  public :: arguments_t, argument_text, parse_arguments, print_lines
+  public :: arguments_t, parse_arguments, print_lines
 
   !> Holds the arguments that were found.
   type :: arguments_t

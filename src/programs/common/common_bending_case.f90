@@ -67,6 +67,7 @@ contains
                               input%scale_is_log, case%free_parameters, errors)
   end subroutine load_bending_case
 
+  !> Reads the measurement that [Measurement] names, if it names one, and leaves out its outlying heights unless they are kept.
   subroutine read_measurement(input, config, world, case, errors, notices)
     type(bending_input_t), intent(in) :: input
     type(config_t), intent(in) :: config

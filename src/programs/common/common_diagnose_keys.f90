@@ -19,7 +19,7 @@ module common_diagnose_keys
   !> Holds what a user chooses for the simulation of flights.
   type :: flight_choices_t
     character(:), allocatable :: file, folder, effects
-    integer :: ranks = 0, beats = 1, harmonics = 1
+    integer :: ranks = 0, beats = 1, harmonics = 1, rounds = 0
     logical :: refine = .true.
     real(rp) :: model_sd = 0
   end type flight_choices_t
@@ -110,10 +110,12 @@ contains
     call keys%text('folder', c%folder, 'flights', 'folder of the flights; what was flown there is not flown again')
     call keys%integer('ranks', c%ranks, 0, 'of each flight, so that several are flown at a time; 0: all ranks fly together', min=0)
     call keys%integer('beats', c%beats, 3, 'that are flown; the last one is compared', min=1, max=1000)
-    call keys%text('effects', c%effects, '', 'names of the effects of kinematics, flow and balance that are sought, '// &
+    call keys%text('effects', c%effects, '', 'names of the effects of kinematics, flow and balance to look for, '// &
                    'with commas; empty: all that can be (docs/theory/flight-records.md)')
     call keys%switch('refine', c%refine, .true., 'fly the case on a grid of half as many points again too, and count the '// &
                      'difference as an error')
+    call keys%integer('rounds', c%rounds, 3, 'at most, in which a clear cause is flown again with what was found of it, and '// &
+                      'fitted again; 0: forces stay those of an approximation about the case', min=0, max=20)
     call keys%real('model_sd', c%model_sd, 0.05_rp, 'relative error that all simulated components together, and each, '// &
                    'may have over the whole beat, beside that of the grid: box, thickness of the wing, start from rest '// &
                    '(docs/results/flight-records.md)', min=0.0_rp, max=1.0_rp)

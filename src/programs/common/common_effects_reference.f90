@@ -37,6 +37,7 @@ contains
     write (unit, '(a)') ''
   end subroutine write_effects_reference
 
+  !> Returns the names of the parameters of an effect, separated by commas.
   function names_of(effect) result(text)
     type(effect_t), intent(in) :: effect
     character(:), allocatable :: text
@@ -50,6 +51,7 @@ contains
     end do
   end function names_of
 
+  !> Returns the bounds of the parameters of an effect; equal bounds appear once.
   function bounds_of(effect) result(text)
     type(effect_t), intent(in) :: effect
     character(:), allocatable :: text
@@ -66,6 +68,7 @@ contains
     end do
   end function bounds_of
 
+  !> Returns the prior standard deviations of the parameters of an effect; equal ones appear once.
   function priors_of(effect) result(text)
     type(effect_t), intent(in) :: effect
     character(:), allocatable :: text

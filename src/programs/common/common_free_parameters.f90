@@ -126,6 +126,7 @@ contains
     end if
   end function matches
 
+  !> Returns the bounds of parameter `i` that hold where the input names none; joints have those of the paper.
   function default_bounds(params, p, i) result(bounds)
     type(solid_params_t), intent(in) :: params
     type(parameter_t), intent(in) :: p
@@ -135,6 +136,7 @@ contains
     if (i > N_COMMON + size(params%vein_factor) .and. i <= params%count_basic()) bounds = PAPER_JOINT
   end function default_bounds
 
+  !> Adds parameter `i` to the free ones. `problem` says why this is not possible.
   subroutine add(free_parameters, params, p, i, bounds, is_log, scale_is_given, problem)
     type(free_parameters_t), intent(inout) :: free_parameters
     type(solid_params_t), intent(in) :: params
@@ -173,6 +175,7 @@ contains
     free_parameters%is_log = [free_parameters%is_log(:n), log_scale, free_parameters%is_log(n + 1:)]
   end subroutine add
 
+  !> Returns the list of valid names, with the one that is most like `name`.
   function hint(name, params, instrument) result(text)
     character(*), intent(in) :: name
     type(solid_params_t), intent(in) :: params

@@ -14,7 +14,7 @@ module common_instrument
   use measurement_instrument, only: instrument_t, N_INSTRUMENT
   implicit none
   private
-  public :: register_instrument_keys, register_idle_instrument, read_instrument, instrument_lines, instrument_hint
+  public :: register_instrument_keys, register_idle_instrument, read_instrument, instrument_lines
 
 contains
 
@@ -65,6 +65,7 @@ contains
     if (problems /= '') call config%complain(errors, 'Instrument', 'parameters', problems(3:))
   end subroutine read_instrument
 
+  !> Reads a pair NAME VALUE of the instrument. `problem` says what is wrong with it.
   subroutine read_pair(text, instrument, problem)
     character(*), intent(in) :: text
     type(instrument_t), intent(inout) :: instrument

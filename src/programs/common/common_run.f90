@@ -89,7 +89,7 @@ contains
     self%identity%id = id
   end subroutine broadcast_identity
 
-  !> Checks that a new run does not meet the results of an earlier one, and fails if it does. With `overwrite` it does not fail:
+  !> Checks that a new run does not overwrite results of an earlier one, and fails if it would. With `overwrite` it passes:
   !> `settle` will then move away the files that match `patterns`, apart from those that this run reads. It changes no file.
   !> Collective.
   subroutine run_check_new(self, overwrite, patterns, outcome)
@@ -135,6 +135,7 @@ contains
     has_file = file_exists(path) .and. .not. file_exists(path//'/.')
   end function has_file
 
+  !> Returns the name of the backup in a slot, 0 or 1.
   function backup_name(self, slot) result(name)
     class(run_t), intent(in) :: self
     integer, intent(in) :: slot
@@ -215,6 +216,7 @@ contains
     end if
   end subroutine run_judge
 
+  !> Tells whether a file name matches one of the patterns.
   pure logical function is_one_of(name, patterns)
     character(*), intent(in) :: name, patterns(:)
     integer :: i
@@ -243,6 +245,7 @@ contains
     call outcome%fail(OUTCOME_UNWRITABLE, reason)
   end subroutine run_settle
 
+  !> Moves the files of an earlier run into a folder of their own. Fails if one of its backups has to stay.
   subroutine move_earlier(self, failure)
     class(run_t), intent(in) :: self
     type(failure_t), intent(inout) :: failure
@@ -268,6 +271,7 @@ contains
     flush (error_unit)
   end subroutine move_earlier
 
+  !> Writes BASE_identity.txt, which says which run the files belong to.
   subroutine write_identity(self, failure)
     class(run_t), intent(in) :: self
     type(failure_t), intent(inout) :: failure

@@ -2,7 +2,9 @@
 !> Declares the ini keys of `msm_train`. All units are SI. Keys whose default is `preset`, -1 or 0 follow [Train] preset.
 module common_train_keys
   use base_kinds, only: rp
-  use cmaes_options, only: cmaes_options_t
+  use base_named_kinds, only: named_kind_t
+  use cmaes_options, only: cmaes_options_t, CONSTANT_SETS, WEIGHTINGS
+  use cmaes_search, only: RESTART_RULES, RESTARTS_NONE
   use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_TRAIN
   use common_instrument, only: register_instrument_keys
   use common_measurement_keys, only: register_measurement_keys
@@ -20,8 +22,9 @@ module common_train_keys
 
   !> Holds what a user chooses. It keeps the words of the user where the preset decides what they mean.
   type :: train_choices_t
-    character(:), allocatable :: preset, parameters, scale, cost, start, stages, polish, weights, constants
-    character(:), allocatable :: restarts          !< none, ipop or bipop
+    character(:), allocatable :: preset, parameters, scale, cost, start, stages, polish
+    integer :: weights = 0, constants = 0             !< 0: as `preset` says
+    integer :: restarts = RESTARTS_NONE
     integer :: max_restarts = 0
     logical :: moves = .true., intervals = .true.
     real(rp) :: prior_decades = 1
@@ -67,11 +70,11 @@ contains
   subroutine train_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(train_choices_t), intent(inout) :: c
-    call keys%section('Train', 'what is sought, and where')
+    call keys%section('Train', 'free parameters and their bounds')
     call keys%word('preset', c%preset, 'default', 'default|paper', 'paper: as Truong et al.: linear box, their '// &
                    'weights, population 16, end at h < 1e-6 m (their 1e-4 in cm) or after 100 generations, no '// &
                    'polish, two stages, cross-springs')
-    call keys%text('parameters', c%parameters, 'E, joint:*', 'what is sought: NAME, or NAME LOWER UPPER, or NAME LOWER '// &
+    call keys%text('parameters', c%parameters, 'E, joint:*', 'free parameters: NAME, or NAME LOWER UPPER, or NAME LOWER '// &
                    'UPPER log|linear, separated by commas; names as in [Wing] and [Instrument] parameters, or E, D; '// &
                    'joint:*, E:* and hardening:* mean all joints and all veins')
     call keys%word('scale', c%scale, 'preset', 'preset|log|linear', 'of bounds that do not say it; paper: linear')
@@ -101,6 +104,7 @@ contains
     call limit_keys(keys, c%limits, c%progress_seconds)
   end subroutine train_keys
 
+  !> Visits the keys of [CMAES], the global search.
   subroutine search_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(train_choices_t), intent(inout) :: c
@@ -108,9 +112,9 @@ contains
       call keys%section('CMAES', 'the global search; lengths are fractions of the box')
       call keys%integer('lambda', o%lambda, 0, 'candidates of a generation; 0: 4 + 3 ln n, paper: 16', min=0, max=100000)
       call keys%real('sigma0', o%sigma0, 0.3_rp, 'first step', above=0.0_rp, max=10.0_rp)
-      call keys%word('weights', c%weights, 'preset', 'preset|active|positive|paper', 'of the ranks')
-      call keys%word('constants', c%constants, 'preset', 'preset|tutorial|paper', 'learning rates')
-      call keys%word('restarts', c%restarts, 'none', 'none|ipop|bipop', 'what follows a run that ends before its target')
+      call keys%kind('weights', c%weights, 'preset', [named_kind_t('preset', 0), WEIGHTINGS], 'of the ranks')
+      call keys%kind('constants', c%constants, 'preset', [named_kind_t('preset', 0), CONSTANT_SETS], 'learning rates')
+      call keys%kind('restarts', c%restarts, 'none', RESTART_RULES, 'what follows a run that ends before its target')
       call keys%integer('max_restarts', c%max_restarts, 9, 'at most', min=0, max=1000)
       call keys%integer('max_generations', o%max_iterations, 0, 'of a run; 0: without limit, paper: 100', min=0)
       call keys%integer('max_evaluations', o%max_evaluations, 0, &

@@ -121,6 +121,7 @@ contains
 
   contains
 
+    !> Adds an error if a length is impossible for an insect wing, or a notice if it is only unlikely.
     subroutine check_one(key, size_given, range)
       character(*), intent(in) :: key
       real(rp), intent(in) :: size_given, range(2)

@@ -91,6 +91,7 @@ contains
     call damping_keys(keys, inertia, nodal)
   end subroutine read_damping_keys
 
+  !> Visits the keys of [Wing]. With `required`, the wing file must be given.
   subroutine wing_keys(keys, c, required)
     type(keys_t), intent(inout) :: keys
     type(wing_choices_t), intent(inout) :: c
@@ -130,6 +131,7 @@ contains
     call effect_keys(keys, c%sites)
   end subroutine wing_keys
 
+  !> Visits the keys of [Mass].
   subroutine mass_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(mass_choices_t), intent(inout) :: c
@@ -152,6 +154,7 @@ contains
                    'dust, glue, a marker', unit='m, m, kg')
   end subroutine mass_keys
 
+  !> Visits the keys of [Damping].
   subroutine damping_keys(keys, inertia, nodal)
     type(keys_t), intent(inout) :: keys
     type(inertia_t), intent(inout) :: inertia

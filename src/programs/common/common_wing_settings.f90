@@ -150,6 +150,7 @@ contains
       call config%complain(errors, 'Saving', 'name', 'must not contain < > & : or quotes')
   end subroutine check_name
 
+  !> Sets the stiffness parameters of the wing from [Wing].
   subroutine take_material(c, choices, s, errors, notices)
     type(config_t), intent(in) :: c
     type(wing_choices_t), intent(in) :: choices
@@ -179,6 +180,7 @@ contains
     end associate
   end subroutine take_material
 
+  !> Sets the masses of the wing from [Mass] and the wing file. A wing without masses is an error if `needs_mass`.
   subroutine take_mass(c, choices, needs_mass, s, errors, notices)
     type(config_t), intent(in) :: c
     type(mass_choices_t), intent(in) :: choices
@@ -228,6 +230,7 @@ contains
     if (len(problems) > 0) call config%complain(errors, 'Wing', 'parameters', problems(3:))
   end subroutine take_parameters
 
+  !> Reads a pair NAME VALUE of [Wing] parameters. `problem` says what is wrong with it.
   subroutine read_pair(text, params, problem)
     character(*), intent(in) :: text
     type(solid_params_t), intent(inout) :: params
@@ -269,6 +272,7 @@ contains
     end associate
   end subroutine read_pair
 
+  !> Returns the names that [Wing] parameters takes, separated by ' | '.
   function names_of(params) result(text)
     type(solid_params_t), intent(in) :: params
     character(:), allocatable :: text

@@ -11,15 +11,15 @@ program flusi
                            ACTION_PARAMETERS, ACTION_RUN, ACTION_SOLID, ACTION_SOLID_CHECK, ACTION_STATIC, &
                            ACTION_STATIC_CHECK, ACTION_VERSION
   use flusi_dry_run, only: print_dry_run
-  use flusi_keys, only: write_reference
-  use flusi_machine, only: check_machine
   use flusi_parameters, only: read_parameters
   use flusi_postprocess, only: run_keyvalues, run_compare_keys
-  use flusi_settings, only: settings_t
-  use flusi_simulation, only: simulation_t
   use flusi_solid, only: check_solid, run_solid
   use flusi_static, only: run_static
   use parallel_world, only: world_t
+  use simulation_keys, only: write_reference
+  use simulation_machine, only: check_machine
+  use simulation_runner, only: simulation_t
+  use simulation_settings, only: settings_t
   use spectral_backends, only: HAS_P3DFFT
   implicit none
   type(command_t) :: command
@@ -77,8 +77,9 @@ program flusi
 
 contains
 
+  !> Runs a simulation and keeps its outcome.
   subroutine simulate()
-    call simulation%init(world, settings, command)
+    call simulation%init(world, settings, command%simulation_start_t)
     call simulation%run()
     call simulation%finish()
     outcome = simulation%outcome

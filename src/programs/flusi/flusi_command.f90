@@ -3,6 +3,7 @@
 module flusi_command
   use base_errors, only: message_list_t
   use common_arguments, only: arguments_t, parse_arguments, print_lines
+  use simulation_start, only: simulation_start_t
   implicit none
   private
   public :: command_t, parse_command_line, print_usage
@@ -17,13 +18,8 @@ module flusi_command
                                                                         '--keyvalues', '--compare-keys', '--parameters']
 
   !> Holds what the user asks for on the command line.
-  type :: command_t
+  type, extends(simulation_start_t) :: command_t
     integer :: action = ACTION_RUN
-    character(:), allocatable :: ini          !< parameter file
-    logical :: restart = .false.
-    character(:), allocatable :: restart_file !< empty: the newest valid backup
-    logical :: overwrite = .false.            !< results of an earlier run move aside
-    logical :: accepts = .false.              !< a restart takes inputs that do not fit the checkpoint
     logical :: flusi_compat = .false.         !< duplicate keys: the first wins
     logical :: postprocess = .false.          !< called in FLUSI's way, results go to files
     character(:), allocatable :: file, other_file
@@ -77,6 +73,7 @@ contains
     end select
   end subroutine choose_wing_alone
 
+  !> Checks that the command line names as many files as its action needs.
   subroutine check_files(command, n_files, errors)
     type(command_t), intent(inout) :: command
     integer, intent(in) :: n_files

@@ -3,14 +3,14 @@
 module flusi_dry_run
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: rp
-  use flusi_memory, only: memory_t, estimate_memory
-  use flusi_opening, only: opening_t
-  use flusi_plans, only: expected_steps
-  use flusi_report, only: print_scales
-  use flusi_output_params, only: output_params_t
-  use flusi_series, only: run_series_t
-  use flusi_settings, only: settings_t
   use parallel_world, only: world_t
+  use simulation_memory, only: memory_t, estimate_memory
+  use simulation_opening, only: opening_t
+  use simulation_output_params, only: output_params_t
+  use simulation_plans, only: expected_steps
+  use simulation_report, only: print_scales
+  use simulation_series, only: run_series_t
+  use simulation_settings, only: settings_t
   implicit none
   private
   public :: print_dry_run
@@ -44,6 +44,7 @@ contains
     flush (output_unit)
   end subroutine print_dry_run
 
+  !> Prints the memory of each rank if the grid is shared among `ranks` ranks; prints nothing if it cannot be shared.
   subroutine print_memory(unit, ranks, settings)
     integer, intent(in) :: unit, ranks
     type(settings_t), intent(in) :: settings
@@ -58,6 +59,7 @@ contains
     end if
   end subroutine print_memory
 
+  !> Prints which files the run would write, and how large they would be.
   subroutine print_files(unit, settings, t_end)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings

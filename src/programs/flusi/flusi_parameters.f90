@@ -5,11 +5,11 @@ module flusi_parameters
   use base_errors, only: message_list_t
   use base_outcome, only: outcome_t, OUTCOME_MISTAKE
   use flusi_command, only: command_t, ACTION_CHECK, ACTION_DRY_RUN
-  use flusi_memory, only: memory_t, estimate_memory
-  use flusi_settings, only: settings_t, load_settings
   use io_broadcast_text, only: read_broadcast_text
   use parallel_outcome, only: agree_on_outcome
   use parallel_world, only: world_t
+  use simulation_memory, only: memory_t, estimate_memory
+  use simulation_settings, only: settings_t, load_settings
   use spectral_sticks, only: kept_columns
   implicit none
   private
@@ -51,6 +51,7 @@ contains
     flush (error_unit)
   end subroutine read_parameters
 
+  !> Adds an error if the grid cannot be shared among the ranks of this run.
   subroutine check_ranks(world, settings, errors)
     type(world_t), intent(in) :: world
     type(settings_t), intent(in) :: settings

@@ -70,6 +70,7 @@ contains
     call file%close(ignored)
   end subroutine draws_recall
 
+  !> Reads n numbers. If n is 0, it does not use the file, and `ok` is true.
   subroutine read_flat(file, name, n, values, ok)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -80,6 +81,7 @@ contains
     if (n > 0) call read_reals(file, name, values, ok)
   end subroutine read_flat
 
+  !> Reads a table (n, m).
   subroutine read_table(file, name, n, m, values, ok)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -120,6 +122,7 @@ contains
     end associate
   end subroutine draws_keep
 
+  !> Returns a checksum of the key and the draws.
   pure integer(i8) function checksum_of(key, c) result(total)
     integer(i8), intent(in) :: key
     type(calibration_t), intent(in) :: c

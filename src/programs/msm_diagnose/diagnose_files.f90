@@ -54,6 +54,7 @@ contains
     call write_fragment(s, d%extended%q, what(:len(what) - 1), s%name//'_extended.ini', failure)
   end subroutine write_fragments
 
+  !> Writes the parameters `q` as an input file that others can include. `what` says what they are.
   subroutine write_fragment(s, q, what, path, failure)
     type(diagnose_settings_t), intent(in) :: s
     real(rp), intent(in) :: q(:)
@@ -155,7 +156,7 @@ contains
     character(160) :: line
     integer :: i
     logical :: ok
-    text = 'rank,load,x [m],y [m],force [N],separation now [sd],separation with it once more [sd]'//new_line('a')
+    text = 'rank,load,x [m],y [m],force [N],separation now [sd],separation if repeated [sd]'//new_line('a')
     do i = 1, size(next%order)
       line = ',,,' ! a mode has no place and no force
       if (next%order(i) <= size(s%measurement%loads)) then

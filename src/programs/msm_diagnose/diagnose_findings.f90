@@ -123,6 +123,7 @@ contains
     finding%best = exp(q)
   end function make_finding
 
+  !> Gives a finding its interval, in the unit of the parameter.
   pure subroutine add_interval(finding, is_log, interval)
     type(finding_t), intent(inout) :: finding
     logical, intent(in) :: is_log

@@ -2,8 +2,8 @@
 !> Holds the `flusi` case of an experiment and derives cases from it with other kinematics, another flow or a finer grid. A
 !> derived case is an ini file that includes the case and sets the keys that change. All ranks hold the same.
 module diagnose_flight_case
-  use base_checksum, only: checksum_text
   use base_build, only: BUILD_VERSION
+  use base_checksum, only: checksum_text
   use base_constants, only: PI
   use base_errors, only: message_list_t
   use base_files, only: folder_of, join_path, name_of, real_path
@@ -11,8 +11,10 @@ module diagnose_flight_case
   use base_text, only: number_text
   use diagnosis_flight_runner, only: flight_facts_t, flight_request_t, FLOW_DEVIATION, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, &
                                      FLOW_PLANE, FLOW_STROKE, FLOW_STROKE_MEAN, FLOW_VISCOSITY, FLOW_WIND, N_PHASES
+  use fluid_mean_keys, only: MEAN_FIXED
   use flusi_plans, only: expected_steps
   use flusi_settings, only: load_settings, settings_t
+  use fsi_body_motion, only: MOTION_TABLE
   use fsi_body_motion_keys, only: body_motion_choices, body_motion_choices_t
   use fsi_kinematics, only: body_t, pose_wing, wing_pose_t
   use fsi_kinematics_keys, only: kinematics_choices, kinematics_choices_t
@@ -20,6 +22,8 @@ module diagnose_flight_case
   use io_broadcast_text, only: read_broadcast_text
   use measurement_flight, only: N_COMPONENTS
   use parallel_world, only: world_t
+  use simulation_plans, only: expected_steps
+  use simulation_settings, only: load_settings, settings_t
   implicit none
   private
   public :: flight_case_t
@@ -91,7 +95,7 @@ contains
       facts%frequency = s%flight%frequency()*u%frequency
       facts%speed = (s%flight%tip_speed() + s%flight%motion%mean_speed())*u%length*u%frequency
       facts%wind = s%fluid%mean%velocity*u%length*u%frequency
-      has_table = s%flight%motion%word == 'table'
+      has_table = s%flight%motion%kind == MOTION_TABLE
       facts%missing = ''
       if (facts%is_section) then
         if (.not. has_table) facts%missing(FLOW_STROKE) = 'needs a plate that moves as a table says'
@@ -100,7 +104,7 @@ contains
         facts%missing(FLOW_PLANE) = facts%missing(FLOW_STROKE_MEAN)
         facts%missing(FLOW_WIND + 1) = 'needs flow in space, not in a section'
       end if
-      if (any(s%fluid%mean%kind /= 'fixed')) facts%missing(FLOW_WIND + 1:FLOW_WIND + 3) = &
+      if (any(s%fluid%mean%kind /= MEAN_FIXED)) facts%missing(FLOW_WIND + 1:FLOW_WIND + 3) = &
         'needs a prescribed mean flow: [MeanFlow] iMeanFlow = 1'
       call expected_steps(s, dt, speed, facts%steps)
       facts%steps = self%beats/s%flight%frequency()/dt
@@ -137,6 +141,7 @@ contains
     end associate
   end subroutine find_inertia
 
+  !> Returns the centroid of a surface.
   pure function centroid_of(points, triangles) result(centroid)
     real(rp), intent(in) :: points(:, :)
     integer, intent(in) :: triangles(:, :)
@@ -182,6 +187,7 @@ contains
     text = text//kinematics_text(self, request)
   end function case_text
 
+  !> Returns the lines of [Insects] that change the kinematics as requested.
   function kinematics_text(self, request) result(text)
     class(flight_case_t), intent(in) :: self
     type(flight_request_t), intent(in) :: request
@@ -210,12 +216,14 @@ contains
            'kinematics_lead = '//three(lead)//NL
   end function kinematics_text
 
+  !> Returns three numbers, separated by blanks.
   function three(x) result(text)
     real(rp), intent(in) :: x(3)
     character(:), allocatable :: text
     text = number_text(x(1))//' '//number_text(x(2))//' '//number_text(x(3))
   end function three
 
+  !> Returns lines KEY = VALUE.
   function numbers(keys, values) result(text)
     character(*), intent(in) :: keys(:)
     real(rp), intent(in) :: values(:)

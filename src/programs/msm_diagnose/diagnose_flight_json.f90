@@ -26,21 +26,28 @@ contains
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     type(wing_flight_t) :: flight
+    integer :: about_found
     real(rp), allocatable :: baseline(:), extended(:), of_grid(:, :), nothing(:, :)
     integer :: r, k, at, n
     if (.not. s%flights%is_ready) return
     call flight%init(s%measurement%flights, s%catalogue%parameters, s%flights)
     allocate (baseline(flight%n), extended(flight%n), of_grid(flight%n, max(1, flight%n_nuisances)), nothing(flight%n, 0))
     call flight%evaluate(d%baseline%q, [integer ::], baseline, nothing)
-    extended = baseline
-    if (d%extended%is_found) call flight%evaluate(d%extended%q, [integer ::], extended, nothing)
     of_grid = 0
     if (s%flights%is_refined) call flight%nuisances(d%baseline%q, of_grid)
+    if (d%rounds%found%is_found) call flight%add(s%flights%at_found, about_found)
+    extended = baseline
+    if (d%extended%is_found) call flight%evaluate(d%extended%q, [integer ::], extended, nothing)
     call json%open_object('flight')
     call json%put('case', s%flights%facts%path)
     call json%put('frequency_hz', s%flights%facts%frequency)
     call json%put('is_section', s%flights%facts%is_section)
     call json%put('is_refined', s%flights%is_refined)
+    if (allocated(d%rounds%moved)) then
+      call json%put('moved_sd', d%rounds%moved)
+      call json%put('has_settled', d%rounds%has_settled)
+      call json%put('no_more_rounds', d%rounds%reason)
+    end if
     call json%open_list('records')
     at = 0
     do r = 1, size(s%measurement%flights)
@@ -78,8 +85,8 @@ contains
 
   end subroutine put_flights
 
-  !> Writes NAME_extended_flight.ini: the case with the errors of the kinematics and the flow that were found. Another beat
-  !> frequency is told in a comment. Writes nothing if no other error was found.
+  !> Writes NAME_extended_flight.ini: the case with the errors of the kinematics and the flow that were found. A comment states
+  !> another beat frequency. Writes nothing if no other error was found.
   subroutine write_extended_flight(s, d, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d

@@ -71,6 +71,7 @@ contains
     data%response%wind = runner%facts%wind
   end subroutine load_flights
 
+  !> Adds an error for every name in `effects` that is no effect of a flight.
   subroutine check_effects(config, effects, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: effects
@@ -125,9 +126,10 @@ contains
     end associate
   end subroutine check_records
 
-  !> Prints on `unit` how many flights are needed and what they may cost. Not collective: rank 0 calls it.
-  subroutine print_cost(unit, runner, data, world)
-    integer, intent(in) :: unit
+  !> Prints on `unit` how many flights are needed and what they may cost, and how many more there may be in `most_rounds` rounds with
+  !> what is found. Not collective: rank 0 calls it.
+  subroutine print_cost(unit, most_rounds, runner, data, world)
+    integer, intent(in) :: unit, most_rounds
     type(flusi_runner_t), intent(inout) :: runner
     type(flight_data_t), intent(in) :: data
     type(world_t), intent(in) :: world
@@ -142,8 +144,12 @@ contains
       ' are to be flown, '//number_text(world%size/ranks)//' at a time on '//number_text(ranks)//' ranks each'
     write (unit, '(a)') '          about '//number_text(nint(data%facts%steps))//' steps each, '// &
       time_text(rounds*data%facts%seconds/ranks)//' for all, very roughly'
+    if (most_rounds > 0 .and. size(requests) > merge(2, 1, data%is_refined)) write (unit, '(a)') &
+      '          then up to '//number_text(most_rounds)//' rounds, if a cause is clear, of '// &
+      trim(merge('2 flights', '1 flight ', data%is_refined))//' with what was found and 2 more for each number of it'
   end subroutine print_cost
 
+  !> Returns a duration, rounded up, in seconds, minutes or hours.
   function time_text(seconds) result(text)
     real(rp), intent(in) :: seconds
     character(:), allocatable :: text

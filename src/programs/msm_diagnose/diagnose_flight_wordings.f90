@@ -20,6 +20,7 @@ contains
     if (.not. allocated(w%up)) call word_balance(w, name, unit)
   end subroutine word_flight
 
+  !> Gives the words for a change of the kinematics.
   subroutine word_kinematics(w, name)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: name
@@ -31,9 +32,9 @@ contains
     case ('deviation_amplitude')
       call amplitude(w, 'The deviation was')
     case ('stroke_mean')
-      call angle(w, 'The stroke lay aside in phi by')
+      call angle(w, 'The middle of the stroke was displaced in phi by')
     case ('pitch_mean')
-      call angle(w, 'The wing was pitched aside by')
+      call angle(w, 'The mean pitch was displaced by')
     case ('stroke_plane')
       call angle(w, 'The stroke plane was tilted in eta by')
     case ('pitch_lead')
@@ -44,18 +45,21 @@ contains
     end select
   end subroutine word_kinematics
 
+  !> Gives the words for a factor on an amplitude.
   subroutine amplitude(w, lead)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: lead
     call factor(w, SCALE_LINEAR, lead, lead, 'larger', 'smaller', STATED, AS_STATED, 0.0_rp)
   end subroutine amplitude
 
+  !> Gives the words for an angle that is added.
   subroutine angle(w, lead)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: lead
     call plain(w, 'degrees', lead//' plus', lead//' minus', '', '', '', 0.0_rp)
   end subroutine angle
 
+  !> Gives the words for wind and viscosity.
   subroutine word_flow(w, name)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: name
@@ -67,6 +71,7 @@ contains
     end if
   end subroutine word_flow
 
+  !> Gives the words for an error of the force balance.
   subroutine word_balance(w, name, unit)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: name, unit

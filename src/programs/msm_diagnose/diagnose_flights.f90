@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Simulates flights with `flusi` inside this program. Groups of ranks simulate whole flights, each in a folder of its own, whose
-!> name depends on the inputs of the flight. A flight that has ended is read and not flown again. One that was interrupted goes on
+!> name depends on the inputs of the flight. A flight that has ended is read and not flown again. An interrupted flight continues
 !> from its backup, or begins again if it has none.
 module diagnose_flights
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
@@ -14,16 +14,16 @@ module diagnose_flights
   use base_text_file, only: write_text
   use diagnose_flight_case, only: flight_case_t
   use diagnosis_flight_runner, only: flight_record_t, flight_request_t, flight_runner_t, N_PHASES
-  use flusi_command, only: command_t
-  use flusi_machine, only: check_machine
-  use flusi_memory, only: estimate_memory, memory_t
-  use flusi_settings, only: settings_t
-  use flusi_simulation, only: simulation_t
   use fsi_rotation, only: cross
   use io_broadcast_text, only: read_text_file
   use io_series_read, only: read_series
   use parallel_outcome, only: agree_on_outcome
   use parallel_world, only: world_t
+  use simulation_machine, only: check_machine
+  use simulation_memory, only: estimate_memory, memory_t
+  use simulation_runner, only: simulation_t
+  use simulation_settings, only: settings_t
+  use simulation_start, only: simulation_start_t
   implicit none
   private
   public :: flusi_runner_t
@@ -125,6 +125,7 @@ contains
     end do
   end subroutine find_names
 
+  !> Gives all ranks the names that rank 0 has. Collective.
   subroutine share_names(world, names)
     type(world_t), intent(in) :: world
     type(name_t), intent(inout) :: names(:)
@@ -182,6 +183,7 @@ contains
     call of_all%fail(outcome%kind, 'a flight did not come to its end; '//join_path(folder, LOG)//' tells why. Start again to go on')
   end subroutine fly_one
 
+  !> Writes the input file of a flight into its folder, which it makes if it is missing.
   subroutine write_start(self, request, folder, ok)
     class(flusi_runner_t), intent(in) :: self
     type(flight_request_t), intent(in) :: request
@@ -198,17 +200,17 @@ contains
     type(settings_t), intent(in) :: settings
     type(outcome_t), intent(inout) :: outcome
     type(simulation_t), pointer :: simulation !< too large for the stack
-    type(command_t) :: command
+    type(simulation_start_t) :: start
     integer :: has_backup
-    command%ini = INI
-    command%restart_file = ''
+    start%ini = INI
+    start%restart_file = ''
     has_backup = 0
     if (group%is_root) has_backup = merge(1, 0, file_exists('runtime_backup0.h5') .or. file_exists('runtime_backup1.h5'))
     call group%broadcast_integer(has_backup)
-    command%restart = has_backup == 1
-    command%overwrite = .not. command%restart
+    start%restart = has_backup == 1
+    start%overwrite = .not. start%restart
     allocate (simulation)
-    call simulation%init(group, settings, command)
+    call simulation%init(group, settings, start)
     call simulation%run()
     call simulation%finish()
     outcome = simulation%outcome

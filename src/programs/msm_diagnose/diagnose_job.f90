@@ -6,7 +6,8 @@ module diagnose_job
   use base_checksum, only: checksum_text
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
-  use base_outcome, only: outcome_t, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED, OUTCOME_UNWRITABLE, OUTCOME_VERDICT
+  use base_outcome, only: outcome_t, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED, OUTCOME_STOPPED, OUTCOME_UNWRITABLE, &
+                          OUTCOME_VERDICT
   use base_random, only: random_uniforms
   use common_wing_doubts, only: print_notices
   use diagnose_command, only: diagnose_command_t, DIAGNOSE_CHECK, DIAGNOSE_PLAN
@@ -19,6 +20,7 @@ module diagnose_job
   use diagnose_settings, only: diagnose_settings_t, load_diagnose_settings
   use diagnose_summary, only: print_verdict
   use diagnosis_discretisation, only: discretisation_error_t
+  use diagnosis_further_runs, only: further_runs_t
   use diagnosis_mode_report, only: describe_modes
   use diagnosis_series_report, only: describe_series
   use diagnosis_next_measurement, only: next_measurement_t, rank_loads
@@ -46,6 +48,7 @@ module diagnose_job
     type(wing_simulator_t) :: simulator
     type(diagnosis_t) :: diagnosis
     type(discretisation_error_t) :: discretisation
+    type(further_runs_t) :: further
     logical :: has_discretisation = .false. !< the band can be sought
     logical :: is_over = .false.            !< nothing is left to do
     type(lock_t), private :: lock !< of the files, on rank 0
@@ -99,11 +102,19 @@ contains
       self%simulator%membrane_sd = s%membrane_sd
       self%has_discretisation = s%finds_discretisation .and. command%action /= DIAGNOSE_PLAN
     end associate
-    if (.not. self%has_discretisation) return
-    call self%discretisation%init(self%world, self%settings, failure)
-    self%has_discretisation = .not. failure%failed
-    if (failure%failed .and. self%world%is_root) &
-      write (error_unit, '(a)') 'notice: the error of the mesh is not estimated: '//failure%reason
+    if (self%has_discretisation) then
+      call self%discretisation%init(self%world, self%settings, failure)
+      self%has_discretisation = .not. failure%failed
+      if (failure%failed .and. self%world%is_root) &
+        write (error_unit, '(a)') 'notice: the error of the mesh is not estimated: '//failure%reason
+    end if
+    if (self%has_discretisation) then
+      call self%further%init(self%world, self%simulator, self%discretisation)
+    else
+      call self%further%init(self%world, self%simulator)
+    end if
+    if (self%settings%flights%is_ready) &
+      call self%further%take_flights(self%settings%choices%flight%rounds, self%settings%runner, self%settings%flights)
   end subroutine diagnose_begin
 
   !> Prints what the flights cost, and simulates them unless this is a plan. Collective.
@@ -112,7 +123,7 @@ contains
     type(diagnose_command_t), intent(in) :: command
     associate (s => self%settings)
       if (.not. s%flights%has_records) return
-      if (self%world%is_root) call print_cost(output_unit, s%runner, s%flights, self%world)
+      if (self%world%is_root) call print_cost(output_unit, s%choices%flight%rounds, s%runner, s%flights, self%world)
       flush (output_unit)
       self%is_over = command%action == DIAGNOSE_PLAN .and. s%only_flies()
       if (command%action == DIAGNOSE_PLAN) return
@@ -146,9 +157,11 @@ contains
         'and not counted: the fit on one of the two meshes failed'
     end if
     call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%outcome%failure, &
-                       store, self%discretisation)
+                       store, self%further)
+    if (self%further%outcome%failure%failed) self%outcome = self%further%outcome
     call self%outcome%classify(OUTCOME_NOT_CONVERGED)
     if (self%outcome%failure%failed) return
+    if (allocated(self%settings%flights%at_found)) call self%diagnosis%restore_baseline(self%simulator)
     self%settings%noise%model = self%simulator%noise
     warning = self%settings%noise%warning
     call check_declared_variance(self%settings%noise, self%diagnosis%scale)
@@ -163,7 +176,7 @@ contains
     call write_extended_flight(self%settings, self%diagnosis, self%outcome%failure)
     call write_maps(self%settings, self%simulator, self%diagnosis, self%outcome%failure)
     call write_next(self%settings, next, self%outcome%failure)
-    ! The verdict comes last: where it is, all is.
+    ! The verdict is written last: if it exists, all other results exist.
     call write_diagnosis_json(self%settings, self%diagnosis, self%discretisation, next, zeros, unknown, self%outcome%failure)
     self%outcome%verdict = self%diagnosis%decision%verdict
     if (command%wants_code) call self%outcome%end_as(OUTCOME_VERDICT)
@@ -216,22 +229,14 @@ contains
   subroutine diagnose_serve(self)
     class(diagnose_t), intent(inout) :: self
     if (self%is_over) return
-    if (self%has_discretisation) then
-      call self%discretisation%serve(self%simulator)
-    else
-      call self%simulator%serve()
-    end if
+    call self%further%serve()
   end subroutine diagnose_serve
 
   !> Ends `serve` on the other ranks. Only rank 0 calls it.
   subroutine diagnose_shut_down(self)
     class(diagnose_t), intent(inout) :: self
     if (self%is_over) return
-    if (self%has_discretisation) then
-      call self%discretisation%shut_down(self%simulator)
-    else
-      call self%simulator%shut_down()
-    end if
+    call self%further%shut_down()
   end subroutine diagnose_shut_down
 
   !> Returns the points from which fits start, one in each column. The first has the values of [Wing], or those at which the fit
@@ -261,7 +266,8 @@ contains
     if (self%outcome%failure%failed .and. (self%world%is_root .or. .not. self%is_over)) &
       write (error_unit, '(a)') 'msm_diagnose: '//self%outcome%failure%reason
     flush (error_unit)
-    call self%journal%finish(self%outcome%kind /= OUTCOME_UNWRITABLE)
+    ! What a stop or a full disk ended goes on later.
+    call self%journal%finish(all(self%outcome%kind /= [OUTCOME_UNWRITABLE, OUTCOME_STOPPED]))
     call self%lock%release()
     call self%simulator%free()
     if (self%has_discretisation) call self%discretisation%free()

@@ -101,6 +101,7 @@ contains
     call json%close()
   end subroutine put_rivals
 
+  !> Writes the verdict, its probability and the tests that it rests on.
   subroutine put_verdict(json, s, d, unknown)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
@@ -153,6 +154,7 @@ contains
     end associate
   end subroutine put_verdict
 
+  !> Writes the errors of the measurement, declared and found.
   subroutine put_noise(json, s, d)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
@@ -178,6 +180,7 @@ contains
     call json%close()
   end subroutine put_noise
 
+  !> Writes the fit without any effect.
   subroutine put_baseline(json, s, d)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
@@ -237,6 +240,7 @@ contains
     call json%close()
   end subroutine put_findings
 
+  !> Writes what is known about effect `e`: whether it was tested, how likely it is and from which strength it shows.
   subroutine put_effect(json, s, d, e)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
@@ -289,6 +293,7 @@ contains
     end associate
   end subroutine put_effect
 
+  !> Writes the fit with the effects that were found, and their intervals.
   subroutine put_extension(json, s, d)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
@@ -325,6 +330,7 @@ contains
     call json%close()
   end subroutine put_extension
 
+  !> Writes how well the two fits predict loads that they did not see.
   subroutine put_validation(json, d)
     type(json_t), intent(inout) :: json
     type(diagnosis_t), intent(in) :: d
@@ -358,6 +364,7 @@ contains
     call json%close()
   end subroutine put_zeros
 
+  !> Writes the cross-validation of one fit, location by location.
   subroutine put_folds(json, name, v)
     type(json_t), intent(inout) :: json
     character(*), intent(in) :: name

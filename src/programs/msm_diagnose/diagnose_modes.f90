@@ -53,6 +53,7 @@ contains
         call json%open_object('')
         call json%put('name', mode%name)
         call json%put('medium', trim(MEDIUM_NAMES(mode%medium)))
+        if (mode%is_loaded()) call json%put('is_loaded', .true.)
         call json%put('frequency_hz', mode%frequency)
         call json%put('sd_hz', mode%frequency_sigma)
         call json%put('baseline_number', row%number(1))

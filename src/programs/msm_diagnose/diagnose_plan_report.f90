@@ -46,11 +46,11 @@ contains
       end if
     end do
     if (found%has_loads) call print_best_loads(unit, s, found%best_loads)
-    write (unit, '(a)') '', 'Strengths are for errors as declared, of which the model has no others.'
+    write (unit, '(a)') '', 'These strengths assume that the declared errors are right and that the data have no other errors.'
     if (s%measurement%is_plan .and. any(s%measurement%loads%has_surface) .and. s%noise%model%length > 0) write (unit, '(a)') &
-      'Errors of heights count as independent and as correlated ones, in full: how they mix is not known before.'
+      'Errors of heights count in full as independent ones and in full as correlated ones, because their shares are not known yet.'
     if (s%finds_discretisation) write (unit, '(a)') &
-      'A diagnosis with `refine = yes` also counts what the mesh changes, and needs more.'
+      'A diagnosis with `refine = yes` also counts the error of the mesh, and needs stronger effects.'
     flush (unit)
     call write_plan(s, found%design, found%snr, found%best_loads, failure)
   end subroutine print_plan
@@ -131,6 +131,7 @@ contains
     if (.not. ok) call failure%raise(s%name//'_plan.json: cannot be written; is the folder missing or the disk full?')
   end subroutine write_plan
 
+  !> Writes how well a planned measurement could show effect `e`.
   subroutine put_plan(json, s, design, e, snr, best_load)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reports records of a ringing wing in a diagnosis, in a list in NAME.json and tables in NAME.h5. It also returns the damping
-!> with which flusi should run the wing.
+!> Reports records of a vibrating wing in a diagnosis, in a list in NAME.json and tables in NAME.h5. It also returns the damping
+!> that flusi should use for the wing.
 module diagnose_series
   use base_errors, only: failure_t
   use base_kinds, only: rp

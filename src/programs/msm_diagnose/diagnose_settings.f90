@@ -23,7 +23,7 @@ module diagnose_settings
   use measurement_data, only: measurement_t
   use parallel_world, only: world_t
   use solid_effect, only: effect_t, NEED_UNSTRESSED_REST
-  use solid_effects, only: is_active, list_effects
+  use solid_effects, only: clamp_axis, clamp_compliance, is_active, list_effects
   use solid_mass, only: lump_mass
   use solid_wing_refine, only: refine_params, refine_wing
   implicit none
@@ -78,8 +78,8 @@ contains
     if (errors%count() == 0) call make_all(s, errors, notices)
   end subroutine load_diagnose_settings
 
-  !> Complains if a measurement of natural modes or motion lacks what it needs: the mass of the wing, and a wing that is flat and
-  !> free of stress at rest.
+  !> Complains if a measurement of natural modes or motion lacks what it needs: the mass of the wing, a wing that is flat and
+  !> free of stress at rest and, for modes under loads, a stiff clamp.
   subroutine check_modes(s, errors)
     type(diagnose_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: errors
@@ -95,6 +95,13 @@ contains
         'must not hold pretension or camber: modes and records of motion need a wing that is flat and free of stress at rest')
       exit
     end do
+    if (.not. s%measurement%has_loaded_modes()) return
+    associate (free => s%free_parameters%numbers, params => s%wing_case%requested)
+      if (any(clamp_compliance(params%effects) > 0) .or. &
+          any([(clamp_axis(params%effects, free(e) - params%count_basic()) > 0, e=1, size(free))])) &
+        call s%config%complain(errors, 'Wing', 'parameters', &
+          'must not hold root_flap or root_twist: the clamp of a wing with natural modes under loads is stiff')
+    end associate
   end subroutine check_modes
 
   !> Complains if a result would overwrite a file that is read.
@@ -125,6 +132,7 @@ contains
     if (s%wing_case%has_mass) call lump_mass(s%wing_case%wing, s%wing_case%material, s%wing_case%mass, messages)
   end subroutine take_finer
 
+  !> Reads the options of the diagnosis. `refine` replaces the key of that name unless it is empty.
   subroutine read_options(s, refine, errors)
     type(diagnose_settings_t), intent(inout), target :: s
     character(*), intent(in) :: refine

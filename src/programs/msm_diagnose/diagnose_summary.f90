@@ -19,7 +19,7 @@ module diagnose_summary
   use inference_probability, only: calibrated_probability
   implicit none
   private
-  public :: alarm_of, print_verdict, verdict_sentence, cause_name, probability_text
+  public :: alarm_of, print_verdict, verdict_sentence, cause_name
 
 contains
 
@@ -128,7 +128,7 @@ contains
       probability_text(d%checks(at)%log_p)//' of '//number_text(count(d%checks%takes_part))//' checks)'
   end subroutine print_alarm
 
-  !> Prints the load that separates the cause from its nearest rival best. It is a repeat or a load at a new place.
+  !> Prints the measurement that separates the cause from its nearest rival best. It is a repeat or a load at a new place.
   subroutine print_next(unit, s, d, next)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -152,7 +152,7 @@ contains
       end associate
     end if
     if (after < NOTHING) then
-      write (unit, '(a)') 'next      no additional point load would distinguish '//cause//' from '//rival
+      write (unit, '(a)') 'next      '//what_was_tried(s)//' would distinguish '//cause//' from '//rival
     else
       write (unit, '(a)') 'next      '//what//': '//cause//' is then '//fixed(after, 1)//' sd from all others, now '// &
         fixed(next%now(1), 1)//' sd from '//rival
@@ -167,6 +167,21 @@ contains
     end function effect_name
 
   end subroutine print_next
+
+  !> Returns which measurements were tried in vain: a further point load where there are loads, and what else there is once more.
+  function what_was_tried(s) result(text)
+    type(diagnose_settings_t), intent(in) :: s
+    character(:), allocatable :: text, others
+    others = ''
+    if (s%measurement%count_modes() > 0) others = others//' or natural mode'
+    if (s%measurement%count_series() > 0) others = others//' or record of motion'
+    if (s%measurement%count_flights() > 0) others = others//' or record of forces'
+    text = 'no additional point load'
+    if (others == '') return
+    others = 'no'//others(4:)//' measured once more'
+    if (size(s%measurement%loads) == 0) text = others
+    if (size(s%measurement%loads) > 0) text = text//' and '//others
+  end function what_was_tried
 
   !> Prints what was measured, and how exactly, in two lines.
   subroutine print_data(unit, s)
@@ -241,8 +256,24 @@ contains
       text = 'there are too few data to test anything'
       return
     end select
-    text = text//' (probability '//trim(percent)//' %)'
+    text = text//' (probability '//trim(percent)//' %)'//unsettled(d)
   end function verdict_sentence
+
+  !> Returns by how much the causes still moved when they were flown for the last time. The text is empty if they have settled, or if
+  !> nothing was flown again.
+  function unsettled(d) result(text)
+    type(diagnosis_t), intent(in) :: d
+    character(:), allocatable :: text
+    text = ''
+    if (.not. allocated(d%rounds%moved)) return
+    if (d%rounds%has_settled .or. .not. d%extended%is_found) return
+    if (d%rounds%reason /= '') then
+      text = '; not flown with what was found: '//d%rounds%reason
+    else if (size(d%rounds%moved) > 0) then
+      text = '; not settled: flown with what was found, this still moves by '// &
+             fixed(d%rounds%moved(size(d%rounds%moved)), 1)//' sd'
+    end if
+  end function unsettled
 
   !> Returns a probability in percent.
   function percent_text(probability) result(text)
@@ -266,13 +297,13 @@ contains
     character(:), allocatable :: text
     select case (decision%reason)
     case (AT_BOUND)
-      text = ', as the fit stands at a bound'
+      text = ', because the fitted value reached its bound'
     case (NO_INTERVAL)
-      text = ', as an interval holds that there is none'
+      text = ', because its interval contains no effect at all'
     case (NO_GAIN)
-      text = ', as it predicts no better'
+      text = ', because it does not improve the prediction of data left out'
     case (NO_FIT)
-      text = ', as it cannot be fitted'
+      text = ', because its fit does not converge'
     case default
       text = ''
     end select

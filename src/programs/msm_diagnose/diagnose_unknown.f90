@@ -88,6 +88,7 @@ contains
     end if
   end function region_text
 
+  !> Returns a length [m] in millimetres.
   function millimetres(x) result(text)
     real(rp), intent(in) :: x
     character(:), allocatable :: text

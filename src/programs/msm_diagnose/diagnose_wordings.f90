@@ -74,6 +74,7 @@ contains
     end select
   end subroutine word_structure
 
+  !> Gives the words for springs that are stiffer or softer.
   subroutine springs(w, where)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: where
@@ -101,7 +102,7 @@ contains
     case ('load_shift_y')
       call plain(w, 'm', BESIDE, BESIDE, 'toward +y', 'toward -y', '', 0.0_rp)
     case ('nonlinearity')
-      call fraction(w, 'The wing bends so far that twice the force is not twice the way: with', &
+      call fraction(w, 'The wing bends so far that twice the force does not bend it twice as far: with', &
                     'The wing bends more in proportion to the force than was assumed: with', 'of what geometry alone makes')
     case ('gravity_x')
       call weight(w, 'x')
@@ -112,6 +113,7 @@ contains
     end select
   end subroutine word_forces
 
+  !> Gives the words for the weight of the wing along an axis.
   subroutine weight(w, axis)
     type(wording_t), intent(inout) :: w
     character, intent(in) :: axis
@@ -190,6 +192,7 @@ contains
     end select
   end subroutine word_masses
 
+  !> Gives the words for an angle, which is shown in degrees.
   subroutine degrees_of(w, lead, more, less)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: lead, more, less

@@ -73,7 +73,7 @@ contains
     n%is_up = n%shown(2) >= n%nothing
     n%decimals = decimals_for(n%shown, has .and. finding%has_interval)
     text = told(n, has, finding%has_interval)
-    if (finding%is_jump) text = text//' (an end is where a shape jumps)'
+    if (finding%is_jump) text = text//' (an end of the interval is where the wing snaps to another shape)'
     if (n%w%is_natural .and. abs(finding%null - n%w%reference) > 0) text = text//'; the input assumes that there is some of it'
   end function finding_text
 
@@ -125,6 +125,7 @@ contains
     end if
   end function told
 
+  !> Returns a number with its decimals, without its sign unless the sign counts.
   function number_of(n, x) result(text)
     type(numbers_t), intent(in) :: n
     real(rp), intent(in) :: x
@@ -181,6 +182,7 @@ contains
     text = 'Perhaps '//first//lead(2:)
   end function perhaps
 
+  !> Returns a word with a blank before it, or nothing for an empty word.
   function blank_before(word) result(text)
     character(*), intent(in) :: word
     character(:), allocatable :: text

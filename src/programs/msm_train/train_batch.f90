@@ -89,6 +89,7 @@ contains
     end subroutine add_new_messages
   end subroutine check_all
 
+  !> Adds those messages of `more` that `all` does not have yet.
   subroutine add_new(all, more)
     type(message_list_t), intent(inout) :: all
     type(message_list_t), intent(in) :: more

@@ -5,8 +5,10 @@ module train_job
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: failure_t, message_list_t, require
   use base_kinds, only: i8, rp
+  use base_named_kinds, only: word_of
   use base_outcome, only: outcome_t, OUTCOME_DONE, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED, OUTCOME_STOPPED, OUTCOME_UNWRITABLE
   use base_text, only: number_text
+  use cmaes_options, only: WEIGHTINGS
   use common_run, only: run_t
   use common_wing_report, only: print_wing
   use io_earlier_results, only: move_earlier_file, EARLIER_SUFFIX
@@ -209,6 +211,7 @@ contains
     if (failed) self%outcome%failure = self%search%failure
   end function take_failure
 
+  !> Writes to the log what is compared, which parameters are sought and how.
   subroutine tell_what(self)
     class(training_t), intent(inout) :: self
     integer :: i
@@ -216,15 +219,16 @@ contains
       call self%log%say('data      '//s%measurement_path//': '//number_text(size(e%loads))//' loads, '// &
                         number_text(e%count_residuals(0))//' residuals')
       do i = 1, size(space%names)
-        call self%log%say('sought    '//trim(space%names(i))//' from '//number_text(space%box%lower(i))//' to '// &
+        call self%log%say('free      '//trim(space%names(i))//' from '//number_text(space%box%lower(i))//' to '// &
                           number_text(space%box%upper(i))//' '//trim(space%units(i))// &
                           trim(merge(', logarithmic', ', linear     ', space%box%is_log(i))))
       end do
       call self%log%say('search    CMA-ES, '//number_text(self%search%search%run%params%lambda)// &
-                        ' candidates, weights '//trim(s%search%weights)//', seed '//number_text(int(s%search%seed)))
+                        ' candidates, weights '//word_of(WEIGHTINGS, s%search%weights)//', seed '//number_text(int(s%search%seed)))
     end associate
   end subroutine tell_what
 
+  !> Writes to the log how many equilibria were solved and how long that took.
   subroutine tell_effort(self)
     class(training_t), intent(inout) :: self
     character(200) :: line

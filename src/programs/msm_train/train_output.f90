@@ -153,6 +153,7 @@ contains
     call file%publish(path, .false., failure)
   end subroutine write_history
 
+  !> Writes the parameters that were found, their uncertainty and the residuals of every load.
   subroutine write_outcome(file, settings, space, trained, failure)
     type(hdf5_file_t), intent(in) :: file
     type(train_settings_t), intent(in) :: settings

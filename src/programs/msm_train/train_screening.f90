@@ -19,7 +19,7 @@ module train_screening
   use training_pool, only: worker_pool_t
   implicit none
   private
-  public :: prepare_screen, screen_wing, pivot_columns
+  public :: prepare_screen, screen_wing
 
   real(rp), parameter :: QUANTILE_90 = 1.6448536269514722_rp !< of the normal distribution, two-sided
   real(rp), parameter :: WORTH = log(2.0_rp)/QUANTILE_90     !< sd of the logarithm that is still worth seeking
@@ -123,6 +123,7 @@ contains
     end do
   end subroutine pivot_columns
 
+  !> Prints the parameters in the order of their effect, and proposes those that the loads determine.
   subroutine print_ranking(e, effect, moved, order, remaining)
     type(experiment_t), intent(in) :: e
     real(rp), intent(in) :: effect(:), moved(:), remaining(:)
@@ -133,9 +134,10 @@ contains
     logical :: is_proposed
     integer :: i
     proposal = ''
-    write (output_unit, '(a)') '', 'effect of 10 %: rms movement of the measured points; effect over noise: of one '// &
-      'e-fold, in units of the declared errors;', 'sd of the logarithm: predicted if this one alone is sought, and '// &
-      'if all above it are sought too', '', &
+    write (output_unit, '(a)') '', 'effect of 10 %: rms movement of the measured points if the parameter changes by 10 %;', &
+      'over noise: signal-to-noise ratio of a change by a factor e, at the declared errors;', &
+      'sd: predicted standard deviation of the logarithm if this parameter alone is fitted, '// &
+      'and if all above it are fitted too', '', &
       'rank  parameter                 effect of 10 % [um]  over noise    sd alone  sd with those above  proposed'
     is_proposed = .true.
     do i = 1, size(order)

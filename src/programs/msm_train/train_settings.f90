@@ -4,8 +4,11 @@
 module train_settings
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
+  use base_named_kinds, only: word_of
   use base_text, only: number_text
-  use cmaes_options, only: default_lambda, option_problem
+  use cmaes_options, only: default_lambda, option_problem, CONSTANT_SETS, CONSTANTS_PAPER, CONSTANTS_TUTORIAL, WEIGHTINGS, &
+                           WEIGHTS_ACTIVE, WEIGHTS_PAPER
+  use cmaes_search, only: RESTARTS_NONE
   use common_bending_case, only: bending_input_t, load_bending_case, load_input
   use common_overwrite_guard, only: refuse_overwriting
   use common_train_keys, only: register_train_keys, train_choices_t, train_keys
@@ -72,6 +75,7 @@ contains
     call add_notices(s, notices)
   end subroutine load_train_settings
 
+  !> Reads the options of the training.
   subroutine read_options(s, errors)
     type(train_settings_t), intent(inout), target :: s
     type(message_list_t), intent(inout) :: errors
@@ -123,6 +127,7 @@ contains
       'holds modes or records of motion and no bending test; a training needs bending tests, msm_diagnose takes all')
   end subroutine check_tests
 
+  !> Makes the experiment that the training simulates, and chooses the cost.
   subroutine make_experiment(s, errors)
     type(train_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors
@@ -147,6 +152,7 @@ contains
      call s%config%complain(errors, 'Train', 'stages', 'two stages need E and another free parameter, as the second stage fixes E')
   end subroutine make_experiment
 
+  !> Sets the options of the global search, with the defaults of the preset.
   subroutine read_search(s, errors)
     type(train_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors
@@ -157,12 +163,12 @@ contains
     s%restarts = s%choices%restarts
     s%max_restarts = s%choices%max_restarts
     s%search_is_short = s%moves .and. s%choices%search%max_evaluations == 0 .and. s%choices%search%max_iterations == 0 .and. &
-                        s%n_stages == 1 .and. s%restarts == 'none' .and. .not. (s%is_paper .or. s%choices%has_tolfun .or. &
+                        s%n_stages == 1 .and. s%restarts == RESTARTS_NONE .and. .not. (s%is_paper .or. s%choices%has_tolfun .or. &
                         s%choices%search%f_target >= 0)
     associate (o => s%search)
       if (o%lambda == 0 .and. s%is_paper) o%lambda = 16
-      o%weights = preset_word(s, s%choices%weights, 'active')
-      o%constants = preset_word(s, s%choices%constants, 'tutorial')
+      o%weights = preset_kind(s, s%choices%weights, WEIGHTS_ACTIVE, WEIGHTS_PAPER)
+      o%constants = preset_kind(s, s%choices%constants, CONSTANTS_TUTORIAL, CONSTANTS_PAPER)
       if (o%max_iterations == 0) o%max_iterations = merge(100, UNLIMITED, s%is_paper)
       if (o%max_evaluations == 0) o%max_evaluations = merge(huge(o%max_evaluations), 15_i8*n, s%is_paper)
       if (o%f_target < 0) o%f_target = merge(1.0e-6_rp, -1.0_rp, s%is_paper .and. .not. s%use_chi2)
@@ -181,16 +187,13 @@ contains
     if (key == 'there') key = 'lambda'
   end function key_of
 
-  !> Returns `given`, or the word of the preset if `given` leaves the choice to it.
-  function preset_word(s, given, fallback) result(word)
+  !> Returns the kind `given`, or that of the preset if `given` is 0, which leaves the choice to it.
+  pure integer function preset_kind(s, given, usual, paper) result(kind)
     type(train_settings_t), intent(in) :: s
-    character(*), intent(in) :: given, fallback
-    character(:), allocatable :: word
-    word = given
-    if (word /= 'preset') return
-    word = fallback
-    if (s%is_paper) word = 'paper'
-  end function preset_word
+    integer, intent(in) :: given, usual, paper
+    kind = given
+    if (given == 0) kind = merge(paper, usual, s%is_paper)
+  end function preset_kind
 
   !> Records for --check the values that are used where the file leaves the choice or is silent. Constants that follow from lambda
   !> stay open, because restarts change lambda.
@@ -202,8 +205,8 @@ contains
       if (.not. s%is_paper) call settle_integer('max_evaluations', int(o%max_evaluations))
       call settle_real('target', o%f_target)
       call settle_real('tolfun', o%tolfun)
-      call settle_word('CMAES', 'weights', trim(o%weights))
-      call settle_word('CMAES', 'constants', trim(o%constants))
+      call settle_word('CMAES', 'weights', word_of(WEIGHTINGS, o%weights))
+      call settle_word('CMAES', 'constants', word_of(CONSTANT_SETS, o%constants))
     end associate
     call settle_word('Train', 'scale', trim(merge('linear', 'log   ', s%is_paper)))
     call settle_word('Train', 'cost', trim(merge('chi2', 'h   ', s%use_chi2)))
@@ -252,8 +255,9 @@ contains
     do i = 1, size(s%wing_case%requested%joint)
       number = N_COMMON + size(s%wing_case%requested%vein_factor) + i
       if (s%wing_case%requested%joint(i) < 0 .and. .not. any(s%free_parameters%numbers == number)) &
-       call notices%add('joint:'//trim(s%wing_case%requested%joint_names(i))//' is not sought and keeps the stiffness of a '// &
-                         'vein of the E of [Wing], '//number_text(s%experiment%model%params%joint(i))//' N m/rad')
+       call notices%add('joint:'//trim(s%wing_case%requested%joint_names(i))//' is not fitted: it keeps '// &
+                         'the stiffness of a vein with the E of [Wing], '//number_text(s%experiment%model%params%joint(i))// &
+                         ' N m/rad; to fit it, add it to the parameters')
     end do
   end subroutine add_notices
 end module train_settings

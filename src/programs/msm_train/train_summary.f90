@@ -147,6 +147,7 @@ contains
     sd = sqrt(sum((values - mean)**2)/max(1, size(values) - 1))
   end subroutine moments
 
+  !> Returns the end of an interval, or nothing where it is open.
   function end_text(has_end, value) result(text)
     logical, intent(in) :: has_end
     real(rp), intent(in) :: value

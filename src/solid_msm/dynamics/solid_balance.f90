@@ -1,13 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The energy balance of a wing's motion in its own frame, step by step:
+!> Computes the energy balance of a wing's motion in its own frame, step by step:
 !>
 !>     T + U = (T + U)(0) + W_loads + W_weight + W_frame - Q
 !>
-!> with the kinetic energy T of the motion within the frame, the elastic energy U, the work of the external
-!> forces, of the weight and of the fictitious forces -m (a + alpha x r + omega x (omega x r)) of the moving
-!> frame (the Coriolis force does none), and the loss Q to damping. Over a step from n to n+1 a force does
-!> the work (F_n + F_(n+1))/2 . (u_(n+1) - u_n), second order in the step like the motion itself. The balance
-!> is therefore open by O(h^2): what it lacks is what the time stepping loses.
+!> with the kinetic energy T of the motion within the frame, the elastic energy U, the work of the external forces, of the weight
+!> and of the fictitious forces -m (a + alpha x r + omega x (omega x r)) of the moving frame (the Coriolis force does no work),
+!> and the loss Q to damping. Over a step from n to n+1 a force does the work (F_n + F_(n+1))/2 . (u_(n+1) - u_n), second order in
+!> the step like the motion itself. The imbalance is therefore O(h^2): it is the energy that the time stepping loses.
 module solid_balance
   use base_kinds, only: rp
   use base_visitor, only: visited_t, visitor_t
@@ -20,7 +19,7 @@ module solid_balance
   private
   public :: work_t, balance_t
 
-  !> What a restart needs: sums since time 0.
+  !> Data of the balance that a restart needs: sums since time 0.
   type, extends(visited_t) :: work_t
     real(rp) :: start = 0      !< [J] T + U at time 0
     real(rp) :: loads = 0      !< [J] by external forces
@@ -75,7 +74,7 @@ contains
               self%joints(3, n), self%new_joints(3, n), source=0.0_rp)
   end subroutine balance_init
 
-  !> Remembers the state at the beginning of a step, in this frame, under the external forces force(3, n_all) [N].
+  !> Records the state at the beginning of a step, in this frame, under the external forces force(3, n_all) [N].
   subroutine balance_record(self, model, inertia, frame, state, force)
     class(balance_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -92,7 +91,7 @@ contains
     if (inertia%rubs()) call inertia%joint_forces(state%u, self%joints)
   end subroutine balance_record
 
-  !> Adds to `work` what happened in the step of h [s] that began at the last `record`. `frame`, `state` and force(3, n_all) [N]
+  !> Adds to `work` the work done in the step of h [s] that began at the last `record`. `frame`, `state` and force(3, n_all) [N]
   !> are those at its end.
   subroutine balance_add_step(self, model, inertia, frame, state, force, h, work)
     class(balance_t), intent(inout) :: self
@@ -121,7 +120,7 @@ contains
       damped = damped + ((inertia%rayleigh_mass*inertia%mass(p) + inertia%nodal(p))*dot_product(du, du) + &
                          inertia%rayleigh_stiffness*dot_product(self%new_elastic(:, p) - self%elastic(:, p), du))/h
       if (inertia%rubs()) damped = damped + inertia%joint_friction*dot_product(self%new_joints(:, p) - self%joints(:, p), du)/h
-      ! What a relaxing force does, some of which it gives back later.
+      ! The work of a relaxing force, a part of which it gives back later.
       if (inertia%relaxation > 0) damped = damped + 0.5_rp*dot_product(state%g(:, p) + self%g(:, p) - self%elastic(:, p) - &
                                                                       self%new_elastic(:, p), du)
     end do
@@ -131,7 +130,7 @@ contains
     work%damped = work%damped + damped
   end subroutine balance_add_step
 
-  !> Weight and fictitious forces [N] of all movable points.
+  !> Computes weight and fictitious forces [N] of all movable points.
   pure subroutine evaluate(model, inertia, frame, u, weight, apparent)
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia

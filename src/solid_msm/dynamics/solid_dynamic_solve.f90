@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The linear equations of Newton's method in a time step of a wing.
+!> Solves the linear equations of Newton's method in a time step of a wing.
 !>
-!> The Jacobian is S + N + q C: S sparse and symmetric (mixed-stress tangent, inertia, damping), N skew (gyroscopic),
-!> and C >= 0 the dense answer of a reaction, if there is one, to velocities, which are q times the displacements.
-!> Without a reaction S is factorised and N left to the iteration of Concus, Golub & Widlund (1976), which
-!> converges for any symmetric positive definite plus skew matrix. With one, S + q D is factorised, D the blocks that
-!> stand for C, and GMRES does the rest.
+!> The Jacobian is S + N + q C. S is sparse and symmetric (mixed-stress tangent, inertia, damping), and N is skew (gyroscopic). C
+!> >= 0 is the dense response of a reaction, if there is one, to velocities, which are q times the displacements. Without a
+!> reaction S is factorised, and N is treated by the iteration of Concus, Golub & Widlund (1976), which converges for any
+!> symmetric positive definite plus skew matrix. With a reaction, S + q D is factorised, where the blocks D approximate C, and
+!> GMRES does the rest.
 module solid_dynamic_solve
   use base_kinds, only: rp
   use solid_equilibrium, only: equilibrium_t
@@ -20,8 +20,8 @@ module solid_dynamic_solve
   private
   public :: dynamic_solver_t
 
-  !> Work space; nothing is allocated after `init`. With the result x(3, n_all) [m] of the last solution, and counts, which the
-  !> caller sets to 0 when he begins to count.
+  !> Work space; nothing is allocated after `init`. It holds the result x(3, n_all) [m] of the last solution, and counts, which
+  !> the caller sets to 0 when it begins to count.
   type :: dynamic_solver_t
     type(equilibrium_t) :: equilibrium
     real(rp), allocatable :: x(:, :)
@@ -185,7 +185,7 @@ contains
     call finish(self, model, left, is_solved)
   end subroutine solver_solve_reaction
 
-  !> -r of the free points.
+  !> Returns -r of the free points.
   subroutine put_right_hand_side(self, model, r)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -196,7 +196,7 @@ contains
     end do
   end subroutine put_right_hand_side
 
-  !> Takes the solution if no more than `left` of the residual is left.
+  !> Takes the solution if the remaining share `left` of the residual is at most USEFUL.
   subroutine finish(self, model, left, is_solved)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model

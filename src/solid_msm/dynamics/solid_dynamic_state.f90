@@ -8,7 +8,7 @@ module solid_dynamic_state
   private
   public :: copy_state, dynamic_state_t
 
-  !> What a restart needs. All arrays are (3, n_all).
+  !> Data that a restart needs. All arrays are (3, n_all).
   type, extends(visited_t) :: dynamic_state_t
     real(rp) :: time = 0                                    !< [s]
     real(rp) :: old_step = 0                                !< [s] size of the last step; 0: none yet

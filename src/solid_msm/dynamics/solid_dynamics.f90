@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Motion of a wing in time: variable-step BDF2, started by implicit Euler.
+!> Advances the motion of a wing in time by variable-step BDF2, started by implicit Euler.
 !>
 !> With r = h/h_old, b_y = C1 y_n - C2 y_(n-1) and q = 1/(C3 h), C1 = (1+r)^2/(1+2r), C2 = r^2/(1+2r),
 !> C3 = (1+r)/(1+2r), the rate of any y at the new time is q (y - b_y). Velocities are eliminated: the
@@ -7,7 +7,7 @@
 !> wing a rational function of them and their past, so both have an exact tangent; friction of joints is the rate of their forces
 !> alone. Newton's method uses the mixed-stress
 !> tangent of the statics; its linear equations are those of solid_dynamic_solve.
-!> A load may answer the velocity of the wing at once (solid_reaction).
+!> A load may respond to the velocity of the wing at once (solid_reaction).
 module solid_dynamics
   use base_errors, only: require
   use base_kinds, only: rp
@@ -23,22 +23,22 @@ module solid_dynamics
   private
   public :: copy_state, dynamic_state_t, dynamic_options_t, step_report_t, dynamics_t
 
-  !> Choices of the algorithm.
+  !> Options of the algorithm.
   type :: dynamic_options_t
     real(rp) :: tolerance = 1.0e-8_rp !< of the residual, relative to the largest force in the balance
     integer :: iterations = 10
     integer :: halvings = 8           !< a failed step is retried with halved steps, this often
-    !> A factorisation serves further iterations, which are not counted, if at the rate of the last one this many suffice,
-    !> about what a factorisation costs; 0: none, a new tangent in every iteration.
+    !> A factorisation is used for further iterations, which are not counted, if at the convergence rate of the last one this many
+    !> suffice; so many cost about as much as a factorisation. 0: a new tangent in every iteration.
     real(rp) :: worth_reuse = 7
-    !> So many in a step, its second attempt included; then tangents are inverted by iterations with the last factors.
-    !> More only if these fail, in a third attempt and where a step is halved: to begin with poor factors costs more.
+    !> Largest number in a step, its second attempt included; then the equations are solved by iterations with the last factors.
+    !> More are made only if these fail, in a third attempt and where a step is halved: poor factors at the beginning cost more.
     integer :: factorisations = 3
   end type dynamic_options_t
 
   integer, parameter :: HISTORY = 16
 
-  !> What happened in a step.
+  !> Report on a step.
   type :: step_report_t
     logical :: converged = .false.
     character(:), allocatable :: reason      !< why not
@@ -94,8 +94,8 @@ contains
   !> frame of `motion` at the new time. `report` says whether Newton's method converged, and why not. On failure the state is what
   !> it was. A dt that is not positive stops the program.
   !>
-  !> With a `guess` the call repeats the last step under another force. It begins with the factors of the last time, and counts
-  !> those that have gone into the step before. Allocates nothing.
+  !> With a `guess` the call repeats the last step under another force. It begins with the last factors, and counts the
+  !> factorisations made for the step before. Allocates nothing.
   subroutine dynamics_step(self, model, inertia, motion, force, dt, options, state, report, guess, reaction)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -151,8 +151,8 @@ contains
     end if
   end subroutine dynamics_step
 
-  !> What is tried after a piece of a step has failed, in this order: a new tangent in every iteration, as many factorisations
-  !> as that needs, steps of half the length; `can_try` is false if nothing is left.
+  !> Chooses the next attempt after a part of a step has failed, in this order: a new tangent in every iteration, as many
+  !> factorisations as that needs, steps of half the length. `can_try` is false if no attempt is left.
   pure subroutine try_harder(self, options, now, halvings, done, can_try)
     type(dynamics_t), intent(inout) :: self
     type(dynamic_options_t), intent(in) :: options
@@ -176,7 +176,7 @@ contains
     end if
   end subroutine try_harder
 
-  !> q and what BDF2 takes from the past for a piece h [s] of a step, displacements to begin with, and the axial forces of the
+  !> Prepares a part h [s] of a step: q, the terms of BDF2 from the past, initial displacements, and the axial forces of the
   !> state.
   subroutine begin_piece(self, model, inertia, h, state)
     class(dynamics_t), intent(inout) :: self
@@ -212,7 +212,7 @@ contains
     call extension_axial(model%springs, model%stiffness%extension, state%u, self%solver%equilibrium%axial)
   end subroutine begin_piece
 
-  !> Newton's method for the piece that has begun, from self%u.
+  !> Does Newton's method for the present part of the step, from self%u.
   subroutine solve_piece(self, model, inertia, force, options, report, converged, reaction)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -264,7 +264,8 @@ contains
     if (converged .and. scale > 0) report%residual = size_r/scale
   end subroutine solve_piece
 
-  !> The residual self%r at displacements self%u, with rates and forces there; its size [N], and that of the largest force.
+  !> Computes the residual self%r at displacements self%u, with rates and forces there, its size [N], and that of the largest
+  !> force.
   subroutine find_residual(self, model, inertia, force, size_r, scale, reaction)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -298,9 +299,8 @@ contains
     end associate
   end subroutine find_residual
 
-  !> The tangent at self%u, factorised, so that the equations can be solved; where at most `most` factorisations
-  !> leave none the older factors serve. Without a reaction they then solve the equations at once, if they can
-  !> (`was_iterated`).
+  !> Factorises the tangent at self%u, so that the equations can be solved. If the allowed number `most` of factorisations gives
+  !> none, the older factors are used. Without a reaction they then solve the equations at once, if they can (`was_iterated`).
   subroutine renew_tangent(self, model, inertia, most, was_iterated, reaction)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -317,7 +317,7 @@ contains
     call self%solver%factorise(model, inertia, self%u, self%has_factors, reaction)
   end subroutine renew_tangent
 
-  !> The state takes over the piece h [s] that was solved.
+  !> Takes the part h [s] that was solved into the state.
   subroutine end_piece(self, model, h, state)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -335,7 +335,7 @@ contains
     state%time = state%time + h
   end subroutine end_piece
 
-  !> 2-norm of the forces [N] of all hinges turned by 1 rad: times the rounding of directions it is the smallest
+  !> Returns the 2-norm of the forces [N] if all hinges turn by 1 rad: multiplied by the rounding of directions it is the smallest
   !> residual that a wing without motion can have.
   pure real(rp) function hinge_forces(model) result(norm)
     type(solid_model_t), intent(in) :: model
@@ -348,8 +348,8 @@ contains
     norm = sqrt(norm)
   end function hinge_forces
 
-  !> To which part of the residual the equations of an iteration are solved: loosely, as Newton's method mends the rest,
-  !> but if the end of the step is near, to what ends it.
+  !> Returns the share of the residual to which the equations of an iteration are solved: a large one, since Newton's method
+  !> corrects the rest, but near the end of the step the one that ends it.
   pure real(rp) function linear_tolerance(size_r, small)
     real(rp), intent(in) :: size_r, small !< [N] residual, now and in the end
     real(rp), parameter :: USUAL = 3.0e-3_rp, FINEST = 1.0e-3_rp, COARSEST = 0.1_rp
@@ -357,7 +357,7 @@ contains
     if (linear_tolerance < FINEST) linear_tolerance = USUAL
   end function linear_tolerance
 
-  !> 2-norm of mass times velocity.
+  !> Returns the 2-norm of mass times velocity.
   pure real(rp) function momentum_norm(inertia, v) result(norm)
     type(inertia_t), intent(in) :: inertia
     real(rp), intent(in) :: v(:, :)
@@ -369,9 +369,9 @@ contains
     norm = sqrt(norm)
   end function momentum_norm
 
-  !> Whether the factors at hand are no good for the next iteration. The first two after a factorisation at the
-  !> extrapolated shape take back what its springs were stretched by, for which they are good enough; later ones
-  !> should converge in fewer iterations than a factorisation costs. A step that is made again begins `is_warm`.
+  !> Tells whether the present factors are unsuitable for the next iteration. The first two iterations after a factorisation at
+  !> the extrapolated shape undo the stretching of its springs, for which the factors are good enough. Later ones should converge
+  !> in fewer iterations than a factorisation costs. A step that is repeated begins `is_warm`.
   pure logical function needs_new_tangent(options, is_warm, iteration, size_r, last_size, small) result(is_needed)
     type(dynamic_options_t), intent(in) :: options
     logical, intent(in) :: is_warm

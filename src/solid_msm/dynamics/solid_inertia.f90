@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Everything in the equation of motion but the elastic forces: inertia in the moving frame, damping,
-!> weight; and the energy and momentum that these conserve.
+!> Computes all terms of the equation of motion except the elastic forces: inertia in the moving frame, damping, weight; and
+!> energy and momentum.
 module solid_inertia
   use base_kinds, only: rp
   use solid_model, only: solid_model_t
@@ -19,10 +19,10 @@ module solid_inertia
     real(rp), allocatable :: nodal(:)       !< (n_all) [kg/s] damping of every point
     real(rp) :: rayleigh_mass = 0           !< [1/s] times the mass
     real(rp) :: rayleigh_stiffness = 0      !< [s] times the rate of the elastic forces
-    real(rp) :: relaxation = 0              !< g: a sudden force meets (1 + g) times the stiffness,
-    real(rp) :: relaxation_time = 1         !< [s] and so long it lasts
+    real(rp) :: relaxation = 0              !< g: for a sudden force the stiffness is 1 + g times larger,
+    real(rp) :: relaxation_time = 1         !< [s] and this increase relaxes in such a time
     real(rp) :: joint_friction = 0          !< [s] times the rate of the elastic moments of joints
-    type(solid_model_t), allocatable, private :: joints !< nothing but these, if they have friction
+    type(solid_model_t), allocatable, private :: joints !< these alone, if they have friction
   contains
     procedure :: init => inertia_init
     procedure :: hold_joints => inertia_hold_joints
@@ -57,7 +57,7 @@ contains
     call self%hold_joints(model)
   end subroutine inertia_init
 
-  !> Takes over `joint_friction`, after it has changed: what rubs are the joints of `model`.
+  !> Takes over a changed `joint_friction`. The joints of `model` have the friction.
   subroutine inertia_hold_joints(self, model)
     class(inertia_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -65,7 +65,7 @@ contains
     if (self%joint_friction > 0 .and. any(model%plans%joint > 0)) call keep_joints(model, self%joints)
   end subroutine inertia_hold_joints
 
-  !> Whether there is friction in joints.
+  !> Tells whether joints have friction.
   pure logical function inertia_rubs(self) result(rubs)
     class(inertia_t), intent(in) :: self
     rubs = allocated(self%joints)

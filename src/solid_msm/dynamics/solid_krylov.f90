@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solves with a tangent that was assembled, by the factors of an older one: GMRES (Saad & Schultz 1986,
-!> doi:10.1137/0907058), preconditioned from the right, so that what it reduces is the residual.
+!> Solves with an assembled tangent by the factors of an older one: GMRES (Saad & Schultz 1986, doi:10.1137/0907058),
+!> preconditioned from the right, so that it minimises the residual.
 module solid_krylov
   use base_kinds, only: rp
   use solid_cholesky, only: cholesky_t

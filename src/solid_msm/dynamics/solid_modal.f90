@@ -1,40 +1,45 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Natural modes of a wing at rest, and their exact derivatives.
+!> Natural modes of a wing at rest or about its shape under dead loads, and their exact derivatives.
 !>
 !>     K phi_i = lambda_i M phi_i,   lambda = omega^2,   phi_i M phi_j = 1 if i = j, else 0
 !>
-!> K is the tangent of the unloaded flat wing, M = diag(mass) has a mass for every direction of every point. A clamp of
+!> K is the tangent of the flat wing or, after `bend`, at the equilibrium u under the load, with the stiffness of its axial forces.
+!> M = diag(mass) has a mass for every direction of every point. Where a parameter p moves the equilibrium, by
+!> du/dp = -K^-1 (dg/dp - dF/dp), dK is the change of K at a fixed shape and K'[du/dp] (solid_tangent_change). A clamp of
 !> compliance C (root_twist, root_flap) turns by C times the moment of the forces on it: with R_k the rigid turn about axis
 !> k, K^-1 becomes F = K^-1 + R C R^T, which is all that the iteration needs. What bends is psi = lambda K^-1 M phi.
 !>
-!> Modes: block Lanczos iteration with M^(1/2) F M^(1/2), K factorised once, until residuals and not only values are small, as
+!> Modes: block Lanczos iteration with A = M^(1/2) F M^(1/2), K factorised once, until residuals and not only values are small, as
 !> derivatives need the shapes. Derivatives, with f_i = (dF^-1 - lambda_i dM) phi_i (Fox & Kapoor 1968, doi:10.2514/3.5008;
 !> Nelson 1976, doi:10.2514/3.7211):
 !>
 !>     dlambda_i = phi_i f_i,    dphi_i = sum over j of c_ij phi_j + w,    c_ii = - phi_i dM phi_i/2,
 !>     c_ij = - phi_j f_i/(lambda_j - lambda_i),   (1 - lambda_i F M) w = - F f_i without all modes that are known.
 !>
-!> The sum runs over the modes that are known. Nelson solves with a matrix that has one row replaced, which costs a
-!> factorisation for each mode; here conjugate gradients solve for w with the factor that is there. Nothing is left out. Where
-!> modes i and j lie in one cluster (`same`), c_ij is left out: only the space that they span has a derivative then.
+!> The sum runs over all known modes. Nelson factorises a matrix for each mode; here conjugate gradients find w with the factors
+!> of K. Where modes i and j lie in one cluster (`same`), c_ij is left out: only the space that they span has a derivative then.
 module solid_modal
   use base_constants, only: TWO_PI
-  use base_errors, only: failure_t
+  use base_errors, only: failure_t, require
   use base_kinds, only: rp
-  use base_lapack, only: orthogonalise, symmetric_eigen
   use solid_effects, only: clamp_compliance
   use solid_equilibrium, only: equilibrium_t
+  use solid_extension, only: extension_axial
+  use solid_lanczos, only: find_largest, symmetric_operator_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
+  use solid_sensitivity, only: direction_sensitivity, force_sensitivity
+  use solid_statics, only: solve_static, static_options_t, static_report_t
   use solid_stiffness, only: stiffness_t
   use solid_tangent, only: assemble_tangent
+  use solid_tangent_change, only: add_tangent_change
   use solid_vectors, only: cross, IDENTITY
   implicit none
   private
   public :: modal_t, mode_slopes_t
 
   !> The modes of one wing; one per thread.
-  type :: modal_t
+  type, extends(symmetric_operator_t) :: modal_t
     integer :: n_modes = 0
     real(rp), allocatable :: lambda(:)       !< (n_modes) [rad^2/s^2] lowest first
     real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, n_modes) [kg^-1/2], of unit modal mass
@@ -42,21 +47,27 @@ module solid_modal
     type(solid_model_t) :: model             !< its parameters may be set before `solve`
     type(solid_model_t), private :: probe    !< with a direction of stiffness in the place of its stiffness
     type(equilibrium_t), private :: work
-    type(load_t), private :: nothing
-    real(rp), allocatable, private :: rest(:, :), blocks(:, :, :), mass(:), root_mass(:), turns(:, :), x(:, :)
+    type(load_t), private :: load
+    logical, private :: is_bent = .false.
+    real(rp), private :: gravity(3) = 0      !< [m/s^2] part of the load
+    !> (3, n_all) [m] the shape about which the wing vibrates, what rounding took from it, and how it changes
+    real(rp), allocatable, private :: u(:, :), low(:, :), du(:, :)
+    real(rp), allocatable, private :: blocks(:, :, :), mass(:), root_mass(:), turns(:, :), x(:, :)
     real(rp), allocatable, private :: bent(:, :), moment(:, :) !< psi, and what turns the clamp
     real(rp), private :: compliance(2) = 0   !< [rad/(N m)] about x and y
   contains
     procedure :: init => modal_init
     procedure :: free => modal_free
+    procedure :: bend => modal_bend
     procedure :: solve => modal_solve
+    procedure :: apply => flexible
     procedure :: frequencies => modal_frequencies
     procedure :: slopes_of_stiffness => modal_slopes_of_stiffness
     procedure :: slopes_of_mass => modal_slopes_of_mass
     procedure :: slopes_of_clamp => modal_slopes_of_clamp
   end type modal_t
 
-  !> What one parameter does to the first n modes.
+  !> Slopes of the first n modes with respect to one parameter.
   type :: mode_slopes_t
     real(rp), allocatable :: force(:, :)     !< (n, n) phi_j f_i at (j, i): dlambda on the diagonal
     real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, n) dphi
@@ -77,8 +88,11 @@ contains
     self%model = model
     self%probe = model
     call self%work%init(model)
-    call self%nothing%init(model)
-    allocate (self%rest(3, model%n_all), self%turns(3*model%n_free, 2), source=0.0_rp)
+    call self%load%init(model)
+    self%is_bent = .false.
+    self%gravity = 0
+    allocate (self%u(3, model%n_all), self%low(3, model%n_all), self%du(3, model%n_all), self%turns(3*model%n_free, 2), &
+              source=0.0_rp)
     allocate (self%blocks(3, 3, size(model%pattern%rows)), self%mass(3*model%n_free), self%root_mass(3*model%n_free))
     centre = 0
     do i = 1, model%n_points
@@ -96,12 +110,37 @@ contains
   subroutine modal_free(self)
     class(modal_t), intent(inout) :: self
     call self%work%free()
-    if (allocated(self%rest)) deallocate (self%rest, self%turns, self%blocks, self%mass, self%root_mass)
+    if (allocated(self%u)) deallocate (self%u, self%low, self%du, self%turns, self%blocks, self%mass, self%root_mass)
     if (allocated(self%lambda)) deallocate (self%lambda, self%shapes, self%x, self%bent, self%moment)
   end subroutine modal_free
 
-  !> Finds the lowest n_modes modes for mass(3, n_all) [kg] with the parameters of `self%model`: `lambda`, `shapes`. Fails if the
-  !> wing has fewer, if it is unstable at rest, or if the iteration does not converge.
+  !> Finds the equilibrium under the dead load force(3, n_all) [N] and the weight of mass(1, :) [kg] in gravity(3) [m/s^2], about
+  !> which the wing vibrates from now on, with the parameters of `self%model`. It is that at the end of the loading path from the
+  !> flat wing, whatever was computed before. Fails if none is found, or if the clamp gives way: that of a loaded wing is stiff.
+  subroutine modal_bend(self, mass, force, gravity, options, failure)
+    class(modal_t), intent(inout) :: self
+    real(rp), intent(in) :: mass(:, :), force(:, :), gravity(3)
+    type(static_options_t), intent(in) :: options
+    type(failure_t), intent(out) :: failure
+    type(static_report_t) :: report
+    integer :: i
+    if (any(abs(clamp_compliance(self%model%params%effects)) > 0)) then
+      call failure%raise('the clamp of a wing that vibrates about a loaded shape must not give way')
+      return
+    end if
+    self%is_bent = .true.
+    self%gravity = gravity
+    do i = 1, size(force, 2)
+      self%load%force(:, i) = force(:, i) + mass(1, i)*gravity
+    end do
+    call solve_static(self%work, self%model, self%load, .false., options, self%u, report)
+    if (.not. report%converged) call failure%raise('the loaded wing has no equilibrium: '//report%reason)
+    self%low = self%work%trial
+  end subroutine modal_bend
+
+  !> Finds the lowest n_modes modes for mass(3, n_all) [kg] with the parameters of `self%model`: `lambda`, `shapes`. Where `bend`
+  !> was called, parameters and masses must be those of that call. Fails if the wing has fewer, if it is unstable, or if the
+  !> iteration does not converge.
   subroutine modal_solve(self, mass, n_modes, failure)
     class(modal_t), intent(inout) :: self
     real(rp), intent(in) :: mass(:, :)
@@ -121,78 +160,20 @@ contains
       self%mass = reshape(mass(:, model%movable), [n])
       self%root_mass = sqrt(self%mass)
       self%work%stage = 1
-      call self%work%law_axial(model, self%rest)
-      call self%work%factorise(model, self%nothing, self%rest, .false., 0.0_rp, is_spd)
+      call extension_axial(model%springs, model%stiffness%extension, self%u, self%work%axial, step=self%low)
+      call self%work%factorise(model, self%load, self%u, .false., 0.0_rp, is_spd)
     end associate
     if (.not. is_spd) then
-      call failure%raise('the wing at rest is unstable')
+      call failure%raise('the wing is unstable in the shape about which it vibrates')
       return
     end if
-    call find_lowest(self, n_modes, x)
+    call find_largest(self, self%root_mass, n_modes, TOLERANCE, x, self%residual)
     if (.not. self%residual < WORST) then
       call failure%raise('the modes did not converge')
       return
     end if
     call keep_modes(self, x)
   end subroutine modal_solve
-
-  !> x(n, n_modes): eigenvectors of A = M^(1/2) F M^(1/2) with the largest eigenvalues, by block Lanczos iteration with full
-  !> orthogonalisation, and self%residual. Small problems have one block that is the whole space.
-  subroutine find_lowest(self, n_modes, x)
-    class(modal_t), intent(inout) :: self
-    integer, intent(in) :: n_modes
-    real(rp), allocatable, intent(out) :: x(:, :)
-    integer, parameter :: BLOCK = 4, SMALL = 100, BETWEEN = 5
-    real(rp), allocatable :: q(:, :), t(:, :), s(:, :), v(:, :), w(:, :), c(:, :), r(:, :), values(:)
-    integer :: n, b, m, most, i, k
-    n = size(self%mass)
-    b = merge(n, BLOCK, n <= SMALL)
-    most = min(n, 20*n_modes + SMALL)
-    allocate (q(n, most), v(n, b), w(n, b), t(most, most), source=0.0_rp)
-    do i = 1, b ! shapes without symmetry, the same in every run
-      v(:, i) = self%root_mass*sin([(1.0_rp + 0.37_rp*i*k + 0.011_rp*real(k, rp)**2, k=1, n)])
-    end do
-    call make_orthonormal(v)
-    m = 0
-    self%residual = huge(1.0_rp)
-    do while (m + b <= most)
-      q(:, m + 1:m + b) = v
-      w = flexible(self, v)
-      m = m + b
-      c = project(w)
-      t(:m, m - b + 1:m) = c
-      t(m - b + 1:m, :m) = transpose(c)
-      c = project(w)
-      if (m == n .or. (mod(m/b, BETWEEN) == 0 .and. m > n_modes)) then
-        call orthogonalise(w, v, r)
-        s = 0.5_rp*(t(:m, :m) + transpose(t(:m, :m)))
-        if (allocated(values)) deallocate (values)
-        allocate (values(m))
-        call symmetric_eigen(s, values) ! 1/lambda: the lowest modes come last
-        s = s(:, m:m - n_modes + 1:-1)
-        values = values(m:m - n_modes + 1:-1)
-        self%residual = maxval(norm2(matmul(r, s(m - b + 1:, :)), 1)/values)
-        x = matmul(q(:, :m), s)
-        if (m == n .or. self%residual < TOLERANCE) exit
-      end if
-      v = w
-      call make_orthonormal(v)
-      c = project(v)
-      call make_orthonormal(v)
-    end do
-    if (m == n) self%residual = 0
-
-  contains
-
-    !> Takes from a(n, b) what lies in the space of the first m vectors, and gives its components there.
-    function project(a) result(components)
-      real(rp), intent(inout) :: a(:, :)
-      real(rp) :: components(m, size(a, 2))
-      components = matmul(transpose(q(:, :m)), a)
-      a = a - matmul(q(:, :m), components)
-    end function project
-
-  end subroutine find_lowest
 
   !> From eigenvectors to values and shapes.
   subroutine keep_modes(self, q)
@@ -215,7 +196,7 @@ contains
     end do
   end subroutine keep_modes
 
-  !> M^(1/2) F M^(1/2) x, column by column.
+  !> Computes M^(1/2) F M^(1/2) x, column by column.
   function flexible(self, x) result(z)
     class(modal_t), intent(in) :: self
     real(rp), intent(in) :: x(:, :)
@@ -224,7 +205,7 @@ contains
     z = spread(self%root_mass, 2, size(x, 2))*flexibility(self, z)
   end function flexible
 
-  !> F b, column by column.
+  !> Computes F b, column by column.
   function flexibility(self, b) result(z)
     class(modal_t), intent(in) :: self
     real(rp), intent(in) :: b(:, :)
@@ -237,14 +218,6 @@ contains
       z(:, i) = z(:, i) + matmul(self%turns, self%compliance*matmul(b(:, i), self%turns))
     end do
   end function flexibility
-
-  !> Columns become orthonormal, the first first.
-  subroutine make_orthonormal(q)
-    real(rp), intent(inout) :: q(:, :)
-    real(rp), allocatable :: basis(:, :), r(:, :)
-    call orthogonalise(q, basis, r)
-    q = basis
-  end subroutine make_orthonormal
 
   !> Returns the natural frequencies (n_modes) [Hz], lowest first; after `solve`.
   pure function modal_frequencies(self) result(f)
@@ -259,41 +232,59 @@ contains
     type(stiffness_t), intent(in) :: direction
     logical, intent(in) :: same(:, :) !< modes i and j are of one cluster
     type(mode_slopes_t), intent(inout) :: slopes
-    real(rp) :: f(3, self%model%n_free, size(same, 1)), axial(self%model%springs%n)
-    integer :: i
+    real(rp) :: axial(self%model%springs%n)
+    if (self%is_bent) call direction_sensitivity(self%work, self%model, self%u, direction, self%du)
     self%probe%stiffness = direction
     self%probe%springs%tension = direction%tension
-    axial = direction%tension
-    call assemble_tangent(self%probe, self%rest, axial, .false., self%blocks)
-    f = 0
-    do i = 1, size(same, 1)
-      call self%model%pattern%multiply(self%blocks, 1.0_rp, reshape(self%bent(:, i), [3, self%model%n_free]), f(:, :, i))
-    end do
-    call find_slopes(self, reshape(f, [size(self%mass), size(same, 1)]), 0*self%mass, [0.0_rp, 0.0_rp], same, slopes)
+    self%probe%springs%slack = self%model%springs%slack
+    self%probe%springs%width = self%model%springs%width
+    call extension_axial(self%probe%springs, direction%extension, self%u, axial, step=self%low)
+    call assemble_tangent(self%probe, self%u, axial, .false., self%blocks)
+    call find_slopes(self, changed_forces(self, size(same, 1)), 0*self%mass, [0.0_rp, 0.0_rp], same, slopes)
   end subroutine modal_slopes_of_stiffness
 
-  !> The same when the masses change along direction(3, n_all) [kg per unit].
+  !> The same when the masses change along direction(3, n_all) [kg per unit], and with them the weight.
   subroutine modal_slopes_of_mass(self, direction, same, slopes)
     class(modal_t), intent(inout) :: self
     real(rp), intent(in) :: direction(:, :)
     logical, intent(in) :: same(:, :)
     type(mode_slopes_t), intent(inout) :: slopes
-    call find_slopes(self, spread(0*self%mass, 2, size(same, 1)), &
-                     reshape(direction(:, self%model%movable), [size(self%mass)]), [0.0_rp, 0.0_rp], same, slopes)
+    self%blocks = 0
+    if (self%is_bent) call force_sensitivity(self%work, self%model, spread(self%gravity, 2, size(direction, 2))* &
+                                             spread(direction(1, :), 1, 3), self%du)
+    call find_slopes(self, changed_forces(self, size(same, 1)), reshape(direction(:, self%model%movable), [size(self%mass)]), &
+                     [0.0_rp, 0.0_rp], same, slopes)
   end subroutine modal_slopes_of_mass
 
-  !> The same when the compliance of the clamp about axis k (1: x, root_twist; 2: y, root_flap) changes [per rad/(N m)].
+  !> Returns f(:, n) [N], dK psi_i of the first n modes, where dK is `blocks` and, in a bent wing, K'[du].
+  function changed_forces(self, n) result(flattened)
+    class(modal_t), intent(inout) :: self
+    integer, intent(in) :: n
+    real(rp) :: flattened(size(self%mass), n), f(3, self%model%n_free)
+    integer :: i
+    if (self%is_bent) call add_tangent_change(self%model, self%probe, self%u, self%work%axial, self%du, self%blocks)
+    do i = 1, n
+      f = 0
+      call self%model%pattern%multiply(self%blocks, 1.0_rp, reshape(self%bent(:, i), [3, self%model%n_free]), f)
+      flattened(:, i) = reshape(f, [size(self%mass)])
+    end do
+  end function changed_forces
+
+  !> The same when the compliance of the clamp about axis k (1: x, root_twist; 2: y, root_flap) changes [per rad/(N m)]. The wing
+  !> must be at rest.
   subroutine modal_slopes_of_clamp(self, k, same, slopes)
     class(modal_t), intent(inout) :: self
     integer, intent(in) :: k
     logical, intent(in) :: same(:, :)
     type(mode_slopes_t), intent(inout) :: slopes
     real(rp) :: dc(2)
+    call require(.not. self%is_bent, 'modal_t: the clamp of a bent wing is stiff')
     dc = 0
     dc(k) = 1
     call find_slopes(self, spread(0*self%mass, 2, size(same, 1)), 0*self%mass, dc, same, slopes)
   end subroutine modal_slopes_of_clamp
 
+  !> Returns shape `i` at the movable points as one vector.
   pure function flat(self, i) result(phi)
     class(modal_t), intent(in) :: self
     integer, intent(in) :: i
@@ -301,7 +292,7 @@ contains
     phi = reshape(self%shapes(:, self%model%movable, i), [size(phi)])
   end function flat
 
-  !> bent(:, i) = dK psi_i, dm the change of the masses, dc that of the compliances. With the clamp
+  !> Computes the slopes. bent(:, i) = dK psi_i, dm the change of the masses, dc that of the compliances. With the clamp
   !> phi_j dF^-1 phi_i = psi_j dK psi_i - m_j dc m_i, m = lambda R^T M phi its moment, and F dF^-1 phi_i = K^-1 dK psi_i - R dc m_i.
   subroutine find_slopes(self, bent, dm, dc, same, slopes)
     class(modal_t), intent(in) :: self
@@ -358,8 +349,7 @@ contains
 
   end subroutine find_slopes
 
-  !> Each b(:, i), without the modes that are known, becomes (1 - lambda_i A)^-1 b, A = M^(1/2) F M^(1/2), which is positive
-  !> there: conjugate gradients, all columns side by side.
+  !> Replaces b(:, i) by (1 - lambda_i A)^-1 b(:, i), A = M^(1/2) F M^(1/2), orthogonal to the known modes: conjugate gradients.
   subroutine solve_beside(self, lambda, b)
     class(modal_t), intent(in) :: self
     real(rp), intent(in) :: lambda(:)
@@ -392,6 +382,7 @@ contains
     b = y
   end subroutine solve_beside
 
+  !> Takes the parts along the known modes out of `b`.
   subroutine remove_known(self, b)
     class(modal_t), intent(in) :: self
     real(rp), intent(inout) :: b(:, :)

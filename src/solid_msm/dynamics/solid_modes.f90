@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The lowest natural frequencies and shapes of a wing about an equilibrium.
+!> Computes the lowest natural frequencies and shapes of a wing about an equilibrium.
 !>
 !> Subspace iteration with M^(1/2) K^-1 M^(1/2), which copes with the equal frequencies of symmetric
 !> structures; the dense part is LAPACK's. K is factorised once.
@@ -17,9 +17,9 @@ module solid_modes
 
 contains
 
-  !> Frequencies [Hz], lowest first, and shapes(3, n_all, :), normalised to unit modal mass [kg^-1/2],
-  !> of small undamped vibrations about the equilibrium u(3, n_all) under `load`, for masses(n_all)
-  !> [kg]. Fails if the equilibrium is unstable or the iteration does not converge.
+  !> Computes frequencies [Hz], lowest first, and shapes(3, n_all, :), normalised to unit modal mass [kg^-1/2], of small undamped
+  !> vibrations about the equilibrium u(3, n_all) under `load`, for masses(n_all) [kg]. Fails if the equilibrium is unstable or
+  !> the iteration does not converge.
   subroutine natural_modes(work, model, load, masses, u, frequencies, shapes, failure)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
@@ -79,7 +79,7 @@ contains
     end do
   end subroutine natural_modes
 
-  !> Modified Gram-Schmidt, twice, beginning with the last column: the order of the eigenvalues.
+  !> Orthogonalises by modified Gram-Schmidt, twice, beginning with the last column: the order of the eigenvalues.
   subroutine orthonormalise(q)
     real(rp), intent(inout) :: q(:, :)
     integer :: i, j, pass

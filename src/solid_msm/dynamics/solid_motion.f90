@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Prescribed motion of the wing's frame, in which the root rests.
+!> Prescribes the motion of the wing's frame, in which the root is at rest.
 module solid_motion
   use base_kinds, only: rp
   use solid_vectors, only: cross
@@ -23,7 +23,7 @@ module solid_motion
   end type motion_t
 
   abstract interface
-    !> The frame at `time` [s].
+    !> Returns the frame at `time` [s].
     function frame_at(self, time) result(frame)
       import :: motion_t, frame_t, rp
       class(motion_t), intent(in) :: self

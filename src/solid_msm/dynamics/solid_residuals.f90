@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solves with the Jacobian of a wing that feels a reaction, A = S + N + q C, by the factors of another matrix, such as
-!> S + q D: GMRES in the form that keeps its directions z with their images A z = Q R (adaptive simpler GMRES, Jiranek &
-!> Rozloznik 2010, doi:10.1007/s11075-009-9311-1). The residual is what it reduces.
+!> Solves with the Jacobian of a wing with a reaction, A = S + N + q C, by the factors of another matrix, such as S + q D: GMRES
+!> in the form that keeps its directions z with their images A z = Q R (adaptive simpler GMRES, Jiranek & Rozloznik 2010,
+!> doi:10.1007/s11075-009-9311-1). It minimises the residual.
 !>
-!> As long as A is the same, the next right-hand side first takes what the directions of the earlier ones can give
-!> (de Sturler 1996, doi:10.1016/0377-0427(94)00123-5): later iterations of Newton's method with one tangent need fewer.
+!> As long as A is the same, the solution for the next right-hand side first uses the directions of the earlier ones (de Sturler
+!> 1996, doi:10.1016/0377-0427(94)00123-5): later iterations of Newton's method with one tangent need fewer steps.
 module solid_residuals
   use base_kinds, only: rp
   use solid_equilibrium, only: equilibrium_t
@@ -50,7 +50,7 @@ contains
       deallocate (self%upper, self%directions, self%images, self%left, self%image, self%all_x, self%all_y)
   end subroutine residuals_free
 
-  !> Forgets the directions of earlier solutions. Call it when the matrix A is another one.
+  !> Discards the directions of earlier solutions. Call it when the matrix A has changed.
   subroutine residuals_forget(self)
     class(residuals_t), intent(inout) :: self
     self%n = 0
@@ -116,7 +116,7 @@ contains
     end associate
   end subroutine residuals_solve
 
-  !> y = A x.
+  !> Computes y = A x.
   subroutine multiply(self, model, blocks, turns, reaction, q, x, y)
     type(residuals_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -135,7 +135,7 @@ contains
     call model%pattern%multiply(blocks, 1.0_rp, x, y)
   end subroutine multiply
 
-  !> Takes the part along the unit vector `e` out of `r`.
+  !> Removes from `r` its part along the unit vector `e`.
   pure subroutine take(e, r, coefficient)
     real(rp), intent(in), contiguous :: e(:, :)
     real(rp), intent(inout), contiguous :: r(:, :)
@@ -144,7 +144,7 @@ contains
     r = r - coefficient*e
   end subroutine take
 
-  !> The inner product, in twelve sums side by side, which is faster than in one.
+  !> Returns the inner product, in twelve sums at the same time, which is faster than in one.
   pure real(rp) function inner(a, b)
     real(rp), intent(in), contiguous :: a(:, :), b(:, :)
     real(rp) :: sums(3, 4)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The motion of a wing in a checkpoint: all of `dynamic_state_t`, double precision.
+!> Saves and loads the motion of a wing in a checkpoint: all of `dynamic_state_t`, double precision.
 module solid_restart
   use base_checksum, only: checksum_reals
   use base_errors, only: failure_t
@@ -37,7 +37,7 @@ contains
     if (loader%failure%failed) call failure%raise('the motion of the wing does not fit: '//loader%failure%reason)
   end subroutine load_motion
 
-  !> Returns a number that tells wings apart by their unloaded points.
+  !> Returns a number that distinguishes wings by their unloaded points.
   integer(i8) function points_fingerprint(model) result(mark)
     type(solid_model_t), intent(in) :: model
     mark = checksum_reals([model%points], 0_i8)

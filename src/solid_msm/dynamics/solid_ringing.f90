@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Small free motion of a wing about rest, in its lowest natural modes, and its exact derivatives.
+!> Computes small free motion of a wing about rest, in its lowest natural modes, and its exact derivatives.
 !>
 !> With displacements u = Phi q of the modes of solid_modal (Phi^T M Phi = 1, Phi^T K Phi = Lambda) and forces of damping
 !> (solid_damping_effects),
 !>
 !>     q'' + D q' + Lambda q + g Lambda z = f,   z' = q' - z/tau,   D = alpha + beta Lambda + theta J,   J = Phi^T K_joints Phi.
 !>
-!> States are e = Omega q, p = q', Omega z, Omega^2 = Lambda; then those of a filter of what is seen, y = L q or L q'; then those
-!> of an input (base_linear_flow, which makes no error in time). Filters: the first order y_f' = c (y - y_f), or Butterworth's
+!> States are e = Omega q, p = q', Omega z, Omega^2 = Lambda; then those of a filter of the observations, y = L q or L q'; then
+!> those of an input (base_linear_flow, which has no error in time). Filters: the first order y_f' = c (y - y_f), or Butterworth's
 !> second order, c = 2 pi times the cut-off.
 !>
 !> A change of stiffness or mass changes the modes; to first order their space becomes that of Phi + W with W M-orthogonal to Phi
@@ -23,7 +23,7 @@ module solid_ringing
 
   integer, parameter, public :: EXCITED_RELEASE = 1, EXCITED_TAP = 2, EXCITED_BASE = 3
 
-  !> What one parameter does to the reduced equations; arrays of size 0 are zero.
+  !> Change of the reduced equations by one parameter; arrays of size 0 are zero.
   type :: ring_change_t
     real(rp), allocatable :: stiffness(:, :)  !< (r, r) Phi^T dK Phi
     real(rp), allocatable :: mass(:, :)       !< (r, r) Phi^T dM Phi
@@ -82,7 +82,7 @@ contains
     select case (self%excitation)
     case (EXCITED_RELEASE)
       self%begin(:self%r) = forcing/self%omega
-      ! The filter has seen the wing at rest in its bent shape for long.
+      ! The filter has seen the bent wing at rest for a long time.
       if (f > 0 .and. .not. self%sees_velocity) self%begin(3*self%r + 1:3*self%r + self%m) = matmul(observation, forcing/lambda)
     case (EXCITED_TAP)
       self%begin(self%r + 1:2*self%r) = forcing
@@ -95,7 +95,7 @@ contains
     self%rate = self%output(matmul(self%a, self%x))
   end subroutine ringing_run
 
-  !> A of the equations.
+  !> Makes the matrix A of the equations.
   subroutine ringing_matrix(self, a)
     class(ringing_t), intent(in) :: self
     real(rp), allocatable, intent(out) :: a(:, :)
@@ -115,7 +115,7 @@ contains
       if (self%cutoff > 0) then
         do j = 1, self%m
           k = 3*r + j
-          i = k + (self%order - 1)*self%m ! what is seen enters here
+          i = k + (self%order - 1)*self%m ! the observations enter here
           if (self%order == 1) then
             a(k, k) = -self%cutoff
           else
@@ -137,7 +137,7 @@ contains
     end associate
   end subroutine ringing_matrix
 
-  !> What is seen of states x(n, samples).
+  !> Returns the observations of states x(n, samples).
   function ringing_output(self, x) result(seen)
     class(ringing_t), intent(in) :: self
     real(rp), intent(in) :: x(:, :)
@@ -149,7 +149,7 @@ contains
     end if
   end function ringing_output
 
-  !> The same of an unfiltered observation(seen, r).
+  !> Returns the same of an unfiltered observation(seen, r).
   function observed(self, observation, x) result(seen)
     class(ringing_t), intent(in) :: self
     real(rp), intent(in) :: observation(:, :), x(:, :)
@@ -161,7 +161,7 @@ contains
     end if
   end function observed
 
-  !> seen(samples, places): the derivative of what is seen, after `run`.
+  !> Returns seen(samples, places), the derivative of the observations, after `run`.
   subroutine ringing_tangent(self, change, seen)
     class(ringing_t), intent(in) :: self
     type(ring_change_t), intent(in) :: change
@@ -179,7 +179,7 @@ contains
     if (size(change%observation) > 0 .and. .not. self%cutoff > 0) seen = seen + observed(self, change%observation, self%x)
   end subroutine ringing_tangent
 
-  !> da(n, n): the derivative of A.
+  !> Returns da(n, n), the derivative of A.
   subroutine differentiate(self, change, da)
     class(ringing_t), intent(in) :: self
     type(ring_change_t), intent(in) :: change
@@ -214,7 +214,7 @@ contains
     end associate
   end subroutine differentiate
 
-  !> Adds that with respect to effect `number` of the damping; 0: none.
+  !> Adds to it the derivative with respect to effect `number` of the damping; 0: none.
   subroutine differentiate_damping(self, number, da)
     class(ringing_t), intent(in) :: self
     integer, intent(in) :: number
@@ -239,7 +239,7 @@ contains
     end do
   end subroutine differentiate_damping
 
-  !> Adds that of what a filter sees.
+  !> Adds to it the derivative of the input of a filter.
   subroutine differentiate_observation(self, observation, da)
     class(ringing_t), intent(in) :: self
     real(rp), intent(in) :: observation(:, :)
@@ -257,7 +257,7 @@ contains
     end do
   end subroutine differentiate_observation
 
-  !> Of the states with which a motion begins.
+  !> Returns the derivative of the states with which a motion begins.
   subroutine differentiate_begin(self, change, begin)
     class(ringing_t), intent(in) :: self
     type(ring_change_t), intent(in) :: change

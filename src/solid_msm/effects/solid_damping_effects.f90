@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Describes what takes energy from a wing that moves, as parameters with a null value at which it does nothing.
+!> Describes energy losses of a moving wing, as parameters with a null value at which they have no effect.
 !>
 !> | name | what | unit | null |
 !> |---|---|---|---|
 !> | `rayleigh_mass` | damping force per mass and velocity: still air, to first order | 1/s | 0 |
 !> | `rayleigh_stiffness` | damping force per rate of the elastic force | s | 0 |
 !> | `joint_friction` | the same of the joints of veins alone: moment per rate of their elastic moment | s | 0 |
-!> | `relaxation` | share g: a sudden force meets (1 + g) times the stiffness, which relaxes with `relaxation_time` | 1 | 0 |
+!> | `relaxation` | share g: for a sudden force the stiffness is 1 + g times larger; this relaxes in `relaxation_time` | 1 | 0 |
 !>
 !> The forces of a viscoelastic wing are those of a standard linear solid: f + g z with z' = f' - z/tau, f the elastic force.
 module solid_damping_effects
@@ -18,7 +18,7 @@ module solid_damping_effects
 
   integer, parameter, public :: DAMPING_MASS = 1, DAMPING_STIFFNESS = 2, DAMPING_JOINTS = 3, DAMPING_RELAXATION = 4, &
                                 N_DAMPING_EFFECTS = 4, &
-                                DAMPING_TIME = 5 !< logarithm of the relaxation time, beside a relaxation
+                                DAMPING_TIME = 5 !< logarithm of the relaxation time, needs a relaxation
 
   !> Values of the effects.
   type :: damping_effects_t

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What an effect says of itself: its parameters with units, ranges and priors, what it needs, its law with the derivative,
-!> and its texts for people. One module solid_effect_* makes one such record, and solid_effects lists them; reports, the
-!> catalogue of the diagnosis and the tables of the documents follow from it.
+!> Defines the record that describes an effect: its parameters with units, ranges and priors, its requirements, its law with the
+!> derivative, and its texts for people. One module solid_effect_* makes one such record, and solid_effects lists them. Reports,
+!> the catalogue of the diagnosis and the tables of the documents use these records.
 !>
-!> A law multiplies what the usual parameters give, in three stages: single elements, then regions, then moments that are made
-!> of the stiffness that is there. What adds a force that does not depend on the stiffness is a load.
+!> A law multiplies the stiffness that the usual parameters give, in three stages: single elements, then regions, then moments
+!> that follow from the stiffness so far. An effect that adds a force independent of the stiffness is a load.
 module solid_effect
   use base_kinds, only: rp
   use solid_effect_values, only: effects_t
@@ -19,16 +19,16 @@ module solid_effect
 
   integer, parameter, public :: STAGE_NONE = 0, STAGE_ELEMENTS = 1, STAGE_REGIONS = 2, STAGE_MOMENTS = 3, STAGE_LOADS = 4
 
-  !> What the wing must have, NEED_DISC to NEED_NO_SLACK, and the measurement.
+  !> Requirements on the wing, NEED_DISC to NEED_NO_SLACK, and on the measurement.
   integer, parameter, public :: NEED_NOTHING = 0, NEED_DISC = 1, NEED_SOFT_PLACE = 2, NEED_SIDED_JOINTS = 3, &
                                 NEED_SIDED_VEINS = 4, NEED_NO_SLACK = 5, NEED_MEMBRANE = 6, NEED_UNSTRESSED_REST = 7, &
-                                NEED_LEVELS = 8, NEED_BOTH_DIRECTIONS = 9
+                                NEED_LEVELS = 8, NEED_BOTH_DIRECTIONS = 9, NEED_MODES_ABOUT_REST = 10
   integer, parameter, public :: MOST_PARAMETERS = 3 !< of one effect
 
   type :: effect_parameter_t
     character(20) :: name = ''        !< of one for each joint: what stands before the joint's name, NAME:
     character(12) :: unit = '1'
-    logical :: is_log = .false.       !< varied by factors: it does nothing at 1; else at 0
+    logical :: is_log = .false.       !< varied by factors: it has no effect at 1; else at 0
     real(rp) :: lower = 0, upper = 0  !< in its unit
     real(rp) :: prior_sd = 1          !< of its coordinate
     real(rp) :: strong = 0            !< value from which fits begin too, where the tangent at null misleads; 0: none
@@ -39,7 +39,7 @@ module solid_effect
     integer :: n = 1                          !< number of parameters of an effect that is not of each joint
     type(effect_parameter_t) :: parameters(MOST_PARAMETERS)
     logical :: is_per_joint = .false.         !< it has the first parameter for every joint
-    integer :: needs(4) = NEED_NOTHING        !< the first that is missing is told
+    integer :: needs(4) = NEED_NOTHING        !< the first missing one is reported
     logical :: curves_rest = .false.          !< it bends the wing without a load
     integer :: stage = STAGE_NONE             !< of `apply`
     procedure(stiffness_law), pointer, nopass :: apply => null()
@@ -49,7 +49,7 @@ module solid_effect
     procedure(text_teller), pointer, nopass :: tell => null()
   end type effect_t
 
-  !> Texts. In wordings, @ is the joint or the place.
+  !> Texts of an effect. In wordings, @ is the joint or the place.
   type :: effect_text_t
     character(:), allocatable :: cause        !< name of the entry in the catalogue of the diagnosis
     character(:), allocatable :: title, sentence !< of the entry
@@ -61,7 +61,7 @@ module solid_effect
     real(rp) :: far(MOST_PARAMETERS) = huge(1.0_rp)
   end type effect_text_t
 
-  !> Where a law acts: the values of the parameters of its effect, and the elements of the wing.
+  !> The place where a law acts: the values of the parameters of its effect, and the elements of the wing.
   type :: effect_site_t
     integer :: k = 1                            !< the parameter for a derivative
     real(rp), allocatable :: values(:)          !< of the effect
@@ -72,15 +72,15 @@ module solid_effect
   end type effect_site_t
 
   abstract interface
-    !> Changes `stiffness` to that with the effect.
+    !> Changes `stiffness` to the one with the effect.
     pure subroutine stiffness_law(site, stiffness)
       import :: effect_site_t, stiffness_t
       type(effect_site_t), intent(in) :: site
       type(stiffness_t), intent(inout) :: stiffness
     end subroutine stiffness_law
 
-    !> Puts the derivative of `stiffness`, that of the model with all effects, with respect to parameter site%k of the effect
-    !> into `direction`, which is 0 before: per log unit if the parameter varies by factors.
+    !> Puts the derivative of `stiffness` (of the model with all effects) with respect to parameter site%k of the effect into
+    !> `direction`, which is 0 before: per log unit if the parameter varies by factors.
     pure subroutine stiffness_slope(site, stiffness, direction)
       import :: effect_site_t, stiffness_t
       type(effect_site_t), intent(in) :: site
@@ -88,14 +88,14 @@ module solid_effect
       type(stiffness_t), intent(inout) :: direction
     end subroutine stiffness_slope
 
-    !> Of the value of an effect with one parameter, at a hinge.
+    !> Returns a factor for the value of an effect with one parameter, at a hinge.
     pure real(rp) function modulus_law(value, plan)
       import :: rp, hinge_plan_t
       real(rp), intent(in) :: value
       type(hinge_plan_t), intent(in) :: plan
     end function modulus_law
 
-    !> All texts of the effect.
+    !> Returns all texts of the effect.
     pure subroutine text_teller(text)
       import :: effect_text_t
       type(effect_text_t), intent(out) :: text

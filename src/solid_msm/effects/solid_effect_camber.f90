@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A wing that is curved where it is free of stress, with the same curvatures [1/m] everywhere: z0 = (k_xx x^2 +
-!> k_yy y^2 + 2 k_xy x y)/2 above the plane of the wing file. Moments bend the edges of the membrane (solid_arch) and the veins
+!> Describes a wing that is curved where it is free of stress, with the same curvatures [1/m] everywhere: z0 = (k_xx x^2 + k_yy
+!> y^2 + 2 k_xy x y)/2 above the plane of the wing file. Moments bend the edges of the membrane (solid_arch) and the veins
 !> (`camber_evaluate` of solid_twist); springs and the clamp are as in the flat wing.
 module solid_effect_camber
   use base_kinds, only: rp
@@ -32,6 +32,7 @@ contains
     effect%tell => tell_camber
   end function camber_effect
 
+  !> Adds the moments of a wing that is curved at rest.
   pure subroutine apply_camber(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
@@ -40,6 +41,7 @@ contains
     stiffness%camber_moment = stiffness%hinge*matmul(site%values, site%layout%hinge_turn)
   end subroutine apply_camber
 
+  !> Returns the derivative of the stiffness with respect to curvature `k`.
   pure subroutine derive_camber(site, stiffness, direction)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(in) :: stiffness
@@ -49,6 +51,7 @@ contains
     direction%has_arch = .true.
   end subroutine derive_camber
 
+  !> Returns the texts for this effect.
   pure subroutine tell_camber(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'camber'

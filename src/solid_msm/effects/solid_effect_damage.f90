@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Local damage (or a patch): all stiffness in a disc is multiplied by a factor f.
+!> Describes local damage (or a patch): all stiffness in a disc is multiplied by a factor f.
 !>
-!> At the distance r from the centre the factor is 1 + (f - 1) w, w = s^2 (3 - 2 s), s = (1.05 - r/a)/0.1 cut to 0..1:
-!> whole inside the radius a, with a smooth rim of a tenth of it, halved at a. An element is where its middle is: springs
+!> At the distance r from the centre the factor is 1 + (f - 1) w, w = s^2 (3 - 2 s), s = (1.05 - r/a)/0.1 cut to 0..1: full inside
+!> the radius a, with a smooth rim of a tenth of it, one half at a. The place of an element is its middle: springs have it
 !> halfway, hinges at their point, and an edge of the membrane has the mean of its two triangles' centroids.
 module solid_effect_damage
   use base_kinds, only: rp
@@ -28,6 +28,7 @@ contains
     effect%tell => tell_damage
   end function damage_effect
 
+  !> Makes everything in the damaged disc softer or stiffer.
   pure subroutine apply_damage(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
@@ -48,6 +49,7 @@ contains
     stiffness%has_edges = .true.
   end subroutine apply_damage
 
+  !> Returns the derivative of the stiffness with respect to the logarithm of the factor.
   pure subroutine derive_damage(site, stiffness, direction)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(in) :: stiffness
@@ -97,6 +99,7 @@ contains
 
   end subroutine add_damage
 
+  !> Returns the texts for this effect.
   pure subroutine tell_damage(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'damage'

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Veins whose material changes along the span: E exp(g s) with the station s = (x - x_root)/R - 1/2, x_root the mean of
-!> the clamped points and R the extent of the wing along x. A hinge has the E of its point; joints with a stiffness of
-!> their own do not take part.
+!> Describes veins whose material changes along the span: E exp(g s) with the station s = (x - x_root)/R - 1/2, x_root the mean of
+!> the clamped points and R the extent of the wing along x. A hinge has the E of its point. Joints with a stiffness of their own
+!> are not affected.
 module solid_effect_gradient
   use base_kinds, only: rp
   use solid_effect, only: effect_parameter_t, effect_t, effect_text_t
@@ -22,19 +22,21 @@ contains
     effect%tell => tell_gradient
   end function gradient_effect
 
-  !> Exactly 1 for a gradient of 0.
+  !> Returns the factor on E, exactly 1 for a gradient of 0.
   pure real(rp) function gradient_factor(value, plan) result(factor)
     real(rp), intent(in) :: value
     type(hinge_plan_t), intent(in) :: plan
     factor = exp(value*plan%station)
   end function gradient_factor
 
+  !> Returns the derivative of the logarithm of E.
   pure real(rp) function gradient_slope(value, plan) result(slope)
     real(rp), intent(in) :: value
     type(hinge_plan_t), intent(in) :: plan
     slope = plan%station + 0*value
   end function gradient_slope
 
+  !> Returns the texts for this effect.
   pure subroutine tell_gradient(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'E_gradient'

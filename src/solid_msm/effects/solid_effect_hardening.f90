@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Hinges whose moment is not proportional to their turning: M = k Theta (1 + h Theta^2).
+!> Describes hinges whose moment is not proportional to their turning: M = k Theta (1 + h Theta^2).
 !>
-!> Joints have the common h and one of their own. All other hinges are pieces of cuticle with M = EI kappa (1 + c
+!> Every joint has the common h and an individual one. All other hinges are pieces of cuticle with M = EI kappa (1 + c
 !> kappa^2), the curvature kappa = Theta/l over the length l that bends, so that h = c/l^2.
 module solid_effect_hardening
   use base_kinds, only: rp
@@ -13,8 +13,8 @@ module solid_effect_hardening
   private
   public :: joint_hardening_effect, own_hardening_effect, cuticle_effect
 
-  real(rp), parameter :: STRONG = 100.0_rp   !< [1/rad^2] from where it is told at 1 degree
-  real(rp), parameter :: WEAK = 5.0e-6_rp    !< [m^2] from where it is told at 10 mm
+  real(rp), parameter :: STRONG = 100.0_rp   !< [1/rad^2] from this value on reports state the stiffness at 1 degree
+  real(rp), parameter :: WEAK = 5.0e-6_rp    !< [m^2] from this value on reports state the stiffness at a radius of 10 mm
 
 contains
 
@@ -29,12 +29,14 @@ contains
     effect%tell => tell_joint_hardening
   end function joint_hardening_effect
 
+  !> Adds the hardening of all joints.
   pure subroutine apply_joint_hardening(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
     where (site%plans%joint > 0) stiffness%hardening = stiffness%hardening + site%values(1)
   end subroutine apply_joint_hardening
 
+  !> Returns the derivative of the stiffness with respect to the hardening of all joints.
   pure subroutine derive_joint_hardening(site, stiffness, direction)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(in) :: stiffness
@@ -54,6 +56,7 @@ contains
     effect%tell => tell_own_hardening
   end function own_hardening_effect
 
+  !> Adds the hardening of each joint.
   pure subroutine apply_own_hardening(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
@@ -63,6 +66,7 @@ contains
     end do
   end subroutine apply_own_hardening
 
+  !> Returns the derivative of the stiffness with respect to the hardening of joint `k`.
   pure subroutine derive_own_hardening(site, stiffness, direction)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(in) :: stiffness
@@ -81,6 +85,7 @@ contains
     effect%tell => tell_cuticle
   end function cuticle_effect
 
+  !> Adds the hardening of the veins themselves.
   pure subroutine apply_cuticle(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
@@ -91,6 +96,7 @@ contains
     end do
   end subroutine apply_cuticle
 
+  !> Returns the derivative of the stiffness with respect to the hardening of the veins.
   pure subroutine derive_cuticle(site, stiffness, direction)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(in) :: stiffness
@@ -103,12 +109,13 @@ contains
     end do
   end subroutine derive_cuticle
 
-  !> The length [m] that bends: half of both segments, or of the free one at the clamped root.
+  !> Returns the length [m] that bends: half of both segments, or of the free one at the clamped root.
   pure real(rp) function bending_length(plan) result(length)
     type(hinge_plan_t), intent(in) :: plan
     length = sum(plan%lengths)/2
   end function bending_length
 
+  !> Returns the texts for the hardening of all joints.
   pure subroutine tell_joint_hardening(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'joint_hardening'
@@ -128,6 +135,7 @@ contains
     text%far(1) = STRONG
   end subroutine tell_joint_hardening
 
+  !> Returns the texts for the hardening of one joint.
   pure subroutine tell_own_hardening(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'one_joint_hardening'
@@ -147,6 +155,7 @@ contains
     text%far(1) = STRONG
   end subroutine tell_own_hardening
 
+  !> Returns the texts for the hardening of the veins.
   pure subroutine tell_cuticle(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'cuticle'

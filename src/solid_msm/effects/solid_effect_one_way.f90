@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One-way joints: a factor on the stiffness of a joint when it bends up, to +z of the unloaded wing (`lift` of solid_hinge).
+!> Describes one-way joints: a factor on the stiffness of a joint when it bends up, to +z of the unloaded wing (`lift` of
+!> solid_hinge).
 module solid_effect_one_way
   use base_kinds, only: rp
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_BOTH_DIRECTIONS, &
@@ -24,6 +25,7 @@ contains
     effect%tell => tell_one_way
   end function one_way_effect
 
+  !> Adds the difference between upward and downward stiffness of each joint.
   pure subroutine apply_one_way(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
@@ -34,6 +36,7 @@ contains
     end do
   end subroutine apply_one_way
 
+  !> Returns the derivative of the stiffness with respect to the logarithm of the factor of joint `k`.
   pure subroutine derive_one_way(site, stiffness, direction)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(in) :: stiffness
@@ -41,6 +44,7 @@ contains
     where (site%plans%joint == site%k .and. site%effects%has_sides) direction%lift = stiffness%hinge*site%values(site%k)
   end subroutine derive_one_way
 
+  !> Returns the texts for this effect.
   pure subroutine tell_one_way(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'one_way_joint'

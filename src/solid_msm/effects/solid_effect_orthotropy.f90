@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A membrane that is stiffer in one direction: springs times 1 + a cos 2 phi, phi their angle to x.
+!> Describes a membrane that is stiffer in one direction: springs times 1 + a cos 2 phi, phi their angle to x.
 module solid_effect_orthotropy
   use base_kinds, only: rp
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, STAGE_ELEMENTS
@@ -22,6 +22,7 @@ contains
     effect%tell => tell_orthotropy
   end function orthotropy_effect
 
+  !> Makes the springs of the membrane stiffer along x than along y, or softer.
   pure subroutine apply_orthotropy(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
@@ -32,6 +33,7 @@ contains
     end do
   end subroutine apply_orthotropy
 
+  !> Returns the derivative of the stiffness with respect to the contrast.
   pure subroutine derive_orthotropy(site, stiffness, direction)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(in) :: stiffness
@@ -45,6 +47,7 @@ contains
     end do
   end subroutine derive_orthotropy
 
+  !> Returns the texts for this effect.
   pure subroutine tell_orthotropy(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'orthotropy'

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A membrane that is stretched in the unloaded wing: an isotropic tension T [N/m] between the veins, which springs carry by
-!> the width of membrane that each stands for (solid_tension).
+!> Describes a membrane that is stretched in the unloaded wing: an isotropic tension T [N/m] between the veins. Each spring
+!> carries the tension of the width of membrane that it represents (solid_tension).
 module solid_effect_pretension
   use base_kinds, only: rp
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_MEMBRANE, NEED_NO_SLACK, &
@@ -24,6 +24,7 @@ contains
     effect%tell => tell_pretension
   end function pretension_effect
 
+  !> Sets the tension of the springs in the unloaded wing.
   pure subroutine apply_pretension(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
@@ -31,6 +32,7 @@ contains
     stiffness%tension = site%values(1)*site%layout%spring_width
   end subroutine apply_pretension
 
+  !> Returns the derivative of the stiffness with respect to the tension.
   pure subroutine derive_pretension(site, stiffness, direction)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(in) :: stiffness
@@ -41,6 +43,7 @@ contains
     direction%has_tension = .true.
   end subroutine derive_pretension
 
+  !> Returns the texts for this effect.
   pure subroutine tell_pretension(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'pretension'

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A clamp that gives way: it turns about x and about y by a compliance times the moment at the centre of the clamped points,
+!> Describes a compliant clamp: it turns about x and about y by a compliance times the moment at the centre of the clamped points,
 !> exactly for large turns. The law is that of solid_bent_wing; no stiffness of the wing changes.
 module solid_effect_root
   use base_kinds, only: rp
-  use solid_effect, only: effect_parameter_t, effect_t, effect_text_t
+  use solid_effect, only: effect_parameter_t, effect_t, effect_text_t, NEED_MODES_ABOUT_REST
   use solid_wording, only: word_plain, DEGREES
   implicit none
   private
@@ -17,9 +17,11 @@ contains
     effect%n = 2
     effect%parameters(1) = effect_parameter_t('root_flap', 'rad/(N m)', .false., 0.0_rp, 1.0e5_rp, 1.0e4_rp, clamp_axis=2)
     effect%parameters(2) = effect_parameter_t('root_twist', 'rad/(N m)', .false., 0.0_rp, 1.0e5_rp, 1.0e4_rp, clamp_axis=1)
+    effect%needs(1) = NEED_MODES_ABOUT_REST
     effect%tell => tell_root
   end function root_effect
 
+  !> Returns the texts for this effect.
   pure subroutine tell_root(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'root_compliance'

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Writes where the effects of a wing act as text, for input files and to tell wings apart.
+!> Writes the places where the effects of a wing act as text, for input files and to distinguish wings.
 module solid_effect_sites
   use base_text, only: number_text
   use solid_effects, only: effects_t

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One more soft hinge: a factor on the stiffness of the hinge at the point inside a vein that is nearest to a fraction of its
-!> length.
+!> Describes one more soft hinge: a factor on the stiffness of the hinge at the point inside a vein that is nearest to a fraction
+!> of its length.
 module solid_effect_soft
   use base_kinds, only: rp
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_SOFT_PLACE, STAGE_ELEMENTS
@@ -23,6 +23,7 @@ contains
     effect%tell => tell_soft
   end function soft_effect
 
+  !> Makes one hinge softer or stiffer.
   pure subroutine apply_soft(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
@@ -31,6 +32,7 @@ contains
     end associate
   end subroutine apply_soft
 
+  !> Returns the derivative of the stiffness with respect to the logarithm of the factor.
   pure subroutine derive_soft(site, stiffness, direction)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(in) :: stiffness
@@ -52,6 +54,7 @@ contains
     direction%has_twist = stiffness%has_twist
   end subroutine add_hinge
 
+  !> Returns the texts for this effect.
   pure subroutine tell_soft(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'soft_place'

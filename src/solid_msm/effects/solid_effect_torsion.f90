@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Veins that resist torsion: k tau^2/2 with the turning tau of the membrane's normal along the vein (solid_twist), k = GJ/EI times
-!> the stiffness of the hinge in bending.
+!> Describes veins that resist torsion: k tau^2/2 with the turning tau of the membrane's normal along the vein (solid_twist), k =
+!> GJ/EI times the stiffness of the hinge in bending.
 module solid_effect_torsion
   use base_kinds, only: rp
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_MEMBRANE, NEED_SIDED_VEINS, &
@@ -13,8 +13,8 @@ module solid_effect_torsion
 
 contains
 
-  !> Returns the effect `torsion`: parameter, law and texts. Veins that twist freely have modes of their own, which a little
-  !> torsion ends; the tangent at the null shows those modes alone.
+  !> Returns the effect `torsion`: parameter, law and texts. Veins that twist freely have special modes, which a little torsional
+  !> stiffness removes; the tangent at the null shows only those modes.
   pure function torsion_effect() result(effect)
     type(effect_t) :: effect
     real(rp), parameter :: STRONG = 0.2_rp ! a quarter of what solid circular veins have
@@ -26,6 +26,7 @@ contains
     effect%tell => tell_torsion
   end function torsion_effect
 
+  !> Sets the torsional stiffness of the veins.
   pure subroutine apply_torsion(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
@@ -33,6 +34,7 @@ contains
     stiffness%twist = site%values(1)*stiffness%hinge
   end subroutine apply_torsion
 
+  !> Returns the derivative of the stiffness with respect to GJ/EI.
   pure subroutine derive_torsion(site, stiffness, direction)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(in) :: stiffness
@@ -43,6 +45,7 @@ contains
     direction%has_twist = .true.
   end subroutine derive_torsion
 
+  !> Returns the texts for this effect.
   pure subroutine tell_torsion(text)
     type(effect_text_t), intent(out) :: text
     text%cause = 'vein_torsion'

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds how strong the effects of a wing are, and where they act. The module solid_effect_* of an effect says what it is; the
-!> list of all, which gives the order of the values, is solid_effects.
+!> Holds the strength of the effects of a wing, and the places where they act. The module solid_effect_* of an effect defines it;
+!> solid_effects lists all effects, which gives the order of the values.
 module solid_effect_values
   use base_kinds, only: rp
   implicit none

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Lists the effects of a wing: what it may do beyond the basic model, as parameters with a null value at which they do nothing.
+!> Lists the effects of a wing: deviations from the basic model, as parameters with a null value at which they have no effect.
 !>
-!> `list_effects` is the list of all; an effect is added by its line there. The order is that of the parameters, so that files of
-!> older runs stay right: parameters of the whole wing first, then those of each joint.
+!> `list_effects` is the list of all effects; a new effect needs a line there. The order is that of the parameters, so that files
+!> of older runs stay valid: parameters of the whole wing first, then those of each joint.
 module solid_effects
   use base_errors, only: require
   use base_kinds, only: rp
@@ -46,7 +46,7 @@ contains
             one_way_effect()]
   end function list_effects
 
-  !> Returns the values of the effects of a wing with so many joints; all effects do nothing.
+  !> Returns the values of the effects of a wing with so many joints, at which no effect acts.
   subroutine start_effects(n_joints, effects)
     integer, intent(in) :: n_joints
     type(effects_t), intent(inout) :: effects
@@ -69,14 +69,14 @@ contains
     end do
   end subroutine start_effects
 
-  !> Number of values of an effect of a wing with so many joints.
+  !> Returns the number of values of an effect of a wing with so many joints.
   pure integer function count_values(effect, n_joints) result(n)
     type(effect_t), intent(in) :: effect
     integer, intent(in) :: n_joints
     n = merge(n_joints, effect%n, effect%is_per_joint)
   end function count_values
 
-  !> Value k of an effect at which nothing happens.
+  !> Returns the null of value k of an effect.
   pure real(rp) function null_of(effect, k) result(null)
     type(effect_t), intent(in) :: effect
     integer, intent(in) :: k
@@ -111,7 +111,7 @@ contains
     values = effects%value(first + 1:first + count_values(list(e), effects%n_joints))
   end function values_of
 
-  !> Tells whether effect e of `list` does anything. (All parameters of one effect have the same scale.)
+  !> Tells whether effect e of `list` has any influence. (All parameters of one effect have the same scale.)
   pure logical function is_active(list, e, effects) result(is_it)
     type(effect_t), intent(in) :: list(:)
     integer, intent(in) :: e
@@ -119,7 +119,7 @@ contains
     is_it = any(abs(values_of(list, e, effects) - null_of(list(e), 1)) > 0)
   end function is_active
 
-  !> Name, unit, scale, bounds, null and prior of parameter i; `joint_names` are those of the wing.
+  !> Returns name, unit, scale, bounds, null and prior of parameter i; `joint_names` are those of the wing.
   function describe_effect(i, joint_names) result(p)
     integer, intent(in) :: i
     character(*), intent(in) :: joint_names(:)
@@ -278,7 +278,7 @@ contains
     end do
   end subroutine effect_wording
 
-  !> `text` with `where` in the place of @.
+  !> Returns `text` with `where` in place of @.
   pure function put(text, where) result(filled)
     character(*), intent(in) :: text, where
     character(:), allocatable :: filled

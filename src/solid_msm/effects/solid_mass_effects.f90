@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Describes what may be wrong with the inertia of a wing, as parameters with a null value at which they do nothing.
+!> Describes possible errors of the inertia of a wing, as parameters with a null value at which they have no effect.
 !>
 !> | name | what | unit | null |
 !> |---|---|---|---|
@@ -9,7 +9,7 @@
 !> | `added_mass` | factor on the air that strip theory lets the wing accelerate along z | 1 | 1 |
 !> | `point_mass` | a mass at a place: dust, glue, a marker | kg | 0 |
 !>
-!> All that a mass does is linear in the factors and in the point mass.
+!> All effects of a mass are linear in the factors and in the point mass.
 module solid_mass_effects
   use base_kinds, only: rp
   use base_parameter, only: define_effect, parameter_t
@@ -23,7 +23,7 @@ module solid_mass_effects
   integer, parameter, public :: MASS_VEINS = 1, MASS_MEMBRANE = 2, MASS_GRADIENT = 3, MASS_ADDED = 4, MASS_POINT = 5, &
                                 N_MASS_EFFECTS = 5
 
-  !> Values of the effects, and where the point mass is.
+  !> Values of the effects, and the place of the point mass.
   type :: mass_effects_t
     real(rp) :: veins = 1, membrane = 1, gradient = 0, added = 1
     real(rp) :: point = 0                        !< [kg]
@@ -34,9 +34,9 @@ module solid_mass_effects
     procedure :: set => effects_set
   end type mass_effects_t
 
-  !> Of what the mass of a wing consists.
+  !> Parts of the mass of a wing.
   type :: mass_parts_t
-    real(rp), allocatable :: veins(:), membrane(:), fixed(:) !< (n_points) [kg]; the last sits on the wing, as is known
+    real(rp), allocatable :: veins(:), membrane(:), fixed(:) !< (n_points) [kg]; the last is known to sit on the wing
     real(rp), allocatable :: added(:)    !< (n_points) [m^3] times the density of the fluid: along z
     real(rp), allocatable :: station(:)  !< (n_points) x/R - 1/2
   contains

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Directions in the space of stiffness: derivatives with respect to the effects of a model, and with respect to effects
-!> that the model does not have, so that they can be scanned without being put in.
+!> Computes directions in the space of stiffness: derivatives with respect to the effects of a model, and with respect to effects
+!> that the model does not have, so that a scan need not add them to the model.
 !>
 !> Given to `solid_model_t%gradient`, a direction yields the derivative of the gradient; see also
 !> `direction_sensitivity`. All directions are allocated as needed.
@@ -48,7 +48,7 @@ contains
     if (associated(list(e)%modulus)) call modulus_direction(model, list(e), site%values(1), direction)
   end subroutine parameter_direction
 
-  !> The same of an effect that changes E of the veins and has the value `value`.
+  !> Returns the derivative for an effect that changes E of the veins and has the value `value`.
   subroutine modulus_direction(model, effect, value, direction)
     type(solid_model_t), intent(in) :: model
     type(effect_t), intent(in) :: effect
@@ -96,7 +96,7 @@ contains
     call add_hinge(h, model%stiffness, direction)
   end subroutine hinge_direction
 
-  !> Returns in `joints` the model with nothing elastic but the hinges of its joints, or without anything if it has none.
+  !> Returns in `joints` the model in which only the hinges of its joints are elastic, or nothing if it has no joints.
   subroutine keep_joints(model, joints)
     type(solid_model_t), intent(in) :: model
     type(solid_model_t), allocatable, intent(out) :: joints
@@ -109,7 +109,7 @@ contains
   end subroutine keep_joints
 
   !> Returns the derivative of all stiffnesses with respect to the logarithm of the factor of a damage in disc = (x, y, radius)
-  !> [m] that is not there yet: at the factor 1, beside all effects of the model.
+  !> [m] that is not there yet: at the factor 1, in addition to all effects of the model.
   subroutine damage_direction(model, disc, direction)
     type(solid_model_t), intent(in) :: model
     real(rp), intent(in) :: disc(3)
@@ -118,6 +118,7 @@ contains
     call add_damage(disc, 1.0_rp, model%springs%n, model%layout, model%stiffness, direction)
   end subroutine damage_direction
 
+  !> Makes a direction whose derivatives are all 0.
   subroutine prepare(model, direction)
     type(solid_model_t), intent(in) :: model
     type(stiffness_t), intent(inout) :: direction

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Words for the value of a parameter: a scale turns it into a number that readers know, and words stand around that.
+!> Defines the words for the value of a parameter: a scale converts it into a number that readers know, and words are placed
+!> around it.
 !>
 !> Scales, for a value v, what it is when nothing happens r, and a constant c of the wording:
 !>
@@ -13,7 +14,7 @@
 !> | PLAIN | c (v - r), with a unit |
 !> | SHARE | v itself |
 !>
-!> Directions are those of the wing file: x points to the tip, z up. The word `up` of a wording stands where the displayed number is
+!> Directions are those of the wing file: x points to the tip, z up. The word `up` of a wording is used if the displayed number is
 !> larger than without the cause.
 module solid_wording
   use base_kinds, only: rp
@@ -35,7 +36,7 @@ module solid_wording
     character(:), allocatable :: more, less  !< behind it, and then `than`
     character(:), allocatable :: than
     character(:), allocatable :: times       !< behind ".. times", in their place
-    logical :: is_known = .false.        !< the parameter has words of its own
+    logical :: is_known = .false.        !< the parameter has its own words
   end type wording_t
 
 contains
@@ -63,8 +64,8 @@ contains
     end select
   end function displayed
 
-  !> Gives `w` the words of a number that is a factor on one of the scales of factors. The texts stand in the order of the
-  !> sentence. `reference` is the value at which nothing happens, if it is the law's own.
+  !> Gives `w` the words of a number that is a factor on one of the scales of factors. The texts are in the order of the sentence.
+  !> `reference` is the value at which nothing happens, if the law itself defines it.
   pure subroutine word_factor(w, scale, up, down, more, less, than, times, reference)
     type(wording_t), intent(inout) :: w
     integer, intent(in) :: scale
@@ -75,7 +76,7 @@ contains
     w%times = times
   end subroutine word_factor
 
-  !> Gives `w` the words of a number without a unit that is told as it is.
+  !> Gives `w` the words of a number without a unit that is displayed as it is.
   pure subroutine word_fraction(w, up, down, than, reference)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: up, down, than
@@ -84,8 +85,8 @@ contains
     w%scale = SCALE_FRACTION
   end subroutine word_fraction
 
-  !> Gives `w` the words of an amount in `unit`. The texts stand in the order of the sentence. `reference` is the value at which
-  !> nothing happens, if it is the law's own.
+  !> Gives `w` the words of an amount in `unit`. The texts are in the order of the sentence. `reference` is the value at which
+  !> nothing happens, if the law itself defines it.
   pure subroutine word_plain(w, unit, up, down, more, less, than, reference)
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: unit, up, down, more, less, than

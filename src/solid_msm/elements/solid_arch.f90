@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A wing that is curved where it is free of stress, with the same curvatures [1/m] everywhere: z0 = (k_xx x^2 +
-!> k_yy y^2 + 2 k_xy x y)/2 above the plane of the wing file.
+!> Computes the forces of a wing that is curved where it is free of stress, with the same curvatures [1/m] everywhere: z0 = (k_xx
+!> x^2 + k_yy y^2 + 2 k_xy x y)/2 above the plane of the wing file.
 !>
 !> With the form q of solid_plate, the energy of an edge is D |q - q0 m|^2/2, q0 the form of z0 and m the normal of its
 !> four points: m = (x2 - x1) x (x3 - x4) over the same in the flat wing, whose length changes little. Beside the
@@ -103,7 +103,7 @@ contains
     end do
   end subroutine arch_tangent
 
-  !> e = x2 - x1, f = x3 - x4 and q of edge n.
+  !> Computes e = x2 - x1, f = x3 - x4 and q of edge n.
   pure subroutine sides(plate, points, n, u, e, f, q)
     type(plate_t), intent(in) :: plate
     real(rp), intent(in) :: points(:, :), u(:, :)

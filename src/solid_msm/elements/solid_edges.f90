@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The edges of a triangulation, each once, with the triangles on both sides.
+!> Lists the edges of a triangulation, each once, with the triangles on both sides.
 module solid_edges
   implicit none
   private

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Stiffness of all elements of a model, or its derivative with respect to a parameter.
+!> Holds the stiffness of all elements of a model, or its derivative with respect to a parameter.
 module solid_element_stiffness
   use base_kinds, only: rp
   use solid_extension, only: extensions_t
@@ -12,11 +12,11 @@ module solid_element_stiffness
   type :: stiffness_t
     real(rp), allocatable :: extension(:) !< [N/m]
     real(rp), allocatable :: hinge(:)     !< [N m/rad]
-    real(rp), allocatable :: hardening(:) !< [1/rad^2] cubic over hinge, as effects put it together
+    real(rp), allocatable :: hardening(:) !< [1/rad^2] cubic over hinge, the sum of all effects
     real(rp), allocatable :: cubic(:)     !< [N m/rad^3] of hinges; 0: linear
-    real(rp), allocatable :: lift(:)      !< [N m/rad] what hinges have more when they bend up
+    real(rp), allocatable :: lift(:)      !< [N m/rad] additional stiffness of hinges that bend up
     real(rp) :: plate = 0                 !< [N m]
-    real(rp), allocatable :: edge(:)      !< (edges) [N m] what the plate has more at single edges
+    real(rp), allocatable :: edge(:)      !< (edges) [N m] additional stiffness of the plate at single edges
     logical :: has_edges = .false.        !< any of them is not 0
     real(rp), allocatable :: tension(:)   !< (springs) [N] of springs that have their length of the unloaded wing
     real(rp), allocatable :: arch(:)      !< (edges) [N m] moment that bends edges: see solid_arch

@@ -107,6 +107,7 @@ contains
 
   contains
 
+    !> Adds a triangle, whose normal the hinge follows, unless it is there.
     subroutine add_triangle(hinge, triangle)
       type(hinge_t), intent(inout) :: hinge
       integer, intent(in) :: triangle
@@ -144,7 +145,7 @@ contains
       associate (c => plate%nodes(:, plate%n))
         area = cross(points(:, c(2)) - points(:, c(1)), points(:, c(3)) - points(:, c(4)))
       end associate
-      plate%upward(plate%n) = 0 ! a wing that stands upright has no camber
+      plate%upward(plate%n) = 0 ! a vertical wing has no camber
       if (abs(area(3)) > 1.0e-6_rp*norm2(area)) plate%upward(plate%n) = 1/area(3)
     end do
   end function make_plate
@@ -197,6 +198,7 @@ contains
 
   contains
 
+    !> Adds all pairs of free points among `nodes`.
     subroutine add_pairs(nodes)
       integer, intent(in) :: nodes(:)
       integer :: p, q
@@ -209,7 +211,7 @@ contains
     end subroutine add_pairs
   end subroutine link_elements
 
-  !> Where the pairs of these free points are in the pattern: the upper part of `blocks`, the rest stays.
+  !> Returns the places of the pairs of these free points in the pattern: the upper part of `blocks`; the rest stays.
   pure subroutine find_blocks(pattern, points, blocks)
     type(pattern_t), intent(in) :: pattern
     integer, intent(in) :: points(:)
@@ -222,7 +224,7 @@ contains
     end do
   end subroutine find_blocks
 
-  !> Places of the pairs of the plate's elements, and its tangent, which does not change.
+  !> Finds the places of the pairs of the plate's elements, and its tangent, which does not change.
   subroutine link_plate(free, pattern, plate)
     integer, intent(in) :: free(:)
     type(pattern_t), intent(in) :: pattern

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Extension springs: E = k (l - l0)^2/2 along veins, membrane edges and cross-springs.
+!> Computes extension springs: E = k (l - l0)^2/2 along veins, membrane edges and cross-springs.
 !>
 !> The unknown is the displacement u. The elongation is du.(d0 + d)/(l + l0), which does not cancel
 !> when the strain is small. In the tension-field membrane (a model, not a numerical aid) springs of
@@ -10,8 +10,8 @@ module solid_extension
   use solid_vectors, only: outer, IDENTITY
   implicit none
   private
-  public :: extensions_t, extension_energy, extension_gradient, extension_axial, extension_tangent, tension_energy, &
-            tension_gradient
+  public :: extensions_t, extension_energy, extension_gradient, extension_axial, extension_tangent, extension_tangent_change, &
+            tension_energy, tension_gradient
 
   integer, parameter, public :: SPRING_VEIN = 1, SPRING_MEMBRANE = 2, SPRING_CROSS = 3
 
@@ -138,6 +138,34 @@ contains
     end do
   end subroutine extension_tangent
 
+  !> Adds the derivative of that tangent, with the axial forces of the law, to `blocks` [N/m] when the displacements change along
+  !> du(3, :) [m]. With d = du2 - du1: l' = t.d, t' = (d - l' t)/l, N' = k slope l'.
+  pure subroutine extension_tangent_change(self, k, u, axial, du, blocks)
+    type(extensions_t), intent(in) :: self
+    real(rp), intent(in) :: k(:), u(:, :), axial(:), du(:, :)
+    real(rp), intent(inout) :: blocks(:, :, :)
+    real(rp) :: dl, l, t(3), e, force, slope, h(3, 3), d(3), stretch, turn(3), geometric, change
+    integer :: s, b
+    do s = 1, self%n
+      d = du(:, self%nodes(2, s)) - du(:, self%nodes(1, s))
+      if (.not. any(abs(d) > 0)) cycle
+      call elongation(self, s, u, dl, l, t)
+      call law(self, s, dl, e, force, slope)
+      stretch = dot_product(t, d)
+      turn = (d - stretch*t)/l
+      geometric = axial(s)/l
+      change = (k(s)*slope - geometric)*stretch/l
+      h = (k(s)*law_curvature(self, s, dl)*stretch - change)*outer(t, t) + change*IDENTITY + &
+          (k(s)*slope - geometric)*(outer(turn, t) + outer(t, turn))
+      b = self%blocks(1, s)
+      if (b > 0) blocks(:, :, b) = blocks(:, :, b) + h
+      b = self%blocks(2, s)
+      if (b > 0) blocks(:, :, b) = blocks(:, :, b) + h
+      b = self%blocks(3, s)
+      if (b > 0) blocks(:, :, b) = blocks(:, :, b) - h
+    end do
+  end subroutine extension_tangent_change
+
   pure subroutine elongation(self, s, u, dl, l, direction)
     type(extensions_t), intent(in) :: self
     integer, intent(in) :: s
@@ -152,7 +180,7 @@ contains
     direction = d/l
   end subroutine elongation
 
-  !> Energy, force and slope of a spring of unit stiffness.
+  !> Returns energy, force and slope of a spring of unit stiffness.
   pure subroutine law(self, s, dl, energy, force, slope)
     type(extensions_t), intent(in) :: self
     integer, intent(in) :: s
@@ -174,4 +202,14 @@ contains
       slope = self%slack
     end if
   end subroutine law
+
+  !> Derivative of the slope of `law`.
+  pure real(rp) function law_curvature(self, s, dl) result(curvature)
+    type(extensions_t), intent(in) :: self
+    integer, intent(in) :: s
+    real(rp), intent(in) :: dl
+    curvature = 0
+    if (dl >= 0 .or. dl <= -self%width .or. self%slack >= 1 .or. self%family(s) == SPRING_VEIN) return
+    curvature = (1 - self%slack)/self%width
+  end function law_curvature
 end module solid_extension

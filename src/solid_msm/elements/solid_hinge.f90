@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Bending hinges of veins: E = k Theta^2/2 + k3 Theta^4/4 with the true turning angle Theta from the rest direction, so
-!> that the moment is k Theta + k3 Theta^3; k3 is 0 for the usual hinge. A hinge with two sides has k1 P(c)/2 more
-!> when it bends toward the normal n, c = n.(tf - te) > 0, P(c) = 4 asin^2(c/2): Theta^2 where two flat halves fold.
+!> Computes bending hinges of veins: E = k Theta^2/2 + k3 Theta^4/4 with the true turning angle Theta from the rest direction, so
+!> that the moment is k Theta + k3 Theta^3; k3 is 0 for the usual hinge. A hinge with two sides has the additional energy k1
+!> P(c)/2 when it bends toward the normal n, c = n.(tf - te) > 0, P(c) = 4 asin^2(c/2): Theta^2 where two flat halves fold.
 !>
 !> A hinge joins the segments e = xb - xa and f = xc - xb, with unit vectors te and tf. The rest
 !> direction of tf is te turned by the signed reference angle theta0 about the material normal n, so
@@ -36,7 +36,8 @@ module solid_hinge
     integer :: blocks(HINGE_NODES, HINGE_NODES) = 0
   end type hinge_t
 
-  !> A hinge as it is bent. Vectors q are te, tf and n, in this order. Nothing is set beforehand: it is made anew each time.
+  !> A hinge in its bent state. Vectors q are te, tf and n, in this order. Nothing is set beforehand: it is computed anew each
+  !> time.
   type :: bend_t
     real(rp) :: t(3, 3), l(3)             !< unit vectors q and the lengths of e, f and A
     real(rp) :: w(3)
@@ -77,7 +78,7 @@ contains
     call find_hessian(self, exact, bend, h)
   end subroutine hinge_evaluate
 
-  !> The laws of the turn and of the side.
+  !> Computes the laws of the turn and of the side.
   pure subroutine find_laws(stiffness, bend, cubic, lift)
     real(rp), intent(in) :: stiffness
     type(bend_t), intent(inout) :: bend
@@ -96,7 +97,7 @@ contains
     end if
   end subroutine find_laws
 
-  !> ds/dq, dc/dq and dE/dq.
+  !> Computes ds/dq, dc/dq and dE/dq.
   pure subroutine find_slopes(self, bend)
     type(hinge_t), intent(in) :: self
     type(bend_t), intent(inout) :: bend
@@ -119,7 +120,7 @@ contains
     end associate
   end subroutine find_slopes
 
-  !> g(3, 7) from dE/dq.
+  !> Computes g(3, 7) from dE/dq.
   pure subroutine expand_gradient(self, bend, g)
     type(hinge_t), intent(in) :: self
     type(bend_t), intent(in) :: bend
@@ -141,7 +142,7 @@ contains
     end if
   end subroutine expand_gradient
 
-  !> h(21, 21), or its positive semidefinite part, for which the laws of the bend are cut.
+  !> Computes h(21, 21), or its positive semidefinite part, for which the laws of the bend are cut.
   pure subroutine find_hessian(self, exact, bend, h)
     type(hinge_t), intent(in) :: self
     logical, intent(in) :: exact
@@ -170,7 +171,7 @@ contains
     end do
   end subroutine find_hessian
 
-  !> dA/dx_m is the cross product with lever(:, m); e = xb - xa and f = xc - xb need no array.
+  !> Finds levers(3, :), for which dA/dx_m is the cross product with lever(:, m); e = xb - xa and f = xc - xb need no array.
   pure subroutine find_levers(self, u, levers)
     type(hinge_t), intent(in) :: self
     real(rp), intent(in) :: u(3, HINGE_NODES)
@@ -187,7 +188,7 @@ contains
     end do
   end subroutine find_levers
 
-  !> P = 4 asin^2(c/2) for c > 0, else 0, and its first two derivatives.
+  !> Returns P = 4 asin^2(c/2) for c > 0, else 0, and its first two derivatives.
   pure function side_law(c) result(law)
     real(rp), intent(in) :: c
     real(rp) :: law(0:2), g(0:2)
@@ -197,7 +198,7 @@ contains
     law = [g(0), g(1)*c/2, g(2)*c**2/4 + g(1)/2]
   end function side_law
 
-  !> k G + k3 G^2/2, which is twice the energy, and its first two derivatives, from those of G.
+  !> Returns k G + k3 G^2/2, which is twice the energy, and its first two derivatives, from those of G.
   pure function cubic_law(g, k, k3) result(law)
     real(rp), intent(in) :: g(0:2), k, k3
     real(rp) :: law(0:2)
@@ -216,6 +217,7 @@ contains
     angle = 2*asin(min(1.0_rp, 0.5_rp*norm2(w)))
   end function hinge_angle
 
+  !> Computes unit vectors along both segments, their lengths, the unit normal, and the length of the sum it comes from.
   pure subroutine directions(self, u, te, tf, n, le, lf, la)
     type(hinge_t), intent(in) :: self
     real(rp), intent(in) :: u(3, HINGE_NODES)
@@ -242,7 +244,7 @@ contains
     n = n/la
   end subroutine directions
 
-  !> w = tf - Rot(n, theta0) te.
+  !> Returns w = tf - Rot(n, theta0) te.
   pure function misfit(self, te, tf, n) result(w)
     type(hinge_t), intent(in) :: self
     real(rp), intent(in) :: te(3), tf(3), n(3)
@@ -252,8 +254,8 @@ contains
     w = tf - (self%cos0*te + self%sin0*cross(n, te) + ((1 - self%cos0)*dot_product(n, te))*n)
   end function misfit
 
-  !> G = 4 asin^2(sqrt s) = Theta^2 and its first two derivatives; the series avoids the cancellation
-  !> at small angles. At Theta = pi the energy has a kink; s is kept just below 1.
+  !> Returns G = 4 asin^2(sqrt s) = Theta^2 and its first two derivatives; the series avoids the cancellation at small angles. At
+  !> Theta = pi the energy has a kink; s is kept just below 1.
   pure function turning_law(s) result(law)
     real(rp), intent(in) :: s
     real(rp) :: law(0:2)

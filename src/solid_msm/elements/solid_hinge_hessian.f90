@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The parts of the Hessian of a bending hinge, `solid_hinge`.
+!> Computes the parts of the Hessian of a bending hinge, `solid_hinge`.
 !>
 !> With e, f and A the vectors of the two segments and of the areas beside them, t(:, 3) are the unit vectors te, tf, n
 !> and l(3) their lengths. hq(:, :, i, j) are the second derivatives of the energy in the vectors i and j of (e, f, A);
@@ -163,7 +163,7 @@ contains
     end do
   end subroutine expand_hessian
 
-  !> Adds to the upper triangle of h what the second derivatives of the area vector give; arm = dE/dA.
+  !> Adds to the upper triangle of h the second derivatives of the area vector; arm = dE/dA.
   pure subroutine add_turning_areas(corners, arm, h)
     integer, intent(in) :: corners(:, :)
     real(rp), intent(in) :: arm(3)
@@ -189,7 +189,7 @@ contains
     b = (a - (a(1)*t(1) + a(2)*t(2) + a(3)*t(3))*t)/l
   end function projected
 
-  !> h = h + p1 m p2 with the derivatives p of both unit vectors.
+  !> Adds p1 m p2 to h, with the derivatives p of both unit vectors.
   pure subroutine add_projected(m, t1, l1, t2, l2, h)
     real(rp), intent(in) :: m(3, 3), t1(3), l1, t2(3), l2
     real(rp), intent(inout) :: h(3, 3)
@@ -201,7 +201,7 @@ contains
     end do
   end subroutine add_projected
 
-  !> m = m + f [a]x.
+  !> Adds f [a]x to m, where [a]x is the matrix of the vector product with `a`.
   pure subroutine add_skew(f, a, m)
     real(rp), intent(in) :: f, a(3)
     real(rp), intent(inout) :: m(:, :) ! a part of a Hessian is not copied
@@ -213,7 +213,7 @@ contains
     m(2, 3) = m(2, 3) - f*a(1)
   end subroutine add_skew
 
-  !> b = a skew(l): row by row the cross product of a's row and l.
+  !> Computes b = a skew(l): row by row the cross product of a's row and l.
   pure subroutine cross_columns(a, l, b)
     real(rp), intent(in) :: a(3, 3), l(3)
     real(rp), intent(out) :: b(3, 3)

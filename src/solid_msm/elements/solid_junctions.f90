@@ -1,10 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Finds the pairs of vein segments that a bending hinge joins.
 !>
-!> Along a vein every two consecutive segments are. A vein that ends at the clamped root gets a ghost
-!> point, which prolongs its first segment backwards and is clamped too. Where veins meet, the
-!> segments are joined by a spanning tree of smallest turning angles, so that a branch continues the
-!> parent's straighter arm; hinges named by joints come first.
+!> Every two consecutive segments of a vein form a pair. A vein that ends at the clamped root gets a ghost point, which prolongs
+!> its first segment backwards and is clamped too. Where veins meet, a spanning tree of smallest turning angles joins the
+!> segments, so that a branch continues the straighter arm of its parent. Hinges named by joints come first.
 module solid_junctions
   use base_kinds, only: rp
   use solid_wing, only: wing_t
@@ -28,7 +27,7 @@ module solid_junctions
     real(rp) :: length = 0, diameter = 0, direction(3) = 0
   end type arm_t
 
-  !> The plan so far.
+  !> The plan under construction.
   type :: draft_t
     type(hinge_plan_t), allocatable :: plans(:) !< the first n_plans
     real(rp), allocatable :: ghosts(:, :)       !< (3, :) [m] the first n_ghosts
@@ -74,7 +73,7 @@ contains
     plans%station = station(plans%nodes(2))
   end subroutine plan_hinges
 
-  !> A draft with room for all hinges of the wing.
+  !> Makes a draft with room for all hinges of the wing.
   pure function empty_draft(wing) result(draft)
     type(wing_t), intent(in) :: wing
     type(draft_t) :: draft
@@ -142,7 +141,7 @@ contains
     end associate
   end subroutine add_ghost
 
-  !> A joint takes over the hinge of its three nodes, or adds one where two veins meet, if it `fits`.
+  !> Lets a joint take over the hinge of its three nodes, or adds one where two veins meet, if it `fits`.
   subroutine add_joint(draft, wing, number, fits)
     type(draft_t), intent(inout) :: draft
     type(wing_t), intent(in) :: wing
@@ -200,7 +199,7 @@ contains
     end do
   end subroutine join_arms
 
-  !> The two arms of different groups between which a vein would turn least; 0 if there is one group only.
+  !> Returns the two arms of different groups between which a vein would turn least; 0 if there is only one group.
   pure function straightest_pair(arms) result(best)
     type(arm_t), intent(in) :: arms(:)
     integer :: best(2)
@@ -219,7 +218,7 @@ contains
     end do
   end function straightest_pair
 
-  !> The vein segments at a point.
+  !> Lists the vein segments at a point.
   pure function arms_at(wing, node) result(arms)
     type(wing_t), intent(in) :: wing
     integer, intent(in) :: node
@@ -235,7 +234,7 @@ contains
     end do
   end function arms_at
 
-  !> The segment of vein v from its place p one step forward or backward.
+  !> Returns the segment of vein v from its place p one step forward or backward.
   pure function arm(wing, v, p, step) result(a)
     type(wing_t), intent(in) :: wing
     integer, intent(in) :: v, p, step
@@ -248,7 +247,7 @@ contains
     a%diameter = wing%veins(v)%diameters(p)
   end function arm
 
-  !> Makes one group of those of arms a and b.
+  !> Merges the groups of arms a and b.
   pure subroutine unite(arms, a, b)
     type(arm_t), intent(inout) :: arms(:)
     integer, intent(in) :: a, b
@@ -259,7 +258,8 @@ contains
     end do
   end subroutine unite
 
-  !> s(points): the station (x - x_root)/R - 1/2 of all points of a wing; without extent along x all are those of the root.
+  !> Returns s(points), the station (x - x_root)/R - 1/2 of all points of a wing; without extent along x all are those of the
+  !> root.
   pure function stations(wing) result(s)
     type(wing_t), intent(in) :: wing
     real(rp) :: s(size(wing%points, 2))

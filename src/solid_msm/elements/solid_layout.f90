@@ -12,7 +12,7 @@ module solid_layout
   private
   public :: layout_t, make_layout, hinge_in_vein
 
-  !> Constant once made.
+  !> Places of the elements. They do not change.
   type :: layout_t
     real(rp) :: mean_diameter = 0                !< [m] of the veins, the reference of `diameter_exponent`
     real(rp), allocatable :: spring_site(:, :)  !< (2, springs) [m] x, y of the middles
@@ -20,8 +20,8 @@ module solid_layout
     real(rp), allocatable :: hinge_site(:, :)   !< (2, hinges) [m] of their points
     real(rp), allocatable :: edge_site(:, :, :) !< (2, 2, edges of the plate) [m] centroids of both triangles
     real(rp), allocatable :: spring_width(:)     !< (springs) [m] of membrane whose isotropic tension a spring carries
-    real(rp), allocatable :: edge_bend(:, :)     !< (3, edges of the plate) what bends them for unit curvatures [m]
-    real(rp), allocatable :: hinge_turn(:, :)    !< (3, hinges) [m] by how much they turn for unit curvatures
+    real(rp), allocatable :: edge_bend(:, :)     !< (3, edges of the plate) bending of the edges for unit curvatures [m]
+    real(rp), allocatable :: hinge_turn(:, :)    !< (3, hinges) [m] turning of the hinges for unit curvatures
     integer :: soft_hinge = 0                    !< the hinge that the effect `soft` belongs to; 0: none
   end type layout_t
 

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The mechanical model of a wing: its elements, their stiffness, and the energy and its gradient as
-!> functions of the displacements.
+!> Builds the mechanical model of a wing: its elements, their stiffness, and the energy and its gradient as functions of the
+!> displacements.
 !>
 !> Displacements and forces are arrays (3, n_all) over the wing's points and the clamped ghost points
 !> behind them; displacements of clamped points are zero.
@@ -29,7 +29,7 @@ module solid_model
   private
   public :: solid_model_t
 
-  !> Everything about a wing that does not move. Constant during a computation.
+  !> All data of a wing that do not move. Constant during a computation.
   type :: solid_model_t
     integer :: n_points = 0                 !< of the wing
     integer :: n_all = 0                    !< with the ghost points
@@ -45,7 +45,7 @@ module solid_model
     type(extensions_t) :: springs
     type(hinge_t), allocatable :: hinges(:)
     type(twist_t), allocatable :: twists(:)       !< (hinges)
-    type(hinge_plan_t), allocatable :: plans(:)   !< what the hinges are made of
+    type(hinge_plan_t), allocatable :: plans(:)   !< properties of the hinges
     type(stiffness_t) :: stiffness
     type(pattern_t) :: pattern
     type(plate_t) :: plate
@@ -122,7 +122,7 @@ contains
     call self%set_params(self%params)
   end subroutine model_init
 
-  !> Points with the ghosts behind them, the numbers of those that move, and the size of the wing.
+  !> Sets the points with the ghost points after them, the numbers of the movable ones, and the size of the wing.
   subroutine number_points(self, wing, ghosts)
     class(solid_model_t), intent(inout) :: self
     type(wing_t), intent(in) :: wing
@@ -145,7 +145,7 @@ contains
     end do
   end subroutine number_points
 
-  !> [m] of all pieces of veins.
+  !> Returns the mean diameter [m] over all points of all veins.
   pure real(rp) function mean_diameter(wing)
     type(wing_t), intent(in) :: wing
     integer :: i, n
@@ -158,7 +158,7 @@ contains
     mean_diameter = mean_diameter/max(1, n)
   end function mean_diameter
 
-  !> Effects that do anything have what they need.
+  !> Checks that the requirements of all active effects are met.
   subroutine check_needs(params, failure)
     type(solid_params_t), intent(in) :: params
     type(failure_t), intent(inout) :: failure
@@ -181,6 +181,7 @@ contains
       call failure%raise('a membrane that goes slack where it is shorter cannot have a pretension')
   end subroutine check_needs
 
+  !> Finds the hinge of the soft place, if there is one. Fails if no hinge is there.
   subroutine place_soft_hinge(self, wing, failure)
     class(solid_model_t), intent(inout) :: self
     type(wing_t), intent(in) :: wing
@@ -297,6 +298,7 @@ contains
     end if
   end subroutine model_gradient
 
+  !> Adds the gradient of the bending energy of hinges and membrane.
   subroutine add_bending(self, stiffness, u, g)
     class(solid_model_t), intent(in) :: self
     type(stiffness_t), intent(in) :: stiffness

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The material parameters of a wing, addressed by name.
+!> Holds the material parameters of a wing, addressed by name.
 !>
 !> | name | what | unit | scale |
 !> |---|---|---|---|
@@ -12,7 +12,7 @@
 !> | `diameter_exponent` | p in I = pi dm^4/64 (d/dm)^p, dm the mean diameter, 4: circles | 1 | linear |
 !> | `k_vein`, `k_membrane`, `k_cross` | extension stiffness of a spring | N/m | log |
 !>
-!> Behind them come the effects that a usual model leaves out: see solid_effects.
+!> The effects that a usual model leaves out follow them: see solid_effects.
 !>
 !> D = Em h^3/(12 (1 - nu^2)) is a regularising parameter, not a measured one: without it the flat
 !> wing is singular and loaded wings have many wrinkled equilibria.
@@ -24,7 +24,7 @@ module solid_params
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: solid_params_t, default_params, membrane_thickness, membrane_bending, membrane_note
+  public :: solid_params_t, default_params, membrane_thickness, membrane_note
 
   integer, parameter, public :: PARAM_YOUNG = 1, PARAM_PLATE = 2, PARAM_THICKNESS = 3, PARAM_ROOT = 4, &
                                 PARAM_EXPONENT = 5, PARAM_K_VEIN = 6, PARAM_K_MEMBRANE = 7, PARAM_K_CROSS = 8
@@ -42,7 +42,7 @@ module solid_params
     real(rp), allocatable :: vein_factor(:)  !< (veins)
     real(rp), allocatable :: joint(:)        !< (joints) [N m/rad]; as the vein without the joint unless set
     logical :: cross_springs = .false.       !< springs between the apexes of neighbouring triangles
-    real(rp) :: membrane_young = 5.0e9_rp    !< [Pa] for the thickness that D means
+    real(rp) :: membrane_young = 5.0e9_rp    !< [Pa] for the thickness that corresponds to D
     real(rp) :: membrane_poisson = 0.3_rp
     real(rp) :: slack = 1                    !< tension-field model: stiffness left in compression
     real(rp) :: slack_width = 1.0e-9_rp      !< [m]
@@ -56,9 +56,7 @@ module solid_params
     procedure :: find => params_find
     procedure :: get => params_get
     procedure :: set => params_set
-    procedure :: get_named => params_get_named
     procedure :: set_named => params_set_named
-    procedure :: set_each => params_set_each
   end type solid_params_t
 
 contains
@@ -149,16 +147,6 @@ contains
     end do
   end function params_find
 
-  !> Returns the value of the parameter called `name`, in its unit. A name that the wing does not have stops the program.
-  real(rp) function params_get_named(self, name) result(value)
-    class(solid_params_t), intent(in) :: self
-    character(*), intent(in) :: name
-    integer :: i
-    i = self%find(name)
-    call require(i > 0, 'solid_params_t: no parameter '//name)
-    value = self%get(i)
-  end function params_get_named
-
   !> Sets the parameter called `name`, in its unit. A name that the wing does not have stops the program.
   subroutine params_set_named(self, name, value)
     class(solid_params_t), intent(inout) :: self
@@ -169,23 +157,6 @@ contains
     call require(i > 0, 'solid_params_t: no parameter '//name)
     call self%set(i, value)
   end subroutine params_set_named
-
-  !> Sets the parameters whose names begin with `beginning`, one after another, to `values`, which must be as many.
-  subroutine params_set_each(self, beginning, values)
-    class(solid_params_t), intent(inout) :: self
-    character(*), intent(in) :: beginning
-    real(rp), intent(in) :: values(:)
-    type(parameter_t) :: p
-    integer :: i, n
-    n = 0
-    do i = 1, self%count()
-      p = self%describe(i)
-      if (index(p%name, beginning) /= 1) cycle
-      n = n + 1
-      if (n <= size(values)) call self%set(i, values(n))
-    end do
-    call require(n == size(values), 'solid_params_t: so many parameters begin with '//beginning)
-  end subroutine params_set_each
 
   !> Returns the value of parameter i, in its unit.
   pure real(rp) function params_get(self, i) result(value)
@@ -219,7 +190,7 @@ contains
     end select
   end function params_get
 
-  !> Sets parameter i, in its unit. D and `thickness` are two names of one thing. A model does not see the change by itself: see
+  !> Sets parameter i, in its unit. D and `thickness` are two names of the same parameter. A model does not change by itself: see
   !> solid_model_t%set_params.
   pure subroutine params_set(self, i, value)
     class(solid_params_t), intent(inout) :: self
@@ -267,8 +238,8 @@ contains
     plate = self%membrane_young*h**3/(12*(1 - self%membrane_poisson**2))
   end function membrane_bending
 
-  !> Returns a sentence about D for the start of a run: what D means, and a warning if it is so small that equilibria are not
-  !> unique (`is_soft`).
+  !> Returns a sentence about D for the start of a run: the corresponding thickness, and a warning if D is so small that
+  !> equilibria are not unique (`is_soft`).
   subroutine membrane_note(self, note, is_soft)
     class(solid_params_t), intent(in) :: self
     character(:), allocatable, intent(out) :: note

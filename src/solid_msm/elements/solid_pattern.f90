@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The pattern of the tangent: symmetric, in blocks of 3 x 3 for the pairs of free points.
+!> Holds the pattern of the tangent: symmetric, in blocks of 3 x 3 for the pairs of free points.
 !>
 !> Values are assembled as blocks(3, 3, n_blocks) of the upper triangle and packed into the columns
 !> that the sparse factorisation reads.
@@ -9,7 +9,7 @@ module solid_pattern
   private
   public :: pattern_t, make_pattern
 
-  !> Block columns 1..n; column j holds the rows rows(start(j):start(j+1)-1), ascending, the last is j.
+  !> The block columns 1..n. Column j holds the rows rows(start(j):start(j+1)-1), ascending, the last is j.
   type :: pattern_t
     integer :: n = 0                 !< free points
     integer, allocatable :: start(:), rows(:)
@@ -60,6 +60,7 @@ contains
 
   contains
 
+    !> Adds a row to a column unless it is there, and keeps the rows in order.
     subroutine insert(column, row)
       integer, intent(in) :: column, row
       integer :: at
@@ -75,7 +76,7 @@ contains
     end subroutine insert
   end function make_pattern
 
-  !> The pattern of the matrix of scalars, upper part.
+  !> Makes the pattern of the matrix of scalars, upper part.
   subroutine find_scalars(self)
     type(pattern_t), intent(inout) :: self
     integer :: n, column, row, place, j, i

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Bending of a flat membrane: a quadratic form of the displacement with a constant, positive
-!> semidefinite Hessian, one term for every interior edge.
+!> Computes the bending of a flat membrane: a quadratic form of the displacement with a constant, positive semidefinite Hessian,
+!> one term for every interior edge.
 !>
 !> E = D |q|^2/(2 (A1 + A2)), q = sum K_a u_a over the edge's ends and the two apexes, where the
 !> cotangent weights K make |q| = edge length x dihedral angle for small angles: the isometric bending
@@ -26,8 +26,8 @@ module solid_plate
 
 contains
 
-  !> Returns weights(4) = K/sqrt(A1 + A2) of the edge x1-x2 with apexes x3 and x4 [m]. The energy of the edge is D/2 |sum weights
-  !> u|^2.
+  !> Returns weights(4) = K/sqrt(A1 + A2) of the edge x1-x2 with apexes x3 and x4 [m]. The energy of the edge is
+  !> D/2 |sum of weights times u|^2.
   pure function plate_weights(x) result(weights)
     real(rp), intent(in) :: x(3, 4)
     real(rp) :: weights(4), c(2, 2), area(2)
@@ -101,6 +101,7 @@ contains
     end do
   end subroutine plate_gradient
 
+  !> Returns the bending vector of edge `e`.
   pure function bend(self, e, u) result(q)
     type(plate_t), intent(in) :: self
     integer, intent(in) :: e
@@ -110,6 +111,7 @@ contains
         + self%weights(3, e)*u(:, self%nodes(3, e)) + self%weights(4, e)*u(:, self%nodes(4, e))
   end function bend
 
+  !> Returns the cotangent of the angle between two vectors.
   pure real(rp) function cotangent(a, b) result(value)
     real(rp), intent(in) :: a(3), b(3)
     value = dot_product(a, b)/norm2(cross(a, b))

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Stiffness of every element from the parameters, and its derivatives.
+!> Computes the stiffness of every element from the parameters, and its derivatives.
 !>
 !> The energy is linear in the stiffness of the elements, so the derivative of the gradient with
 !> respect to a parameter is the gradient evaluated with the derivatives of the stiffness.
@@ -189,6 +189,7 @@ contains
     if (plan%is_root) k = k*params%root_factor
   end function bending_stiffness
 
+  !> Returns the compliances [rad/(N m)] of the two halves of a hinge.
   pure function compliances(params, plan, mean_diameter, modulus) result(c)
     type(solid_params_t), intent(in) :: params
     type(hinge_plan_t), intent(in) :: plan

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The tangent stiffness of a wing, assembled in the blocks of the model's pattern.
+!> Assembles the tangent stiffness of a wing in the blocks of the model's pattern.
 module solid_tangent
   use base_kinds, only: rp
   use solid_arch, only: arch_tangent

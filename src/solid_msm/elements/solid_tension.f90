@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A membrane that is stretched in the unloaded wing: an isotropic tension T [N/m] between the veins.
+!> Describes a membrane that is stretched in the unloaded wing: an isotropic tension T [N/m] between the veins.
 !>
 !> A spring along the edge of length l0 carries the constant tension N = T w, w = l0 (cot a + cot b)/2 with the angles a, b
 !> opposite to the edge in its triangles (one at the outline): the gradient of T times the area of a flat membrane. The
@@ -21,7 +21,7 @@ contains
     integer, intent(in) :: triangles(:, :)
     type(extensions_t), intent(in) :: springs
     real(rp) :: widths(springs%n)
-    integer :: first(size(points, 2)), next(springs%n) ! chains of the springs of each point
+    integer :: first(size(points, 2)), next(springs%n) ! linked lists of the springs of each point
     integer :: s, t, i
     first = 0
     do s = 1, springs%n

@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Veins that resist torsion. A segment has no direction of its own across itself, but the membrane at its sides has: its
-!> normal turns about the vein where the vein is twisted.
+!> Describes veins that resist torsion. A segment itself has no direction across its axis, but the membrane at its sides has
+!> one: its normal turns about the vein if the vein is twisted.
 !>
 !> At the hinge a-b-c with the segments e and f let Ae and Af be the summed area vectors of the triangles at each, over
 !> their lengths in the flat wing. The twist is tau = p.(Ae x Af), p = (e/|e0| + f/|f0|)/2: the angle between both normals
 !> about the vein while it is small, 0 for a vein that bends and a membrane that folds in the same way on both sides. The
 !> energy is k tau^2/2 with k = (GJ/EI) times the stiffness of the hinge in bending; solid circles have GJ/EI =
-!> 1/(1 + nu). Segments without triangles, at the clamp for instance, are not twisted. Lengths are taken as constant,
-!> which k_e makes them.
+!> 1/(1 + nu). Segments without triangles, at the clamp for instance, are not twisted. Lengths count as constant, since k_e
+!> changes them little.
 !>
-!> The same normal tells a vein up from down: a vein that is bent upward by the angle beta where it is free of stress has
-!> the energy -k beta c beside its own, c = n.(f/|f0| - e/|e0|) with n = (Ae + Af)/|Ae + Af|0: see solid_arch.
+!> The same normal distinguishes up from down for a vein: a vein that is bent upward by the angle beta where it is free of stress
+!> has the additional energy -k beta c, c = n.(f/|f0| - e/|e0|) with n = (Ae + Af)/|Ae + Af|0: see solid_arch.
 module solid_twist
   use base_kinds, only: rp
   use solid_edges, only: edges_t
@@ -22,7 +22,7 @@ module solid_twist
 
   integer, parameter, public :: TWIST_NODES = 7 !< most nodes: a, b, c and four apexes
 
-  !> What is twisted at one hinge; without nodes: nothing.
+  !> The twist element at one hinge; without nodes it has no effect.
   type :: twist_t
     integer :: n_nodes = 0              !< 0: no membrane at either segment
     logical :: is_twistable = .false.   !< there is membrane at both
@@ -73,6 +73,7 @@ contains
     end do
   end subroutine make_twists
 
+  !> Adds a triangle to one side of the twist element.
   pure subroutine add_triangle(one, side, corners)
     type(twist_t), intent(inout) :: one
     integer, intent(in) :: side, corners(3)
@@ -129,7 +130,7 @@ contains
 
   contains
 
-    !> Half of the mixed second derivatives of p.(A1 x A2) by p, A1 and A2.
+    !> Returns half of the mixed second derivatives of p.(A1 x A2) by p, A1 and A2.
     pure function crossed(i, j) result(c)
       integer, intent(in) :: i, j
       real(rp) :: c(3, 3)
@@ -139,7 +140,7 @@ contains
 
   end subroutine twist_evaluate
 
-  !> Returns the same for the energy -moment c of a bow; `moment` = k beta [N m]. The Hessian is indefinite.
+  !> Returns the same for the energy -moment c of a curved vein; `moment` = k beta [N m]. The Hessian is indefinite.
   pure subroutine camber_evaluate(self, moment, u, energy, g, h)
     type(twist_t), intent(in) :: self
     real(rp), intent(in) :: moment, u(3, TWIST_NODES)
@@ -172,7 +173,7 @@ contains
     call add_curvature(self, -moment, spread(bend, 2, 2)*spread(self%areas, 1, 3)/self%area, h)
   end subroutine camber_evaluate
 
-  !> Adds what the area vectors, quadratic in the positions, have of second derivatives.
+  !> Adds the second derivatives of the area vectors, which are quadratic in the positions.
   pure subroutine add_curvature(self, factor, pull, h)
     type(twist_t), intent(in) :: self
     real(rp), intent(in) :: factor, pull(3, 2)
@@ -192,7 +193,7 @@ contains
     end do
   end subroutine add_curvature
 
-  !> p, both areas and their derivatives.
+  !> Computes p, both areas and their derivatives.
   pure subroutine frame(self, u, p, area, weight, b)
     type(twist_t), intent(in) :: self
     real(rp), intent(in) :: u(3, TWIST_NODES)
@@ -218,7 +219,7 @@ contains
     end do
   end subroutine frame
 
-  !> Summed area vectors [m^2], twice the areas, of the triangles at both segments.
+  !> Returns the summed area vectors [m^2], twice the areas, of the triangles at both segments.
   pure function area_vectors(self, u) result(area)
     type(twist_t), intent(in) :: self
     real(rp), intent(in) :: u(3, TWIST_NODES)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes the shape of a wing at rest under dead loads in the frame of the laboratory, on a clamp that may give way, and how
-!> its points move when anything changes.
+!> Computes the shape of a wing at rest under dead loads in the frame of the laboratory, on a clamp that may be compliant, and the
+!> displacements of its points by any change.
 !>
 !> A clamp with the compliances c = (twist, flap) turns by theta = (twist Mx, flap My, 0) about the centre of the clamped
 !> points, M the moment of the loads there. The unknown u is the displacement in the frame of the clamp, where the load is
@@ -10,7 +10,8 @@
 !>
 !>   (1 - c dM/dtheta) dtheta = c (sum R du x F + sum R y x dF) + dc M,   y = arm + u
 !>
-!> and the points move by R (du + du/dtheta dtheta) + dR y. A stiff clamp takes the usual way, to the bit.
+!> and the points move by R (du + du/dtheta dtheta) + dR y. For a rigid clamp the result is that of the usual solution, to the
+!> last bit.
 module solid_bent_wing
   use base_kinds, only: rp
   use solid_equilibrium, only: equilibrium_t
@@ -28,7 +29,7 @@ module solid_bent_wing
   private
   public :: bent_wing_t
 
-  !> One per thread. Nothing is allocated after `init`, but directions of stiffness once. Of a solution nothing enters
+  !> There is one per thread. Nothing is allocated after `init`, except directions of stiffness once. Nothing of a solution enters
   !> the next one.
   type :: bent_wing_t
     type(solid_model_t) :: model
@@ -103,7 +104,7 @@ contains
                                         self%model%points
   end subroutine bent_solve
 
-  !> The load in the frame of the clamp.
+  !> Computes the load in the frame of the clamp.
   subroutine turn_load(self)
     class(bent_wing_t), intent(inout) :: self
     self%held%force = self%force
@@ -111,7 +112,7 @@ contains
     self%held%force = matmul(transpose(rotation_matrix(self%turn)), self%force)
   end subroutine turn_load
 
-  !> For a wing that already has its shape: the angles that belong to it, by simple iteration.
+  !> Finds, for a wing that already has its shape, the angles that belong to it, by simple iteration.
   subroutine guess_turn(self, u)
     class(bent_wing_t), intent(inout) :: self
     real(rp), intent(in) :: u(:, :)
@@ -124,7 +125,7 @@ contains
     end do
   end subroutine guess_turn
 
-  !> Newton's method on the angles, from a first solution.
+  !> Does Newton's method on the angles, from a first solution.
   subroutine find_turn(self, options, u, report)
     class(bent_wing_t), intent(inout) :: self
     type(static_options_t), intent(in) :: options
@@ -158,7 +159,7 @@ contains
     report%reason = 'the clamp turns too far: root_flap or root_twist is too large for this load'
   end subroutine find_turn
 
-  !> Rotation, levers from the centre of the clamp in its frame, and the moment of the load about it.
+  !> Computes the rotation, the levers from the centre of the clamp in its frame, and the moment of the load about it.
   subroutine turn_levers(self, u)
     class(bent_wing_t), intent(inout) :: self
     real(rp), intent(in) :: u(:, :)
@@ -171,7 +172,7 @@ contains
     end do
   end subroutine turn_levers
 
-  !> How the shape follows the angles, and the inverse of 1 - c dM/dtheta.
+  !> Computes the derivative of the shape with respect to the angles, and the inverse of 1 - c dM/dtheta.
   subroutine find_turning(self)
     class(bent_wing_t), intent(inout) :: self
     real(rp) :: m(3), a(2, 2), determinant
@@ -192,7 +193,7 @@ contains
     self%inverse(:, 2) = [-a(1, 2), a(1, 1)]/determinant
   end subroutine find_turning
 
-  !> Change of the moment when the points move by du in the frame of the clamp.
+  !> Returns the change of the moment when the points move by du in the frame of the clamp.
   pure function moment_of(self, du) result(m)
     class(bent_wing_t), intent(in) :: self
     real(rp), intent(in) :: du(:, :)
@@ -204,8 +205,8 @@ contains
     end do
   end function moment_of
 
-  !> Returns motion(3, n_all) [m], by how much all points move in the laboratory when the stiffness changes along `direction`.
-  !> Right after a converged `solve`.
+  !> Returns motion(3, n_all) [m], the displacements of all points in the laboratory when the stiffness changes along `direction`.
+  !> Call it right after a converged `solve`.
   subroutine bent_stiffness_motion(self, direction, motion)
     class(bent_wing_t), intent(inout) :: self
     type(stiffness_t), intent(in) :: direction
@@ -250,14 +251,15 @@ contains
     call let_turn(self, self%compliance*m(:2), motion)
   end subroutine bent_force_motion
 
+  !> Returns the first two components of a moment.
   pure function lower(m) result(two)
     real(rp), intent(in) :: m(3)
     real(rp) :: two(2)
     two = m(:2)
   end function lower
 
-  !> Adds what the turning of the clamp does, if it would turn by `push` [rad] were the moment not to follow, to the
-  !> motion in its frame, and turns the whole into the laboratory.
+  !> Adds the effect of the turning of the clamp to the motion in the frame of the clamp, and rotates the result into the
+  !> laboratory. `push` [rad] is the turning of the clamp if the moment stayed the same.
   subroutine let_turn(self, push, motion)
     class(bent_wing_t), intent(in) :: self
     real(rp), intent(in) :: push(2)

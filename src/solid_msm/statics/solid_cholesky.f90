@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Sparse Cholesky factorisation with one symbolic analysis; it is the stability test of the statics.
+!> Factorises sparse matrices by Cholesky's method with one symbolic analysis. The statics use it as the test of stability.
 !>
 !> The library is CHOLMOD (Debian: libsuitesparse-dev): Chen, Davis, Hager & Rajamanickam 2008,
 !> doi:10.1145/1391989.1391995. Measured on the tangent of a loaded wing of 1037 points (3093 unknowns),
@@ -13,7 +13,7 @@
 !> | MUMPS 5.5 (serial), SYM=1, AMD or METIS, OpenBLAS | 3.2 | 0.3 |
 !> | MUMPS 5.5 (serial), SYM=2, AMD or METIS, OpenBLAS | 3.8 to 4.1 | 0.3 |
 !>
-!> Definiteness is all that the algorithms ask for, so MUMPS's inertia is not missed.
+!> The algorithms need definiteness only, so that they do not need the inertia that MUMPS gives.
 module solid_cholesky
   use base_errors, only: require
   use base_kinds, only: rp
@@ -22,7 +22,7 @@ module solid_cholesky
   private
   public :: cholesky_t
 
-  integer, parameter, public :: CHOLESKY_AUTO = 0, CHOLESKY_SIMPLICIAL = 1, CHOLESKY_SUPERNODAL = 2
+  integer, parameter, public :: CHOLESKY_AUTO = 0, CHOLESKY_SUPERNODAL = 1
 
   !> A factorisation A = L L^T. Not to be copied after `init`; `free` it.
   type :: cholesky_t

@@ -156,7 +156,7 @@ static int make_matrix(solver_t *s, int n, const int *colptr, const int *rowind)
 }
 
 /* Upper triangle by columns, 0-based, rows sorted.
- * mode 0: CHOLMOD's choice of simplicial or supernodal, 1: simplicial, 2: supernodal.
+ * mode 0: CHOLMOD's choice of simplicial or supernodal, 1: supernodal.
  * The matrix is kept in the order of elimination, lower triangle: CHOLMOD then takes it as it is, where otherwise it
  * makes a permuted copy for every factorisation. */
 int solid_cholmod_analyse(solver_t **handle, int n, int *colptr, int *rowind, int mode) {
@@ -172,7 +172,7 @@ int solid_cholmod_analyse(solver_t **handle, int n, int *colptr, int *rowind, in
   cholmod_start(&s->common);
   s->n = n;
   s->common.print = 0;
-  s->common.supernodal = mode == 1 ? CHOLMOD_SIMPLICIAL : mode == 2 ? CHOLMOD_SUPERNODAL : CHOLMOD_AUTO;
+  s->common.supernodal = mode == 1 ? CHOLMOD_SUPERNODAL : CHOLMOD_AUTO;
   s->common.nmethods = 1;
   s->common.method[0].ordering = CHOLMOD_AMD;
   /* Larger supernodes than by default: a tenth faster for wings of 1000 points, although more zeros are computed. */

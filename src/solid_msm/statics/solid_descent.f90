@@ -71,8 +71,8 @@ contains
     call work%law_axial(model, u)
   end subroutine descend
 
-  !> Goes from u along the step of `work`, as far as the potential falls by enough, or where rounding hides that, the size of
-  !> the residual; u and the axial forces stay if that is nowhere.
+  !> Moves from u along the step of `work`, as far as the potential decreases by enough or, where rounding hides that, the size of
+  !> the residual. If that is nowhere, u and the axial forces stay.
   subroutine search_line(work, model, load, u, size_g, potential, accepted)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model

@@ -2,9 +2,9 @@
 !> Computes residual, potential and factorised tangent of the static problem at one stage of its loading path, and holds the
 !> work arrays of the statics.
 !>
-!> At stage t of a path from the unloaded state the residual is dE/du - t F. For a warm start with the
-!> residual g0 it is dE/du - F - (1 - t) g0, which turns the old problem into the new one; for dead
-!> loads the two are the same, for those that follow the wing only the first is a load that grows.
+!> At stage t of a path from the unloaded state the residual is dE/du - t F. For a warm start with the residual g0 it is dE/du - F
+!> - (1 - t) g0, which turns the old problem into the new one. For dead loads both are the same; for loads that follow the wing
+!> only the first is a growing load.
 module solid_equilibrium
   use base_kinds, only: rp
   use solid_cholesky, only: cholesky_t
@@ -16,7 +16,7 @@ module solid_equilibrium
   private
   public :: equilibrium_t
 
-  !> One per model and thread. `init` does the symbolic analysis; nothing is allocated afterwards.
+  !> There is one per model and thread. `init` does the symbolic analysis; nothing is allocated afterwards.
   type :: equilibrium_t
     type(cholesky_t) :: cholesky
     real(rp), allocatable :: blocks(:, :, :), values(:), right_hand_side(:, :)
@@ -102,7 +102,7 @@ contains
     call model%zero_clamped(g)
   end subroutine equilibrium_residual
 
-  !> Factor on the load at the stage of the path.
+  !> Returns the factor on the load at the stage of the path.
   pure real(rp) function load_factor(self)
     class(equilibrium_t), intent(in) :: self
     load_factor = merge(self%stage, 1.0_rp, self%is_growing)

@@ -17,13 +17,13 @@ module solid_loads
     real(rp) :: moment = 0           !< [N m]
   end type couple_t
 
-  !> Springs that hold a point where it lies unloaded; stiff ones along one axis are a guide.
+  !> Springs that hold a point in its unloaded place; stiff ones along one axis act as a guide.
   type :: support_t
     integer :: point = 0
     real(rp) :: stiffness(3) = 0     !< [N/m] along x, y, z
   end type support_t
 
-  !> All that acts on a wing. The forces keep their direction.
+  !> All loads on a wing. The forces keep their direction.
   type :: load_t
     real(rp), allocatable :: force(:, :) !< (3, n_all) [N]
     type(couple_t), allocatable :: couples(:)
@@ -40,7 +40,7 @@ module solid_loads
 
 contains
 
-  !> Makes a load of nothing on this model.
+  !> Makes an empty load on this model.
   subroutine load_init(self, model)
     class(load_t), intent(out) :: self
     type(solid_model_t), intent(in) :: model
@@ -81,6 +81,7 @@ contains
     call failure%raise('the load acts beside the membrane of the wing')
   end subroutine load_add_at
 
+  !> Returns twice the area of a triangle in the plane, negative if its corners go clockwise.
   pure real(rp) function twice_area(a, b, c) result(area)
     real(rp), intent(in) :: a(2), b(2), c(2)
     area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
@@ -175,8 +176,8 @@ contains
     end do
   end subroutine load_subtract_tangent
 
-  !> For the segment d projected onto the plane of the couple: p = d/|d|^2 and q = axis x d/|d|^2, the
-  !> gradient of its angle.
+  !> Computes, for the segment d projected onto the plane of the couple, p = d/|d|^2 and q = axis x d/|d|^2, the gradient of its
+  !> angle.
   pure subroutine lever(couple, model, u, p, q)
     type(couple_t), intent(in) :: couple
     type(solid_model_t), intent(in) :: model

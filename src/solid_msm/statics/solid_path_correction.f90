@@ -1,10 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One stage of a quasi-static loading path: extrapolated from the last points, corrected by a mixed-stress Newton method.
+!> Makes one stage of a quasi-static loading path: extrapolated from the last points, corrected by a mixed-stress Newton method.
 !>
-!> The axial forces N of the springs are independent iterates, used in the geometric stiffness and updated by their
-!> linearised law, while the residual is the true one. That keeps Newton's method quadratic without being thrown off by the
-!> stiff springs; near its end a factorisation serves several steps. Stages begin with the parabola through the last three
-!> points.
+!> The axial forces N of the springs are independent iterates, used in the geometric stiffness and updated by their linearised
+!> law, while the residual is the true one. This keeps Newton's method quadratic in spite of the stiff springs; near its end one
+!> factorisation is used for several steps. Stages begin with the parabola through the last three points.
 module solid_path_correction
   use base_kinds, only: rp
   use solid_equilibrium, only: equilibrium_t
@@ -22,7 +21,7 @@ module solid_path_correction
     logical :: is_fine = .false. !< stages begin on the straight line, and a factorisation serves one step only
   end type way_t
 
-  !> How far it has come.
+  !> Progress of a path.
   type :: path_t
     real(rp) :: t = 0, old_t = 0, older_t = 0 !< parts of the load at its last three points, the last one first
     real(rp) :: dt = 0                        !< of the next stage
@@ -34,7 +33,7 @@ module solid_path_correction
     procedure :: ahead => path_ahead
   end type path_t
 
-  !> How the correction of a stage went.
+  !> Result of the correction of a stage.
   type :: correction_t
     real(rp) :: moved = 0 !< [m] largest movement from the last point
     logical :: accepted = .false., was_unstable = .false.
@@ -57,7 +56,7 @@ contains
     end associate
   end function path_ahead
 
-  !> Where a stage begins: the path's last point u, extrapolated to the stage of `work`.
+  !> Sets the start of a stage: the path's last point u, extrapolated to the stage of `work`.
   subroutine extrapolate(work, model, load, path, u)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
@@ -127,9 +126,9 @@ contains
     correction%n_used = work%cholesky%n_factorisations - begin + n_more
   end subroutine correct
 
-  !> Further steps with the last factorisation while each reduces the residual well; one costs an eighth of a new
-  !> factorisation. What the old factors get wrong lies in few directions: the steps are combined with those before
-  !> as by Anderson (1965), doi:10.1145/321296.321305, with a memory of one.
+  !> Makes further steps with the last factorisation while each reduces the residual well; one costs an eighth of a new
+  !> factorisation. The error of the old factors lies in few directions: the steps are combined with those before as by Anderson
+  !> (1965), doi:10.1145/321296.321305, with a memory of one.
   subroutine reuse_factors(work, model, load, tolerance, u, size_g, correction)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model

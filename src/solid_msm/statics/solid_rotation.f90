@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Rotates by a vector: about its direction, by its length [rad].
+!> Computes rotations by a vector: about its direction, by its length [rad].
 !>
 !> R = 1 + a S + b S^2 with S = [v]x, a = sin t/t, b = (1 - cos t)/t^2, t = |v|; series near 0.
 module solid_rotation
@@ -33,7 +33,7 @@ contains
     d = c(1)*e + c(2)*(matmul(e, s) + matmul(s, e)) + v(k)*(c(3)*s + c(4)*matmul(s, s))
   end function rotation_derivative
 
-  !> a, b, (da/dt)/t and (db/dt)/t.
+  !> Computes a, b, (da/dt)/t and (db/dt)/t.
   pure function coefficients(v) result(c)
     real(rp), intent(in) :: v(3)
     real(rp) :: c(4), t, q

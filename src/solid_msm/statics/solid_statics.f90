@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Solves for static equilibrium, defined as the end of the quasi-static loading path from the unloaded state.
 !>
-!> A loaded wing has many stable equilibria, so the path decides. It is followed in stages, each corrected by Newton's method
-!> (solid_path_correction). A tangent that is not positive definite marks a fold; there the wing falls to the next stable
+!> A loaded wing has many stable equilibria, so that the result depends on the path. The path is followed in stages, each
+!> corrected by Newton's method (solid_path_correction). A tangent that is not positive definite marks a fold; there the wing
+!> moves to the next stable state (a snap). A path that does not reach its end is followed again with finer settings.
 !> state (a snap). A path that does not come to its end is followed once more with finer settings.
 module solid_statics
   use base_kinds, only: rp
@@ -17,19 +18,18 @@ module solid_statics
   private
   public :: solve_static, static_options_t, static_report_t
 
-  !> Choices of the algorithm.
+  !> Options of the algorithm.
   type, extends(visited_t) :: static_options_t
     real(rp) :: tolerance = 1.0e-8_rp     !< of the load, for the residual
     real(rp) :: step_limit = 1.0_rp/40    !< of the wing's size: largest movement in one stage
     integer :: factorisation_limit = 900  !< of one path; a shape may take a warm, a cold and a repeated one
-    !> a warm start that fails, snaps, or does not go straight to its end is repeated from the
-    !> unloaded state
+    !> a warm start that fails, snaps, or does not reach its end directly is repeated from the unloaded state
     logical :: redo_cold = .true.
   contains
     procedure :: visit => options_visit
   end type static_options_t
 
-  !> What happened.
+  !> Report on a solution.
   type :: static_report_t
     logical :: converged = .false.        !< to the tolerance, and stable
     character(:), allocatable :: reason   !< why not
@@ -39,7 +39,7 @@ module solid_statics
     integer :: stages = 0                 !< accepted steps of the path
     integer :: snaps = 0
     logical :: was_redone_cold = .false.
-    !> the cold path lost its way and was followed once more with finer settings
+    !> the cold path failed and was followed again with finer settings
     logical :: was_repeated = .false.
     !> a start for warm solutions: converged without snaps or repetition, and no tangent that was not positive definite
     !> made the path shorten its steps below the first one. Behind a fold, or close to one, another path may lead to
@@ -61,16 +61,16 @@ contains
     call visitor%leave_out('redo_cold')
   end subroutine options_visit
 
-  !> Finds the equilibrium of `model` under `load`. u(3, n_all) [m] is the start and the result. A cold start begins at zero
-  !> whatever u is. A warm start begins at u, the solution for the same load with other parameters. Only a shape that was reached
-  !> without snaps is a start that leads where the cold path leads.
+  !> Finds the equilibrium of `model` under `load`. u(3, n_all) [m] is the start and the result. A cold start begins at zero for
+  !> any u. A warm start begins at u, the solution for the same load with other parameters. Only from a shape that was reached
+  !> without snaps does a warm start lead to the shape of the cold path.
   !>
-  !> Newton's method may leap over a fold to another stable shape; it stumbles when it does. A warm start is therefore trusted
-  !> only if every tangent on its way is positive definite and every stage takes at most six factorisations.
+  !> Newton's method may jump across a fold to another stable shape; its convergence is then slow. A warm start is therefore
+  !> trusted only if every tangent on its way is positive definite and every stage takes at most six factorisations.
   !>
-  !> A cold path may lose its way: a descent does not converge, or its end is unstable. It is then followed once more from the
-  !> unloaded state with finer settings (`is_fine` of `way_t`). One that needs more factorisations than allowed is not: it would
-  !> need still more.
+  !> A cold path may fail: a descent does not converge, or its end is unstable. It is then followed again from the unloaded state
+  !> with finer settings (`is_fine` of `way_t`). A path that needs more factorisations than allowed is not repeated, because it
+  !> would need still more.
   !>
   !> On success the last factorisation in `work` is that of the exact tangent, ready for sensitivities. On failure the report has
   !> a reason, and u is the last equilibrium of the path.
@@ -107,7 +107,7 @@ contains
     report%factorisations = work%cholesky%n_factorisations - begin
   end subroutine solve_static
 
-  !> Follows the path from u to its end, as `report` tells; it `is_lost` if a descent does not converge, or its end is
+  !> Follows the path from u to its end, and reports in `report`; `is_lost` if a descent does not converge, or if its end is
   !> unstable.
   subroutine follow_path(work, model, load, way, options, u, report, is_lost)
     type(equilibrium_t), intent(inout) :: work
@@ -138,7 +138,7 @@ contains
       if (way%is_warm .and. options%redo_cold) then
         if (correction%was_unstable .or. correction%accepted .and. correction%n_used > STRAIGHT &
             .or. path%dt < COLD_STEP) then
-          report%reason = 'the warm start does not go straight to its end'
+          report%reason = 'the solution that begins at an earlier shape met an instability'
           exit
         end if
       end if
@@ -151,16 +151,16 @@ contains
           call fall(work, model, load, options, u, path, is_lost)
           report%snaps = report%snaps + 1
           if (is_lost) then
-            report%reason = 'the descent from a fold of the path did not converge at '// &
-                            number_text(real(nint(100*work%stage), rp))//' % of the load'
+            report%reason = 'the wing snaps through at '//number_text(real(nint(100*work%stage), rp))// &
+                            ' % of the load, and no shape at rest is found behind that'
             exit
           end if
           report%stages = report%stages + 1
         end if
       end if
       if (work%cholesky%n_factorisations - begin > options%factorisation_limit) then
-        report%reason = 'the path needs more than '//number_text(options%factorisation_limit)// &
-                        ' factorisations'
+        report%reason = 'no equilibrium is found with '//number_text(options%factorisation_limit)// &
+                        ' factorisations of the stiffness matrix'
         exit
       end if
     end do
@@ -168,7 +168,7 @@ contains
     report%is_start = report%converged .and. report%snaps == 0 .and. .not. path%met_fold
   end subroutine follow_path
 
-  !> The corrected point becomes the path's last one, u; the better it went, the longer is the next stage.
+  !> Makes the corrected point the last one of the path, u. The faster the convergence, the longer is the next stage.
   subroutine advance(work, way, correction, u, path)
     type(equilibrium_t), intent(inout) :: work
     type(way_t), intent(in) :: way
@@ -191,7 +191,7 @@ contains
                           merge(2.5_rp, merge(1.2_rp, 0.7_rp, correction%n_used <= 6), correction%n_used <= 4))
   end subroutine advance
 
-  !> A stage that failed is tried again with a smaller part of the load.
+  !> Prepares a failed stage to be tried again with a smaller part of the load.
   pure subroutine shorten(way, correction, path)
     type(way_t), intent(in) :: way
     type(correction_t), intent(in) :: correction
@@ -203,7 +203,7 @@ contains
     path%met_fold = path%met_fold .or. correction%was_unstable .and. (path%dt < COLD_STEP .or. way%is_warm)
   end subroutine shorten
 
-  !> The wing falls from a fold to the next stable state, u, from which the path begins anew; it `is_lost` if it finds none.
+  !> Moves the wing from a fold to the next stable state, u, from which the path begins anew; `is_lost` if it finds none.
   subroutine fall(work, model, load, options, u, path, is_lost)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
@@ -226,7 +226,7 @@ contains
     path%rejections_unstable = 0
   end subroutine fall
 
-  !> Residual, relative to the load, to which the stage of `work` is solved.
+  !> Returns the residual, relative to the load, to which the stage of `work` is solved.
   pure real(rp) function stage_tolerance(work, model, options, u) result(tolerance)
     type(equilibrium_t), intent(in) :: work
     type(solid_model_t), intent(in) :: model
@@ -236,7 +236,7 @@ contains
     tolerance = merge(max(options%tolerance, rounding(work, model, u)), PATH_TOLERANCE, work%stage >= 1)
   end function stage_tolerance
 
-  !> Residual that the rounding of the displacements leaves, relative to the load.
+  !> Returns the residual, relative to the load, that is caused by the rounding of the displacements.
   pure real(rp) function rounding(work, model, u)
     type(equilibrium_t), intent(in) :: work
     type(solid_model_t), intent(in) :: model
@@ -244,10 +244,10 @@ contains
     rounding = 2*epsilon(u)*maxval(abs(u))*model%params%k_vein*sqrt(3.0_rp*model%n_free)/work%force_scale
   end function rounding
 
-  !> Tests the end of the path for stability with the exact tangent, whose factorisation stays, and
-  !> spends up to three more steps on it, the first with the residual at u that `work` holds. Rounding u to its last
-  !> bit alone changes the residual by k_e times that bit, up to 1e-8 of a small load; so what the first correction
-  !> loses and all of the last two are kept apart from u.
+  !> Tests the end of the path for stability with the exact tangent, whose factorisation is kept, and makes up to three more steps
+  !> with it, the first with the residual at u that `work` holds. Rounding u to its last bit alone changes the residual by k_e
+  !> times that bit, up to 1e-8 of a small load. The rounding of the first correction and all of the last two are therefore kept
+  !> separate from u.
   subroutine conclude(work, model, load, options, u, report, is_lost)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
@@ -264,7 +264,7 @@ contains
     call work%factorise(model, load, u, .false., 0.0_rp, is_spd) ! no shift: sensitivities feel it
     is_lost = .not. is_spd
     if (is_lost) then
-      report%reason = 'the path ends in an unstable equilibrium'
+      report%reason = 'the shape that is found under the full load is an unstable equilibrium'
       return
     end if
     report%reciprocal_condition = work%cholesky%reciprocal_condition()
@@ -281,7 +281,7 @@ contains
     end do
     if (work%force_scale > 0) report%residual = size_g/work%force_scale
     report%converged = report%residual <= options%tolerance
-    if (.not. report%converged) report%reason = 'the residual is limited by rounding at '// &
-                                                number_text(report%residual)
+    if (.not. report%converged) report%reason = 'rounding errors keep the relative residual at '// &
+                                                number_text(report%residual)//', above the tolerance'
   end subroutine conclude
 end module solid_statics

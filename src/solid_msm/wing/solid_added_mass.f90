@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The fluid that a wing must accelerate when it moves normal to itself, by strip theory: over a strip of chord c that heaves
-!> the potential jumps by 2 w sqrt((c/2)^2 - (y - y_c)^2), so that a piece of membrane carries, per area,
+!> Computes the fluid that a wing must accelerate when it moves normal to itself, by strip theory. Over a strip of chord c that
+!> heaves the potential jumps by 2 w sqrt((c/2)^2 - (y - y_c)^2), so that a piece of membrane carries, per area,
 !>
 !>     m(x, y) = 2 rho sqrt((c(x)/2)^2 - (y - y_c(x))^2),     rho pi c^2/4 over the chord
 !>
-!> (the potential of a flat plate that moves across itself: Sedov 1965, Two-Dimensional Problems in Hydrodynamics and
-!> Aerodynamics). Strips lie along y. A strip that turns about its middle has half of what this mass has, and the flow round the
-!> tip takes off some more. So it is a prior, and a factor on it is to be sought.
+!> (the potential of a flat plate that moves normal to itself: Sedov 1965, Two-Dimensional Problems in Hydrodynamics and
+!> Aerodynamics). Strips lie along y. A strip that turns about its middle has half the effect of this mass, and the flow around
+!> the tip reduces it. The mass is therefore a prior, and fits should include a factor on it.
 module solid_added_mass
   use base_kinds, only: rp
   use solid_wing, only: wing_t
@@ -40,7 +40,7 @@ contains
     end do
   end function strip_added_mass
 
-  !> [m] m(x, y)/rho at a place.
+  !> Returns m(x, y)/rho [m] at a place.
   pure real(rp) function areal_mass(wing, place) result(m)
     type(wing_t), intent(in) :: wing
     real(rp), intent(in) :: place(2)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The plane in which a wing lies unloaded. The bending of the membrane and the rest angles of the veins are those of a
-!> flat wing: a membrane must lie in its plane to 1e-6 of its size, and veins may bend out of it by 1e-6 rad.
+!> Finds the plane in which a wing lies unloaded. The bending of the membrane and the rest angles of the veins are those of a flat
+!> wing: a membrane must lie in its plane to 1e-6 of its size, and veins may bend out of it by 1e-6 rad.
 module solid_flatness
   use base_kinds, only: rp
   use solid_junctions, only: hinge_plan_t
@@ -26,6 +26,7 @@ contains
     bent = bent_point(wing, plans, normal)
   end subroutine find_flatness
 
+  !> Returns the mean normal of the membrane, and a point that is off the plane, 0 if it is flat.
   pure subroutine fit_membrane(wing, normal, raised)
     type(wing_t), intent(in) :: wing
     real(rp), intent(out) :: normal(3)
@@ -52,7 +53,7 @@ contains
     end associate
   end subroutine fit_membrane
 
-  !> Twice the area of triangle t [m^2] times its unit normal.
+  !> Returns twice the area of triangle t [m^2] times its unit normal.
   pure function area_vector(wing, t) result(a)
     type(wing_t), intent(in) :: wing
     integer, intent(in) :: t
@@ -62,8 +63,8 @@ contains
     end associate
   end function area_vector
 
-  !> The point of the membrane farthest from the plane of that triangle, among a few hundred, in whose plane most points
-  !> lie: a single point does not tilt it, as it does the plane of the summed area vectors.
+  !> Finds the plane of that triangle, among a few hundred, in whose plane most points lie, and returns the point of the membrane
+  !> farthest from it. A single point does not tilt this plane, as it does the plane of the summed area vectors.
   pure integer function outlier(wing, tolerance) result(point)
     type(wing_t), intent(in) :: wing
     real(rp), intent(in) :: tolerance !< [m] for a point in a plane
@@ -90,6 +91,7 @@ contains
     end do
   end function outlier
 
+  !> Returns the point at which a vein bends most out of the plane, 0 if all are straight in it.
   pure integer function bent_point(wing, plans, normal) result(point)
     type(wing_t), intent(in) :: wing
     type(hinge_plan_t), intent(in) :: plans(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The mass of a wing, lumped to its points so that total mass and centre of mass are kept exactly.
+!> Computes the mass of a wing, lumped to its points so that total mass and centre of mass are kept exactly.
 !>
 !> Veins: every segment is a conical frustum of cuticle of length l and end radii r1, r2,
 !>   m = rho pi l (r1^2 + r1 r2 + r2^2)/3,  with its centre  h = l (r1^2 + 2 r1 r2 + 3 r2^2)/
@@ -23,7 +23,7 @@ module solid_mass
   integer, parameter :: MEMBRANE_BILINEAR = 1 !< areal density proportional to w(x, y), given mass
   integer, parameter :: MEMBRANE_UNIFORM = 2  !< given areal density
 
-  !> What the wing is made of; the defaults are the blowfly wing of 250 ug whose membrane is 32.59 % of it.
+  !> Properties of the wing's mass; the defaults are the blowfly wing of 250 ug whose membrane is 32.59 % of it.
   type :: mass_params_t
     real(rp) :: vein_density = 1300.0_rp       !< of cuticle [kg/m^3]
     integer :: membrane_law = MEMBRANE_BILINEAR
@@ -87,6 +87,7 @@ contains
     mass%inertia = inertia_of(wing%points, mass%nodal, mass%centre)
   end subroutine lump_mass
 
+  !> Adds messages about densities and masses that are not positive.
   subroutine check_params(wing, params, messages)
     type(wing_t), intent(in) :: wing
     type(mass_params_t), intent(in) :: params
@@ -117,6 +118,7 @@ contains
     centre = (d1**2 + 2*d1*d2 + 3*d2**2)/(4*squares)
   end subroutine frustum
 
+  !> Adds the mass of a vein to its points.
   pure subroutine add_vein(points, vein, density, nodal)
     real(rp), intent(in) :: points(:, :), density
     type(vein_t), intent(in) :: vein
@@ -133,6 +135,7 @@ contains
     end do
   end subroutine add_vein
 
+  !> Adds the mass of the membrane to its points.
   subroutine add_membrane(wing, params, mass, messages)
     type(wing_t), intent(in) :: wing
     type(mass_params_t), intent(in) :: params
@@ -172,7 +175,7 @@ contains
     mass%membrane = sum(membrane_nodal)
   end subroutine add_membrane
 
-  !> Shares what sits on the wing between the corners of its triangle, or gives it to the nearest point of a wing without any.
+  !> Distributes a mass that sits on the wing to the corners of its triangle, or to the nearest point of a wing without triangles.
   subroutine add_point(wing, point, mass, messages)
     type(wing_t), intent(in) :: wing
     real(rp), intent(in) :: point(3)
@@ -210,7 +213,7 @@ contains
     end function twice
   end subroutine add_point
 
-  !> Area [m^2] of the triangle with the corners corners(:, 1:3).
+  !> Returns the area [m^2] of the triangle with the corners corners(:, 1:3).
   pure real(rp) function triangle_area(corners) result(area)
     real(rp), intent(in) :: corners(3, 3)
     real(rp) :: a(3), b(3)
@@ -219,7 +222,7 @@ contains
     area = norm2([a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)])/2
   end function triangle_area
 
-  !> Inertia tensor [kg m^2] of point masses about `origin`.
+  !> Returns the inertia tensor [kg m^2] of point masses about `origin`.
   pure function inertia_of(points, nodal, origin) result(inertia)
     real(rp), intent(in) :: points(:, :), nodal(:), origin(3)
     real(rp) :: inertia(3, 3), r(3)

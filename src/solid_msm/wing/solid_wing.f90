@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A wing as it lies on the bench: points, membrane triangles, veins, joints, root. Immutable once read.
+!> Describes a wing on the bench: points, membrane triangles, veins, joints, root. It does not change after reading.
 !>
 !> Wing frame: x from root to tip, y toward the leading edge, z normal to both. SI units.
 !>
-!> The wings of a fly are mirror images: one that bends more easily to its dorsal side does so left and right. To which
-!> side +z points, `z_side`, therefore says for both of them what "up" means to the effects of the wing in the file.
+!> The wings of a fly are mirror images: a wing that bends more easily to its dorsal side does so left and right. `z_side`, the
+!> side to which +z points, therefore defines for both of them what "up" means to the effects of the wing in the file.
 module solid_wing
   use base_kinds, only: rp
   use base_visitor, only: visited_t, visitor_t
@@ -12,8 +12,8 @@ module solid_wing
   private
   public :: wing_t, vein_t, joint_t, wing_mass_t, z_side_choices
 
-  !> Sides of wings to which +z of a wing file may point. The first is meant where nothing is said. In true right-handed
-  !> axes these are the first two; the others belong to coordinates of a mirror image.
+  !> Sides of wings to which +z of a wing file may point. The first is the default. The first two are possible in right-handed
+  !> axes; the others belong to coordinates of a mirror image.
   character(13), parameter, public :: Z_SIDES(4) = [character(13) :: 'left ventral', 'right dorsal', 'left dorsal', &
                                                     'right ventral']
 
@@ -34,7 +34,7 @@ module solid_wing
     procedure :: visit => joint_visit
   end type joint_t
 
-  !> What is known of the mass of this very wing: it comes from its file.
+  !> Known data of the mass of this individual wing, from its file.
   type, extends(visited_t) :: wing_mass_t
     character(8) :: law = ''              !< of the membrane: uniform, bilinear; '': nothing is stated
     real(rp) :: membrane = 0              !< mass of the membrane [kg]

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A wing with what it is made of: its mechanical model and its mass. SI units.
+!> Holds a wing with its mechanical model and its mass. SI units.
 module solid_wing_case
   use base_kinds, only: rp
   use solid_mass, only: mass_params_t, mass_t
@@ -20,7 +20,7 @@ module solid_wing_case
     type(mass_params_t) :: material
     type(mass_t) :: mass
     logical :: has_mass = .false.
-    real(rp) :: requested_size(2) = 0      !< largest x and mean chord that the run asks for [m]; 0: as in the file
+    real(rp) :: requested_size(2) = 0      !< largest x and mean chord that the run requests [m]; 0: as in the file
     real(rp) :: scale(2) = 1               !< along x and y of the wing against that in its file
     integer :: tip = 0                     !< the point farthest from the centre of the root
   end type wing_case_t

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a wing must satisfy before anything is computed with it: every number finite and of a possible
-!> size, every index valid, the triangles a flat surface, the veins along its edges, everything in one piece and
-!> held at the root. docs/formats/wing-format.md lists the rules.
+!> Checks a wing before anything is computed with it: every number is finite and of a possible size, every index is valid, the
+!> triangles form a flat surface, the veins lie along its edges, and all parts are connected and held at the root.
+!> docs/formats/wing-format.md lists the rules.
 module solid_wing_check
   use base_kinds, only: rp
   use base_text, only: number_text, quoted
@@ -50,7 +50,7 @@ contains
     if (report%is_clean()) call check_mechanics(wing, edges, segments, report)
   end subroutine check_wing
 
-  !> What the mechanics ask for: a flat wing, of which nothing hangs by one point.
+  !> Checks the requirements of the mechanics: a flat wing, of which no part is held by one point alone.
   subroutine check_mechanics(wing, edges, segments, report)
     type(wing_t), intent(in) :: wing
     type(edge_table_t), intent(in) :: edges, segments
@@ -102,6 +102,7 @@ contains
     end if
   end subroutine joint_on_vein
 
+  !> Reports coordinates that are not finite or too large.
   subroutine check_points(points, report)
     real(rp), intent(in) :: points(:, :)
     type(wing_report_t), intent(inout) :: report
@@ -120,7 +121,7 @@ contains
     call report%finish()
   end subroutine check_points
 
-  !> Indices in range, lists of matching length, diameters that are positive numbers.
+  !> Checks that indices are in range, lists have matching lengths, and diameters are positive numbers.
   subroutine check_indices(wing, report)
     type(wing_t), intent(in) :: wing
     type(wing_report_t), intent(inout) :: report
@@ -157,6 +158,7 @@ contains
     end do
   end subroutine check_indices
 
+  !> Reports a diameter that no vein can have.
   subroutine check_diameter(diameter, index, report)
     real(rp), intent(in) :: diameter
     character(*), intent(in) :: index
@@ -169,6 +171,7 @@ contains
     end if
   end subroutine check_diameter
 
+  !> Reports clamped points that do not exist or are listed twice.
   subroutine check_root(root, n, report)
     integer, intent(in) :: root(:), n
     type(wing_report_t), intent(inout) :: report
@@ -182,6 +185,7 @@ contains
     call report%finish()
   end subroutine check_root
 
+  !> Reports points that do not exist.
   subroutine check_range(nodes, n, prefix, report)
     integer, intent(in) :: nodes(:), n
     character(*), intent(in) :: prefix
@@ -194,7 +198,7 @@ contains
     end do
   end subroutine check_range
 
-  !> No two points at one place.
+  !> Checks that no two points are at one place.
   subroutine check_distinct(points, report)
     real(rp), intent(in) :: points(:, :)
     type(wing_report_t), intent(inout) :: report
@@ -225,13 +229,13 @@ contains
     call report%finish()
   end subroutine check_distinct
 
-  !> Size of the box around the points [m].
+  !> Returns the size of the box around the points [m].
   pure real(rp) function diagonal(points)
     real(rp), intent(in) :: points(:, :)
     diagonal = norm2(maxval(points, dim=2) - minval(points, dim=2))
   end function diagonal
 
-  !> All veins as one list; vein v is nodes(first(v):first(v+1)-1).
+  !> Makes one list of all veins; vein v is nodes(first(v):first(v+1)-1).
   subroutine flatten_veins(veins, nodes, first)
     type(vein_t), intent(in) :: veins(:)
     integer, allocatable, intent(out) :: nodes(:), first(:)
@@ -244,7 +248,7 @@ contains
     end do
   end subroutine flatten_veins
 
-  !> A joint bends two segments of veins that meet; no two joints are the same hinge.
+  !> Checks that a joint bends two segments of veins that meet, and that no two joints are the same hinge.
   subroutine check_joints(wing, segments, report)
     type(wing_t), intent(in) :: wing
     type(edge_table_t), intent(in) :: segments
@@ -271,7 +275,7 @@ contains
     end do
   end subroutine check_joints
 
-  !> Everything hangs together: points united along triangles and veins end up in one set.
+  !> Checks that all parts are connected: points united along triangles and veins end up in one set.
   subroutine check_connected(wing, report)
     type(wing_t), intent(in) :: wing
     type(wing_report_t), intent(inout) :: report
@@ -307,7 +311,7 @@ contains
     call report%finish()
   end subroutine check_connected
 
-  !> A structure of veins is straight, or lies in the plane given.
+  !> Checks that a structure of veins is straight, or lies in the given plane.
   subroutine check_plane(wing, report)
     type(wing_t), intent(inout) :: wing
     type(wing_report_t), intent(inout) :: report

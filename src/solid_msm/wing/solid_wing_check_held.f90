@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Finds parts of a wing that hang on the rest by a single point about which they could turn freely.
+!> Finds parts of a wing that are connected to the rest by a single point about which they could turn freely.
 !>
 !> Triangles with a common edge and the segments of veins along them form bodies, and so do segments joined by a bending
 !> hinge; a hinge at the root joins a body to the ground. Bodies, the ground among them, share points. A point whose
@@ -20,7 +20,7 @@ module solid_wing_check_held
 
 contains
 
-  !> Reports every part of the wing that hangs by one point, for a wing without other mistakes.
+  !> Reports every part of the wing that is connected by one point alone, for a wing without other mistakes.
   subroutine check_held(wing, edges, segments, plans, report)
     type(wing_t), intent(in) :: wing
     type(edge_table_t), intent(in) :: edges, segments !< of the triangles, of the veins
@@ -35,7 +35,7 @@ contains
     call report%finish()
   end subroutine check_held
 
-  !> The body of every element, which is the number of its first element.
+  !> Finds the body of every element, which is the number of its first element.
   pure function bodies(wing, edges, segments, plans) result(body)
     type(wing_t), intent(in) :: wing
     type(edge_table_t), intent(in) :: edges, segments
@@ -67,7 +67,7 @@ contains
 
   contains
 
-    !> The element of a segment of a hinge: the ground if it is clamped, as one to a ghost point is.
+    !> Returns the element of a segment of a hinge: the ground if it is clamped, as a segment to a ghost point is.
     pure integer function arm(a, b)
       integer, intent(in) :: a, b
       arm = GROUND
@@ -77,7 +77,7 @@ contains
     end function arm
   end function bodies
 
-  !> Pairs of a body and a point in it, in both directions; point p is node size(body) + p.
+  !> Lists pairs of a body and a point in it, in both directions; point p is node size(body) + p.
   pure function bodies_and_points(wing, segments, body) result(graph)
     type(wing_t), intent(in) :: wing
     type(edge_table_t), intent(in) :: segments
@@ -137,8 +137,8 @@ contains
       if (other == 0) exit
       if (other > n_bodies .and. lowest(node) >= place(other)) then
         call report%found('point '//report%point(first(node))//others(members(node) - 1)//' on point '// &
-                          report%point(other - n_bodies)//' alone, about which they can turn: no edge of two '// &
-                          'triangles and no vein goes across')
+                          report%point(other - n_bodies)//' alone and can turn about it: join the two parts by '// &
+                          'an edge of two triangles or by a vein')
       end if
       lowest(other) = min(lowest(other), lowest(node))
       members(other) = members(other) + members(node)
@@ -154,6 +154,7 @@ contains
       if (is_of) is_of = graph%from(i) == node
     end function is_of
 
+    !> Begins a node of the depth-first search, reached from another one.
     subroutine visit(node, from)
       integer, intent(in) :: node, from
       n_visited = n_visited + 1
@@ -165,7 +166,7 @@ contains
     end subroutine visit
   end subroutine search
 
-  !> Where the edges of each node begin in the graph, and behind the last one.
+  !> Returns where the edges of each node begin in the graph, and after the last one.
   pure function first_edges(graph, n_nodes) result(first)
     type(edge_table_t), intent(in) :: graph
     integer, intent(in) :: n_nodes
@@ -180,6 +181,7 @@ contains
     end do
   end function first_edges
 
+  !> Returns the words for n more points.
   function others(n) result(text)
     integer, intent(in) :: n
     character(:), allocatable :: text

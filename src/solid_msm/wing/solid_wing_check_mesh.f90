@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Checks of triangles and veins whose indices are known to be valid.
+!> Checks triangles and veins whose indices are known to be valid.
 module solid_wing_check_mesh
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -56,6 +56,7 @@ contains
     call report%finish()
   end subroutine check_triangles
 
+  !> Returns the number of a triangle and its points.
   function triangle_text(wing, t, report) result(text)
     type(wing_t), intent(in) :: wing
     integer, intent(in) :: t
@@ -88,6 +89,7 @@ contains
     call report%finish()
   end subroutine check_veins
 
+  !> Reports a vein that passes a point twice or leaves the edges of the mesh.
   subroutine check_vein(wing, vein, edges, is_seen, report)
     type(wing_t), intent(in) :: wing
     type(vein_t), intent(in) :: vein

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Header, contents and datasets of a wing file, and what a measurement file has in common with it: kind, shape,
-!> units and values, with every deviation reported.
+!> Reads header, contents and datasets of a wing file, and the parts that a measurement file has in common with it: kind, shape,
+!> units and values. It reports every deviation.
 module solid_wing_datasets
   use base_kinds, only: rp, i8
   use base_text, only: number_text, quoted
@@ -164,7 +164,7 @@ contains
     values = int(max(-1000000000_i8, min(1000000000_i8, stored))) - report%base + 1
   end subroutine read_index_dataset
 
-  !> Number of values `n` of a dataset if it is there, of the right kind and shape; otherwise -1.
+  !> Returns the number of values `n` of a dataset if it exists and has the right kind and shape; otherwise -1.
   subroutine check_shape(file, name, columns, is_index, n, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name

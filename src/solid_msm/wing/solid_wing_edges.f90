@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Pairs of points (edges of triangles, segments of veins) in sorted order, to find equal ones and to look
-!> a pair up in O(log n).
+!> Keeps pairs of points (edges of triangles, segments of veins) in sorted order, to find equal ones and to search for a pair in
+!> O(log n).
 module solid_wing_edges
   use base_kinds, only: i8
   use base_sort, only: sorting_order
@@ -89,6 +89,7 @@ contains
     if (.not. has) has = self%find(b, a) > 0
   end function table_has_edge
 
+  !> Returns a number that is different for each pair of points.
   pure elemental integer(i8) function key(from, to)
     integer, intent(in) :: from, to
     key = int(from, i8)*2147483648_i8 + int(to, i8)

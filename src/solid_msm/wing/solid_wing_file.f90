@@ -41,7 +41,7 @@ contains
     end if
   end subroutine read_wing
 
-  !> Reads the wing file like `read_wing`, but does not look at the file as a whole first. Damage that the HDF5 library does not
+  !> Reads the wing file like `read_wing`, but without a check of the file as a whole. Damage that the HDF5 library does not
   !> survive ends the process.
   subroutine read_wing_unguarded(path, wing, messages)
     character(*), intent(in) :: path
@@ -88,7 +88,7 @@ contains
     if (n == 0) call broadcast_value(world, wing)
   end subroutine load_wing
 
-  !> Schema, version and index base: without them nothing else can be understood.
+  !> Reads schema, version and index base, without which nothing else can be understood.
   subroutine read_header(file, report)
     type(hdf5_file_t), intent(in) :: file
     type(wing_report_t), intent(inout) :: report
@@ -106,6 +106,7 @@ contains
     end if
   end subroutine read_header
 
+  !> Reads everything in a wing file.
   subroutine read_contents(file, wing, report)
     type(hdf5_file_t), intent(in) :: file
     type(wing_t), intent(inout) :: wing
@@ -126,6 +127,7 @@ contains
     call read_wing_mass(file, wing%mass, report)
   end subroutine read_contents
 
+  !> Reads the points and diameters of all veins.
   subroutine read_veins(file, wing, report)
     type(hdf5_file_t), intent(in) :: file
     type(wing_t), intent(inout) :: wing
@@ -148,7 +150,7 @@ contains
     end do
   end subroutine read_veins
 
-  !> A joint is three points, or one point and the vein on which it lies.
+  !> Reads the joints: a joint is three points, or one point and the vein on which it lies.
   subroutine read_joints(file, wing, report)
     type(hdf5_file_t), intent(in) :: file
     type(wing_t), intent(inout) :: wing
@@ -182,7 +184,7 @@ contains
     end do
   end subroutine read_joints
 
-  !> The normal of the plane of a structure of veins.
+  !> Reads the normal of the plane of a structure of veins.
   subroutine read_plane(file, wing, report)
     type(hdf5_file_t), intent(in) :: file
     type(wing_t), intent(inout) :: wing
@@ -207,7 +209,7 @@ contains
     end if
   end subroutine read_plane
 
-  !> The side to which z points, if the file says so.
+  !> Reads the side to which z points, if the file states it.
   subroutine read_z_side(file, wing, report)
     type(hdf5_file_t), intent(in) :: file
     type(wing_t), intent(inout) :: wing

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes a number that tells wings apart. It depends on all that bends: points, membrane, veins with their diameters, joints
-!> and root. Titles, `z_side` and masses are no part of it, nor is the layout of the file.
+!> Computes a number that distinguishes wings. It depends on everything that affects bending: points, membrane, veins with their
+!> diameters, joints and root. Titles, `z_side` and masses are not part of it, nor is the layout of the file.
 module solid_wing_fingerprint
   use base_checksum, only: checksum_add, checksum_integers, checksum_reals, checksum_text
   use base_kinds, only: i8, rp
@@ -13,8 +13,8 @@ module solid_wing_fingerprint
 
 contains
 
-  !> 16 hexadecimal digits, the same for the same wing on every machine. `wing` has the numbers of its file, in the size of the
-  !> file. Wings that differ have the same digits in one of 2**64 cases.
+  !> Returns 16 hexadecimal digits, the same for the same wing on every machine. `wing` has the numbers of its file, in the size
+  !> of the file. Wings that differ have the same digits in one of 2**64 cases.
   function wing_fingerprint(wing) result(text)
     type(wing_t), intent(in) :: wing
     character(FINGERPRINT_LENGTH) :: text
@@ -39,7 +39,7 @@ contains
 
   contains
 
-    !> The number of words goes before them, so that two lists are not mistaken for one.
+    !> Adds a list to the checksum, with its length first, so that two lists cannot be mistaken for one.
     subroutine add_words(n, checksum)
       integer, intent(in) :: n
       integer(i8), intent(in) :: checksum

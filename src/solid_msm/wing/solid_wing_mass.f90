@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a wing file states of the mass of its wing: attributes `membrane_law`, `membrane_mass`, `membrane_weights`,
+!> Reads what a wing file states of the mass of its wing: attributes `membrane_law`, `membrane_mass`, `membrane_weights`,
 !> `vein_density` and `mass_source` of the file (docs/formats/wing-format.md). A file without them states nothing.
 module solid_wing_mass
   use base_kinds, only: rp
@@ -46,6 +46,7 @@ contains
     if (mass%source == '') call report%add('attribute mass_source', 'missing or not a text: it says where the mass comes from')
   end subroutine read_wing_mass
 
+  !> Reads an attribute that must be a positive number.
   subroutine read_positive(file, name, unit, value, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name, unit

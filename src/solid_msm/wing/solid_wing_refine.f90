@@ -8,8 +8,8 @@ module solid_wing_refine
   private
   public :: refine_wing, refine_params, coarsen_params
 
-  !> The points of the fine mesh as they are made: old ones, and middles of two of them. The middles of a point with higher
-  !> ones are a list: first(point), next(middle); other(middle) is the higher one.
+  !> The points of the fine mesh during its construction: old ones, and middles of two of them. The middles between a point and
+  !> higher ones form a linked list: first(point), next(middle); other(middle) is the higher one.
   type :: fine_points_t
     integer :: n_old = 0, n = 0
     real(rp), allocatable :: points(:, :) !< (3, :) [m] the first n
@@ -44,6 +44,7 @@ contains
     if (present(parents)) parents = made%parents()
   end subroutine refine_wing
 
+  !> Divides every triangle into four.
   subroutine refine_triangles(wing, made, fine)
     type(wing_t), intent(in) :: wing
     type(fine_points_t), intent(inout) :: made
@@ -60,6 +61,7 @@ contains
     end do
   end subroutine refine_triangles
 
+  !> Divides every segment of the veins into two.
   subroutine refine_veins(wing, made, fine)
     type(wing_t), intent(in) :: wing
     type(fine_points_t), intent(inout) :: made
@@ -80,6 +82,7 @@ contains
     end do
   end subroutine refine_veins
 
+  !> Gives the joints the new neighbours of their points.
   subroutine refine_joints(wing, made, fine)
     type(wing_t), intent(in) :: wing
     type(fine_points_t), intent(inout) :: made

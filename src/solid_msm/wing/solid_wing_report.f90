@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Collects what is wrong with a wing file: every message names the file and the object, and of many
-!> mistakes of one kind only the first few are shown.
+!> Collects the mistakes in a wing file: every message names the file and the object, and of many mistakes of one kind only the
+!> first few are shown.
 module solid_wing_report
   use base_errors, only: message_list_t
   use base_text, only: number_text

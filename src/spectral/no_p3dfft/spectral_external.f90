@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The transforms of libraries that need not be there: none is.
+!> Stands in for the transforms of optional libraries when none of them is available.
 module spectral_external
   use base_errors, only: failure_t, require
   use parallel_world, only: world_t
@@ -13,12 +13,13 @@ module spectral_external
 
 contains
 
-  !> Stops the program: it must not be called, and whoever reads `HAS_P3DFFT` knows.
+  !> Stops the program. It must not be called; callers check `HAS_P3DFFT`.
   subroutine make_external(transform, world, grid, dealias, wanted_rows, effort, most, failure)
     class(transform_t), allocatable, intent(out) :: transform
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
-    character(*), intent(in) :: dealias, effort
+    integer, intent(in) :: dealias
+    character(*), intent(in) :: effort
     integer, intent(in) :: wanted_rows, most
     type(failure_t), intent(inout) :: failure
     call require(.false., 'make_external: this program was built without P3DFFT')

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The transforms of libraries that need not be there: P3DFFT is.
+!> Makes the transforms of optional libraries: P3DFFT is available.
 module spectral_external
   use base_errors, only: failure_t, require
   use parallel_world, only: world_t
@@ -19,7 +19,8 @@ contains
     class(transform_t), allocatable, intent(out) :: transform
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
-    character(*), intent(in) :: dealias, effort
+    integer, intent(in) :: dealias
+    character(*), intent(in) :: effort
     integer, intent(in) :: wanted_rows, most
     type(failure_t), intent(inout) :: failure
     type(p3dfft_t), allocatable :: made

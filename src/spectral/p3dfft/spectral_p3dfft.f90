@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Transforms by the library P3DFFT (Pekurovsky 2012, SIAM J. Sci. Comput. 34, C192, DOI 10.1137/11082748X).
 !>
-!> P3DFFT transforms whole fields and shares them in blocks: points as boxes of y and z, modes as boxes of kx and ky
-!> with all kz of a pair side by side (its stride-1 arrays). So the lines of its boxes are sticks; those outside the
-!> truncation are dropped on the way out and zero on the way in. Only columns kx that nobody keeps are left out by
-!> P3DFFT itself, and the pipeline is the staged one.
-!> How long P3DFFT's exchanges take is not known: its clock of the column exchange does not measure it.
+!> P3DFFT transforms whole fields and distributes them in blocks: points as boxes of y and z, modes as boxes of kx and ky with all
+!> kz of a pair in contiguous memory (its stride-1 arrays). The lines of its boxes are therefore sticks. Sticks outside the
+!> truncation are dropped after a forward transform and are zero before a backward one. P3DFFT itself only leaves out columns kx
+!> that nobody keeps, and the pipeline is the staged one. The time of P3DFFT's exchanges is not known: its clock of the column
+!> exchange does not measure it.
 !>
-!> P3DFFT keeps its plans and buffers in variables of its own, for one grid per process.
+!> P3DFFT keeps its plans and buffers in its own variables, for one grid per process.
 module spectral_p3dfft
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t, require
@@ -17,7 +17,7 @@ module spectral_p3dfft
   use parallel_world, only: world_t
   use spectral_fftw, only: forget_wisdom, learn_wisdom, wisdom_text
   use spectral_grid, only: grid_t
-  use spectral_sticks, only: kept_columns, make_block_sticks, process_grid
+  use spectral_sticks, only: kept_columns, make_block_sticks, process_grid, DEALIAS_NONE
   use spectral_transform, only: transform_t
   implicit none
   private
@@ -42,14 +42,14 @@ module spectral_p3dfft
 
 contains
 
-  !> Sets P3DFFT up for this grid and lets it transform one wave. Fails if P3DFFT already serves another transform, or
-  !> if the wave does not come out where stride-1 arrays have it; such a transform has no use but to be freed. Requires a
-  !> process grid that exists (`process_grid`, in blocks). Collective.
+  !> Sets P3DFFT up for this grid and tests it with one wave. Fails if P3DFFT already serves another transform, or if the wave is
+  !> not found in its place in stride-1 arrays; such a transform can only be freed. Requires a process grid that exists
+  !> (`process_grid`, in blocks). Collective.
   subroutine p3dfft_init(self, world, grid, dealias, wanted_rows, effort, most, failure)
     class(p3dfft_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
-    character(*), intent(in) :: dealias !< 'ellipsoid', 'box' or 'none'
+    integer, intent(in) :: dealias !< DEALIAS_* of spectral_sticks
     integer, intent(in) :: wanted_rows  !< rows of the process grid, 0 for the best
     character(*), intent(in) :: effort  !< 'measure': all ranks agree on the plans that P3DFFT has measured
     integer, intent(in) :: most         !< fields of a pipeline, in and out
@@ -84,7 +84,7 @@ contains
     self%block%n = main%block%n
     self%rows = main%rows
     self%columns = main%columns
-    self%n_kx = kept_columns(self%grid, 'none')
+    self%n_kx = kept_columns(self%grid, DEALIAS_NONE)
     self%n_kx_after = main%n_kx
     call p3dfft_clean()
     call set_up(self)
@@ -110,18 +110,19 @@ contains
     self%n_kz = extent(1)
   end subroutine set_up
 
+  !> Allocates the spectra of this rank.
   subroutine make_box(self)
     type(p3dfft_t), intent(inout) :: self
     integer :: status
-    ! FFTW wants fields that begin where two numbers do. nx is even, or it is 1 and this rank has all of the even ny.
+    ! FFTW requires fields that begin at an even number. nx is even, or it is 1 and this rank has all of the even ny.
     call require(any(mod(self%block%count, 2) == 0), 'p3dfft_t: every rank has an even number of points')
     allocate (self%modes(self%grid%n(3), self%count(2), self%count(1)), stat=status)
     call check_allocation(status, [self%grid%n(3), self%count], COMPLEX_BYTES, 'spectra of P3DFFT')
   end subroutine make_box
 
-  !> Plans that P3DFFT measures depend on the moment. Ranks of the same shares must have the same, and the next run must
-  !> find those of all shares in the wisdom of rank 0: the ranks at the corners of the process grid have all sorts of
-  !> shares, and all learn from them. Collective.
+  !> Exchanges the plans that P3DFFT has measured, which depend on the moment. Ranks with the same shares must have the same
+  !> plans, and the next run must find those of all shares in the wisdom of rank 0: the ranks at the corners of the process grid
+  !> have all kinds of shares, and all ranks take their plans. Collective.
   subroutine agree_on_plans(self)
     type(p3dfft_t), intent(inout) :: self
     character(:), allocatable :: own, learnt
@@ -139,10 +140,10 @@ contains
     call set_up(self)
   end subroutine agree_on_plans
 
-  !> The table of sticks, and which line of the box each of them is.
+  !> Makes the table of sticks, and finds which line of the box each stick is.
   subroutine take_modes(self, dealias)
     type(p3dfft_t), intent(inout) :: self
-    character(*), intent(in) :: dealias
+    integer, intent(in) :: dealias
     integer :: s
     self%sticks = make_block_sticks(self%grid, dealias, self%first, self%count)
     allocate (self%stick_of(self%count(2), self%count(1)), source=0)

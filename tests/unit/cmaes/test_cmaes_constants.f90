@@ -2,7 +2,7 @@
 !> The constants of CMA-ES: published tables, and the same formulas evaluated with 40 digits.
 program test_cmaes_constants
   use base_kinds, only: rp
-  use cmaes_options, only: cmaes_options_t, option_problem
+  use cmaes_options, only: cmaes_options_t, option_problem, CONSTANTS_PAPER, WEIGHTS_PAPER, WEIGHTS_POSITIVE
   use cmaes_params, only: cmaes_params_t, default_lambda, derive_params
   use testkit, only: testkit_t
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
@@ -81,8 +81,8 @@ contains
     type(cmaes_options_t) :: options
     type(cmaes_params_t) :: p
     integer :: i
-    options%weights = 'paper'
-    options%constants = 'paper'
+    options%weights = WEIGHTS_PAPER
+    options%constants = CONSTANTS_PAPER
     do i = 1, 3
       options%lambda = LAMBDAS(i)
       p = derive_params(options, 11)
@@ -99,9 +99,9 @@ contains
     do lambda = 3, 40
       options = cmaes_options_t(lambda=lambda)
       active = derive_params(options, 7)
-      options%weights = 'positive'
+      options%weights = WEIGHTS_POSITIVE
       positive = derive_params(options, 7)
-      options%weights = 'paper'
+      options%weights = WEIGHTS_PAPER
       paper = derive_params(options, 7)
       if (abs(sum(active%weights(:active%mu)) - 1) > 1.0e-14_rp .or. &
           any(active%weights(2:) > active%weights(:lambda - 1)) .or. &
@@ -147,13 +147,13 @@ contains
   subroutine test_problems()
     type(cmaes_options_t) :: good
     call t%check('the defaults are without mistakes', option_problem(good, 11) == '')
-    call refused(cmaes_options_t(weights='activ'), 'active, positive or paper')
-    call refused(cmaes_options_t(constants='pycma'), 'tutorial or paper')
+    call refused(cmaes_options_t(weights=0), 'active, positive or paper')
+    call refused(cmaes_options_t(constants=3), 'tutorial or paper')
     call refused(cmaes_options_t(lambda=2), 'at least 3')
     call refused(cmaes_options_t(lambda=8, mu=5), 'lambda/2 = 4')
     call refused(cmaes_options_t(mu=6), 'lambda/2 = 5') ! lambda is 11 for n = 11
     call refused(cmaes_options_t(alpha_minus=-0.5_rp), 'alpha_minus')
-    call refused(cmaes_options_t(alpha_minus=0.5_rp, weights='positive'), 'needs active weights')
+    call refused(cmaes_options_t(alpha_minus=0.5_rp, weights=WEIGHTS_POSITIVE), 'needs active weights')
     call refused(cmaes_options_t(sigma0=0.0_rp), 'sigma0')
     call refused(cmaes_options_t(sigma0=ieee_value(1.0_rp, ieee_quiet_nan)), 'sigma0')
     call refused(cmaes_options_t(c_m=0.0_rp), 'c_m')

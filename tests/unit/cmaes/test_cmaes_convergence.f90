@@ -5,7 +5,7 @@ program test_cmaes_convergence
   use base_kinds, only: rp
   use base_lapack, only: symmetric_eigen
   use cmaes_optimiser, only: cmaes_t
-  use cmaes_options, only: cmaes_options_t
+  use cmaes_options, only: cmaes_options_t, WEIGHTS_POSITIVE
   use cmaes_sampling, only: draw_candidate
   use search_functions, only: value_of
   use test_cmaes_runs, only: median_evaluations, start_run, step
@@ -37,7 +37,7 @@ contains
       call t%check_below('evaluations for '//NAMES(i), median_evaluations(NAMES(i), 10, 0, SEEDS, 0.0_rp, defaults), &
                          1.15_rp*MEDIANS(i))
     end do
-    positive%weights = 'positive'
+    positive%weights = WEIGHTS_POSITIVE
     call t%check_below('with positive weights', median_evaluations('elli', 10, 0, SEEDS, 0.0_rp, positive), &
                        1.15_rp*5734)
     call t%check_below('n = 11, lambda = 64', median_evaluations('elli', 11, 64, SEEDS, 0.0_rp, defaults), &

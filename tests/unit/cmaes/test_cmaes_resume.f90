@@ -4,9 +4,11 @@
 program test_cmaes_resume
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
+  use base_named_kinds, only: word_of
   use base_packing, only: pack_value, unpack_value
   use cmaes_options, only: cmaes_options_t
-  use cmaes_search, only: cmaes_search_t, start_region_t
+  use cmaes_search, only: cmaes_search_t, start_region_t, RESTART_RULES, RESTARTS_BIPOP, RESTARTS_IPOP, &
+                          RESTARTS_NONE
   use cmaes_stop, only: MAXFEVALS, RUNNING
   use search_functions, only: value_of
   use testkit, only: testkit_t
@@ -14,9 +16,9 @@ program test_cmaes_resume
   type(testkit_t) :: t
 
   call t%start(parallel=.false.)
-  call test_resume(3, 260, 'ipop')
-  call test_resume(3, 260, 'bipop')
-  call test_resume(101, 20, 'none') ! where C is decomposed in some generations only
+  call test_resume(3, 260, RESTARTS_IPOP)
+  call test_resume(3, 260, RESTARTS_BIPOP)
+  call test_resume(101, 20, RESTARTS_NONE) ! where C is decomposed in some generations only
   call test_budget()
   call test_misfits()
   call t%finish()
@@ -26,7 +28,7 @@ contains
   !> Every generation of the resumed search begins from what was stored of the last one.
   subroutine test_resume(n, n_generations, restarts)
     integer, intent(in) :: n, n_generations
-    character(*), intent(in) :: restarts
+    integer, intent(in) :: restarts
     type(cmaes_search_t) :: straight, resumed, next
     real(rp), allocatable :: stored(:)
     type(failure_t) :: failure
@@ -46,8 +48,8 @@ contains
       if (.not. same(straight, resumed)) n_different = n_different + 1
     end do
     most_restarts = straight%state%restart
-    call t%check('resumed in every generation and equal to the last bit: '//restarts, n_different == 0)
-    if (restarts /= 'none') call t%check('through a restart', most_restarts > 0)
+    call t%check('resumed in every generation and equal to the last bit: '//word_of(RESTART_RULES, restarts), n_different == 0)
+    if (restarts /= RESTARTS_NONE) call t%check('through a restart', most_restarts > 0)
   end subroutine test_resume
 
   !> A search goes on with the budget with which it is continued, smaller or larger than the one it began with.
@@ -58,11 +60,11 @@ contains
     type(failure_t) :: failure
     integer :: i
     do i = 1, 2
-      call begin(3, 'none', search, BEFORE(i))
+      call begin(3, RESTARTS_NONE, search, BEFORE(i))
       call advance(search)
       call advance(search)
       call pack_value(search, stored)
-      call begin(3, 'none', next, AFTER(i))
+      call begin(3, RESTARTS_NONE, next, AFTER(i))
       call unpack_value(stored, next, failure)
       do while (next%state%stop_code == RUNNING)
         call advance(next)
@@ -74,7 +76,7 @@ contains
 
   subroutine begin(n, restarts, search, budget)
     integer, intent(in) :: n
-    character(*), intent(in) :: restarts
+    integer, intent(in) :: restarts
     type(cmaes_search_t), intent(out) :: search
     integer(i8), intent(in), optional :: budget
     type(cmaes_options_t) :: options
@@ -122,17 +124,17 @@ contains
     type(cmaes_search_t) :: search, other
     type(failure_t) :: failure, fewer, more
     real(rp), allocatable :: stored(:)
-    call begin(4, 'ipop', search)
+    call begin(4, RESTARTS_IPOP, search)
     call advance(search)
     call pack_value(search, stored)
-    call begin(4, 'ipop', other)
+    call begin(4, RESTARTS_IPOP, other)
     call unpack_value(stored(:size(stored) - 1), other, failure)
     call t%check('a stored search without its end is refused', failure%failed)
     call t%check('with the name of what is missing', index(failure%reason, 'spreads') > 0)
-    call begin(5, 'ipop', other)
+    call begin(5, RESTARTS_IPOP, other)
     call unpack_value(stored, other, more)
     call t%check('one with fewer parameters is refused', more%failed)
-    call begin(3, 'ipop', other)
+    call begin(3, RESTARTS_IPOP, other)
     call unpack_value(stored, other, fewer)
     call t%check('and one with more', fewer%failed)
   end subroutine test_misfits

@@ -7,7 +7,7 @@ program test_cmaes_rules
   use cmaes_options, only: cmaes_options_t
   use cmaes_params, only: derive_params
   use cmaes_ranking, only: classify, rank, FAILED, FEASIBLE, INFEASIBLE
-  use cmaes_search, only: cmaes_search_t, start_region_t, FIRST_RUN, LARGE_RUN, SMALL_RUN
+  use cmaes_search, only: cmaes_search_t, start_region_t, FIRST_RUN, LARGE_RUN, SMALL_RUN, RESTARTS_BIPOP, RESTARTS_IPOP
   use cmaes_stop, only: RUNNING, FTARGET, MAXFEVALS
   use search_functions, only: value_of
   use testkit, only: testkit_t
@@ -137,19 +137,19 @@ contains
     n_solved = 0
     n_at_once = 0
     do seed = 1, 7
-      call search_rastrigin('ipop', 5, seed, 300000_i8, search)
+      call search_rastrigin(RESTARTS_IPOP, 5, seed, 300000_i8, search)
       if (search%state%stop_code == FTARGET) n_solved = n_solved + 1
       if (search%state%restart == 0) n_at_once = n_at_once + 1
     end do
     call t%check('IPOP solves Rastrigin n = 5 for every seed', n_solved == 7)
     call t%check('a single run does not', n_at_once < 7)
     call t%check('the reason is told', index(search%stop_sentence(), 'ftarget: ') == 1)
-    call search_rastrigin('bipop', 5, 1, 300000_i8, search)
+    call search_rastrigin(RESTARTS_BIPOP, 5, 1, 300000_i8, search)
     call t%check('BIPOP solves it too', search%state%stop_code == FTARGET)
   end subroutine test_rastrigin
 
   subroutine search_rastrigin(restarts, n, seed, budget, search)
-    character(*), intent(in) :: restarts
+    integer, intent(in) :: restarts
     integer, intent(in) :: n, seed
     integer(i8), intent(in) :: budget
     type(cmaes_search_t), intent(out) :: search
@@ -160,7 +160,7 @@ contains
   end subroutine search_rastrigin
 
   subroutine start_search(restarts, n, seed, budget, search)
-    character(*), intent(in) :: restarts
+    integer, intent(in) :: restarts
     integer, intent(in) :: n, seed
     integer(i8), intent(in) :: budget
     type(cmaes_search_t), intent(out) :: search
@@ -190,7 +190,7 @@ contains
     type(cmaes_search_t) :: search
     integer :: last, n_small, n_large, lambda_large
     logical :: is_right, is_balanced
-    call start_search('bipop', 10, 3, 60000_i8, search)
+    call start_search(RESTARTS_BIPOP, 10, 3, 60000_i8, search)
     last = -1
     n_small = 0
     n_large = 0
@@ -232,7 +232,7 @@ contains
     logical :: has_best
     real(rp) :: f, x(10)
     integer(i8) :: evaluation
-    call search_rastrigin('ipop', 10, 2, BUDGET, search)
+    call search_rastrigin(RESTARTS_IPOP, 10, 2, BUDGET, search)
     call t%check('restarts do not renew the budget', search%state%restart > 0 .and. search%evaluations() <= BUDGET)
     call t%check('it is used up but for less than a generation', search%evaluations() > BUDGET - search%state%lambda)
     call search%best(has_best, f, x, evaluation)

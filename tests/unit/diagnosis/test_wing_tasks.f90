@@ -5,11 +5,11 @@
 program test_wing_tasks
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use bench_places, only: wing_of_argument
   use diagnosis_wing_bins, only: bins_t, make_bins
   use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
   use diagnosis_wing_lattice, only: make_patterns
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS
+  use loaded_wing, only: wing_of_argument
   use measurement_bending_task, only: TASK_DIRECTIONS, TASK_EVALUATE
   use measurement_data, only: measurement_t
   use measurement_experiment, only: experiment_t

@@ -4,7 +4,8 @@ program test_body_motion
   use base_constants, only: PI
   use base_errors, only: message_list_t
   use base_kinds, only: rp
-  use fsi_body_motion, only: body_motion_t, SWINGING_WORDS
+  use fsi_body_motion, only: body_motion_t, MOTION_BUFFETING, MOTION_CASTING, MOTION_FREE, MOTION_PITCH_PARAM, MOTION_TABLE, &
+                             MOTION_TETHERED, MOTION_WHEELING, MOTION_YAWPITCHROLL, SWINGS
   use fsi_body_motion_keys, only: read_flight_table
   use fsi_kinematics, only: body_t
   use fsi_quaternion, only: attitude_of
@@ -52,20 +53,20 @@ contains
     motion%centre = [1.0_rp, 2.0_rp, 3.0_rp]
     motion%velocity = [0.1_rp, 0.0_rp, 0.2_rp]
     motion%angles = [0.1_rp, 0.2_rp, 0.3_rp]
-    do i = 1, size(SWINGING_WORDS)
-      motion%word = SWINGING_WORDS(i)
+    do i = 1, size(SWINGS)
+      motion%kind = SWINGS(i)%kind
       ! The fourth derivative of 30 degrees sin(2 pi t) times H^2/6 is 1.4e-6, of products of three such angles a few times it.
-      call check_derivatives(kit, motion, trim(SWINGING_WORDS(i)), 0.37_rp, 2.0e-5_rp)
+      call check_derivatives(kit, motion, trim(SWINGS(i)%word), 0.37_rp, 2.0e-5_rp)
     end do
-    motion%word = 'yawpitchroll'
+    motion%kind = MOTION_YAWPITCHROLL
     body = motion%at(0.25_rp, body_t())
     call kit%check_below('after a quarter of T yawpitchroll is at 30 degrees', maxval(abs(body%angles - PI/6)), 1.0e-14_rp)
     call kit%check_below('and has moved on', norm2(body%centre - [1.025_rp, 2.0_rp, 3.05_rp]), 1.0e-14_rp)
-    motion%word = 'pitch_param'
+    motion%kind = MOTION_PITCH_PARAM
     body = motion%at(0.0_rp, body_t())
     call kit%check_below('pitch_param begins 15 degrees above its pitch', &
                          maxval(abs(body%angles - [0.1_rp, 0.2_rp + PI/12, 0.3_rp])), 1.0e-14_rp)
-    motion%word = 'casting'
+    motion%kind = MOTION_CASTING
     body = motion%at(19.0_rp, body_t())
     call kit%check_close('casting is at its largest y after a quarter of 76 T', body%centre(2), 2 + 22/13.2_rp, atol=1.0e-13_rp)
   end subroutine check_words
@@ -80,7 +81,7 @@ contains
     character(400) :: row
     real(rp) :: error(2), t
     integer :: i, k, n
-    swing%word = 'yawpitchroll'
+    swing%kind = MOTION_YAWPITCHROLL
     swing%velocity = [0.1_rp, 0.0_rp, 0.2_rp]
     error = 0
     do k = 1, 2
@@ -94,7 +95,7 @@ contains
         text = text//trim(row)//NL
       end do
       call read_flight_table(text, 'flight.t', motion%table, errors)
-      motion%word = 'table'
+      motion%kind = MOTION_TABLE
       do i = 0, 100
         want = curve(swing, 0.01_rp*i)
         found = motion%at(0.01_rp*i, body_t())
@@ -130,7 +131,7 @@ contains
       text = text//trim(row)//NL
     end do
     call read_body_states(text, 'data_kin.dat', START, motion%table, errors)
-    motion%word = 'table'
+    motion%kind = MOTION_TABLE
     call kit%check('a take-off is read', errors%count() == 0)
     error = 0
     do i = 0, 40
@@ -162,7 +163,7 @@ contains
     type(testkit_t), intent(inout) :: kit
     type(body_motion_t) :: motion
     type(body_t) :: body
-    motion%word = 'free_flight'
+    motion%kind = MOTION_FREE
     body%centre = 1
     call motion%show(0.1_rp, body)
     body%centre = 2
@@ -173,7 +174,7 @@ contains
     call kit%check('the time before is still known', all(abs(body%centre - 1) <= 0))
     body = motion%at(0.2_rp + 1.0e-12_rp, body_t())
     call kit%check('and the last word about the last time', all(abs(body%centre - 3) <= 0))
-    motion%word = 'tethered'
+    motion%kind = MOTION_TETHERED
     body%centre = 7
     body = motion%at(0.2_rp, body)
     call kit%check('a tethered body is where it is', all(abs(body%centre - 7) <= 0) .and. .not. motion%moves())
@@ -186,18 +187,18 @@ contains
     motion%velocity = [0.3_rp, 0.0_rp, 0.4_rp]
     motion%known%velocity(1) = 7
     call kit%check_below('a tethered body has no speed', motion%mean_speed(), tiny(1.0_rp))
-    motion%word = 'free_flight'
+    motion%kind = MOTION_FREE
     call kit%check_close('a free flight has that of its start', motion%mean_speed(), 7.0_rp, atol=1.0e-14_rp)
-    motion%word = 'yawpitchroll'
+    motion%kind = MOTION_YAWPITCHROLL
     call kit%check_close('yawpitchroll goes straight on', motion%mean_speed(), 0.5_rp, atol=1.0e-12_rp)
-    motion%word = 'wheeling'
+    motion%kind = MOTION_WHEELING
     call kit%check_close('wheeling goes round in 20 T', motion%mean_speed(), 3*PI/20, atol=1.0e-12_rp)
     ! A beat is four ways of the amplitude. The midpoints of 2000 pieces err by pi^2/(24 1000^2) = 4e-7 of the mean.
-    motion%word = 'casting'
+    motion%kind = MOTION_CASTING
     call kit%check_close('casting', motion%mean_speed()/(4*22/13.2_rp*2/152), 1.0_rp, atol=1.0e-6_rp)
-    motion%word = 'buffeting'
+    motion%kind = MOTION_BUFFETING
     call kit%check_close('buffeting', motion%mean_speed()/(4*0.45_rp/13.2_rp*23/152), 1.0_rp, atol=1.0e-6_rp)
-    motion%word = 'table'
+    motion%kind = MOTION_TABLE
     allocate (motion%table(14, 3), source=0.0_rp)
     motion%table(1, :) = [0.0_rp, 1.0_rp, 5.0_rp]
     motion%table(6, :) = [2.0_rp, -4.0_rp, 0.0_rp]

@@ -223,7 +223,7 @@ contains
       t = 0.41_rp*i
       call pose_at(is_right, t, pose)
       place = pose%point_to_space(POINT)
-      back = pose%point_to_wing(place)
+      back = pose%vector_to_wing(place - pose%hinge)
       worst(1) = max(worst(1), maxval(abs(back - POINT)))
       worst(2) = max(worst(2), maxval(abs(place - real(point_at(is_right, POINT, cmplx(t, kind=rp)), rp))))
       worst(3) = max(worst(3), maxval(abs(pose%velocity_at(POINT) - velocity_by_steps(is_right, POINT, t))))

@@ -3,8 +3,9 @@
 program test_mask_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
-  use fsi_mask_keys, only: register_mask_keys, read_mask_keys
+  use fsi_mask_keys, only: mask_choices_t, mask_keys, read_mask_keys
   use io_config, only: config_t
+  use io_keys, only: declaring, keys_t
   use io_registry, only: registry_t
   use spectral_grid, only: make_grid
   use testkit, only: testkit_t
@@ -44,12 +45,15 @@ contains
     real(rp), intent(in) :: half, smoothing
     character(*), intent(in), optional :: mistake
     logical, intent(in), optional :: soft
-    type(registry_t) :: registry
+    type(registry_t), target :: registry
+    type(keys_t) :: keys
+    type(mask_choices_t) :: unused
     type(config_t) :: config
     type(message_list_t) :: errors, notices
     real(rp) :: got(2)
     logical :: right
-    call register_mask_keys(registry)
+    keys = declaring(registry)
+    call mask_keys(keys, unused)
     call registry%add_integer('Resolution', 'ny', 10, 'points')
     call registry%add_real('Geometry', 'yl', 2.0_rp, 'length')
     call registry%set_lattice('Resolution', 'ny', 'Geometry', 'yl')

@@ -6,7 +6,7 @@ program test_named_motions
   use base_kinds, only: rp
   use base_text, only: next_word
   use fsi_named_motions, only: NAMED_MOTIONS, set_named_motion
-  use fsi_body_motion, only: body_motion_t, SWINGING_WORDS
+  use fsi_body_motion, only: body_motion_t, MOTION_WHEELING, SWINGS
   use fsi_kinematics, only: body_t
   use fsi_rotation, only: angle_t, cross
   use fsi_wing_motion, only: wing_motion_t
@@ -183,8 +183,8 @@ contains
     integer :: i, k
     motion%centre = [1.0_rp, 2.0_rp, 3.0_rp]
     motion%velocity = [0.1_rp, -0.2_rp, 0.3_rp]
-    do i = 1, size(SWINGING_WORDS)
-      motion%word = SWINGING_WORDS(i)
+    do i = 1, size(SWINGS)
+      motion%kind = SWINGS(i)%kind
       low = motion%at(T - H, still)
       at = motion%at(T, still)
       high = motion%at(T + H, still)
@@ -192,13 +192,13 @@ contains
       do k = 1, 3
         turned(:, k) = -cross(at%rotation%omega, at%rotation%matrix(:, k))
       end do
-      call kit%check_below(trim(motion%word)//': velocity', maxval(abs((high%centre - low%centre)/(2*H) - &
+      call kit%check_below(trim(SWINGS(i)%word)//': velocity', maxval(abs((high%centre - low%centre)/(2*H) - &
                                                                        at%velocity)), 1.0e-8_rp)
-      call kit%check_below(trim(motion%word)//': acceleration', maxval(abs((high%velocity - low%velocity)/(2*H) - &
+      call kit%check_below(trim(SWINGS(i)%word)//': acceleration', maxval(abs((high%velocity - low%velocity)/(2*H) - &
                                                                            at%acceleration)), 1.0e-8_rp)
-      call kit%check_below(trim(motion%word)//': angular velocity', maxval(abs(change - turned)), 1.0e-7_rp)
+      call kit%check_below(trim(SWINGS(i)%word)//': angular velocity', maxval(abs(change - turned)), 1.0e-7_rp)
     end do
-    motion%word = 'wheeling'
+    motion%kind = MOTION_WHEELING
     at = motion%at(5.0_rp, still)
     call kit%check_below('wheeling: a quarter of the circle in 5 T', norm2(at%centre - [2.5_rp, 2.0_rp, 3.0_rp]) + &
                          norm2(at%angles - [-PI/6, 0.0_rp, PI/2]), 1.0e-14_rp)

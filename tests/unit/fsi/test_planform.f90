@@ -4,13 +4,15 @@ program test_planform
   use base_constants, only: PI
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use free_perimeter, only: perimeter_of
   use fsi_planform, only: planform_t
-  use fsi_planform_file, only: read_planform, read_planform_text
+  use fsi_planform_file, only: read_planform_text
   use fsi_planform_mesh, only: triangulate_planform
   use fsi_rigid_body, only: rigid_body_t
   use fsi_solid_shape, only: shape_holder_t
   use fsi_surface, only: surface_t
   use fsi_wing_solids, only: fourier_wing_t, make_fourier_wing
+  use io_broadcast_text, only: read_text_file
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: NL = new_line('a')
@@ -101,7 +103,7 @@ contains
                          rtol=tolerance)
     used = count([(any(triangles == i), i=1, size(points, 2))])
     call kit%check(name//': every point belongs to a triangle', used == size(points, 2))
-    if (present(perimeter)) call kit%check_close(name//': the free edges are the outline', surface%free_perimeter(), &
+    if (present(perimeter)) call kit%check_close(name//': the free edges are the outline', perimeter_of(surface), &
                                                  perimeter, rtol=1.0e-13_rp)
   end subroutine test_mesh
 
@@ -129,8 +131,12 @@ contains
     type(message_list_t) :: errors, notices
     real(rp), allocatable :: points(:, :)
     integer, allocatable :: triangles(:, :)
+    character(:), allocatable :: text, problem
     real(rp) :: span(2)
-    call read_planform(trim(folder)//'/calliphora.ini', wing, errors, notices)
+    call read_text_file(trim(folder)//'/calliphora.ini', text, problem)
+    call kit%check('ini/wings/calliphora.ini can be read', .not. allocated(problem))
+    if (allocated(problem)) return
+    call read_planform_text(text, 'calliphora.ini', wing, errors, notices)
     call kit%check('ini/wings/calliphora.ini is right', errors%count() == 0)
     if (errors%count() > 0) return
     span = wing%span()

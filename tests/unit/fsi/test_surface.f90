@@ -2,6 +2,7 @@
 !> Triangulated wings: area, free edges, and the pose that the kinematics give.
 program test_surface
   use base_kinds, only: rp
+  use free_perimeter, only: perimeter_of
   use fsi_kinematics, only: wing_pose_t
   use fsi_surface, only: surface_t
   use testkit, only: testkit_t
@@ -18,7 +19,7 @@ program test_surface
                     0.5_rp, 0.5_rp, 0.5_rp], [3, 5])
   call wing%init(points, reshape([1, 2, 5, 2, 3, 5, 3, 4, 5, 4, 1, 5], [3, 4]), 3)
   call kit%check_close('the area of a pyramid', wing%area(), sqrt(2.0_rp), rtol=1.0e-15_rp)
-  call kit%check_close('its free edges are those of the square', wing%free_perimeter(), 4.0_rp, rtol=1.0e-15_rp)
+  call kit%check_close('its free edges are those of the square', perimeter_of(wing), 4.0_rp, rtol=1.0e-15_rp)
   call kit%check('a new wing is at rest', all(abs(wing%velocities) <= 0) .and. wing%color == 3)
 
   ! Some rotation matrix: a quarter about y after an angle about z.

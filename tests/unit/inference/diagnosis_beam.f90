@@ -47,7 +47,7 @@ contains
   subroutine make_beam(beam)
     type(beam_t), intent(out) :: beam
     real(rp), parameter :: LEVELS(3) = [0.5_rp, 1.0_rp, -1.0_rp]
-    integer :: l, v, i, j, s, n, k
+    integer :: l, n
     n = 8*3
     beam%n_observations = n*28
     beam%n_baseline = N_BASE
@@ -60,12 +60,23 @@ contains
               beam%hidden_twist(STATIONS))
     beam%hidden = 0
     beam%hidden_twist = 0
+    call place_loads(beam, LEVELS)
+    call place_points(beam)
+    call describe_parameters(beam)
+    call describe_effects(beam)
+  end subroutine make_beam
+
+  !> Loads at eight places, each at these levels.
+  subroutine place_loads(beam, levels)
+    type(beam_t), intent(inout) :: beam
+    real(rp), intent(in) :: levels(:)
+    integer :: l, v, s
     s = 0
     do l = 1, 8
-      do v = 1, 3
+      do v = 1, size(levels)
         s = s + 1
-        beam%load(:, s) = [0.25_rp + 0.09_rp*l, 0.15_rp*(modulo(3*l, 5) - 2)/2.0_rp, LEVELS(v), &
-                           real(1 + modulo(7*(s - 1), n), rp)]
+        beam%load(:, s) = [0.25_rp + 0.09_rp*l, 0.15_rp*(modulo(3*l, 5) - 2)/2.0_rp, levels(v), &
+                           real(1 + modulo(7*(s - 1), 8*size(levels)), rp)]
         beam%load(3, s) = beam%load(3, s)/beam%load(1, s)**2
         beam%labels%fold(s) = l
         beam%labels%level(s) = beam%load(3, s)
@@ -75,6 +86,13 @@ contains
       end do
     end do
     beam%labels%hold = -1
+  end subroutine place_loads
+
+  !> 28 points on each surface.
+  subroutine place_points(beam)
+    type(beam_t), intent(inout) :: beam
+    integer :: i, j, k, n, s
+    n = size(beam%labels%fold)
     allocate (beam%labels%surface(28*n), beam%labels%block(28*n), beam%labels%site(2, 28*n))
     k = 0
     do s = 1, n
@@ -87,6 +105,12 @@ contains
         end do
       end do
     end do
+  end subroutine place_points
+
+  !> Names, units, bounds and priors of all parameters.
+  subroutine describe_parameters(beam)
+    type(beam_t), intent(inout) :: beam
+    integer :: i
     allocate (beam%parameters(N_ALL))
     do i = 1, N_ALL
       beam%parameters(i)%name = 'p'
@@ -98,6 +122,12 @@ contains
     beam%parameters(:N_BASE)%prior_sd = 2.3_rp
     beam%parameters(:N_BASE)%is_log = .true.
     beam%parameters(2:5)%null = log(0.05_rp)
+  end subroutine describe_parameters
+
+  !> Which parameters each effect has, and the patterns.
+  subroutine describe_effects(beam)
+    type(beam_t), intent(inout) :: beam
+    integer :: i
     allocate (beam%effects(12))
     call enter(beam%effects(E_ROOT), 'root', [P_ROOT])
     call enter(beam%effects(E_GRADIENT), 'gradient', [P_GRADIENT])
@@ -120,7 +150,7 @@ contains
     allocate (beam%pattern_site(2, 4*N_BUMPS), source=0.0_rp)
     beam%family(2*N_BUMPS + 1:) = 2
     beam%pattern_site(1, :) = [(bump_place(i), i=1, 4*N_BUMPS)]
-  end subroutine make_beam
+  end subroutine describe_effects
 
   subroutine enter(effect, name, columns)
     type(effect_t), intent(inout) :: effect

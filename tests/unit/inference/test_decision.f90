@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Which word is said where odds are close, on a wing in closed form (diagnosis_beam): odds are set by hand, or by the
-!> strength of a second effect, and the verdict is that of docs/guide/diagnosis.md on both sides of its bounds.
+!> strength of a second effect, and the verdict is that of docs/theory/diagnosis.md on both sides of its bounds.
 program test_decision
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A force balance: series give back what they were made of, delay and filter do what they do to a sine, turn and cross-talk mix what
-!> they should, and all derivatives are those of finite differences.
+!> A force balance: series give back what they were made of, delay and filter do what they do to a sine, turn and cross-talk mix
+!> what they should, and all derivatives are those of finite differences.
 program test_balance
   use base_constants, only: PI, TWO_PI
   use base_kinds, only: rp

@@ -5,7 +5,6 @@ program test_measurement_comparison
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_packing, only: pack_value, unpack_value
-
   use measurement_comparison, only: observed_shape_t
   use measurement_data, only: measurement_t, QUANTITY_ROTATION
   use measurement_evaluation, only: evaluation_t, zone_violations, VIOLATION_BACKWARD, VIOLATION_FOLDED
@@ -18,7 +17,7 @@ program test_measurement_comparison
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: NX = 41, NY = 31
-  real(rp), parameter :: ROUND_OFF = 1.0e-13_rp, A = 0.3_rp, B = -0.7_rp, C = 1.1_rp
+  real(rp), parameter :: ROUND_OFF = 1.0e-13_rp, A = 0.3_rp, B = -0.7_rp, C = 1.1_rp, SLOPE = 0.01_rp, MM = 1.0e-3_rp
   type(testkit_t) :: t
 
   call t%start(parallel=.false.)
@@ -177,18 +176,29 @@ contains
 
   !> A wing that is tilted and shifted: residuals and h by hand.
   subroutine compare_by_hand()
-    real(rp), parameter :: SLOPE = 0.01_rp, MM = 1.0e-3_rp
     type(wing_t) :: wing
     type(measurement_t) :: m
     type(experiment_t) :: experiment
     type(failure_t) :: failure
     type(static_options_t) :: options
-    type(observed_shape_t) :: shape
-    type(evaluation_t) :: evaluation, copy
-    real(rp), allocatable :: u(:, :), residuals(:), values(:)
-    real(rp) :: h, expected, worst, violation(2), zeros(1)
-    integer :: l, k, i, j, n, first
+    real(rp), allocatable :: u(:, :)
     wing = make_fly_wing(24, 12)
+    call measure_by_hand(m)
+    call experiment%init(m, wing, default_params(wing), [integer ::], options, failure)
+    call t%check('the experiment is made',.not. failure%failed)
+    call t%check('the unknown is the offset', experiment%count() == 1)
+    ! Rigid: z = SLOPE x by a turn about y in small angles, so that x does not change.
+    allocate (u(3, experiment%model%n_all), source=0.0_rp)
+    u(3, :) = SLOPE*experiment%model%points(1, :)
+    call check_residuals(m, experiment, u)
+    call check_zones(experiment, u)
+    call check_message(experiment)
+  end subroutine compare_by_hand
+
+  !> Two loads at one point, whose heights do not depend on the place, and two observations.
+  subroutine measure_by_hand(m)
+    type(measurement_t), intent(out) :: m
+    integer :: l, k, i, j, n
     allocate (m%x(20), m%y(10), m%unloaded(20, 10), m%unloaded_sigma(20, 10), m%has_unloaded(20, 10), m%loads(2), &
               m%observations(2), m%zeros(1))
     m%zeros = 'z'
@@ -220,12 +230,17 @@ contains
     m%observations(2)%point = [4*MM, -1*MM]
     m%observations(2)%axis = [0.0_rp, 1.0_rp, 0.0_rp]
     m%observations(2)%quantity = QUANTITY_ROTATION
-    call experiment%init(m, wing, default_params(wing), [integer ::], options, failure)
-    call t%check('the experiment is made',.not. failure%failed)
-    call t%check('the unknown is the offset', experiment%count() == 1)
-    ! Rigid: z = SLOPE x by a turn about y in small angles, so that x does not change.
-    allocate (u(3, experiment%model%n_all), source=0.0_rp)
-    u(3, :) = SLOPE*experiment%model%points(1, :)
+  end subroutine measure_by_hand
+
+  !> Residuals of the points moved by u, and h.
+  subroutine check_residuals(m, experiment, u)
+    type(measurement_t), intent(in) :: m
+    type(experiment_t), intent(inout) :: experiment
+    real(rp), intent(in) :: u(:, :)
+    type(observed_shape_t) :: shape
+    real(rp), allocatable :: residuals(:)
+    real(rp) :: h, expected, worst, zeros(1)
+    integer :: l, k, n, first
     n = experiment%count_residuals(0)
     allocate (residuals(n))
     call shape%init(experiment%model%n_points, 100)
@@ -257,16 +272,31 @@ contains
     call t%check_close('displacement by hand', residuals(n - 1), SLOPE*4*MM + 0.001_rp - 0.005_rp, atol=1.0e-15_rp)
     call t%check_close('rotation by hand: z rises toward the tip, which is negative about y', residuals(n), &
                        -atan(SLOPE) - 0.005_rp, atol=ROUND_OFF)
+  end subroutine check_residuals
 
+  !> In which excluded zones the wing moved by u is, by -u, and folded.
+  subroutine check_zones(experiment, u)
+    type(experiment_t), intent(in) :: experiment
+    real(rp), intent(in) :: u(:, :)
+    real(rp), allocatable :: folded(:, :)
+    real(rp) :: violation(2)
     violation = zone_violations(experiment, 1, u)
     call t%check('the shape is in no zone',.not. any(abs(violation) > 0))
     violation = zone_violations(experiment, 1, -u)
     call t%check_close('against the force: how far', violation(VIOLATION_BACKWARD), SLOPE*4*MM/experiment%model%size, &
                        rtol=1.0e-12_rp)
-    u(:2, experiment%tip) = -0.6_rp*(experiment%model%points(:2, experiment%tip) - experiment%root(:2))
-    violation = zone_violations(experiment, 1, u)
+    folded = u
+    folded(:2, experiment%tip) = -0.6_rp*(experiment%model%points(:2, experiment%tip) - experiment%root(:2))
+    violation = zone_violations(experiment, 1, folded)
     call t%check_close('folded: how far', violation(VIOLATION_FOLDED), 0.1_rp, rtol=1.0e-12_rp)
+  end subroutine check_zones
 
+  !> A result goes into a message and comes back.
+  subroutine check_message(experiment)
+    type(experiment_t), intent(in) :: experiment
+    type(evaluation_t) :: evaluation, copy
+    type(failure_t) :: failure
+    real(rp), allocatable :: values(:)
     call evaluation%init(experiment, 2, .true.)
     call copy%init(experiment, 2, .true.)
     evaluation%is_solved = .true.
@@ -284,5 +314,5 @@ contains
                  .and. .not. any(abs(copy%residuals - evaluation%residuals) > 0) &
                  .and. .not. any(abs(copy%jacobian - evaluation%jacobian) > 0) &
                  .and. .not. any(abs(copy%violation - evaluation%violation) > 0))
-  end subroutine compare_by_hand
+  end subroutine check_message
 end program test_measurement_comparison

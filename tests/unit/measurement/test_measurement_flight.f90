@@ -2,11 +2,13 @@
 !> Records of forces over the beat are read as they were written, on all ranks, and what is wrong with them is reported with
 !> the record, all at once.
 program test_measurement_flight
-  use base_errors, only: message_list_t
-  use base_kinds, only: rp
+  use base_errors, only: failure_t, message_list_t
+  use base_kinds, only: i8, rp
+  use base_packing, only: pack_value
   use measurement_broadcast, only: load_measurement
   use measurement_data, only: measurement_t
   use measurement_file, only: read_measurement
+  use measurement_write, only: write_measurement
   use measurement_refusals, only: check_refused
   use measurement_writer, only: measurement_writer_t
   use solid_wing, only: wing_t
@@ -14,7 +16,7 @@ program test_measurement_flight
   use testkit, only: testkit_t
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
   implicit none
-  character(*), parameter :: PATH = 'flight.h5', ONE = '/flight/one'
+  character(*), parameter :: PATH = 'flight.h5', AGAIN = 'flight_again.h5', ONE = '/flight/one'
   integer, parameter :: N = 4, K = 2 !< times, components
   real(rp), parameter :: TIMES(N) = [0.0_rp, 0.2_rp, 0.5_rp, 0.9_rp], &
                          MEANS(K*N) = 1.0e-3_rp*[1.0_rp, 2.0_rp, 0.5_rp, -1.0_rp, 0.2_rp, 0.1_rp, 0.0_rp, 0.3_rp], &
@@ -36,6 +38,7 @@ program test_measurement_flight
   call read_wing('flight_wing.h5', wing, messages)
   call t%check('the wing is valid', messages%count() == 0)
   call read_it()
+  if (t%world%size == 1) call write_again()
   call t%world%barrier()
   if (t%world%size == 1) call refuse_all()
   call t%finish()
@@ -93,6 +96,25 @@ contains
     end associate
     call t%check('a component has the name of its record', m%surface_name(3) == 'two:Fy')
   end subroutine read_it
+
+  !> What is read of what was written is the same, all components to the bit.
+  subroutine write_again()
+    type(measurement_t) :: m, other
+    type(failure_t) :: failure
+    real(rp), allocatable :: words(:), others(:)
+    call read_measurement(PATH, wing, m, messages)
+    m%flights(1)%mean = m%flights(1)%mean/3
+    call write_measurement(AGAIN, m, failure)
+    call t%check('records of flights are written', .not. failure%failed)
+    call read_measurement(AGAIN, wing, other, messages)
+    call messages%print(6, '  ')
+    call t%check('what was written is read', messages%count() == 0)
+    call pack_value(m, words)
+    call pack_value(other, others)
+    call t%check('there is as much of it', size(words) == size(others))
+    if (size(words) /= size(others)) return
+    call t%check('and it is the same to the bit', all(transfer(words, [0_i8]) == transfer(others, [0_i8])))
+  end subroutine write_again
 
   subroutine refuse_all()
     call sample()

@@ -16,7 +16,8 @@ program test_measurement_modes
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: PATH = 'modes.h5', OTHER = 'modes_again.h5'
-  real(rp), parameter :: PLACES(6) = MM*[0.5_rp, 0.5_rp, 1.0_rp, 0.2_rp, 1.9_rp, 1.5_rp], SHAPE_OF(3) = [1.0_rp, -2.0_rp, 0.3_rp]
+  real(rp), parameter :: PLACES(6) = MM*[0.5_rp, 0.5_rp, 1.0_rp, 0.2_rp, 1.9_rp, 1.5_rp], SHAPE_OF(3) = [1.0_rp, -2.0_rp, 0.3_rp], &
+                         GRAVITY(3) = [0.0_rp, 0.0_rp, -9.81_rp]
   type(testkit_t) :: t
   type(wing_t) :: wing
   type(measurement_writer_t) :: w
@@ -44,8 +45,10 @@ program test_measurement_modes
 
 contains
 
-  !> A valid measurement with two modes.
+  !> A valid measurement with two modes, one of them under two loads and its weight.
   subroutine sample()
+    character(:), allocatable :: load
+    integer :: i
     call w%measurement(PATH)
     call w%group('/modes')
     call w%group('/modes/one')
@@ -62,6 +65,15 @@ contains
     call w%real_attribute('/modes/two', 'frequency_sigma', [2.0_rp])
     call w%text_attribute('/modes/two', 'medium', 'vacuum')
     call w%integer_attribute('/modes/two', 'number', 3)
+    call w%real_attribute('/modes/two', 'gravity', GRAVITY)
+    call w%group('/modes/two/loads')
+    do i = 1, 2
+      load = '/modes/two/loads/'//achar(96 + i)
+      call w%group(load)
+      call w%real_attribute(load, 'force', [i*1.0e-5_rp])
+      call w%real_attribute(load, 'direction', [0.0_rp, 0.0_rp, -2.0_rp])
+      call w%real_attribute(load, 'point', PLACES(2*i - 1:2*i))
+    end do
   end subroutine sample
 
   subroutine remove_bending()
@@ -96,6 +108,11 @@ contains
                      maxval(abs([one%place] - PLACES)) <= 0)
         call t%check('the second has a number and no shape', two%number == 3 .and. size(two%shape) == 0 .and. &
                      two%medium == MEDIUM_VACUUM .and. two%damping < 0)
+        call t%check('only the second is about a loaded shape', two%is_loaded() .and. .not. one%is_loaded())
+        call t%check('its loads are as written', &
+                     maxval(abs(two%load_size - [1.0e-5_rp, 2.0e-5_rp])) + maxval(abs(two%gravity - GRAVITY)) + &
+                     maxval(abs(two%load_direction - spread([0.0_rp, 0.0_rp, -1.0_rp], 2, 2))) + &
+                     maxval(abs([two%load_place] - PLACES(:4))) <= 0)
       end associate
       call t%check('the density of the air is the usual one', abs(m%air_density - AIR_DENSITY) <= 0)
       call t%world%barrier()
@@ -146,6 +163,28 @@ contains
     call w%reals('/modes/one/points', [2, 3], 1000*PLACES)
     call refused('/modes/one/points', 'is not on the wing')
     call sample()
+    call w%delete_attribute('/modes/two/loads/a', 'force')
+    call refused('/modes/two/loads/a', 'attribute force is missing; it must hold a real number [N]')
+    call sample()
+    call w%real_attribute('/modes/two/loads/b', 'force', [0.0_rp])
+    call w%real_attribute('/modes/two/loads/a', 'direction', [0.0_rp, 0.0_rp, 0.0_rp])
+    call w%real_attribute('/modes/two/loads/a', 'point', 1000*PLACES(:2))
+    call refused('/modes/two/loads/b', 'attribute force is 0.0; valid: above 0.0') ! all mistakes at once
+    call check_refused(t, PATH, wing, '/modes/two/loads/a', 'attribute direction must be a vector of a length')
+    call check_refused(t, PATH, wing, '/modes/two/loads', 'attribute point of load 1')
+    call sample()
+    call w%real_attribute('/modes/two/loads/a', 'forse', [1.0_rp])
+    call refused('/modes/two/loads/a', "unknown attribute 'forse'; did you mean 'force'?")
+    call sample()
+    call w%delete('/modes/two/loads/a')
+    call w%delete('/modes/two/loads/b')
+    call refused('/modes/two/loads', 'holds no load; leave it out for a mode about rest')
+    call sample()
+    call w%real_attribute('/modes/two', 'gravity', [0.0_rp, 0.0_rp, 2.0e3_rp])
+    call refused('/modes/two', 'attribute gravity holds 2000')
+    call sample()
+    call w%delete('/modes/two/loads')
+    call w%delete_attribute('/modes/two', 'gravity')
     call w%text_attribute('/modes/one', 'medium', 'vacuum')
     call w%integer_attribute('/modes/one', 'number', 3)
     call refused('/modes/two', 'attribute number is 3, which is that of one in the same medium too')

@@ -5,11 +5,11 @@
 program test_diagnose_words
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use bench_places, only: wing_of_argument
   use diagnose_findings, only: make_finding
   use diagnose_wordings, only: find_wording
   use diagnose_words, only: finding_t, finding_text
   use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
+  use loaded_wing, only: wing_of_argument
   use measurement_data, only: measurement_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: instrument_t, NONLINEARITY

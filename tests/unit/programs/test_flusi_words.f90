@@ -3,9 +3,9 @@
 program test_flusi_words
   use base_errors, only: message_list_t
   use base_text, only: next_word
-  use flusi_keys, only: register_all_keys
   use io_config, only: config_t
   use io_registry, only: registry_t
+  use simulation_keys, only: register_all_keys
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: NL = achar(10), INSECT = '[Penalization]'//NL//'iPenalization=1;'//NL//'iMask=Insect;'//NL

@@ -2,17 +2,17 @@
 !> FLUSI's keys without effect here: harmless as they stand in FLUSI files, refused when they ask for
 !> physics that is not built; sections of insects and elastic bodies without effect where no wings are.
 program test_ini_legacy
-  use base_kinds, only: rp
   use base_errors, only: message_list_t
-  use flusi_averages, only: average_keys, average_params_t
-  use flusi_flexible, only: register_flexible_keys
-  use flusi_keys, only: register_all_keys
-  use flusi_legacy_keys, only: register_flusi_legacy
+  use base_kinds, only: rp
   use fsi_flight_keys, only: register_flight_keys
   use io_config, only: config_t
   use io_keys, only: declaring, keys_t
   use io_registry, only: registry_t
-  use flusi_translations, only: translate_words
+  use simulation_averages, only: average_keys, average_params_t
+  use simulation_flexible, only: register_flexible_keys
+  use simulation_keys, only: register_all_keys
+  use simulation_legacy_keys, only: register_flusi_legacy
+  use simulation_translations, only: translate_words
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: NL = achar(10)

@@ -2,7 +2,7 @@
 !> When FFTW's plans are measured: in long runs, and in runs that go on with measured plans.
 program test_plans
   use base_kinds, only: rp
-  use flusi_plans, only: choose_planner
+  use simulation_plans, only: choose_planner
   use testkit, only: testkit_t
   implicit none
   real(rp), parameter :: SMALL = 32.0_rp**3, LARGE = 256.0_rp**3

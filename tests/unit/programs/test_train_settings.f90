@@ -6,6 +6,8 @@ program test_train_settings
   use base_kinds, only: rp
   use base_text, only: number_text
   use base_text_file, only: write_text
+  use cmaes_options, only: CONSTANTS_PAPER, WEIGHTS_ACTIVE, WEIGHTS_PAPER, WEIGHTS_POSITIVE
+  use cmaes_search, only: RESTARTS_BIPOP
   use common_train_keys, only: register_train_keys
   use io_registry, only: registry_t
   use measurement_data, only: measurement_t
@@ -43,8 +45,8 @@ program test_train_settings
     call t%check('lambda', o%lambda == 9)
     call t%check('mu', o%mu == 3)
     call t%check_close('sigma0', o%sigma0, 0.21_rp)
-    call t%check('constants', o%constants == 'paper')
-    call t%check('restarts', s%restarts == 'bipop')
+    call t%check('constants', o%constants == CONSTANTS_PAPER)
+    call t%check('restarts', s%restarts == RESTARTS_BIPOP)
     call t%check('max_restarts', s%max_restarts == 7)
     call t%check('max_generations', o%max_iterations == 123)
     call t%check('max_evaluations', o%max_evaluations == 4567)
@@ -64,10 +66,10 @@ program test_train_settings
     call t%check_close('tolfacupx', o%tolfacupx, 77.0_rp)
     call t%check_close('tolupsigma', o%tolupsigma, 1.0e7_rp)
     call t%check('tolflatfitness', o%tolflatfitness == 5)
-    call t%check('weights are the usual ones', o%weights == 'active')
+    call t%check('weights are the usual ones', o%weights == WEIGHTS_ACTIVE)
   end associate
   call read_settings('weights = positive;'//NL)
-  call t%check('weights', s%search%weights == 'positive')
+  call t%check('weights', s%search%weights == WEIGHTS_POSITIVE)
   call check_paper()
   call know_all_keys()
   call t%finish()
@@ -81,7 +83,7 @@ contains
     call read_settings('', 'preset = paper;'//NL)
     associate (o => s%search)
       call t%check('paper: lambda', o%lambda == 16)
-      call t%check('paper: weights and constants', o%weights == 'paper' .and. o%constants == 'paper')
+      call t%check('paper: weights and constants', o%weights == WEIGHTS_PAPER .and. o%constants == CONSTANTS_PAPER)
       call t%check('paper: generations', o%max_iterations == 100)
       call t%check('paper: evaluations without limit', o%max_evaluations > 1600)
       call t%check_close('paper: target [m]', o%f_target, 1.0e-6_rp)

@@ -3,9 +3,9 @@
 program test_units
   use base_errors, only: message_list_t
   use base_kinds, only: rp
-  use flusi_settings, only: load_settings, settings_t
   use io_broadcast_text, only: read_text_file
   use io_units, only: unit_scales_t, unit_value
+  use simulation_settings, only: load_settings, settings_t
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: NL = achar(10)

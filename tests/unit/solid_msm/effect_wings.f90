@@ -3,6 +3,7 @@
 module effect_wings
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use named_params, only: set_each
   use sample_wings, only: make_fly_wing
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, solid_params_t
@@ -51,7 +52,7 @@ contains
     params%effects%has_sides = has_sides
     if (present(has_sided_veins)) params%effects%has_sided_veins = has_sided_veins
     if (.not. is_null) then
-      if (has_sides) call params%set_each('one_way:', [1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, &
+      if (has_sides) call set_each(params, 'one_way:', [1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, 1.4_rp, 0.6_rp, &
                                                        1.4_rp, 0.6_rp]) ! some bend up, some down
       call params%set_named('E_gradient', -0.8_rp)
       call params%set_named('damage', 0.3_rp)

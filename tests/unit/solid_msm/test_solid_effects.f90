@@ -6,6 +6,7 @@ program test_solid_effects
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use effect_wings, only: make_plain, model_of, DISC
+  use named_params, only: set_each
   use sample_wings, only: make_beam
   use solid_arch, only: arch_energy
   use solid_edges, only: edges_t, make_edges
@@ -247,7 +248,7 @@ contains
     real(rp), parameter :: CURVATURES(3) = [1.5_rp, -40.0_rp, 7.0_rp] ! [1/m] xx, yy, xy
     real(rp) :: v(3, plain%n_all), bent
     params = default_params(wing)
-    call params%set_each('camber_', CURVATURES)
+    call set_each(params, 'camber_', CURVATURES)
     params%effects%has_sided_veins = .true.
     call model%init(wing, params, failure)
     v = 0

@@ -213,8 +213,8 @@ contains
   subroutine test_held()
     type(wing_t) :: wing
     call squares([3, 4])
-    call w%refuse('/: point 5 and 2 more hang on point 4 alone, about which they can turn: no edge of two '// &
-                  'triangles and no vein goes across')
+    call w%refuse('/: point 5 and 2 more hang on point 4 alone and can turn about it: join the two parts by '// &
+                  'an edge of two triangles or by a vein')
     call squares([2, 4], [5, 7])
     call w%refuse('/: point 5 and 2 more hang on point 4 alone')
     call squares([3, 4]) ! two parts that meet at 4 and at 7: together they turn about 4

@@ -4,9 +4,10 @@
 program test_p3dfft
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_named_kinds, only: word_of
   use spectral_backends, only: HAS_P3DFFT, make_full_transform, make_transform, transform_choices_t
   use spectral_grid, only: grid_t, make_grid
-  use spectral_sticks, only: kept_columns, process_grid
+  use spectral_sticks, only: kept_columns, process_grid, DEALIAS_BOX, DEALIAS_ELLIPSOID, DEALIAS_NONE, TRUNCATIONS
   use spectral_transform, only: transform_t
   use test_transform_kernels, only: square_kernels_t
   use testkit, only: testkit_t
@@ -20,12 +21,12 @@ program test_p3dfft
   call test%start(parallel=.true.)
   do rows = 1, test%world%size
     if (mod(test%world%size, rows) /= 0) cycle
-    call compare([24, 20, 18], 'ellipsoid', rows)
-    call compare([10, 14, 22], 'box', rows)
-    call compare([12, 10, 14], 'none', rows)
-    call compare([16, 6, 30], 'ellipsoid', rows)
-    call compare([1, 18, 20], 'ellipsoid', rows)
-    call compare([1, 6, 10], 'none', rows)
+    call compare([24, 20, 18], DEALIAS_ELLIPSOID, rows)
+    call compare([10, 14, 22], DEALIAS_BOX, rows)
+    call compare([12, 10, 14], DEALIAS_NONE, rows)
+    call compare([16, 6, 30], DEALIAS_ELLIPSOID, rows)
+    call compare([1, 18, 20], DEALIAS_ELLIPSOID, rows)
+    call compare([1, 6, 10], DEALIAS_NONE, rows)
   end do
   call check_one_grid()
   call test%finish()
@@ -34,7 +35,7 @@ contains
 
   subroutine compare(n, dealias, rows)
     integer, intent(in) :: n(3), rows
-    character(*), intent(in) :: dealias
+    integer, intent(in) :: dealias
     class(transform_t), allocatable :: builtin, foreign, full_builtin, full_foreign
     type(failure_t) :: failure
     type(grid_t) :: grid
@@ -44,7 +45,7 @@ contains
     grid = make_grid(n, [1.0_rp, 1.5_rp, 2.0_rp])
     call process_grid(test%world%size, n, rows, grid_rows, columns, possible, [kept_columns(grid, dealias), n(2)])
     if (.not. possible) return
-    write (name, '(3(i0,1x),a,a,i0)') n, dealias, ', rows ', rows
+    write (name, '(3(i0,1x),a,a,i0)') n, word_of(TRUNCATIONS, dealias), ', rows ', rows
     call make_transform(builtin, test%world, grid, transform_choices_t('builtin', dealias, rows), 5, 2, failure)
     call make_transform(foreign, test%world, grid, transform_choices_t('p3dfft', dealias, rows, 'measure'), 5, 2, failure)
     call test%check(trim(name)//': P3DFFT can be used', .not. failure%failed)
@@ -169,7 +170,7 @@ contains
     real(rp), allocatable :: x(:, :, :, :), back(:, :, :, :)
     complex(rp), allocatable :: modes(:, :, :)
     type(transform_choices_t) :: choices
-    choices = transform_choices_t('p3dfft', 'none')
+    choices = transform_choices_t('p3dfft', DEALIAS_NONE)
     associate (box => [1.0_rp, 1.0_rp, 1.0_rp])
       call make_transform(first, test%world, make_grid([8, 8, 8], box), choices, 1, 1, none)
       call make_transform(second, test%world, make_grid([8, 8, 12], box), choices, 1, 1, refused)

@@ -7,9 +7,10 @@ program test_transform
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_named_kinds, only: word_of
   use spectral_backends, only: make_transform, transform_choices_t
   use spectral_grid, only: grid_t, make_grid
-  use spectral_sticks, only: kept_columns, process_grid
+  use spectral_sticks, only: kept_columns, process_grid, DEALIAS_BOX, DEALIAS_ELLIPSOID, DEALIAS_NONE, TRUNCATIONS
   use spectral_transform, only: transform_t
   use test_pick, only: asked_transform
   use test_transform_kernels, only: square_kernels_t
@@ -21,12 +22,12 @@ program test_transform
   call test%start(parallel=.true.)
   do rows = 1, test%world%size
     if (mod(test%world%size, rows) /= 0) cycle
-    call check_grid([12, 10, 14], 'none', rows)
-    call check_grid([24, 20, 18], 'ellipsoid', rows)
-    call check_grid([16, 16, 20], 'box', rows)
-    call check_grid([1, 16, 24], 'ellipsoid', rows)
-    call check_grid([22, 34, 26], 'ellipsoid', rows) ! prime factors 11, 17, 13
-    call check_grid([34, 22, 86], 'none', rows)
+    call check_grid([12, 10, 14], DEALIAS_NONE, rows)
+    call check_grid([24, 20, 18], DEALIAS_ELLIPSOID, rows)
+    call check_grid([16, 16, 20], DEALIAS_BOX, rows)
+    call check_grid([1, 16, 24], DEALIAS_ELLIPSOID, rows)
+    call check_grid([22, 34, 26], DEALIAS_ELLIPSOID, rows) ! prime factors 11, 17, 13
+    call check_grid([34, 22, 86], DEALIAS_NONE, rows)
   end do
   call test%finish()
 
@@ -34,7 +35,7 @@ contains
 
   subroutine check_grid(n, dealias, rows)
     integer, intent(in) :: n(3), rows
-    character(*), intent(in) :: dealias
+    integer, intent(in) :: dealias
     class(transform_t), allocatable :: t
     type(failure_t) :: failure
     type(grid_t) :: grid
@@ -42,7 +43,7 @@ contains
     integer :: grid_rows, columns
     logical :: possible
 
-    write (name, '(3(i0,1x),a,a,i0)') n, dealias, ', rows ', rows
+    write (name, '(3(i0,1x),a,a,i0)') n, word_of(TRUNCATIONS, dealias), ', rows ', rows
     grid = make_grid(n, [1.5_rp, 2.0_rp, 2.5_rp])
     if (asked_transform() == 'p3dfft') then
       call process_grid(test%world%size, n, rows, grid_rows, columns, possible, [kept_columns(grid, dealias), n(2)])
@@ -76,9 +77,9 @@ contains
       do jy = -n(2)/2, (n(2) - 1)/2
         do jx = 0, n(1)/2
           select case (t%sticks%dealias)
-          case ('none')
+          case (DEALIAS_NONE)
             expected = expected + 1
-          case ('box')
+          case (DEALIAS_BOX)
             if (all(abs([jx, jy, jz]) < k)) expected = expected + 1
           case default
             if (sum(([jx, jy, jz]/k)**2) < 1) expected = expected + 1

@@ -21,16 +21,16 @@ end module base_thing
 """
 
 
-def check(source, name="base_thing.f90", layer="base", tests=()):
-    """(exit code, output) for a tree with this one file, and empty files in tests/unit."""
+def check(source, name="base_thing.f90", layer="base", tests=(), kind="tests/unit", content=""):
+    """(exit code, output) for a tree with this one file, and files in tests/unit with this content."""
     with tempfile.TemporaryDirectory() as root:
         folder = Path(root) / "src" / layer
         folder.mkdir(parents=True)
         (folder / name).write_text(source)
         for test in tests:
-            path = Path(root) / "tests" / "unit" / test
+            path = Path(root) / kind / test
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.touch()
+            path.write_text(content)
         done = subprocess.run([sys.executable, str(TOOL), root], capture_output=True, text=True, check=False)
         return done.returncode, done.stdout
 
@@ -40,8 +40,8 @@ def module(name):
 
 
 class CheckStructure(unittest.TestCase):
-    def assert_found(self, source, where_and_what, name="base_thing.f90", layer="base", tests=()):
-        code, output = check(source, name, layer, tests)
+    def assert_found(self, source, where_and_what, name="base_thing.f90", layer="base", **others):
+        code, output = check(source, name, layer, **others)
         self.assertEqual(code, 1, output)
         self.assertIn(where_and_what, output)
         self.assertIn(" 1 problem(s)", output)
@@ -111,6 +111,48 @@ end module base_case
         self.assert_found(CLEAN, "tests/unit/test_thing.f90:1: unit tests are in the folder", tests=("test_thing.f90",))
         self.assert_found(CLEAN, "tests/unit/bass:1: there is no layer bass", tests=("bass/test_thing.f90",))
 
+    def test_folders_in_a_circle(self):
+        def uses(layer, edges):
+            """What the check finds in a layer whose folders use each other as `edges` say."""
+            with tempfile.TemporaryDirectory() as root:
+                prefix = {"solid_msm": "solid"}.get(layer, layer)
+                for folder in {folder for edge in edges for folder in edge}:
+                    path = Path(root) / "src" / layer / folder / f"{prefix}_{folder}.f90"
+                    path.parent.mkdir(parents=True)
+                    lines = [f"use {prefix}_{used}, only: x\n" for user, used in edges if user == folder]
+                    path.write_text(module(f"{prefix}_{folder}").replace("\nend", "\n" + "".join(lines) + "end", 1))
+                return subprocess.run([sys.executable, str(TOOL), root], capture_output=True, text=True, check=False).stdout
+
+        self.assertEqual(uses("io", [("a", "b"), ("b", "c"), ("a", "c")]), "3 files, 0 problem(s)\n")
+        found = uses("io", [("a", "b"), ("b", "c"), ("c", "a"), ("c", "d")])
+        for edge in ("folder a uses b", "folder b uses c", "folder c uses a"):
+            self.assertIn(edge, found)
+        self.assertIn(" 3 problem(s)", found)
+        self.assertIn("src/io/a/io_a.f90:2: io: folder a uses b, which uses a", found)
+        both = [("wing", "elements"), ("elements", "wing")]
+        self.assertEqual(uses("solid_msm", both), "2 files, 0 problem(s)\n")
+        self.assertIn("solid_msm: wing > elements is in no circle any more", uses("solid_msm", both[1:]))
+
+    def test_verifications_are_in_folders_of_layers(self):
+        verification = {"kind": "tests/verification"}
+        self.assertEqual(check(CLEAN, tests=("base/test_thing.f90", "beam.py"), **verification)[0], 0)
+        self.assert_found(CLEAN, "tests/verification/bass:1: there is no layer bass", tests=("bass/test_thing.f90",), **verification)
+        self.assert_found(CLEAN, "tests/verification/test_x.f90:1: verification tests are in the folder", tests=("test_x.f90",),
+                          **verification)
+
+    def test_sizes_in_tests_and_benchmarks(self):
+        def long(n, name="long"):
+            return f"subroutine {name}()\n" + (n - 2)*"x = 1\n" + f"end subroutine {name}\n"
+        for kind, file in (("tests/support", "case.f90"), ("bench", "step/case.f90")):
+            where = {"tests": (file,), "kind": kind}
+            self.assertEqual(check(CLEAN, content=long(60), **where)[0], 0)
+            self.assert_found(CLEAN, f"{kind}/{file}:1: procedure long has 61 lines", content=long(61), **where)
+            self.assert_found(CLEAN, f"{kind}/{file}:1: 133 characters", content="!" + 132*"x" + "\n", **where)
+            self.assert_found(CLEAN, "401 lines; at most 400", content=401*"x = 1\n", **where)
+        wing = {"tests": ("sample_wings.f90",), "kind": "tests/support"}
+        self.assertEqual(check(CLEAN, content=long(61, "make_fly_wing"), **wing)[0], 0)
+        self.assert_found(CLEAN, "make_fly_wing is short enough now", content=long(60, "make_fly_wing"), **wing)
+
     def test_two_modules(self):
         self.assert_found(CLEAN + "module base_thing\nend module base_thing\n", ":12: second module")
 
@@ -122,6 +164,18 @@ end module base_case
     def test_print(self):
         self.assert_found(CLEAN.replace("implicit none", "print *, 'x'"), ":6: print")
         self.assert_found(CLEAN.replace("implicit none", "if (a) print '(a)', 'x'"), ":6: print")
+
+    def test_words_decide_nothing_in_layers_of_physics(self):
+        source = "module fluid_flow\ncontains\n  subroutine go\n    {}\n  end subroutine go\nend module fluid_flow\n"
+        for statement in ("if (p%kind == 'dynamic') a = 1", "if (any(w /= [character(4) :: 'xy', 'xz'])) a = 1",
+                          "if ('free' == kind) a = 1", "case ('cavity', 'top')", "where (p%kind(:) == 'fixed') u = 0"):
+            self.assert_found(source.format(statement), "fluid_flow.f90:4: decides by a word", "fluid_flow.f90", "fluid")
+        for statement in ("if (problem == '') a = 1", "a = b ! == 'x'", "call fail('a == b')", "case (MEAN_FREE)"):
+            self.assertEqual(check(source.format(statement), "fluid_flow.f90", "fluid")[0], 0, statement)
+        reader = source.replace("fluid_flow", "fluid_flow_keys").format("if (word == '1') a = 1")
+        self.assertEqual(check(reader, "fluid_flow_keys.f90", "fluid")[0], 0, "words are read")
+        other = source.replace("fluid_flow", "io_flow").format("if (word == '1') a = 1")
+        self.assertEqual(check(other, "io_flow.f90", "io")[0], 0, "other layers have words")
 
     def test_tab_and_trailing_blank(self):
         self.assert_found(CLEAN.replace("implicit", "\timplicit"), ":6: tab")

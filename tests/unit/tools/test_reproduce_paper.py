@@ -221,16 +221,36 @@ class Stored(unittest.TestCase):
 
 @unittest.skipUnless(FLUSI, "needs the program")
 class Flights(unittest.TestCase):
-    def tool(self, *arguments):
-        return subprocess.run([sys.executable, "-B", TOOL, "--grids", "16", "--beats", "1", "--ranks", "1", "--flusi", FLUSI, "--ini",
+    def tool(self, *arguments, grids=("--grids", "16")):
+        return subprocess.run([sys.executable, "-B", TOOL, *grids, "--beats", "1", "--ranks", "1", "--flusi", FLUSI, "--ini",
                                self.ini, "--folder", self.folder, *arguments], capture_output=True, text=True, check=False,
                               env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
 
-    def test_flights(self):
+    def setUp(self):
         self.folder = Path(tempfile.mkdtemp(dir="."))
         self.addCleanup(shutil.rmtree, self.folder)
         self.folder = self.folder.resolve()
         self.ini = small_wing(self.folder)
+
+    def test_studies(self):
+        """A scan of one point and an ensemble of one member, without the pairs; a second command flies nothing."""
+        studies = ("--kinematics", "16", "--scan", "1", "1", "1", "--scan-beats", "1", "--ensemble", "16", "--members", "1")
+        done = self.tool(*studies, grids=())
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        for text in ("kinematics_16            2 flights, 0 are there", "ensemble_16              1 flights", "3 of 3, ",
+                     "kinematics_16.html", "ensemble_16.html"):
+            self.assertIn(text, done.stdout)
+        self.assertFalse((self.folder / "rigid_16").exists())
+        scan = json.loads((self.folder / "kinematics_16.json").read_text())
+        self.assertEqual(scan["missing"], [])
+        self.assertGreater(scan["nearest"]["rigid"]["power_mW"], 0)
+        member = json.loads((self.folder / "ensemble_16.json").read_text())["members"][0]
+        self.assertGreater(member["means"]["power_mW"], 0)
+        done = self.tool("--dry-run", *studies, grids=())
+        self.assertIn("2 flights, 2 are there, about 0 s", done.stdout)
+        self.assertEqual(self.tool("--scan", "2", "1", "1", "--kinematics", "16", grids=()).returncode, 2)
+
+    def test_flights(self):
         done = self.tool("--dry-run", "--hours", "1e-7")
         self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
         for text in ("rigid_16", "flexible_16", "in all", "N steps per beat"):

@@ -3,7 +3,7 @@
 program test_train_budget
   use base_kinds, only: i8, rp
   use cmaes_options, only: cmaes_options_t
-  use cmaes_search, only: cmaes_search_t, start_region_t
+  use cmaes_search, only: cmaes_search_t, start_region_t, RESTARTS_IPOP, RESTARTS_NONE
   use testkit, only: testkit_t
   use training_budget, only: budget_t, find_budget
   implicit none
@@ -13,7 +13,7 @@ program test_train_budget
   type(cmaes_search_t) :: search
 
   call t%start(parallel=.false.)
-  call begin('none', 0, huge(1_i8))
+  call begin(RESTARTS_NONE, 0, huge(1_i8))
   call expect('a run by its generations', 0, RUN, 'the search')
   call expect('with a stage to come', 1, 2*RUN, 'the search')
   call make_generations(1)
@@ -22,11 +22,11 @@ program test_train_budget
   call expect('at the end of the first stage the second is left', 1, RUN, 'the search')
   call expect('behind the last stage nothing is left', 0, 0_i8, 'the search')
 
-  call begin('none', 0, 60_i8)
+  call begin(RESTARTS_NONE, 0, 60_i8)
   call make_generations(1)
   call expect('max_evaluations counts in each stage', 1, 60 - ONE + 60, 'the search')
 
-  call begin('ipop', 2, huge(1_i8))
+  call begin(RESTARTS_IPOP, 2, huge(1_i8))
   call make_generations(1)
   call expect('restarts may follow', 0, RUN - ONE, 'this run')
   call expect('and a stage', 1, RUN - ONE, 'this run')
@@ -36,18 +36,18 @@ program test_train_budget
   call expect('the last one ends the search', 0, 4*RUN, 'the search')
   call expect('but not that of a stage to come', 1, 4*RUN, 'this run')
 
-  call begin('ipop', 9, 200_i8)
+  call begin(RESTARTS_IPOP, 9, 200_i8)
   call expect('generations end the run first', 0, RUN, 'this run')
   call make_generations(GENERATIONS + 1)
   call expect('evaluations are nearer, and end the search', 0, 200 - RUN - 2*ONE, 'the search')
-  call begin('ipop', 9, 60_i8)
+  call begin(RESTARTS_IPOP, 9, 60_i8)
   call expect('evaluations end both stages before any restart', 1, 120_i8, 'the search')
   call t%finish()
 
 contains
 
   subroutine begin(restarts, max_restarts, max_evaluations)
-    character(*), intent(in) :: restarts
+    integer, intent(in) :: restarts
     integer, intent(in) :: max_restarts
     integer(i8), intent(in) :: max_evaluations
     type(cmaes_options_t) :: options

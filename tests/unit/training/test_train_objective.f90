@@ -7,14 +7,14 @@ program test_train_objective
   use base_kinds, only: i8, rp
   use base_random, only: random_uniforms
   use cmaes_options, only: cmaes_options_t
-  use cmaes_search, only: cmaes_search_t, start_region_t
+  use cmaes_search, only: cmaes_search_t, start_region_t, RESTARTS_NONE
   use cmaes_stop, only: RUNNING
   use failing_runner, only: counting_problem_t, failing_runner_t, is_to_fail
   use io_stop, only: job_limits_t
   use least_squares_continuation, only: fit_by_continuation
   use least_squares_fit, only: fit_options_t, fit_report_t
   use least_squares_problem, only: unknowns_t
-  use measurement_data, only: measurement_t, QUANTITY_DISPLACEMENT, QUANTITY_ROTATION
+  use measurement_data, only: measurement_t, NOT_STATED, QUANTITY_DISPLACEMENT, QUANTITY_ROTATION
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
   use measurement_problem, only: wing_unknowns
@@ -222,7 +222,7 @@ contains
     type(training_case_t) :: settings
     integer(i8) :: fingerprint
     settings%experiment = experiment
-    settings%restarts = 'none'
+    settings%restarts = RESTARTS_NONE
     settings%free_parameters%numbers = [1]
     settings%free_parameters%lower = [1.0_rp]
     settings%free_parameters%upper = [2.0_rp]
@@ -253,7 +253,27 @@ contains
       one%zero = 0
       call t%check('back at the first it is the same', fingerprint == fingerprint_of(settings))
     end associate
+    call test_load_marks(settings)
   end subroutine test_marks
+
+  !> Drift and creep depend on when a load acts, and for how long.
+  subroutine test_load_marks(settings)
+    type(training_case_t), intent(inout) :: settings
+    integer(i8) :: fingerprint
+    fingerprint = fingerprint_of(settings)
+    associate (load => settings%experiment%measurement%loads(1))
+      load%order = load%order + 1
+      call t%check('a load in another order is another measurement', fingerprint /= fingerprint_of(settings))
+      load%order = load%order - 1
+      load%hold = 30
+      call t%check('as is one that was held', fingerprint /= fingerprint_of(settings))
+      load%hold = NOT_STATED
+      load%time = 60
+      call t%check('or one at another time', fingerprint /= fingerprint_of(settings))
+      load%time = NOT_STATED
+      call t%check('without these it is the same again', fingerprint == fingerprint_of(settings))
+    end associate
+  end subroutine test_load_marks
 
   !> The box is 0.92 wide to both sides; 30 generations make it 30 times smaller.
   subroutine test_search()
@@ -274,7 +294,7 @@ contains
     region%is_box = .true.
     options%max_iterations = 60
     options%seed = 3
-    call search%start(options, 'none', 0, region)
+    call search%start(options, RESTARTS_NONE, 0, region)
     n_failed = 0
     do while (search%state%stop_code == RUNNING)
       call search%ask(x)

@@ -5,11 +5,11 @@ module support_wings
   use base_kinds, only: rp
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
-  use flusi_settings, only: load_settings, settings_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_rotation, only: cross
   use fsi_wing_loads, only: wing_loads_t
   use parallel_world, only: world_t
+  use simulation_settings, only: load_settings, settings_t
   use, intrinsic :: iso_fortran_env, only: error_unit
   implicit none
   private
@@ -111,7 +111,7 @@ contains
             x = [penalty%x(p) - 1, y - 1 + block%start(2), z - 1 + block%start(3)]*grid%spacing
             u = fluid%rhs%fields(penalty%x(p), y, z, 1:3)
             f = penalty%chi(p)/fluid%rhs%params%solids%c_eta*(u - penalty%us(:, p))*grid%cell_volume()
-            q = pose%point_to_wing(x)
+            q = pose%vector_to_wing(x - pose%hinge)
             d = pose%vector_to_space(q - [min(max(q(1:2), low), high), 0.0_rp])
             sums(1:3) = sums(1:3) + f
             sums(4:6) = sums(4:6) + cross(x - pose%hinge, f)

@@ -14,6 +14,7 @@ program test_wing_mirror
   use fsi_rotation, only: angle_t
   use fsi_wing_energy, only: wing_energy_t
   use io_units, only: unit_scales_t
+  use named_params, only: set_each, value_of
   use sample_wings, only: make_fly_wing
   use solid_inertia, only: momenta_t
   use solid_params, only: default_params, solid_params_t
@@ -103,10 +104,10 @@ contains
     type(wing_t) :: turned
     type(solid_params_t) :: params
     params = all_effects
-    call params%set_each('one_way:', spread(1.0_rp, 1, size(params%joint)))
+    call set_each(params, 'one_way:', spread(1.0_rp, 1, size(params%joint)))
     call fly(wing, params, flown)
-    call params%set_each('camber_', -[params%get_named('camber_span'), params%get_named('camber_chord'), &
-                                      params%get_named('camber_twist')])
+    call set_each(params, 'camber_', -[value_of(params, 'camber_span'), value_of(params, 'camber_chord'), &
+                                      value_of(params, 'camber_twist')])
     do k = 1, size(Z_SIDES)
       turned = wing
       turned%z_side = Z_SIDES(k)

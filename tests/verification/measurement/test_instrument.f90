@@ -6,13 +6,14 @@ program test_instrument
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use bench_places, only: wing_of_argument
+  use loaded_wing, only: wing_of_argument
   use measurement_data, only: measurement_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: instrument_t, CREEP, CREEP_TIME, DRIFT, DRIFT_RATE, DRIFT_VEINS, GRAVITY_X, &
                                     HEIGHT_SCALE, N_INSTRUMENT, TILT_X
   use measurement_simulation, only: N_NUISANCES
+  use named_params, only: set_each, value_of
   use solid_mass, only: lump_mass, mass_params_t, mass_t, MEMBRANE_UNIFORM
   use solid_params, only: default_params, solid_params_t
   use solid_statics, only: static_options_t
@@ -106,7 +107,7 @@ contains
     call params%set_named('joint_hardening', 8.0_rp)
     call params%set_named('root_flap', 3000.0_rp)
     call params%set_named('root_twist', 9000.0_rp)
-    call params%set_each('camber_', [0.4_rp, 15.0_rp, -3.0_rp])
+    call set_each(params, 'camber_', [0.4_rp, 15.0_rp, -3.0_rp])
     call params%set_named('pretension', 0.03_rp)
   end function wing_params
 
@@ -259,7 +260,7 @@ contains
                        1.0e-9_rp*maxval(abs(damage)))
     call work%damage_tangent(experiment, l, experiment%model%params%effects%disc, damage)
     call work%derivative(experiment, l, 4, column)
-    if (abs(experiment%model%params%get_named('damage') - 1) <= 0) &
+    if (abs(value_of(experiment%model%params, 'damage') - 1) <= 0) &
       call t%check_below('damage anywhere '//where, maxval(abs(column - damage)), 1.0e-12_rp*maxval(abs(column)))
     call t%check('  depends on it', maxval(abs(damage)) > 0 .and. size(x) > 0 .and. size(u) > 0)
   end subroutine check_accidents

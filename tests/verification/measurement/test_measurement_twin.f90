@@ -6,11 +6,11 @@ program test_measurement_twin
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use bench_places, only: wing_of_argument
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use least_squares_posterior, only: find_posterior, posterior_t
   use least_squares_problem, only: unknowns_t
   use least_squares_profile, only: interval_t, linear_guess_t, profile_interval, profile_sentence, THRESHOLD_90
+  use loaded_wing, only: wing_of_argument
   use measurement_data, only: measurement_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t

@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Measured modes against computed ones: the pairs are right though a mode is missing, residuals of a wing's own modes are 0
-!> whatever their size and sign, and derivatives equal differences, also where modes repeat. The argument names a wing file.
+!> whatever their size and sign, and derivatives equal differences, also where modes repeat and where a load bends the wing. The
+!> argument names a wing file.
 program test_mode_simulation
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use bench_places, only: wing_of_argument
+  use loaded_wing, only: wing_of_argument
   use measurement_data, only: measurement_t
   use measurement_mode_simulation, only: mode_simulation_t
   use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
@@ -15,6 +16,7 @@ program test_mode_simulation
   use solid_modal, only: modal_t
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, solid_params_t
+  use solid_statics, only: static_options_t
   use solid_stiffness, only: stiffness_t
   use solid_stiffness_effects, only: parameter_direction
   use solid_wing, only: wing_t
@@ -37,6 +39,7 @@ program test_mode_simulation
   call prepare()
   call test_own_modes()
   call test_slopes('of a wing', 1.0e-7_rp)
+  call test_loaded()
   call test_repeated()
   call t%finish()
 
@@ -179,6 +182,51 @@ contains
     call t%check_below('derivative '//name, scale*maxval(abs(difference - column)), &
                        limit*max(1.0_rp, scale*maxval(abs(column))))
   end subroutine compare
+
+  !> Modes about rest and about the shape under a force and the weight, in one measurement. Its own wing leaves nothing of it; the
+  !> load matters; a shape that is not found is no evaluation. Differences of fourth order; the limit is twice
+  !> that of test_solid_loaded_modes.
+  subroutine test_loaded()
+    type(static_options_t) :: options
+    type(solid_params_t) :: other
+    type(stiffness_t) :: direction
+    type(mass_effects_t) :: effects
+    real(rp), parameter :: H = 5.0e-3_rp, LIMIT = 1.0e-6_rp
+    real(rp), allocatable :: column(:)
+    logical :: ok
+    integer :: tip
+    call measure(MEDIUM_VACUUM, [1, 2])
+    m%modes = [m%modes, m%modes]
+    tip = maxloc(model%points(1, :model%n_points), 1)
+    m%modes(3:)%number = [2, 1]
+    m%modes(3)%gravity = [0.0_rp, 0.0_rp, -50.0_rp]
+    m%modes(3)%load_size = [1.0e-4_rp]
+    m%modes(3)%load_place = model%points(:2, [tip])
+    m%modes(3)%load_direction = reshape([0.6_rp, 0.0_rp, 0.8_rp], [3, 1])
+    m%modes(4) = m%modes(3)
+    m%modes(4)%number = 1
+    deallocate (r)
+    call simulation%init(m, model, parts)
+    allocate (r(simulation%n), column(simulation%n))
+    call simulation%evaluate(params, effects, r, ok)
+    call t%check('modes about rest and about a loaded shape are computed', ok)
+    call t%check_below('modes about rest are as without the others', &
+                       maxval(abs(r(:simulation%first(3) - 1))), 1.0e-6_rp)
+    call t%check_below('those about a loaded shape are others', 10.0_rp, abs(r(simulation%first(4))))
+    other = params
+    call simulation%evaluate(other, effects, r, ok)
+    call parameter_direction(simulation%model(), other%find('E'), direction)
+    call simulation%stiffness_tangent(direction, .false., column)
+    call compare(other, effects, column, other%find('E'), 0, H, .true., 'of a loaded wing to E', 1.0_rp, LIMIT)
+    call simulation%evaluate(other, effects, r, ok)
+    call simulation%mass_tangent(MASS_VEINS, effects, column)
+    call compare(other, effects, column, 0, MASS_VEINS, H, .true., 'of a loaded wing to its weight', 1.0_rp, LIMIT)
+    options%factorisation_limit = 1
+    call simulation%init(m, model, parts, options)
+    call simulation%evaluate(params, effects, r, ok)
+    call t%check('a shape that is not found is no evaluation',.not. ok)
+    deallocate (r)
+  end subroutine test_loaded
 
   !> A rod of circular section vibrates at equal frequencies along y and z; the places see z alone, and a mode of the computed pair
   !> is any mix of both: the pair is taken as one.

@@ -4,9 +4,9 @@
 program test_series_simulation
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t, message_list_t
-  use base_parameter, only: parameter_t
   use base_kinds, only: rp
-  use bench_places, only: wing_of_argument
+  use base_parameter, only: parameter_t
+  use loaded_wing, only: wing_of_argument
   use measurement_data, only: measurement_t
   use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
   use measurement_series_projections, only: apply_joints, products
@@ -106,8 +106,8 @@ contains
     call ring%run([1.0_rp], none, one, [1.0_rp], how, n, [real(rp) ::])
   end subroutine ring_alone
 
-  !> flusi's BDF2 of the whole nonlinear wing, viscoelastic with Rayleigh's damping and friction of joints (of so many radians of the
-  !> first mode), released a little from the shape of two modes: the difference at one tip to the motion in `r` modes falls with
+  !> flusi's BDF2 of the whole nonlinear wing, viscoelastic with Rayleigh's damping and friction of joints (of so many radians of
+  !> the first mode), released a little from the shape of two modes: the difference at one tip to the motion in `r` modes falls with
   !> the square of the step. Friction of joints moves further modes too.
   subroutine test_time_integration(r, friction)
     integer, intent(in) :: r

@@ -6,7 +6,8 @@ program test_effect_sensitivities
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use bench_places, only: load_at, wing_of_argument
+  use loaded_wing, only: load_at, wing_of_argument
+  use named_params, only: set_each, value_of
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
@@ -62,9 +63,9 @@ contains
       call params%set_named('joint_hardening', 8.0_rp)
       call params%set_named('hardening:'//trim(params%joint_names(2)), -3.0_rp)
       call params%set_named('cuticle', 1.0e-6_rp)
-      call params%set_each('one_way:', spread(1.4_rp, 1, size(params%joint)))
+      call set_each(params, 'one_way:', spread(1.4_rp, 1, size(params%joint)))
       call params%set_named('pretension', 0.05_rp)
-      call params%set_each('camber_', [0.5_rp, 20.0_rp, -4.0_rp])
+      call set_each(params, 'camber_', [0.5_rp, 20.0_rp, -4.0_rp])
       call params%set_named('torsion', 0.8_rp)
     end if
     call model%init(wing, params, failure)
@@ -110,7 +111,7 @@ contains
     params%effects%has_sides = .true.
     do side = 1, 3
       params%joint = merge(RATIO, 1.0_rp, side == 2)*1.0e-6_rp
-      call params%set_each('one_way:', spread(merge(1/RATIO, RATIO, side == 2), 1, size(params%joint)))
+      call set_each(params, 'one_way:', spread(merge(1/RATIO, RATIO, side == 2), 1, size(params%joint)))
       call model%init(wing, params, failure)
       if (side == 1) allocate (u(3, model%n_all, 3), source=0.0_rp)
       call work%init(model)
@@ -178,7 +179,7 @@ contains
     call force_sensitivity(work, model, load%force, pushed)
     call damage_direction(model, elsewhere, direction)
     call direction_sensitivity(work, model, u, direction, derivative)
-    if (.not. abs(params%get_named('damage') - 1) > 0) then
+    if (.not. abs(value_of(params, 'damage') - 1) > 0) then
       kept = params%effects%disc
       i = params%find('damage')
       model%params%effects%disc = elsewhere

@@ -6,8 +6,8 @@ program test_solid_modal
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use bench_places, only: wing_of_argument
   use cantilever, only: make_cantilever
+  use loaded_wing, only: wing_of_argument
   use solid_added_mass, only: strip_added_mass
   use solid_dynamics, only: dynamics_t, dynamic_state_t, dynamic_options_t, step_report_t
   use solid_inertia, only: inertia_t

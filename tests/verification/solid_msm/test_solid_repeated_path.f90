@@ -5,8 +5,8 @@ program test_solid_repeated_path
   use base_constants, only: PI
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use bench_places, only: load_at, wing_of_argument
   use cantilever, only: make_cantilever
+  use loaded_wing, only: load_at, wing_of_argument
   use solid_equilibrium, only: equilibrium_t
   use solid_inertia, only: inertia_t
   use solid_loads, only: load_t

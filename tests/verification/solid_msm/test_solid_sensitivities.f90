@@ -6,7 +6,7 @@ program test_solid_sensitivities
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use bench_places, only: N_LOADS, MODERATE_FORCES, load_at, wing_of_argument
+  use loaded_wing, only: N_LOADS, MODERATE_FORCES, load_at, wing_of_argument
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t

@@ -5,13 +5,13 @@
 program test_solid_warm_starts
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use bench_places, only: wing_of_argument
-  use bench_shapes, only: shape_t, measure_shape
+  use loaded_wing, only: wing_of_argument
   use solid_equilibrium, only: equilibrium_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t, default_params
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
+  use wing_shapes, only: shape_t, measure_shape
   implicit none
   real(rp), parameter :: SAME = 1.0e-9_rp !< [m]; the issue's measure of equal shapes
   type(testkit_t) :: t

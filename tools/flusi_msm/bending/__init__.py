@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mechanics of bent wings for synthetic measurements: they share no code with the solver."""
+"""The mechanics of bent wings for synthetic measurements; they share no code with the solver."""

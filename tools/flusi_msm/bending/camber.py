@@ -10,16 +10,16 @@ from flusi_msm.bending.jets import cross, dot, unit, variables
 
 
 def heights(camber, x, y):
-    """z0 and its derivatives in x and y: an arch across the chord, a bend along the span and a twist [m]; x, y are
-    relative to the root and the leading and trailing edges, 0 to 1."""
+    """Returns z0 and its derivatives in x and y: an arch across the chord, a bend along the span and a twist [m]; x is relative
+    to the root, y to the leading and trailing edges, both run from 0 to 1."""
     arch, bend, twist = camber
     return (arch * 4 * y * (1 - y) + bend * x**2 + twist * x * (2 * y - 1),
             2 * bend * x + twist * (2 * y - 1), arch * 4 * (1 - 2 * y) + 2 * twist * x)
 
 
 class Camber:
-    """What the rest shape z0 (nodes of the plate, with slopes) adds to the energy of a plate: -(K z0 . v) m and
-    constants."""
+    """The part -(K z0 . v) m and constants that the rest shape z0 (nodes of the plate, with slopes) adds to the energy of a
+    plate."""
 
     def __init__(self, plate, positions, triangles, z0):
         self.plate, self.positions, self.triangles, self.z0 = plate, positions, triangles, z0
@@ -45,20 +45,21 @@ class Camber:
         return [one[k] * self.share[0] + two[k] * self.share[1] + three[k] * self.share[2] for k in range(3)]
 
     def _moved(self, u):
-        """v at the nodes of the triangles, and q = K z0 . v."""
+        """Returns v at the nodes of the triangles, and q = K z0 . v."""
         v = u[self.nodes].copy()
         v[:, :, 2] += self.z0[self.nodes]
         return v, (self.pull[:, :, None] * v).sum(1)
 
     def energy(self, u):
-        """Of plate and camber together."""
+        """Returns the energy of plate and camber."""
         v, q = self._moved(u)
         e, f = self._sides(u)
         whole = 0.5 * (v * np.einsum("eij,ejk->eik", self.plate.blocks, v)).sum()
         return whole - dot(list(q.T), self._turned(list(e.T), list(f.T))).sum() + self.constant
 
     def derivatives(self, u, with_hessian=True):
-        """Gradient (triangles, 6, 3) and the part of the Hessian (triangles, 6, 3, 6, 3) beside the plate's own."""
+        """Returns the gradient (triangles, 6, 3) and the part of the Hessian (triangles, 6, 3, 6, 3) that is added to the
+        plate's own."""
         v, q = self._moved(u)
         e, f = self._sides(u)
         jets = variables(np.concatenate([e, f, q], 1), with_hessian)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The elastic elements of the synthetic wing, each family for all its members at once.
+"""The elastic elements of the synthetic wing; each family computes all its members at once.
 
 Displacements are arrays (nodes, 3) [m]. A family gives its energy [J], its gradient, and its Hessian as blocks
 (pairs, 3, 3) that belong to the pairs of nodes `pairs`. Energies are functions of the displacements alone; large
@@ -12,8 +12,8 @@ ONE = np.eye(3)
 
 
 class Springs:
-    """k (l - l0)^2/2 between two points. The elongation is computed from displacements, so that strains of 1e-9 keep
-    their digits."""
+    """Springs with the energy k (l - l0)^2/2 between two points. The elongation is computed from displacements, so that strains
+    of 1e-9 keep their digits."""
 
     def __init__(self, positions, ends, k):
         self.ends, self.k = ends, k
@@ -23,7 +23,7 @@ class Springs:
         self.pairs = np.concatenate([np.stack(p, 1) for p in ((i, i), (j, j), (i, j), (j, i))])
 
     def state(self, u):
-        """Elongations, lengths and directions."""
+        """Returns elongations, lengths and directions."""
         du = u[self.ends[:, 1]] - u[self.ends[:, 0]]
         d = self.d0 + du
         length = np.sqrt((d * d).sum(1))
@@ -36,7 +36,7 @@ class Springs:
         return self.k * self.state(u)[0]
 
     def forces_after(self, u, step):
-        """Axial forces that the law, linearised at u, gives at u + step."""
+        """Returns the axial forces that the law, linearised at u, gives at u + step."""
         stretch, _, t = self.state(u)
         return self.k * (stretch + (t * (step[self.ends[:, 1]] - step[self.ends[:, 0]])).sum(1))
 
@@ -47,7 +47,7 @@ class Springs:
         np.add.at(g, self.ends[:, 0], -pull)
 
     def hessian(self, u, axial):
-        """Exact if `axial` are the forces of the law."""
+        """Returns the Hessian; it is exact if `axial` are the forces of the law."""
         _, length, t = self.state(u)
         across = (axial / length)[:, None, None]
         block = (self.k[:, None, None] - across) * t[:, :, None] * t[:, None, :] + across * ONE
@@ -55,10 +55,12 @@ class Springs:
 
 
 class Turns:
-    """Hinges: k Theta^2/2 + k3 Theta^4/4 with the angle Theta between the second segment and its rest direction. That
-    is the first segment turned by the rest angle about the membrane's normal, the direction of the summed areas of
-    `triangles` (hinges, 4, 3), padded with empty ones; if there are none the normal is fixed. `is_flat` is False if the
-    wing is not: then the turned segment is also raised toward the normal by the difference of elevation at rest.
+    """Hinges with the energy k Theta^2/2 + k3 Theta^4/4, where Theta is the angle between the second segment and its rest
+    direction. The rest direction is that of the first segment turned by the rest angle about the membrane's normal, which is the
+    direction of the summed areas of `triangles` (hinges, 4, 3), padded with empty ones; without triangles the normal is fixed.
+    `is_flat` is False if the wing is not flat: then the turned segment is also raised toward the normal by the difference of
+    elevation at rest. A one-sided hinge (hinges) is 1 + `sided` times as stiff when its second segment bends toward the normal,
+    and 1 - `sided` times when it bends away from it; in between, over KINK, the factor follows a hyperbolic tangent.
 
     A one-sided hinge (hinges) is 1 + `sided` times as stiff when its second segment bends toward the normal, 1 - `sided`
     times when away from it; in between, over KINK, the factor follows a hyperbolic tangent."""
@@ -84,7 +86,7 @@ class Turns:
                 self.raised[which] = np.arcsin(dot(n, tf)) - np.arcsin(dot(n, te))
 
     def _law(self, which, e, f, n):
-        """Energies of some hinges; e, f are the segments, n the unit normal, or nothing for straight hinges."""
+        """Returns the energies of some hinges; e, f are the segments, n the unit normal, or nothing for straight hinges."""
         te, tf = unit(e), unit(f)
         if n is not None:
             c, s = self.cosine[which], self.sine[which]
@@ -102,8 +104,8 @@ class Turns:
         return law + square * softened_sign(dot(n, w) * (1 / self.KINK)) * (0.5 * self.k[which] * self.sided[which])
 
     def _groups(self, u):
-        """Straight hinges, hinges with a normal carried by triangles, hinges with a fixed normal: which, their
-        segments, and their areas if these matter."""
+        """Returns three groups: straight hinges, hinges with a normal carried by triangles, and hinges with a fixed normal. Each
+        has its hinges, their segments, and their areas if these matter."""
         x = self.positions + u[:len(self.positions)]
         e, f = x[self.nodes[:, 1]] - x[self.nodes[:, 0]], x[self.nodes[:, 2]] - x[self.nodes[:, 1]]
         has = self.bent & (self.triangles[:, 0, 0] != self.triangles[:, 0, 1])
@@ -127,7 +129,7 @@ class Turns:
         return total
 
     def derivatives(self, u, with_hessian=True):
-        """Gradient (hinges, local nodes, 3) and Hessian (hinges, local nodes, 3, local nodes, 3)."""
+        """Returns the gradient (hinges, local nodes, 3) and the Hessian (hinges, local nodes, 3, local nodes, 3)."""
         count, n = self.local.shape
         g = np.zeros((count, n, 3), u.dtype)
         h = np.zeros((count, n, 3, n, 3), u.dtype) if with_hessian else None
@@ -155,9 +157,9 @@ class Turns:
 
 
 def gather(out, basis, areas, with_hessian=True):
-    """Gradient (elements, n, 3) and Hessian (elements, n, 3, n, 3) by the positions of n nodes of jets `out` of some
-    vectors. basis (elements, variables, n, 3) are the vectors' derivatives, to which those of area vectors are added:
-    (rows of the variables, corners (elements, 3, 3) of a triangle, place of the first one among the nodes)."""
+    """Returns the gradient (elements, n, 3) and the Hessian (elements, n, 3, n, 3) with respect to the positions of n nodes,
+    from jets `out` of some vectors. basis (elements, variables, n, 3) are the derivatives of the vectors, to which those of area
+    vectors are added: (rows of the variables, corners (elements, 3, 3) of a triangle, place of the first one among the nodes)."""
     m, _, n, _ = basis.shape
     for rows, x, first in areas:
         for k in range(3):
@@ -177,7 +179,7 @@ def gather(out, basis, areas, with_hessian=True):
 
 
 def _cross_matrix(v):
-    """(..., 3, 3) matrices M with M x = v cross x."""
+    """Returns (..., 3, 3) matrices M with M x = v cross x."""
     m = np.zeros(v.shape + (3,), v.dtype)
     m[..., 0, 1], m[..., 0, 2], m[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
     m[..., 1, 0], m[..., 2, 0], m[..., 2, 1] = v[..., 2], -v[..., 1], v[..., 0]
@@ -207,7 +209,7 @@ class Plate:
 
     def _morley(self, xy, triangles, edges, first_slope, stiffness, poisson):
         m = len(triangles)
-        # Slopes are multiplied by a length to be unknowns like displacements.
+        # Slopes are multiplied by a length, so that they are unknowns like displacements.
         self.scale = float(np.sqrt(self.area.mean())) if m else 1.0
         b = np.zeros((m, 3, 6))  # (xx, yy, 2 xy) from three points and three slopes
         for k in range(3):

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Numbers that carry their first and second derivatives, for many elements at once: exact gradients and Hessians of an
-energy that is written down once. Values may be complex, so that derivatives can be checked with complex steps."""
+"""Numbers that carry their first and second derivatives, for many elements at once. They give the exact gradient and Hessian of
+an energy whose formula is written only once. Values may be complex, so that derivatives can be checked with complex steps."""
 import numpy as np
 
 
 class Jet:
-    """value (n,), gradient (n, m) and, unless it is left out, Hessian (n, m, m) with respect to m variables."""
+    """A value (n,), its gradient (n, m) and, unless it is left out, its Hessian (n, m, m) with respect to m variables."""
     __slots__ = ("v", "g", "h")
 
     def __init__(self, v, g, h):
@@ -39,7 +39,7 @@ class Jet:
     __rmul__ = __mul__
 
     def through(self, f0, f1, f2):
-        """f(self), given f and its first two derivatives at the value."""
+        """Returns f(self), given f and its first two derivatives at the value."""
         g = f1[:, None] * self.g
         if self.h is None:
             return Jet(f0, g, None)
@@ -47,7 +47,7 @@ class Jet:
 
 
 def variables(values, with_hessian=True):
-    """Jets of the columns of values (n, m) as independent variables."""
+    """Returns jets of the columns of values (n, m) as independent variables."""
     n, m = values.shape
     flat = np.zeros((n, m, m), values.dtype) if with_hessian else None
     unit = np.eye(m, dtype=values.dtype)
@@ -55,7 +55,7 @@ def variables(values, with_hessian=True):
 
 
 def through(x, f0, f1, f2):
-    """f(x) of a jet or of plain values; f1 and f2 are functions without arguments."""
+    """Returns f(x) of a jet or of plain values; f1 and f2 are functions without arguments."""
     return x.through(f0, f1(), f2()) if isinstance(x, Jet) else f0
 
 
@@ -64,7 +64,7 @@ def value(x):
 
 
 def inverse_root(x):
-    """x**(-1/2)."""
+    """Returns x**(-1/2)."""
     r = value(x)**-0.5
     return through(x, r, lambda: -0.5 * r**3, lambda: 0.75 * r**5)
 
@@ -86,7 +86,7 @@ TERMS = np.array([4.0, 4 / 3, 32 / 45, 16 / 35, 512 / 1575, 512 / 2079])  # of (
 
 
 def squared_angle(s):
-    """(2 asin sqrt s)^2: the square of the angle between two unit vectors whose difference has the length 2 sqrt s."""
+    """Returns (2 asin sqrt s)^2: the square of the angle between two unit vectors whose difference has the length 2 sqrt s."""
     v = value(s)
     small = np.abs(v) < 1e-3
     q = np.where(small, 0.25, np.minimum(v.real, 1 - 1e-10) + 1j * v.imag if np.iscomplexobj(v)
@@ -104,6 +104,6 @@ def squared_angle(s):
 
 
 def softened_sign(x):
-    """tanh x."""
+    """Returns tanh x."""
     t = np.tanh(value(x))
     return through(x, t, lambda: 1 - t**2, lambda: -2 * t * (1 - t**2))

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a membrane does beside bending: it may be stretched like a soap film already in the unloaded wing, and it shows how
-its veins are twisted. Families of elements as in bending/elements.py."""
+"""Two further properties of a membrane: it may be stretched like a soap film already in the unloaded wing, and it can resist the
+twist of its veins. The families of elements are like those in bending/elements.py."""
 import numpy as np
 
 from flusi_msm.bending.elements import gather
@@ -8,7 +8,7 @@ from flusi_msm.bending.jets import cross, dot, inverse_root, squared_angle, unit
 
 
 class Family:
-    """Elements whose energy is a function of some vectors, linear or quadratic in the positions of their nodes `local`
+    """Elements whose energy is a function of some vectors, which are linear or quadratic in the positions of their nodes `local`
     (elements, n)."""
 
     def _number(self, local):
@@ -19,7 +19,7 @@ class Family:
         return self._law(list(np.concatenate(self._vectors(u), 1).T)).sum()
 
     def derivatives(self, u, with_hessian=True):
-        """Gradient (elements, n, 3) and Hessian (elements, n, 3, n, 3)."""
+        """Returns the gradient (elements, n, 3) and the Hessian (elements, n, 3, n, 3)."""
         vectors = self._vectors(u)
         out = self._law(variables(np.concatenate(vectors, 1), with_hessian))
         return gather(out, *self._basis(u), with_hessian)
@@ -32,8 +32,8 @@ class Family:
 
 
 class Film(Family):
-    """The energy T (A - A0) of the tension T [N/m] and the area A of each triangle: the same pull in all directions,
-    whatever the triangle's shape. It lets the outline draw the wing together by T over the stiffness of its springs."""
+    """A film with the energy T (A - A0) of the tension T [N/m] and the area A of each triangle: it pulls equally in all
+    directions, whatever the triangle's shape. The outline contracts under it by T over the stiffness of its springs."""
 
     def __init__(self, positions, triangles, tension):
         self.positions, self.tension = positions, tension
@@ -59,9 +59,10 @@ class Film(Family):
 
 
 class Twists(Family):
-    """k tau^2/2 at hinges of veins: tau is the angle about the vein between the membrane at its first and at its second
-    segment. The membrane stands there as the sum of the areas of the triangles beside the segment, seen along the bisector
-    of both segments. `beside` (hinges, 2, 2, 3) are these triangles, padded with empty ones."""
+    """Resistance to twist, with the energy k tau^2/2, at hinges of veins: tau is the angle about the vein between the membrane
+    at its first and at its second segment. The direction of the membrane there is that of the sum of the areas of the triangles
+    at the segment, seen along the bisector of both segments. `beside` (hinges, 2, 2, 3) are these triangles, padded with empty
+    ones."""
 
     def __init__(self, positions, nodes, beside, k):
         self.positions, self.k = positions, k

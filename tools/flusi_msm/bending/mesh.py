@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes of the synthetic bending tests: refinement, edges, and which vein segments bend against each other."""
+"""Meshes of the synthetic bending tests: their refinement, their edges, and the pairs of vein segments that bend against each
+other."""
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from flusi_msm.wing.file import Wing
 
 
 def refine(wing):
-    """The same wing with every triangle cut into four and every vein segment into two. Diameters are interpolated
+    """Returns the same wing with every triangle divided into four and every vein segment into two. Diameters are interpolated
     linearly, a joint stays at its point, and the middle of an edge between two root points is a root point."""
     made, points = {}, [tuple(p) for p in wing.points]
 
@@ -41,14 +42,14 @@ def refine(wing):
 
 @dataclass
 class Edges:
-    """Edges of a triangulation: ends[k] = (a, b) with a < b; `inner` those with two triangles."""
+    """The edges of a triangulation: ends[k] = (a, b) with a < b; `inner` are those with two triangles."""
     ends: np.ndarray      # (k, 2)
     of_triangle: np.ndarray  # (m, 3) the edge opposite each corner
     sides: np.ndarray     # (k, 2) triangles at the edge, -1 where there is none
     number: dict          # (a, b): k
 
     def triangles_at(self, a, b):
-        """The triangles at the edge between two points; none if it is no edge."""
+        """Returns the triangles at the edge between two points; none if it is no edge."""
         k = self.number.get((min(a, b), max(a, b)))
         return [] if k is None else [int(t) for t in self.sides[k] if t >= 0]
 
@@ -69,7 +70,7 @@ def find_edges(triangles):
 
 @dataclass
 class Hinge:
-    """Two segments a-b and b-c that resist bending; half of each is what bends there."""
+    """Two segments a-b and b-c that resist bending; half of each segment belongs to the hinge."""
     nodes: tuple          # (a, b, c)
     halves: tuple         # ((vein, half-length, diameter at b), (...)); half-length 0 on a clamped side
     joint: str = ""
@@ -77,9 +78,9 @@ class Hinge:
 
 
 def plan_hinges(wing):
-    """The hinges of a wing, and the positions of ghost points numbered behind its own: a vein that ends at the clamped
-    root is prolonged backwards. Where veins meet, joints come first, and then a spanning tree of the arms, straightest
-    pairs first."""
+    """Returns the hinges of a wing, and the positions of ghost points, which are numbered after the points of the wing: a vein
+    that ends at the clamped root is prolonged backwards. Where veins meet, joints come first, and then a spanning tree of the
+    arms, straightest pairs first."""
     clamped, points = set(wing.root), wing.points
     names = sorted(wing.veins)
     ghosts, hinges = [], []
@@ -135,7 +136,7 @@ def _listed_twice(wing, node):
 
 
 def _span(node, arms, hinges, add, points):
-    """Joins the arms at a point that no hinge connects yet, pairs of smallest turning angle first."""
+    """Connects the arms at a point that no hinge connects yet, pairs with the smallest turning angle first."""
     group = list(range(len(arms)))
 
     def unite(a, b):
@@ -157,7 +158,7 @@ def _span(node, arms, hinges, add, points):
 
 
 def locate(points, triangles, place):
-    """The triangle of the unloaded wing that holds (x, y), and the shares of its corners."""
+    """Returns the triangle of the unloaded wing that contains (x, y), and the barycentric weights of its corners."""
     a, b, c = (points[triangles[:, k], :2] for k in range(3))
 
     def turn(p, q, r):

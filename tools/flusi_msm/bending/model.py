@@ -19,7 +19,7 @@ STRAIGHT = 1e-9  # [rad] rest angle below which a hinge needs no normal
 
 @dataclass
 class Stiffness:
-    """What the wing is made of. Names are those of the parameters of `flusi` where it has them."""
+    """The stiffness of a wing. The names are those of the parameters of `flusi` where it has them."""
     E: float = 12.58e9                # [Pa] of the veins
     D: float = 2.0e-7                 # [N m] of the membrane
     root: float = 1.0                 # factor on the hinges at the root
@@ -32,7 +32,7 @@ class Stiffness:
     plate: str = "morley"             # or edges
     veins: dict = field(default_factory=dict)   # name: factor on E
     joints: dict = field(default_factory=dict)  # name: [N m/rad]; the others bend as their vein
-    # What a usual model does not know:
+    # Properties that a usual model does not know:
     E_gradient: float = 0.0           # E exp(g (x/R - 1/2)), x from the root, R the wing's length
     E_wave: tuple = ()                # (vein, a, length [m]): E (1 + a sin(2 pi s/length)), s from the vein's beginning
     camber: tuple = (0.0, 0.0, 0.0)   # [m] arch, bend and twist of the unloaded wing; see bending/camber.py
@@ -84,8 +84,8 @@ class Model:
         self._pattern()
 
     def damaged(self, places):
-        """Factor on the stiffness at places (n, 3): 1, and that of the damage inside its disc, whose rim is a tenth of
-        its radius wide."""
+        """Returns the factor on the stiffness at places (n, 3): that of the damage inside its disc, whose rim is a tenth of its
+        radius wide, and 1 elsewhere."""
         factor = np.ones(len(places))
         if len(self.stiffness.damage):
             x, y, radius, remains = self.stiffness.damage
@@ -95,7 +95,7 @@ class Model:
         return factor
 
     def _plate_stiffness(self, places):
-        """D [N m] at places (n, 3)."""
+        """Returns D [N m] at places (n, 3)."""
         d = self.stiffness.D * self.damaged(places)
         if self.stiffness.D_wave:
             a, *lengths = self.stiffness.D_wave
@@ -120,7 +120,7 @@ class Model:
         return families
 
     def _rest_heights(self, flat, first_slope):
-        """z0 of the points and, as the plate's unknowns, its slopes across the middles of the edges."""
+        """Returns z0 of the points and, as the plate's unknowns, its slopes across the middles of the edges."""
         a, b = (flat.points[self.edges.ends[:, k], :2] for k in range(2))
         side = b - a
         _, dx, dy = rest_shape(flat, self.stiffness.camber, (a + b) / 2)
@@ -154,7 +154,7 @@ class Model:
         return Springs(self.positions, ends, np.array(k) * self.damaged(self.positions[ends].mean(1)))
 
     def young(self, vein, node):
-        """E [Pa] of a vein at one of its points."""
+        """Returns E [Pa] of a vein at one of its points."""
         s, x = self.stiffness, self.wing.points[node, 0]
         young = s.E * s.veins.get(vein, 1.0)
         if s.E_gradient:
@@ -166,7 +166,7 @@ class Model:
         return young
 
     def hinge_stiffness(self, hinge, with_joint=True):
-        """[N m/rad] 1/(sum of l/(2 E I)) over both halves, or that of the joint."""
+        """Returns the stiffness [N m/rad]: 1/(sum of l/(2 E I)) over both halves, or that of the joint."""
         s = self.stiffness
         if with_joint and hinge.joint in s.joints and s.joints[hinge.joint] >= 0:
             return s.joints[hinge.joint]
@@ -219,7 +219,7 @@ class Model:
         return g
 
     def _pattern(self):
-        """The places of all element blocks in one symmetric matrix over the moving nodes."""
+        """Finds the places of all element blocks in one symmetric matrix over the moving nodes."""
         number = np.cumsum(self.moves) - 1
         changing = [self.springs.pairs, self.turns.pairs, *(family.pairs for family in self.extras)]
         pairs = np.concatenate([*changing, self.plate.pairs])
@@ -240,8 +240,8 @@ class Model:
         self._changing = self._block_of[:, :n_changing].tocsr() if self.is_flat else self._block_of
 
     def tangent(self, u, axial, shift=0.0):
-        """Hessian over the moving nodes as a sparse matrix, with the springs' axial forces [N] in its geometric part,
-        plus `shift` [N/m] on the diagonal."""
+        """Returns the Hessian over the moving nodes as a sparse matrix, with the springs' axial forces [N] in its geometric
+        part, plus `shift` [N/m] on the diagonal."""
         parts = [self.springs.hessian(u, axial), self.turns.hessian(u), *(family.hessian(u) for family in self.extras)]
         if not self.is_flat:
             parts.append(self.bending.hessian(u))
@@ -256,8 +256,8 @@ class Model:
         return np.zeros((self.n_nodes, 3))
 
     def weights(self, gravity, vein_density, areal_density):
-        """Forces (nodes, 3) [N] of the weight under gravity(3) [m/s^2]: veins as conical pieces, shared between their
-        ends so that the centre of mass is kept, and an even membrane."""
+        """Returns the forces (nodes, 3) [N] of the weight under gravity(3) [m/s^2]: veins are conical pieces, divided between
+        their ends so that the centre of mass is kept, and the membrane has an even mass per area."""
         mass = np.zeros(self.n_nodes)
         for nodes, diameters in self.wing.veins.values():
             length = np.linalg.norm(np.diff(self.wing.points[nodes], axis=0), axis=1)
@@ -271,7 +271,7 @@ class Model:
         return mass[:, None] * np.asarray(gravity, float)
 
     def point_load(self, place, force):
-        """Forces (nodes, 3) [N] of a force(3) at (x, y) [m] of the unloaded wing."""
+        """Returns the forces (nodes, 3) [N] of a force(3) at (x, y) [m] of the unloaded wing."""
         loads = self.zeros()
         corners, shares = locate(self.wing.points, self.triangles, place)
         loads[corners] += np.outer(shares, force)
@@ -279,7 +279,7 @@ class Model:
 
 
 def plane_normal(wing):
-    """Unit normal of the flat wing of the wing file; nothing if it has no membrane."""
+    """Returns the unit normal of the flat wing of the wing file; nothing if it has no membrane."""
     if not len(wing.triangles):
         return None
     a, b, c = (wing.points[np.asarray(wing.triangles)[:, k]] for k in range(3))
@@ -291,7 +291,7 @@ def plane_normal(wing):
 
 
 def rest_shape(flat, camber, places):
-    """z0 [m] and its derivatives in x and y at places (n, 2 or 3) of the flat wing."""
+    """Returns z0 [m] and its derivatives in x and y at places (n, 2 or 3) of the flat wing."""
     root = flat.points[list(flat.root), 0].mean()
     low, size = flat.points[:, 1].min(), np.ptp(flat.points[:, :2], axis=0)
     z, dx, dy = heights(camber, (places[:, 0] - root) / size[0], (places[:, 1] - low) / size[1])

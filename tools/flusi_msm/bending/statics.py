@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Static equilibrium of a synthetic wing as the end of its loading path.
+"""Finds the static equilibrium of a synthetic wing at the end of its loading path.
 
-The load grows from nothing. A stage extrapolates the last two shapes and corrects by Newton's method on the true
-residual, in which the axial forces of the springs are unknowns of their own: springs 1e5 times stiffer than the bending
-would otherwise allow only tiny steps. The signs of the pivots tell whether a shape is stable. Where the path folds, the
-potential is descended from the last stable shape to the next one."""
+The load grows from zero. A stage extrapolates the last two shapes and corrects the result by Newton's method on the true
+residual. There the axial forces of the springs are independent unknowns: otherwise springs 1e5 times stiffer than the bending
+would allow only tiny steps. The signs of the pivots show whether a shape is stable. Where the path turns back, the next stable
+shape is found by minimising the potential from the last stable one."""
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,21 +24,21 @@ class Report:
 
 
 class NoEquilibrium(InputError):
-    """The wing found no shape under the load."""
+    """The wing has no equilibrium that can be found under the load."""
 
 
 class Factors:
-    """Triangular factors of symmetric matrices of one pattern; the order of elimination is found once."""
+    """Triangular factors of symmetric matrices of one pattern; the order of elimination is determined only once."""
 
     def __init__(self):
         self.order = None
 
     def __getstate__(self):
-        """Without the factors, which cannot be stored."""
+        """Returns the state without the factors, which cannot be stored."""
         return {key: value for key, value in vars(self).items() if key != "lu"}
 
     def __call__(self, matrix):
-        """Makes `solve`; `is_stable` says whether all pivots are positive."""
+        """Factorises a matrix: makes `solve`; `is_stable` says whether all pivots are positive."""
         if self.order is None:
             first = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
             self.order = np.argsort(first.perm_c)
@@ -63,8 +63,8 @@ class Factors:
 
 
 class Path:
-    """Follows the loading path of one wing; `tolerance` is the final residual relative to the load, `largest` the
-    longest movement in a stage relative to the wing's size."""
+    """Follows the loading path of one wing; `tolerance` is the final residual relative to the load, `largest` is the longest
+    movement in a stage relative to the wing's size."""
 
     def __init__(self, model, tolerance=1e-9, largest=0.025, limit=600):
         self.model, self.tolerance, self.limit = model, tolerance, limit
@@ -74,8 +74,8 @@ class Path:
         self.moves = model.moves
 
     def solve(self, load, start=None):
-        """Displacements (nodes, 3) under load (nodes, 3), and a report. With `start`, the shape for a similar load or
-        stiffness, the path leads from there in one stage if it can; the unbalanced forces are removed in proportion."""
+        """Returns the displacements (nodes, 3) under load (nodes, 3), and a report. With `start`, the shape for a similar load
+        or stiffness, the path leads from there in one stage if possible; the unbalanced forces are removed in proportion."""
         self.report, self.force = Report(), load
         self.scale = float(np.linalg.norm(load[self.moves]))
         m = self.model
@@ -112,7 +112,7 @@ class Path:
         return u, self.report
 
     def _stage(self, u, axial, previous, t, ahead, outside):
-        """Newton's method for the load `outside`: what happened, shape, axial forces, iterations."""
+        """Solves for the load `outside` by Newton's method; returns the outcome, shape, axial forces and iterations."""
         m, is_last = self.model, ahead == 1
         w, tension = u, axial
         if previous is not None:
@@ -136,14 +136,14 @@ class Path:
                 return "far", w, tension, iteration
             tension = m.springs.forces_after(w, step)
             w = w + step
-        # Rounding of stiff springs may stop the residual short of the tolerance.
+        # Rounding errors of stiff springs may keep the residual above the tolerance.
         if is_last and self._residual(w, outside) <= 1e-8:
             return "done", w, tension, iteration
         return "slow", w, tension, iteration
 
     def _descend(self, u, outside, target):
-        """A minimum of the potential below the shape u: Newton steps with tension-only springs and a growing shift of
-        the diagonal where the tangent is not definite, and with a search along each step."""
+        """Finds a minimum of the potential below that of the shape u: Newton steps with tension-only springs and a growing shift
+        of the diagonal where the tangent is not definite, and with a search along each step."""
         m = self.model
         potential = m.energy(u) - (outside * u).sum()
         axial, shift = m.springs.forces(u), 0.0

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One file with all that a study has found, a line per case, from which it is scored again, or continued on another
-machine, without its measurements."""
+"""Keeps everything that a study has found in one file, a line per case. The study can be scored again from it, or continued on
+another machine, without its measurements."""
 import fcntl
 import json
 import os
@@ -19,8 +19,9 @@ LEADER = ("name", "variant", "log_evidence", "p", "posterior", "retained")
 
 
 def program_digest(root):
-    """Of all that decides about verdicts: the sources of the programs with the map of probabilities, and what reads their
-    files. Tells whether verdicts on two machines are those of one program, if it was built from these sources."""
+    """Returns a digest of everything that decides about verdicts: the sources of the programs with the map of probabilities, and
+    the code that reads their files. It shows whether verdicts on two machines are those of one program, if that was built from
+    these sources."""
     files = [*Path(root, "src").rglob("*.f90"), *Path(root, "src").rglob("*.c"), *Path(root, "cmake").rglob("*.cmake"),
              Path(root, "tools/flusi_msm/blind/verdict.py"), Path(root, "bench/diagnosis/study.py")]
     return digest(b"".join(path.read_bytes() for path in sorted(files)))
@@ -35,7 +36,7 @@ def rounded(value):
 
 
 def short(record):
-    """What scores and readers need of the record of a diagnosis."""
+    """Returns the part of a diagnosis' record that scores and readers need."""
     kept = {key: record[key] for key in RECORD if key in record}
     if "details" in record:
         kept["details"] = {key: record["details"][key] for key in DETAILS if key in record["details"]}
@@ -45,7 +46,7 @@ def short(record):
 
 
 def read_lines(path):
-    """(facts, {number: row}) of an archive."""
+    """Returns (facts, {number: row}) of an archive."""
     try:
         facts, *rows = map(json.loads, path.read_text().splitlines())
         rows = {row["number"]: row for row in rows}
@@ -58,8 +59,8 @@ def read_lines(path):
 
 
 class Archive:
-    """The lines of the file: {number: {"truth", "record", "oracle" if there is one}}, and what they are of. Without a file,
-    or where it is not there yet, there are none."""
+    """The lines of the file, {number: {"truth", "record", "oracle" if there is one}}, and the facts about their study. They are
+    empty without a file, or if it does not exist yet."""
 
     def __init__(self, path):
         self.path, self.facts, self.rows = path, {}, {}
@@ -67,7 +68,7 @@ class Archive:
             self.facts, self.rows = read_lines(path)
 
     def begin(self, facts):
-        """What is archived must be of the same study and program."""
+        """Checks that the archive is of the same study and program."""
         if self.path is not None and not self.path.parent.is_dir():
             raise InputError(f"{self.path.parent}: there is no such folder")
         for key, value in facts.items():
@@ -76,8 +77,8 @@ class Archive:
         self.facts = {"schema": SCHEMA, "version": VERSION, **facts}
 
     def save(self, study, folder, count):
-        """Everything that is finished in the folder joins what the file has by now. A line is complete when the gain of the
-        true cause, where it is asked for, has been looked for. Returns what could not be archived, a sentence each."""
+        """Adds everything that is finished in the folder to the present contents of the file. A line is complete when the gain
+        of the true cause, where it is wanted, has been computed. Returns a sentence for each case that could not be archived."""
         problems = []
         for number in range(1, count + 1):
             place, other = folder / f"{number:04d}.json", folder / f"{number:04d}.oracle.json"

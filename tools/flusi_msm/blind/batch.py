@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Batches of blind cases, individual by individual, and the fixed cases of a design."""
+"""Makes batches of blind cases, individual by individual, and the fixed cases of a design."""
 import hashlib
 import json
 import secrets
@@ -19,13 +19,13 @@ from flusi_msm.results.files import InputError
 
 
 def is_flight(path):
-    """Whether a design is that of a flight."""
+    """Returns whether a design is that of a flight."""
     data = read(Path(path))
     return isinstance(data, dict) and "kinematics" in data
 
 
 def read_design(path):
-    """The case of a design, and its fixed cases {name: {section: {key: value}}}."""
+    """Returns the case of a design, and its fixed cases {name: {section: {key: value}}}."""
     data = read(Path(path))
     fixed = data.pop("fixed", {}) if isinstance(data, dict) else {}
     case = read_case(path, drop=("fixed",))
@@ -39,13 +39,13 @@ def read_design(path):
 
 
 def salt_of(seed, name):
-    """Nobody can guess a truth behind its hash without the seed."""
+    """Returns the salt of a case, without which a truth could be guessed from its hash; it cannot be found without the seed."""
     return hashlib.sha256(f"salt {seed} {name}".encode()).hexdigest()
 
 
 def begin_batch(folder, seed, contents):
-    """(ledger, seed) of a batch that begins, or goes on with the seed that it has. Without a seed one is drawn and sealed.
-    `contents` tells what the batch is of."""
+    """Returns (ledger, seed) of a batch that begins, or that continues with the seed that it has. Without a seed one is drawn
+    and sealed. `contents` describes the batch."""
     ledger, key = Ledger(folder), folder / "sealed" / "seed.json"
     is_public = seed is not None
     if ledger.cases and not is_public:
@@ -58,23 +58,23 @@ def begin_batch(folder, seed, contents):
 
 
 def described(options):
-    """What a ledger holds of the options of a batch."""
+    """Returns the options of a batch that its ledger keeps."""
     return {**asdict(options), "snr": list(options.snr), "meshes": list(options.meshes)}
 
 
 def end_batch(folder, ledger, tell):
-    """Tells how many cases there are, and whether their seed is known."""
+    """Prints how many cases there are, and whether their seed is known."""
     is_public = read(folder / "sealed" / "seed.json")["is_public"]
     tell(f"{ledger.path}: {len(ledger.cases)} cases; seed {'as given' if is_public else 'sealed'}")
 
 
 def workers(jobs):
-    """A pool of so many processes, or this one alone."""
+    """Returns a pool of so many processes, or this process alone."""
     return Pool(jobs) if jobs > 1 else _Alone()
 
 
 def make_batch(design, folder, count, seed, options, jobs, tell):
-    """Makes the cases 1 to `count` that are not there yet, each as soon as its individual is bent."""
+    """Makes those of the cases 1 to `count` that do not exist yet, each as soon as the shapes of its individual are known."""
     ledger, seed = begin_batch(folder, seed, {"design": digest(dump(asdict(replace(design, wing=Path(design.wing).name)))),
                                               "options": described(options)})
     groups = {}
@@ -103,7 +103,7 @@ def _make_group(task):
 
 
 class _Alone:
-    """A pool of one worker that is this process."""
+    """A pool with one worker, which is this process."""
 
     def __enter__(self):
         self.imap_unordered = map
@@ -114,7 +114,7 @@ class _Alone:
 
 
 def make_fixed(design, fixed, names, folder, tell):
-    """Fixed cases of one wing with open truths; their shapes start from those of the wing without hidden effects."""
+    """Makes fixed cases of one wing with open truths; their shapes are computed from those of the wing without hidden effects."""
     for name in names:
         if name not in fixed:
             raise InputError(f"no fixed case {name}; the design has {', '.join(sorted(fixed)) or 'none'}")

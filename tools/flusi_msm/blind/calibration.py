@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From the probability that a verdict states to how often such verdicts are right: isotonic regression, one map for each kind
-of verdict, learned on the odd cases of a study and tried on the even ones; and the map as a Fortran module."""
+"""Corrects the probability that a verdict states by the share of such verdicts that are right. The correction is an isotonic
+regression with one map for each kind of verdict; it is learned from the odd cases of a study and tested on the even ones, and
+can be written as a Fortran module."""
 import numpy as np
 
 from flusi_msm.blind.scores import calibration_error
 
-CODES = {"adequate": 0, "named": 10, "consistent_with_set": 11, "unknown_cause": 12}  # data_insufficient states nothing
-LEAST = 20  # odd cases of a kind from which it gets a map
+CODES = {"adequate": 0, "named": 10, "consistent_with_set": 11, "unknown_cause": 12}  # data_insufficient states no probability
+LEAST = 20  # odd cases that a kind needs to get a map
 
 
 def pool(stated, right):
-    """Pool-adjacent-violators: [(mean stated probability, right verdicts, verdicts)] of blocks whose shares of right verdicts
-    grow from block to block. Equal probabilities are one block."""
+    """Pool-adjacent-violators algorithm: returns [(mean stated probability, right verdicts, verdicts)] of blocks whose shares of
+    right verdicts grow from block to block. Equal probabilities are one block."""
     blocks = []
     for p in sorted(set(stated)):
         same = [r for q, r in zip(stated, right) if q == p]
@@ -23,8 +24,8 @@ def pool(stated, right):
 
 
 def knots_of(stated, right):
-    """[(stated probability, what to state)], both ascending. Half a verdict of each kind is added to a block (Jeffreys' prior),
-    so that few verdicts make no certainty."""
+    """Returns [(stated probability, corrected probability)], both ascending. Half a right and half a wrong verdict are added to
+    a block (Jeffreys' prior), so that a few verdicts do not give certainty."""
     knots = []
     for p, hits, n in pool(stated, right):
         value = (hits + 0.5) / (n + 1)
@@ -33,7 +34,7 @@ def knots_of(stated, right):
 
 
 def learn(cases):
-    """{verdict: knots} of the cases with odd numbers; kinds of fewer than LEAST cases are left out."""
+    """Returns {verdict: knots} from the cases with odd numbers; kinds of fewer than LEAST cases are left out."""
     maps = {}
     for word in CODES:
         chosen = [case for case in cases if case.verdict == word and case.raw is not None and int(case.name) % 2 == 1]
@@ -43,14 +44,14 @@ def learn(cases):
 
 
 def apply(maps, case):
-    """The probability to state: straight lines between knots, as in inference_probability.f90."""
+    """Returns the corrected probability: straight lines between knots, as in inference_probability.f90."""
     if case.verdict not in maps:
         return case.raw
     return float(np.interp(case.raw, *zip(*maps[case.verdict])))
 
 
 def try_on_even(cases):
-    """Maps of the odd cases, and the calibration errors of the even ones without and with them."""
+    """Returns the maps of the odd cases, and the calibration errors of the even ones without and with them."""
     maps = learn(cases)
     even = [case for case in cases if int(case.name) % 2 == 0 and case.raw is not None and case.verdict in CODES]
     return {"maps": maps, "odd": sum(int(case.name) % 2 for case in cases), "even": len(even),
@@ -67,7 +68,8 @@ def table_of(tried):
 
 
 def fortran_of(tried, facts):
-    """Source of src/inference/probability/inference_probability_table.f90. facts: {"seed": .., "program": .., "cases": ..}."""
+    """Returns the source of src/inference/probability/inference_probability_table.f90. facts: {"seed": .., "program": ..,
+    "cases": ..}."""
     rows = [(CODES[word], p, value) for word, knots in tried["maps"].items() for p, value in knots]
 
     def array(values):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blind cases: what is drawn, how strong it is made, and what the experiment then shows."""
+"""Draws blind cases, makes their effects as strong as wanted, and computes what the experiment then shows."""
 from dataclasses import dataclass, replace
 from zlib import crc32
 
@@ -14,16 +14,17 @@ from flusi_msm.measurement.synthesis import Bench, declare, observe
 from flusi_msm.results.files import InputError
 
 MESHES = {"same": 0, "finer": 1}  # refine
-# Errors of the two rigs beside what the design says; sd, or fractions. Those of the second are stated up to STATED.
+# Errors of the two rigs in addition to those of the design; sd, or fractions. Those of the second rig are declared with errors up
+# to STATED.
 QUIET = {}
 BUSY = {"height": 8e-6, "correlated": 6e-6, "tilt": 5e-4, "piston": 5e-6, "force_gain": 0.01, "position": 3e-5,
         "missing": 0.1}
-NONLINEAR = 5e-6    # [m] rms of what stiffness explains, from which second derivatives matter (0.04 um)
-STEPS, LONGEST = 3, 0.5  # to the stiffness that explains most; of a logarithm
+NONLINEAR = 5e-6    # [m] rms change by the best-fitting stiffness, from which second derivatives matter (0.04 um)
+STEPS, LONGEST = 3, 0.5  # to the best-fitting stiffness; of a logarithm
 BUSY_FORCE = 0.005  # of the smallest stated force
 NO_FRINGE = (0.0, 1e-3, 0.0)
-BUSY_FRINGE = (2e-6, 2.2e-3, 0.6)  # of the busy rig, which nobody states
-STATED = 0.2        # the stated sd are off by up to this
+BUSY_FRINGE = (2e-6, 2.2e-3, 0.6)  # of the busy rig; they are not declared
+STATED = 0.2        # the declared sd are wrong by up to this
 KINDS = {"null": 0.25, "single": 0.45, "double": 0.15, "outside": 0.15}
 CLOSE = 1.25        # of the wanted to the reached signal-to-noise ratio
 DRAWS = 40          # of effects, before a case is given up
@@ -31,7 +32,7 @@ DRAWS = 40          # of effects, before a case is given up
 
 @dataclass
 class Options:
-    """What a batch is drawn from."""
+    """The options from which a batch is drawn."""
     mix: dict
     snr: tuple = (2.0, 30.0)
     individuals: int = 8
@@ -39,7 +40,7 @@ class Options:
 
 
 def numbers(seed, *words):
-    """A random stream for every purpose."""
+    """Returns an independent random stream for every purpose."""
     return np.random.default_rng([int(seed)] + [crc32(str(word).encode()) for word in words])
 
 
@@ -76,18 +77,18 @@ class Individual:
         self.oracles = {}
 
     def menu(self, kind):
-        """Effects of a case of this kind."""
+        """Returns the effects that a case of this kind can have."""
         return OUTSIDE if kind == "outside" else KNOWN
 
     def finish(self, content, case, mesh):
-        """Adds to the content of a bending test what else was measured: nothing."""
+        """Adds further measurements to the content of a bending test; here there are none."""
 
     def case(self, mesh, noise, fringe=NO_FRINGE):
         return replace(self.design, refine=MESHES[mesh], noise=noise, stiffness=self.stiffness,
                        hidden=replace(self.design.hidden, fringe=fringe))
 
     def bend(self, mesh, case):
-        """Shapes of a case that is near the base; a snap is refused."""
+        """Returns the shapes of a case that is near the base; raises NoEquilibrium if the wing snaps."""
         bench, shapes = Bench(case), []
         for load in bench.loads():
             shape = bench.bend(load, self.bases[mesh].shapes[load.name])
@@ -97,7 +98,8 @@ class Individual:
         return bench, shapes
 
     def deformations(self, mesh, case):
-        """(loads, ny, nx) [m] without any random error; `latest` holds the shapes, `latest_case` is the case."""
+        """Returns the deformations (loads, ny, nx) [m] without any random error; `latest` keeps the shapes, `latest_case` the
+        case."""
         quiet = replace(case, noise=Noise(height=0.0), declared={"height": 1e-6},
                         hidden=replace(case.hidden, fringe=NO_FRINGE))
         bench, shapes = self.bend(mesh, quiet)
@@ -106,9 +108,9 @@ class Individual:
         return np.stack([load["z"] - content["z"] for load in content["loads"]])
 
     def visibility(self, mesh, rig, case, seen, least=0.0):
-        """Signal-to-noise ratio of deformations of an effect beside all that a usual model explains. Derivatives are those at
-        the wing without the effect; what second ones would add is taken from shapes with the stiffness that explains most,
-        sought in a few steps unless the ratio is below `least` before."""
+        """Returns the signal-to-noise ratio of the part of an effect's deformations that a usual model cannot explain. The
+        derivatives are those at the wing without the effect. Where second derivatives matter, shapes with the best-fitting
+        stiffness are computed, which is found in a few steps; this is left out if the ratio is already below `least`."""
         oracle = self.oracle(mesh, rig, case)
         whole = oracle.change(seen)
         model, latest = self.bases[mesh].model, self.latest
@@ -124,7 +126,7 @@ class Individual:
                            joints={name: k * float(np.exp(a)) for (name, k), a in zip(joints.items(), at[1:])})
             try:
                 usual = self.deformations(mesh, replace(case, stiffness=near))
-            except InputError:  # it snaps: what was found has to do
+            except InputError:  # the wing snaps: the result so far is used
                 break
             rest = whole - oracle.change(usual) + oracle.stiff @ at
             ratio = min(ratio, oracle.snr(rest))
@@ -133,7 +135,7 @@ class Individual:
 
     def oracle(self, mesh, rig, case):
         if (mesh, rig) not in self.oracles:
-            other = next((m for m in self.clean if m != mesh), mesh)  # one mesh alone: no error of discretisation
+            other = next((m for m in self.clean if m != mesh), mesh)  # only one mesh: no error of discretisation
             true = declare(replace(case, declared={}))
             self.oracles[mesh, rig] = Oracle(self.bases[mesh], case.noise, true, self.clean[mesh], self.clean[other],
                                              case.hidden.fringe)
@@ -148,15 +150,16 @@ def rig_noise(design, rig):
 
 
 def stated(rng, case):
-    """What the experimenter believes: every sd up to 20 % wrong."""
+    """Returns the errors that the experimenter declares: every sd is up to 20 % wrong."""
     true = declare(replace(case, declared={}))
     return {key: value * float(rng.uniform(1 - STATED, 1 + STATED)) for key, value in true.items()
             if value > 0 and key != "correlation_length"}
 
 
 def next_strength(tried, s, snr, wanted, factors):
-    """The strength that should have the wanted signal-to-noise ratio, after strength s had `snr`: along the straight line of their
-    logarithms through the last two of `tried`, within the least and the largest of `factors` of s. (s, snr) joins `tried`."""
+    """Returns the strength that should have the wanted signal-to-noise ratio, after strength s had `snr`: it lies on the
+    straight line of their logarithms through the last two of `tried`, within the least and the largest of `factors` of s. (s,
+    snr) is added to `tried`."""
     slope = 1.0
     if tried and abs(np.log(s / tried[-1][0])) > 0.01:
         slope = float(np.clip(np.log(snr / tried[-1][1]) / np.log(s / tried[-1][0]), 0.3, 3))
@@ -165,8 +168,8 @@ def next_strength(tried, s, snr, wanted, factors):
 
 
 def make_strong(individual, mesh, rig, case, effect, wanted, bounds=(0.0, np.inf)):
-    """(strength, snr) near the wanted snr and within bounds, or None if that is out of reach; the individual's `latest`
-    are then its shapes. The first guess is tried on the mesh of the wing file."""
+    """Returns (strength, snr) near the wanted snr and within bounds, or None if there is no such strength; the individual's
+    `latest` are then its shapes. The first estimate is made on the mesh of the wing file."""
     tried = []
     s, on = effect.first, "same"
     for _ in range(5):
@@ -191,8 +194,8 @@ def make_strong(individual, mesh, rig, case, effect, wanted, bounds=(0.0, np.inf
 
 
 def draw_effects(rng, individual, mesh, rig, case, kind, options, bounds=(0.0, np.inf)):
-    """Effects of a case of this kind: [(effect, strength, snr)], with strengths by their own signal-to-noise ratio, which
-    lies within bounds."""
+    """Returns the effects of a case of this kind, [(effect, strength, snr)]. Each strength is chosen by the effect's own
+    signal-to-noise ratio, which lies within bounds."""
     wing = Bench(case).coarse
     found = []
     for _ in range(DRAWS):
@@ -211,7 +214,7 @@ def draw_effects(rng, individual, mesh, rig, case, kind, options, bounds=(0.0, n
 
 
 def draw_head(seed, number, options):
-    """The stream of a case, and what is drawn from it first: kind, mesh, rig, individual, seed of its errors."""
+    """Returns the random stream of a case, and what is drawn from it first: kind, mesh, rig, individual, seed of its errors."""
     rng = numbers(seed, "case", number)
     kinds = list(options.mix)
     shares = np.array([options.mix[kind] for kind in kinds], float)
@@ -221,8 +224,8 @@ def draw_head(seed, number, options):
 
 
 def make_case(seed, number, individual, options):
-    """Case `number` of an individual: content for `write_test`, and the truth. A wing that snaps under the errors of its loads
-    is drawn again."""
+    """Makes case `number` of an individual: returns the content for `write_test`, and the truth. A case is drawn again if its
+    wing snaps under the errors of its loads."""
     rng, head = draw_head(seed, number, options)
     for attempt in range(1, DRAWS + 1):
         try:
@@ -234,7 +237,7 @@ def make_case(seed, number, individual, options):
 
 
 def fill_case(rng, seed, number, head, individual, options, bounds=(0.0, np.inf)):
-    """The rest of a case whose head is drawn."""
+    """Makes the rest of a case whose kind, mesh, rig, individual and seed are drawn."""
     kind, mesh, rig = head["kind"], head["mesh"], head["rig"]
     case = individual.case(mesh, rig_noise(individual.design, rig), BUSY_FRINGE if rig == "busy" else NO_FRINGE)
     case = replace(case, seed=head["errors"], title=f"Blind bending test {number:04d}")
@@ -247,7 +250,7 @@ def fill_case(rng, seed, number, head, individual, options, bounds=(0.0, np.inf)
     case = replace(case, declared=stated(rng, case) if rig == "busy" else {})
     if case.noise.force or case.noise.force_gain or case.noise.position:
         bench, shapes = individual.bend(mesh, case)
-    else:  # forces and places are those of the shapes that are known
+    else:  # forces and places are those of the known shapes
         bench, shapes = Bench(case), individual.latest if effects else individual.plain[mesh]
     content, truth = observe(bench, bench.loads(), shapes, bench.rest())
     individual.finish(content, case, mesh)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What blind cases hide. Every effect is drawn at random but for its strength, a number that is 0 where the effect
-vanishes and that makes it more visible when it grows."""
+"""The effects that blind cases hide. Every effect is drawn at random except for its strength. This number is 0 where the effect
+vanishes, and the effect is more visible when it grows."""
 from dataclasses import dataclass, replace
 from math import cos, pi, sin
 from typing import Callable
@@ -16,11 +16,11 @@ class Effect:
     name: str            # of the cause, as in verdicts
     apply: Callable      # (case, strength) -> case
     parameters: Callable  # strength -> {name: value} as in verdicts, for intervals
-    first: float         # a strength that is small and yet seen
+    first: float         # a strength that is small but visible
     most: float          # the largest that makes sense
     is_known: bool = True  # in the catalogue of what can be named
-    place: tuple = ()    # [m] where it is, if it is anywhere
-    also: tuple = ()     # other names of the same thing in these data
+    place: tuple = ()    # [m] where it is, if it has a place
+    also: tuple = ()     # other names of the effect that these data cannot tell from it
 
 
 def stiffness(case, **changes):
@@ -32,14 +32,14 @@ def hidden(case, **changes):
 
 
 def plain(name, section, first, most, sign, null=0.0, factor=False):
-    """An effect with one key: null + sign s, or null exp(sign s)."""
+    """Returns an effect with one key: null + sign s, or null exp(sign s)."""
     def value(s):
         return null * float(np.exp(sign * s)) if factor else null + sign * s
     return Effect(name, lambda case, s: section(case, **{name: value(s)}), lambda s: {name: value(s)}, first, most)
 
 
 def of(effect, name, parameter):
-    """The same under the names that verdicts use."""
+    """Returns the same effect under the names that verdicts use."""
     (key, _), = effect.parameters(0.0).items()
     return replace(effect, name=name, parameters=lambda s: {parameter: effect.parameters(s)[key]})
 
@@ -54,7 +54,7 @@ def sign_of(rng):
 
 
 def inner_hinges(wing, least=1):
-    """Veins with at least so many inner points."""
+    """Returns the veins with at least so many inner points."""
     return sorted(name for name, (nodes, _) in wing.veins.items() if len(nodes) >= least + 2)
 
 
@@ -85,7 +85,7 @@ def root_compliance(rng, wing, case):
 
 
 def soft_place(rng, wing, case):
-    """The stiffness of a hinge of the wing file's mesh falls by 1 + s."""
+    """Lowers the stiffness of a hinge of the wing file's mesh by the factor 1 + s."""
     while True:
         vein, share = str(rng.choice(inner_hinges(wing))), float(rng.uniform(0.1, 0.9))
         nodes = wing.veins[vein][0]
@@ -115,7 +115,7 @@ def vein_torsion(rng, wing, case):
 
 def joint_hardening(rng, wing, case):
     effect = plain("joint_hardening", stiffness, 0.5, 3000.0, 1.0)
-    return replace(effect, also=("one_joint_hardening",))  # what all joints do, each of them does
+    return replace(effect, also=("one_joint_hardening",))  # if all joints harden, each of them does
 
 
 def cuticle(rng, wing, case):

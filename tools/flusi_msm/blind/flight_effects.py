@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What blind flights hide: errors of kinematics, flow and balance, and what no catalogue has. As in blind/effects.py an effect is drawn at
-random but for its strength, a number that is 0 where it vanishes. In a fluid at rest a tilted stroke is a turned balance, and a motion that is
-early is a balance that is late: both have one name."""
+"""The effects that blind flights hide: errors of kinematics, flow and balance, and effects that no catalogue contains. As in
+blind/effects.py an effect is drawn at random except for its strength, a number that is 0 where it vanishes. In a fluid at rest a
+tilted stroke has the same effect as a turned balance, and an early motion the same as a late balance: each pair has one name."""
 from dataclasses import replace
 
 import numpy as np
@@ -14,14 +14,14 @@ def part(case, section, **changes):
 
 
 def plain(name, section, key, first, most, sign, null=0.0, factor=False, **more):
-    """One key: null + sign s, or null exp(sign s)."""
+    """Returns an effect with one key: null + sign s, or null exp(sign s)."""
     def value(s):
         return null * float(np.exp(sign * s)) if factor else null + sign * s
     return Effect(name, lambda case, s: part(case, section, **{key: value(s)}), lambda s: {f"{section}.{key}": value(s)}, first, most, **more)
 
 
 def vector(name, section, key, place, size, first, most, sign):
-    """One number of a tuple, s times size."""
+    """Returns an effect on one number of a tuple, s times size."""
     def value(s):
         return tuple(sign * s * size if n == place[0] else 0.0 for n in range(place[1]))
     return Effect(name, lambda case, s: part(case, section, **{key: value(s)}), lambda s: {f"{section}.{key}": value(s)}, first, most)
@@ -85,7 +85,7 @@ def cross_talk(rng, case):
 
 
 def balance_lowpass(rng, case):
-    """The strength is the time of the filter in beats."""
+    """Adds a low-pass filter; the strength is its time constant in beats."""
     def cut_off(s):
         return case.kinematics.frequency / (2 * np.pi * s) if s else 0.0
     return Effect("balance_lowpass", lambda case, s: part(case, "balance", lowpass=cut_off(s)), lambda s: {"balance.lowpass": cut_off(s)},
@@ -97,7 +97,7 @@ def balance_delay(rng, case):
 
 
 def wing_inertia(rng, case):
-    """At most ten times the fluid in a circle about the chord."""
+    """Adds a mass of the wing that is at most ten times that of the fluid in a circle about the chord."""
     return plain("wing_inertia", "balance", "inertia", 0.05 * case.fluid.density * case.wing.chord**2,
                  8 * case.fluid.density * case.wing.chord**2, 1.0)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blind flights: records of make_flight that hide one thing, two or nothing, and a batch of them with sealed truths."""
+"""Makes blind flights: records of make_flight that hide one effect, two or none, in a batch with sealed truths."""
 import json
 from dataclasses import asdict, replace
 from functools import lru_cache
@@ -16,31 +16,32 @@ from flusi_msm.measurement.case_file import build
 from flusi_msm.measurement.flight import Case, check, clean, in_last_beat, synthesise, write_flight
 
 FLOWN = ("wing", "kinematics", "fluid", "hidden", "flow")   # sections on which the flow depends
-# The second rig, relative to the noise of the design; its spread is stated up to STATED wrong.
+# The second rig, relative to the noise of the design; the declared spread is wrong by up to STATED.
 BUSY = {"amplitude": 0.02, "timing": 0.002}
 
 
 @lru_cache(maxsize=8)
 def _flight(text):
-    """The forces on the wing of a case, by what they depend on."""
+    """Computes the forces on the wing of a case; the key contains everything that they depend on."""
     return clean(build(Case, json.loads(text), ""))
 
 
 def flight_of(case):
-    """As clean(case), without flying twice."""
+    """Returns the same as clean(case), but computes a flight only once."""
     sections = {key: asdict(getattr(case, key)) for key in FLOWN}
     return _flight(json.dumps({**sections, "balance": {"reference": list(case.balance.reference)}}, sort_keys=True))
 
 
 def curve(case):
-    """(n, k): what the balance shows at the phases of the record, without noise."""
+    """Returns the values (n, k) that the balance shows at the phases of the record, without noise."""
     exact = flight_of(case)
     seen = shown(exact, case.balance)
     return np.stack([in_last_beat(case, exact, seen[name]) for name in check_names(case.components)], 1)
 
 
 def visibility(case, base):
-    """sqrt(d C^-1 d): d the change of the record, C the covariance of its errors, those of a model included."""
+    """Returns sqrt(d C^-1 d), where d is the change of the record and C is the covariance of its errors, including the error of
+    the model."""
     before, noise = curve(base), base.noise
     d, total = curve(case) - before, 0.0
     step = np.abs(np.subtract.outer(np.arange(base.samples), np.arange(base.samples))) / (base.samples * base.kinematics.frequency)
@@ -54,7 +55,8 @@ def visibility(case, base):
 
 
 def make_strong(case, effect, wanted):
-    """(strength, snr) near the wanted ratio beside what the case has already, or None if that is out of reach."""
+    """Returns (strength, snr) near the wanted ratio, measured against the case as it is so far, or None if there is no such
+    strength."""
     s = effect.first
     for _ in range(6):
         s = min(s, effect.most)
@@ -73,7 +75,7 @@ def make_strong(case, effect, wanted):
 
 
 def individual(design, seed, number, count):
-    """The design, or where there are several a section that flaps otherwise, as everybody knows."""
+    """Returns the design, or, if there are several individuals, a section with another motion that is stated in the files."""
     if count == 1:
         return design
     rng, k = numbers(seed, "flight individual", number), design.kinematics
@@ -82,7 +84,7 @@ def individual(design, seed, number, count):
 
 
 def draw(seed, number, design, options):
-    """The case with what it hides and its noise, and its truth so far."""
+    """Draws the hidden effects and the noise of a case; returns the case and its truth so far."""
     rng = numbers(seed, "flight", number)
     kinds = list(options.mix)
     shares = np.array([options.mix[kind] for kind in kinds], float)
@@ -124,7 +126,7 @@ def _make(task):
 
 
 def make_flights(design, folder, count, seed, options, jobs, tell):
-    """Makes the cases 1 to `count` that are not there yet."""
+    """Makes those of the cases 1 to `count` that do not exist yet."""
     ledger, seed = begin_batch(folder, seed, {"design": digest(dump(asdict(design))), "kind": "flight", "options": described(options)})
     tasks = [(design, seed, number, options, folder) for number in range(1, count + 1) if f"{number:04d}" not in ledger.cases]
     with workers(jobs) as pool:

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes blind cases: bending tests of wings that hide one thing, two or nothing, as measurement files, and their truths,
-sealed until the verdicts on all of them are written (tools/blindscore).
+"""Makes blind cases: measurement files of bending tests or flights that hide one effect, two or none, and their truths, sealed
+until the verdicts on all of them are written (tools/blindscore).
 
 usage: blindgen DESIGN.json FOLDER --cases N [--seed S] [--mix null=1,single=2] [--snr LOW HIGH] [--jobs N]
        blindgen DESIGN.json FOLDER --fixed [NAME ...]
 
-A design is a case of make_measurement (docs/guide/synthetic-measurements.md), whose mechanics are used, or, for flights, one of make_flight
-(docs/guide/synthetic-flights.md), known by its section "kinematics"; nothing is shared with flusi or with what fits or diagnoses.
-Without --seed the operating system gives one. The same seed gives the same bytes; a batch that was interrupted is completed, and made
-larger by a larger N. --fixed makes the cases in the design's section
-"fixed", with open truths. docs/results/blind-tests.md describes all.
+A design is a case of make_measurement (docs/guide/synthetic-measurements.md), whose mechanics are used, or, for flights, a case
+of make_flight (docs/guide/synthetic-flights.md), which is recognised by its section "kinematics". Nothing is shared with flusi or
+with the programs that fit or diagnose. Without --seed the operating system gives one. The same seed gives the same bytes; a batch
+that was interrupted is completed, and a larger N adds cases to it. --fixed makes the cases in the design's section "fixed", with
+open truths. docs/results/blind-tests.md describes all of this.
 """
 import argparse
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blind cases of bending tests and natural modes of the same wing. Its stiffness explains what it can in both together."""
+"""Blind cases of bending tests and natural modes of the same wing. One stiffness has to explain both."""
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from flusi_msm.measurement.file import write_test
 from flusi_msm.wing.file import read_wing
 
 STEP = 1e-4
-# The modes of the generator are those of a wing that is flat, without stress and on a stiff clamp, and moves little.
+# The modes of the generator are those of a wing that is flat, without stress and on a stiff clamp, and that moves little.
 LEFT_OUT = (effects.camber, effects.pretension, effects.root_compliance, effects.one_way_joint)
 KNOWN = tuple(e for e in effects.KNOWN if e not in LEFT_OUT) + vibration_effects.INERTIA
 OUTSIDE = (*effects.OUTSIDE, vibration_effects.membrane_wave)
@@ -30,7 +30,7 @@ class JointCase(Case):
 
 
 class JointIndividual(Individual):
-    """One wing; modes are those in air."""
+    """One wing; its modes are those in air."""
 
     def __init__(self, design, seed, number):
         rng = numbers(seed, "joint", number)
@@ -43,16 +43,16 @@ class JointIndividual(Individual):
         return OUTSIDE if kind == "outside" else KNOWN
 
     def finish(self, content, case, mesh):
-        """Adds modes to the content of a bending test."""
+        """Adds the modes to the content of a bending test."""
         errors = np.random.default_rng([case.seed, 1])
         content["modes"] = vibration.measure(errors, case, mesh, self.vibration)[0]
 
     def residual(self, shown, own):
-        """Of modes that are shown against others, in units of their sd."""
+        """Returns the difference of two sets of modes, in units of its sd."""
         return np.concatenate([part for pair in paired(self.vibration, shown, own) for part in pair])
 
     def modes_of(self, mesh):
-        """(modes without effects, slopes of the residual by the columns of what stiffness explains and by the air, band)."""
+        """Returns (modes without effects, slopes of the residual with respect to stiffness and air, difference of the meshes)."""
         if mesh not in self.known:
             case = self.case(mesh, self.design.noise)
             base, model = subjects.shown_modes(case, mesh), self.bases[mesh].model
@@ -69,7 +69,7 @@ class JointIndividual(Individual):
         return self.known[mesh]
 
     def visibility(self, mesh, rig, case, seen, least=0.0):
-        """Of an effect whose case was bent last: see `Individual.deformations`."""
+        """Returns the signal-to-noise ratio of the effect whose shapes were computed last: see `Individual.deformations`."""
         oracle = self.oracle(mesh, rig, case)
         base, slopes, band = self.modes_of(mesh)
         d, n = oracle.filled(oracle.change(seen))[:, None], oracle.n_stiff
@@ -86,6 +86,6 @@ class JointIndividual(Individual):
 
 
 def write_joint(path, content):
-    """Bending tests and modes in one file."""
+    """Writes bending tests and modes in one file."""
     write_test(path, content)
     modes.write_modes(path, modes.Case(""), content["modes"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The ledger of blind cases and their sealed truths.
+"""Keeps the ledger of blind cases and their sealed truths.
 
     FOLDER/ledger.json          every case that was ever made, with the hashes of its measurement and of its truth
     FOLDER/NNNN.h5              measurements
@@ -26,7 +26,7 @@ def dump(data):
 
 
 def write(path, text):
-    """The file is there completely or not at all, also if others write the same one."""
+    """Writes a file completely or not at all, also if others write the same one."""
     part = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
         part.write_text(text)
@@ -55,7 +55,7 @@ class Ledger:
             self.cases, self.facts = {row["case"]: row for row in data["cases"]}, data["facts"]
 
     def begin(self, facts):
-        """Facts about the whole batch; those of a batch that exists must be the same."""
+        """Enters the facts about the whole batch; those of a batch that exists must be the same."""
         if self.cases and facts != self.facts:
             raise InputError(f"{self.folder}: holds a batch with other settings; use another folder")
         self.facts = facts
@@ -70,7 +70,7 @@ class Ledger:
                                "cases": [self.cases[name] for name in sorted(self.cases)]}))
 
     def seal(self, name, truth, salt):
-        """Seals the truth of a case whose measurement is written, and enters both."""
+        """Seals the truth of a case whose measurement is written, and enters both in the ledger."""
         text = dump(truth)
         write(self.folder / "sealed" / f"{name}.json", dump({"salt": salt, "truth": text}))
         self.cases[name] = {"case": name, "measurement": f"{name}.h5", "truth_sha256": digest(salt + text),
@@ -78,8 +78,8 @@ class Ledger:
         self.save()
 
     def open(self, verdicts):
-        """{case: (truth, verdict)} of all cases, for the verdicts {case: path}: after all of them exist, and with every
-        seal checked."""
+        """Returns {case: (truth, verdict)} of all cases, for the verdicts {case: path}. All verdicts must exist, and every seal
+        is checked."""
         missing = sorted(set(self.cases) - set(verdicts))
         if not self.cases:
             raise InputError(f"{self.path}: there are no cases")

@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How visible a hidden effect is: the signal-to-noise ratio of what remains of it when E, the joints and the declared
-errors have explained all they can.
+"""Computes how visible a hidden effect is: the signal-to-noise ratio of the part of it that cannot be explained by E, the joints
+and the declared errors.
 
 With d the change of all heights, C the covariance of the heights' errors (those of the unloaded scan are common to all
 loads), columns A of everything that a usual model may adjust and their prior covariance P,
 
     snr^2 = d C^-1 d - d C^-1 A (A C^-1 A + P^-1)^-1 A C^-1 d.
 
-Columns of A: ln E, ln k of the joints (priors of a decade); ln D of the membrane (MEMBRANE_SD, as a mesh has an effective
-one); the force, its place, tilt and height of each scan and the gain of all forces (their declared sd); and the change of
-all heights between the two meshes (sd 1). Derivatives are exact: forces are proportional to stiffness, and a shape answers
-to forces by its tangent. Where stiffness explains much of d, shapes with that stiffness take the place of the derivatives
-(Individual.visibility): a gain of 1.1, which other stiffness explains but for 0.4 um, has second derivatives of 2.6 um."""
+Columns of A: ln E, and ln k of the joints (priors of a decade); ln D of the membrane (MEMBRANE_SD, because its effective value
+depends on the mesh); the force, its place, tilt and height of each scan and the gain of all forces (their declared sd); and the
+change of all heights between the two meshes (sd 1). Derivatives are exact: forces are proportional to stiffness, and the tangent
+gives the change of a shape with the forces. Where stiffness explains much of d, shapes with that stiffness replace the
+derivatives (Individual.visibility). For example, other stiffness explains a gain of 1.1 up to 0.4 um, but the second derivatives
+are 2.6 um."""
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
@@ -21,15 +22,15 @@ from flusi_msm.measurement.scan import look
 from flusi_msm.results.files import InputError
 
 STEP = 1e-5  # [m] of a load's place, for its derivative
-FILLS = 4    # steps to the values of what is not seen; a few places in thousands
-MEMBRANE_SD = 0.1  # of ln D: what a measurement of one wing on one mesh takes for known
+FILLS = 4    # iterations for the values of what is not seen; they change by a few thousandths
+MEMBRANE_SD = 0.1  # of ln D: the value that a measurement of one wing on one mesh takes as known
 
 
 class Base:
-    """The wing of a bench without hidden effects under all loads: shapes, and the derivatives of its heights."""
+    """The wing of an experiment without hidden effects under all loads: its shapes, and the derivatives of its heights."""
 
     def __init__(self, bench, x=None, y=None):
-        """Without grid lines x, y there are shapes only."""
+        """Computes the shapes; without grid lines x, y there are no derivatives."""
         self.x, self.y = x, y
         self.model = bench.model()
         self.path = Path(self.model)
@@ -80,7 +81,7 @@ class Base:
         self.columns[load.name] = columns
 
     def _start(self, load):
-        """The shape under a similar force at the same place, mirrored if it was the opposite one."""
+        """Returns the known shape under a similar force at the same place, mirrored if the force was the opposite one."""
         solved = [other for other in self.loads if other.name in self.shapes and other.point == load.point]
         if not solved:
             return None
@@ -93,7 +94,8 @@ class Base:
         return u
 
     def _moved(self, load, step):
-        """Change of the forces per distance when the force acts elsewhere; on one side only near the edge."""
+        """Returns the change of the forces per distance when the force acts elsewhere; near the edge the difference is
+        one-sided."""
         places, here = [], np.array(load.point)
         for sign in (1, -1):
             try:
@@ -107,9 +109,9 @@ class Base:
 
 
 class Oracle:
-    """`clean` is what the experiment sees of the base without errors, as from `observe`; `band` the same of the other
-    mesh; both (loads, ny, nx) deformations; `fringe` the amplitude, length and direction of waves with another phase in
-    every scan."""
+    """Computes signal-to-noise ratios of changes. `clean` is the measurement of the base without errors, as from `observe`;
+    `band` is the same on the other mesh; both are deformations (loads, ny, nx). `fringe` has the amplitude, length and direction
+    of waves with another phase in every scan."""
 
     def __init__(self, base, noise, declared, clean, band, fringe=(0.0, 1.0, 0.0)):
         self.clean, n_loads = clean, len(base.loads)
@@ -166,7 +168,7 @@ class Oracle:
         return c
 
     def weigh(self, d):
-        """C^-1 d for columns d."""
+        """Returns C^-1 d for columns d."""
         parts, first = [], 0
         total = np.zeros((self.size, d.shape[1]))
         for rows, factor in zip(self.rows, self.factors):
@@ -180,11 +182,13 @@ class Oracle:
         return np.concatenate(parts)
 
     def change(self, seen):
-        """Of deformations (loads, ny, nx) at all places of the usual wing; not a number where `seen` is none."""
+        """Returns the change of deformations (loads, ny, nx) at all places of the usual wing; not a number where `seen` has no
+        value."""
         return seen[self.known] - self.clean[self.known]
 
     def filled(self, d):
-        """Where a change is not seen it says nothing: there it is what explains it elsewhere."""
+        """Fills in the change where it is not seen: there it gets the value that explains it elsewhere, so that it adds no
+        information."""
         unseen = ~np.isfinite(d)
         d = np.where(unseen, 0.0, d)
         if unseen.any():
@@ -193,18 +197,19 @@ class Oracle:
         return d
 
     def explain(self, d):
-        """Changes of ln E, ln k of the joints and ln D in the best explanation of a change d."""
+        """Returns the changes of ln E, ln k of the joints and ln D in the best explanation of a change d."""
         return cho_solve(self.matrix, self.weighted.T @ self.filled(d))[:self.n_stiff] * self.stiff_sd
 
     def snr(self, d):
-        """Of a change d."""
+        """Returns the signal-to-noise ratio of a change d."""
         d = self.filled(d)[:, None]
         weighted = self.weigh(d)
         g = self.weighted.T @ d
         return float(np.sqrt(max(0.0, (d * weighted).sum() - (g * cho_solve(self.matrix, g)).sum())))
 
     def band_snr(self):
-        """Of the difference of the meshes against noise alone: what an error of discretisation would look like."""
+        """Returns the signal-to-noise ratio of the difference of the meshes against noise alone, that is, the visibility of an
+        error of discretisation."""
         keep = np.arange(self.a.shape[1]) != self.band_column
         d = self.a[:, [self.band_column]]
         gram = (self.a.T @ self.weighted + np.eye(len(keep)))[np.ix_(keep, keep)]

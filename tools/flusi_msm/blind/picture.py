@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The confusion matrix of blind cases as a picture."""
+"""Draws the confusion matrix of blind cases."""
 import matplotlib
 
 matplotlib.use("Agg")
@@ -11,7 +11,7 @@ from flusi_msm.style import save, use_style
 
 
 def draw_confusion(path, cases):
-    """Counts of cases by true cause and verdict; colours are shares of the row."""
+    """Draws the counts of cases by true cause and verdict; colours are shares of the row."""
     rows, columns, counts = confusion_of(cases)
     use_style()
     figure, axes = plt.subplots(figsize=(1.5 + 0.42 * len(columns), 1.5 + 0.3 * len(rows)))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The results of a study: targets beside point estimates and bounds, what goes wrong by cause, and the last line."""
+"""Prints the results of a study: targets with point estimates and bounds, the errors for each cause, and the last line in JSON.
+"""
 import json
 
 import numpy as np
@@ -15,7 +16,8 @@ REPEATS = 2000  # of the bootstrap
 
 
 def collect(study, folder, count):
-    """(cases, records, oracles) of all that is finished; a program that failed counts as not saying anything."""
+    """Returns (cases, records, oracles) of all that is finished; a program that failed counts as a verdict of data_insufficient.
+    """
     cases, records, oracles = [], {}, {}
     for number in range(1, count + 1):
         path, place = (folder / f"{number:04d}{end}.json" for end in ("", ".oracle"))
@@ -33,8 +35,8 @@ def collect(study, folder, count):
 
 
 def gain_of(oracles, cases):
-    """(gain of all extensions over that of all true causes, 95 % bounds by bootstrap over cases, cases), or None. What was
-    added beside a verdict that names nothing is no gain."""
+    """Returns (gain of all extensions over that of all true causes, 95 % bounds by bootstrap over cases, number of cases); the
+    first is None if there is no gain. An extension whose verdict names no cause counts as no gain."""
     says = {case.name: case.verdict in ("named", "consistent_with_set") for case in cases}
     rows = np.array([(one["gain"] if says[name] else 0.0, one["oracle"]) for name, one in oracles.items()
                      if one["oracle"] is not None])
@@ -68,7 +70,7 @@ def table_of(title, scores):
 
 
 def causes_table(cases):
-    """What becomes of each hidden cause at signal-to-noise ratios of at least 8."""
+    """Returns the verdicts on each hidden cause at signal-to-noise ratios of at least 8."""
     rows = {}
     for case in cases:
         if case.kind in ("single", "outside") and case.snr >= 8:
@@ -97,7 +99,7 @@ def snr_table(scores):
 
 
 def costs(cases):
-    """CPU seconds of the stages."""
+    """Returns the CPU seconds of the stages."""
     lines = []
     for title, chosen in (("small wing, its mesh", [c for c in cases if c.wing == "small" and c.mesh == "same"]),
                           ("small wing, finer mesh", [c for c in cases if c.wing == "small" and c.mesh == "finer"]),
@@ -113,7 +115,7 @@ def costs(cases):
 
 
 def print_report(study, folder, count, figure=None, map_file=None):
-    """Prints everything, the machine-readable line last; scores.json beside the verdicts has all of it. The map of
+    """Prints everything, the machine-readable line last; scores.json in the folder of verdicts has all of it. The map of
     probabilities goes to `map_file`."""
     cases, records, oracles = collect(study, folder, count)
     if not cases:
@@ -147,7 +149,7 @@ def print_report(study, folder, count, figure=None, map_file=None):
         print(f"  no verdict on {name}: exit code {records[name]['exit_code']}, {records[name]['problem']}")
     print(costs(cases))
     whole = scores["all"]
-    # A program with a map has learned it on the odd cases.
+    # The map of a program was learned from the odd cases.
     is_mapped = any(case.probability != case.raw for case in cases)
     even = [case for case in cases if int(case.name) % 2 == 0]
     error = calibration_error(even)[0] if is_mapped else whole["ece"]

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scores verdicts on the blind cases of tools/blindgen: opens the sealed truths once all verdicts are there, and prints
-how often alarms were false, causes found, rightly and wrongly named, with 95 % bounds; all cases, and apart those on the
-mesh of the wing file and those on a finer one. The last line is JSON.
+"""Scores verdicts on the blind cases of tools/blindgen: opens the sealed truths once all verdicts exist, and prints how often
+alarms were false, causes were found, and causes were named rightly or wrongly, with 95 % bounds. It does so for all cases, and
+separately for those on the mesh of the wing file and those on a finer one. The last line is JSON.
 
 usage: blindscore FOLDER [--verdicts FOLDER/verdicts] [-o scores.json] [--figure confusion.png]
 
-The verdict of case NNNN is NNNN.json in the folder of verdicts, or NNNN/diagnosis.json there; docs/results/blind-tests.md says
-what is read from it.
+The verdict of case NNNN is NNNN.json in the folder of verdicts, or NNNN/diagnosis.json there; docs/results/blind-tests.md lists
+the values that are read from it.
 """
 import argparse
 import json
@@ -17,7 +17,7 @@ from flusi_msm.errors import InputError, run_command
 
 
 def verdicts_in(folder):
-    """{case: path}."""
+    """Returns the verdicts in a folder as {case: path}."""
     found = {path.stem: path for path in folder.glob("[0-9]*.json")}
     found.update({path.parent.name: path for path in folder.glob("[0-9]*/diagnosis.json")})
     return found

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scores of verdicts on blind cases, with bounds for shares of few cases."""
+"""Computes scores of verdicts on blind cases, with bounds for shares of few cases."""
 from math import sqrt
 
 import numpy as np
@@ -14,7 +14,7 @@ BINS = 10  # of probabilities
 
 
 def wilson(hits, n, z=1.959963984540054):
-    """95 % bounds of Wilson for a share."""
+    """Returns 95 % bounds of Wilson for a share."""
     if n == 0:
         return float("nan"), float("nan")
     share, middle = hits / n, (hits + z * z / 2) / (n + z * z)
@@ -23,7 +23,7 @@ def wilson(hits, n, z=1.959963984540054):
 
 
 def clopper_pearson(hits, n, level=0.95):
-    """Exact bounds of a share."""
+    """Returns exact bounds of a share."""
     if n == 0:
         return float("nan"), float("nan")
     tail = (1 - level) / 2
@@ -32,7 +32,7 @@ def clopper_pearson(hits, n, level=0.95):
 
 
 class Case:
-    """A truth beside its verdict."""
+    """A truth and the verdict on it."""
 
     def __init__(self, name, truth, verdict):
         verdict = flat_verdict(verdict)
@@ -70,16 +70,16 @@ class Case:
         return self.verdict in ("named", "consistent_with_set") and any(name in names for names in self.sets)
 
     def is_named(self, name):
-        """Alone, or in a set of names of the same thing."""
+        """Returns whether the verdict names this cause alone, or in a set of names that mean the same."""
         return self.verdict == "named" and [name] in self.sets or self.verdict == "consistent_with_set" and \
             any(is_same and names == [name] for is_same, names in zip(self.only_same, self.sets))
 
     def names_wrongly(self):
-        """It gives a single name that is not a cause."""
+        """Returns whether the verdict gives a single name that is not a cause."""
         return self.verdict == "named" and any(len(names) == 1 and names[0] not in self.true_names for names in self.sets)
 
     def is_right(self):
-        """The verdict as a whole."""
+        """Returns whether the verdict as a whole is right."""
         if self.kind == "null":
             return self.verdict == "adequate"
         if self.kind == "outside":
@@ -123,7 +123,7 @@ def shares_of(cases):
 
 
 def calibration_error(cases, stated=lambda case: case.probability):
-    """Expected calibration error over bins of the stated probability, with the Brier score; None without any."""
+    """Returns the expected calibration error over bins of the stated probability, and the Brier score; None without any."""
     chosen = [case for case in cases if stated(case) is not None]
     if not chosen:
         return None, None
@@ -135,8 +135,8 @@ def calibration_error(cases, stated=lambda case: case.probability):
 
 
 def gain_fraction(cases, least=8.0):
-    """Of what the model misses on data it never saw, the share that the extension removes: sums over cases with a known
-    cause and at least this signal-to-noise ratio. A perfect model leaves one per residual."""
+    """Returns which part of the misfit on data that the model never saw is removed by the extension. It is a ratio of sums over
+    cases with a known cause and at least this signal-to-noise ratio. A perfect model has a misfit of one per residual."""
     removed = missed = n = 0
     for case in cases:
         if case.kind in ("single", "double") and case.snr >= least and case.gain:
@@ -147,7 +147,7 @@ def gain_fraction(cases, least=8.0):
 
 
 def interval_coverage(cases):
-    """(hits, n) of intervals with an end whose parameter belongs to a cause that is there."""
+    """Returns (hits, n) of intervals with an end whose parameter belongs to a cause of the case."""
     hits = n = 0
     for case in cases:
         for cause in case.causes:
@@ -162,7 +162,7 @@ def interval_coverage(cases):
 
 
 def scores_of(cases):
-    """Everything, as one dictionary."""
+    """Returns all scores as one dictionary."""
     error, brier = calibration_error(cases)
     fraction, n_gain = gain_fraction(cases)
     hits, n = interval_coverage(cases)
@@ -175,7 +175,7 @@ def scores_of(cases):
 
 
 def by_snr(cases, edges=(2, 4, 6, 8, 12, 20, 1e9)):
-    """What becomes of cases with one known cause, by signal-to-noise ratio."""
+    """Returns the verdicts on cases with one known cause, by signal-to-noise ratio."""
     rows = []
     for low, high in zip(edges[:-1], edges[1:]):
         chosen = [c for c in cases if c.kind == "single" and low <= c.snr < high]
@@ -188,7 +188,7 @@ def by_snr(cases, edges=(2, 4, 6, 8, 12, 20, 1e9)):
 
 
 def confusion_of(cases):
-    """(rows, columns, counts): true cause by verdict. A case of two causes is in no row."""
+    """Returns (rows, columns, counts): true cause by verdict. A case of two causes is in no row."""
     def row_of(case):
         return {"null": "none", "outside": "outside: "}.get(case.kind, "") + \
             ("" if case.kind == "null" else case.causes[0]["name"].split(":")[0])

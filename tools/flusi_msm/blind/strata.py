@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Of what a study consists: fixed numbers of cases of each kind and visibility, so mixed that any first part of the cases has
-their proportions."""
+"""Defines the cases of a study: fixed numbers of cases of each kind and visibility. They are mixed so that the first cases have
+about the same proportions as all of them."""
 from dataclasses import dataclass
 
 WHOLE = (2.0, 30.0)  # signal-to-noise ratios
@@ -30,12 +30,13 @@ STRATA = {"bending": BENDING, "vibration": VIBRATION, "joint": JOINT}
 
 
 def whole_study(kind="bending"):
-    """Its cases."""
+    """Returns the number of cases in the whole study of this kind."""
     return sum(stratum.count for stratum in STRATA[kind])
 
 
 def plan(count, kind="bending"):
-    """[(stratum, how many of it came before)] of the cases 1 to count: always the one that is most behind."""
+    """Returns [(stratum, how many of it came before)] of the cases 1 to count: the next case is always of the stratum that is
+    most behind."""
     strata, whole = STRATA[kind], whole_study(kind)
     before, rows = [0] * len(strata), []
     for number in range(1, count + 1):

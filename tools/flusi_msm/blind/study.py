@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The cases of a study of msm_diagnose, each with random numbers of its own: of bending, of vibration, or of both on the same
+"""Makes the cases of a study of msm_diagnose, each with its own random numbers: of bending, of vibration, or of both on the same
 wing."""
 import hashlib
 import os
@@ -22,7 +22,7 @@ DRAWS = 10
 
 
 def sources_digest(kind="bending"):
-    """Of the generator: all that decides about the bytes of a case."""
+    """Returns a digest of the generator: of all files that decide about the bytes of a case."""
     files = [path for folder in ("bending", "measurement") for path in (PACKAGE / folder).glob("*.py")]
     files += [PACKAGE / "wing/file.py", *(PACKAGE / f"blind/{part}.py" for part in ("cases", "effects", "oracle", "strata", "study"))]
     if kind != "bending":
@@ -53,11 +53,11 @@ class Study:
         return sealed["truth"]
 
     def wants_oracle(self, truth):
-        """Whether the gain of the true cause is asked for."""
+        """Returns whether the gain of the true cause is to be computed."""
         return self.kind == "bending" and truth["kind"] == "single" and truth["snr"] >= 8
 
     def make(self, number, stratum, before):
-        """Makes a case unless it is there: the measurement first, then its truth, each completely or not at all."""
+        """Makes a case unless it exists: the measurement first, then its truth, each completely or not at all."""
         if self.made(number):
             return
         begin = time.process_time()
@@ -79,13 +79,13 @@ class Study:
               dump({"truth": truth, "measurement_sha256": hashlib.sha256(path.read_bytes()).hexdigest()}))
 
     def _whose(self, stratum, before):
-        """The number of the individual of a case."""
+        """Returns the number of the individual of a case."""
         if self.kind == "vibration":
             return vibration.number_of(before)
         return 0 if stratum.wing == "large" else before // 4 % INDIVIDUALS
 
     def _drawn(self, number, stratum, before, individual):
-        """Content and truth; a wing that snaps under the errors of its loads is drawn again."""
+        """Returns content and truth; a case is drawn again if its wing snaps under the errors of its loads."""
         is_large = stratum.wing == "large"
         bounds = stratum.snr if stratum.kind == "single" else (0.0, float("inf"))
         for attempt in range(DRAWS):
@@ -100,7 +100,7 @@ class Study:
         raise InputError(f"{DRAWS} wings in a row snap")
 
     def individual(self, wing, who):
-        """A wing that has been bent before is read back."""
+        """Returns the individual; a wing whose shapes are already known is read from its file."""
         if self.latest[0] == (wing, who):
             return self.latest[1]
         path = self.folder / "individuals" / f"{wing}{who}.pickle"
@@ -115,7 +115,7 @@ class Study:
         return individual
 
     def _bent(self, wing, who):
-        """A wing as its cases begin."""
+        """Makes an individual, with the shapes from which its cases begin."""
         if self.kind == "vibration":
             return vibration.Individual(self.designs[wing], self.seed, who)
         if self.kind == "joint":
@@ -124,7 +124,7 @@ class Study:
 
 
 def designs_of(design):
-    """The design on its own wing, and on the one of about a thousand points beside it."""
+    """Returns the design on its own wing, and on the wing with about a thousand points in the same folder."""
     large = Path(design.wing).with_name(Path(design.wing).name.replace("_small", ""))
     if large == Path(design.wing) or not large.exists():
         raise InputError(f"{design.wing}: the study needs NAME_small.h5 and NAME.h5 beside it")

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What msm_diagnose writes, as the verdict that blind cases are scored by (docs/results/blind-tests.md)."""
+"""Converts the output of msm_diagnose to the verdict that blind cases are scored by (docs/results/blind-tests.md)."""
 
 SCHEMA = "flusi-msm diagnosis"
 
 
 def flat_verdict(data):
-    """The verdict in a JSON file: that of msm_diagnose is made flat, any other is left as it is."""
+    """Reads the verdict in a JSON file: that of msm_diagnose is converted to the flat form, any other is left as it is."""
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         return data
     verdict = data["verdict"]
     named = {"named": [{"names": [cause["effect"]]} for cause in verdict["causes"]],
              "consistent_with_set": [{"names": list(verdict["set"])}]}
-    if verdict.get("is_together"):  # not a choice: each of them, with the others
+    if verdict.get("is_together"):  # several causes at once and not a choice: each of them, with the others
         named["consistent_with_set"] = named["named"]
     flat = {"verdict": verdict["word"], "probability": verdict["probability"],
             "probability_raw": verdict.get("probability_raw", verdict["probability"]),
@@ -34,13 +34,14 @@ def flat_verdict(data):
 
 
 def density_gain(base, other):
-    """Sum over the locations that both predict of what `other` gains in log predictive density."""
+    """Returns the sum, over the locations that both predict, of the gain of `other` in log predictive density."""
     one, two = (dict(zip(folds["location"], folds["log_density"])) for folds in (base, other))
     return float(sum(two[place] - one[place] for place in one if place in two))
 
 
 def effect_lines(truth):
-    """Input of msm_diagnose that gives its wing or instrument the true effects of a case; None if that cannot be said."""
+    """Returns lines for the input of msm_diagnose that give its wing or instrument the true effects of a case; None if that is
+    not possible."""
     wing, instrument, sections = [], [], {}
     made = truth["generator"]["case"]
     for cause in truth["causes"]:

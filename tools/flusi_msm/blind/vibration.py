@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blind cases of vibration: natural modes, a record after a release, or both, of a wing that hides one thing or nothing."""
+"""Blind cases of vibration: natural modes, a record after a release, or both, of a wing that hides one effect or none."""
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
@@ -15,7 +15,7 @@ from flusi_msm.wing.file import read_wing
 
 INDIVIDUALS = 4
 RIGS = ("modes", "record", "both")
-OTHER_MESH = 4  # every so many cases of a stratum are of the finer mesh, of each wing in turn
+OTHER_MESH = 4  # every so many cases of a stratum have the finer mesh, for each wing in turn
 
 
 @dataclass
@@ -24,7 +24,7 @@ class Rig:
     name: str
     medium: str               # of the record; modes are those in air
     sites: np.ndarray         # points at which modes are seen
-    missing: tuple            # of the modes
+    missing: tuple            # numbers of modes that are not measured
     frequency: float = 0.003
     shape: float = 0.02
     motion: float = 0.01
@@ -41,12 +41,13 @@ class Rig:
 
 
 class Individual:
-    """One wing without hidden effects, and how visible effects are on it."""
+    """One wing without hidden effects; it can compute how visible effects are on it."""
 
     def __init__(self, design, seed, number):
         rng = numbers(seed, "vibration", number)
         s = design.stiffness
-        # E is sought, and joints are those that the input states: of the veins with its E. Without this they would be a hidden cause.
+        # E is fitted, and the joints are known from the input: they are those of the veins with its E. Other joints would be a
+        # hidden cause.
         plain = Model(read_wing(design.wing), replace(s, joints={}))
         joints = {h.joint: float(plain.hinge_stiffness(h)) for h in plain.hinge_plan if h.joint}
         self.base = subjects.Subject(design.wing, replace(s, E=float(s.E * 10**rng.uniform(-0.1, 0.1)), joints={**joints, **s.joints}),
@@ -66,7 +67,7 @@ class Individual:
 
 
 def make_strong(oracle, effect, wanted, bounds):
-    """(strength, snr) near the wanted ratio and within bounds, or None if that is out of reach."""
+    """Returns (strength, snr) near the wanted ratio and within bounds, or None if there is no such strength."""
     tried, s = [], effect.first
     for _ in range(8):
         s = min(s, effect.most)
@@ -82,7 +83,7 @@ def make_strong(oracle, effect, wanted, bounds):
 
 
 def fill_case(rng, seed, number, head, individual, snr, bounds):
-    """(write, truth) of a case whose head is drawn; write(path) makes the measurement."""
+    """Returns (write, truth) of a case whose kind and individual are drawn; write(path) makes the measurement."""
     oracle = individual.oracle(head["mesh"], head["rig"])
     subject, chosen = individual.base, None
     if head["kind"] != "null":
@@ -102,7 +103,7 @@ def fill_case(rng, seed, number, head, individual, snr, bounds):
 
 
 def draw_effect(rng, individual, oracle, kind, snr, bounds):
-    """(effect, strength, its signal-to-noise ratio)."""
+    """Draws an effect: returns (effect, strength, its signal-to-noise ratio)."""
     wing, effects = read_wing(individual.base.wing), menu(kind, oracle.rig.has_record)
     for _ in range(DRAWS):
         effect = effects[rng.integers(len(effects))](rng, wing, individual.base)
@@ -113,7 +114,7 @@ def draw_effect(rng, individual, oracle, kind, snr, bounds):
 
 
 def measure(rng, subject, mesh, rig):
-    """Modes as `write_modes` takes them, and a record as `write_series` does; none where the rig has none."""
+    """Returns modes as `write_modes` takes them, and a record as `write_series` does; none where the rig has none."""
     found, record = [], None
     if rig.has_modes:
         places = read_wing(subject.wing).points[rig.sites, :2]
@@ -133,7 +134,7 @@ def measure(rng, subject, mesh, rig):
 
 
 def write_parts(path, subject, rig, found, record):
-    """Writes a measurement file, or adds to one that is there."""
+    """Writes a measurement file, or adds to one that exists."""
     if found:
         modes.write_modes(path, subjects.modes_case(subject, subject.stiffness), found)
     if record:
@@ -143,7 +144,7 @@ def write_parts(path, subject, rig, found, record):
 
 
 def draw_case(study_seed, number, stratum, before, individual):
-    """(write, truth) of a case of a study."""
+    """Draws a case of a study: returns (write, truth)."""
     rng = numbers(study_seed, "vibration study", number)
     turn = before // len(RIGS)
     head = {"kind": stratum.kind, "rig": RIGS[before % len(RIGS)],
@@ -154,5 +155,5 @@ def draw_case(study_seed, number, stratum, before, individual):
 
 
 def number_of(before):
-    """Of the individual of a case that so many of its stratum precede."""
+    """Returns the number of the individual of a case, given how many cases of its stratum precede it."""
     return before // len(RIGS) % INDIVIDUALS

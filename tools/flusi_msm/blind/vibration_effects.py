@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What blind cases of vibration hide, beside effects of stiffness that bending tests have too. An effect that needs a record says so."""
+"""The effects that blind cases of vibration hide, in addition to those effects of stiffness that bending tests have too. An
+effect that needs a record is marked as such."""
 from dataclasses import replace
 
 import numpy as np
@@ -42,7 +43,7 @@ def membrane_gradient(rng, wing, subject):
 
 
 def point_mass(rng, wing, subject):
-    """On the outer three quarters: at the root it hardly moves."""
+    """Adds a point mass on the outer three quarters of the wing: near the root it hardly moves."""
     triangles = np.asarray(wing.triangles)
     areas, middle = triangle_areas(wing), wing.points[triangles].mean(1)
     root = wing.points[list(wing.root), 0].mean()
@@ -70,20 +71,21 @@ def viscoelasticity(rng, wing, subject):
 
 
 def membrane_bending(rng, wing, subject):
-    """Springs are not stretched about the flat rest: whatever is elastic and not sought is the membrane."""
+    """Changes the membrane's bending stiffness. Since springs are not stretched near the flat rest shape, it is the only elastic
+    property that is not fitted."""
     return replace(bending.membrane_bending(rng, wing, subject), also=("elasticity",))
 
 
 # ---- outside -------------------------------------------------------------------------------------
 
 def membrane_wave(rng, wing, subject):
-    """Mass that goes up and down over the membrane."""
+    """Makes the membrane's mass go up and down over the wing."""
     lx, ly = map(float, np.ptp(wing.points[:, :2], axis=0) / rng.uniform(0.7, 2.5, 2))
     return Effect("membrane_wave", lambda subject, s: mass(subject, membrane_wave=(s, lx, ly)), lambda s: {}, 0.05, 0.95, False)
 
 
 def soft_joint(rng, wing, subject):
-    """A joint is softer by 1 + s, where the baseline takes joints for known."""
+    """Makes a joint softer by the factor 1 + s, where the baseline takes the joints as known."""
     joint = str(rng.choice(sorted(wing.joints)))
     k = subject.stiffness.joints[joint]
     return Effect("soft_joint", lambda subject, s: bending.stiffness(subject, joints={**subject.stiffness.joints, joint: k / (1 + s)}),
@@ -91,31 +93,31 @@ def soft_joint(rng, wing, subject):
 
 
 def drag(rng, wing, subject):
-    """With the square of the speed."""
+    """Adds a drag that grows with the square of the speed."""
     return replace(plain("drag", damping, 50.0, 1e5, 1.0), is_known=False)
 
 
 def shake(rng, wing, subject):
-    """The clamp goes on moving after the release."""
+    """Lets the clamp continue to move after the release."""
     hertz = float(rng.uniform(150.0, 900.0))
     return Effect("shake", lambda subject, s: unstated(subject, shake=(s, hertz)), lambda s: {}, 0.1, 1e3, False)
 
 
 def lag(rng, wing, subject):
-    """A filter that nobody stated."""
+    """Adds a filter that no file states."""
     return replace(plain("lag", unstated, 2e-6, 1e-3, 1.0), is_known=False)
 
 
 STRUCTURE = (bending.E_gradient, bending.E_per_vein, bending.taper, bending.soft_place, bending.vein_torsion, bending.damage,
              membrane_bending)
 INERTIA = (vein_mass, membrane_mass, membrane_gradient, point_mass)
-DAMPING = (stiffness_damping, joint_friction, viscoelasticity)  # records alone show them
+DAMPING = (stiffness_damping, joint_friction, viscoelasticity)  # only records show them
 OUTSIDE = (bending.E_wave, bending.D_wave, membrane_wave, soft_joint)
 OUTSIDE_OF_RECORDS = (drag, shake, lag)
 
 
 def menu(kind, has_record):
-    """Effects of a case of this kind."""
+    """Returns the effects that a case of this kind can have."""
     if kind == "outside":
         return OUTSIDE + (OUTSIDE_OF_RECORDS if has_record else ())
     return STRUCTURE + INERTIA + (DAMPING if has_record else ())

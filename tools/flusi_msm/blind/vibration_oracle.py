@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How visible a hidden effect is in natural modes and records: the signal-to-noise ratio of what remains of it when all that a
-usual model may adjust has explained what it can. snr^2 is the smallest sum of squares, priors included, over
+"""Computes how visible a hidden effect is in natural modes and records: the signal-to-noise ratio of the part of it that a usual
+model cannot explain. snr^2 is the smallest sum of squares, priors included, over
 
     ln E (sd of a decade), ln D (0.1), ln of the air that moves with the wing (0.3), ln of damping in proportion to the mass (a
     decade), size and trigger of the excitation (their sd), and on the finer mesh the difference of the meshes (1),
 
-sought by Gauss and Newton, as a record turns with the frequency. The wing with these values is that without the effect in its
-lowest modes (Ritz), so that thousands of them take no time."""
+found by the method of Gauss and Newton, since a record depends nonlinearly on the frequency. The wing with these values is that
+without the effect in its lowest modes (Ritz), so that thousands of evaluations need little time."""
 from dataclasses import replace
 
 import numpy as np
@@ -50,12 +50,12 @@ class Ritz:
         self.points[moving] = nodes[motion.place[moving]]
 
     def matrices(self, q):
-        """Stiffness and mass where the logarithms are q."""
+        """Returns stiffness and mass for the logarithms q."""
         k = self.k + np.expm1(q.get("E", 0.0)) * self.k_veins + np.expm1(q.get("D", 0.0)) * self.k_membrane
         return k, self.m + np.exp(q.get("air", 0.0)) * self.air
 
     def modes(self, q, count):
-        """As `shown_modes`."""
+        """Returns the modes in the form of `shown_modes`."""
         values, vectors = linalg.eigh(*self.matrices(q))
         found = []
         for value, vector in zip(values, vectors.T):
@@ -67,7 +67,7 @@ class Ritz:
         return found
 
     def record(self, q):
-        """As `shown_record`, and its derivative in time: exact in time."""
+        """Returns the record in the form of `shown_record`, and its derivative in time; the solution in time is exact."""
         k, m = self.matrices(q)
         n, d = len(k), self.d
         c = d.rayleigh_mass * np.exp(q.get("damping", 0.0)) * m + d.rayleigh_stiffness * k
@@ -83,7 +83,7 @@ class Ritz:
 
 
 class Oracle:
-    """Of one wing on one mesh in one kind of experiment."""
+    """Computes signal-to-noise ratios for one wing on one mesh in one kind of experiment."""
 
     def __init__(self, base, mesh, rig):
         self.base, self.mesh, self.rig = base, mesh, rig
@@ -95,7 +95,7 @@ class Oracle:
         if rig.has_record:
             self.names += ["damping", "size", "trigger"]
         self.offset = 0.0
-        if rig.has_record:  # of the sum of few modes and of steps in time
+        if rig.has_record:  # difference between the sum of few modes and the steps in time
             self.offset = subjects.shown_record(base, mesh, rig.medium) - self.still.record({})[0]
         self.sd_record = rig.motion * np.abs(self.still.record({})[0]).max() if rig.has_record else 1.0
         self.band = None
@@ -105,12 +105,12 @@ class Oracle:
             self.names.append("band")
 
     def show(self, subject):
-        """What the experiment would show without errors: (modes or None, record or None)."""
+        """Returns what the experiment would show without errors: (modes or None, record or None)."""
         return (subjects.shown_modes(subject, self.mesh) if self.rig.has_modes else None,
                 subjects.shown_record(subject, self.mesh, self.rig.medium) if self.rig.has_record else None)
 
     def residual(self, shown, q):
-        """What the wing with q leaves of what is shown, in units of the sd."""
+        """Returns the difference between what is shown and the wing with q, in units of the sd."""
         rig, rows = self.rig, []
         if rig.has_modes:
             own = self.air.modes(q, subjects.MODES + 2)
@@ -123,7 +123,7 @@ class Oracle:
         return whole if self.band is None else whole - q.get("band", 0.0) * self.band
 
     def snr(self, shown):
-        """Of what a subject with an effect shows."""
+        """Returns the signal-to-noise ratio of a measurement of a subject with an effect."""
         sd = np.array([PRIORS[name] for name in self.names])
         at, best = np.zeros(len(sd)), np.inf
         for _ in range(STEPS):
@@ -142,7 +142,8 @@ class Oracle:
 
 
 def paired(rig, shown, own):
-    """(ln of frequencies, shape across the other one) of the modes that are measured, each in units of its sd."""
+    """Returns (ln of frequencies, part of the shape across the other one) of the modes that are measured, as differences in
+    units of their sd."""
     left = list(range(len(own)))
     for number, (hertz, shape) in enumerate(shown[:subjects.MODES], 1):
         seen = shape[rig.sites]

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The wing of a blind case of vibration, as it really is, and what an experiment without errors would show of it: natural modes and
-a record after a release. The mechanics are those of make_modes and make_series."""
+"""The wing of a blind case of vibration with its hidden effects, and what an experiment without errors would show of it: natural
+modes and a record after a release. The mechanics are those of make_modes and make_series."""
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -20,8 +20,8 @@ STEPS = 64  # of time in a sample: with 8 the error of time has a signal-to-nois
 
 @dataclass
 class Unstated:
-    """What acts on a record and stands in no file."""
-    shake: tuple = (0.0, 300.0)  # [m/s^2] and [Hz] of the clamp, which goes on after the release
+    """Disturbances of a record that no file states."""
+    shake: tuple = (0.0, 300.0)  # [m/s^2] and [Hz] of the clamp, which continues to move after the release
     lag: float = 0.0             # [s] of a filter of first order
 
 
@@ -38,7 +38,7 @@ class Subject:
 
 
 def meshed(subject, mesh):
-    """(wing on that mesh, that of the wing file if it is another one, stiffness with that of soft places)."""
+    """Returns (wing on that mesh, wing of the wing file if it is another one, stiffness with that of soft places)."""
     plain = read_wing(subject.wing)
     wing = with_soft_places(plain, subject)
     wing.mass = plain.mass
@@ -62,13 +62,14 @@ def record_case(subject, stiffness, medium, steps=STEPS):
 
 
 def shown_modes(subject, mesh):
-    """[(frequency, shape (points))]; more than are measured, so that modes which change their order are still there."""
+    """Returns [(frequency, shape (points))] of more modes than are measured, so that modes which change their order are still
+    among them."""
     wing, coarse, stiffness = meshed(subject, mesh)
     return modes.find_modes(wing, modes_case(subject, stiffness, MODES + 2), coarse)
 
 
 def shown_record(subject, mesh, medium, steps=STEPS, late=0.0):
-    """(samples, places) [m] from `late` [s] after the release on."""
+    """Returns the record (samples, places) [m], which begins `late` [s] after the release."""
     wing, coarse, stiffness = meshed(subject, mesh)
     case = record_case(subject, stiffness, medium, steps)
     size, hertz = subject.unstated.shake

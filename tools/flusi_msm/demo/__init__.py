@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The whole way once: a drawn wing is bent, trained, diagnosed and flown."""
+"""Goes through the whole workflow once: a drawn wing is bent, trained, diagnosed and flown."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Command line of the demo."""
+"""The command line of the demo."""
 from __future__ import annotations
 
 import argparse
@@ -27,7 +27,7 @@ SHOWN = ("wing.png", "training.html", "diagnosis.html", "beat.png", "flow.png")
 
 
 def prepare(folder: Path) -> None:
-    """Copies the inputs that are not there yet: what the user has changed stays."""
+    """Copies the inputs that do not exist yet: files that the user has changed are kept."""
     for source, name in copies(ROOT):
         place = folder / name
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -36,7 +36,7 @@ def prepare(folder: Path) -> None:
 
 
 def verdict(folder: Path) -> List[str]:
-    """What msm_diagnose has said, without its names of files."""
+    """Returns the verdict that msm_diagnose has printed, without its names of files."""
     text = (folder / "logs/diagnose.log").read_text(encoding="utf-8")
     lines = last_lines(text, "verdict")
     ends = [at for at, line in enumerate(lines) if line.startswith(("next", "files"))]
@@ -44,7 +44,7 @@ def verdict(folder: Path) -> List[str]:
 
 
 def open_page(page: Path) -> bool:
-    """Opens a page where a person can see it."""
+    """Opens a page in the browser, if there is one."""
     has_screen = sys.platform == "darwin" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     return bool(sys.stdout.isatty() and has_screen and webbrowser.open(page.resolve().as_uri()))
 
@@ -76,5 +76,5 @@ def command() -> None:
     parser.add_argument("--ranks", type=int, default=2, metavar="N", help="MPI ranks of the programs (default 2)")
     parser.add_argument("--no-open", action="store_true", help="do not open the report in a browser")
     options = parser.parse_args()
-    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # so that its programs are told, too
+    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # so that its programs are stopped, too
     run_command("demo", lambda: demo(options))

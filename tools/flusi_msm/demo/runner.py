@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs steps one after another and skips those that are done, so that a stopped demo goes on where it stopped."""
+"""Runs steps one after another and skips those that are done, so that a stopped demo continues where it stopped."""
 from __future__ import annotations
 
 import hashlib
@@ -19,7 +19,7 @@ WIDTH = 76  # of the live line on a terminal
 
 
 class Runner:
-    """Runs steps in one folder; `.steps` there holds for every step what it was begun and done with."""
+    """Runs steps in one folder; `.steps` there keeps for every step the checksums with which it was begun and done."""
 
     def __init__(self, folder: Path, ranks: int, n_steps: int) -> None:
         self.folder = folder
@@ -31,7 +31,7 @@ class Runner:
             path.mkdir(parents=True, exist_ok=True)
 
     def run(self, number: int, step: Step) -> None:
-        """Does one step unless it is done. InputError tells a step that failed, with the end of its log."""
+        """Does one step unless it is done. An InputError reports a step that failed, with the end of its log."""
         heading = f"==> {number} of {self.n_steps}  {step.title}"
         key = self.key(step)
         if self.is_done(step, key):
@@ -52,7 +52,7 @@ class Runner:
         print(f"    {time.monotonic() - begin:.0f} s, log in {self.log(step).relative_to(self.folder)}", flush=True)
 
     def key(self, step: Step) -> str:
-        """A checksum of the command and of what it reads."""
+        """Returns a checksum of the command and of the files that it reads."""
         digest = hashlib.sha256(step.command.encode())
         for name in step.reads:
             path = self.folder / name
@@ -67,7 +67,7 @@ class Runner:
         return stamp.exists() and stamp.read_text() == key
 
     def words(self, step: Step, key: str) -> List[str]:
-        """The command. A run that was killed goes on, one of other inputs begins again."""
+        """Returns the command. A run that was killed continues; a run with other inputs begins again."""
         words = shlex.split(step.command)
         if words[0] == "mpirun":
             words[2] = str(self.ranks)
@@ -80,7 +80,7 @@ class Runner:
 
     @staticmethod
     def resolved(words: Sequence[str]) -> List[str]:
-        """With the programs and tools of this tree in place of their names."""
+        """Replaces names of programs and tools by their paths in this tree."""
         if words[0] == "mpirun":
             return [*words[:3], str(program(words[3])), *words[4:]]
         if words[0] in PROGRAMS:
@@ -88,7 +88,7 @@ class Runner:
         return [sys.executable, str(ROOT / "tools" / words[0]), *words[1:]]
 
     def call(self, step: Step, words: Sequence[str]) -> int:
-        """The exit code; what it prints goes to the log, and the newest line of it to a terminal."""
+        """Runs the command and returns its exit code; its output goes to the log, and the newest line of it to a terminal."""
         is_live = sys.stdout.isatty()
         with open(self.log(step), "w", encoding="utf-8") as log:
             try:
@@ -101,7 +101,7 @@ class Runner:
                 try:
                     self.follow(process.stdout or (), log, is_live)
                 except BaseException:
-                    process.terminate()  # a run that goes on alone would hold the folder
+                    process.terminate()  # a program that continues alone would block the folder
                     raise
         if is_live:
             print("\r\033[K", end="")
@@ -129,7 +129,7 @@ class Runner:
 
 
 def last_lines(text: str, first: str, n_lines: Optional[int] = None) -> List[str]:
-    """From the line that begins with `first` on, at most n_lines; nothing if there is none."""
+    """Returns the lines from the one that begins with `first` on, at most n_lines; nothing if there is none."""
     lines = text.split("\n")
     for at, line in enumerate(lines):
         if line.startswith(first):

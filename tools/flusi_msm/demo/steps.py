@@ -12,7 +12,8 @@ VERDICTS = (0, 10, 11, 12)  # of msm_diagnose: it has ended with a verdict
 
 @dataclass(frozen=True)
 class Step:
-    """One command, run in `folder` below that of the demo. It reads and makes files there, seen from the demo's folder."""
+    """One command, run in `folder` below that of the demo. The files that it reads and makes are relative to the demo's folder.
+    """
     name: str
     title: str
     command: str
@@ -55,7 +56,8 @@ STEPS = (
 
 
 def copies(root: Path) -> Tuple[Tuple[Path, str], ...]:
-    """What the folder of the demo begins with: files of the source or of an installation, and their places there."""
+    """Returns the files that the folder of the demo begins with, from the source or from an installation, and their places
+    there."""
     return (*((path, path.name) for path in sorted((root / "ini/demo").iterdir())),
             (root / "wings/calliphora.svg", "calliphora.svg"),
             (root / "ini/kinematics/calliphora.ini", "kinematics/calliphora.ini"))

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws a diagnosis of msm_diagnose and collects everything in one page that needs no other file: the verdict and what is
-gained by it, what it may be confused with, maps of what the model misses, all candidates, and what to measure next.
+"""Draws a diagnosis of msm_diagnose and collects everything in one page that needs no other file: the verdict and its gain, the
+causes that it cannot be told from, maps of the misfit of the model, all candidates, and recommendations for the next measurement.
 
 usage: plot_diagnosis NAME.json [-o HTML] [--pictures FOLDER] [--flight BASELINE EXTENDED]
 
-The page is NAME_report.html beside NAME.json, pictures are NAME_<picture>.png.
-NAME.h5 is looked for beside NAME.json. --flight adds what the cause changes in lift, drag and power: two folders of runs,
-as ini/diagnose-flight.ini describes them.
+The page is NAME_report.html in the folder of NAME.json, and pictures are NAME_<picture>.png. NAME.h5 must be in the same folder.
+--flight adds the changes of lift, drag and power by the cause: two folders of runs, which ini/diagnose-flight.ini describes.
 """
 import argparse
 import io
@@ -35,7 +34,7 @@ LIMIT = 4.0  # sd, of the colours of residuals
 
 
 def read(path):
-    """The JSON file and the tables of the HDF5 file beside it."""
+    """Reads the JSON file, and the tables of the HDF5 file in the same folder."""
     try:
         diagnosis = json.loads(path.read_text())
     except (OSError, ValueError) as error:
@@ -56,12 +55,12 @@ def read(path):
 
 
 def table_of(values):
-    """Rows of a table, whichever way it was stored."""
+    """Returns the rows of a table, in whichever form it was stored."""
     return values if values.shape[1] in (4, 7) else values.T
 
 
 def outline_of(diagnosis, folder):
-    """Lines (n, 2) [mm] of the edge and the veins of the wing, if its file is still there."""
+    """Returns the lines (n, 2) [mm] of the edge and the veins of the wing, if its file still exists."""
     places = [folder / diagnosis["wing"], Path(diagnosis["wing"])]
     path = next((place for place in places if place.is_file()), None)
     if path is None:
@@ -84,8 +83,8 @@ def draw_outline(ax, lines):
 
 
 def draw_residuals(loads, outline, is_extended):
-    """[(load, figure)]: residuals of baseline and extended wing, in units of their sd, for the loads at which the cause shows
-    best, or that fit worst."""
+    """Returns [(load, figure)]: residuals of the baseline and the extended wing, in units of their sd, for the loads that show
+    the cause best, or that fit worst."""
     def weight(name):
         rows = table_of(loads[name][0])
         return float(np.sum((rows[:, 5] - rows[:, 6])**2 if is_extended else rows[:, 5]**2))
@@ -95,7 +94,7 @@ def draw_residuals(loads, outline, is_extended):
 
 
 def draw_load(name, table, point, force, outline, is_extended):
-    """The maps of one load; narrow, so that a phone shows them."""
+    """Draws the maps of one load; they are narrow enough for a phone."""
     rows = table_of(table)
     on = (rows[:, 0] != 0) | (rows[:, 1] != 0)
     x, y = 1e3 * rows[on, 0], 1e3 * rows[on, 1]
@@ -122,7 +121,7 @@ def draw_load(name, table, point, force, outline, is_extended):
 
 
 def draw_unknown(name, values, outline, region=None):
-    """Where stiffness or forces would have to differ; places of the region of an unknown cause have a thick edge."""
+    """Draws where stiffness or forces would have to differ; places in the region of an unknown cause have a thick edge."""
     figure, ax = plt.subplots(figsize=(6.2, 3.4), layout="constrained")
     rows = table_of(values)
     places, ratio = 1e3 * rows[:, :2], rows[:, 2] / np.maximum(rows[:, 3], 1e-300)
@@ -143,7 +142,7 @@ def draw_unknown(name, values, outline, region=None):
 
 
 def nearest_distance(places):
-    """The usual distance of a place to the nearest other one; 1 for one place."""
+    """Returns the median distance of a place to its nearest neighbour; 1 for one place."""
     if len(places) < 2:
         return 1.0
     between = np.linalg.norm(places[:, None] - places[None], axis=2)
@@ -151,7 +150,7 @@ def nearest_distance(places):
 
 
 def draw_evidence(effects):
-    """Evidence of all candidates that were tested."""
+    """Draws the evidence of all candidates that were tested."""
     tested = sorted((e for e in effects if e["status"] == "tested"), key=lambda e: e["log_evidence"])
     figure, ax = plt.subplots(figsize=(6.2, 0.8 + 0.24 * len(tested)), layout="constrained")
     values = [e["log_evidence"] for e in tested]
@@ -166,7 +165,8 @@ def draw_evidence(effects):
 
 
 def places_of(loads):
-    """Places (x, y) [m] at which loads act, in the order of the loads' names: the locations of the validation."""
+    """Returns the places (x, y) [m] at which loads act, in the order of the loads' names: these are the locations of the
+    validation."""
     places = []
     for name in sorted(loads):
         if not any(np.allclose(loads[name][1], place, rtol=0, atol=1e-9) for place in places):
@@ -175,7 +175,7 @@ def places_of(loads):
 
 
 def draw_folds(validation, loads):
-    """Log predictive density of every location that was left out."""
+    """Draws the log predictive density of every location that was left out."""
     base, extended = validation["baseline"], validation["extended"]
     common = [f for f in base["location"] if f in extended["location"]]
     gains = [extended["log_density"][extended["location"].index(f)] - base["log_density"][base["location"].index(f)]
@@ -194,7 +194,7 @@ def draw_folds(validation, loads):
 
 
 def pictures_of(diagnosis, loads, unknown, outline, modes=(), records=()):
-    """(name, heading, caption, [(part, figure)])."""
+    """Returns the pictures as (name, heading, caption, [(part, figure)])."""
     made = []
     if loads:
         is_extended = diagnosis["extended"]["is_found"]
@@ -242,7 +242,7 @@ def write_picture(options, name, data):
 
 
 def drawn(figure, options, *names):
-    """The figure as PNG, also as a file if the user wants pictures."""
+    """Returns the figure as PNG; it is also written as a file if the user wants pictures."""
     data = io.BytesIO()
     figure.savefig(data, format="png", dpi=130)
     plt.close(figure)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a diagnosed cause changes in flight: two runs of flusi, with the baseline and with the extended wing, as a section of
+"""Shows how a diagnosed cause changes a flight: two runs of flusi, with the baseline and with the extended wing, as a section of
 the report."""
 import io
 from html import escape
@@ -16,14 +16,14 @@ LABELS = ("baseline", "extended")
 
 
 def read_flights(folders):
-    """[(run, cycles, label)] of the last cycle that both runs have."""
+    """Returns [(run, cycles, label)] of the last cycle that both runs have."""
     runs = [FlappingRun(folder) for folder in folders]
     common = sorted(set(runs[0].cycles()) & set(runs[1].cycles()))[-1:]
     return [(run, run.choose(",".join(map(str, common))), label) for run, label in zip(runs, LABELS)]
 
 
 def sentence_of(rows):
-    """Changes of the means in words."""
+    """Describes the changes of the means in words."""
     changes = {name: change for name, _, _, _, _, change in rows}
     parts = [f"{name} by {100 * changes['mean ' + name]:+.1f} %" for name in ROWS]
     return f"With the extended wing in place of the baseline the mean {', the mean '.join(parts[:-1])} and the mean " \
@@ -31,7 +31,7 @@ def sentence_of(rows):
 
 
 def draw_flights(runs):
-    """Lift, drag and power of both over the beat."""
+    """Draws lift, drag and power of both runs over the beat."""
     figure, axes = plt.subplots(1, len(ROWS), figsize=(10, 2.8), layout="constrained")
     for ax, quantity in zip(axes, ROWS):
         for (run, cycles, label), colour, style in zip(runs, COLOURS, ("-", "--")):
@@ -59,7 +59,7 @@ def table_of_changes(runs, rows):
 
 
 def flight_section(folders):
-    """(html without the picture, picture) of two folders of runs, baseline first."""
+    """Returns (html without the picture, picture) of two folders of runs, baseline first."""
     runs = read_flights(folders)
     rows = rows_of(runs)
     return f"<p>{escape(sentence_of(rows))}</p>{table_of_changes(runs, rows)}", draw_flights(runs)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of measured natural modes beside those of the baseline and of the extended wing, for the report of a diagnosis."""
+"""Draws measured natural modes and those of the baseline and of the extended wing, for the report of a diagnosis."""
 import h5py
 import matplotlib.pyplot as plt
 import numpy as np
@@ -10,7 +10,8 @@ LIMIT = 4.0  # sd
 
 
 def read_modes(tables, diagnosis):
-    """[(facts of the JSON file, table (places, 6): x y measured sigma baseline extended)], in the order of frequencies."""
+    """Returns [(facts of the JSON file, table (places, 6): x y measured sigma baseline extended)], in the order of frequencies.
+    """
     modes = []
     if diagnosis.get("modes") and tables.exists():
         with h5py.File(tables, "r") as file:
@@ -21,8 +22,13 @@ def read_modes(tables, diagnosis):
     return modes
 
 
+def label(facts):
+    """Name of a mode; one about a loaded shape says so."""
+    return facts["name"] + (" (loaded)" if facts.get("is_loaded") else "")
+
+
 def draw_modes(modes, outline, draw_outline, is_extended):
-    """Frequencies against measured ones, and for each mode the shape and what the models leave of it."""
+    """Draws the frequencies of both models against measured ones, and for each mode its shape and the residuals of the models."""
     columns = 3 if is_extended else 2
     figure = plt.figure(figsize=(2.9 * columns, 1.6 + 1.25 * len(modes)), layout="constrained")
     grid = figure.add_gridspec(1 + len(modes), columns, height_ratios=[1.6] + [1.25] * len(modes))
@@ -34,7 +40,7 @@ def draw_modes(modes, outline, draw_outline, is_extended):
     for k, which in enumerate(("baseline", "extended")[:columns - 1]):
         values = np.array([facts[f"{which}_hz"] for facts, _ in modes])
         ax.plot(places + 0.12 * (k + 1), 100 * (values / measured - 1), "o", color=COLOURS[k], ms=4, label=which)
-    ax.set_xticks(places, [f"{facts['name']}\n{facts['frequency_hz']:.0f} Hz" for facts, _ in modes], fontsize=7)
+    ax.set_xticks(places, [f"{label(facts)}\n{facts['frequency_hz']:.0f} Hz" for facts, _ in modes], fontsize=7)
     ax.set_ylabel("frequency [%]", fontsize=7)
     ax.tick_params(axis="y", labelsize=7)
     ax.legend(fontsize=7, ncols=3)
@@ -43,7 +49,7 @@ def draw_modes(modes, outline, draw_outline, is_extended):
         if not len(table):
             continue
         x, y, shape, sigma = 1e3 * table[:, 0], 1e3 * table[:, 1], table[:, 2], table[:, 3]
-        panels = [(shape / np.abs(shape).max(), "viridis", 1.0, facts["name"])]
+        panels = [(shape / np.abs(shape).max(), "viridis", 1.0, label(facts))]
         panels += [((table[:, 4 + k] - shape) / sigma, "RdBu_r", LIMIT, f"{which} leaves [sd], MAC {facts[which + '_mac']:.3f}")
                    for k, which in enumerate(("baseline", "extended")[:columns - 1])]
         for column, (values, colours, limit, title) in enumerate(panels):

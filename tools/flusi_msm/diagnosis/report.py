@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report of a diagnosis as one HTML page that needs nothing else: the verdict in words and how sure it is, then what was
-added to the model, pictures, candidates, questions to the residuals, and what to measure next."""
+"""Writes the report of a diagnosis as one HTML page that needs no other file: the verdict in words with its probability, the
+extension of the model, pictures, candidates, tests of the residuals, and recommendations for the next measurement."""
 import math
 import re
 from html import escape
@@ -16,7 +16,7 @@ WORDS = {"adequate": "The model is adequate", "named": "The cause has a name",
 SMALL = 0.05  # p below which something was found
 STUDY = ("A study of cases whose causes were hidden from the program has told how often it is right when the odds are these "
          "(docs/results/blind-tests.md).")
-# What the one probability is of.
+# What the stated probability refers to.
 SURE = {"adequate": "that nothing which these data could show is missing from the model",
         "named": "that this cause is really there",
         "together": "that these causes are there, and no other",
@@ -32,17 +32,17 @@ REASONS = {"alias": "Another cause does nearly the same to the wing, so that the
 
 
 def pretty(text):
-    """Words of the program with the signs of print."""
+    """Replaces signs that the program writes in ASCII by those used in print."""
     return escape(re.sub(r"(?<=\d )u(?=(m|N|g)\b)", "µ", re.sub(r"\buN m\b", "µN m", text)).replace("m/s^2", "m/s²"))
 
 
 def share(p):
-    """A probability in per cent; never quite 100."""
+    """Writes a probability in per cent; never as 100."""
     return f"{100 * p:.0f} %" if p < 0.995 else "over 99 %"
 
 
 def power(p):
-    """A p-value in full."""
+    """Writes a p-value in full."""
     if p is None:
         return "–"
     if p >= 1e-3:
@@ -51,7 +51,7 @@ def power(p):
 
 
 def one_in(p):
-    """How rarely chance does something: '1 in 300'."""
+    """Writes how rarely something happens by chance: '1 in 300'."""
     if p >= 0.1:
         return f"{100 * p:.0f} of 100"
     if p >= 1e-5:
@@ -68,7 +68,7 @@ def is_together(verdict):
 
 
 def lead(diagnosis):
-    """The verdict in one to three sentences."""
+    """Writes the verdict in one to three sentences."""
     verdict, word = diagnosis["verdict"], diagnosis["verdict"]["word"]
     titles = titles_of(diagnosis)
     if word == "adequate":
@@ -87,7 +87,7 @@ def lead(diagnosis):
 
 
 def meaning(diagnosis):
-    """What the causes are, in general."""
+    """Describes the causes in general."""
     verdict = diagnosis["verdict"]
     if verdict["word"] not in ("named", "consistent_with_set"):
         return ""
@@ -98,7 +98,7 @@ def meaning(diagnosis):
 
 
 def sureness(diagnosis):
-    """The one probability of the page, what it is of, and why the answer is not more than it is."""
+    """Writes the stated probability, what it refers to, and the reasons why the answer is not more certain."""
     verdict, word = diagnosis["verdict"], diagnosis["verdict"]["word"]
     if word not in SURE:
         return ""
@@ -113,7 +113,7 @@ def sureness(diagnosis):
 
 
 def hidden_cause(diagnosis):
-    """Why a sum of squares that looks like noise can hide a cause; '' where it does not look so, or nothing was found."""
+    """Explains why a sum of squares that agrees with noise can hide a cause; '' where it does not agree, or nothing was found."""
     verdict, base = diagnosis["verdict"], diagnosis["baseline"]
     n, chi2 = base.get("observations", 0), base.get("chi2", 0)
     if not n or verdict["global_p"] > SMALL or verdict["word"] == "data_insufficient" or chi2 > n + 2 * math.sqrt(2 * n):
@@ -125,7 +125,7 @@ def hidden_cause(diagnosis):
 
 
 def boxes_of(diagnosis):
-    """(value, what it is) of the boxes at the top."""
+    """Returns (value, description) of the boxes at the top."""
     verdict, validation = diagnosis["verdict"], diagnosis["validation"]
     if verdict["word"] == "data_insufficient":
         return []
@@ -146,7 +146,7 @@ def boxes_of(diagnosis):
 
 
 def unknown_html(verdict):
-    """Where an unknown cause is, and what comes nearest to it; '' for other verdicts."""
+    """Describes where an unknown cause is, and which known causes come nearest to it; '' for other verdicts."""
     text, region = "", verdict.get("region")
     if region:
         what = {"stiffness": "a stiffness that differs", "force": "further forces",
@@ -169,7 +169,8 @@ def unknown_html(verdict):
 
 
 def extension(diagnosis):
-    """What was added to the model: value, interval and sentence of each parameter, no value of one that is not determined."""
+    """Lists what was added to the model: value, interval and sentence of each parameter, but no value of a parameter that is not
+    determined."""
     extended = diagnosis["extended"]
     before = {one["name"] for one in diagnosis["baseline"]["parameters"]}
     intervals = {one["name"]: one for one in extended.get("intervals_90", [])}
@@ -193,7 +194,7 @@ def extension(diagnosis):
 
 
 def alternatives(diagnosis):
-    """What the data cannot tell apart; '' if the verdict is no set."""
+    """Lists the causes that the data cannot distinguish; '' if the verdict is no set."""
     verdict = diagnosis["verdict"]
     if verdict["word"] != "consistent_with_set" or verdict["is_together"]:
         return ""
@@ -212,8 +213,8 @@ def alternatives(diagnosis):
 
 
 def shifts(diagnosis):
-    """What the usual parameters become if the model has the cause; '' if it was not extended. What the data do not determine
-    has no value."""
+    """Lists the usual parameters of the model with the cause; '' if the model was not extended. A parameter that the data do not
+    determine has no value."""
     if not diagnosis["extended"]["is_found"]:
         return ""
     before = {p["name"]: p for p in diagnosis["baseline"]["parameters"]}
@@ -229,7 +230,7 @@ def shifts(diagnosis):
 
 
 def standing(effect, diagnosis):
-    """(class, words) of an entry of the catalogue in this verdict."""
+    """Returns (class, words) that describe the role of an entry of the catalogue in this verdict."""
     verdict = diagnosis["verdict"]
     if effect["status"] != "tested":
         return ("unknown", "cannot be seen" if effect["status"] == "absorbed" else "not testable")
@@ -246,7 +247,7 @@ def standing(effect, diagnosis):
 
 
 def smallest(effect):
-    """From which strength on the data would show an effect."""
+    """Writes from which strength on the data would show an effect."""
     if "shows_from" in effect:
         return pretty(effect["shows_from"]) or "at no strength"
     found = [in_text(name, value) for name, value in zip(effect["parameters"], effect["detectable"])
@@ -255,7 +256,7 @@ def smallest(effect):
 
 
 def candidates(diagnosis):
-    """All entries of the catalogue, the most probable first, and their tests in numbers."""
+    """Lists all entries of the catalogue, the most probable first, and their tests in numbers."""
     order = {"tested": 0, "absorbed": 1, "not_testable": 2}
     rows, numbers = [], []
     for e in sorted(diagnosis["effects"], key=lambda e: (order[e["status"]], -(e.get("log_evidence") or 0))):
@@ -295,8 +296,8 @@ def next_measurement(diagnosis):
                      f"{1e3 * n['force_n']:.3g} mN", f"{n['separation_sd']:.1f} sd"))
     rows.sort(key=lambda row: -float(row[1].split()[0]))
     return ("<h2>What to measure next</h2>" + rivals(diagnosis) + "<p>By how much the first cause differs from the nearest of all "
-            "others with one of these loads more. One sd is the size of a usual error: below 2 sd causes cannot be told apart, "
-            "above 3 they can.</p>" + table_html(("load", ("it then differs by", True)), rows, "next"))
+            "others with one of these measurements more. One sd is the size of a usual error: below 2 sd causes cannot be told apart, "
+            "above 3 they can.</p>" + table_html(("measurement", ("it then differs by", True)), rows, "next"))
 
 
 def rivals(diagnosis):
@@ -308,7 +309,7 @@ def rivals(diagnosis):
 
 
 def flight_html(flight):
-    """What the cause changes in flight; '' without flights."""
+    """Describes how the cause changes a flight; '' without flights."""
     if flight is None:
         return ""
     text, picture = flight
@@ -340,7 +341,7 @@ unknown smooth cause.</dd>
 
 
 def page(diagnosis, pictures, flight=None):
-    """The whole page. `pictures` are (heading, caption, png bytes or a list of them)."""
+    """Returns the whole page. `pictures` are (heading, caption, png bytes or a list of them)."""
     verdict = diagnosis["verdict"]
     boxes = "".join(f"<li><b>{value}</b><span>{escape(what)}</span></li>" for value, what in boxes_of(diagnosis))
     return document(f"Diagnosis: {WORDS[verdict['word']]}", f"""<h1>{escape(WORDS[verdict["word"]])} {

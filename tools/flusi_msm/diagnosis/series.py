@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of records of motion beside those of the baseline and of the extended wing, for the report of a diagnosis."""
+"""Draws records of motion and those of the baseline and of the extended wing, for the report of a diagnosis."""
 import h5py
 import matplotlib.pyplot as plt
 import numpy as np
@@ -11,7 +11,7 @@ SHOWN = 4  # traces of a record, from the one that fits worst
 
 
 def read_series(tables, diagnosis):
-    """[(facts of the JSON file, {trace: table (samples, 5): time measured sigma baseline extended, place})]."""
+    """Returns [(facts of the JSON file, {trace: table (samples, 5): time measured sigma baseline extended, place})]."""
     records = []
     if diagnosis.get("series") and tables.exists():
         with h5py.File(tables, "r") as file:
@@ -26,7 +26,7 @@ def read_series(tables, diagnosis):
 
 
 def draw_record(facts, traces, is_extended):
-    """Each trace over time, above what the models leave of it."""
+    """Draws each trace over time, and below it the residuals of the models."""
     factor, title = UNITS[facts["units"]]
 
     def misfit(number):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Parameters of a diagnosis as text: with units and errors, and without a value where the data determine none."""
+"""Writes parameters of a diagnosis as text: with units and errors, and without a value if the data do not determine one."""
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,7 @@ NAMES = {"E": "E of all veins", "E_gradient": "E toward the tip, logarithm", "D"
 
 
 def label_of(name):
-    """For people."""
+    """Returns the name of a parameter for readers."""
     kind, _, rest = name.partition(":")
     known = {"joint": "joint", "E": "E of vein", "zero": "zero of"}
     if rest:
@@ -29,7 +29,7 @@ def label_of(name):
 
 
 def grams(unit, value):
-    """Masses in grams, whose prefixes people know."""
+    """Converts masses to grams, whose prefixes readers know."""
     return ("g", 1e3 * value) if unit == "kg" else (unit, value)
 
 
@@ -39,7 +39,7 @@ def in_text(name, value):
 
 @dataclass
 class Value:
-    """A parameter with its interval, if one was sought."""
+    """A parameter with its interval, if one was computed."""
     label: str
     parameter: Parameter
 
@@ -54,7 +54,7 @@ class Value:
 
     @property
     def kind(self):
-        """A class of the badge."""
+        """Returns the class of the badge."""
         return self.parameter.verdict
 
     def word(self):
@@ -64,13 +64,13 @@ class Value:
         return self.parameter.shown()
 
     def interval(self):
-        """Both ends, or none."""
+        """Writes both ends of the interval, or none."""
         return self.parameter.interval_text()
 
 
 def said_of(facts):
-    """A fitted parameter: '8.01 GPa ± 2 %', 'about 30 µN m/rad (within a factor of 1.6)', or 'not determined' where the data say
-    less of it than was known before, its sd being above 1/√2 of that of its prior, or leave it a range of ten times."""
+    """Writes a fitted parameter: '8.01 GPa ± 2 %', 'about 30 µN m/rad (within a factor of 1.6)', or 'not determined'. It is not
+    determined if its sd is above 1/√2 of that of its prior, or if the data leave it a range of a factor of ten."""
     sd, prior = facts.get("sd"), facts.get("prior_sd", 0)
     if sd is None or (prior > 0 and sd > prior / np.sqrt(2)):
         return "not determined"

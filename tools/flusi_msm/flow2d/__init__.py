@@ -1,3 +1,3 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Plane flow about a moving ellipse by a method that shares nothing with `flusi`: vorticity and stream function on a grid of
-elliptic coordinates that moves with the body."""
+"""Computes the plane flow about a moving ellipse by a method that shares nothing with `flusi`: vorticity and stream function on a
+grid of elliptic coordinates that moves with the body."""

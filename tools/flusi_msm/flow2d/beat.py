@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A periodic motion of a section: place of its hinge and angle of its chord as Fourier series of the phase of the beat."""
+"""A periodic motion of a section: the place of its hinge and the angle of its chord as Fourier series of the phase of the beat.
+"""
 from __future__ import annotations
 
 from typing import Callable
@@ -7,12 +8,12 @@ from typing import Callable
 import numpy as np
 
 SAMPLES = 2048
-HARMONICS = 40   # what is kept of motions that have corners
+HARMONICS = 40   # Fourier series of motions with corners are cut off here
 
 
 class Beat:
-    """place(phase) -> (y, z) and angle(phase) -> radians from +y to the chord's leading end, counter-clockwise seen from +x; both
-    take an array of phases in [0, 1) and give arrays."""
+    """A motion: place(phase) -> (y, z) and angle(phase) -> radians from +y to the chord's leading end, counter-clockwise seen
+    from +x. Both take an array of phases in [0, 1) and give arrays."""
 
     def __init__(self, place: Callable, angle: Callable, period: float) -> None:
         phase = np.arange(SAMPLES) / SAMPLES
@@ -24,6 +25,6 @@ class Beat:
         self.period = period
 
     def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Value, rate and acceleration of y, z and the angle: three arrays (times, 3)."""
+        """Returns value, rate and acceleration of y, z and the angle: three arrays (times, 3)."""
         wave = np.exp(np.outer(np.atleast_1d(time), self.rates))
         return tuple((wave * self.rates**n @ self.series.T).real for n in range(3))

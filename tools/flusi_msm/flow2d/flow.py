@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Plane flow about an ellipse that moves as it is told, from rest, in an unbounded fluid.
+"""Computes the plane flow, from rest, about an ellipse with a given motion in an unbounded fluid.
 
     J d omega/dt + d(psi_eta omega)/dxi - d(psi_xi omega)/deta = nu (d2/dxi2 + d2/deta2) omega
 
-omega is the vorticity seen from rest, psi in the flux the stream function relative to the body, so that the turning frame adds no
-terms. In time: backward differences of second order, the flux extrapolated. Before it leaves through the outer line, a sponge takes the
-vorticity away; its circulation stays in the condition for the circulation.
+omega is the vorticity as seen from rest, and psi in the flux is the stream function relative to the body, so that the turning
+frame adds no terms. The time steps use backward differences of second order, and the flux is extrapolated. A sponge removes the
+vorticity before it leaves through the outer line; its circulation is kept in the condition for the circulation.
 """
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ UNSTABLE = 1e6    # of the largest vorticity that is meaningful
 
 @dataclass
 class Motion:
-    """Of the centre, in the axes of the body, relative to the fluid far away, at one time."""
+    """Motion of the centre at one time, in the axes of the body, relative to the fluid far away."""
     velocity: tuple[float, float]
     acceleration: tuple[float, float]
     rate: float = 0.0               # of the angle, counter-clockwise
@@ -32,7 +32,7 @@ class Motion:
 
 
 class Flow:
-    """State and steps, in units of a chord of about 1, a speed of about 1 and density 1."""
+    """State and steps of a flow, in units of a chord of about 1, a speed of about 1 and density 1."""
 
     def __init__(self, chord: float, ratio: float, nu: float, dt: float, resolution: Resolution = Resolution()) -> None:
         self.grid = Grid(chord, ratio, resolution)
@@ -47,10 +47,10 @@ class Flow:
         self.psi = np.zeros(shape, complex)
         self.flux = np.zeros((rows - 2, len(self.grid.k)), complex)
         self.motion = Motion((0.0, 0.0), (0.0, 0.0))
-        self.gone = 0.0     # mean over eta of the circulation that the sponge took
+        self.gone = 0.0     # mean over eta of the circulation that the sponge has removed
 
     def transport(self) -> np.ndarray:
-        """The divergence of the flux between surface and outer line."""
+        """Returns the divergence of the flux between surface and outer line."""
         grid, h = self.grid, self.grid.step
         relative = self.psi.copy()
         relative[:, :3] -= grid.rigid(self.motion.velocity, self.motion.rate)
@@ -63,7 +63,7 @@ class Flow:
         return grid.to_modes((along[2:] - along[:-2]) / (2 * h)) - 1j * grid.k * across
 
     def step(self, motion: Motion) -> None:
-        """One step of time; motion is that at its end."""
+        """Makes one step of time; motion is that at its end."""
         grid = self.grid
         flux = self.transport()
         change = (4 * self.vorticity - self.old) / (2 * self.dt)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Force and torque of a flow on its ellipse.
+"""Computes force and torque of a flow on its ellipse.
 
-At the surface the pressure falls along it as dp/deta = -(a_wall . dr/deta) + nu domega/dxi, and the shear is nu (omega - 2 rate): both
-integrals need the modes 0 to 2 of the vorticity and of its slope there alone. Density 1.
+The pressure along the surface changes as dp/deta = -(a_wall . dr/deta) + nu domega/dxi, and the shear is nu (omega - 2 rate).
+Both integrals need only the modes 0 to 2 of the vorticity at the surface and of its slope there. The density is 1.
 """
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SLOPE = np.array([-11.0, 18.0, -9.0, 2.0]) / 6   # of third order
 
 
 def surface_force(flow: Flow) -> tuple[float, float, float]:
-    """Force along the body's x and y, and torque about its centre, on the body."""
+    """Returns the force along the body's x and y on the body, and the torque about its centre."""
     grid, nu, motion = flow.grid, flow.nu, flow.motion
     omega = flow.vorticity[0, :3]
     slope = SLOPE @ flow.vorticity[:4, :3] / grid.step
@@ -26,7 +26,7 @@ def surface_force(flow: Flow) -> tuple[float, float, float]:
 
 
 def impulse(flow: Flow) -> tuple[float, float]:
-    """The integral of (y, -x) omega over the fluid, in the axes of the body."""
+    """Returns the integral of (y, -x) omega over the fluid, in the axes of the body."""
     grid = flow.grid
     source = grid.times_j(flow.vorticity)[:, 1] * grid.step
     source[0] /= 2

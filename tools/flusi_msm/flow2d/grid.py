@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Elliptic coordinates about an ellipse: x + i y = f cosh(xi + i eta), the surface at xi = xi0.
 
-The map is conformal, with |dz/dzeta|^2 = J = f^2/2 (cosh 2 xi - cos 2 eta), so that the Laplacian is that of the plane (xi, eta) over J.
-A field is a complex array (radial + 1, modes): rows are lines of constant xi from the surface outward, columns Fourier modes
-exp(i k eta), k = 0 .. modes - 1; it is real, so that negative k are the conjugates.
+The map is conformal, with |dz/dzeta|^2 = J = f^2/2 (cosh 2 xi - cos 2 eta), so that the Laplacian is that of the plane (xi, eta)
+divided by J. A field is a complex array (radial + 1, modes): rows are lines of constant xi from the surface outward, columns are
+Fourier modes exp(i k eta), k = 0 .. modes - 1. The field is real, so that modes with negative k are the conjugates.
 """
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from scipy import fft
 
 @dataclass(frozen=True)
 class Resolution:
-    """How finely the flow is seen."""
+    """How finely the flow is resolved."""
     modes: int = 64          # Fourier modes around the body
     radial: int = 110        # intervals from the surface outward
     radius: float = 15.0     # of the outer boundary, in chords
 
 
 class Grid:
-    """The lines of an ellipse of length chord and thickness ratio*chord, about its centre, its length along x."""
+    """The lines of the grid about an ellipse of length chord and thickness ratio*chord, around its centre, with its length along
+    x."""
 
     def __init__(self, chord: float, ratio: float, resolution: Resolution) -> None:
         if not 0 < ratio < 1:
@@ -43,7 +44,7 @@ class Grid:
         return float(np.pi * self.a * self.b)
 
     def times_j(self, field: np.ndarray) -> np.ndarray:
-        """J times a field, in the modes that are kept."""
+        """Returns J times a field, in the modes that are kept."""
         out = self.sizes[:, None] * field
         quarter = self.focus2 / 4
         out[:, 2:] -= quarter * field[:, :-2]
@@ -53,15 +54,15 @@ class Grid:
         return out
 
     def to_points(self, field: np.ndarray) -> np.ndarray:
-        """Values at equally spaced eta."""
+        """Returns values at equally spaced eta."""
         return fft.irfft(field, self.points, axis=1) * self.points
 
     def to_modes(self, values: np.ndarray) -> np.ndarray:
         return fft.rfft(values, axis=1)[:, :len(self.k)] / self.points
 
     def rigid(self, velocity: tuple[float, float], rate: float, rows: slice = slice(None)) -> np.ndarray:
-        """Modes 0, 1, 2 (rows, 3) of the stream function of a solid that moves and turns about its centre:
-        u y - v x - rate (x^2 + y^2)/2."""
+        """Returns modes 0, 1, 2 (rows, 3) of the stream function of a solid that moves and turns about its centre: u y - v x -
+        rate (x^2 + y^2)/2."""
         u, v = velocity
         modes = np.zeros((len(self.xi[rows]), 3), complex)
         modes[:, 0] = -rate / 2 * self.sizes[rows]
@@ -70,7 +71,7 @@ class Grid:
         return modes
 
     def rigid_slope(self, velocity: tuple[float, float], rate: float, rows: slice = slice(None)) -> np.ndarray:
-        """Its derivative along xi."""
+        """Returns the derivative of this stream function along xi."""
         u, v = velocity
         modes = np.zeros((len(self.xi[rows]), 3), complex)
         modes[:, 0] = -rate / 2 * self.focus2 * np.sinh(2 * self.xi[rows])

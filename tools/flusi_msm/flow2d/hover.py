@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The flight of an elliptic section from rest through some beats: forces in axes at rest, y and z, torque about x."""
+"""Computes the flight of an elliptic section from rest through some beats. Forces y, z and the torque about x are in axes at
+rest."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -14,7 +15,7 @@ from flusi_msm.flow2d.grid import Resolution
 
 @dataclass
 class Section:
-    """In the units of the motion."""
+    """A section and its fluid, in the units of the motion."""
     chord: float = 1.0
     ratio: float = 0.05      # of thickness to chord
     hinge: float = 0.5       # from the leading end, in chords
@@ -34,19 +35,21 @@ TRIES = 4
 
 
 def largest_speed(section: Section, beat: Beat) -> float:
-    """Of the hinge against the fluid, or of an end of a chord that only turns."""
+    """Returns the largest speed of the hinge against the fluid, or of an end of a chord that only turns."""
     _, rate, _ = beat.at(np.linspace(0, beat.period, 400))
     return max(float(np.hypot(rate[:, 0] - section.wind[0], rate[:, 1] - section.wind[1]).max()),
                float(0.5 * section.chord * np.abs(rate[:, 2]).max()))
 
 
 def steps_of(section: Section, speed: float, period: float, effort: Effort) -> int:
-    """The flux is extrapolated; what diffusion then forgives is a step of about nu/speed^2, on any grid."""
+    """Returns the number of steps in a beat. Because the flux is extrapolated, a step must not be longer than about nu/speed^2,
+    on any grid, so that diffusion keeps it stable."""
     return effort.steps or max(400, int(np.ceil(period * speed**2 / (STABLE * section.nu))))
 
 
 def fly(section: Section, beat: Beat, beats: int, effort: Effort) -> dict[str, np.ndarray]:
-    """As fly_in_steps, with more steps where those that should do do not, unless their number is given."""
+    """Does the same as fly_in_steps. If the usual number of steps is not enough it tries again with more, unless the number is
+    given."""
     steps = steps_of(section, largest_speed(section, beat), beat.period, effort)
     for attempt in range(TRIES):
         try:
@@ -59,8 +62,9 @@ def fly(section: Section, beat: Beat, beats: int, effort: Effort) -> dict[str, n
 
 
 def fly_in_steps(section: Section, beat: Beat, beats: int, steps: int, resolution: Resolution) -> dict[str, np.ndarray]:
-    """At every step after the start: `time`, `force` (n, 2) of the fluid on the section, `torque` about its hinge, `power` that the
-    section gives to the fluid, and `place` (n, 3) and `acceleration` (n, 3) of hinge and angle; all in the units of the motion."""
+    """Computes a flight with a given number of steps. Returns at every step after the start: `time`, `force` (n, 2) of the fluid
+    on the section, `torque` about its hinge, `power` that the section gives to the flow, and `place` (n, 3) and `acceleration`
+    (n, 3) of hinge and angle; all in the units of the motion."""
     length, speed = section.chord, largest_speed(section, beat)
     clock = length / speed
     time = np.arange(steps * beats + 1) * (beat.period / steps)

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The stream function of a vorticity outside an ellipse, and what no slip asks of that vorticity.
+"""Computes the stream function of a vorticity outside an ellipse, and the condition on this vorticity that follows from no slip.
 
-Every mode obeys psi'' - k^2 psi = -(J omega)_k =: -s with second differences. Beyond the outer line there is no vorticity, so that psi falls
-as r^i there, r the decaying root of the differences. The value and the slope of psi at the surface are both given. Both can hold only if
+Every mode obeys psi'' - k^2 psi = -(J omega)_k =: -s with second differences. Beyond the outer line there is no vorticity, so
+that psi falls as r^i there; r is the decaying root of the differences. The value and the slope of psi at the surface are both
+given. Both are possible only if
     h (s_0/2 + sum_i r^i s_i) = psi'(0) + (1 + k^2 h^2/2 - r)/h psi(0),
-the discrete form of the integral of s exp(-k xi) (Quartapelle 1981): one condition for each mode of the vorticity at the surface.
-For k = 0 it is the circulation, and the value at the surface is free.
+which is the discrete form of the integral of s exp(-k xi) (Quartapelle 1981). It is one condition for each mode of the vorticity
+at the surface. For k = 0 it determines the circulation, and the value at the surface is free.
 """
 from __future__ import annotations
 
@@ -31,15 +32,15 @@ class Stream:
         self.factors = lapack.dpttrf(diagonal.ravel(), beside.ravel()[:-1])[:2]
 
     def condition(self, source: np.ndarray) -> np.ndarray:
-        """The left side of the condition, for s (rows, modes)."""
+        """Returns the left side of the condition, for s (rows, modes)."""
         return np.einsum("ik,ik->k", self.weights, source)
 
     def wanted(self, value: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """The right side, for modes of value and slope at the surface, whose slope of mode 0 far outside is 0."""
+        """Returns the right side, for modes of value and slope at the surface; the flow has no slope of mode 0 far outside."""
         return slope + self.of_value * value
 
     def solve(self, source: np.ndarray, value: np.ndarray, slope_outside: float = 0.0) -> np.ndarray:
-        """psi (rows, modes) with the given value at the surface."""
+        """Returns psi (rows, modes) with the given value at the surface."""
         h = self.grid.step
         right = h**2 * source[1:].T
         right[:, 0] += value

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wing angles of other conventions as FLUSI's, and periodic functions that fit them. Degrees.
+"""Converts wing angles of other conventions to FLUSI's, and fits periodic functions to them. Degrees.
 
 FLUSI's matrix from the stroke plane to the (left) wing is Ry(alpha) Rz(theta) Rx(phi), all passive (docs/guide/kinematics.md).
 """
@@ -14,7 +14,7 @@ from flusi_msm.plots.kinematics import ANGLES, cubic, fourier, rotation
 
 FOURIER, HERMITE = "fourier", "hermite"
 MOST_HARMONICS = 12
-# How the angles of a convention become FLUSI's: {FLUSI's: (column, factor, offset)}.
+# How the angles of a convention are converted to FLUSI's: {FLUSI's: (column, factor, offset)}.
 CONVENTIONS = {
     "flusi": {"phi": ("phi", 1, 0), "alpha": ("alpha", 1, 0), "theta": ("theta", 1, 0)},
     "SISC": {"phi": ("phi", 1, 0), "alpha": ("alpha", 1, 0), "theta": ("theta", -1, 0)},
@@ -27,7 +27,7 @@ AXIS = {"phi": 0, "alpha": 1, "theta": 2}
 
 
 def matrices(angles: Dict[str, np.ndarray], order) -> np.ndarray:
-    """From the stroke plane to the wing (n, 3, 3), turned by the angles one after another in this order."""
+    """Returns the matrices from the stroke plane to the wing (n, 3, 3), turned by the angles one after another in this order."""
     total = np.eye(3)[None]
     for name in order:
         total = rotation(AXIS[name], angles[name]) @ total
@@ -35,7 +35,7 @@ def matrices(angles: Dict[str, np.ndarray], order) -> np.ndarray:
 
 
 def flusi_angles(m: np.ndarray) -> Dict[str, np.ndarray]:
-    """The angles of Ry(alpha) Rz(theta) Rx(phi) = m, theta within 90 degrees, phi and alpha without jumps."""
+    """Returns the angles of Ry(alpha) Rz(theta) Rx(phi) = m, theta within 90 degrees, phi and alpha without jumps."""
     theta = -np.arcsin(np.clip(m[:, 1, 0], -1, 1))
     phi = np.arctan2(m[:, 1, 2], m[:, 1, 1])
     turned = m @ np.swapaxes(matrices({"phi": np.degrees(phi), "theta": np.degrees(theta)}, ("phi", "theta")), 1, 2)
@@ -45,12 +45,13 @@ def flusi_angles(m: np.ndarray) -> Dict[str, np.ndarray]:
 
 @dataclass
 class Fit:
-    """One angle over the cycle. `mean`, `a`, `b` as in FLUSI's files: a0 = 2 mean; or values and slopes at nodes (mean 0)."""
+    """One angle over the cycle. `mean`, `a`, `b` are as in FLUSI's files, where a0 = 2 mean; or it has values and slopes at
+    nodes (mean 0)."""
     kind: str
     mean: float
     a: np.ndarray
     b: np.ndarray
-    residual: float      # sd of what is left, with the degrees of freedom
+    residual: float      # sd of the residuals, with the degrees of freedom
 
     def __call__(self, x):
         if self.kind == FOURIER:
@@ -64,7 +65,7 @@ def columns_of(x: np.ndarray, harmonics: int) -> np.ndarray:
 
 
 def fit_fourier(x: np.ndarray, values: np.ndarray, harmonics: int) -> Fit:
-    """Least squares. More samples than unknowns are needed."""
+    """Fits a Fourier series by least squares. There must be more samples than unknowns."""
     solution, *_ = np.linalg.lstsq(columns_of(x, harmonics), values, rcond=None)
     left = values - columns_of(x, harmonics) @ solution
     residual = np.sqrt((left**2).sum() / (len(x) - len(solution)))
@@ -72,7 +73,7 @@ def fit_fourier(x: np.ndarray, values: np.ndarray, harmonics: int) -> Fit:
 
 
 def choose_harmonics(x: np.ndarray, values: np.ndarray, most: int) -> int:
-    """How many harmonics the samples ask for, by Schwarz's criterion."""
+    """Chooses the number of harmonics by Schwarz's criterion."""
     n, best = len(x), (np.inf, 0)
     for harmonics in range(most + 1):
         unknowns = 2 * harmonics + 1
@@ -84,7 +85,7 @@ def choose_harmonics(x: np.ndarray, values: np.ndarray, most: int) -> int:
 
 
 def fit_hermite(x: np.ndarray, values: np.ndarray, nodes: int) -> Fit:
-    """Least squares of the values and slopes at equidistant nodes."""
+    """Fits the values and slopes at equidistant nodes by least squares."""
     i = np.minimum((x * nodes).astype(int), nodes - 1)
     s = x * nodes - i
     after, rows = (i + 1) % nodes, np.arange(len(x))
@@ -99,7 +100,7 @@ def fit_hermite(x: np.ndarray, values: np.ndarray, nodes: int) -> Fit:
 
 
 def motion_text(fits: Dict[str, Fit], head: str) -> str:
-    """A motion file; `head` is its comment."""
+    """Returns the text of a motion file; `head` is its comment."""
     def words(values):
         return " ".join(f"{v:.10g}" for v in values)
 

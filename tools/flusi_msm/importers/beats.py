@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Long records of a motion that repeats, laid over each other beat by beat."""
+"""Divides long records of a periodic motion into beats that are compared at the same phases."""
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
 
-GAP = 0.25       # of the beat: what is longer is not interpolated
-DRIFT = 0.05     # of a beat, over all beats: a frequency that is off by more is refused
+GAP = 0.25       # of the beat: longer gaps are not interpolated
+DRIFT = 0.05     # of a beat, over all beats: a frequency with a larger error is refused
 REPEATS = 0.2    # of the variance that the mean beat should explain at least
 
 
@@ -26,18 +26,19 @@ class Folded:
         return np.isfinite(self.beats).sum(axis=0)
 
     def spread(self) -> np.ndarray:
-        """Standard deviation of single beats; NaN where fewer than two are known."""
+        """Returns the standard deviation of single beats; NaN where fewer than two are known."""
         rest = self.beats - self.mean()
         count = self.count()
         return np.where(count >= 2, np.sqrt(np.nansum(rest**2, axis=0) / np.maximum(count - 1, 1)), np.nan)
 
     def explained(self) -> np.ndarray:
-        """Share of the variance of each component that the mean beat explains."""
+        """Returns the share of the variance of each component that the mean beat explains."""
         rest, whole = self.beats - self.mean(), self.beats - np.nanmean(self.beats, axis=(0, 1))
         return 1 - np.nansum(rest**2, axis=(0, 1)) / np.maximum(np.nansum(whole**2, axis=(0, 1)), 1e-300)
 
     def correlation_time(self) -> float:
-        """[beats] in which the correlation of errors falls by e, from neighbours; 0 where it cannot be told from none."""
+        """Returns the time [beats] in which the correlation of errors falls by the factor e, from neighbours; 0 where no
+        correlation can be found."""
         rest = (self.beats - self.mean()) / self.spread()
         pairs = rest[:, 1:] * rest[:, :-1]
         known = np.isfinite(pairs)
@@ -50,7 +51,7 @@ class Folded:
 
 
 def fold(time: np.ndarray, values: np.ndarray, frequency: float, start: float, skip: int, samples: int) -> Folded:
-    """Complete beats after the time `start` and `skip` more beats, by linear interpolation at `samples` phases."""
+    """Interpolates complete beats after the time `start` and `skip` more beats linearly at `samples` phases."""
     clock = (time - start) * frequency
     first = max(int(np.ceil(clock[0] - 1e-9)), 0) + skip
     last = int(np.floor(clock[-1] + 1 / samples + 1e-9))
@@ -71,7 +72,8 @@ def fold(time: np.ndarray, values: np.ndarray, frequency: float, start: float, s
 
 
 def best_frequency(time: np.ndarray, values: np.ndarray, frequency: float, start: float, skip: int, samples: int) -> float:
-    """The frequency near the stated one with which the mean beat explains most; half a beat more or less over the record at most."""
+    """Returns the frequency near the stated one with which the mean beat explains most; over the record it differs by half a
+    beat at most."""
     count = max((time[-1] - time[0]) * frequency, 1)
     tried = frequency * (1 + np.linspace(-0.5, 0.5, 41) / count)
     shares = [float(np.mean(fold(time, values, f, start, skip, samples).explained())) for f in tried]
@@ -85,7 +87,7 @@ def best_frequency(time: np.ndarray, values: np.ndarray, frequency: float, start
 
 
 def strongest_frequency(time: np.ndarray, values: np.ndarray) -> float:
-    """Of the spectrum of all components together."""
+    """Returns the strongest frequency in the spectrum of all components."""
     even = np.linspace(time[0], time[-1], len(time))
     power = 0.0
     for column in values.T:

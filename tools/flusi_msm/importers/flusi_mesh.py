@@ -4,16 +4,16 @@
 usage: import_flusi_mesh FOLDER WING --unit METRES --root-vein D_ROOT D_TIP --vein D_ROOT D_TIP [--number 1]
                             [--areal-density KG_PER_M2] [--z-side "WING SIDE"]
 
-FLUSI's sets hold lengths in a unit of their own (often the wing length), no diameters and no masses: give the unit in metres,
-the diameters of both veins in um, at the end nearest to the root and at the other one, and what a square metre of the
-membrane weighs, which is the same everywhere, as in FLUSI.
+FLUSI's sets contain lengths in their own unit (often the wing length), no diameters and no masses. Give the unit in metres, the
+diameters of both veins in um at the end nearest to the root and at the other end, and the mass of a square metre of the membrane,
+which is the same everywhere, as in FLUSI.
 
-Read: points_coor, mesh_triangle_elements, veins, veins_BC; checked against them if there: veins_bending(_BC),
-veins_extension(_BC), membranes_extension, membrane_edge; vein_connectors become joints. Names of the newer branch
-(triangle_elements, membranes_edge, joints) are understood. Not read: membranes (its points are those of the
-triangles) and files of masses, which follow from diameters and area. Stored rest lengths and angles are not used, and
-springs follow from triangles and veins. The span of the set must be
-along its x, the membrane in its x-y plane (or x-z, newer branch). The wing is clamped at the first point of the root vein.
+Files that are read: points_coor, mesh_triangle_elements, veins, veins_BC. Files that are compared with them if they exist:
+veins_bending(_BC), veins_extension(_BC), membranes_extension, membrane_edge. vein_connectors become joints. Names of the newer
+branch (triangle_elements, membranes_edge, joints) are accepted. Files that are not read: membranes (its points are those of the
+triangles) and files of masses, which follow from diameters and area. Stored rest lengths and angles are not used, and springs
+follow from triangles and veins. The span of the set must be along its x, the membrane in its x-y plane (or x-z, newer branch).
+The wing is clamped at the first point of the root vein.
 """
 import argparse
 from pathlib import Path
@@ -28,7 +28,7 @@ AREAL_DENSITY = 3e-3  # of a membrane [kg/m^2] if nothing is known: about 2.5 um
 
 
 class Folder:
-    """The tables of one wing; everything that is wrong is collected in `mistakes`."""
+    """The tables of one wing; all mistakes are collected in `mistakes`."""
 
     def __init__(self, path, number):
         self.path, self.number, self.mistakes, self.notes = Path(path), number, [], []
@@ -39,7 +39,7 @@ class Folder:
         self.mistakes.append(text)
 
     def table(self, names, columns, needed=True):
-        """Rows of a table without those that are only padding (first column 0); None if there is no such file."""
+        """Returns the rows of a table without those that only fill it up (first column 0); None if there is no such file."""
         for name in names:
             file = self.path / f"{name}{self.number}.dat"
             if file.exists():
@@ -62,7 +62,7 @@ class Folder:
         return rows[rows[:, 0] != 0], file.name
 
     def integers(self, rows, name, columns):
-        """Columns of a table as integers."""
+        """Returns columns of a table as integers."""
         part = rows[:, columns]
         if np.any(part != np.rint(part)):
             self.wrong(f"{name}: row {np.argwhere(part != np.rint(part))[0][0] + 1} has a fraction where a number "
@@ -70,7 +70,7 @@ class Folder:
         return np.rint(part).astype(int)
 
     def check_index(self, rows, name):
-        """Rows are counted 1, 2, 3 ...; otherwise several veins are mixed in one table."""
+        """Checks that rows are counted 1, 2, 3 ...; otherwise several veins are mixed in one table."""
         if np.array_equal(rows[:, 0], np.arange(1, len(rows) + 1)):
             return True
         self.wrong(f"{name}: rows are not counted 1 to {len(rows)}; sets with several veins are stored in scrambled "
@@ -111,7 +111,7 @@ def read_triangles(folder, xyz):
 
 
 def in_range(folder, numbers, n, name):
-    """Whether all points exist."""
+    """Returns whether all points exist."""
     bad = (numbers < 0) | (numbers >= n)
     if bad.any():
         folder.wrong(f"{name}: names point {numbers[bad].ravel()[0] + 1}; there are {n} points")
@@ -119,7 +119,7 @@ def in_range(folder, numbers, n, name):
 
 
 def read_vein(folder, kind, n):
-    """Points of the vein veins<kind>, checked against its springs."""
+    """Returns the points of the vein veins<kind>, checked against its springs."""
     rows, name = folder.table([f"veins{kind}"], (2, 2))
     if rows is None or n is None or not folder.check_index(rows, name):
         return None
@@ -141,7 +141,7 @@ def read_vein(folder, kind, n):
 
 
 def check_springs(folder, wing):
-    """Springs of the membrane lie on edges of the mesh; the wing file gives every edge one."""
+    """Checks that springs of the membrane lie on edges of the mesh; in the wing file every edge has a spring."""
     edges = {tuple(e) for e in wing.edges()[0].tolist()}
     listed = {}
     for names in (["membranes_extension"], ["membrane_edge", "membranes_edge"]):
@@ -192,7 +192,7 @@ def read_joints(folder, wing, segments):
 
 
 def import_mesh(folder, unit, root_diameters, diameters):
-    """The wing, in metres. Raises InputError with all mistakes."""
+    """Returns the wing, in metres. Raises InputError with all mistakes."""
     xyz = read_points(folder)
     n = None if xyz is None else len(xyz)
     triangles = read_triangles(folder, xyz)

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes a record of a flight, /flight/<id> of a measurement file (docs/formats/measurement-format.md), of forces that a balance showed
-over many beats.
+"""Makes a record of a flight, /flight/<id> of a measurement file (docs/formats/measurement-format.md), from the forces that a
+balance measured over many beats.
 
 usage: import_forces FORCES.csv -o flight.h5 --time-units ms --frequency 158 --force-units mN [--torque-units uNm] [--power-units mW]
                      [--reference X Y Z --length-units mm] [--column lift=Fz --column drag=-Fy] [--add --name ID]
 
-FORCES.csv has a line of column names and one line for each sample: time, and some of Fx, Fy, Fz, Mx, My, Mz, power. --column says what other
-names stand for, with a sign. Forces and torques are those of the air on the wing, along the axes of the flusi case that simulates the
-experiment, without weight and inertia of the wing; power is what the wing gives to the air. Beats begin at the time --start, in the
---time-units of the file, and last 1/frequency. All complete beats are laid over each other: the record has their mean, their
-spread, and the time in which the correlation of errors falls by e. Samples of a two-dimensional section have units per metre: N/m, Nm/m, W/m.
-docs/guide/import-data.md explains all of this.
+FORCES.csv has a line of column names and one line for each sample: time, and some of Fx, Fy, Fz, Mx, My, Mz, power. --column
+gives the meaning of other names, with a sign. Forces and torques are those of the air on the wing, along the axes of the flusi
+case that simulates the experiment, without weight and inertia of the wing; power is the power of the wing on the air. Beats begin
+at the time --start, in the --time-units of the file, and last 1/frequency. The record has the mean of all complete beats, their
+spread, and the time in which the correlation of errors falls by the factor e. Samples of a two-dimensional section have units per
+metre: N/m, Nm/m, W/m. docs/guide/import-data.md explains all of this.
 """
 import argparse
 import difflib
@@ -30,11 +30,11 @@ PREFIXES = {"": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}
 KINDS = {"force": ("N", "Fx Fy Fz"), "torque": ("Nm", "Mx My Mz"), "power": ("W", "power")}
 FEWEST = 8     # samples in a beat
 MOST = 20000   # numbers of a measurement file
-SAME = 1e-6    # of the largest force: what differs by less was not measured
+SAME = 1e-6    # of the largest force: a component with smaller changes was not measured
 
 
 def unit_choices(symbol):
-    """{unit: (size in SI, whether it is per metre)}"""
+    """Returns {unit: (size in SI, whether it is per metre)}."""
     return {f"{prefix}{symbol}{end}": (size, bool(end)) for end in ("", "/m") for prefix, size in PREFIXES.items()}
 
 
@@ -69,7 +69,7 @@ def parse(arguments=None):
 
 
 def assign(names, options, problems):
-    """{column: (component, sign)} of the columns of a file beside the time."""
+    """Returns {column: (component, sign)} of the columns of a file other than the time."""
     lower = {component.lower(): component for component in OF_A_WING}
     stated = {}
     for text in options.column:
@@ -103,7 +103,7 @@ def assign(names, options, problems):
 
 
 def scales(components, options, problems):
-    """Size of the unit of each component in SI, and whether all are per metre."""
+    """Returns the size of the unit of each component in SI, and whether all are per metre."""
     sizes, per_length = {}, {}
     for kind in KINDS:
         unit, has = getattr(options, f"{kind}_units"), [c for c in components if kind_of(c) == kind]
@@ -130,7 +130,7 @@ def check_options(options, problems):
 
 
 def read_samples(options, problems):
-    """Times [s], values (n, k) in SI, names of the components, whether they are per metre."""
+    """Returns times [s], values (n, k) in SI, names of the components, and whether they are per metre."""
     path = Path(options.forces)
     columns, spelling = read_columns(path, problems)
     if "time" not in columns:
@@ -149,7 +149,7 @@ def read_samples(options, problems):
 
 
 def check_beats(time, values, options, problems):
-    """Refuses what cannot be laid over each other."""
+    """Refuses records that cannot be divided into equal beats."""
     f, start = options.frequency, options.start * TIMES[options.time_units]
     span = (time[-1] - time[0]) * f
     in_a_beat = (len(time) - 1) / span
@@ -177,7 +177,7 @@ def check_beats(time, values, options, problems):
 
 
 def record_of(found, options):
-    """Data of the record, and how it states its errors."""
+    """Returns the data of the record, and the way in which it states its errors."""
     mean, spread, count = found.mean(), found.spread(), found.count()
     smallest = SAME * np.nanmax(np.abs(mean), axis=0)
     if (np.nanmax(spread, axis=0) <= smallest).any():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The picture of imported forces: all beats over each other, their mean and spread."""
+"""Draws imported forces: all beats at the same phases, their mean and spread."""
 import matplotlib
 
 matplotlib.use("Agg")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A set of height maps: a list of files with forces, or a folder with names by a convention; all that is wrong is found at once."""
+"""Reads a set of height maps: a list of files with forces, or a folder with conventional names. All mistakes are found at once.
+"""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -16,24 +17,24 @@ NEEDED = ["id", "file", "force", "direction_x", "direction_y", "direction_z", "p
 OPTIONAL = ["order", "time", "hold", "replicate"]
 REFERENCE = "reference"
 LIST, LOADS, LANDMARKS = "list.csv", "loads.csv", "landmarks.csv"
-SAME_GRID = 0.005  # of the distance of grid lines: how far those of two maps may differ, as coordinates are rounded
+SAME_GRID = 0.005  # of the distance of grid lines: by so much those of two maps may differ, since coordinates are rounded
 
 
 @dataclass
 class HeightSet:
-    """Maps of one wing on one grid, in the units of the files. `sigma` where the files have it."""
+    """Maps of one wing on one grid, in the units of the files. `sigma` exists where the files have it."""
     x: np.ndarray
     y: np.ndarray
     z: Dict[str, np.ndarray]                      # also of `reference`
     sigma: Dict[str, np.ndarray]
     facts: Dict[str, dict]                        # attributes of the loads: force, direction, point, ...
-    scans: np.ndarray                             # of the unloaded wing that have a height here
+    scans: np.ndarray                             # number of scans of the unloaded wing that have a height here
     landmarks: Optional[Path] = None              # of the folder
     notes: Dict[str, List[str]] = field(default_factory=dict)
 
 
 def attempt(problems: Problems, what: Callable):
-    """The result of what(), or None, and its mistakes are noted."""
+    """Returns the result of what(), or None if it fails; its mistakes are collected."""
     try:
         return what()
     except InputError as error:
@@ -43,7 +44,7 @@ def attempt(problems: Problems, what: Callable):
 
 
 def read_rows(path: Path, needed: List[str], problems: Problems) -> Tuple[List[dict], object]:
-    """Lines of a table with names of columns as dictionaries of texts."""
+    """Returns the lines of a table with names of columns as dictionaries of texts."""
     table = attempt(problems, lambda: read_table(path))
     if table is None:
         return [], None
@@ -63,7 +64,7 @@ def read_rows(path: Path, needed: List[str], problems: Problems) -> Tuple[List[d
 
 
 def facts_of(row: dict, table, path: Path, problems: Problems) -> dict:
-    """The attributes of a load in the units of the list."""
+    """Returns the attributes of a load in the units of the list."""
     def number(name, kind):
         try:
             value = table.number(row[name])
@@ -87,7 +88,7 @@ def facts_of(row: dict, table, path: Path, problems: Problems) -> dict:
 
 
 def in_list(path: Path, problems: Problems):
-    """Files of reference and loads, and the loads' attributes, of a list."""
+    """Returns the files of reference and loads, and the loads' attributes, of a list."""
     rows, table = read_rows(path, NEEDED, problems)
     references, files, facts = [], {}, {}
     for row in rows:
@@ -110,7 +111,8 @@ def in_list(path: Path, problems: Problems):
 
 
 def in_folder(folder: Path, problems: Problems):
-    """The same of a folder with loads.csv, reference.* or reference_1.*, reference_2.*, ..., and a map ID.* for every load."""
+    """Returns the same for a folder with loads.csv, reference.* or reference_1.*, reference_2.*, ..., and a map ID.* for every
+    load."""
     if (folder / LIST).exists():
         return in_list(folder / LIST, problems)
     path = folder / LOADS
@@ -146,7 +148,8 @@ def in_folder(folder: Path, problems: Problems):
 
 
 def read_height_set(path: Path, pixels: Pixels, problems: Problems) -> Optional[HeightSet]:
-    """All maps of a list or folder; every mistake of every file is added to `problems`. Scans of the unloaded wing are averaged."""
+    """Reads all maps of a list or folder; every mistake of every file is added to `problems`. Scans of the unloaded wing are
+    averaged."""
     is_folder = path.is_dir()
     references, files, facts = (in_folder if is_folder else in_list)(path, problems)
     maps: Dict[str, Map] = {}

@@ -3,8 +3,8 @@
 
 usage: import_heights LIST.csv|FOLDER -o measurement.h5 --height-units um --axis-units mm --force-units mN --height-sd 5
 
-LIST.csv has a line of column names and one line for each map. The line whose id is `reference` is the unloaded wing; of several
-such lines the mean is taken.
+LIST.csv has a line of column names and one line for each map. The line whose id is `reference` is the unloaded wing; if there are
+several such lines their mean is used.
 
     id,file,force,direction_x,direction_y,direction_z,point_x,point_y,order,time,hold,replicate
     reference,rest.csv
@@ -14,12 +14,12 @@ force is in --force-units, point_x and point_y in --axis-units, time and hold in
 may be left out. Names of files are relative to LIST.csv. A FOLDER holds list.csv, or loads.csv (the same table without `file`),
 reference.* or reference_1.*, reference_2.*, ..., a map ID.* for every line, and if wanted landmarks.csv.
 
-Maps have x in their first line and y in the first cell of every other line (CSV; the separator, and whether decimals have a point or
-a comma, is found out and told), or a line `x,y,z` for every height (CSV), or arrays x, y, z, z[j, i] at (x[i], y[j]), and if wanted sigma
-(NPZ, MAT), or are grey pictures (TIFF, 16 or 32 bit; --pixel, --height-per-count). All maps of a set lie on one grid.
+Maps are one of these: a table with x in its first line and y in the first cell of every other line (CSV; the separator and the
+decimal sign are recognised and printed); a line `x,y,z` for every height (CSV); arrays x, y, z with z[j, i] at (x[i], y[j]), and
+if wanted sigma (NPZ, MAT); grey pictures (TIFF, 16 or 32 bit; --pixel, --height-per-count). All maps of a set have the same grid.
 
-Coordinates of the maps are those of the wing file (x from root to tip, y toward the leading edge, z normal to both), or --landmarks or
---outline with --wing turn and shift the scan into that frame. A picture shows what was made of it: look at it.
+Coordinates of the maps are those of the wing file (x from root to tip, y toward the leading edge, z normal to both), or
+--landmarks or --outline with --wing turn and shift the scan into that frame. Check the picture that shows the result.
 docs/guide/import-data.md explains all of this.
 """
 import argparse
@@ -40,11 +40,11 @@ from flusi_msm.wing.file import read_wing
 LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
 FORCES = {"N": 1.0, "mN": 1e-3, "uN": 1e-6}
 FACTS = ["force_by_weight", "height_by_gauge", "position_by_marks", "order_is_random"]
-STILL = 1e-9  # of the extent: a turn that moves nothing by more is none
+STILL = 1e-9  # of the extent: a rotation that moves no point by more is ignored
 
 
 def calibration_of(texts, problems):
-    """The facts `name=0` or `name=1` that are known."""
+    """Returns the facts `name=0` or `name=1` that are known."""
     facts = {}
     for text in texts:
         name, _, value = text.partition("=")
@@ -56,7 +56,7 @@ def calibration_of(texts, problems):
 
 
 def in_si(found, options, height_sd):
-    """The set in SI units, with --flip, and with the sd of every height."""
+    """Returns the set in SI units, after --flip, and with the sd of every height."""
     axis, height = LENGTHS[options.axis_units], LENGTHS[options.height_units]
     signs = {"x": 1.0, "y": 1.0, "z": 1.0, **{name: -1.0 for name in options.flip}}
     order = tuple(slice(None, None, int(signs[name])) for name in "yx")
@@ -71,7 +71,7 @@ def in_si(found, options, height_sd):
 
 
 def register(found, wing, options, problems):
-    """How the scan lies on the wing."""
+    """Returns how the scan lies on the wing."""
     landmarks = options.landmarks or found.landmarks
     if options.outline:
         return by_outline(found.x, found.y, np.isfinite(found.z[REFERENCE]), wing, problems)
@@ -84,7 +84,7 @@ def register(found, wing, options, problems):
 
 
 def mask_outside(found, line, registration):
-    """Takes away the heights beside the wing; returns how many those of the unloaded wing were."""
+    """Removes the heights outside the wing; returns how many of them the unloaded wing had."""
     gx, gy = np.meshgrid(found.x, found.y)
     inside = is_inside(line, registration(np.stack([gx.ravel(), gy.ravel()], 1))).reshape(gx.shape)
     dropped = int((np.isfinite(found.z[REFERENCE]) & ~inside).sum())
@@ -92,7 +92,7 @@ def mask_outside(found, line, registration):
 
 
 def placed(found, registration, line, options):
-    """The set on grid lines of the wing's frame. Only what is turned is interpolated."""
+    """Returns the set on grid lines of the wing's frame. Heights are only interpolated if the scan is turned."""
     extent = np.hypot(np.ptp(found.x), np.ptp(found.y))
     facts = {}
     for name, load in found.facts.items():
@@ -120,7 +120,8 @@ def placed(found, registration, line, options):
 
 
 def find_all_outliers(found, height_sd):
-    """The places (n, 2) [m] and the marks of the heights of every map that lie far out. A change is tested where there is one."""
+    """Returns the marks of the outliers of every map and their places (n, 2) [m]. For maps of loads the changes of the heights
+    are tested, where they are known."""
     rest = found.z[REFERENCE]
     marks = {REFERENCE: find_outliers(rest, height_sd)}
     for name, z in found.z.items():
@@ -170,7 +171,7 @@ def add_options(parser):
 
 
 def accuracy_of(options, problems):
-    """The declared errors in SI units."""
+    """Returns the declared errors in SI units."""
     height, axis = LENGTHS[options.height_units], LENGTHS[options.axis_units]
     accuracy = {"height": height * options.height_sd, "force": FORCES[options.force_units] * options.force_sd,
                 "force_gain": float(options.force_gain_sd), "position": axis * options.position_sd,
@@ -184,7 +185,7 @@ def accuracy_of(options, problems):
 
 
 def check_options(options, problems):
-    """What contradicts itself; the wing or None, and what pictures do not say."""
+    """Checks that options do not contradict each other; returns the wing or None, and the data that pictures do not contain."""
     wing = attempt(problems, lambda: read_wing(options.wing)) if options.wing else None
     if options.outline and not options.wing:
         problems.error("--outline needs --wing WING.h5")
@@ -197,7 +198,7 @@ def check_options(options, problems):
 
 
 def notes_of(found):
-    """How the files were understood, one line for maps that are alike."""
+    """Describes how the files were understood, in one line for maps that are alike."""
     by_note = {}
     for name, notes in found.notes.items():
         by_note.setdefault(", ".join(notes), []).append(name)

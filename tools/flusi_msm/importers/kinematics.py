@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes motion files for FlappingMotion_left and _right (docs/guide/kinematics.md) of measured wing angles.
+"""Makes motion files for FlappingMotion_left and _right (docs/guide/kinematics.md) from measured wing angles.
 
 usage: import_kinematics ANGLES.csv -o beat.ini --angles degrees [--frequency 158] [--convention stroke-dorsal]
 
@@ -15,8 +15,9 @@ angles may be missing in lines of the other.
                   downstroke and more in the upstroke
   stroke-ventral  the same with the stroke positive to the ventral side
 
-Both wings are described as mirror images: the same angles are the same motion. The picture beside the file shows samples and fit, the
-chords of a beat and the path of the tips: see whether the leading edge goes first, and whether the downstroke goes down.
+Both wings are described as mirror images: the same angles are the same motion. The picture next to the file shows samples and
+fit, the chords of a beat and the path of the tips: check that the leading edge goes first, and that the wing goes down in the
+downstroke.
 """
 import argparse
 from pathlib import Path
@@ -45,7 +46,7 @@ CLOCKS = ("phase", "time")
 
 
 def read_columns(path, problems):
-    """{column: numbers}, NaN where a cell is empty; and how the text was understood."""
+    """Returns {column: numbers}, NaN where a cell is empty; and how the text was understood."""
     table = read_table(path)
     names = [name.lower() for name in table.rows[0]]
     values = np.full((len(table.rows) - 1, len(names)), np.nan)
@@ -61,7 +62,7 @@ def read_columns(path, problems):
 
 
 def sides_of(path, columns, convention, negate, problems):
-    """{side: {FLUSI's angle: (column, factor, offset)}}, or {"": ...} where both wings move alike."""
+    """Returns {side: {FLUSI's angle: (column, factor, offset)}}, or {"": ...} if both wings move alike."""
     rules = CONVENTIONS[convention]
     bases = [column for column, _, _ in rules.values()]
     known = [*CLOCKS, *bases, *(f"{base}_{side}" for base in bases for side in SIDES)]
@@ -86,7 +87,7 @@ def sides_of(path, columns, convention, negate, problems):
 
 
 def phase_of(path, columns, frequency, problems):
-    """The phase of every line within its beat."""
+    """Returns the phase of every line within its beat."""
     clocks = [name for name in CLOCKS if name in columns]
     if len(clocks) != 1:
         problems.error(f"{path}: {'both phase and time' if clocks else 'neither phase nor time'} among the columns; one is needed")
@@ -112,7 +113,7 @@ def phase_of(path, columns, frequency, problems):
 
 
 def check_angles(path, side, angles, unit, problems):
-    """Doubts about units, signs and zeros of FLUSI's angles (degrees) in the order of the phase."""
+    """Returns doubts about units, signs and zeros of FLUSI's angles (degrees) in the order of the phase."""
     name = f" of the {side} wing" if side else ""
     stroke = np.ptp(angles["phi"])
     if unit == "radians" and stroke > 360:
@@ -127,7 +128,8 @@ def check_angles(path, side, angles, unit, problems):
 
 
 def check_tilt(side, fits, problems):
-    """In most flights the leading edge is tilted into the stroke: alpha is larger in the downstroke, of falling phi."""
+    """Checks that the leading edge is tilted into the stroke, as in most flights: alpha is larger in the downstroke, in which
+    phi falls."""
     x = np.linspace(0, 1, 200, endpoint=False)
     rate = np.gradient(fits["phi"](x))
     alpha = fits["alpha"](x)
@@ -137,7 +139,7 @@ def check_tilt(side, fits, problems):
 
 
 def fit_angles(x, angles, options, problems):
-    """A function for each angle."""
+    """Fits a function to each angle."""
     fits = {}
     gap = np.diff(np.concatenate([np.sort(x), [np.sort(x)[0] + 1]])).max()
     most = max(1, min(MOST_HARMONICS, int(0.5 / gap), (len(x) - 2) // 4))
@@ -208,7 +210,7 @@ def main():
 
 
 def write_motions(path, spelling, motions, options, problems):
-    """The files, what is left of every angle, and the picture."""
+    """Writes the files, the residuals of every angle, and the picture."""
     print(f"{path}: {spelling}")
     output = Path(options.output)
     for side, (x, angles, fits) in motions.items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Landmarks: places that are known in a scan and on the wing."""
+"""Reads landmarks: places that are known in a scan and on the wing."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -15,7 +15,7 @@ COLUMNS = ("name", "x", "y", "wing_x", "wing_y")
 
 
 def places_of(wing: Wing) -> Dict[str, np.ndarray]:
-    """The places of a wing that have names, (2) [m]: root, tip, joint:NAME, vein:NAME:first, vein:NAME:last."""
+    """Returns the places of a wing that have names, (2) [m]: root, tip, joint:NAME, vein:NAME:first, vein:NAME:last."""
     xy = wing.points[:, :2]
     root = xy[list(wing.root)].mean(0)
     places = {"root": root, "tip": xy[((xy - root)**2).sum(1).argmax()]}
@@ -27,7 +27,8 @@ def places_of(wing: Wing) -> Dict[str, np.ndarray]:
 
 
 def read_landmarks(path: Path, wing: Optional[Wing], unit: float, problems: Problems) -> Tuple[list, np.ndarray, np.ndarray]:
-    """Names, places in the scan and on the wing (n, 2) [m]; `unit` is that of the file [m]. All mistakes go to `problems`."""
+    """Returns names, places in the scan and on the wing (n, 2) [m]; `unit` is that of the file [m]. All mistakes are added to
+    `problems`."""
     nothing = [], np.zeros((0, 2)), np.zeros((0, 2))
     try:
         table = read_table(path)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Height maps as instruments write them: CSV, NPZ, TIFF, MAT."""
+"""Reads height maps in the formats that instruments write: CSV, NPZ, TIFF, MAT."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ from flusi_msm.importers.tables import read_table
 
 @dataclass
 class Pixels:
-    """What a picture does not say of itself; in the units of axes and heights."""
+    """Properties of a picture that its file does not contain; in the units of axes and heights."""
     size: Optional[Tuple[float, float]] = None  # of one pixel along x and y
     count: Optional[float] = None               # height of one step of an integer
     zero: float = 0.0                           # the integer that means height 0
@@ -32,7 +32,7 @@ class Map:
 
 
 def read_csv_map(path: Path, pixels: Pixels) -> Map:
-    """A table with x in its first line and y in its first column, or one line `x,y,z` (and sigma) for every height."""
+    """Reads a table with x in its first line and y in its first column, or with one line `x,y,z` (and sigma) for every height."""
     table = read_table(path)
     rows = table.rows
     names = [cell.lower().split("[")[0].split("(")[0].strip() for cell in rows[0]]
@@ -61,14 +61,14 @@ def number_of(path, table, j, i, cell, wrong) -> float:
 
 
 def stop_if(path, wrong) -> None:
-    """Raises the first five mistakes."""
+    """Raises an error with the first five mistakes, if there are any."""
     if wrong:
         more = [f"{path}: and {len(wrong) - 5} more of this kind"] if len(wrong) > 5 else []
         raise InputError("\n".join(wrong[:5] + more))
 
 
 def from_points(path, table, names) -> Map:
-    """A map of lines x, y, z; places without a line have no height."""
+    """Returns a map of lines x, y, z; places without a line have no height."""
     wrong: List[str] = []
     short = [table.lines[j] for j, row in enumerate(table.rows) if len(row) < len(names)]
     if short:
@@ -89,7 +89,7 @@ def from_points(path, table, names) -> Map:
 
 
 def read_npz_map(path: Path, pixels: Pixels) -> Map:
-    """Arrays x, y and z, and if wanted sigma."""
+    """Reads arrays x, y and z, and if wanted sigma."""
     try:
         with np.load(path) as arrays:
             return from_arrays(path, {name: arrays[name] for name in arrays.files})
@@ -98,7 +98,7 @@ def read_npz_map(path: Path, pixels: Pixels) -> Map:
 
 
 def read_mat_map(path: Path, pixels: Pixels) -> Map:
-    """Variables x, y and z, and if wanted sigma; those of version 7.3 are HDF5 and transposed."""
+    """Reads variables x, y and z, and if wanted sigma; those of version 7.3 are HDF5 and transposed."""
     import h5py
     try:
         if h5py.is_hdf5(path):
@@ -113,7 +113,7 @@ def read_mat_map(path: Path, pixels: Pixels) -> Map:
 
 
 def from_arrays(path, arrays: Dict[str, np.ndarray]) -> Map:
-    """x and y as lines, or as matrices of meshgrid."""
+    """Returns a map of arrays; x and y are lines, or matrices of meshgrid."""
     missing = [name for name in "xyz" if name not in arrays]
     if missing:
         raise InputError(f"{path}: has no array {', '.join(missing)}; it has {', '.join(sorted(arrays)) or 'none'}")
@@ -136,7 +136,7 @@ def from_arrays(path, arrays: Dict[str, np.ndarray]) -> Map:
 
 
 def read_tiff_map(path: Path, pixels: Pixels) -> Map:
-    """A grey picture of integers (8, 16, 32 bit) or reals. Its lowest row has y = 0, its left column x = 0."""
+    """Reads a grey picture of integers (8, 16, 32 bit) or reals. Its lowest row has y = 0, its left column x = 0."""
     from PIL import Image, UnidentifiedImageError
     Image.MAX_IMAGE_PIXELS = None
     try:
@@ -172,7 +172,7 @@ READERS: Dict[str, Callable[[Path, Pixels], Map]] = {
 
 
 def read_map(path: Path, pixels: Pixels = Pixels()) -> Map:
-    """The map of a file in any of these formats, its axes increasing, without infinite heights."""
+    """Reads the map of a file in any of these formats; its axes increase, and it has no infinite heights."""
     path = Path(path)
     reader = READERS.get(path.suffix.lower())
     if reader is None:
@@ -194,5 +194,5 @@ def read_map(path: Path, pixels: Pixels = Pixels()) -> Map:
         raise InputError("\n".join(wrong))
     along_x, along_y = slice(None, None, -1 if x[0] > x[-1] else 1), slice(None, None, -1 if y[0] > y[-1] else 1)
     if sigma is not None:
-        sigma = np.where(np.isfinite(z), sigma, 1.0)[along_y, along_x]  # without a height it does not count
+        sigma = np.where(np.isfinite(z), sigma, 1.0)[along_y, along_x]  # without a height it is not used
     return Map(x[along_x], y[along_y], z[along_y, along_x], sigma, found.notes)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measured angles with their fit, the path of the tips, and the chords of a beat: whether signs and sides are right is seen here."""
+"""Draws measured angles with their fit, the path of the tips, and the chords of a beat, so that the user can check signs and
+sides."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -14,7 +15,7 @@ SIDE_COLOURS = {"": COLOURS[6], "left": COLOURS[0], "right": COLOURS[1]}
 
 
 def draw_motions(path: Path, motions: dict, eta: float) -> None:
-    """`motions`: {side: (phase, angles, fits)}, the side "" for both wings."""
+    """Draws all motions. `motions`: {side: (phase, angles, fits)}, the side "" for both wings."""
     use_style()
     figure = plt.figure(figsize=(9.0, 6.4), layout="constrained")
     rows = figure.add_gridspec(2, 3, height_ratios=[1.0, 1.1])
@@ -42,7 +43,7 @@ def draw_motions(path: Path, motions: dict, eta: float) -> None:
 
 
 def draw_tips(axis, motions: dict, eta: float, x: np.ndarray) -> None:
-    """Both tips from above, the head at the top: the right wing is the mirror image."""
+    """Draws both tips from above, the head at the top: the right wing is the mirror image."""
     for side in ("left", "right"):
         _, _, fits = motions.get(side) or next(iter(motions.values()))
         angles = {name: fits[name](x) for name in ANGLES}

@@ -31,7 +31,7 @@ SAME_MASS = 1e-6     # [kg]
 
 
 def read_loadings(path):
-    """Arrays (n, 2) of mass [kg] and reading [m], one for each loading."""
+    """Returns arrays (n, 2) of mass [kg] and reading [m], one for each loading."""
     try:
         rows = np.loadtxt(path, ndmin=2)
     except (OSError, ValueError) as error:
@@ -48,7 +48,8 @@ def read_loadings(path):
 
 
 def repeatability(loadings):
-    """Standard deviation of a reading [m] from equal masses in the first two loadings, and how many there are."""
+    """Returns the standard deviation of a reading [m] from equal masses in the first two loadings, and the number of such pairs.
+    """
     if len(loadings) < 2:
         raise InputError("a single loading does not tell how exact readings are; give --sd")
     first, second = loadings[:2]
@@ -59,7 +60,7 @@ def repeatability(loadings):
 
 
 def beam():
-    """The cantilever as a chain."""
+    """Returns the cantilever as a chain."""
     points = np.zeros((SEGMENTS + 1, 3))
     points[:, 0] = np.linspace(0, LENGTH, SEGMENTS + 1)
     diameter = (64 * MOMENT / pi)**0.25
@@ -68,7 +69,7 @@ def beam():
 
 
 def write_readings(path, loadings, sd):
-    """Loads and observations; the offset of a loading is called after it."""
+    """Writes loads and observations; the offset of a loading is named after the loading."""
     try:
         with h5py.File(path, "w", libver=("v108", "v108")) as file:
             file.attrs["schema"] = np.bytes_(SCHEMA)

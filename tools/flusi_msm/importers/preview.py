@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A picture of imported height maps: what is known, what is missing, what lies far out, and how the scan fits the wing."""
+"""Draws imported height maps: known and missing heights, outliers, and the fit of the scan to the wing."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -18,8 +18,8 @@ ARROWS = 20.0  # residuals are drawn so many times as long
 
 def draw_preview(path: Path, x: np.ndarray, y: np.ndarray, heights: Dict[str, np.ndarray], points: Dict[str, np.ndarray],
                  outliers: Dict[str, np.ndarray], outline: Optional[np.ndarray], registration: Registration) -> None:
-    """One panel for every map: heights of `reference` and changes from it (ny, nx) [m] in mm and um, its outliers (n, 2) [m], and where
-    the force acts."""
+    """Draws one panel for every map: heights of `reference` and changes from it (ny, nx) [m] in mm and um, its outliers (n, 2)
+    [m], and the place where the force acts."""
     use_style()
     names = sorted(heights, key=lambda name: (name != "reference", name))[:MOST]
     columns = min(3, len(names))

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From the frame in which a wing was scanned to the frame of its wing file: turned and shifted within the plane, by landmarks or by
-the outline; and heights on the lines of a grid in that frame. SI units."""
+"""Transforms from the frame in which a wing was scanned to the frame of its wing file: a rotation and a shift within the plane,
+found from landmarks or from the outline. It also resamples heights on the lines of a grid in that frame. SI units."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -11,19 +11,19 @@ import numpy as np
 from flusi_msm.errors import InputError, Problems
 from flusi_msm.wing.file import Wing
 
-SCALE_NOTICE, SCALE_ERROR = 0.02, 0.2     # relative difference of sizes that is told, and that is refused
-RESIDUAL_ERROR = 0.05                     # of the extent: what does not fit better is another wing
+SCALE_NOTICE, SCALE_ERROR = 0.02, 0.2     # relative difference of sizes that gives a notice, and that is refused
+RESIDUAL_ERROR = 0.05                     # of the extent: a scan with larger residuals is taken for another wing
 AMBIGUOUS = 1.3                           # a second fit whose residual is less than so many times that of the best
 
 
 @dataclass
 class Registration:
-    """p in the wing's frame = turn @ p of the scan + shift."""
+    """The transformation: p in the wing's frame = turn @ p of the scan + shift."""
     turn: np.ndarray = field(default_factory=lambda: np.eye(2))
     shift: np.ndarray = field(default_factory=lambda: np.zeros(2))
     how: str = "axes as they are"
-    residuals: Optional[np.ndarray] = None    # (n, 2) [m], what is left at landmarks or points of the outline
-    places: Optional[np.ndarray] = None       # (n, 2) [m], those in the wing's frame
+    residuals: Optional[np.ndarray] = None    # (n, 2) [m], residuals at landmarks or points of the outline
+    places: Optional[np.ndarray] = None       # (n, 2) [m], their places in the wing's frame
     names: Tuple[str, ...] = ()
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
@@ -33,11 +33,11 @@ class Registration:
         return (np.asarray(points) - self.shift) @ self.turn
 
     def angle(self) -> float:
-        """By which the scan is turned [rad]."""
+        """Returns the angle by which the scan is turned [rad]."""
         return float(np.arctan2(self.turn[1, 0], self.turn[0, 0]))
 
     def rms(self) -> float:
-        """Root mean square of the residuals [m]."""
+        """Returns the root mean square of the residuals [m]."""
         return float(np.sqrt((self.residuals**2).sum(1).mean())) if self.residuals is not None else 0.0
 
     def report(self) -> List[str]:
@@ -55,7 +55,7 @@ def turn_by(angle: float) -> np.ndarray:
 
 
 def best_turn(scan: np.ndarray, wing: np.ndarray, is_mirrored: bool = False) -> Tuple[np.ndarray, np.ndarray, float]:
-    """Rotation (or reflection), shift and residual (rms) of the least squares fit of points to points (Kabsch)."""
+    """Returns rotation (or reflection), shift and residual (rms) of the least squares fit of points to points (Kabsch)."""
     a, b = scan - scan.mean(0), wing - wing.mean(0)
     u, _, v = np.linalg.svd(a.T @ b)
     sign = np.sign(np.linalg.det(u @ v)) * (-1 if is_mirrored else 1)
@@ -65,7 +65,8 @@ def best_turn(scan: np.ndarray, wing: np.ndarray, is_mirrored: bool = False) -> 
 
 
 def by_landmarks(names, scan: np.ndarray, wing: np.ndarray, problems: Problems) -> Registration:
-    """From two or more places that are known in both frames. What cannot be is added to the errors of `problems`."""
+    """Finds the transformation from two or more places that are known in both frames. Problems are added to the errors of
+    `problems`."""
     if len(names) < 2:
         problems.error("landmarks: two or more are needed, better three or more")
         return Registration()
@@ -87,7 +88,7 @@ def by_landmarks(names, scan: np.ndarray, wing: np.ndarray, problems: Problems) 
 
 
 def check_size(ratio: float, what: str, problems: Problems) -> None:
-    """What was scanned and the wing should have one size."""
+    """Checks that the scan and the wing have the same size."""
     if abs(ratio - 1) > SCALE_ERROR:
         problems.error(f"registration: {what} {ratio:.4g} times as large in the scan as in the wing file: are --axis-units right, and is it "
                        "the file of this wing?")
@@ -96,7 +97,7 @@ def check_size(ratio: float, what: str, problems: Problems) -> None:
 
 
 def outline_of(wing: Wing) -> np.ndarray:
-    """The margin of the membrane as a closed line (n + 1, 2) [m]; the longest one if there are holes."""
+    """Returns the margin of the membrane as a closed line (n + 1, 2) [m]; the longest one if there are holes."""
     edges, counts = wing.edges()
     neighbours: dict = {}
     for a, b in edges[counts == 1]:
@@ -120,7 +121,8 @@ def outline_of(wing: Wing) -> np.ndarray:
 
 
 def margin_of(x: np.ndarray, y: np.ndarray, known: np.ndarray) -> Tuple[np.ndarray, float]:
-    """Points half-way between neighbours of which one has a height (n, 2), and the area with heights. Holes and specks do not count."""
+    """Returns the points (n, 2) half-way between two neighbours of which only one has a height, and the area with heights. Holes
+    and specks are ignored."""
     from scipy import ndimage
     labels, n = ndimage.label(known)
     if n == 0:
@@ -138,7 +140,7 @@ def margin_of(x: np.ndarray, y: np.ndarray, known: np.ndarray) -> Tuple[np.ndarr
 
 
 def to_line(points: np.ndarray, line: np.ndarray) -> np.ndarray:
-    """From every point to the nearest point of the line (n, 2)."""
+    """Returns the vectors from every point to the nearest point of the line (n, 2)."""
     a, e = line[:-1], np.diff(line, axis=0)
     share = ((points[:, None] - a) * e).sum(2) / (e**2).sum(1)
     near = a + np.clip(share, 0, 1)[..., None] * e
@@ -147,7 +149,8 @@ def to_line(points: np.ndarray, line: np.ndarray) -> np.ndarray:
 
 
 def by_outline(x: np.ndarray, y: np.ndarray, known: np.ndarray, wing: Wing, problems: Problems) -> Registration:
-    """From the margin of what has heights in the scan of the unloaded wing, which must have none beside the wing."""
+    """Finds the transformation from the margin of the heights in the scan of the unloaded wing, which must have none outside the
+    wing."""
     from scipy.optimize import least_squares
     line = outline_of(wing)
     margin, area = margin_of(x, y, known)
@@ -189,14 +192,15 @@ def by_outline(x: np.ndarray, y: np.ndarray, known: np.ndarray, wing: Wing, prob
 
 
 def is_inside(line: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Which of the points (n, 2) lie within a closed line."""
+    """Returns which of the points (n, 2) lie within a closed line."""
     from matplotlib.path import Path as Polygon
     return Polygon(line).contains_points(points)
 
 
 def resampled(x, y, z, sd, x_new, y_new, registration: Registration, is_correlated: bool) -> Tuple[np.ndarray, np.ndarray]:
-    """Heights on other grid lines, in the wing's frame, by bilinear interpolation; and their standard deviations, from those (`sd`, an
-    array) of the four heights, whose errors are independent or all the same. NaN where one of the four is missing."""
+    """Returns heights on other grid lines, in the wing's frame, by bilinear interpolation, and their standard deviations. The
+    latter follow from those (`sd`, an array) of the four heights, whose errors are independent or all the same. NaN where one of
+    the four is missing."""
     gx, gy = np.meshgrid(x_new, y_new)
     points = registration.inverse(np.stack([gx.ravel(), gy.ravel()], 1))
     total, variance = np.zeros(len(points)), np.zeros(len(points))
@@ -219,8 +223,9 @@ def resampled(x, y, z, sd, x_new, y_new, registration: Registration, is_correlat
 
 
 def find_outliers(z: np.ndarray, least: float, factor: float = 6.0) -> np.ndarray:
-    """Which heights differ by more than `factor` sd from the median of the means of opposite neighbours, of up to twelve pairs, in which
-    slopes cancel. The sd is that of all such differences (from their median), at least `least`."""
+    """Returns which heights differ by more than `factor` sd from the median of the means of opposite neighbours. Up to twelve
+    pairs of neighbours are used; slopes cancel in their means. The sd is that of all such differences (from their median), at
+    least `least`."""
     wide = np.pad(z, 2, constant_values=np.nan)
     ny, nx = z.shape
     pairs = []

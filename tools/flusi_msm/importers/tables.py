@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tables of text as spreadsheets and instruments write them: which character separates cells and which decimals is found out."""
+"""Reads tables of text as spreadsheets and instruments write them: the characters that separate cells and decimals are
+recognised."""
 from __future__ import annotations
 
 import csv
@@ -17,7 +18,7 @@ DECIMAL_COMMA = re.compile(r"^[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?$")
 
 @dataclass
 class Table:
-    """Cells of a file line by line, and how they were told apart."""
+    """The cells of a file line by line, and how they were recognised."""
     rows: List[List[str]]
     lines: List[int]            # number of the line of each row
     separator: str
@@ -27,7 +28,7 @@ class Table:
         return f"cells separated by {NAMES[self.separator]}, decimal {'comma' if self.has_decimal_comma else 'point'}"
 
     def number(self, text: str) -> float:
-        """The number that a cell holds; an empty cell is NaN."""
+        """Returns the number that a cell contains; an empty cell is NaN."""
         text = text.strip()
         if not text:
             return float("nan")
@@ -35,7 +36,7 @@ class Table:
 
 
 def read_text(path: Path) -> str:
-    """The text of a file in the encoding that it seems to have."""
+    """Returns the text of a file in the encoding that it seems to have."""
     try:
         data = Path(path).read_bytes()
     except OSError as error:
@@ -59,7 +60,8 @@ def split(line: str, separator: str) -> List[str]:
 
 
 def find_separator(lines: List[str]) -> str:
-    """A semicolon or tab separates wherever there is one. Commas do, unless blanks separate numbers with decimal commas."""
+    """Finds the separator: a semicolon or tab wherever there is one, otherwise commas, unless blanks separate numbers with
+    decimal commas."""
     for candidate in (";", "\t"):
         if any(candidate in line for line in lines):
             return candidate
@@ -71,7 +73,7 @@ def find_separator(lines: List[str]) -> str:
 
 
 def read_table(path: Path) -> Table:
-    """Every line that is not empty and no comment (# or %)."""
+    """Returns every line that is not empty and no comment (# or %)."""
     kept = [(number, line) for number, line in enumerate(read_text(path).splitlines(), 1)
             if line.strip(" ;,\t") and line.lstrip()[0] not in "#%"]
     if not kept:

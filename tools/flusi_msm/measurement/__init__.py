@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Synthetic bending tests with the errors of an instrument, and the measurement file."""
+"""Makes synthetic bending tests with the errors of an instrument, and writes measurement files."""

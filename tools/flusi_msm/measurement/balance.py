@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a synthetic force balance makes of the forces on a flapping section, and what scatters from beat to beat."""
+"""Computes the signals of a synthetic force balance from the forces on a flapping section, with errors that differ from beat to
+beat."""
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +14,8 @@ PER_LENGTH = {"N": "N/m", "N m": "N", "W": "W/m"}
 
 @dataclass
 class Balance:
-    """Errors of the balance, in this order: the force on the wing less the inertia, delayed, filtered, turned, mixed, times the
-    gain, plus the offset. Power passes it unchanged."""
+    """Errors of the balance, in this order: the force on the wing minus the inertia, delayed, filtered, turned, mixed, times the
+    gain, plus the offset. The power has none of these errors."""
     inertia: float = 0.0              # [kg/m] that was not subtracted, at the hinge
     delay: float = 0.0                # [s]
     lowpass: float = 0.0              # [Hz] cut-off of a filter of first order; 0: none
@@ -33,12 +34,12 @@ class Scatter:
     correlation_time: float = 2.0e-4  # [s]
     amplitude: float = 0.0            # of a beat, all components alike
     timing: float = 0.0               # of a beat, in beats
-    stated: float = 1.0               # factor on the spread and sd that are stated
-    model: float = 0.0                # of rms: joins the stated sd, not the data; what two simulations of the same flow differ by
+    stated: float = 1.0               # factor on the spread and sd that are written to the file
+    model: float = 0.0                # of rms: adds to the stated sd, not to the data; difference of two simulations of one flow
 
 
 def check_names(text):
-    """The names in `Fy, Fz`."""
+    """Returns the names in a list such as `Fy, Fz`."""
     names = tuple(word.strip() for word in text.split(","))
     for name in names:
         if name not in COMPONENTS:
@@ -53,7 +54,8 @@ def units_of(names, is_per_length):
 
 
 def filtered(time, values, cut_off):
-    """A filter of first order that has seen nothing before the first time; values are straight in between."""
+    """Returns the output of a filter of first order whose input was 0 before the first time; values between the times are
+    interpolated linearly."""
     if not cut_off:
         return values
     step = time[1] - time[0]
@@ -70,7 +72,7 @@ def filtered(time, values, cut_off):
 
 
 def shown(exact, balance):
-    """What the balance shows of each component over the whole flight."""
+    """Returns the signal of the balance for each component over the whole flight."""
     time = exact["time"]
     rows = np.stack([exact["Fy"], exact["Fz"], exact["Mx"]], 1)
     rows[:, :2] -= balance.inertia * exact["acceleration"][:, :2]
@@ -87,7 +89,8 @@ def shown(exact, balance):
 
 
 def one_beat(random, noise, beats, values, phase, period, rms):
-    """One beat of many: values(beats) (n, k) of the flight, at the phases of its last beat."""
+    """Returns one beat with its errors, at the phases of the last beat of the flight; values(beats) (n, k) are those of the
+    flight."""
     last = np.floor(beats[-1] + 0.5) - 1
     at = last + phase + noise.timing * random.standard_normal()
     at = np.where(at > beats[-1], at - 1, at)
@@ -103,8 +106,8 @@ def one_beat(random, noise, beats, values, phase, period, rms):
 
 
 def averaged(case, beats, values, phase):
-    """Mean, spread and sd of many beats: {mean, spread, sd: (n, k)}, and all beats (beats, n, k). The spread is that of the beats
-    at each phase; the sd is one number for a component, from all phases."""
+    """Returns mean, spread and sd of many beats, {mean, spread, sd: (n, k)}, and all beats (beats, n, k). The spread is that of
+    the beats at each phase; the sd is one number for a component, from all phases."""
     noise, random = case.noise, np.random.default_rng(case.seed)
     inside = beats > beats[-1] - 1
     rms = np.sqrt(np.mean(values[inside]**2, axis=0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The description of a synthetic bending test, from a JSON file: sections, keys, defaults and checks."""
+"""Reads the description of a synthetic bending test from a JSON file: sections, keys, defaults and checks."""
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,14 +13,14 @@ from flusi_msm.measurement.noise import Noise, check_noise
 
 @dataclass
 class Hidden:
-    """What a usual model of the test does not know; beside the last keys of `stiffness`."""
+    """Properties that a usual model of the test does not know, in addition to the last keys of `stiffness`."""
     force_gain: float = 1.0          # applied over stated force
     force_offset: float = 0.0        # [N] added along the force
     force_tilt: tuple = (0.0, 0.0)   # [rad] turns of the direction about x and about y
     drift: float = 0.0               # relative change of all stiffness from one scan to the next, in their order
     drift_veins: float = 0.0         # the same of the veins' E alone
     creep: tuple = (0.0, 1.0)        # (a, tau [s]): stiffness over 1 + a log10(1 + hold/tau)
-    gravity: tuple = (0.0, 0.0, 0.0)  # [m/s^2] bends the unloaded wing too
+    gravity: tuple = (0.0, 0.0, 0.0)  # [m/s^2] it bends the unloaded wing, too
     vein_density: float = 1300.0     # [kg/m^3] for the weight
     areal_density: float = 3.0e-3    # [kg/m^2] of the membrane
     load_shift: tuple = (0.0, 0.0)   # [m] common to all points of application
@@ -28,7 +28,7 @@ class Hidden:
     map_shift: tuple = (0.0, 0.0)    # [m] of all height maps
     tilt: tuple = (0.0, 0.0)         # [rad] common to all loaded scans, about x and about y
     piston: float = 0.0              # [m] common to all loaded scans
-    memory: float = 0.0              # fraction of the deformation in the scan before that is still there
+    memory: float = 0.0              # fraction of the deformation in the previous scan that remains
     bow: float = 0.0                 # [m] from one scan to the next: heights grow by this times (x/R)^2
     fringe: tuple = (0.0, 1e-3, 0.0)  # amplitude, length [m] and direction [rad] of waves in all scans
     soft_places: tuple = ()          # (vein, share of its length, N m/rad): hinges that the wing file does not have
@@ -36,7 +36,7 @@ class Hidden:
 
 @dataclass
 class Protocol:
-    """Which loads are applied, and how."""
+    """The loads that are applied, and how."""
     levels: tuple = (1.0,)           # every load is applied with these multiples of its force; negative: the other way
     repeats: int = 1
     random_order: bool = False
@@ -65,8 +65,8 @@ CALIBRATION = ("force_by_weight", "height_by_gauge", "position_by_marks", "order
 
 
 def read_case(path, changes=(), drop=()):
-    """The case in a JSON file, with changes `section.key=value` made to it and the sections `drop` left out. The wing is
-    seen from the file's folder."""
+    """Returns the case in a JSON file, with changes `section.key=value` and without the sections `drop`. The path of the wing is
+    relative to the file's folder."""
     case = build(Case, read_json(path, changes, drop), "")
     case.wing = str(Path(path).parent / case.wing)
     check(case)
@@ -99,7 +99,7 @@ def check(case):
 
 
 def load_of(row, number):
-    """(point, force vector) of a row x, y, force along z or of a dictionary."""
+    """Returns (point, force vector) of a row x, y, force along z or of a dictionary."""
     try:
         if isinstance(row, dict):
             if set(row) - {"point", "force", "direction"}:

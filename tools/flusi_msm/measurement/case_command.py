@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the commands share that make a part of a measurement file from a case: make_modes and make_series."""
+"""The common part of the commands make_modes and make_series, which make a part of a measurement file from a case."""
 import argparse
 import json
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Descriptions of synthetic experiments in JSON files: read, changed by key, and turned into dataclasses."""
+"""Reads descriptions of synthetic experiments from JSON files, changes their keys, and converts them to dataclasses."""
 import difflib
 import json
 from dataclasses import MISSING, fields, is_dataclass
@@ -13,7 +13,7 @@ NAMED = ("E_wave", "one_way")  # keys whose first value is a name
 
 
 def read_json(path, changes=(), drop=()):
-    """The dictionary in a JSON file, without the sections `drop` and with changes `section.key=value` made to it."""
+    """Returns the dictionary in a JSON file, without the sections `drop` and with changes `section.key=value`."""
     try:
         data = json.loads(Path(path).read_text())
     except OSError as error:
@@ -41,7 +41,7 @@ def read_json(path, changes=(), drop=()):
 
 
 def build(kind, data, section):
-    """A dataclass from a dictionary; unknown keys and values of another kind are refused."""
+    """Makes a dataclass from a dictionary; unknown keys and values of another kind are refused."""
     if not isinstance(data, dict):
         raise InputError(f"{section or 'the case'}: must be a section {{...}}")
     section += "." if section else ""

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes a synthetic bending test of a wing: height maps under point loads, with the errors of a real experiment, as a
-measurement file (docs/formats/measurement-format.md), and the truth about it in a file of its own.
+"""Makes a synthetic bending test of a wing: height maps under point loads, with the errors of a real experiment. Writes a
+measurement file (docs/formats/measurement-format.md), and the truth about it in a separate file.
 
 usage: make_measurement CASE.json -o measurement.h5 [--truth truth.json] [--seed N] [--refine 0|1]
                         [--set section.key=value ...] [--jobs N]
        make_measurement CASE.json -o plan.h5 --plan
 
-The mechanics are its own: nothing is shared with flusi or with what fits measurements. All keys of a case are in
+The mechanics share nothing with flusi or with the programs that fit measurements. All keys of a case are in
 docs/guide/synthetic-measurements.md. The same case and seed give the same numbers.
 """
 import argparse

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measurement files (docs/formats/measurement-format.md): writes what was measured on a wing, in SI units."""
+"""Writes measurement files (docs/formats/measurement-format.md), in SI units."""
 import h5py
 import numpy as np
 
@@ -53,7 +53,7 @@ def write_measurement(path, x, y, unloaded, loads, accuracy, calibration=None, t
 
 
 def write_test(path, content):
-    """Writes what `observe` or `plan` of measurement/synthesis.py made."""
+    """Writes the result of `observe` or `plan` of measurement/synthesis.py."""
     sigma = None
     if content["reference_scans"] > 1:
         sigma = np.full((len(content["y"]), len(content["x"])), content["accuracy"]["height"] / np.sqrt(content["reference_scans"]))

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Records of forces on a synthetic flapping section with the errors of an experiment, for `make_flight` alone: a plane flow and a
-balance of its own. Nothing is shared with the solver in src or with what is fitted to the data."""
+"""Makes records of forces on a synthetic flapping section with the errors of an experiment, for `make_flight` alone. Its plane
+flow and its balance share nothing with the solver in src or with what is fitted to the data."""
 from dataclasses import asdict, dataclass, field
 
 import numpy as np
@@ -15,7 +15,7 @@ from flusi_msm.measurement.case_file import build, read_json
 
 @dataclass
 class Wing:
-    """An ellipse."""
+    """The section of the wing, an ellipse."""
     chord: float = 8.0e-4             # [m]
     thickness: float = 0.05           # over the chord
     hinge: float = 0.5                # from the leading end, in chords
@@ -23,8 +23,8 @@ class Wing:
 
 @dataclass
 class Motion:
-    """The hinge at centre + stroke/2 cos(2 pi s) along y, the chord at mean_angle + pitch sin(2 pi s + lead) from y toward z, s the time
-    in beats."""
+    """The motion: the hinge is at centre + stroke/2 cos(2 pi s) along y, the chord at mean_angle + pitch sin(2 pi s + lead) from
+    y toward z; s is the time in beats."""
     frequency: float = 200.0          # [Hz]
     stroke: float = 2.24e-3           # [m] from one end to the other
     pitch: float = 45.0               # [deg]
@@ -42,7 +42,7 @@ class Fluid:
 
 @dataclass
 class Hidden:
-    """What is not as `kinematics`, `fluid` and `wing` say."""
+    """Deviations from what `kinematics`, `fluid` and `wing` state."""
     stroke: float = 1.0               # factor
     pitch: float = 1.0                # factor
     lead: float = 0.0                 # [deg] more
@@ -50,12 +50,12 @@ class Hidden:
     plane: float = 0.0                # [deg] everything is turned from y toward z
     deviation: float = 0.0            # [m] sin(4 pi s) of this size along z: the path is an eight
     frequency: float = 1.0            # factor
-    phase: float = 0.0                # of the beat: the wing is so much before the record
+    phase: float = 0.0                # of the beat: the wing is ahead of the record by this
     wind: tuple = (0.0, 0.0)          # [m/s] more
     viscosity: float = 1.0            # factor
     chord: float = 1.0                # factor
     hinge: float = 0.0                # [chords] more
-    free_play: float = 0.0            # [deg] of the pitch between its stops: outside every catalogue, as the next two
+    free_play: float = 0.0            # [deg] of the pitch between its stops; this and the next two are in no catalogue
     asymmetry: float = 0.0            # a: the drive is at s + a (1 - cos 2 pi s)/(2 pi)
     third_harmonic: float = 0.0       # h: cos 2 pi s + h cos 6 pi s
 
@@ -89,7 +89,7 @@ class Case:
 
 
 def read_case(path, changes=()):
-    """The case in a JSON file, with changes `section.key=value`."""
+    """Returns the case in a JSON file, with changes `section.key=value`."""
     case = build(Case, read_json(path, changes), "")
     check(case)
     return case
@@ -122,7 +122,8 @@ def check(case):
 
 
 def follow(wanted, play):
-    """What is driven through a play: it stands still until a stop pushes it. One beat that repeats."""
+    """Returns the motion of a part that is driven with play: it stands still until a stop pushes it. The values are one beat of
+    a periodic motion."""
     out, here = np.empty_like(wanted), wanted[0]
     for _ in range(2):
         for n, value in enumerate(wanted):
@@ -132,7 +133,7 @@ def follow(wanted, play):
 
 
 def beat_of(case):
-    """The motion as it is."""
+    """Returns the motion including its hidden deviations."""
     k, hidden = case.kinematics, case.hidden
     tilt = np.radians(hidden.plane)
 
@@ -155,12 +156,12 @@ def beat_of(case):
 
 
 def beats_of(case, exact):
-    """Times of a flight in beats."""
+    """Returns the times of a flight in beats."""
     return exact["time"] * case.kinematics.frequency * case.hidden.frequency
 
 
 def in_last_beat(case, exact, values):
-    """Values at the phases of the record."""
+    """Returns values at the phases of the record."""
     return np.interp(case.flow.beats - 1 + np.arange(case.samples) / case.samples, beats_of(case, exact), values)
 
 
@@ -171,7 +172,8 @@ def section_of(case):
 
 
 def clean(case):
-    """What a perfect balance would show from the start on: times [s] and, by name, Fy, Fz [N/m], Mx [N], power [W/m]; and the motion."""
+    """Returns the output of a perfect balance from the start on: times [s] and, by name, Fy, Fz [N/m], Mx [N], power [W/m]; and
+    the motion."""
     flow = case.flow
     try:
         found = fly(section_of(case), beat_of(case), flow.beats, Effort(flow.steps, Resolution(flow.modes, flow.radial, flow.radius)))
@@ -185,7 +187,7 @@ def clean(case):
 
 
 def synthesise(case, exact=None):
-    """What would be recorded, and the truth; exact: clean(case), where it is known."""
+    """Returns the measured record, and the truth. `exact` is clean(case), if it is known."""
     names = check_names(case.components)
     exact = clean(case) if exact is None else exact
     seen = shown(exact, case.balance)
@@ -200,7 +202,7 @@ def synthesise(case, exact=None):
 
 
 def write_flight(path, case, record):
-    """Writes a measurement file, or adds the record to one that is there (docs/formats/measurement-format.md)."""
+    """Writes a measurement file, or adds the record to one that exists (docs/formats/measurement-format.md)."""
     from flusi_msm.measurement.flight_file import write_record
     names = check_names(case.components)
     write_record(path, case.name, {"frequency": case.kinematics.frequency, "beats": case.beats, "reference": case.balance.reference,

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes a record of the forces on a synthetic flapping section over the beat: a measurement file (docs/formats/measurement-format.md),
-and the truth about it in a file of its own.
+"""Makes a record of the forces on a synthetic flapping section over the beat. Writes a measurement file
+(docs/formats/measurement-format.md), and the truth about it in a separate file.
 
 usage: make_flight CASE.json -o flight.h5 [--truth truth.json] [--set section.key=value ...] [--add]
 
-The flow is plane, about a thin ellipse, and computed by a method that shares nothing with flusi; the balance and its errors are its
-own as well. All keys of a case are in docs/guide/synthetic-flights.md. The same case and seed give the same numbers.
+The flow is plane, about a thin ellipse, and computed by a method that shares nothing with flusi; the same is true for the balance
+and its errors. All keys of a case are in docs/guide/synthetic-flights.md. The same case and seed give the same numbers.
 """
 import flusi_msm.one_thread
 import flusi_msm.project_python  # noqa: F401

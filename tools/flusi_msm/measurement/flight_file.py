@@ -10,7 +10,7 @@ WHOLE = ("beats", "per_length")
 
 
 def write_record(path, name, attributes, data):
-    """Makes a measurement file, or adds the record `name` to one that is there, and seals it."""
+    """Makes a measurement file, or adds the record `name` to one that exists, and seals it."""
     import h5py
     try:
         with h5py.File(path, "a", libver=("v108", "v108")) as file:

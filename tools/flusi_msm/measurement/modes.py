@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Natural modes of a synthetic wing with the errors of an experiment, for `make_modes` alone: the stiffness of the synthetic
-bending tests, and masses assembled here. Nothing is shared with the solver in src or with what is fitted to the data."""
+"""Makes natural modes of a synthetic wing with the errors of an experiment, for `make_modes` alone. It uses the stiffness of the
+synthetic bending tests, and masses assembled here. Nothing is shared with the solver in src or with what is fitted to the data.
+"""
 from dataclasses import dataclass, field
 from math import pi
 from pathlib import Path
@@ -11,14 +12,16 @@ from scipy.sparse.linalg import eigsh
 
 from flusi_msm.bending.mesh import locate, refine
 from flusi_msm.bending.model import Model, Stiffness
+from flusi_msm.bending.statics import Path as LoadingPath
 from flusi_msm.errors import InputError
+from flusi_msm.measurement.case import load_of
 from flusi_msm.measurement.case_file import build, read_json
 from flusi_msm.wing.file import read_wing
 
 
 @dataclass
 class Mass:
-    """What the wing weighs, and what sits on it."""
+    """The mass of the wing, and a point mass on it."""
     vein_density: float = 0.0         # [kg/m^3]; 0: that of the wing file, or 1300
     membrane_mass: float = 0.0        # [kg]; 0: that of the wing file, or 81.475e-9
     veins: float = 1.0                # factors on both
@@ -31,7 +34,7 @@ class Mass:
 
 @dataclass
 class Noise:
-    """Standard deviations, relative: of frequencies, and of shapes over their largest value."""
+    """Relative standard deviations: of frequencies, and of shapes over their largest value."""
     frequency: float = 0.005
     shape: float = 0.02
 
@@ -42,30 +45,42 @@ class Case:
     refine: int = 0
     seed: int = 1
     title: str = ""
-    modes: int = 5                    # the lowest so many that move across the wing
-    missing: tuple = ()               # of these, by their number, that nobody saw
-    sites: int = 24                   # places of the wing that are seen
+    modes: int = 5                    # number of modes across the wing that are measured, the lowest ones
+    missing: tuple = ()               # numbers of modes among these that are not detected
+    sites: int = 24                   # places of the wing that are measured
     medium: str = "air"
     air_density: float = 1.2          # [kg/m^3]
     air_ratio: float = 0.8            # of the air that moves with the wing to that of strip theory
+    loads: list = field(default_factory=list)  # that bend the wing while it vibrates, as rows of make_measurement
+    gravity: tuple = (0.0, 0.0, 0.0)  # [m/s^2] whose weight bends it too
+    name: str = "mode"                # of the modes in the file, before their number
     stiffness: Stiffness = field(default_factory=Stiffness)
     mass: Mass = field(default_factory=Mass)
     noise: Noise = field(default_factory=Noise)
 
 
 def read_case(path, changes=()):
-    """The case in a JSON file, with changes `section.key=value`; the wing is seen from the file's folder."""
+    """Returns the case in a JSON file, with changes `section.key=value`; the path of the wing is relative to the file's folder.
+    """
     case = build(Case, read_json(path, changes), "")
     if case.medium not in ("air", "vacuum"):
         raise InputError(f"medium is air or vacuum, not {case.medium}")
     if case.stiffness.pretension or any(case.stiffness.camber):
         raise InputError("modes are those of a wing that is flat and free of stress at rest: no pretension, no camber")
+    if any(case.stiffness.root_compliance) and is_loaded(case):
+        raise InputError("modes under loads are those of a stiff clamp: no root_compliance")
+    case.loads = [load_of(row, number) for number, row in enumerate(case.loads, 1)]
     case.wing = str(Path(path).parent / case.wing)
     return case
 
 
+def is_loaded(case):
+    return bool(case.loads) or any(case.gravity)
+
+
 def densities(wing, mass):
-    """Density of the veins [kg/m^3], and areal density [kg/m^2] of the membrane as a function of places (n, 2)."""
+    """Returns the density of the veins [kg/m^3], and the areal density [kg/m^2] of the membrane as a function of places (n, 2).
+    """
     stated = wing.mass
     vein = mass.vein_density or (stated.vein_density if stated and stated.vein_density else 1300.0)
     total = mass.membrane_mass or (stated.membrane if stated else 81.475e-9)
@@ -94,7 +109,7 @@ def triangle_areas(wing):
 
 
 def mass_matrix(wing, case, n_nodes):
-    """Mass [kg] between nodes for motion in the plane and across it, sparse (n_nodes, n_nodes) each."""
+    """Returns the mass [kg] between nodes for motion in the plane and across it, sparse (n_nodes, n_nodes) each."""
     mass, triangles = case.mass, np.asarray(wing.triangles)
     vein, areal = densities(wing, mass)
     rows, columns, values = [], [], []
@@ -119,7 +134,7 @@ def mass_matrix(wing, case, n_nodes):
         for a, b, da, db in zip(nodes[:-1], nodes[1:], diameters[:-1], diameters[1:]):
             length = np.linalg.norm(wing.points[b] - wing.points[a])
             moments = np.zeros((2, 2))
-            for s, w in zip((0.5 - 0.15**0.5, 0.5, 0.5 + 0.15**0.5), (5 / 18, 8 / 18, 5 / 18)):  # Gauss, exact for them
+            for s, w in zip((0.5 - 0.15**0.5, 0.5, 0.5 + 0.15**0.5), (5 / 18, 8 / 18, 5 / 18)):  # Gauss rule, exact here
                 at = np.array([1 - s, s])
                 piece = w * vein * pi / 4 * (da + s * (db - da))**2 * length
                 moments += piece * (np.outer(at, at) if mass.consistent else np.diag(at))
@@ -140,7 +155,7 @@ def mass_matrix(wing, case, n_nodes):
 
 
 def strips(wing):
-    """Stations x [m] with the lower and upper ends y [m] of the wing there."""
+    """Returns stations x [m], and the lower and upper ends y [m] of the wing there."""
     points, triangles = wing.points, np.asarray(wing.triangles)
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     x = np.linspace(points[:, 0].min(), points[:, 0].max(), 801)
@@ -157,14 +172,26 @@ def strips(wing):
 
 
 def carried(places, chord):
-    """[m] Air per area over its density: the jump of the potential of a plate that moves across itself."""
+    """Returns the mass of air per area over its density [m]: the jump of the potential of a plate that moves normal to itself."""
     x, low, high = chord
     below, above = np.interp(places[:, 0], x, low), np.interp(places[:, 0], x, high)
     return 2 * np.sqrt(np.maximum(0, (above - places[:, 1]) * (places[:, 1] - below)))
 
 
+def loaded_shape(wing, model, case, plane):
+    """Displacements (nodes, 3) [m] under the loads and the weight of the masses `plane`, without the air."""
+    if not is_loaded(case):
+        return model.zeros()
+    force = np.asarray(plane.sum(1)) * np.asarray(case.gravity)
+    for place, vector in case.loads:
+        corners, shares = locate(wing.points, np.asarray(wing.triangles), place)
+        force[np.asarray(corners)] += np.outer(shares, vector)
+    return LoadingPath(model).solve(force)[0]
+
+
 def find_modes(wing, case, coarse=None):
-    """Frequencies [Hz] and shapes along z (points, modes) of the lowest modes that move across the wing."""
+    """Frequencies [Hz] and shapes along z (points, modes) of the lowest modes that move across the wing, about rest or about the
+    shape under the loads."""
     every = np.concatenate([d for _, d in (coarse or wing).veins.values()])
     model = Model(wing, case.stiffness, float(np.mean(every)), 2.0 if coarse is not None else 1.0)
     plane, across = mass_matrix(wing, case, model.n_nodes)
@@ -176,7 +203,9 @@ def find_modes(wing, case, coarse=None):
     for k, matrix in enumerate((plane, plane, across)):
         m = matrix[moving][:, moving].tocoo()
         parts.append(sparse.csc_matrix((m.data, (3 * m.row + k, 3 * m.col + k)), (3 * len(moving),) * 2))
-    k_matrix = model.tangent(model.zeros(), np.zeros(len(model.springs.k)))  # no spring is stretched at rest
+    bent = loaded_shape(wing, model, case, plane)
+    axial = model.springs.forces(bent) if is_loaded(case) else np.zeros(len(model.springs.k))  # at rest none is stretched
+    k_matrix = model.tangent(bent, axial)
     values, vectors = eigsh(k_matrix, case.modes + 12, sum(parts), sigma=0.0, which="LM", v0=np.ones(3 * len(moving)))
     order = np.argsort(values)
     found = []
@@ -190,7 +219,7 @@ def find_modes(wing, case, coarse=None):
 
 
 def synthesise(case):
-    """What would be measured, [(name, frequency, sd, places, shape, sd)], and the truth."""
+    """Returns the measured modes, [(name, frequency, sd, places, shape, sd)], and the truth."""
     wing = read_wing(case.wing)
     coarse = wing if case.refine else None
     fine = refine(wing) if case.refine else wing
@@ -207,15 +236,16 @@ def synthesise(case):
             continue
         sd = case.noise.shape
         size = 10**random.uniform(-1, 1)  # nobody knows how strongly a mode was excited
-        modes.append((f"mode{number}", frequency * (1 + case.noise.frequency * errors[0]), case.noise.frequency * frequency,
+        modes.append((f"{case.name}{number}", frequency * (1 + case.noise.frequency * errors[0]), case.noise.frequency * frequency,
                       wing.points[sites, :2], size * (shape[sites] + sd * errors[1:]), np.full(len(sites), size * sd)))
-    truth = {"frequencies": [f for f, _ in found], "stiffness": vars(case.stiffness), "mass": vars(case.mass),
+    truth = {"frequencies": [f for f, _ in found], "loads": [[*place, *vector] for place, vector in case.loads],
+             "gravity": list(case.gravity), "stiffness": vars(case.stiffness), "mass": vars(case.mass),
              "air_ratio": case.air_ratio, "seed": case.seed}
     return modes, truth
 
 
 def write_modes(path, case, modes):
-    """Writes a measurement file, or adds the modes to one that is there (docs/formats/measurement-format.md)."""
+    """Writes a measurement file, or adds the modes to one that exists (docs/formats/measurement-format.md)."""
     import h5py
     try:
         with h5py.File(path, "a", libver=("v108", "v108")) as file:
@@ -230,5 +260,12 @@ def write_modes(path, case, modes):
                 for key, values in (("points", places), ("shape", shape), ("sigma", sigma)):
                     group.create_dataset(key, data=np.asarray(values, "<f8"), track_times=False)
                 group["points"].attrs["units"] = np.bytes_("m")
+                if any(case.gravity):
+                    group.attrs["gravity"] = np.asarray(case.gravity, float)
+                for load, (place, vector) in enumerate(case.loads, 1):
+                    attributes = group.create_group(f"loads/load{load:03d}").attrs
+                    attributes["force"] = np.float64(np.linalg.norm(vector))
+                    attributes["direction"] = vector / np.linalg.norm(vector)
+                    attributes["point"] = np.asarray(place, float)
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be written: {error}") from error

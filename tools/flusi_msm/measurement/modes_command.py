@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes natural modes of a synthetic wing, as a modal test would measure them: a measurement file
-(docs/formats/measurement-format.md), and the truth about it in a file of its own.
+"""Makes natural modes of a synthetic wing, as a modal test would measure them. Writes a measurement file
+(docs/formats/measurement-format.md), and the truth about it in a separate file.
 
 usage: make_modes CASE.json -o modes.h5 [--truth truth.json] [--set section.key=value ...] [--add]
 
-The mechanics are its own: nothing is shared with flusi or with what is fitted to the data. All keys of a case are in
-docs/theory/vibration.md. The same case and seed give the same numbers.
+The mechanics share nothing with flusi or with what is fitted to the data. All keys of a case are in docs/theory/vibration.md. The
+same case and seed give the same numbers.
 """
 import flusi_msm.one_thread
 import flusi_msm.project_python  # noqa: F401

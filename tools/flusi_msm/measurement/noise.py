@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Errors of synthetic measurements: of heights, forces, places and whole scans. Every kind of error of every load has a
-random stream of its own, so that switching one on does not change the others."""
+"""Makes errors of synthetic measurements: of heights, forces, places and whole scans. Every kind of error of every load has its
+own random stream, so that adding one does not change the others."""
 from dataclasses import dataclass
 from zlib import crc32
 
@@ -11,7 +11,7 @@ from flusi_msm.results.files import InputError
 
 @dataclass
 class Noise:
-    """Standard deviations [SI] and fractions; 0 switches an error off."""
+    """Standard deviations [SI] and fractions; 0 means that there is no such error."""
     height: float = 10e-6            # white, independent at every grid point
     correlated: float = 0.0          # smooth, with the correlation exp(-(r/length)^2/2)
     correlation_length: float = 1e-3
@@ -23,7 +23,7 @@ class Noise:
     piston: float = 0.0              # [m] of each scan
     shift: float = 0.0               # [m] of each scan in x and y
     force: float = 0.0               # [N] of each force
-    force_gain: float = 0.0          # relative, of all forces together
+    force_gain: float = 0.0          # relative, the same for all forces
     position: float = 0.0            # [m] of x and y of each point of application
     reference_scans: int = 1         # of the unloaded wing, averaged
 
@@ -53,7 +53,7 @@ class Streams:
 
 
 def square_root(points, length):
-    """A matrix S with S S^T = exp(-((p_i - p_j)/length)^2/2)."""
+    """Returns a matrix S with S S^T = exp(-((p_i - p_j)/length)^2/2)."""
     values, vectors = np.linalg.eigh(np.exp(-0.5 * ((points[:, None] - points[None, :]) / length)**2))
     return vectors * np.sqrt(np.maximum(values, 0))
 
@@ -69,7 +69,7 @@ class HeightErrors:
                                                                                              noise.correlation_length)
 
     def one_scan(self, scan):
-        """White and correlated errors (ny, nx) [m]; scans of the unloaded wing have negative numbers."""
+        """Returns white and correlated errors (ny, nx) [m]; scans of the unloaded wing have negative numbers."""
         index = 2 * scan if scan >= 0 else -2 * scan + 1
         error = self.noise.height * self.streams("height", index).standard_normal(self.shape)
         if self.noise.correlated > 0:
@@ -78,7 +78,7 @@ class HeightErrors:
         return error
 
     def reference(self):
-        """Errors of the unloaded heights, the mean of several scans."""
+        """Returns errors of the unloaded heights, the mean of several scans."""
         n = self.noise.reference_scans
         return sum(self.one_scan(-k - 1) for k in range(n)) / n
 
@@ -88,7 +88,7 @@ class HeightErrors:
         return hit * self.noise.outlier_scale * rng.standard_t(3, self.shape)
 
     def missing(self, scan, known):
-        """Grid points (ny, nx) that are lost: whole discs, until the fraction of the `known` points is reached."""
+        """Returns the grid points (ny, nx) that are lost: whole discs, until the fraction of the `known` points is reached."""
         lost = np.zeros(self.shape, bool)
         wanted = self.noise.missing * known.sum()
         if wanted == 0:
@@ -102,7 +102,7 @@ class HeightErrors:
         return lost
 
     def plane(self, scan):
-        """Tilt about x and y [rad] and piston [m] of a scan."""
+        """Returns tilt about x and y [rad] and piston [m] of a scan."""
         rng = self.streams("tilt", scan)
         return self.noise.tilt * rng.standard_normal(2), self.noise.piston * self.streams("piston",
                                                                                           scan).standard_normal()

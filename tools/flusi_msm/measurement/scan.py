@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a profilometer above a deformed wing sees: the upper surface at the points of a regular grid."""
+"""Simulates a profilometer above a deformed wing, which measures the upper surface at the points of a regular grid."""
 import numpy as np
 
 
 def scan(positions, triangles, x, y):
-    """Heights (ny, nx) [m] of the surface of triangles over the grid lines x, y, NaN beside it. Where the surface lies
-    over itself the upper sheet is seen; triangles that stand upright are not."""
+    """Returns the heights (ny, nx) [m] of the surface of triangles over the grid lines x, y, NaN outside the wing. Where the
+    surface is folded over itself the upper sheet is measured; vertical triangles are ignored."""
     return look(positions, triangles, x, y)[0]
 
 
 def look(positions, triangles, x, y):
-    """The same heights, and the number of the triangle that is seen (ny, nx), -1 beside the wing."""
+    """Returns the same heights, and the number of the triangle that is seen (ny, nx), -1 outside the wing."""
     heights, seen = np.full((len(y), len(x)), -np.inf), np.full((len(y), len(x)), -1)
     corners = positions[triangles]                       # (m, 3, 3)
     low, high = corners[:, :, :2].min(1), corners[:, :, :2].max(1)

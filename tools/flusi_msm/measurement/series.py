@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Records of a synthetic wing that rings, with the errors of an experiment, for `make_series` alone: the stiffness of the synthetic
-bending tests, the masses of the synthetic modes, and an integration in time of all nodes (trapezoidal rule, Newmark 1959). Nothing
-is shared with the solver in src or with what is fitted to the data."""
+"""Makes records of a freely vibrating synthetic wing with the errors of an experiment, for `make_series` alone. It uses the
+stiffness of the synthetic bending tests, the masses of the synthetic modes, and an integration in time of all nodes (trapezoidal
+rule, Newmark 1959). Nothing is shared with the solver in src or with what is fitted to the data."""
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -21,13 +21,13 @@ UNITS = {"release": "N", "tap": "N s"}
 
 @dataclass
 class Damping:
-    """What takes energy. Names are those of [Damping] of `flusi` where it has them."""
+    """The causes of damping. Names are those of [Damping] of `flusi` where it has them."""
     rayleigh_mass: float = 0.0        # [1/s]
     rayleigh_stiffness: float = 0.0   # [s]
     joint_friction: float = 0.0       # [s] moment per rate of the elastic moment of joints
-    relaxation: float = 0.0           # g: a sudden force meets 1 + g times the stiffness
+    relaxation: float = 0.0           # g: for a sudden force the stiffness is 1 + g times larger
     relaxation_time: float = 1.0e-3   # [s]
-    drag: float = 0.0                 # [1/m] force -c m |v| v of every node: quadratic, which no entry of the catalogue is
+    drag: float = 0.0                 # [1/m] force -c m |v| v of every node: quadratic, no entry of the catalogue is
 
 
 @dataclass
@@ -49,7 +49,7 @@ class Case:
     point: tuple = (0.0, 0.0)         # [m] where the wing is held or tapped
     direction: tuple = (0.0, 0.0, 1.0)
     size: float = 1.0e-5              # [N] or [N s]; of a moving base [m/s2], the sd of a random acceleration
-    places: tuple = ()                # (x, y) [m] that are seen
+    places: tuple = ()                # (x, y) [m] that are measured
     axis: tuple = (0.0, 0.0, 1.0)
     units: str = "m"                  # or m/s
     rate: float = 10000.0             # [Hz]
@@ -68,7 +68,8 @@ class Case:
 
 
 def read_case(path, changes=()):
-    """The case in a JSON file, with changes `section.key=value`; the wing is seen from the file's folder."""
+    """Returns the case in a JSON file, with changes `section.key=value`; the path of the wing is relative to the file's folder.
+    """
     case = build(Case, read_json(path, changes), "")
     for key, valid in ("medium", ("air", "vacuum")), ("excitation", ("release", "tap", "base")), ("units", ("m", "m/s")):
         if getattr(case, key) not in valid:
@@ -82,7 +83,7 @@ def read_case(path, changes=()):
 
 
 class Motion:
-    """A wing that moves about rest: M u'' + C u' + K (u + g z) = f, z' = u' - z/tau."""
+    """A wing that moves near its rest position: M u'' + C u' + K (u + g z) = f, z' = u' - z/tau."""
 
     def __init__(self, wing, case, coarse=None):
         every = np.concatenate([d for _, d in (coarse or wing).veins.values()])
@@ -112,7 +113,7 @@ class Motion:
         return sparse.csc_matrix(model.tangent(model.zeros(), np.zeros(len(model.springs.k))))
 
     def at(self, point, direction):
-        """Shares (n) of the unknowns in the displacement of a place along a direction."""
+        """Returns the weights (n) of the unknowns in the displacement of a place along a direction."""
         unit = np.asarray(direction, float) / np.linalg.norm(direction)
         corners, shares = locate(self.wing.points, np.asarray(self.wing.triangles), point)
         out = np.zeros(self.n)
@@ -122,14 +123,14 @@ class Motion:
         return out
 
     def inertial(self, b):
-        """M^-1 b of the unknowns that have a mass; others do not move at once."""
+        """Returns M^-1 b of the unknowns that have a mass; the others are not accelerated."""
         heavy = np.flatnonzero(self.m.diagonal() > 0)
         out = np.zeros(self.n)
         out[heavy] = splu(self.m[heavy][:, heavy].tocsc()).solve(b[heavy])
         return out
 
     def record(self, base=None):
-        """Times, and values (times, places) at every step of time."""
+        """Returns times, and values (times, places) at every step of time."""
         case, d = self.case, self.case.damping
         h = 1 / (case.rate * case.steps)
         count = round((case.start * case.rate + case.samples + 1) * case.steps)
@@ -153,7 +154,7 @@ class Motion:
             seen[step] = looks @ (v if case.units == "m/s" else u)
             right = pull(step + 1) + self.m @ (4 / h**2 * (u + h * v) + a) + self.c @ (2 / h * u + v)
             right += g / gone * (self.k @ (u - keep * z))
-            if d.drag:  # of the beginning of the step: its error is of first order in a small force
+            if d.drag:  # from the beginning of the step: its error is of first order in a small force
                 speed = np.sqrt((v.reshape(-1, 3)**2).sum(1)).repeat(3)
                 right -= d.drag * lumped * speed * v
             new = factor.solve(right)
@@ -163,8 +164,8 @@ class Motion:
 
 
 def filtered(case, times, seen):
-    """What a low-pass filter makes of it: of first order, or Butterworth's of second; trapezoidal rule. It has seen the wing
-    at rest in its bent shape for long."""
+    """Returns the output of a low-pass filter: of first order, or Butterworth's of second, by the trapezoidal rule. Before the
+    record its input was the constant bent shape."""
     if not case.lowpass:
         return seen
     c, h = 2 * np.pi * case.lowpass, times[1]
@@ -184,8 +185,8 @@ def filtered(case, times, seen):
 
 
 def synthesise(case):
-    """What would be measured: values (samples, places), sd (places), the stated size and its sd, the record of the base; and the
-    truth."""
+    """Returns the measurement: values (samples, places), sd (places), the stated size and its sd, the record of the base; and
+    the truth."""
     wing = read_wing(case.wing)
     coarse = wing if case.refine else None
     fine = refine(wing) if case.refine else wing
@@ -209,7 +210,7 @@ def synthesise(case):
 
 
 def write_series(path, case, record):
-    """Writes a measurement file, or adds the record to one that is there (docs/formats/measurement-format.md)."""
+    """Writes a measurement file, or adds the record to one that exists (docs/formats/measurement-format.md)."""
     import h5py
     try:
         with h5py.File(path, "a", libver=("v108", "v108")) as file:

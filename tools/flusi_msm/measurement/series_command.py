@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes a record of a synthetic wing that rings after a release, after a tap or on a moving base: a measurement file
-(docs/formats/measurement-format.md), and the truth about it in a file of its own.
+"""Makes a record of the vibration of a synthetic wing after a release, after a tap or on a moving base. Writes a measurement file
+(docs/formats/measurement-format.md), and the truth about it in a separate file.
 
 usage: make_series CASE.json -o series.h5 [--truth truth.json] [--set section.key=value ...] [--add]
 
-The mechanics and the integration in time are its own: nothing is shared with flusi or with what is fitted to the data. All keys
-of a case are in docs/theory/ring-down.md. The same case and seed give the same numbers.
+The mechanics and the integration in time share nothing with flusi or with what is fitted to the data. All keys of a case are in
+docs/theory/ring-down.md. The same case and seed give the same numbers.
 """
 import flusi_msm.one_thread
 import flusi_msm.project_python  # noqa: F401

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Synthetic bending tests: shapes under loads, seen through an imperfect experiment."""
+"""Makes synthetic bending tests: shapes under loads, measured in an imperfect experiment."""
 from dataclasses import asdict, dataclass, replace
 from multiprocessing import Pool
 
@@ -30,11 +30,11 @@ class Load:
     true_point: tuple = ()
     true_vector: np.ndarray = None
     factor: float = 1.0        # on all stiffness
-    factor_veins: float = 1.0  # on E, beside it
+    factor_veins: float = 1.0  # on E of the veins, in addition to it
 
 
 def rotation(v):
-    """The matrix of a rotation vector."""
+    """Returns the matrix of a rotation vector."""
     angle = float(np.linalg.norm(v))
     m = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
     if angle < 1e-8:
@@ -43,8 +43,8 @@ def rotation(v):
 
 
 def rest_on_clamp(model, path, load, start=None):
-    """Displacements under load (nodes, 3) of a wing whose clamp turns about y and x by its compliance times the moment,
-    and a report. The clamped wing is solved in the frame of the turned clamp until the angles stay."""
+    """Returns displacements under load (nodes, 3) of a wing whose clamp turns about y and x by its compliance times the moment,
+    and a report. The clamped wing is solved in the frame of the turned clamp until the angles no longer change."""
     flap, twist = model.stiffness.root_compliance
     u, report = path.solve(load, start)
     if flap == 0 and twist == 0:
@@ -71,7 +71,7 @@ def rest_on_clamp(model, path, load, start=None):
 
 
 class Bench:
-    """A wing on the test bench."""
+    """The experiment: a wing and the loads on it."""
 
     def __init__(self, case):
         self.case, wing = case, with_soft_places(read_wing(case.wing), case)
@@ -80,10 +80,10 @@ class Bench:
         self.mean_diameter = float(np.mean(np.concatenate([d for _, d in wing.veins.values()]))) if wing.veins else None
         self.coarse, self.wing = wing, refine(wing) if case.refine else wing
         self.streams = Streams(case.seed)
-        self._bent = None, None  # factors on the stiffness, and the path of the wing with them
+        self._bent = None, None  # factors on the stiffness, and the loading path of the wing with them
 
     def model(self, factor=1.0, factor_veins=1.0):
-        """The wing with all its bending stiffness, and with that of its veins, multiplied by factors."""
+        """Returns the wing with all its bending stiffness, and with that of its veins, multiplied by factors."""
         s = self.case.stiffness
         joints = {**s.joints, **{soft_name(k): row[2] for k, row in enumerate(self.case.hidden.soft_places)}}
         joints = {name: factor * value for name, value in joints.items() if value >= 0}
@@ -91,7 +91,7 @@ class Bench:
         return Model(self.wing, s, self.mean_diameter, 2.0**self.case.refine)
 
     def loads(self):
-        """All measurements in the order of their names, with their true forces and places."""
+        """Returns all measurements in the order of their names, with their true forces and places."""
         case, hidden, noise, result = self.case, self.case.hidden, self.case.noise, []
         for k, (point, vector) in enumerate(case.loads):
             for i, level in enumerate(case.protocol.levels):
@@ -118,7 +118,7 @@ class Bench:
         return result
 
     def true_point(self, load, number):
-        """Where the force really acts; a place off the wing is drawn again."""
+        """Returns the place where the force really acts; a place off the wing is drawn again."""
         rng, wing = self.streams("position", number), self.wing
         try:
             locate(wing.points, wing.triangles, load.point)
@@ -136,7 +136,7 @@ class Bench:
         raise InputError(f"load {load.name}: its place is too close to the edge for noise.position")
 
     def bend(self, load, start=None):
-        """Positions of the bent wing's points, the displacement of the loaded place along the force, and a report.
+        """Returns positions of the bent wing's points, the displacement of the loaded place along the force, and a report.
         `start` are displacements of all nodes for nearly this load and this wing."""
         factors = load.factor, load.factor_veins
         if self._bent[0] != factors:
@@ -156,8 +156,8 @@ class Bench:
         return model.weights(hidden.gravity, hidden.vein_density, hidden.areal_density)
 
     def rest(self):
-        """Positions of the points of the wing without a load: as in the wing file, with its camber, bent by its
-        weight."""
+        """Returns positions of the points of the wing without a load: as in the wing file, with its camber, bent by its weight.
+        """
         model = self.model()
         if not any(self.case.hidden.gravity):
             return model.wing.points
@@ -169,7 +169,8 @@ def soft_name(k):
 
 
 def with_soft_places(wing, case):
-    """The wing with hinges of their own at hidden places: the point inside the vein that is nearest to the share."""
+    """Returns the wing with additional hinges at hidden places; each is at the point inside the vein that is nearest to the
+    given part of its length."""
     joints = dict(wing.joints)
     for k, (vein, share, _) in enumerate(case.hidden.soft_places):
         if vein not in wing.veins:
@@ -192,7 +193,7 @@ def _bend(task):
 
 
 def synthesise(case, jobs=1, tell=lambda text: None):
-    """Does the test: a dictionary for `write_test`, and the truth about it."""
+    """Makes the test: returns a dictionary for `write_test`, and the truth about it."""
     bench = Bench(case)
     loads = bench.loads()
     tasks = [(bench, load) for load in loads]
@@ -206,7 +207,7 @@ def synthesise(case, jobs=1, tell=lambda text: None):
 
 
 def plan(bench, loads):
-    """What is stated before anything is measured: a dictionary for `write_test`."""
+    """Returns what is stated before anything is measured: a dictionary for `write_test`."""
     case = bench.case
     low, high = bench.wing.points.min(0), bench.wing.points.max(0)
     x, y = (grid_lines(low[k], high[k], case.spacing) for k in range(2))
@@ -221,8 +222,8 @@ def plan(bench, loads):
 
 
 def observe(bench, loads, shapes, unloaded):
-    """What the experiment sees of the shapes (as from `bend`) and of the positions of the unloaded wing: a dictionary for
-    `write_test`, and the truth about it."""
+    """Simulates the measurement of the shapes (as from `bend`) and of the positions of the unloaded wing: returns a dictionary
+    for `write_test`, and the truth about it."""
     case, hidden = bench.case, bench.case.hidden
     content = plan(bench, loads)
     x, y = content["x"], content["y"]
@@ -231,7 +232,7 @@ def observe(bench, loads, shapes, unloaded):
     content["z"] = rest * hidden.height_scale + errors.reference() + fringes(bench, x, y, 0)
     truth = {"case": asdict(case), "mesh": {"points": len(bench.wing.points), "triangles": len(bench.wing.triangles)},
              "joints": joint_truth(bench), "loads": []}
-    # What is left of the deformation before is left of every point of the wing, also of those that were not seen then.
+    # A part of the previous deformation remains at every point of the wing, also at points that were not measured then.
     remains, past = {}, 0.0
     for number in sorted(range(len(loads)), key=lambda k: loads[k].order):
         remains[number] = past
@@ -258,7 +259,7 @@ def observe(bench, loads, shapes, unloaded):
 
 
 def fringes(bench, x, y, scan_number):
-    """Waves of a profilometer's light over the grid, in every scan with another phase; scan 0 is the unloaded wing."""
+    """Returns the waves of a profilometer's light on the grid, with another phase in every scan; scan 0 is the unloaded wing."""
     amplitude, length, angle = bench.case.hidden.fringe
     if amplitude == 0:
         return 0.0
@@ -267,7 +268,7 @@ def fringes(bench, x, y, scan_number):
 
 
 class _Alone:
-    """A pool of one worker that is this process."""
+    """A pool with one worker, which is this process."""
 
     def __enter__(self):
         self.imap = map
@@ -278,7 +279,7 @@ class _Alone:
 
 
 def declare(case):
-    """What the file states about its accuracy: the true sd unless `declared` says otherwise."""
+    """Returns the declared accuracy: the true sd unless `declared` has another one."""
     n = case.noise
     true = {"height": float(np.hypot(n.height, n.correlated)),
             "correlation_length": n.correlation_length if n.correlated > 0 else 0.0, "force": n.force,
@@ -290,8 +291,8 @@ def declare(case):
 
 
 def joint_truth(bench):
-    """Stiffness of all joints [N m/rad]: on the mesh that was bent, and the one that a hinge of the wing file's mesh
-    needs for the same bending of the vein around it."""
+    """Returns the stiffness of all joints [N m/rad]: on the mesh of the computation, and the stiffness that a hinge of the wing
+    file's mesh needs for the same bending of the vein around it."""
     fine, coarse = bench.model(), Model(bench.coarse, replace(bench.case.stiffness, joints={}))
     def compliance(hinge, model):
         return 1 / model.hinge_stiffness(hinge, with_joint=False)

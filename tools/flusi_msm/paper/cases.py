@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The flights of the comparison with Truong et al.: their inputs, and what their folders say about them."""
+"""Defines the flights of the comparison with Truong et al.: their inputs, and the state that their folders show."""
 import hashlib
 import json
 import re
@@ -15,13 +15,13 @@ SNAPSHOT_PHASES = (0.25, 0.5, 0.75, 1.0)  # of the last beat, when fields and su
 
 
 def _resolved(text, folder):
-    """The input with absolute names of the files that it reads."""
+    """Returns the input with absolute names of the files that it reads."""
     text = re.sub(r"(from_file::)(?!/)([^;\s]+)", lambda m: m[1] + str((folder / m[2]).resolve()), text)
     return re.sub(r"(?m)^(\s*file\s*=\s*)(?!/)([^;\s]+)", lambda m: m[1] + str((folder / m[2]).resolve()), text)
 
 
 def _digest_of(word):
-    """A name of a file with the digest of its content in the place of the folder, so that folders may move."""
+    """Returns the name of a file with the digest of its content instead of the folder, so that folders may be moved."""
     path = Path(word.split("from_file::")[-1])
     if not path.is_file():
         raise InputError(f"{path}: no such file")
@@ -29,7 +29,7 @@ def _digest_of(word):
 
 
 def fingerprint(text):
-    """The values of an input, files by their content: equal for two inputs that give the same flight."""
+    """Returns the values of an input, files by their content: they are equal for two inputs that give the same flight."""
     values = values_of(text)
     for section, keys in values.items():
         for key, value in keys.items():
@@ -46,7 +46,9 @@ def read_text(path):
 
 
 class Case:
-    """One flight: `text` is its input, `folder` where it is made; `points` along x, `beats` as many as it lasts."""
+    """One flight: `text` is its input, `folder` where it is made; `points` along x, `beats` as many as it lasts, `speed` that of
+    the wings in parts of what the file has."""
+    speed = 1.0
 
     def __init__(self, folder, ini, kind, points, beats):
         self.kind, self.points, self.beats = kind, points, beats
@@ -58,7 +60,8 @@ class Case:
         self.input = fingerprint(self.text)
 
     def changes(self):
-        """What this flight has other than its file: grid, sponge of the same length, times, and what is saved."""
+        """Returns the values of this flight that differ from its file: grid, sponge of the same length, times, and what is
+        saved."""
         own = values_of(self.base)
         try:
             before = {key: int(own["Resolution"][key]) for key in ("nx", "ny", "nz")}
@@ -83,7 +86,7 @@ class Case:
     # ---- what is in the folder ---------------------------------------------------------------------
 
     def state(self):
-        """What was noted about the flight, {} if it was never begun."""
+        """Returns what was noted about the flight, {} if it was never begun."""
         path = self.folder / STATE
         if not path.is_file():
             return {}
@@ -102,7 +105,7 @@ class Case:
         return self.state().get("status") == "finished" and not self.changed()
 
     def changed(self):
-        """What makes the input another one than that of the flight in the folder; empty if nothing does."""
+        """Returns the values in which the input differs from that of the flight in the folder; empty if there are none."""
         if not self.folder.exists() or not any(self.folder.iterdir()):
             return []
         if not self.state():
@@ -114,7 +117,7 @@ class Case:
         return any(self.folder.glob("runtime_backup*.h5"))
 
     def set_aside(self):
-        """Keeps an earlier flight as NAME.1, NAME.2, ..."""
+        """Renames an earlier flight to NAME.1, NAME.2, ..."""
         number = 1
         while (aside := self.folder.with_name(f"{self.name}.{number}")).exists():
             number += 1
@@ -122,13 +125,31 @@ class Case:
         return aside
 
 
+class Variant(Case):
+    """A flight of a study, with other values {section: {key: value}} than its file. It saves series alone."""
+
+    def __init__(self, folder, ini, kind, points, beats, name, values, speed=1.0):
+        self.values = values
+        super().__init__(folder, ini, kind, points, beats)
+        self.name = self.label = name
+        self.folder, self.speed = Path(folder) / name, speed
+
+    def changes(self):
+        changes = super().changes()
+        changes["Saving"] |= {"tsave": 9e9, "iSaveVorticity": 0, "iSaveWingSides": 0}
+        del changes["Saving"]["tsave_first"]
+        for section, keys in self.values.items():
+            changes.setdefault(section, {}).update(keys)
+        return changes
+
+
 def pair_cases(folder, ini, grids, beats):
-    """Rigid and flexible wings on every grid, the coarsest first."""
+    """Returns rigid and flexible wings on every grid, the coarsest first."""
     return [Case(folder, ini, kind, n, beats) for n in sorted(grids) for kind in (RIGID, FLEXIBLE)]
 
 
 def individual_cases(folder, inis, points, beats):
-    """{label: case}; individuals whose inputs are the same share one flight, that of the first."""
+    """Returns {label: case}; individuals whose inputs are the same share one flight, that of the first."""
     cases, flown = {}, []
     for ini in inis:
         case = Case(folder, ini, INDIVIDUAL, points, beats)
@@ -140,7 +161,7 @@ def individual_cases(folder, inis, points, beats):
 
 
 def refuse_changed(cases, anew):
-    """Ends with a sentence if a flight was made with another input; with `anew` it is kept under another name."""
+    """Ends with a message if a flight was made with another input; with `anew` that flight is kept under another name."""
     problems = []
     for case in cases:
         changed = case.changed()

@@ -1,14 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Repeats the comparison of rigid and flexible blowfly wings of Truong et al. with wings without thickness, on several
-grids, and writes FOLDER/paper.html with its numbers in paper.json: their Table 2 beside ours, convergence, forces over the
-beat, deformation, sections, pressure, and in words what agrees and what does not.
+"""Repeats the comparison of rigid and flexible blowfly wings of Truong et al. with wings without thickness, on several grids.
+Writes FOLDER/paper.html, with its numbers in paper.json: their Table 2 and ours, convergence, forces over the beat, deformation,
+sections, pressure, and in words what agrees and what does not.
 
 usage: reproduce-paper [--grids 96 128 160 192] [--beats 4] [--individuals POINTS] [--ranks 2] [--folder runs/paper]
+                       [--ensemble POINTS [--members 27] [--joint-factor 3]]
+                       [--kinematics POINTS [--scan 3 3 3] [--scan-steps 10 15 10] [--scan-beats 2]]
                        [--dry-run | --page] [--hours 14] [--anew] [--ini FILE] [--flusi PROGRAM]
+
+--ensemble flies flexible wings whose E and joints are drawn, and writes FOLDER/ensemble_POINTS.html; --kinematics scans the
+angles that the paper does not print, and writes FOLDER/kinematics_POINTS.html. With either, the pairs of --grids are flown
+only if --grids is given, too.
 
 First it measures how long all will take. A finished flight is not repeated, an interrupted one goes on from its last backup:
 give the same command again. Ctrl-C stops with a backup, and so does a file STOP in the folder of the flight. The page is
-written after every flight. Exit code: 0 done, 2 mistake, 3 a flight failed, 4 stopped.
+written after every flight, those of --ensemble and --kinematics every five minutes. Exit code: 0 done, 2 mistake, 3 a flight
+failed, 4 stopped.
 """
 import argparse
 import sys
@@ -19,13 +26,25 @@ from flusi_msm.errors import InputError, run_command
 from flusi_msm.project_python import INSTALLED, ROOT, program
 
 NINE = [ROOT / f"ini/individuals/{number}.ini" for number in range(1, 10)]
+GRIDS = [96, 128, 160, 192]
 
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--grids", nargs="+", type=int, metavar="N", default=[96, 128, 160, 192], help="N x N x N/2 points")
+    parser.add_argument("--grids", nargs="+", type=int, metavar="N", help="N x N x N/2 points (default 96 128 160 192)")
     parser.add_argument("--beats", type=int, default=4, help="of every flight (default 4); the last two are averaged")
     parser.add_argument("--individuals", type=int, metavar="POINTS", help="also fly the nine individuals, on this grid")
+    parser.add_argument("--ensemble", type=int, metavar="POINTS", help="fly wings whose stiffness is drawn, on this grid")
+    parser.add_argument("--members", type=int, default=27, help="of the ensemble (default 27)")
+    parser.add_argument("--joint-factor", type=float, default=3.0, metavar="F", help="joints are drawn log-normally, two thirds of "
+                        "them within this factor of their values in the input (default 3)")
+    parser.add_argument("--kinematics", type=int, metavar="POINTS", help="scan mean pitch, stroke amplitude and tilt of the stroke "
+                        "plane, on this grid")
+    parser.add_argument("--scan", nargs=3, type=int, default=[3, 3, 3], metavar="N", help="values of each angle, odd numbers "
+                        "(default 3 3 3)")
+    parser.add_argument("--scan-steps", nargs=3, type=float, default=[10.0, 15.0, 10.0], metavar="DEG", help="between the values, in "
+                        "degrees (default 10 15 10); the amplitude is from peak to peak")
+    parser.add_argument("--scan-beats", type=int, default=2, help="of every flight of the scan (default 2); the last is averaged")
     parser.add_argument("--ranks", type=int, default=2, help="of MPI (default 2)")
     parser.add_argument("--folder", type=Path, default=(Path() if INSTALLED else ROOT) / "runs/paper",
                         help="of all flights (default runs/paper)")
@@ -36,62 +55,83 @@ def arguments():
     parser.add_argument("--anew", action="store_true", help="fly again what has been flown with another input; that is kept")
     only = parser.add_mutually_exclusive_group()
     only.add_argument("--dry-run", action="store_true", help="say what would be flown and how long it takes")
-    only.add_argument("--page", action="store_true", help="only write the page of what there is")
+    only.add_argument("--page", action="store_true", help="only write the pages of what there is")
     options = parser.parse_args()
-    for key in ("beats", "ranks", "individuals"):
-        if (getattr(options, key) or 1) < 1:
-            raise InputError(f"--{key} must be positive")
-    grids = options.grids + ([options.individuals] if options.individuals else [])
-    if any(n < 16 or n % 4 for n in grids):
-        raise InputError("grids need 16 points or more, and a multiple of 4")
+    check(options)
     return options
 
 
-def print_plan(cases, estimate, hours):
+def check(options):
+    """Refuses impossible numbers and decides whether the pairs are flown."""
+    for key in ("beats", "ranks", "individuals", "members", "scan_beats"):
+        if (getattr(options, key) or 1) < 1:
+            raise InputError(f"--{key.replace('_', '-')} must be positive")
+    if options.grids is None:
+        options.grids = [] if options.ensemble or options.kinematics else GRIDS
+    grids = options.grids + [n for n in (options.individuals, options.ensemble, options.kinematics) if n is not None]
+    if any(n < 16 or n % 4 for n in grids):
+        raise InputError("grids need 16 points or more, and a multiple of 4")
+    if not options.joint_factor >= 1:
+        raise InputError("--joint-factor must be 1 or more")
+
+
+def studies_of(options, folder):
+    """What is flown, each with `cases`, `lines` (whether each flight has a line in the plan) and `write_page`."""
+    from flusi_msm.paper import studies
+    made = []
+    if options.grids or options.individuals:
+        made.append(studies.Comparison(folder, options.ini, set(options.grids), options.beats, NINE, options.individuals))
+    if options.ensemble:
+        made.append(studies.EnsembleStudy(folder, options.ini, options.ensemble, options.members, options.beats, options.joint_factor))
+    if options.kinematics:
+        made.append(studies.ScanStudy(folder, options.ini, options.kinematics, options.scan, options.scan_steps,
+                                      options.scan_beats))
+    return made
+
+
+def print_plan(studies, estimate, hours):
     """The flights and how long each takes; refuses what takes too long."""
+    from flusi_msm.paper.flights import in_hours
     print(f"{estimate.flusi.version}, {estimate.flusi.ranks} ranks; about "
           f"{estimate.steps_per_beat_and_point():.1f} N steps per beat on N x N x N/2 points", flush=True)
     total = 0.0
-    for case in cases:
-        left = estimate.left(case)
-        total += left
-        print(f"  {case.name:24} {'is there' if case.is_finished() else 'about ' + _in_hours(left)}", flush=True)
-    print(f"about {_in_hours(total)} in all", flush=True)
+    for study in studies:
+        left = [estimate.left(case) for case in study.cases]
+        total += sum(left)
+        if study.lines:
+            for case, seconds in zip(study.cases, left):
+                print(f"  {case.name:24} {'is there' if case.is_finished() else 'about ' + in_hours(seconds)}", flush=True)
+        else:
+            there = sum(case.is_finished() for case in study.cases)
+            print(f"  {study.name:24} {len(study.cases)} flights, {there} {'is' if there == 1 else 'are'} there, about "
+                  f"{in_hours(sum(left))}", flush=True)
+    print(f"about {in_hours(total)} in all", flush=True)
     if total > 3600 * hours:
-        raise InputError(f"this would take about {_in_hours(total)}, more than {hours:g} h: leave out grids, or allow it with "
+        raise InputError(f"this would take about {in_hours(total)}, more than {hours:g} h: leave out grids, or allow it with "
                          "--hours")
-
-
-def _in_hours(seconds):
-    from flusi_msm.paper.flights import in_hours
-    return in_hours(seconds)
 
 
 def main():
     options = arguments()
-    from flusi_msm.paper.cases import individual_cases, pair_cases, refuse_changed
+    from flusi_msm.paper.cases import refuse_changed
     from flusi_msm.paper.flights import Estimate, Flusi, fly_all
+    from flusi_msm.paper.studies import Pages
     folder = options.folder.resolve()
-    pairs = pair_cases(folder, options.ini, set(options.grids), options.beats)
-    individuals = individual_cases(folder, NINE, options.individuals, options.beats) if options.individuals else {}
-    cases = list({case.name: case for case in [*pairs, *individuals.values()]}.values())
-
-    def write_page():
-        from flusi_msm.paper.page import write_page as write  # draws, which a plan does not need
-        return write(folder, pairs, individuals)
-
+    studies = studies_of(options, folder)
+    cases = [case for study in studies for case in study.cases]
+    pages = Pages(studies)
     if options.page:
-        print(write_page())
+        pages.write_all()
         return
     folder.mkdir(parents=True, exist_ok=True)
     flusi = Flusi(options.flusi, options.ranks)
     refuse_changed(cases, options.anew and not options.dry_run)
     estimate = Estimate(flusi, folder, options.ini)
-    print_plan(cases, estimate, options.hours)
+    print_plan(studies, estimate, options.hours)
     if options.dry_run:
         return
-    failed, stopped = fly_all(flusi, cases, estimate, write_page)
-    print(write_page(), flush=True)
+    failed, stopped = fly_all(flusi, cases, estimate, pages.write_some)
+    pages.write_all()
     if stopped:
         print("stopped; give the same command again to go on")
         sys.exit(4)

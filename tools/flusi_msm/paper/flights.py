@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Flies the cases of the comparison with Truong et al.: how long they will take, one after the other, and on from where
-they were interrupted."""
+"""Runs the flights of the comparison with Truong et al.: estimates how long they will take, makes them one after the other, and
+continues those that were interrupted."""
 import json
 import os
 import re
@@ -22,7 +22,7 @@ WHY = {2: "a mistake in its input", 3: "a numerical failure", EXIT_STOPPED: "it 
 
 
 def in_hours(seconds):
-    """'45 s', '12 min', '5 h 10 min'."""
+    """Writes a time as '45 s', '12 min', '5 h 10 min'."""
     if seconds < 90:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60)
@@ -30,7 +30,8 @@ def in_hours(seconds):
 
 
 def mpi_environment():
-    """One thread per rank, and ranks of two runs never bound to the same core; root usually means a container."""
+    """Returns the environment of a run: one thread per rank, and ranks of two runs never bound to the same core. For root, which
+    usually means a container, MPI must be told to run."""
     wanted = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
               "OMPI_MCA_hwloc_base_binding_policy": "none",
               # Open MPI 5 has other names for these two.
@@ -53,13 +54,13 @@ class Flusi:
         self.version = first[0].strip() if first else "of unknown version"
 
     def start(self, folder, *options):
-        """A session of its own: Ctrl-C does not reach it, so that it can write a backup when it is told to stop."""
+        """Starts a run in its own session: Ctrl-C does not reach it, so that it can write a backup when it is asked to stop."""
         command = [os.environ.get("MPIEXEC", "mpirun"), "-n", str(self.ranks), str(self.program), INI, *options]
         return subprocess.Popen(command, cwd=folder, env=mpi_environment(), stdout=subprocess.PIPE,
                                 stderr=subprocess.STDOUT, text=True, start_new_session=True)
 
     def run(self, folder, text):
-        """A short run from its beginning to its end."""
+        """Makes a short run from its beginning to its end."""
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
         (folder / INI).write_text(text, encoding="utf-8")
@@ -73,8 +74,9 @@ class Flusi:
 # ---- how long it will take -------------------------------------------------------------------------
 
 class Estimate:
-    """Seconds of every flight: a few of its first steps are timed, and a beat of a small grid counts how many there are. All
-    is kept in `folder`/estimate.json and not measured again. What a flight has really done counts more."""
+    """Estimates the seconds of every flight: a few of its first steps are timed, and a beat of a small grid shows how many steps
+    there are. All results are kept in `folder`/estimate.json and not measured again. Steps that a flight has already made have
+    priority."""
 
     def __init__(self, flusi, folder, ini):
         self.flusi, self.folder, self.ini = flusi, Path(folder), ini
@@ -94,8 +96,8 @@ class Estimate:
         return self.kept[key]
 
     def steps_per_beat_and_point(self):
-        """Steps of a beat over the points along x: the CFL number gives as many to all grids. In the first half of the first
-        beat the wings come up to speed, and steps are longer."""
+        """Returns the number of steps of a beat over the number of points along x: the CFL number makes it equal on all grids.
+        In the first half of the first beat the wings accelerate, and steps are longer."""
         def measure(place):
             self.flusi.run(place, with_values(Case(self.folder, self.ini, RIGID, PILOT_POINTS, 1.5).text, {
                 "Saving": {"tsave": 9e9, "iDoBackup": 0}}))
@@ -103,7 +105,7 @@ class Estimate:
         return self._measured("steps per beat and point", measure)
 
     def steps(self, case):
-        return self.steps_per_beat_and_point() * case.points * case.beats
+        return self.steps_per_beat_and_point() * case.points * case.beats * case.speed
 
     def seconds_per_step(self, case):
         done = steps_of(case)
@@ -117,7 +119,7 @@ class Estimate:
         return self._measured(f"seconds per step, {case.kind}, {case.points} points", measure)
 
     def left(self, case):
-        """Seconds that the flight will still take; 0 of a finished one."""
+        """Returns the seconds that the flight will still take; 0 for a finished one."""
         if case.is_finished():
             return 0.0
         done = steps_of(case) if case.has_backup() else None
@@ -125,7 +127,7 @@ class Estimate:
 
 
 def steps_of(case):
-    """(steps made, seconds of one) of the flight in its folder, or None."""
+    """Returns (steps made, seconds of one) of the flight in its folder, or None."""
     try:
         series = read_series(case.folder / "timesteps_info.t")
     except InputError:
@@ -136,11 +138,11 @@ def steps_of(case):
 # ---- the flights -----------------------------------------------------------------------------------
 
 def fly(flusi, case, tell):
-    """Makes the flight or goes on with it. `tell` gets flusi's lines about progress. Returns the exit code; 4 if it was
+    """Makes the flight or continues it. `tell` is called with flusi's lines about progress. Returns the exit code; 4 if it was
     stopped by Ctrl-C, with a backup."""
     restart = case.has_backup()
     if not restart:
-        shutil.rmtree(case.folder, ignore_errors=True)  # of a flight that came to no backup
+        shutil.rmtree(case.folder, ignore_errors=True)  # of a flight that was stopped before its first backup
     case.folder.mkdir(parents=True, exist_ok=True)
     (case.folder / INI).write_text(case.text, encoding="utf-8")
     (case.folder / "STOP").unlink(missing_ok=True)
@@ -168,7 +170,8 @@ def fly(flusi, case, tell):
 
 
 def progress_of(line):
-    """('t 1.2, 30 %, 0.1 s a step', seconds of a step, part done) of a line of flusi's; (line, None, None) of another one."""
+    """Returns ('t 1.2, 30 %, 0.1 s a step', seconds of a step, part done) for a line of flusi's about progress; (line, None,
+    None) for another one."""
     match = re.search(r"t\s+(\S+)\s.*s/step\s+(\S+)\s+(\S+) %", line)
     if not match:
         return line, None, None
@@ -177,8 +180,8 @@ def progress_of(line):
 
 
 def fly_all(flusi, cases, estimate, after_each):
-    """Flies what is not finished, in order. A flight that fails is told, and the others go on. Returns the names of those that
-    failed, and whether all has been stopped."""
+    """Makes all flights that are not finished, in order. A flight that fails is reported, and the next ones are made. Returns
+    the names of those that failed, and whether all have been stopped."""
     failed = []
     for number, case in enumerate(cases, 1):
         head = f"{number} of {len(cases)}, {case.name}"
@@ -189,7 +192,7 @@ def fly_all(flusi, cases, estimate, after_each):
         print(f"{head}: {'goes on' if case.has_backup() else 'begins'}, about {in_hours(estimate.left(case))}", flush=True)
 
         def tell(line, head=head, later=later, steps=estimate.steps(case)):
-            # flusi's own ETA is wrong while the wings come up to speed and steps are long.
+            # flusi's own estimate of the remaining time is wrong while the wings accelerate and steps are long.
             text, seconds, part = progress_of(line)
             left = f", all done in about {in_hours(seconds * steps * (1 - part) + later)}" if seconds else ""
             print(f"{head}: {text}{left}", flush=True)

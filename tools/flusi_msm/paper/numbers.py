@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Numbers of the flights beside those of Truong et al., "An experimental data-driven mass-spring model of flexible
-Calliphora wings": their Table 2, the shapes of the wings, the spread over individuals."""
+"""Collects numbers of the flights and those of Truong et al., "An experimental data-driven mass-spring model of flexible
+Calliphora wings": their Table 2, the shapes of the wings, and the spread over individuals."""
 import re
 
 import numpy as np
@@ -28,7 +28,7 @@ SHAPES = {"tip": "tip uz, wing frame", **{f"{what.replace(' ', '_')}_{span}": f"
 
 
 def change(rigid, flexible):
-    """{column: what bending adds, in %}."""
+    """Returns {column: the change by bending, in %}."""
     return {key: 100 * (flexible[key] / rigid[key] - 1) if rigid[key] else float("nan") for key in rigid}
 
 
@@ -41,17 +41,22 @@ def last_two(run):
 
 
 def open_run(case):
-    """(run, its last two beats, label) of a finished flight."""
+    """Returns (run, its last two beats, label) of a finished flight."""
     run = FlappingRun(case.folder)
     return run, last_two(run), case.label
 
 
-def row_of(case):
-    """The flight's own row of Table 2, with half the range over its beats, and how well it was done."""
-    run, cycles, _ = open_run(case)
+def means_of(run, cycles):
+    """(row of Table 2, the table of compare_runs, its factors to SI)."""
     table = numbers(run, cycles)
     si = {name: value[2] or 1.0 for name, value in table.items()}
-    row = {key: table[name][0] * si[name] for key, name in COLUMNS.items()}
+    return {key: table[name][0] * si[name] for key, name in COLUMNS.items()}, table, si
+
+
+def row_of(case):
+    """Returns the flight's own row of Table 2, with half the range over its beats, and numbers about its accuracy."""
+    run, cycles, _ = open_run(case)
+    row, table, si = means_of(run, cycles)
     row["half_range"] = {key: table[name][1] * si[name] for key, name in COLUMNS.items() if table[name][1] is not None}
     row["peak_lift_mN"] = table["peak lift"][0] * si["peak lift"]
     row["lift_in_downstroke"] = lift_in_downstroke(run, cycles)
@@ -62,13 +67,14 @@ def row_of(case):
 
 
 def lift_in_downstroke(run, cycles):
-    """The part of the lift impulse of a beat that the downstroke gives, or None."""
+    """Returns the part of the lift impulse of a beat that belongs to the downstroke, or None."""
     down, lift = run.downstroke(cycles[-1]), run.phase_average("lift", cycles)
     return float(lift[down].sum() / lift.sum()) if down is not None and lift.sum() else None
 
 
 def quality_of(folder):
-    """Steps per beat, mean slip, and power that the wings lose over power that the flow receives, from the last beat."""
+    """Returns the steps per beat, the mean slip, and the ratio of the power that the wings lose to the power that the flow
+    receives, from the last beat."""
     found = {}
     try:
         text = (folder / "summary.txt").read_text(encoding="utf-8", errors="replace")
@@ -86,9 +92,10 @@ def quality_of(folder):
 # ---- shapes ----------------------------------------------------------------------------------------
 
 def shapes_of(case):
-    """{name: CyclicSignal} of the left wing, positive to its dorsal side; lengths in R, twist in rad, camber in chords."""
+    """Returns {name: CyclicSignal} of the left wing, positive to its dorsal side; lengths in R, twist in rad, camber in chords.
+    """
     series = read_series(case.folder / "bending_left.t")
-    sign = {"tip": UPPER_SIDE["left"]}  # the others are positive to that side already
+    sign = {"tip": UPPER_SIDE["left"]}  # the others are already positive to that side
     return {name: CyclicSignal(series.time, sign.get(name, 1) * series.column(column)) for name, column in SHAPES.items()}
 
 
@@ -97,7 +104,7 @@ def average(signal, cycles):
 
 
 def deformation_of(case):
-    """{name: extremes over the mean of the last two beats, their phases, and the middles of both strokes}."""
+    """Returns {name: extremes over the mean of the last two beats, their phases, and the middles of both strokes}."""
     cycles, found = open_run(case)[1], {}
     for name, signal in shapes_of(case).items():
         values = average(signal, cycles)
@@ -110,7 +117,7 @@ def deformation_of(case):
 
 
 def snapshot_at(case, phase):
-    """What is saved at a phase of the last beat, or None."""
+    """Returns what is saved at a phase of the last beat, or None."""
     try:
         snapshot = choose_snapshot(case.folder, case.beats - 1 + phase, None)
     except InputError:
@@ -129,7 +136,7 @@ def surface_time(path):
 
 
 def side_pressures(snapshot, side="left"):
-    """(dorsal, ventral) pressure of the triangles, normalised by rho R^2 f^2, or None if the surface has none."""
+    """Returns (dorsal, ventral) pressure of the triangles, normalised by rho R^2 f^2, or None if the surface has none."""
     import h5py
     with h5py.File(surface_path(snapshot, side), "r") as file:
         names = ("pressure_dorsal", "pressure_ventral")
@@ -137,7 +144,7 @@ def side_pressures(snapshot, side="left"):
 
 
 def pressure_numbers(case):
-    """{phase: lowest on the dorsal side, mean difference ventral - dorsal, part of the area with p <= -10} or {}."""
+    """Returns {phase: lowest on the dorsal side, mean difference ventral - dorsal, part of the area with p <= -10} or {}."""
     from flusi_msm.render.wing_surface import load_surface
     found = {}
     for phase in (MID_DOWN, MID_UP):
@@ -158,7 +165,8 @@ def pressure_numbers(case):
 # ---- all of it -------------------------------------------------------------------------------------
 
 def collect(pairs, individuals):
-    """What goes into the JSON file, from the flights that are finished. `pairs` are cases; `individuals` {label: case}."""
+    """Returns the contents of the JSON file, from the flights that are finished. `pairs` are cases; `individuals` {label: case}.
+    """
     grids = []
     for points in sorted({case.points for case in pairs}):
         grid = {"points": points}
@@ -178,7 +186,7 @@ def collect(pairs, individuals):
 
 
 def individual_runs(cases):
-    """(run, beats, label) of every individual; those that share a flight share the run."""
+    """Returns (run, beats, label) of every individual; those that share a flight share the run."""
     opened = {case.name: open_run(case) for case in cases.values()}
     return [(*opened[case.name][:2], label) for label, case in cases.items()]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The comparison with Truong et al. as one HTML page that needs nothing else, and its numbers as JSON."""
+"""Writes the comparison with Truong et al. as one HTML page that needs no other file, and its numbers as JSON."""
 import json
 from html import escape
 
@@ -27,7 +27,7 @@ thickness, and the force is that of their markers on the flow.</li>
 
 
 def table(name, heads, rows):
-    """Rows are lists of text; a row that begins with 'paper' is shaded."""
+    """Returns a table. Rows are lists of text; a row that begins with 'paper' is shaded."""
     head = "".join(f"<th{' class=number' if k else ''}>{escape(text)}</th>" for k, text in enumerate(heads))
     body = "\n".join(f"<tr{' class=paper' if row[0].startswith('paper') else ''}>"
                      + "".join(f"<td class={'number' if k else 'name'}>{escape(text)}</td>" for k, text in enumerate(row))
@@ -136,7 +136,7 @@ change if it has the paper's sign.</p>
 
 
 def write_page(folder, pairs, individuals):
-    """Writes paper.json and paper.html of the flights that are finished, returns the path of the page."""
+    """Writes paper.json and paper.html from the flights that are finished; returns the path of the page."""
     found = collect(pairs, individuals)
     found["statements"], found["verdict"] = statements_of(found), verdict_of(found)
     missing = [case.name for case in {c.name: c for c in [*pairs, *individuals.values()]}.values() if not case.is_finished()]

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pictures of the comparison with Truong et al., written as files; each function returns (heading, caption, path), or None
-where there is nothing to draw."""
+"""Draws the pictures of the comparison with Truong et al. and writes them to files. Each function returns (heading, caption,
+path), or None if there is nothing to draw."""
 import contextlib
 import io
 
@@ -42,7 +42,7 @@ def quietly():
 
 
 def convergence(grids, folder):
-    """All numbers of Table 2 over the grids."""
+    """Draws all numbers of Table 2 over the grids."""
     use_style()
     figure, axes = plt.subplots(1, len(COLUMNS), figsize=(12.5, 2.9), layout="constrained")
     for ax, key, label in zip(axes, COLUMNS, LABELS):
@@ -66,7 +66,7 @@ def convergence(grids, folder):
 
 
 def forces(cases, folder):
-    """Lift, drag and power over the beat, rigid and flexible."""
+    """Draws lift, drag and power over the beat, rigid and flexible."""
     runs = [open_run(case) for case in cases]
     path = folder / "forces.png"
     plot_cycle.draw(runs, path)
@@ -76,7 +76,7 @@ def forces(cases, folder):
 
 
 def deformation(case, folder):
-    """Tip, twist and camber of the left flexible wing over the beat."""
+    """Draws tip, twist and camber of the left flexible wing over the beat."""
     run, cycles, _ = open_run(case)
     signals = shapes_of(case)
     use_style()
@@ -111,7 +111,7 @@ def deformation(case, folder):
 
 
 def sections(case, phase, folder):
-    """Spanwise vorticity around the left wing at a phase of the last beat."""
+    """Draws the spanwise vorticity around the left wing at a phase of the last beat."""
     snapshot = snapshot_at(case, phase)
     if snapshot is None or not (snapshot.folder / f"vorx_{snapshot.label}.h5").is_file():
         return None
@@ -125,7 +125,7 @@ def sections(case, phase, folder):
 
 
 def pressure(case, folder):
-    """Pressure on both sides of the left wing at the phases that are saved, as in the paper's Figure 10."""
+    """Draws the pressure on both sides of the left wing at the phases that are saved, as in the paper's Figure 10."""
     snapshots = [snapshot_at(case, phase) for phase in SNAPSHOT_PHASES]
     found = [(snapshot, side_pressures(snapshot)) for snapshot in snapshots if snapshot]
     found = [(snapshot, sides) for snapshot, sides in found if sides]
@@ -162,7 +162,8 @@ def individuals(cases, folder):
 
 
 def all_pictures(found, pairs, individual_cases, folder):
-    """[(heading, caption, path)] of what there is; sections and the like on the finest grid that has both wings."""
+    """Returns [(heading, caption, path)] of all pictures that are possible; sections and the like are on the finest grid that
+    has both wings."""
     folder.mkdir(parents=True, exist_ok=True)
     made = []
     with quietly():

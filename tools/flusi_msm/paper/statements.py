@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What agrees with Truong et al. and what does not, in plain words computed from the numbers of `numbers.collect`."""
+"""Writes in plain words, from the numbers of `numbers.collect`, what agrees with Truong et al. and what does not."""
 from flusi_msm.paper.cases import FLEXIBLE, RIGID
 from flusi_msm.paper.numbers import COLUMNS, MID_DOWN, MID_UP, PAPER, PEAK_LIFT, SUCTION, TABLE_2, TIP_DEFLECTION
 from flusi_msm.results.cycles import QUANTITIES
 
 NAMES = dict(zip(COLUMNS, ("lift", "drag", "power", "lift to drag", "lift to power")))
-NEAR = 10.0       # %, of a value that counts as the paper's
+NEAR = 10.0       # %, by which a value may differ to agree with the paper
 CONVERGED = 5.0   # %, between the two finest grids
 REVERSAL = 0.12   # of a beat, about 0 and 0.5
 WORDS = {True: "agrees", False: "differs", None: "open"}
@@ -17,7 +17,7 @@ def statement(topic, paper, here, agrees, sentence):
 
 
 def pairs_of(found):
-    """Grids on which both kinds of wings have flown."""
+    """Returns the grids on which both kinds of wings have flown."""
     return [grid for grid in found["grids"] if "change_percent" in grid]
 
 
@@ -26,7 +26,7 @@ def signed(value):
 
 
 def sign_statements(pairs):
-    """Whether bending changes every quantity in the direction that it has in the paper."""
+    """States whether bending changes every quantity in the same direction as in the paper."""
     made = []
     for key, name in NAMES.items():
         here, paper = pairs[-1]["change_percent"][key], PAPER["change_percent"][key]
@@ -162,7 +162,7 @@ def individual_statements(individuals):
 
 
 def statements_of(found):
-    """All statements, on the finest grid that both kinds of wings have flown on; none before there is one."""
+    """Returns all statements, for the finest grid on which both kinds of wings have flown; none if there is no such grid."""
     pairs, made = pairs_of(found), []
     if pairs:
         made = sign_statements(pairs) + [convergence_statement(pairs)] + force_statements(pairs)
@@ -173,7 +173,7 @@ def statements_of(found):
 
 
 def verdict_of(found):
-    """The answer in two sentences: does bending help, as the paper says."""
+    """Answers in two sentences whether bending helps, as the paper says."""
     pairs = pairs_of(found)
     if not pairs:
         return "No grid has both rigid and flexible wings yet."

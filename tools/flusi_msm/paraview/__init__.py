@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A script that opens a run in ParaView."""
+"""Writes a script that opens a run in ParaView."""

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes open_in_paraview.py beside the XDMF indices of a run: a script that opens the whole run in ParaView, with iso-surfaces of
-the magnitude of the vorticity and the surfaces of wings and body.
+"""Writes open_in_paraview.py next to the XDMF indices of a run: a script that opens the whole run in ParaView, with iso-surfaces
+of the magnitude of the vorticity and the surfaces of wings and body.
 
 usage: open_in_paraview RUN [--levels 100,150,200] [--frequency 1]
 
     paraview --script=RUN/open_in_paraview.py                   # to look around
     pvpython RUN/open_in_paraview.py picture.png [TIME]          # without a window
 
-Levels are those of tools/render. The script finds its files beside itself, and may be edited and moved together with them.
+Levels are those of tools/render. The script expects its files in its own folder, and may be edited and moved together with them.
 """
 import argparse
 import json
@@ -25,7 +25,7 @@ SCRIPT = Path(__file__).with_name("scene.py")
 
 
 def indices_of(folder):
-    """(index of the flow, {index of a surface: colour})."""
+    """Returns (index of the flow, {index of a surface: colour})."""
     surfaces = {}
     flows = []
     for path in sorted(folder.glob("*.xmf")):
@@ -40,7 +40,7 @@ def indices_of(folder):
 
 
 def source_of(have):
-    """From which stored quantities the magnitude of the vorticity is made."""
+    """Returns the stored quantities from which the magnitude of the vorticity is computed."""
     for kind, names in (("vorabs", {"vorabs"}), ("vorticity", VORTICITY), ("velocity", VELOCITY)):
         if have.issuperset(names):
             return kind
@@ -48,7 +48,7 @@ def source_of(have):
 
 
 def script_of(folder, levels, frequency):
-    """The text of the script."""
+    """Returns the text of the script."""
     flow, surfaces = indices_of(folder)
     label = drawable(folder)[-1]
     if levels is None:

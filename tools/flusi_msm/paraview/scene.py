@@ -13,7 +13,7 @@ LEVELS, COLOURS, OPACITIES = [], [], []
 # END OF FACTS
 try:
     FOLDER = os.path.dirname(os.path.abspath(__file__))
-except NameError:  # ParaView's own shell does not tell where the script is
+except NameError:  # ParaView's own shell does not state where the script is
     pass
 VECTOR = "{0}x*iHat + {0}y*jHat + {0}z*kHat"
 
@@ -23,14 +23,14 @@ def path_of(name):
 
 
 def opened(name):
-    """The reader of an index, with its name in the browser of ParaView."""
+    """Returns the reader of an index, with its name in the browser of ParaView."""
     reader = pv.XDMFReader(FileNames=[path_of(name)])
     pv.RenameSource(name, reader)
     return reader
 
 
 def magnitude(flow):
-    """The magnitude of the vorticity as the point data "vorticity"."""
+    """Returns the magnitude of the vorticity as the point data "vorticity"."""
     if SOURCE == "velocity":
         flow = pv.Calculator(Input=flow, ResultArrayName="u", Function=VECTOR.format("u"))
         flow = pv.Gradient(Input=flow, ScalarArray=["POINTS", "u"], ComputeGradient=0, ComputeVorticity=1, VorticityArrayName="omega")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws lift, drag and power of flapping wings over the normalised cycle, with their means; two or more
-folders are laid over each other. Reads forces.t, aero_power.t (or wing_left.t, wing_right.t) and kinematics.t."""
+"""Draws lift, drag and power of flapping wings over the normalised cycle, with their means; two or more folders are drawn in one
+picture. Reads forces.t, aero_power.t (or wing_left.t, wing_right.t) and kinematics.t."""
 import argparse
 import csv
 import sys
@@ -25,7 +25,7 @@ DOWN_SHADE, UP_SHADE = "0.90", "0.97"
 # ---- numbers -------------------------------------------------------------------------------------
 
 def span(cycles):
-    """'cycle 4', 'cycles 3-4', 'cycles 1, 3'."""
+    """Writes numbers of cycles as 'cycle 4', 'cycles 3-4', 'cycles 1, 3'."""
     if len(cycles) == 1:
         return f"cycle {cycles[0]}"
     if cycles == list(range(cycles[0], cycles[-1] + 1)):
@@ -51,7 +51,7 @@ def print_means(runs):
 
 
 def write_csv(path, runs):
-    """Phase averages of all runs in units of the run, and in SI where the units are known."""
+    """Writes phase averages of all runs in units of the run, and in SI where the units are known."""
     columns, notes = [("phase [1]", PHASES)], []
     for run, cycles, label in runs:
         end = f" {label}" if len(runs) > 1 else ""
@@ -94,7 +94,7 @@ def draw(runs, out):
 
 
 def stroke_of(runs):
-    """The downstroke of the first run that knows it."""
+    """Returns the downstroke of the first run that knows it."""
     for run, cycles, _ in runs:
         down = run.downstroke(cycles[-1])
         if down is not None:
@@ -119,18 +119,18 @@ def shade(ax, down, labelled):
                     ha="center", va="top", fontsize="small", color="0.35")
 
 
-START = 0.1  # of the first cycle, in which the flow starts: peaks in summary.txt leave it out, too
+START = 0.1  # of the first cycle, in which the flow starts: the peaks in summary.txt do not include it, either
 NOTE = f"axes and peaks leave out t/T < {START:g} of cycle 1, in which the flow starts"
 
 
 def settled(phases, values, cycles):
-    """Without the start of the flow, which would make everything else small."""
+    """Returns the record without the start of the flow, next to which all other values would be small."""
     chosen = phases >= START if 1 in cycles else np.full(len(phases), True)
     return values[chosen] if chosen.any() else values
 
 
 def starts_suddenly(run, cycles, quantity):
-    """Whether the start of the flow in cycle 1 is higher than all that follows."""
+    """Returns whether the start of the flow in cycle 1 is higher than all later values."""
     if 1 not in cycles:
         return False
     phases, values = run.signals[quantity].cycle(1)
@@ -173,12 +173,12 @@ def draw_panel(ax, runs, main, extra):
 
 
 def moving(run, quantities):
-    """Those that are there and not zero throughout, as is the inertial power of wings without mass."""
+    """Returns the quantities that exist and are not always zero, as is the inertial power of wings without mass."""
     return [q for q in quantities if q in run.signals and np.any(run.signals[q].values)]
 
 
 def best_curve(run, quantity, cycles):
-    """The record itself if it is one cycle, else the average at equal phases."""
+    """Returns the record itself if it is one cycle, else the average at equal phases."""
     if len(cycles) == 1:
         return run.signals[quantity].cycle(cycles[0])
     return PHASES, run.phase_average(quantity, cycles)

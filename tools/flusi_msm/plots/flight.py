@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws a free flight: its path from the side and from above, velocity, attitude, and weight against the force of the flow.
+"""Draws a free flight: its path from the side and from above, velocity, attitude, and the weight and the force of the flow.
 Reads rigidsolidsolver.t, free_flight.t in the folder of the run."""
 import argparse
 from pathlib import Path
@@ -18,7 +18,7 @@ BODY = 0.15  # length of the line that shows the attitude, over the longest way 
 
 
 def read(folder):
-    """Time, states (13 columns) and loads (21 columns) of a run."""
+    """Returns time, states (13 columns) and loads (21 columns) of a run."""
     states = read_series(Path(folder) / "rigidsolidsolver.t")
     loads = read_series(Path(folder) / "free_flight.t")
     if states.data.shape[1] < 14 or loads.data.shape[1] < 22:
@@ -30,13 +30,13 @@ def read(folder):
 
 
 def heading(states):
-    """Direction of the body's x axis in space."""
+    """Returns the direction of the body's x axis in space."""
     q0, q1, q2, q3 = states[:, 6:10].T
     return np.array([q0**2 + q1**2 - q2**2 - q3**2, 2 * (q1 * q2 + q0 * q3), 2 * (q1 * q3 - q0 * q2)]).T
 
 
 def draw_path(ax, time, states, across, names):
-    """The way in the plane of x and the axis `across`, with the body at ten times."""
+    """Draws the path in the plane of x and the axis `across`, with the body at ten times."""
     x, y = states[:, 0], states[:, across]
     ax.plot(x, y, color=COLOURS[0])
     size = BODY * max(np.ptp(x), np.ptp(y), 1e-9)
@@ -62,7 +62,7 @@ def draw_lines(ax, time, columns, names, label, title):
 
 
 def smooth(time, values, period):
-    """Mean over the period before each time, where there is one."""
+    """Returns the mean over the period before each time, where there is one."""
     integral = np.concatenate([[0], np.cumsum(np.diff(time) * (values[1:] + values[:-1]) / 2)])
     late = time >= time[0] + period
     return time[late], (integral[late] - np.interp(time[late] - period, time, integral)) / period

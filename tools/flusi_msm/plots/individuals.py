@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compares flights of several individuals, usually the nine of ini/individuals: normalised lift, drag and power of all,
-means over the last cycles, and the spread over the individuals, (largest - smallest)/median, beside that of Truong et
-al. As text, CSV and one picture: box plots of the means and the curves over the wing beat."""
+"""Compares flights of several individuals, usually the nine of ini/individuals: normalised lift, drag and power of all, means
+over the last cycles, and the spread over the individuals, (largest - smallest)/median, compared with that of Truong et al.
+Writes text, CSV and one picture: box plots of the means and the curves over the wing beat."""
 import argparse
 import csv
 from pathlib import Path
@@ -22,12 +22,12 @@ PAPER = {"lift": 5.12, "drag": 45.16, "aerodynamic power": 5.14}  # %, spread of
 
 
 def last_cycles(run, wanted):
-    """The cycles named, by default the last two (or the only one)."""
+    """Returns the given cycles, by default the last two (or the only one)."""
     return run.cycles()[-2:] if wanted is None else run.choose(wanted)
 
 
 def table_of(runs):
-    """{quantity: means of the runs}, with both ratios."""
+    """Returns {quantity: means of the runs}, with both ratios."""
     table = {quantity: np.array([run.means(quantity, cycles)[0] for run, cycles, _ in runs]) for quantity in QUANTITIES}
     with np.errstate(divide="ignore", invalid="ignore"):
         table["lift / drag"] = table["lift"] / table["drag"]
@@ -36,7 +36,7 @@ def table_of(runs):
 
 
 def spread_of(values):
-    """(median, (largest - smallest)/median in %)."""
+    """Returns (median, (largest - smallest)/median in %)."""
     median = float(np.median(values))
     return median, 100 * float(np.ptp(values)) / abs(median) if median else float("nan")
 
@@ -55,7 +55,7 @@ def text_of(runs, table):
 
 
 def write(path, runs, table):
-    """The means of all individuals as CSV."""
+    """Writes the means of all individuals as CSV."""
     try:
         with open(path, "w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
@@ -78,7 +78,7 @@ def draw(runs, table, out):
     for (box, curves), quantity in zip(axes, QUANTITIES):
         values = table[quantity]
         box.boxplot(values, whis=(0, 100), widths=0.5, medianprops={"color": COLOURS[1]})
-        # Beside each other, for runs with equal means.
+        # They are drawn next to each other, for runs with equal means.
         places = 1 + 0.16 * (np.arange(len(values)) / max(1, len(values) - 1) - 0.5)
         box.plot(places, values, "o", color=COLOURS[0], markersize=3.5, alpha=0.7)
         box.set_xticks([])

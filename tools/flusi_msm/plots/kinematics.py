@@ -23,7 +23,7 @@ DOWN, UP, SHADE = COLOURS[0], COLOURS[1], "0.92"
 # ---- reading -------------------------------------------------------------------------------------
 
 class Motion:
-    """Angles of one wing in degrees, FLUSI's convention, as functions of the cycle number."""
+    """Angles of one wing in degrees, in FLUSI's convention, as functions of the cycle number."""
 
     def __init__(self, functions, length, periodic):
         self.functions, self.length, self.periodic = functions, length, periodic
@@ -33,7 +33,7 @@ class Motion:
 
 
 def read_motion(path):
-    """The motion in a file of either kind."""
+    """Reads the motion in a file of either kind."""
     path = Path(path)
     try:
         text = path.read_text(errors="replace")
@@ -45,7 +45,7 @@ def read_motion(path):
 
 
 def keys_of(text):
-    """{key: value} of the section [kinematics]."""
+    """Returns {key: value} of the section [kinematics]."""
     keys, inside = {}, False
     for line in text.splitlines():
         line = line.strip()
@@ -113,7 +113,7 @@ def fourier(mean, a, b):
 
 
 def cubic(nodes, values, slopes, periodic):
-    """Cubic Hermite pieces between the nodes."""
+    """Returns cubic Hermite pieces between the nodes."""
     def evaluate(x):
         x = x % 1.0 if periodic else x
         i = np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, len(nodes) - 2)
@@ -129,7 +129,7 @@ def cubic(nodes, values, slopes, periodic):
 # ---- geometry ------------------------------------------------------------------------------------
 
 def rotation(axis, degrees):
-    """Passive rotations about an axis, one for each angle: (n, 3, 3)."""
+    """Returns passive rotations about an axis, one for each angle: (n, 3, 3)."""
     angle = np.radians(np.atleast_1d(degrees))
     i, j = (axis + 1) % 3, (axis + 2) % 3
     matrix = np.zeros((len(angle), 3, 3))
@@ -141,14 +141,14 @@ def rotation(axis, degrees):
 
 
 def left_wing(angles, eta, pitch):
-    """Unit vectors (n, 3) from the hinge to the tip and from trailing to leading edge, in space."""
+    """Returns unit vectors (n, 3) from the hinge to the tip and from trailing to leading edge, in space."""
     m = (rotation(1, angles["alpha"]) @ rotation(2, angles["theta"]) @ rotation(0, angles["phi"])
          @ rotation(1, eta) @ rotation(1, pitch))
     return m[:, 1, :], m[:, 0, :]
 
 
 def half_strokes(phi):
-    """True where the wing moves down, phi decreasing."""
+    """Returns True where the wing moves down, phi decreasing."""
     return np.gradient(phi) < 0
 
 
@@ -193,7 +193,7 @@ def draw_angles(ax, x, angles):
 
 
 def draw_path(ax, tip, down):
-    """Both tips from above; the head is at the top."""
+    """Draws both tips from above; the head is at the top."""
     for side in (1, -1):
         for part, colour, line in ((down, DOWN, "-"), (~down, UP, (0, (4, 3)))):
             shown = np.where(part[:, None], tip, np.nan)
@@ -208,7 +208,7 @@ def draw_path(ax, tip, down):
 
 
 def draw_lollipops(ax, motion, begin, end, down, attitude, count):
-    """The chord at the tip seen from the left: forward is left, as for a fly that heads into a wind from there."""
+    """Draws the chord at the tip seen from the left: forward is left, as for a fly in a wind from the left."""
     x = np.linspace(begin, end, 2001)
     inside = np.flatnonzero(half_strokes(motion(x)["phi"]) == down)
     colour = DOWN if down else UP

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws readings of a beam's tip, the fitted beam and what is left (docs/results/prepazy.md).
+"""Draws readings of a beam's tip, the fitted beam and the residuals (docs/results/prepazy.md).
 
 usage: bench_prepazy prepazy.h5 measurement.h5 > fit.txt; plot_prepazy fit.txt -o prepazy.png
 """
@@ -13,7 +13,7 @@ from flusi_msm.style import COLOURS, plt, save, use_style
 
 
 def read_fit(path):
-    """{unknown: (value, lower, upper)} and {loading: array (n, 4) of force [N], reading, computed, sd [m]}."""
+    """Returns {unknown: (value, lower, upper)} and {loading: array (n, 4) of force [N], reading, computed, sd [m]}."""
     unknowns, loadings = {}, {}
     try:
         lines = Path(path).read_text(encoding="utf-8").splitlines()

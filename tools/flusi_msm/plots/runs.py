@@ -16,7 +16,7 @@ ROWS = ("lift", "drag", "aerodynamic power")
 
 
 def numbers(run, cycles):
-    """{row: (value, spread or None, factor to SI, unit)} of one run."""
+    """Returns {row: (value, spread or None, factor to SI, unit)} of one run."""
     table, means = {}, {}
     for quantity in ROWS:
         if quantity not in run.signals:
@@ -35,7 +35,7 @@ def numbers(run, cycles):
 
 
 def rows_of(runs):
-    """(name, unit, values in units of the run, values in SI or None, change) for every row."""
+    """Returns (name, unit, values in units of the run, values in SI or None, change) for every row."""
     tables = [numbers(run, cycles) for run, cycles, _ in runs]
     rows = []
     for name in tables[0]:
@@ -66,7 +66,7 @@ def text_of(runs, rows):
 
 
 def write(path, runs, rows):
-    """The table as CSV."""
+    """Writes the table as CSV."""
     labels = [label for _, _, label in runs]
     try:
         with open(path, "w", newline="", encoding="utf-8") as file:

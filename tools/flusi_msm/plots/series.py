@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws time series (*.t): the columns that matter in each file, or those asked for."""
+"""Draws time series (*.t): the important columns of each file, or the given ones."""
 import argparse
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from flusi_msm.errors import run_command
 from flusi_msm.results.files import InputError, read_series
 from flusi_msm.style import COLOURS, name_of, save, use_style
 
-# What each known file shows: one panel per entry, as (label of the axis, column numbers).
+# The panels of each known file, as (label of the axis, column numbers).
 PANELS = {
     "forces": [("force", (1, 2, 3)), ("moment", (7, 8, 9))],
     "energy": [("kinetic energy", (1, 2, 3, 4)), ("dissipation rate", (5,))],
@@ -29,7 +29,7 @@ MOST_COLUMNS = 8  # in one panel of an unknown file
 
 
 def panels_of(series, wanted):
-    """[(label of the axis, column numbers)] to draw from a file."""
+    """Returns [(label of the axis, column numbers)] to draw from a file."""
     n = len(series.names)
     if wanted:
         by_unit = {}
@@ -41,7 +41,7 @@ def panels_of(series, wanted):
     panels = WING_PANELS if tuple(series.names[1:8]) == WING_COLUMNS else PANELS.get(kind, [])
     known = [(label, [i for i in columns if i < n]) for label, columns in panels]
     largest = np.nanmax(np.abs(series.data[:, 1:]), initial=0.0)
-    # A moment that vanishes by symmetry would be drawn as a panel of round-off.
+    # A moment that vanishes by symmetry would be drawn as a panel of rounding errors.
     known = [(label, columns) for number, (label, columns) in enumerate(known)
              if number == 0 or not columns or np.nanmax(np.abs(series.data[:, columns])) > 1e-10 * largest]
     known = [(with_unit(label, series, columns), columns) for label, columns in known if columns]
@@ -97,8 +97,8 @@ def draw_panel(ax, content, label):
 
 
 def limit_axis(ax, curves):
-    """An impulsive start must not flatten the rest: if a few values stretch the axis tenfold, they are cut
-    off, and the axis says so."""
+    """Limits an axis: if a few values, such as those of an impulsive start, make it ten times longer, they are cut off, and the
+    axis says so."""
     values = np.concatenate(curves)
     values = values[np.isfinite(values)]
     if len(values) < 50:

@@ -27,7 +27,7 @@ COMPUTED = {"vorx": 0, "vory": 1, "vorz": 2, "vorabs": None, "speed": None}
 # ---- what to draw --------------------------------------------------------------------------------
 
 def choose_plane(field, plane, index, position):
-    """(axis, index) of the plane to draw."""
+    """Returns (axis, index) of the plane to draw."""
     axis = AXES.index(plane) if plane else (0 if field.n[0] == 1 else 2)
     n = int(field.n[axis])
     if position is not None:
@@ -40,14 +40,14 @@ def choose_plane(field, plane, index, position):
 
 
 def vorticity(snapshot, component, axis, index):
-    """Component of curl u on a plane, with the derivatives of the solver."""
+    """Returns a component of curl u on a plane, with the derivatives of the solver."""
     one, two = (component + 1) % 3, (component + 2) % 3
     return (derivative_on_plane(load_field(snapshot, VELOCITY[two]), one, axis, index)
             - derivative_on_plane(load_field(snapshot, VELOCITY[one]), two, axis, index))
 
 
 def values_on_plane(snapshot, quantity, axis, index):
-    """The quantity on the plane, from its file or else computed from the velocity."""
+    """Returns the quantity on the plane, from its file or else computed from the velocity."""
     if has_field(snapshot, quantity):
         return load_field(snapshot, quantity).plane(axis, index)
     if quantity not in COMPUTED:
@@ -67,7 +67,7 @@ def values_on_plane(snapshot, quantity, axis, index):
 
 
 def colour_range(values, outside, quantity, limit):
-    """(colour map, lowest, highest): robust against a few extreme points, symmetric if signed."""
+    """Returns (colour map, lowest, highest): robust against a few extreme points, symmetric if signed."""
     sample = values[outside & np.isfinite(values)]
     if sample.size == 0:
         raise InputError(f"{quantity}: no finite value on this plane")
@@ -126,7 +126,7 @@ def draw(snapshot, quantity, plane, index, position, limit, out):
 
 
 def picture_size(ratio):
-    """Inches of a figure for a domain of that height over width."""
+    """Returns the size of a figure in inches, for a domain with this ratio of height to width."""
     width = min(6.4, max(3.6, 5.2 / max(ratio, 1e-3)))
     return width, min(9.0, max(1.8, 0.85 * width * ratio + 0.7))
 

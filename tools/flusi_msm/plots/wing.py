@@ -5,9 +5,9 @@ wings: map of the deflection, side view, sections.
 usage: plot_wing WING [-o PNG] [--no-mesh] [--no-names] [--field FILE --dataset NAME [--label TEXT]]
        plot_wing --shape FILE [FILE ...] [-o PNG]
 
-FILE of --shape is what `flusi --static` (static_01.h5) and `flusi --solid` (solid_00012.h5) save; of several the
-last one is mapped, and all are seen from the side. With --field the membrane is coloured by a dataset of one value
-per point (or three: the last one, the deflection normal to the wing, is taken) of an HDF5 file.
+The FILEs of --shape are those that `flusi --static` (static_01.h5) and `flusi --solid` (solid_00012.h5) save. If there are
+several the map shows the last one, and the side view shows all. With --field the membrane is coloured by a dataset of an HDF5
+file with one value per point (or three, of which the last one, the deflection normal to the wing, is taken).
 """
 import argparse
 from pathlib import Path
@@ -36,7 +36,7 @@ def outline_edges(wing):
 
 
 def vein_polygons(xy, nodes, diameters):
-    """One quadrilateral per segment, as wide as the vein at both ends; and the mean diameters."""
+    """Returns one quadrilateral per segment, as wide as the vein at both ends; and the mean diameters."""
     p, d = xy[nodes], np.asarray(diameters)
     along = np.diff(p, axis=0)
     along /= np.linalg.norm(along, axis=1)[:, None]
@@ -46,7 +46,7 @@ def vein_polygons(xy, nodes, diameters):
 
 
 def draw_veins(axes, wing, xy, norm):
-    """Thick veins over thin ones; round points where they meet."""
+    """Draws thick veins over thin ones; round points where they meet."""
     for nodes, diameters in sorted(wing.veins.values(), key=lambda vein: max(vein[1])):
         quads, means = vein_polygons(xy, nodes, 1e3 * np.asarray(diameters))
         colours = CUTICLE(norm(1e3 * means))
@@ -57,7 +57,7 @@ def draw_veins(axes, wing, xy, norm):
 
 
 def name_veins(axes, wing, xy, span):
-    """Names beside the longest stretch of their vein, on the side with more room."""
+    """Writes names at the longest stretch of each vein, on the side with more room."""
     for name, (nodes, _) in wing.veins.items():
         p = xy[nodes]
         length = np.linalg.norm(np.diff(p, axis=0), axis=1)
@@ -78,7 +78,8 @@ def name_veins(axes, wing, xy, span):
 
 
 def draw_joints(axes, wing, xy):
-    """Numbered; a joint into another vein is marked on that vein, clear of the place where it begins."""
+    """Draws numbered joints; a joint into another vein is marked on that vein, at some distance from the place where it begins.
+    """
     lines = []
     for k, name in enumerate(sorted(wing.joints), 1):
         _, middle, last = wing.joint_nodes(name)
@@ -106,7 +107,7 @@ def field_of(path, dataset, n):
 
 
 def draw_membrane(axes, wing, xy, values, label):
-    """The membrane in one colour, or coloured by values at the points."""
+    """Draws the membrane in one colour, or coloured by values at the points."""
     if not len(wing.triangles):
         return
     if values is None:
@@ -124,7 +125,7 @@ def draw_membrane(axes, wing, xy, values, label):
 
 
 def draw(wing, mesh=True, names=True, values=None, label=""):
-    """The figure; lengths in mm."""
+    """Draws the figure; lengths in mm."""
     xy = 1e3 * wing.points[:, :2]
     low, high = xy.min(0), xy.max(0)
     span = max(high - low)
@@ -171,7 +172,7 @@ def draw(wing, mesh=True, names=True, values=None, label=""):
 
 
 def beside(path, kind):
-    """Where the picture of a file goes; NAME.png is that of tools/make_wing."""
+    """Returns where the picture of a file is written; NAME.png is that of tools/make_wing."""
     return Path(path).with_name(f"{Path(path).stem}_{kind}.png")
 
 

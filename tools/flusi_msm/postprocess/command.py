@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command postprocess: finds the tool, its words and options, and runs it."""
+"""The command postprocess: finds the tool and the arguments and options of a call, and runs it."""
 from __future__ import annotations
 
 import difflib
@@ -8,7 +8,7 @@ from typing import Dict, List, Tuple
 
 from flusi_msm.errors import InputError, run_command
 
-# The modules put their tools into TOOLS.
+# The modules add their tools to TOOLS.
 from flusi_msm.postprocess import point_tools, size_tools, sum_tools, vector_tools  # noqa: F401
 from flusi_msm.postprocess.registry import PRECISIONS, TOOLS, Call, Tool
 
@@ -37,7 +37,7 @@ def page(entry: Tool) -> str:
 
 
 def find(name: str) -> Tool:
-    """The tool of that name; FLUSI's leading dashes are allowed."""
+    """Returns the tool of that name; FLUSI's leading dashes are allowed."""
     key = name.lstrip("-")
     if key not in TOOLS:
         near = difflib.get_close_matches(key, TOOLS, 1, 0.5)
@@ -47,7 +47,7 @@ def find(name: str) -> Tool:
 
 
 def parse(entry: Tool, arguments: List[str]) -> Call:
-    """Words and options of a call, checked for their number."""
+    """Returns the arguments and options of a call after a check of their number."""
     known = {**entry.options, **({name: (0, "") for name in PRECISIONS} if entry.writes_fields else {})}
     words, options, rest = [], {}, list(arguments)
     while rest:
@@ -80,7 +80,7 @@ def run(arguments: List[str]) -> None:
         print(overview())
         return
     if arguments[0] in ("-p", "--postprocess") and len(arguments) > 1:
-        arguments = arguments[1:]  # as a line for FLUSI begins
+        arguments = arguments[1:]  # FLUSI's command lines begin in this way
     entry = find(arguments[0])
     if any(word in ("--help", "-h") for word in arguments[1:]):
         print(page(entry))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Field files in the layout of FLUSI: one dataset, named after the file, with attributes on time and box.
+"""Reads and writes field files in the layout of FLUSI: one dataset, named after the file, with attributes about time and box.
 
-Reading is by slabs, so that a field need not fit into memory. Writing is under a temporary name, which becomes the
-file's when the file is whole.
+Files are read by slabs, so that a field need not fit into memory. They are written under a temporary name, which is replaced by
+the name of the file when the file is complete.
 """
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ Box = Tuple[slice, slice, slice]
 
 
 def dataset_name(path: Path) -> str:
-    """The name of the dataset in a file of FLUSI: what the name of the file has before the first underscore."""
+    """Returns the name of the dataset in a file of FLUSI: the part of the file's name before the first underscore."""
     return path.stem.split("_")[0] if path.stem.find("_") > 0 else path.stem
 
 
 class Field:
-    """A field in a file, which is open only while it is read: a mean over time may be of thousands of files."""
+    """A field in a file. The file is open only while it is read, since a mean over time may use thousands of files."""
 
     def __init__(self, path: str) -> None:
         self.path = Path(path)
@@ -61,7 +61,7 @@ class Field:
         return float(np.ravel(self.attributes["time"])[0]) if "time" in self.attributes else None
 
     def number(self, name: str) -> float:
-        """The attribute of that name."""
+        """Returns the attribute of that name."""
         if name not in self.attributes:
             raise InputError(f"{self.path}: has no attribute '{name}': give it one with postprocess set-hdf5-attribute "
                              f"{self.path} {name} 1 VALUE")
@@ -69,7 +69,7 @@ class Field:
 
     @property
     def length(self) -> np.ndarray:
-        """Edges of the periodic box along x, y, z."""
+        """Returns the edges of the periodic box along x, y, z."""
         length = np.ravel(self.attributes.get("domain_size", ())).astype(float)
         if length.size != 3 or not (length > 0).all():
             raise InputError(f"{self.path}: has no domain_size: give it one with postprocess set-hdf5-attribute "
@@ -85,7 +85,7 @@ class Field:
         return self.length / self.n
 
     def read(self, box: Optional[Box] = None) -> np.ndarray:
-        """Values of a box of indices (z, y, x), or all of them, in double precision."""
+        """Returns the values of a box of indices (z, y, x), or all of them, in double precision."""
         box = box or (slice(None),) * 3
         try:
             with h5py.File(self.path, "r") as file:
@@ -99,12 +99,12 @@ class Field:
         return values
 
     def slabs(self, axis: int = 0) -> Iterator[Box]:
-        """Boxes that fill the field, cut along an axis of the array (0 z, 1 y, 2 x)."""
+        """Returns boxes that fill the field, cut along an axis of the array (0 z, 1 y, 2 x)."""
         return slabs_of(self.shape, axis)
 
 
 def slabs_of(shape: Sequence[int], axis: int = 0) -> Iterator[Box]:
-    """Boxes of about SLAB_BYTES that fill an array, cut along one of its axes."""
+    """Returns boxes of about SLAB_BYTES that fill an array, cut along one of its axes."""
     thick = max(1, int(SLAB_BYTES / (8 * np.prod(shape, dtype=float) / shape[axis])))
     for first in range(0, shape[axis], thick):
         box = [slice(None)] * 3
@@ -113,7 +113,7 @@ def slabs_of(shape: Sequence[int], axis: int = 0) -> Iterator[Box]:
 
 
 def open_fields(paths: Sequence[str], same_time: bool = False) -> List[Field]:
-    """The fields in files, which must have the same points in the same box; with `same_time` also the same time."""
+    """Returns the fields in files, which must have the same points in the same box; with `same_time` also the same time."""
     problems, fields = [], []
     for path in paths:
         try:
@@ -145,7 +145,7 @@ def box_text(size: object) -> str:
 
 
 class Output:
-    """A field file in the making. The attributes are those of `like`, except for what is given. Use in a `with`."""
+    """A field file that is being written. The attributes are those of `like`, except for the given ones. Use it in a `with`."""
 
     def __init__(self, path: str, like: Field, precision: np.dtype, tool: str, shape: Optional[Sequence[int]] = None,
                  **attributes: object) -> None:
@@ -183,7 +183,7 @@ class Output:
 
 
 def refuse_to_overwrite(inputs: Sequence[str], outputs: Sequence[str]) -> None:
-    """Stops if an output is one of the inputs, by whatever name, or if two outputs are the same."""
+    """Raises an error if an output is one of the inputs, by whatever name, or if two outputs are the same."""
     taken = {os.path.realpath(path): path for path in inputs}
     for path in outputs:
         real = os.path.realpath(path)

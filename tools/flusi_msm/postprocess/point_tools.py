@@ -100,7 +100,8 @@ def largest(call: Call) -> None:
 
 
 def _over_time(call: Call, fields: List[Field], add: Callable[[np.ndarray, Field, np.ndarray], np.ndarray], **attributes: object) -> None:
-    """Writes what `add(so far, field, its values)` makes of 0, one field after the other: two slabs, however many fields there are."""
+    """Writes the result of `add(so far, field, its values)`, applied to one field after the other and beginning with 0. It needs
+    the memory of two slabs, however many fields there are."""
     low, high, path = np.inf, -np.inf, call.words[-1]
     with call.output(path, fields[0], **attributes) as out:
         for box in fields[0].slabs():
@@ -113,7 +114,8 @@ def _over_time(call: Call, fields: List[Field], add: Callable[[np.ndarray, Field
 
 
 def _series(call: Call) -> List[Field]:
-    """The fields that are named by the words, or by the lines of a text file; names there are as seen from the working folder."""
+    """Returns the fields that are named by the arguments, or by the lines of a text file, whose names are relative to the
+    working folder."""
     paths: List[str] = []
     for word in call.words[:-1]:
         if word.endswith(".h5"):

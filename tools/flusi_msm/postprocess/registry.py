@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a tool of postprocess is: its words, its options, what it keeps in memory, and the function that does it."""
+"""Describes a tool of postprocess: its arguments, its options, its use of memory, and the function that does its work."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ ORDERS = ("second-order", "fourth-order", "second-order-nonper")
 
 @dataclass
 class Call:
-    """A tool that is being run: its words and its options."""
+    """The call of a tool with its arguments and options."""
     tool: "Tool"
     words: List[str]
     options: Dict[str, List[str]]
@@ -29,7 +29,7 @@ class Call:
         return as_number(self.options[option][0], f"--{option}") if option in self.options else default
 
     def fields(self, paths: Sequence[str], outputs: Sequence[str] = (), same_time: bool = False) -> List[Field]:
-        """Opens the inputs, which must fit together, after a look at what would be overwritten."""
+        """Opens the inputs, which must fit together, after a check that none of them would be overwritten."""
         refuse_to_overwrite(paths, outputs)
         for path in outputs:
             if Path(path).suffix != ".h5" and self.tool.writes_fields:
@@ -37,7 +37,7 @@ class Call:
         return open_fields(paths, same_time)
 
     def output(self, path: str, like: Field, shape: Optional[Sequence[int]] = None, **attributes: object) -> Output:
-        """A field file to write, in the precision of the input or the one that the user wants."""
+        """Returns a field file to write, in the precision of the input or in the one that the user wants."""
         kind = np.dtype("f4") if self.has(PRECISIONS[0]) else np.dtype("f8") if self.has(PRECISIONS[1]) else like.precision
         return Output(path, like, kind, self.tool.name, shape, **attributes)
 
@@ -50,7 +50,7 @@ class Call:
 
 @dataclass
 class Tool:
-    """A tool: `words` are names of its arguments ('...' behind one that may stand several times)."""
+    """A tool: `words` are names of its arguments ('...' after one that may be repeated)."""
     name: str
     words: Tuple[str, ...]
     about: str
@@ -58,7 +58,7 @@ class Tool:
     run: Callable[[Call], None]
     options: Dict[str, Tuple[int, str]] = field(default_factory=dict)
     other_names: Tuple[str, ...] = ()
-    optional: int = 0  # how many words may be missing: those in brackets, or else the last ones
+    optional: int = 0  # how many arguments may be missing: those in brackets, or else the last ones
     writes_fields: bool = True
 
     def usage(self) -> str:
@@ -73,7 +73,7 @@ TOOLS: Dict[str, Tool] = {}
 
 def tool(name: str, words: str, about: str, memory: str = "slabs", options: Optional[Dict[str, Tuple[int, str]]] = None,
          other_names: Sequence[str] = (), optional: int = 0, writes_fields: bool = True) -> Callable:
-    """Puts the decorated function into the list of tools."""
+    """Adds the decorated function to the list of tools."""
     def enter(run: Callable[[Call], None]) -> Callable[[Call], None]:
         entry = Tool(name, tuple(words.split()), about, memory, run, options or {}, tuple(other_names), optional, writes_fields)
         for key in (name, *other_names):
@@ -103,7 +103,7 @@ def as_count(text: str, what: str, least: int = 0) -> int:
 
 
 def write_text(path: str, lines: Sequence[str], inputs: Sequence[str], show: bool = True) -> None:
-    """Writes a text file, and with `show` the same on the screen."""
+    """Writes a text file, and with `show` prints the same text."""
     refuse_to_overwrite(inputs, [path])
     text = "\n".join(lines) + "\n"
     try:

@@ -22,7 +22,8 @@ def upsample(call: Call) -> None:
 
 
 def index_range(text: str, n: int, what: str) -> range:
-    """FIRST:LAST or FIRST:STEP:LAST, both ends included, counted from 0; a LAST beyond the end is the end, as in FLUSI."""
+    """Converts FIRST:LAST or FIRST:STEP:LAST, both ends included, counted from 0; a LAST beyond the end means the end, as in
+    FLUSI."""
     words = text.split(":")
     if len(words) == 2:
         words.insert(1, "1")

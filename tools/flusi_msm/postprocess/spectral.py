@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Derivatives, pressure, shells and resampling of periodic fields.
+"""Computes derivatives, pressure, shells and resampling of periodic fields.
 
 Derivatives work line by line, so that slabs of the input suffice. Arrays have the shape (nz, ny, nx).
 """
@@ -15,7 +15,7 @@ SCHEMES = ("spectral", "second-order", "fourth-order", "second-order-nonper")
 
 
 def differentiate(values: np.ndarray, axis: int, spacing: float, scheme: str = "spectral") -> np.ndarray:
-    """Derivative along an axis of the array. The highest mode of an even number of points has none.
+    """Returns the derivative along an axis of the array. The highest mode of an even number of points has none.
 
     second-order and fourth-order are central differences of a periodic field, second-order-nonper has one-sided ones
     at both ends. A direction of one point has no derivative.
@@ -40,7 +40,7 @@ def differentiate(values: np.ndarray, axis: int, spacing: float, scheme: str = "
 
 
 def add_derivative(out: np.ndarray, field: Field, direction: int, factor: float = 1.0, scheme: str = "spectral") -> None:
-    """out = out + factor d field/d direction; the field is read in slabs."""
+    """Computes out = out + factor d field/d direction; the field is read in slabs."""
     axis, spacing = 2 - direction, float(field.spacing[direction])
     for box in slabs_of(field.shape, 1 if axis == 0 else 0):
         out[box] += factor * differentiate(field.read(box), axis, spacing, scheme)
@@ -53,7 +53,7 @@ def derivative(field: Field, direction: int, scheme: str = "spectral") -> np.nda
 
 
 def curl_component(u: Sequence[Field], c: int, scheme: str = "spectral") -> np.ndarray:
-    """Component c of the curl of a vector field."""
+    """Returns component c of the curl of a vector field."""
     a, b = (c + 1) % 3, (c + 2) % 3
     out = derivative(u[b], a, scheme)
     add_derivative(out, u[a], b, -1.0, scheme)
@@ -61,7 +61,7 @@ def curl_component(u: Sequence[Field], c: int, scheme: str = "spectral") -> np.n
 
 
 def q_criterion(u: Sequence[Field], scheme: str = "spectral") -> np.ndarray:
-    """Q = -1/2 A_ij A_ji with A_ij = d u_i/d x_j."""
+    """Returns Q = -1/2 A_ij A_ji with A_ij = d u_i/d x_j."""
     q = np.zeros(u[0].shape)
     for i in range(3):
         q -= 0.5 * derivative(u[i], i, scheme)**2
@@ -73,14 +73,14 @@ def q_criterion(u: Sequence[Field], scheme: str = "spectral") -> np.ndarray:
 # ---- modes ---------------------------------------------------------------------------------------
 
 def mode_numbers(n: Sequence[int]) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Numbers jx, jy, jz of the modes of rfftn, as arrays that broadcast to (nz, ny, nx/2+1)."""
+    """Returns numbers jx, jy, jz of the modes of rfftn, as arrays that broadcast to (nz, ny, nx/2+1)."""
     jx = np.arange(n[0] // 2 + 1.0)
     jy, jz = (np.fft.fftfreq(m, 1 / m) for m in n[1:])
     return jx[None, None, :], jy[None, :, None], jz[:, None, None]
 
 
 def wavenumbers(n: Sequence[int], length: Sequence[float], odd: bool = False) -> List[np.ndarray]:
-    """kx, ky, kz; with `odd` the highest mode of an even number of points is 0, as first derivatives need it."""
+    """Returns kx, ky, kz; with `odd` the highest mode of an even number of points is 0, as first derivatives need it."""
     ks = []
     for j, m, edge in zip(mode_numbers(n), n, length):
         k = 2 * np.pi / edge * j
@@ -89,13 +89,14 @@ def wavenumbers(n: Sequence[int], length: Sequence[float], odd: bool = False) ->
 
 
 def is_kept(n: Sequence[int]) -> np.ndarray:
-    """Which modes the truncation of the solver keeps (iDealias = 1): those inside of an ellipsoid."""
+    """Returns which modes the truncation of the solver keeps (iDealias = 1): those inside of an ellipsoid."""
     radius = sum((j / (2 / 3 * (m / 2 - 1)))**2 for j, m in zip(mode_numbers(n), n) if m > 2)
     return np.broadcast_to(radius < 1 - 1e-12, (n[2], n[1], n[0] // 2 + 1))
 
 
 def pressure(u: Sequence[Field], force: Callable[[int], np.ndarray] = None, truncate: bool = True) -> np.ndarray:
-    """p/density with -laplace p = d_i d_j u_i u_j - div f, periodic; its mean is -mean |u|^2/2, as in a run.
+    """Returns p/density with -laplace p = d_i d_j u_i u_j - div f, periodic; its mean is -mean |u|^2/2, as in a run. force(i) is
+    component i of the force f per mass on the fluid. With `truncate`, p has the modes that the solver keeps.
 
     force(i): component i of the force f per mass on the fluid. With `truncate`, p has the modes that the solver keeps.
     """
@@ -123,7 +124,7 @@ def pressure(u: Sequence[Field], force: Callable[[int], np.ndarray] = None, trun
 
 
 def inverse_curl(w: Sequence[Field], c: int) -> np.ndarray:
-    """Component c of the velocity without divergence and mean whose curl is w (the law of Biot and Savart)."""
+    """Returns component c of the velocity without divergence and mean whose curl is w (the law of Biot and Savart)."""
     n, a, b = w[0].n, (c + 1) % 3, (c + 2) % 3
     odd = wavenumbers(n, w[0].length, odd=True)
     k2 = sum(k**2 for k in wavenumbers(n, w[0].length))
@@ -139,25 +140,25 @@ def laplacian(field: Field) -> np.ndarray:
 
 
 def shell_width(field: Field) -> float:
-    """dk: 2 pi over the longest side of the box that has more than one point."""
+    """Returns dk: 2 pi over the longest side of the box that has more than one point."""
     return 2 * np.pi / max([edge for edge, m in zip(field.length, field.n) if m > 1], default=float(field.length.max()))
 
 
 def shell_energies(field: Field) -> np.ndarray:
-    """What each shell i = 0, 1, ... has of the mean of f^2/2: the modes whose |k|/dk is nearest to i."""
+    """Returns the part of the mean of f^2/2 in each shell i = 0, 1, ...: that of the modes whose |k|/dk is nearest to i."""
     n, total = field.n, float(np.prod(field.n, dtype=float))
     k = np.sqrt(sum(k**2 for k in wavenumbers(n, field.length)))
     shells = np.floor(k / shell_width(field) + 0.5).astype(int)
     energy = np.abs(np.fft.rfftn(field.read()) / total)**2
     jx = np.arange(n[0] // 2 + 1)
-    energy *= np.where((jx == 0) | (2 * jx == n[0]), 0.5, 1.0)  # other modes stand for their conjugates, too
+    energy *= np.where((jx == 0) | (2 * jx == n[0]), 0.5, 1.0)  # other modes represent their conjugates, too
     return np.bincount(shells.ravel(), weights=energy.ravel())
 
 
 # ---- resampling ----------------------------------------------------------------------------------
 
 def resample_axis(values: np.ndarray, axis: int, n: int) -> np.ndarray:
-    """The trigonometric interpolant through the points along an axis, at n points.
+    """Returns the trigonometric interpolant through the points along an axis, at n points.
 
     Exact for fields without modes above those of both numbers of points; to fewer points the higher modes are left out.
     """
@@ -170,14 +171,15 @@ def resample_axis(values: np.ndarray, axis: int, n: int) -> np.ndarray:
     new = np.zeros([n // 2 + 1 if a == axis else m for a, m in enumerate(values.shape)], dtype=complex)
     part = tuple(slice(kept) if a == axis else slice(None) for a in range(3))
     new[part] = modes[part]
-    if few % 2 == 0:  # the highest mode stands alone in the shorter row, and for two in the longer one
+    if few % 2 == 0:  # only in the shorter row the highest mode is its own conjugate
         last = tuple(slice(kept - 1, kept) if a == axis else slice(None) for a in range(3))
         new[last] *= 0.5 if n > old else 2.0
     return np.fft.irfft(new, n=n, axis=axis) * (n / old)
 
 
 def resample(field: Field, n: Sequence[int]) -> np.ndarray:
-    """The field at n = (nx, ny, nz) points of the same box, direction by direction; shrinking ones go first."""
+    """Returns the field at n = (nx, ny, nz) points of the same box, direction by direction; those with fewer new points go
+    first."""
     values = field.read()
     for direction in sorted(range(3), key=lambda d: n[d] / field.n[d]):
         values = resample_axis(values, 2 - direction, n[direction])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tools that make numbers or tables of fields: norms, spectra, distributions, scales of a turbulent flow."""
+"""Tools that compute numbers or tables from fields: norms, spectra, distributions, scales of a turbulent flow."""
 from __future__ import annotations
 
 from typing import Callable, List, Sequence
@@ -13,7 +13,7 @@ from flusi_msm.postprocess.spectral import curl_component, shell_energies, shell
 
 
 def _mean(fields: Sequence[Field], function) -> float:
-    """Mean over the points of function(values of the first field, of the second, ...)."""
+    """Returns the mean over the points of function(values of the first field, of the second, ...)."""
     total = 0.0
     for box in fields[0].slabs():
         total += float(np.sum(function(*(f.read(box) for f in fields))))
@@ -107,7 +107,7 @@ def max_profile(call: Call) -> None:
 
 
 def _write_profile(path: str, f: Field, c: str, reduce: Callable[..., np.ndarray], what: str) -> None:
-    """`reduce` of the values on each plane across an axis, and the coordinate of the plane; slabs hold whole planes."""
+    """Writes `reduce` of the values on each plane across an axis, and the coordinate of the plane; slabs contain whole planes."""
     direction = XYZ.index(c)
     axis = 2 - direction
     others = tuple(a for a in range(3) if a != axis)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tools on velocities and on derivatives of fields."""
+"""Tools for velocities and derivatives of fields."""
 from __future__ import annotations
 
 import numpy as np
@@ -16,7 +16,7 @@ ONE, TWO, THREE = "1 field", "2 fields", "3 fields"
 
 
 def scheme_of(call: Call) -> str:
-    """The way to differentiate; the tools named ...-FD take second-order if none is given."""
+    """Returns the method of differentiation; the tools named ...-FD take second-order if none is given."""
     chosen = [order for order in ORDERS if call.has(order)]
     if len(chosen) > 1:
         raise InputError(f"--{chosen[0]} and --{chosen[1]} exclude each other: give one of them")

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Vortices, wings and bodies in perspective."""
+"""Draws vortices, wings and bodies in perspective."""

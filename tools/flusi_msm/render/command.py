@@ -51,13 +51,13 @@ MOST_CELLS = 2e7  # of a field that is drawn with all its points
 # ---- what to show --------------------------------------------------------------------------------
 
 def round_two(value):
-    """Two significant digits."""
+    """Rounds to two significant digits."""
     return float(f"{value:.1e}")
 
 
 def choose_levels(values, fluid, frequency):
-    """The levels of the paper if enough of the flow reaches them, else three levels of the same proportions, the
-    highest of which encloses a thousandth of the fluid."""
+    """Returns the levels of the paper if enough of the flow reaches them, else three levels of the same proportions, the highest
+    of which encloses a thousandth of the fluid."""
     high = float(np.quantile(values[fluid], 0.999)) if fluid.any() else 0.0
     if high >= LEVELS[-1] * frequency:
         return tuple(level * frequency for level in LEVELS)
@@ -67,7 +67,7 @@ def choose_levels(values, fluid, frequency):
 
 
 def colours_of(n):
-    """(colours, opacities) of n levels, the lowest first."""
+    """Returns (colours, opacities) of n levels, the lowest first."""
     if n == 1:
         return COLOURS[1:2], (0.8,)
     if n == 3:
@@ -88,7 +88,7 @@ def vertex_normals(points, triangles):
 
 
 class Scene:
-    """Fields and wings of one snapshot, every `stride`-th point of the grid."""
+    """Fields and wings of one snapshot, at every `stride`-th point of the grid."""
 
     def __init__(self, snapshot, stride, twins=True):
         self.snapshot = snapshot
@@ -122,13 +122,13 @@ class Scene:
         return [surface for surface in found if len(surface.triangles)]
 
     def box(self):
-        """The twelve edges of the box, (12, 2, 3)."""
+        """Returns the twelve edges of the box, (12, 2, 3)."""
         corners = np.array(list(np.ndindex(2, 2, 2)), dtype=float)
         pairs = [(a, b) for a in corners for b in corners if b.sum() == a.sum() + 1 and np.abs(a - b).sum() == 1]
         return self.origin + np.array(pairs) * self.length
 
     def box_behind(self, camera):
-        """The edges of the box, in short pieces (k, 2, 3), but for the three that may cover something."""
+        """Returns the edges of the box, in short pieces (k, 2, 3), except for the three that may cover something."""
         edges = self.box()
         corners = edges.reshape(-1, 3)
         nearest = corners[np.argmin(np.linalg.norm(corners - camera.position, axis=1))]
@@ -170,19 +170,19 @@ def compose(pixels, scene, levels, camera, out):
 
 
 def draw_axes(ax, camera, width, height):
-    """The directions of x, y, z in the lower left corner."""
+    """Draws the directions of x, y, z in the lower left corner."""
     centre, size = np.array([0.08 * width, height - 0.08 * width]), 0.045 * width
     for axis, name in enumerate("xyz"):
         direction = np.array([camera.right[axis], -camera.up[axis]])
         if np.linalg.norm(direction) < 0.15:
-            continue  # toward the eye
+            continue  # it points toward the viewer
         ax.annotate("", xy=centre + size * direction, xytext=centre,
                     arrowprops={"arrowstyle": "->", "color": "0.3", "shrinkA": 0, "shrinkB": 0, "linewidth": 1.0})
         ax.text(*(centre + 1.35 * size * direction), f"${name}$", ha="center", va="center", color="0.3")
 
 
 def view_of(text):
-    """(azimuth, elevation) of a name or of '-60,30'."""
+    """Returns (azimuth, elevation) of a name or of '-60,30'."""
     if text in VIEWS:
         return VIEWS[text]
     try:
@@ -193,7 +193,7 @@ def view_of(text):
 
 
 def drawable(folder):
-    """Labels of the snapshots from which the vorticity is known, in the order of time."""
+    """Returns labels of the snapshots from which the vorticity is known, in the order of time."""
     times = snapshot_times(folder)
     labels = [label for label, have in fields_in(folder).items()
               if "vorabs" in have or have.issuperset(VORTICITY) or have.issuperset(VELOCITY)]

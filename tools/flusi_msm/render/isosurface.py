@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Iso-surfaces of a field on a regular grid by marching tetrahedra: every cell is six tetrahedra around its
-diagonal, so the surface is closed and needs no table of cases with ambiguities."""
+"""Computes iso-surfaces of a field on a regular grid by marching tetrahedra: every cell is divided into six tetrahedra around
+its diagonal, so that the surface is closed and needs no table of ambiguous cases."""
 from itertools import permutations
 
 import numpy as np
 
 
 def _tetrahedra():
-    """(6, 4, 3): corners of the tetrahedra as steps (x, y, z): paths along the edges from 000 to 111."""
+    """Returns (6, 4, 3): corners of the tetrahedra as steps (x, y, z) along the edges from 000 to 111."""
     paths = []
     for order in permutations(range(3)):
         corner, path = [0, 0, 0], [(0, 0, 0)]
@@ -19,8 +19,8 @@ def _tetrahedra():
 
 
 TETRAHEDRA = _tetrahedra()
-# Triangles of a tetrahedron by which of its corners are above the level (bit i: corner i), as pairs of corners
-# whose edge is cut. One corner apart gives one triangle, two give two.
+# Triangles of a tetrahedron, by the set of its corners that are above the level (bit i: corner i), as pairs of corners whose edge
+# is cut. If one corner is on another side than the others there is one triangle, otherwise there are two.
 ONE = {0: [((0, 1), (0, 2), (0, 3))], 1: [((1, 0), (1, 2), (1, 3))], 2: [((2, 0), (2, 1), (2, 3))],
        3: [((3, 0), (3, 1), (3, 2))]}
 
@@ -44,8 +44,8 @@ CASES = _cases()
 
 
 def iso_surface(values, level, origin, spacing):
-    """(points (n, 3), triangles (m, 3), normals (n, 3)) of values (z, y, x) = level. Normals point to smaller
-    values, and the triangles are counter-clockwise seen from there. Points that triangles share are one."""
+    """Returns (points (n, 3), triangles (m, 3), normals (n, 3)) of values (z, y, x) = level. Normals point to smaller values,
+    and the triangles are counter-clockwise seen from there. Triangles share their common points."""
     origin, spacing = np.asarray(origin, dtype=float), np.asarray(spacing, dtype=float)
     nz, ny, nx = values.shape
     if min(values.shape) < 2:
@@ -85,7 +85,7 @@ def iso_surface(values, level, origin, spacing):
 
 
 def _gradient(values, ends, place, spacing):
-    """Central differences, one-sided at the faces of the box, at the grid points `ends`."""
+    """Returns central differences, one-sided at the faces of the box, at the grid points `ends`."""
     flat = values.reshape(-1)
     n = values.shape[::-1]
     strides = (1, n[0], n[0] * n[1])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A movie of pictures: MP4 by ffmpeg where it is found, else an animated GIF by Pillow."""
+"""Makes a movie of pictures: MP4 by ffmpeg if this is found, else an animated GIF by Pillow."""
 import shutil
 import subprocess
 import tempfile
@@ -11,7 +11,7 @@ from flusi_msm.errors import InputError
 
 
 def choose_movie(folder, output):
-    """The file to write: `output`, or movie.mp4 in the folder, or movie.gif without ffmpeg."""
+    """Returns the file to write: `output`, or movie.mp4 in the folder, or movie.gif without ffmpeg."""
     if output is None:
         return Path(folder) / ("movie.mp4" if shutil.which("ffmpeg") else "movie.gif")
     if output.suffix not in (".mp4", ".gif"):
@@ -22,9 +22,9 @@ def choose_movie(folder, output):
 
 
 def write_movie(pictures, out, rate):
-    """Pictures in order, all as large as the first, at `rate` per second."""
+    """Writes the pictures in order, all as large as the first, at `rate` per second."""
     frames = [Image.open(path).convert("RGB") for path in pictures]
-    size = tuple(2 * (length // 2) for length in frames[0].size)  # MP4 takes even numbers
+    size = tuple(2 * (length // 2) for length in frames[0].size)  # MP4 needs even numbers
     frames = [frame if frame.size == size else frame.resize(size, Image.Resampling.LANCZOS) for frame in frames]
     try:
         if out.suffix == ".gif":

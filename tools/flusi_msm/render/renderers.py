@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Triangulated surfaces in perspective: with PyVista where it works, else with numpy alone. Both take the same surfaces
-and camera and return colours and coverage, (height, width, 4) of 0 to 1."""
+"""Draws triangulated surfaces in perspective: with PyVista if this works, else with numpy alone. Both take the same surfaces and
+camera and return colours and coverage, (height, width, 4) of 0 to 1."""
 import os
 import subprocess
 import sys
@@ -18,8 +18,8 @@ AMBIENT, DIFFUSE = 0.5, 0.5
 
 
 class Camera:
-    """Looks from a direction (azimuth from x toward y, elevation from the plane of x and y; degrees) at `points`,
-    from where all of them fill a picture of that width over height."""
+    """A camera that looks at `points` from a direction (azimuth from x toward y, elevation from the plane of x and y; degrees).
+    Its distance is such that all of them fill a picture with the ratio of width over height."""
 
     def __init__(self, azimuth, elevation, points, aspect):
         a, e = np.radians([azimuth, np.clip(elevation, -89.99, 89.99)])
@@ -42,26 +42,26 @@ class Camera:
         return self.focus + self.distance * self.backward
 
     def project(self, points):
-        """(x, y) in the picture, y from -1 to 1, x from -aspect to aspect; and the distance along the view."""
+        """Returns (x, y) in the picture, y from -1 to 1, x from -aspect to aspect; and the distance along the view."""
         seen = points - self.position
         depth = -(seen @ self.backward)
         scale = 1 / (self.slope * np.maximum(depth, 1e-9 * self.distance))
         return np.stack([seen @ self.right * scale, seen @ self.up * scale], axis=-1), depth
 
     def light(self):
-        """Direction to the light: from above the left shoulder."""
+        """Returns the direction to the light: from above the left shoulder."""
         direction = self.backward - 0.5 * self.right + 0.6 * self.up
         return direction / np.linalg.norm(direction)
 
 
 def shaded(surface, camera):
-    """Colours (n, 3) of the points of a surface that is bright on both sides."""
+    """Returns the colours (n, 3) of the points of a surface that is bright on both sides."""
     bright = AMBIENT + DIFFUSE * np.abs(surface.normals @ camera.light())
     return np.clip(np.asarray(surface.colour) * bright[:, None], 0, 1)
 
 
 def merged(surfaces, camera):
-    """(points, triangles, colours with opacity of the points) of several surfaces in one."""
+    """Returns several surfaces as one: (points, triangles, colours with opacity of the points)."""
     first = np.cumsum([0] + [len(s.points) for s in surfaces])
     return (np.concatenate([s.points for s in surfaces]),
             np.concatenate([s.triangles + n for s, n in zip(surfaces, first)]),
@@ -75,15 +75,15 @@ EDGES = ((1, 2), (2, 0), (0, 1))  # each opposite to its corner
 
 
 def render_numpy(surfaces, camera, height):
-    """Exact transparency: of each pixel all layers are found and laid over each other from far to near. Drawn twice
-    as fine and averaged."""
+    """Draws with exact transparency: all layers of each pixel are found and blended from far to near. The picture is computed
+    with twice the resolution and averaged."""
     fine = 2
     rows, columns = fine * height, fine * int(round(camera.aspect * height))
     image = np.zeros((rows * columns, 4))
     if surfaces:
         points, triangles, colours = merged(surfaces, camera)
         pixel, depth, corners, weights = fragments(points, triangles, camera, rows, columns)
-        # Near first in each pixel: one sort of both in one number.
+        # The nearest comes first in each pixel: one sort of both in one number.
         nearness = (depth - depth.min(initial=np.inf)) / max(np.ptp(depth) if len(depth) else 0.0, 1e-300)
         order = np.argsort(pixel * 2**36 + (nearness * (2**36 - 1)).astype(np.int64))
         pixel, corners, weights = pixel[order], corners[:, order], weights[:, order]
@@ -104,8 +104,8 @@ def render_numpy(surfaces, camera, height):
 
 
 def fragments(points, triangles, camera, rows, columns):
-    """Wherever a triangle covers the middle of a pixel: number of the pixel, depth, the points (3, m) of the triangle
-    and their weights (3, m)."""
+    """Returns the pixels whose middle a triangle covers: number of the pixel, depth, the points (3, m) of the triangle and their
+    weights (3, m)."""
     place, depth = camera.project(points)
     x = (place[:, 0] / camera.aspect + 1) / 2 * columns - 0.5
     y = (1 - place[:, 1]) / 2 * rows - 0.5
@@ -154,7 +154,8 @@ assert (plotter.screenshot(return_img=True)[32, 32] != 255).any()
 
 
 def why_no_pyvista():
-    """'' if PyVista can draw here. Tried in a process of its own: without a graphics system it can crash."""
+    """Returns '' if PyVista can draw here, otherwise the reason. This is tried in a separate process, since without a graphics
+    system it can crash."""
     try:
         done = subprocess.run([sys.executable, "-c", PROBE], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                               timeout=120, text=True, errors="replace",
@@ -178,7 +179,7 @@ def render_pyvista(surfaces, camera, height):
         chosen = [s for s in surfaces if (s.opacity >= 1) == solid and len(s.triangles)]
         if chosen:
             points, triangles, colours = merged(chosen, camera)
-            # From far to near, for depth peeling fails with some software renderers.
+            # They are drawn from far to near, because depth peeling fails with some software renderers.
             _, depth = camera.project(points)
             triangles = triangles[np.argsort(-depth[triangles].mean(axis=1), kind="stable")]
             mesh = pyvista.PolyData(points, np.column_stack([np.full(len(triangles), 3), triangles]).ravel())
@@ -190,12 +191,12 @@ def render_pyvista(surfaces, camera, height):
     plotter.reset_camera_clipping_range()
     pixels = plotter.screenshot(return_img=True, transparent_background=True) / 255
     plotter.close()
-    pixels[..., :3] /= np.maximum(pixels[..., 3:], 1 / 255)  # it comes laid over the black background
+    pixels[..., :3] /= np.maximum(pixels[..., 3:], 1 / 255)  # it is already blended with the black background
     return np.clip(pixels, 0, 1)
 
 
 def choose_renderer(wanted):
-    """(function, note what is used) for auto, pyvista or numpy."""
+    """Returns (function, note which one is used) for auto, pyvista or numpy."""
     if wanted == "numpy":
         return render_numpy, "drawn with numpy"
     reason = why_no_pyvista()
@@ -206,6 +207,6 @@ def choose_renderer(wanted):
     return render_numpy, f"drawn with numpy, as for PyVista {reason}"
 
 
-if __name__ == "__main__":  # tools/quickstart asks so whether what it installed draws
+if __name__ == "__main__":  # tools/quickstart runs this to see whether the installed packages can draw
     reason = why_no_pyvista()
     sys.exit(f"PyVista: {reason}" if reason else 0)

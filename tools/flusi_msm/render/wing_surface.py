@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wing surfaces that a run writes beside its fields: wing_left_<label>.h5, wing_right_<label>.h5.
+"""Reads wing surfaces that a run writes in addition to its fields: wing_left_<label>.h5, wing_right_<label>.h5.
 
 The wing frame has x from root to tip, y toward the leading edge, z to the lower side of the left wing and to the
 upper side of the right one (docs/guide/kinematics.md)."""
@@ -47,12 +47,12 @@ class WingSurface:
         return np.asarray(points) @ self.matrix + self.hinge
 
     def length(self):
-        """From the hinge to the outermost point along the span."""
+        """Returns the length from the hinge to the outermost point along the span."""
         return self.in_wing_frame()[:, 0].max()
 
     def cut(self, x, points=None):
-        """Where the plane normal to the span at x cuts the wing, or its rigid twin if `points` are rigid_points:
-        segments (k, 2, 2) of ends (y, z)."""
+        """Returns the cut of the wing, or of its rigid twin if `points` are rigid_points, with the plane normal to the span at
+        x: segments (k, 2, 2) of ends (y, z)."""
         corners = self.in_wing_frame(points)[self.triangles]
         height = corners[:, :, 0] - x
         height[height == 0] = 1e-12 * max(self.length(), 1e-300)  # a corner in the plane counts as outboard
@@ -68,7 +68,7 @@ class WingSurface:
 
 
 def load_body(snapshot):
-    """(points (n, 3), triangles (m, 3)) of body_<label>.h5, the surface of a body, or None where there is none."""
+    """Returns (points (n, 3), triangles (m, 3)) of body_<label>.h5, the surface of a body, or None if there is none."""
     import h5py
     path = snapshot.folder / f"body_{snapshot.label}.h5"
     if not path.is_file():
@@ -93,5 +93,5 @@ def load_surface(snapshot, side):
 
 
 def surfaces_of(snapshot):
-    """The surfaces that are there."""
+    """Returns the surfaces that exist."""
     return [load_surface(snapshot, side) for side in SIDES if surface_path(snapshot, side).is_file()]

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Readers of what a run writes: series, fields, sections, wing beats."""
+"""Reads the files that a run writes: series, fields, sections, wing beats."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lift, drag and power of a run with flapping wings, cut into wing beats. Cycle n is n-1 <= t f <= n."""
+"""Divides lift, drag and power of a run with flapping wings into wing beats. Cycle n is n-1 <= t f <= n."""
 import re
 from pathlib import Path
 
@@ -20,7 +20,7 @@ class CyclicSignal:
         self.x, self.values = x[good], values[good]
 
     def cycles(self):
-        """Numbers of the cycles that the record covers from end to end, but for one interval of it."""
+        """Returns numbers of the cycles that the record contains from end to end; at both ends one time step may be missing."""
         if len(self.x) < 2:
             return []
         gap = min(0.05, 1.5 * np.median(np.diff(self.x)))
@@ -28,7 +28,7 @@ class CyclicSignal:
         return list(range(first + 1, last + 1))
 
     def cycle(self, number):
-        """(phase, value) of a cycle with its ends."""
+        """Returns (phase, value) of a cycle with its ends."""
         begin = number - 1
         inside = (self.x > begin) & (self.x < number)
         phase = np.concatenate([[0.0], self.x[inside] - begin, [1.0]])
@@ -39,14 +39,14 @@ class CyclicSignal:
         return np.interp(phases, *self.cycle(number))
 
     def mean(self, number):
-        """Time average over a cycle, by the trapezoidal rule on the record itself."""
+        """Returns the time average over a cycle, by the trapezoidal rule on the record itself."""
         phase, value = self.cycle(number)
         return float(np.sum(np.diff(phase) * (value[1:] + value[:-1]) / 2))
 
 
 class FlappingRun:
-    """The series of a run folder. signals: {quantity: CyclicSignal}; scales: SI value of one unit of the run;
-    down: True for each of PHASES in which the wing moves down, or None without kinematics.t."""
+    """The series of a run folder. signals: {quantity: CyclicSignal}; scales: SI value of one unit of the run; down: True for
+    each of PHASES in which the wing moves down, or None without kinematics.t."""
 
     def __init__(self, folder, frequency=1.0, wind="x"):
         self.folder = Path(folder)
@@ -86,7 +86,7 @@ class FlappingRun:
         return {"lift": self._signal(series, force("z")), "drag": self._signal(series, sign * force(wind[-1]))}
 
     def _power(self):
-        """From aero_power.t or else the sum over the wings; nothing if there is neither."""
+        """Reads the power from aero_power.t or else the sum over the wings; nothing if neither exists."""
         total = self._read("aero_power.t")
         parts = [total] if total else [s for s in map(self._read, ("wing_left.t", "wing_right.t")) if s]
         found = {}
@@ -103,7 +103,7 @@ class FlappingRun:
         return series and self._signal(series, series.column("phi_l", "phi left"))
 
     def cycles(self):
-        """Numbers of the complete cycles that all quantities have."""
+        """Returns numbers of the complete cycles that all quantities have."""
         common = set.intersection(*(set(signal.cycles()) for signal in self.signals.values()))
         if not common:
             signal = self.signals["lift"]
@@ -112,7 +112,7 @@ class FlappingRun:
         return sorted(common)
 
     def choose(self, wanted):
-        """The cycles that 'last', 'all', '4', '3-4' or '1,3' names."""
+        """Returns the cycles that 'last', 'all', '4', '3-4' or '1,3' mean."""
         have = self.cycles()
         if wanted == "all":
             return have
@@ -131,19 +131,19 @@ class FlappingRun:
         return sorted(set(chosen))
 
     def phase_average(self, quantity, cycles):
-        """The quantity at PHASES, averaged over the cycles."""
+        """Returns the quantity at PHASES, averaged over the cycles."""
         return np.mean([self.signals[quantity].at(n, PHASES) for n in cycles], axis=0)
 
     def means(self, quantity, cycles):
-        """(average over the cycles, half the range of the averages of the single cycles). What is nothing but
-        round-off of the sum is zero."""
+        """Returns (average over the cycles, half the range of the averages of the single cycles). Values that are only rounding
+        errors of the sum are set to zero."""
         signal = self.signals[quantity]
         each = np.array([signal.mean(n) for n in cycles])
         each[np.abs(each) < 1e-12 * np.max(np.abs(signal.values))] = 0.0
         return float(np.mean(each)), float(np.ptp(each)) / 2
 
     def downstroke(self, cycle):
-        """True at each of PHASES where the position angle falls; None if it is not known in this cycle."""
+        """Returns True at each of PHASES where the position angle falls; None if it is not known in this cycle."""
         if self.phi is None or cycle not in self.phi.cycles():
             return None
         step = 0.5 / len(PHASES)
@@ -151,7 +151,7 @@ class FlappingRun:
         return after < before
 
     def si_factor(self, quantity):
-        """(factor, unit) from units of the run to mN or mW; (None, '') if its units are not known."""
+        """Returns (factor, unit) from units of the run to mN or mW; (None, '') if its units are not known."""
         kind, unit = ("power", "mW") if "power" in quantity else ("force", "mN")
         scale = self.scales.get(kind)
         if scale is None and {"length", "frequency", "density"} <= set(self.scales):

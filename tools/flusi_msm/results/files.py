@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads what the program writes: time series (*.t) and fields (<prefix>_<label>.h5)."""
+"""Reads the output of the program: time series (*.t) and fields (<prefix>_<label>.h5)."""
 import difflib
 import re
 import sys
@@ -43,7 +43,7 @@ class Series:
 
     @property
     def kind(self):
-        """File name without the ending: forces, energy, ..."""
+        """Returns the file name without the ending: forces, energy, ..."""
         return self.path.stem
 
     @property
@@ -51,7 +51,7 @@ class Series:
         return self.data[:, 0]
 
     def index(self, name):
-        """Number of the column of that name; capitals do not matter if the name stays unique."""
+        """Returns the number of the column of that name; capitals do not matter if the name is still unique."""
         if name in self.names:
             return self.names.index(name)
         lower = [n.lower() for n in self.names]
@@ -62,8 +62,8 @@ class Series:
         raise InputError(f"{self.path}: no column '{name}'{hint}; it has {', '.join(self.names)}")
 
     def column(self, *names):
-        """The data of the first of these names that the header has; else those of the place that FLUSI's order
-        of columns gives to one of them."""
+        """Returns the data of the first of these names that the header has, else those in the place that one of them has in
+        FLUSI's order of columns."""
         lower = [n.lower() for n in self.names]
         for name in names:
             if lower.count(name.lower()) == 1:
@@ -76,7 +76,7 @@ class Series:
 
 
 def _number(text):
-    """A number as Fortran writes it; 1.0-100 is 1.0E-100, stars (too wide) become NaN."""
+    """Converts a number as Fortran writes it; 1.0-100 is 1.0E-100, stars (too wide) become NaN."""
     try:
         return float(text.replace("D", "E").replace("d", "e"))
     except ValueError:
@@ -87,7 +87,7 @@ def _number(text):
 
 
 def _header_names(header, kind, n_columns):
-    """Names and units from the header line, in the first of several readings that fits."""
+    """Returns names and units from the header line, in the first of several readings that fits."""
     found = re.findall(r"([^\s,\[]+)(?:\s*\[([^\]]*)\])?", header)
     wide = [word for word in re.split(r"\s{2,}|\t+", header.strip()) if word]
     known = KNOWN_COLUMNS.get(kind, [])
@@ -109,7 +109,7 @@ SCALES = {"L": "length", "1/T": "frequency", "rho": "density", "force": "force",
 
 
 def _scales(line):
-    """{'length': 0.009, 'force': 2e-4, ...} in SI of 'L = 9.0E-03 m, ..., force rho L^4/T^2 = 2.0E-04 N'."""
+    """Returns {'length': 0.009, 'force': 2e-4, ...} in SI of 'L = 9.0E-03 m, ..., force rho L^4/T^2 = 2.0E-04 N'."""
     scales = {}
     for item in line.split(","):
         match = re.fullmatch(r"\s*(\S+)[^=]*=\s*(\S+)\s+\S+\s*", item)
@@ -119,7 +119,7 @@ def _scales(line):
 
 
 def _without_repeats(data):
-    """Drops rows that a restart computed again: a row stays if all later times are larger."""
+    """Drops rows that a restart computed again: a row is kept if all later times are larger."""
     data = data[np.isfinite(data[:, 0])]
     if len(data) == 0:
         return data
@@ -129,7 +129,7 @@ def _without_repeats(data):
 
 
 def read_series(path):
-    """Reads a .t file. Where a restart went back in time the later rows win."""
+    """Reads a .t file. Where a restart began at an earlier time the later rows are kept."""
     path = Path(path)
     try:
         lines = path.read_text(errors="replace").splitlines()
@@ -169,7 +169,7 @@ Snapshot = namedtuple("Snapshot", "folder label")
 
 
 class Field:
-    """One field file; the data are read only where asked for. Arrays are (z, y, x)."""
+    """One field file; the data are read only when they are needed. Arrays are (z, y, x)."""
 
     def __init__(self, path):
         import h5py  # here, so that time series need numpy alone
@@ -202,14 +202,14 @@ class Field:
         return value.astype(float)
 
     def plane(self, axis, index):
-        """The plane number `index` normal to `axis` (0 x, 1 y, 2 z), in double precision."""
+        """Returns the plane number `index` normal to `axis` (0 x, 1 y, 2 z), in double precision."""
         where = [slice(None)] * 3
         where[2 - axis] = index
         return self.data[tuple(where)].astype(float)
 
 
 def fields_in(folder):
-    """{label: set of prefixes} of the field files of a folder."""
+    """Returns {label: set of prefixes} of the field files of a folder."""
     folder = Path(folder)
     labels = {}
     for path in folder.glob("*_*.h5"):
@@ -222,13 +222,13 @@ def fields_in(folder):
 
 
 def snapshot_times(folder):
-    """{label: time} of a folder."""
+    """Returns {label: time} of a folder."""
     return {label: Field(folder / f"{sorted(prefixes)[0]}_{label}.h5").time
             for label, prefixes in fields_in(folder).items()}
 
 
 def choose_snapshot(folder, time, label):
-    """The snapshot of a folder with that label, nearest to that time, or the last one."""
+    """Returns the snapshot of a folder with that label, nearest to that time, or the last one."""
     labels = fields_in(folder)
     if label is not None:
         same = [have for have in labels if int(have) == int(label)]
@@ -256,14 +256,14 @@ def load_field(snapshot, name):
 
 
 # ---- spectral derivatives, the same as the solver's ----------------------------------------------
-# The derivative of the highest mode of an even n is not real: irfft leaves it out, as it should.
+# The derivative of the highest mode of an even n is not real; irfft leaves it out, which is correct.
 
 def _wavenumbers(n, length):
     return 2 * np.pi / length * np.arange(n // 2 + 1)
 
 
 def derivative_in_plane(plane, axis, length):
-    """Derivative of a periodic plane along its own array axis."""
+    """Returns the derivative of a periodic plane along its own array axis."""
     n = plane.shape[axis]
     shape = [1] * plane.ndim
     shape[axis] = -1
@@ -272,7 +272,7 @@ def derivative_in_plane(plane, axis, length):
 
 
 def derivative_at_index(field, axis, index):
-    """Derivative of a field along `axis` (0 x, 1 y, 2 z) on the plane `index` normal to it."""
+    """Returns the derivative of a field along `axis` (0 x, 1 y, 2 z) on the plane `index` normal to it."""
     n, length = int(field.n[axis]), field.length[axis]
     if n == 1:
         return np.zeros_like(field.plane(axis, 0))
@@ -282,7 +282,7 @@ def derivative_at_index(field, axis, index):
 
 
 def derivative_on_plane(field, along, normal, index):
-    """Derivative of a field along one direction, on the plane `index` normal to `normal`."""
+    """Returns the derivative of a field along one direction, on the plane `index` normal to `normal`."""
     if along == normal:
         return derivative_at_index(field, normal, index)
     array_axis = [a for a in (2, 1, 0) if a != normal].index(along)

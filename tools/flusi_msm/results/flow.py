@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fields at any point of the periodic box, and the vorticity there or in the whole box, from its files or else from
-the velocity with the derivatives of the solver. Only what is needed is read: a run may be larger than the memory."""
+"""Interpolates fields at any point of the periodic box, and computes the vorticity there or in the whole box, from its files or
+else from the velocity with the derivatives of the solver. Only the necessary data are read: a run may be larger than the memory.
+"""
 import numpy as np
 
 from flusi_msm.results.files import InputError, derivative_in_plane, field_path, has_field, load_field
@@ -10,7 +11,7 @@ VORTICITY = ("vorx", "vory", "vorz")
 
 
 class Block:
-    """The grid points around some points (m, 3): `count` of them from `start` on along x, y, z, around the box."""
+    """The grid points around some points (m, 3): `count` of them from `start` on along x, y, z, continued periodically."""
 
     def __init__(self, field, points):
         self.n = field.n
@@ -20,7 +21,7 @@ class Block:
         self.place = place - self.start
 
     def read(self, field, whole=None):
-        """The field in the block, (z, y, x); along the axis `whole` all of it."""
+        """Returns the field in the block, (z, y, x); along the axis `whole` all of it."""
         if tuple(field.n) != tuple(self.n):
             raise InputError(f"{field.path}: {' x '.join(map(str, field.n))} points, unlike the other fields")
         where, wrapped = [slice(None)] * 3, []
@@ -39,13 +40,13 @@ class Block:
         return data
 
     def derivative(self, field, along):
-        """The derivative of the field along an axis, in the block."""
+        """Returns the derivative of the field along an axis, in the block."""
         lines = derivative_in_plane(self.read(field, whole=along), 2 - along, field.length[along])
         index = (self.start[along] + np.arange(self.count[along])) % self.n[along]
         return np.take(lines, index, axis=2 - along)
 
     def interpolate(self, values):
-        """Values at the points from those in the block, trilinear."""
+        """Returns values at the points from those in the block, trilinear."""
         lower = np.floor(self.place).astype(int)
         part = self.place - lower
         result = np.zeros(len(lower))
@@ -57,7 +58,7 @@ class Block:
 
 
 def vorticity_source(snapshot):
-    """'vorticity' or 'velocity', whichever has its three files."""
+    """Returns 'vorticity' or 'velocity', whichever has its three files."""
     for name, files in (("vorticity", VORTICITY), ("velocity", VELOCITY)):
         if all(has_field(snapshot, file) for file in files):
             return name
@@ -67,14 +68,14 @@ def vorticity_source(snapshot):
 
 
 def at_points(snapshot, name, points):
-    """A stored field at points (m, 3)."""
+    """Returns a stored field at points (m, 3)."""
     field = load_field(snapshot, name)
     block = Block(field, points)
     return block.interpolate(block.read(field))
 
 
 def vorticity_at(snapshot, points, direction):
-    """omega . direction at points (m, 3)."""
+    """Returns omega . direction at points (m, 3)."""
     stored = vorticity_source(snapshot) == "vorticity"
     fields = [load_field(snapshot, name) for name in (VORTICITY if stored else VELOCITY)]
     block = Block(fields[0], points)
@@ -91,20 +92,20 @@ def vorticity_at(snapshot, points, direction):
 
 
 def every(field, stride):
-    """Every stride-th point of a field along each axis, in single precision, read plane by plane."""
+    """Returns every stride-th point of a field along each axis, in single precision, read plane by plane."""
     planes = [field.data[k][::stride, ::stride] for k in range(0, field.data.shape[0], stride)]
     return np.array(planes, dtype="f4")
 
 
 def vorticity_files(snapshot):
-    """The stored fields from which |omega| is known."""
+    """Returns the stored fields from which |omega| is known."""
     if has_field(snapshot, "vorabs"):
         return ("vorabs",)
     return VORTICITY if vorticity_source(snapshot) == "vorticity" else VELOCITY
 
 
 def vorticity_magnitude(snapshot, stride=1):
-    """|omega| at every stride-th point of the box, in single precision."""
+    """Returns |omega| at every stride-th point of the box, in single precision."""
     names = vorticity_files(snapshot)
     fields = [load_field(snapshot, name) for name in names]
     if names == ("vorabs",):

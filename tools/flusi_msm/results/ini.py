@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Input files of flusi as text: which values they have, and the same file with other ones."""
+"""Reads input files of flusi as text: returns their values, and the same file with other values."""
 import re
 
 _SECTION = re.compile(r"\s*\[([^\]]+)\]")
@@ -7,7 +7,7 @@ _KEY = re.compile(r"\s*([\w:]+)\s*=\s*([^;]*)")
 
 
 def values_of(text):
-    """{section: {key: value}} without comments; values are text."""
+    """Returns {section: {key: value}} without comments; values are text."""
     values, section = {}, ""
     for line in text.splitlines():
         line = line.split(";")[0] if line.lstrip().startswith(";") else line
@@ -20,7 +20,7 @@ def values_of(text):
 
 
 def with_values(text, changes):
-    """The text with the values {section: {key: value}} in the place of its own, or added where it has none."""
+    """Returns the text with the values {section: {key: value}} instead of its own, or added if it has none."""
     left = {section: dict(keys) for section, keys in changes.items()}
     lines, section = [], ""
 
@@ -43,7 +43,7 @@ def with_values(text, changes):
 
 
 def differences(before, after):
-    """What differs between two results of values_of: '[Time] CFL: 0.45, now 0.4'."""
+    """Lists the differences between two results of values_of: '[Time] CFL: 0.45, now 0.4'."""
     found = []
     for section in sorted({*before, *after}):
         old, new = before.get(section, {}), after.get(section, {})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Spanwise vorticity around sections of a wing, on planes normal to its span."""
+"""Computes the spanwise vorticity around sections of a wing, on planes normal to its span."""
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import LineCollection
@@ -15,7 +15,7 @@ TWIN = "#0072B2"   # the rigid wing
 
 
 def parse_section(words):
-    """('left', (0.25, 0.5)) of ['left', '0.25', '0.5']."""
+    """Returns ('left', (0.25, 0.5)) for ['left', '0.25', '0.5']."""
     try:
         side, fractions = words[0], tuple(float(word) for word in words[1:])
     except ValueError:
@@ -27,8 +27,8 @@ def parse_section(words):
 
 
 class Section:
-    """The plane at a fraction of the span: y, z of its points in the wing frame, the vorticity along the span
-    (z, y), the mask if there is one, and the cuts through the wing and through its rigid twin (or None)."""
+    """The plane at a fraction of the span: y, z of its points in the wing frame, the vorticity along the span (z, y), the mask
+    if there is one, and the cuts through the wing and through its rigid twin (or None)."""
 
     def __init__(self, snapshot, wing, fraction, cut, twin, y, z):
         self.fraction, self.cut, self.twin, self.y, self.z = fraction, cut, twin, y, z
@@ -39,12 +39,12 @@ class Section:
         self.mask = at_points(snapshot, "mask", points).reshape(y.shape) if has_field(snapshot, "mask") else None
 
     def outside(self):
-        """The vorticity in the fluid."""
+        """Returns the vorticity in the fluid."""
         return self.vorticity if self.mask is None else self.vorticity[self.mask < 0.5]
 
 
 def sections_of(snapshot, wing, fractions, spacing):
-    """Sections in one window, which is wider than all cuts by more than half a chord."""
+    """Returns sections in one window, which is wider than all cuts by more than half a chord."""
     cuts = [wing.cut(fraction * wing.length()) for fraction in fractions]
     for fraction, cut in zip(fractions, cuts):
         if len(cut) == 0:

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The page about a training."""
+"""Makes the page about a training."""

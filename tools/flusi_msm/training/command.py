@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws a training of msm_train and collects everything in one page, NAME_report.html, which needs no other file: what the
-measurements say about every parameter, convergence, intervals, profiles, and for every load the measured and the
-simulated deformation and their difference.
+"""Draws a training of msm_train and collects everything in one page, NAME_report.html, which needs no other file: how well the
+measurements determine every parameter, convergence, intervals, profiles, and for every load the measured and the simulated
+deformation and their difference.
 
 usage: plot_training RUN_FOLDER [--name NAME] [-o HTML] [--pictures FOLDER] [--wing WING]
 
-RUN_FOLDER holds NAME_history.h5, and NAME.log if the log shall be part of the page; the wing's outline and veins are
-drawn if the wing file is found where the training found it, or beside the history.
+RUN_FOLDER holds NAME_history.h5, and NAME.log if the log shall be part of the page; the wing's outline and veins are drawn if the
+wing file is still where the training found it, or in the folder of the history.
 """
 import argparse
 import io
@@ -45,7 +45,7 @@ HEADINGS = {"loads": "Measured and simulated deformation", "parameters": "The pa
 
 
 def pictures_of(training):
-    """(name, heading, caption, figure) in the order of the page."""
+    """Returns (name, heading, caption, figure) in the order of the page."""
     made = []
     if training.is_complete:
         made.append(("parameters", draw_parameters(training)))

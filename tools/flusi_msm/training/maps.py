@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Maps of a training, load by load: what was measured, what the trained wing does, and the difference."""
+"""Draws maps of a training, load by load: the measurement, the trained wing, and the difference."""
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
@@ -13,7 +13,7 @@ LOADS_A_PICTURE = 5
 
 
 def grid_of(load, values):
-    """(x, y, values on the grid with NaN where there are none), lengths in mm."""
+    """Returns (x, y, values on the grid with NaN where there are none), lengths in mm."""
     x, i = np.unique(load.rows[:, 0], return_inverse=True)
     y, j = np.unique(load.rows[:, 1], return_inverse=True)
     field = np.full((len(y), len(x)), np.nan)
@@ -22,7 +22,7 @@ def grid_of(load, values):
 
 
 def edges_of(lines):
-    """Borders of the cells around grid lines; lines left out leave wider cells."""
+    """Returns the borders of the cells around grid lines; where lines are left out the cells are wider."""
     if len(lines) == 1:
         return lines[0] + np.array([-0.5, 0.5])
     middle = (lines[1:] + lines[:-1]) / 2
@@ -30,7 +30,7 @@ def edges_of(lines):
 
 
 def outline(wing):
-    """Outline, veins and triangles as lines in the plane [mm]."""
+    """Returns outline, veins and triangles as lines in the plane [mm]."""
     edges, count = wing.edges()
     lines = [1e3 * wing.points[e, :2] for e in edges[count == 1]]
     veins = [1e3 * wing.points[nodes, :2] for nodes, _ in wing.veins.values()]
@@ -38,7 +38,7 @@ def outline(wing):
 
 
 def frame_of(training):
-    """Limits [mm] of all maps."""
+    """Returns the limits [mm] of all maps."""
     places = [1e3 * load.rows[:, :2] for load in training.loads]
     if training.wing is not None:
         places.append(1e3 * training.wing.points[:, :2])
@@ -48,7 +48,7 @@ def frame_of(training):
 
 
 def direction_text(load):
-    """Where the force points."""
+    """Describes the direction of the force."""
     if load.direction is None:
         return ""
     axis = int(np.argmax(np.abs(load.direction)))
@@ -58,7 +58,7 @@ def direction_text(load):
 
 
 def draw_loads(training):
-    """Pictures of at most LOADS_A_PICTURE loads each: measured, simulated, difference."""
+    """Draws pictures of at most LOADS_A_PICTURE loads each: measured, simulated, difference."""
     pages = [training.loads[k:k + LOADS_A_PICTURE] for k in range(0, len(training.loads), LOADS_A_PICTURE)]
     return [draw_page(training, page) for page in pages]
 
@@ -102,12 +102,12 @@ def draw_page(training, loads):
 
 
 def height_share(height, inches):
-    """A place above a panel, in its own units."""
+    """Returns a place above a panel, in its own units."""
     return 1 + inches / height
 
 
 def draw_load(axes, bars, load, lines):
-    """The three maps of one load and their colour bars."""
+    """Draws the three maps of one load and their colour bars."""
     largest = 1e3 * max(load.largest, float(np.abs(load.rows[:, 3]).max())) or 1.0
     both = 1e3 * load.rows[:, 2:]
     signed = both.min() < -0.1 * largest and both.max() > 0.1 * largest

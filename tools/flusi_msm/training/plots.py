@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of a training in numbers: convergence, parameters with their intervals, profiles, scalar readings."""
+"""Draws the numbers of a training: convergence, parameters with their intervals, profiles, scalar readings."""
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import LogFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
@@ -16,12 +16,12 @@ THRESHOLD_90 = 2.705543454095404  # 90 % of chi^2 with one degree of freedom
 # ---- convergence ---------------------------------------------------------------------------------
 
 def cost_scale(training):
-    """(factor, label) of the cost."""
+    """Returns (factor, label) of the cost."""
     return (1e6, "h [µm]") if training.cost == "h" else (1.0, r"$\chi^2$")
 
 
 def runs_of(training):
-    """Slices of the generations that belong to one run of one stage."""
+    """Returns slices of the generations that belong to one run of one stage."""
     g = training.generations
     change = np.flatnonzero((np.diff(g["stage"]) != 0) | (np.diff(g["run"]) != 0)) + 1
     ends = [0, *change, len(g["stage"])]
@@ -29,7 +29,7 @@ def runs_of(training):
 
 
 def draw_convergence(training):
-    """Cost, step and condition over the candidates tried; the polish beside it."""
+    """Draws cost, step and condition over the evaluated candidates, and the final least squares next to them."""
     g = training.generations
     count = np.cumsum(g["lambda"])
     has_polish = training.polish is not None and len(training.polish) > 1
@@ -44,7 +44,7 @@ def draw_convergence(training):
     for k, part in enumerate(runs):
         x = count[part]
         first = k == 0
-        alone = "o" if len(x) == 1 else None  # a line through one point is not seen
+        alone = "o" if len(x) == 1 else None  # a line through one point is not visible
         panels[0].plot(x, factor * g["generation_median"][part], color="0.72", lw=1.0, marker=alone, ms=4,
                        label="median of a generation" if first else None)
         panels[0].plot(x, factor * g["generation_best"][part], ".", color=COLOURS[5], ms=4,
@@ -86,7 +86,7 @@ def draw_convergence(training):
 
 
 def mark_restart(panels, g, part, before, count):
-    """A line where a run ends, and why the next one is another."""
+    """Draws a line where a run ends, and the reason why the next one begins."""
     at = count[before.stop - 1]
     for axes in panels:
         axes.axvline(at, color="0.45", lw=0.9, ls=(0, (4, 3)), zorder=0)
@@ -97,7 +97,7 @@ def mark_restart(panels, g, part, before, count):
 
 
 def mark_outcome(training, axes, factor, last):
-    """The final value behind the polish."""
+    """Draws the final value after the least squares."""
     final = training.outcome.get(training.cost)
     if not final or not final > 0:
         return
@@ -108,7 +108,7 @@ def mark_outcome(training, axes, factor, last):
 
 
 def draw_polish(training, axes):
-    """The sum of squares over the evaluations of least squares, and where a stage with smaller errors begins."""
+    """Draws the sum of squares over the evaluations of least squares, and marks where a stage with smaller errors begins."""
     n, data, prior, *errors = training.polish.T
     axes.plot(n, data + prior, "o-", color=COLOURS[1], ms=4.5, label="with the priors")
     axes.plot(n, data, ".", color=INK, ms=4, label="of the measurements")
@@ -128,7 +128,7 @@ def draw_polish(training, axes):
 # ---- parameters ----------------------------------------------------------------------------------
 
 def groups_of(parameters):
-    """Parameters of one unit and one scale, which share an axis."""
+    """Groups parameters of one unit and one scale, which share an axis."""
     groups = {}
     for p in parameters:
         groups.setdefault((p.unit, p.is_log), []).append(p)
@@ -136,8 +136,8 @@ def groups_of(parameters):
 
 
 def draw_parameters(training):
-    """A row for every parameter: where it was sought, its value and 90 % interval, an arrow where the measurements
-    set no end."""
+    """Draws a row for every parameter: its range in the search, its value and 90 % interval, and an arrow where the measurements
+    give no end."""
     groups = groups_of(training.parameters)
     heights = [0.34 * len(group) + 0.75 for group in groups]
     figure, panels = plt.subplots(len(groups), 1, figsize=(10.5, sum(heights)), squeeze=False,
@@ -199,7 +199,7 @@ def has_profile(p):
 
 
 def draw_profiles(training):
-    """How the best attainable fit worsens if one parameter is held elsewhere; None without profiles."""
+    """Draws how the best possible fit becomes worse if one parameter is held at other values; None without profiles."""
     chosen = [p for p in training.parameters if has_profile(p)]
     if not chosen:
         return None
@@ -252,8 +252,8 @@ def draw_profile(axes, p):
 
 
 def between_points(x, y, best, is_log):
-    """A profile between its points: the root of the sum of squares, which is straight for linear problems, runs
-    straight from one to the next."""
+    """Returns a profile between its points: the root of the sum of squares, which is straight for linear problems, is
+    interpolated linearly."""
     at = np.log(x) if is_log else x
     fine = np.unique(np.concatenate([np.linspace(at[0], at[-1], 400), at]))
     root = np.interp(fine, at, np.where(x < best, -1, 1) * np.sqrt(np.maximum(y, 0)))
@@ -263,7 +263,7 @@ def between_points(x, y, best, is_log):
 # ---- scalar observations -------------------------------------------------------------------------
 
 def draw_readings(training):
-    """Scalar observations with their 90 % errors and what the trained wing gives; None without any."""
+    """Draws scalar observations with their 90 % errors and the values of the trained wing; None without any."""
     if training.readings is None:
         return None
     is_rotation = training.readings.rows[:, 4] > 0.5

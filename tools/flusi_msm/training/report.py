@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report of a training as one HTML page that needs nothing else: verdicts first, then pictures, then the log."""
+"""Writes the report of a training as one HTML page that needs no other file: verdicts first, then pictures, then the log."""
 from html import escape
 
 import numpy as np
@@ -13,7 +13,7 @@ WORDS = {"determined": "determined", "roughly": "roughly known", "lower": "only 
 
 
 def numbers_of(training):
-    """(value, what it is) of the boxes at the top."""
+    """Returns (value, description) of the boxes at the top."""
     out, loads = training.outcome, training.loads
     boxes = []
     if loads:
@@ -64,7 +64,7 @@ def warning_box(training):
 
 
 def page(training, pictures):
-    """The whole page. `pictures` are (heading, caption, png bytes)."""
+    """Returns the whole page. `pictures` are (heading, caption, png bytes)."""
     title = f"Training report: {training.name}"
     boxes = "".join(f"<li><b>{escape(value)}</b><span>{escape(text)}</span></li>"
                     for value, text in numbers_of(training))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What msm_train leaves behind: NAME_history.h5, NAME.log, and the wing; and what follows from it in words."""
+"""Reads the files that msm_train writes, NAME_history.h5 and NAME.log, and the wing, and describes the results in words."""
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -17,7 +17,7 @@ ROUGHLY = 1.25  # an interval whose ends are farther than this factor from its m
 
 
 def prefix_of(value, unit):
-    """(factor, unit with prefix) that make `value` a number from 1 to 1000."""
+    """Returns (factor, unit with prefix) that make `value` a number from 1 to 1000."""
     if unit in ("", "1") or not np.isfinite(value) or value == 0:
         return 1.0, "" if unit == "1" else unit
     power = int(np.clip(3 * np.floor(np.log10(abs(value)) / 3 + 1e-9), -12, 9))
@@ -25,7 +25,7 @@ def prefix_of(value, unit):
 
 
 def digits_of(value, spread):
-    """Places behind the point, so that `spread` shows in two digits and `value` in three."""
+    """Returns the number of decimals that show `spread` with two digits and `value` with three."""
     size = min(abs(value) / 10 if value else 1.0, spread if spread > 0 else np.inf)
     if not np.isfinite(size) or size <= 0:
         return 2
@@ -33,14 +33,14 @@ def digits_of(value, spread):
 
 
 def in_words(value, unit, spread=0.0):
-    """A quantity with a prefix: 8.00 GPa."""
+    """Writes a quantity with a prefix: 8.00 GPa."""
     factor, name = prefix_of(value, unit)
     return f"{value * factor:.{digits_of(value * factor, spread * factor)}f} {name}".strip()
 
 
 @dataclass
 class Interval:
-    """90 % by profile likelihood; an end without `has` is the bound of the search."""
+    """A 90 % interval by profile likelihood; an end without `has` is the bound of the search."""
     lower: float
     best: float
     upper: float
@@ -65,7 +65,7 @@ class Parameter:
 
     @property
     def label(self):
-        """For people: 'joint R4+5_base'."""
+        """Returns the name for readers: 'joint R4+5_base'."""
         kind, _, rest = self.name.partition(":")
         if self.name == "E":
             return "E of all veins"
@@ -74,7 +74,7 @@ class Parameter:
 
     @property
     def verdict(self):
-        """determined | roughly | lower | upper | open | failed | unknown"""
+        """Returns determined | roughly | lower | upper | open | failed | unknown."""
         one = self.interval
         if not np.isfinite(self.value) or one is None:
             return "unknown"
@@ -87,14 +87,14 @@ class Parameter:
         return "determined"
 
     def text(self, value=None):
-        """A value with its unit, as precise as the interval asks for."""
+        """Writes a value with its unit, with the digits that the interval justifies."""
         value = self.value if value is None else value
         one = self.interval
         both = one is not None and one.has_lower and one.has_upper
         return in_words(value, self.unit, (one.upper - one.lower) / 2 if both else 0.0)
 
     def shown(self):
-        """The value that a table may show: never one that the data do not determine."""
+        """Writes the value for a table: never one that the data do not determine."""
         verdict, one = self.verdict, self.interval
         if verdict in ("determined", "roughly"):
             return self.text(one.best)
@@ -113,7 +113,7 @@ class Parameter:
         return f"{ends[0]:.{places}f} to {ends[1]:.{places}f} {unit}".strip()
 
     def uncertainty(self):
-        """'± 3 %', 'factor 2.4' or ''."""
+        """Writes '± 3 %', 'factor 2.4' or ''."""
         one = self.interval
         if self.verdict == "roughly":
             return f"factor {np.sqrt(one.upper / one.lower):.2g}"
@@ -125,7 +125,7 @@ class Parameter:
         return f"± {percent:.2g} %" if percent >= 1e-4 else "± less than 0.0001 %"
 
     def sentence(self):
-        """What a reader without statistics should know."""
+        """Writes a sentence for a reader without knowledge of statistics."""
         one, verdict = self.interval, self.verdict
         joint = self.name.startswith("joint:")
         if verdict == "determined":
@@ -165,7 +165,7 @@ class Load:
 
     @property
     def difference(self):
-        """Simulated minus measured [m]."""
+        """Returns simulated minus measured [m]."""
         return self.rows[:, 3] - self.rows[:, 2]
 
     @property
@@ -174,7 +174,7 @@ class Load:
 
     @property
     def largest(self):
-        """Largest measured deformation [m]."""
+        """Returns the largest measured deformation [m]."""
         return float(np.abs(self.rows[:, 2]).max())
 
 
@@ -206,7 +206,7 @@ class Training:
 
     @property
     def evaluations(self):
-        """Candidates of the search."""
+        """Returns the number of candidates of the search."""
         return int(self.generations["lambda"].sum()) if self.generations else 0
 
     @property
@@ -219,7 +219,7 @@ def text_of(value):
 
 
 def find_history(place, name=None):
-    """The one history in a folder, that of `name`, or the file itself."""
+    """Returns the one history in a folder, that of `name`, or the file itself."""
     place = Path(place)
     if place.is_file():
         return place
@@ -240,7 +240,7 @@ def find_history(place, name=None):
 
 
 def read_training(path):
-    """Everything in a history file, and the log beside it."""
+    """Reads everything in a history file, and the log in its folder."""
     path = Path(path)
     try:
         with h5py.File(path, "r") as file:
@@ -316,7 +316,7 @@ def read_outcome(file, training):
 
 
 def correlated_pairs(training, limit=0.95):
-    """(name, name, correlation) of parameters that the data determine only together."""
+    """Returns (name, name, correlation) of parameters of which the data determine only a combination."""
     c = training.covariance
     if c is None or len(c) != len(training.parameters):
         return []
@@ -330,7 +330,7 @@ def correlated_pairs(training, limit=0.95):
 
 
 def warnings_of(training):
-    """What a reader must know before believing the table."""
+    """Lists what a reader must know to judge the table."""
     found, out = [], training.outcome
     if not training.is_complete:
         found.append("The training has not reached its end: there is no trained wing yet. Go on with "
@@ -374,13 +374,13 @@ def warnings_of(training):
 
 
 def is_beyond_chance(training):
-    """Whether chi^2 exceeds its 99 % point; for many values it is normal with the variance 2 n."""
+    """Returns whether chi^2 exceeds its 99 % point; for many values it is normal with the variance 2 n."""
     n, chi2 = training.outcome.get("residuals", 0), training.outcome.get("chi2", 0)
     return bool(n > 0 and chi2 - n > 2.326 * np.sqrt(2 * n))
 
 
 def is_at_bound(p):
-    """Within a thousandth of the range of the search from one of its ends."""
+    """Returns whether a value is within a thousandth of the range of the search from one of its ends."""
     if not np.isfinite(p.value):
         return False
     low, value, high = (np.log([p.low, p.value, p.high]) if p.is_log and p.value > 0 else (p.low, p.value, p.high))
@@ -388,7 +388,7 @@ def is_at_bound(p):
 
 
 def error_ratio(training):
-    """Root of the mean squared difference in units of the declared errors, or NaN."""
+    """Returns the root of the mean squared difference in units of the declared errors, or NaN."""
     out = training.outcome
     if not out.get("residuals"):
         return np.nan

@@ -1,3 +1,3 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""VTKHDF files of a run: `index` reads its XDMF indices, `fields` and `surfaces` write what ParaView opens instead, `command` is
-`tools/to_vtkhdf`."""
+"""Writes VTKHDF files of a run: `index` reads its XDMF indices, `fields` and `surfaces` write the files for ParaView, `command`
+is `tools/to_vtkhdf`."""

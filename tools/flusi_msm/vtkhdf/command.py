@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes VTKHDF files, which ParaView opens without a choice of readers, beside the XDMF indices of a run: the flow refers to
-the files of the run, nothing of it is copied; the surfaces of wings and body are. Needs ParaView 5.12 or later."""
+"""Writes VTKHDF files, which ParaView opens without a choice of readers, next to the XDMF indices of a run. The flow refers to
+the files of the run and is not copied; the surfaces of wings and body are copied. Needs ParaView 5.12 or later."""
 from __future__ import annotations
 
 import argparse
@@ -15,8 +15,8 @@ from flusi_msm.vtkhdf.surfaces import write_surface
 
 
 def convert(folder: Path, vectors: bool = True) -> None:
-    """Writes NAME.vtkhdf for every NAME.xmf of a run, with or without the vectors of the flow, and says what is in it.
-    All mistakes are told at once, before any is written."""
+    """Writes NAME.vtkhdf for every NAME.xmf of a run, with or without the vectors of the flow, and prints their contents. All
+    mistakes are reported at once, before any file is written."""
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder")
     indices = sorted(folder.glob("*.xmf"))
@@ -44,13 +44,13 @@ def convert(folder: Path, vectors: bool = True) -> None:
 
 
 def without_vectors(steps: List[Step]) -> List[Step]:
-    """The flow without the vectors that are joined from components; surfaces have none of this kind."""
+    """Returns the flow without the vectors that are joined from components; surfaces have none of this kind."""
     return [step._replace(quantities={name: quantity for name, quantity in step.quantities.items() if len(quantity.sources) == 1})
             for step in steps]
 
 
 def write(path: Path, steps: List[Step]) -> None:
-    """Writes one file, whole or not at all."""
+    """Writes one file completely or not at all."""
     part = path.with_name(path.name + ".part")
     is_flow = steps[0].points is None
     try:

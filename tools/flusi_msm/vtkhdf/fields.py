@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The flow of a run as one VTKHDF ImageData with time, of virtual datasets: the numbers stay in the files of the run."""
+"""Writes the flow of a run as one VTKHDF ImageData with time. It consists of virtual datasets: the numbers stay in the files of
+the run."""
 from __future__ import annotations
 
 from typing import Dict, List
@@ -12,12 +13,12 @@ from flusi_msm.vtkhdf.index import Quantity, Step
 
 
 def begin(file: h5py.File, kind: str, steps: List[Step]) -> h5py.Group:
-    """The group VTKHDF of a file with the times of the steps."""
+    """Makes the group VTKHDF of a file with the times of the steps."""
     group = file.create_group("VTKHDF")
     group.attrs["Version"] = np.array([2, 0], dtype="i8")
-    group.attrs.create("Type", kind.encode("ascii"), dtype=h5py.string_dtype("ascii", len(kind)))  # the reader wants ASCII of fixed length
+    group.attrs.create("Type", kind.encode("ascii"), dtype=h5py.string_dtype("ascii", len(kind)))  # the reader needs ASCII of fixed length
     times = group.create_group("Steps")
-    if len(steps) == 1:  # the reader looks at Steps of two times or more
+    if len(steps) == 1:  # the reader uses Steps for two times or more
         group["FieldData/TimeValue"] = np.array([steps[0].time])
     times.attrs["NSteps"] = np.int64(len(steps))
     times["Values"] = np.array([step.time for step in steps], dtype="f8")
@@ -25,7 +26,7 @@ def begin(file: h5py.File, kind: str, steps: List[Step]) -> h5py.Group:
 
 
 def grid_of(steps: List[Step], path: str) -> Step:
-    """The first step; InputError if another one has another grid."""
+    """Returns the first step; raises an InputError if another one has another grid."""
     first = steps[0]
     for step in steps[1:]:
         if step.shape != first.shape or not np.allclose(step.spacing + step.origin, first.spacing + first.origin, rtol=1e-12):
@@ -34,8 +35,8 @@ def grid_of(steps: List[Step], path: str) -> Step:
 
 
 def virtual(steps: List[Step], name: str, shape) -> h5py.VirtualLayout:
-    """The quantity at all times, (time, z, y, x), vectors with (..., component); of one time only there is no axis of time, as the
-    reader wants it. Where the run did not save it, it is not a number."""
+    """Returns the quantity at all times, (time, z, y, x), vectors with (..., component). If there is only one time there is no
+    axis of time, because the reader expects none. Where the run did not save it, it is not a number."""
     known: List[Quantity] = [step.quantities[name] for step in steps if name in step.quantities]
     components = len(known[0].sources)
     one_time = len(steps) == 1
@@ -53,8 +54,8 @@ def virtual(steps: List[Step], name: str, shape) -> h5py.VirtualLayout:
 
 
 def write_fields(path: str, steps: List[Step]) -> List[str]:
-    """Writes the file beside those that it refers to, and returns the names of its quantities. It can be moved together with
-    them only. InputError if the grid changes with time."""
+    """Writes the file next to those that it refers to, and returns the names of its quantities. It can be moved only together
+    with them. Raises an InputError if the grid changes with time."""
     first = grid_of(steps, path)
     names: Dict[str, None] = dict.fromkeys(name for step in steps for name in step.quantities)
     with h5py.File(path, "w", libver=("v110", "v110")) as file:  # virtual datasets are of HDF5 1.10

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The XDMF indices that a run writes: which dataset of which file is what at which time."""
+"""Reads the XDMF indices that a run writes: they state what each dataset is, and its time."""
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
@@ -12,7 +12,7 @@ from flusi_msm.errors import InputError, Problems
 
 
 class Source(NamedTuple):
-    """A dataset of a file beside the index, with the shape and the bytes per number that the index states."""
+    """A dataset of a file next to the index, with the shape and the bytes per number that the index states."""
 
     file: str
     dataset: str
@@ -21,14 +21,15 @@ class Source(NamedTuple):
 
 
 class Quantity(NamedTuple):
-    """What is known on the points or, if not `on_points`, on the cells; a vector of the flow has a source for each component."""
+    """A quantity on the points or, if not `on_points`, on the cells; a vector of the flow has a source for each component."""
 
     sources: Tuple[Source, ...]
     on_points: bool
 
 
 class Step(NamedTuple):
-    """One time. `triangles` and `points` are those of a surface; a flow has `origin` and `spacing` (x, y, z) and `shape` (z, y, x)."""
+    """One time. `triangles` and `points` are those of a surface; a flow has `origin` and `spacing` (x, y, z) and `shape` (z, y,
+    x)."""
 
     time: float
     quantities: Dict[str, Quantity]
@@ -70,8 +71,8 @@ def _step(grid: ElementTree.Element) -> Optional[Step]:
 
 
 def read_index(path: Path) -> List[Step]:
-    """The steps of an index in the order of time; none if it is of another kind (the shapes of `flusi --solid` and `--static`).
-    InputError where it cannot be read."""
+    """Returns the steps of an index in the order of time; none if it is of another kind (the shapes of `flusi --solid` and
+    `--static`). Raises an InputError where it cannot be read."""
     try:
         series = ElementTree.parse(path).getroot().findall("Domain/Grid")
         if len(series) != 1 or series[0].get("CollectionType") != "Temporal":
@@ -85,7 +86,7 @@ def read_index(path: Path) -> List[Step]:
 
 
 def check_sources(folder: Path, steps: List[Step], problems: Problems) -> None:
-    """Tells every file and dataset that is not there or not as the index states."""
+    """Reports every file and dataset that does not exist or does not agree with the index."""
     for step in steps:
         wanted = [source for quantity in step.quantities.values() for source in quantity.sources]
         wanted += [source for source in (step.points, step.triangles) if source]

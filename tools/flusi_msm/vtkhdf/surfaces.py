@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The surface of a wing or of a body as one VTKHDF PolyData with time. Surfaces are small and copied."""
+"""Writes the surface of a wing or of a body as one VTKHDF PolyData with time. Surfaces are small and copied."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -22,12 +22,12 @@ def read(folder: Path, source: Source) -> np.ndarray:
 
 
 def behind_each_other(counts) -> np.ndarray:
-    """Where each of several blocks begins that lie behind each other."""
+    """Returns where each of several consecutive blocks begins."""
     return np.concatenate([[0], np.cumsum(counts)[:-1]]).astype("i8")
 
 
 def write_triangles(group: h5py.Group, meshes: List[np.ndarray]) -> None:
-    """Triangles of all steps, one part each."""
+    """Writes triangles of all steps, one part each."""
     count = np.array([len(mesh) for mesh in meshes], dtype="i8")
     none = np.zeros(len(meshes), dtype="i8")
     for number, name in enumerate(CELLS):
@@ -35,7 +35,7 @@ def write_triangles(group: h5py.Group, meshes: List[np.ndarray]) -> None:
         mine = count if number == TRIANGLES else none
         cells["NumberOfCells"] = mine
         cells["NumberOfConnectivityIds"] = 3 * mine
-        # One number more than cells for every part, where each cell begins and where the last one ends.
+        # Every part has one number more than cells: where each cell begins and where the last one ends.
         cells["Offsets"] = np.concatenate([3 * np.arange(n + 1, dtype="i8") for n in mine])
         cells["Connectivity"] = np.concatenate([mesh.ravel() for mesh in meshes]).astype("i8") if number == TRIANGLES else none[:0]
     offsets = np.zeros((len(meshes), len(CELLS)), dtype="i8")
@@ -45,7 +45,7 @@ def write_triangles(group: h5py.Group, meshes: List[np.ndarray]) -> None:
 
 
 def quantities_of(steps: List[Step], path: str) -> List[Tuple[str, bool]]:
-    """(name, whether it is on the points). InputError if they change with time."""
+    """Returns (name, whether it is on the points). Raises an InputError if they change with time."""
     found = [{(name, quantity.on_points) for name, quantity in step.quantities.items()} for step in steps]
     for step, have in zip(steps, found):
         if have != found[0]:
@@ -55,7 +55,7 @@ def quantities_of(steps: List[Step], path: str) -> List[Tuple[str, bool]]:
 
 
 def write_surface(path: str, steps: List[Step]) -> List[str]:
-    """Writes the file and returns the names of its quantities. The sources lie in its folder."""
+    """Writes the file and returns the names of its quantities. The sources are in its folder."""
     folder = Path(path).parent
     quantities = quantities_of(steps, path)
     points = [read(folder, step.points) for step in steps]

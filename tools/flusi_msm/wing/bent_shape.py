@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Deformed wings, as `flusi --static` and `flusi --solid` save them: map of deflection, side view, sections."""
+"""Draws deformed wings, as `flusi --static` and `flusi --solid` save them: map of deflection, side view, sections."""
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from flusi_msm.style import COLOURS
 
 INK, PALE = "#3A2A18", "0.75"
 STATIONS = (0.25, 0.5, 0.75)  # of the span, where sections are cut
-SMALL = 0.03                  # a deflection below this part of the span is drawn larger than it is
+SMALL = 0.03                  # a deflection below this part of the span is drawn enlarged
 
 
 @dataclass
@@ -24,12 +24,12 @@ class Shape:
     rest: np.ndarray         # (n, 3) [mm]
     points: np.ndarray       # (n, 3) [mm]
     triangles: np.ndarray    # (m, 3)
-    veins: list              # lists of points [mm] (k, 3), where they are
-    rest_veins: list         # and where they were
+    veins: list              # lists of points [mm] (k, 3), deformed
+    rest_veins: list         # the same at rest
 
 
 def read_shape(path):
-    """A shape file; lengths in mm."""
+    """Reads a shape file; lengths in mm."""
     try:
         with h5py.File(path, "r") as file:
             schema = file.attrs.get("schema", b"")
@@ -61,14 +61,14 @@ def read_shape(path):
 
 
 def outline(triangles):
-    """Edges that belong to one triangle."""
+    """Returns the edges that belong to one triangle."""
     edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
     edges, count = np.unique(edges, axis=0, return_counts=True)
     return edges[count == 1]
 
 
 def section(shape, x):
-    """Points of the deformed membrane that lie at `x` at rest, from the trailing to the leading edge."""
+    """Returns points of the deformed membrane that are at `x` at rest, from the trailing to the leading edge."""
     edges = np.unique(np.sort(np.concatenate([shape.triangles[:, [0, 1]], shape.triangles[:, [1, 2]],
                                               shape.triangles[:, [2, 0]]]), axis=1), axis=0)
     a, b = shape.rest[edges[:, 0], 0], shape.rest[edges[:, 1], 0]
@@ -80,8 +80,8 @@ def section(shape, x):
 
 
 class Sheet:
-    """A figure on which a millimetre of the wing has the same length in every panel: the map above, the side view
-    below it, the sections beside that."""
+    """A figure on which a millimetre of the wing has the same length in every panel: the map at the top, the side view below it,
+    and the sections next to the side view."""
 
     WIDTH, LEFT, GAP, BOTTOM, TITLE = 7.0, 0.7, 0.75, 0.55, 0.35  # inches
 
@@ -118,7 +118,7 @@ class Sheet:
         return self.figure.add_axes([x / all_x, y / all_y, width / all_x, height / all_y])
 
     def frame(self, axes, across, up, label):
-        """Limits, zero line and labels of a panel that shows coordinates `across` and `up`."""
+        """Sets limits, zero line and labels of a panel that shows coordinates `across` and `up`."""
         axes.set_xlim(self.low[across], self.high[across])
         axes.set_ylim(self.low[up], self.high[up])
         axes.set_xlabel(f"{'xyz'[across]} [mm]")
@@ -132,7 +132,7 @@ class Sheet:
 
 
 def draw_map(sheet, shape):
-    """Where the unloaded wing moves, and how far along its normal."""
+    """Draws where the unloaded wing moves, and how far along its normal."""
     axes = sheet.map
     z = (shape.points - shape.rest)[:, 2]
     largest = np.abs(z).max() or 1.0
@@ -154,7 +154,7 @@ def draw_map(sheet, shape):
 
 
 def draw_side(axes, shape, colour, is_only):
-    """The wing seen along its chord: its edges, and its veins if they do not hide others."""
+    """Draws the wing seen along its chord: its edges, and its veins if they do not hide others."""
     if is_only and len(shape.triangles):
         axes.add_collection(PolyCollection(shape.points[shape.triangles][:, :, [0, 2]], facecolors="#F1E8D2",
                                            edgecolors="#F1E8D2", linewidths=0.3, zorder=1))
@@ -167,7 +167,7 @@ def draw_side(axes, shape, colour, is_only):
 
 
 def draw_sections(sheet, shapes, colours):
-    """Sections across the span, seen from the tip: three of one shape, or one of several shapes."""
+    """Draws sections across the span, seen from the tip: three of one shape, or one of several shapes."""
     axes = sheet.sections
     low, high = shapes[-1].rest[:, 0].min(), shapes[-1].rest[:, 0].max()
     if len(shapes) == 1:
@@ -185,7 +185,7 @@ def draw_sections(sheet, shapes, colours):
 
 
 def draw_shapes(shapes):
-    """The figure: map of the last shape, side view of all, sections."""
+    """Draws the figure: map of the last shape, side view of all, sections."""
     sheet = Sheet(shapes)
     is_only = len(shapes) == 1
     colours = [COLOURS[0]] if is_only else [plt.cm.plasma(0.88 * i / (len(shapes) - 1)) for i in range(len(shapes))]
@@ -202,7 +202,7 @@ def draw_shapes(shapes):
 
 
 def add_key(sheet, shapes, colours):
-    """Tells sections or shapes apart; of many shapes the first, the last and some between."""
+    """Adds a key to sections or shapes; of many shapes it has the first, the last and some between."""
     if len(shapes) > 1:
         step = -(-len(shapes) // 8)
         shown = sorted({*range(0, len(shapes), step), len(shapes) - 1})

@@ -90,7 +90,7 @@ JOINTS = {
 
 
 def drawing():
-    """The wing scaled to LENGTH and to the area LENGTH * MEAN_CHORD."""
+    """Returns the wing scaled to LENGTH and to the area LENGTH * MEAN_CHORD."""
     wing = Drawing()
     for name, place in PLACES.items():
         wing.place(name, *place)
@@ -104,7 +104,7 @@ def drawing():
 
 
 def diameter(vein, part):
-    """Diameter [m] of a vein at a part of its length."""
+    """Returns the diameter [m] of a vein at a part of its length."""
     table = DIAMETERS[vein]
     for (s0, d0), (s1, d1) in zip(table, table[1:]):
         if part <= s1:

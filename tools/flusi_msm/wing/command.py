@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command make_wing: wing files from drawings, from tables and from numbers."""
+"""The command make_wing: makes wing files from drawings, from tables and from numbers."""
 from __future__ import annotations
 
 import argparse
@@ -17,7 +17,7 @@ from flusi_msm.wing.shapes import make_calliphora, make_plate, make_strip
 from flusi_msm.wing.trace import Sketch, Trace, polygon_area, trace_of
 
 MM = 1e-3
-SMALL_ANGLE = 8.0  # degrees; what is smaller is told
+SMALL_ANGLE = 8.0  # degrees; smaller angles are reported
 KINDS = ("calliphora", "plate", "strip")
 USAGE = """make_wing DRAWING.svg [-o wing.h5]        outline and veins traced in Inkscape (docs/guide/make-wing.md)
        make_wing WING.toml [-o wing.h5]          the same in a table, or a table that adds to a drawing
@@ -29,7 +29,7 @@ USAGE = """make_wing DRAWING.svg [-o wing.h5]        outline and veins traced in
 
 def traced_wing(sketch: Sketch, problems: Problems, edge: Optional[float] = None, snap: Optional[float] = None,
                 mesher: str = "auto") -> Wing:
-    """The wing that a sketch describes; lengths in metres, None: the default. Raises InputError with all mistakes."""
+    """Returns the wing that a sketch describes; lengths in metres, None: the default. Raises InputError with all mistakes."""
     trace = trace_of(sketch, problems)
     if trace is None:
         problems.stop_if_any()
@@ -78,7 +78,7 @@ def _check_lengths(trace: Trace, edge: Optional[float], snap: float, problems: P
 
 
 def read_sketch(path: str, problems: Problems, options: argparse.Namespace) -> Sketch:
-    """The sketch in a file, whatever its kind."""
+    """Reads the sketch in a file of any kind."""
     kind = Path(path).suffix.lower()
     if kind == ".svg":
         from flusi_msm.wing.svg import read_svg
@@ -193,7 +193,7 @@ def make_from_numbers(arguments: List[str]) -> None:
 
 
 def main() -> None:
-    """The command with the words of sys.argv."""
+    """Runs the command with the arguments of sys.argv."""
     arguments = sys.argv[1:]
     make = make_from_numbers if arguments and arguments[0] in KINDS else make_from_drawing
     run_command(Path(sys.argv[0]).name, lambda: make(arguments))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wings as curves in the plane, and how curves become a mesh.
+"""Describes wings as curves in the plane, and makes meshes from curves.
 
 Wing frame: x from root to tip, y toward the leading edge, z their right-handed normal. Lengths in mm.
 """
@@ -10,7 +10,7 @@ DENSE = 40  # pieces of a curve between two of its control points, when it is me
 
 
 def spline(controls):
-    """Dense points on a smooth curve through the controls (cubic Hermite, slopes by chord length).
+    """Computes dense points on a smooth curve through the controls (cubic Hermite, slopes by chord length).
 
     Returns the points and the index of every control among them.
     """
@@ -41,7 +41,7 @@ def spline(controls):
 
 
 class SizeField:
-    """The edge length wanted at a point: `largest`, less between curves that are close to each other."""
+    """The edge length wanted at a point: `largest`, but smaller between curves that are close to each other."""
 
     def __init__(self, branches, largest, closeness=1.0, growth=0.35):
         self.largest, self.sources = largest, []
@@ -56,7 +56,7 @@ class SizeField:
         self.growth, self.known = growth, {}
 
     def __call__(self, p):
-        """Piecewise constant on cells that are small compared with the edges."""
+        """Returns the edge length; it is constant on cells that are small compared with the edges."""
         cell = (int(p[0] / (0.25 * self.largest) + 1000), int(p[1] / (0.25 * self.largest) + 1000))
         if cell not in self.known:
             middle = tuple((c - 1000 + 0.5) * 0.25 * self.largest for c in cell)
@@ -72,7 +72,7 @@ class Branch:
         self.curve, self.ends, self.first, self.last, self.points = curve, {first, last}, first, last, points
 
     def divide(self, size):
-        """Points that divide the branch into edges of the size wanted, and their arc length from its start."""
+        """Returns points that divide the branch into edges of the size wanted, and their arc length from its start."""
         lengths, counts = [0.0], [0.0]
         for a, b in zip(self.points, self.points[1:]):
             step = distance(a, b)
@@ -125,10 +125,10 @@ class Drawing:
         return found
 
     def mesh(self, edge, sweeps=24):
-        """Mesh of the region that the curves enclose, with all curves as edges.
+        """Returns a mesh of the region that the curves enclose, with all curves as edges.
 
-        Returns points [mm], triangles, and for every curve its point numbers, their arc lengths [mm], and the
-        point numbers of the places.
+        These are points [mm], triangles, and for every curve its point numbers, their arc lengths [mm], and the point numbers of
+        the places.
         """
         branches = self.branches()
         size = SizeField(branches, edge)

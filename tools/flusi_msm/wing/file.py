@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wings in memory and in wing files (docs/formats/wing-format.md). Points are counted from 0 here, from 1 in files."""
+"""Keeps wings in memory and in wing files (docs/formats/wing-format.md). Points are counted from 0 here, from 1 in files."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -21,10 +21,10 @@ LAWS = ("uniform", "bilinear")
 
 @dataclass
 class WingMass:
-    """What is known of the mass of this very wing."""
+    """The known masses of this individual wing."""
     law: str                                         # of the membrane, of LAWS
     membrane: float                                  # mass of the membrane [kg]
-    source: str                                      # where this comes from, for people
+    source: str                                      # where this comes from, for readers
     weights: Tuple[float, float, float] = (1.0, 0.0, 0.0)  # bilinear: areal density ~ w1 + w2 x + w3 y [-], [1/m], [1/m]
     vein_density: float = 1300.0                     # [kg/m^3]
 
@@ -41,13 +41,13 @@ class Wing:
     mass: Optional[WingMass] = None                  # None: not stated
 
     def areas(self):
-        """Area of every triangle in the x, y plane [m^2], negative if clockwise."""
+        """Returns the area of every triangle in the x, y plane [m^2], negative if clockwise."""
         a, b, c = (self.points[self.triangles[:, k], :2] for k in range(3))
         u, v = b - a, c - a
         return (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
 
     def smallest_angle(self):
-        """Of all triangles [degrees]."""
+        """Returns the smallest angle of all triangles [degrees]."""
         smallest = np.inf
         for k in range(3):
             a, b, c = (self.points[self.triangles[:, (k + m) % 3]] for m in range(3))
@@ -57,13 +57,13 @@ class Wing:
         return smallest
 
     def edges(self):
-        """Unique edges (k, 2), smaller point first, sorted; and the number of triangles at each."""
+        """Returns unique edges (k, 2), smaller point first, sorted; and the number of triangles at each."""
         pairs = np.sort(np.concatenate([self.triangles[:, [0, 1]], self.triangles[:, [1, 2]],
                                         self.triangles[:, [2, 0]]]), axis=1)
         return np.unique(pairs, axis=0, return_counts=True)
 
     def joint_nodes(self, name):
-        """The three points of a joint."""
+        """Returns the three points of a joint."""
         joint = self.joints[name]
         if len(joint) == 3:
             return list(joint)
@@ -72,7 +72,7 @@ class Wing:
         return nodes[i - 1:i + 2]
 
     def vein_mass(self, density=1300.0):
-        """Mass of all veins as conical frustums [kg]."""
+        """Returns the mass of all veins as conical frustums [kg]."""
         mass = 0.0
         for nodes, d in self.veins.values():
             d = np.asarray(d)
@@ -97,13 +97,13 @@ class Wing:
 
 
 def add_z_side(parser):
-    """The option that says what a wing file states of its sides."""
+    """Adds the option for the sides of a wing that its file states."""
     parser.add_argument("--z-side", choices=Z_SIDES, default="",
                         help="which side of which wing +z points to (left out: not stated, left ventral is meant)")
 
 
 def sorted_wing(wing):
-    """The same wing with its points in the order of x and then y, and its triangles in the order of points."""
+    """Returns the same wing with its points in the order of x and then y, and its triangles in the order of points."""
     order = np.lexsort((wing.points[:, 1], wing.points[:, 0]))
     number = np.empty(len(order), int)
     number[order] = np.arange(len(order))
@@ -160,7 +160,7 @@ def write_wing(path, wing):
 
 
 def read_wing(path):
-    """Reads a wing file; the checks are those of a reader of pictures, not those of the solver."""
+    """Reads a wing file; it is checked only as far as needed to draw it, not as strictly as by the solver."""
     def text(value):
         return value.decode() if isinstance(value, bytes) else str(value)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Outlines of wings as FLUSI's and WABBIT's ini files have them: section [Wing], type = fourier.
+"""Reads outlines of wings from ini files of FLUSI and WABBIT: section [Wing], type = fourier.
 
 R(theta) = a0/2 + sum_i a_i cos(i theta) + b_i sin(i theta) about (x0w, y0w), with theta = pi + atan2(y_w - y0w, x_w - x0w)
 in FLUSI's wing frame (x_w chordwise, y_w spanwise). Lengths are in wing lengths.
@@ -18,7 +18,7 @@ SERIES = ("ai_wings", "bi_wings")
 
 
 def _entries(path: str) -> Dict[str, str]:
-    """Keys of [Wing] in small letters with their text; matrices (/ ... /) over several lines are one text."""
+    """Returns keys of [Wing] in small letters with their text; matrices (/ ... /) over several lines are one text."""
     try:
         with open(path, encoding="utf-8", errors="replace") as file:
             text = file.read()
@@ -38,8 +38,8 @@ def _entries(path: str) -> Dict[str, str]:
 
 
 def read_fourier_outline(path: str) -> np.ndarray:
-    """Points (n, 2) of the outline in the wing frame, x from root to tip, y toward the leading edge, counter-clockwise;
-    the unit is that of the file. Mistakes are raised together."""
+    """Returns points (n, 2) of the outline in the wing frame, x from root to tip, y toward the leading edge, counter-clockwise;
+    the unit is that of the file. All mistakes are raised at once."""
     entries = _entries(path)
     wrong: List[str] = []
     if not entries:

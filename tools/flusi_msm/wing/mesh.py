@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a network to a wing: lines are divided into edges of the length wanted, the membrane is filled with triangles.
+"""Makes a wing from a network: lines are divided into edges of the length wanted, and the membrane is filled with triangles.
 
-Gmsh fills the membrane (C. Geuzaine and J.-F. Remacle 2009, DOI 10.1002/nme.2579), with the edges of all lines embedded in
-it. Where its shared library cannot be loaded, the triangulation of this package does.
+Gmsh fills the membrane (C. Geuzaine and J.-F. Remacle 2009, DOI 10.1002/nme.2579), with the edges of all lines embedded in it. If
+its shared library cannot be loaded, the triangulation of this package is used.
 """
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from flusi_msm.wing.network import Network
 from flusi_msm.wing.trace import Trace, diameter_at
 from flusi_msm.wing.triangulate import Triangulation
 
-POINTS = 1000          # of a wing whose edge length nobody has chosen
+POINTS = 1000          # of a wing without a given edge length
 MOST_POINTS = 20000    # more is a mistake in the edge length
 SMALLEST = 0.25        # edges between lines that are close, by the edge length wanted
 SHAKE, SHAKES = 1e-7, 5  # of the wing's size; how often
@@ -25,12 +25,12 @@ Size = Callable[[np.ndarray], np.ndarray]
 
 
 def default_edge(area: float) -> float:
-    """Edge length [m] with which a membrane of this area [m^2] has about POINTS points."""
+    """Returns the edge length [m] with which a membrane of this area [m^2] has about POINTS points."""
     return float(np.sqrt(area / (POINTS * np.sqrt(3) / 2)))
 
 
 def size_field(net: Network, edge: float) -> Size:
-    """The edge length wanted at points (m, 2): `edge`, less between lines that are close and do not meet."""
+    """Returns the edge length wanted at points (m, 2): `edge`, but less between lines that are close and do not meet."""
     points, owner = [], []
     for k, branch in enumerate(net.branches):
         s = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(branch.points, axis=0), axis=1))])
@@ -60,7 +60,7 @@ def size_field(net: Network, edge: float) -> Size:
 
 
 def divide(points: np.ndarray, size: Size, pieces: int = 0) -> np.ndarray:
-    """Points on a line, ends included, whose distances are those wanted; with `pieces` that many pieces."""
+    """Returns points on a line, ends included, whose distances are those wanted; with `pieces` that many pieces."""
     s = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     fine = np.unique(np.concatenate([s, np.linspace(0, s[-1], 33)]))
     dense = np.stack([np.interp(fine, s, points[:, i]) for i in (0, 1)], axis=1)
@@ -75,7 +75,7 @@ def divide(points: np.ndarray, size: Size, pieces: int = 0) -> np.ndarray:
 
 def fill_with_gmsh(gmsh, points: np.ndarray, loop: List[int], inner: List[Tuple[int, int]], size: Size) \
         -> Tuple[np.ndarray, np.ndarray]:
-    """Triangles inside the closed line through the points `loop`, with the edges `inner` among theirs."""
+    """Returns triangles inside the closed line through the points `loop`, among whose edges are the edges `inner`."""
     scale = float(np.ptp(points, axis=0).max())
     was_running = gmsh.isInitialized()
     if not was_running:
@@ -121,7 +121,7 @@ def fill_with_gmsh(gmsh, points: np.ndarray, loop: List[int], inner: List[Tuple[
 
 
 def fill_without_gmsh(points: np.ndarray, segments: List[Tuple[int, int]], size: Size) -> Tuple[np.ndarray, np.ndarray]:
-    """The same by the triangulation of this package."""
+    """Returns the same by the triangulation of this package."""
     scale = float(np.ptp(points, axis=0).max())
     known: Dict[Tuple[int, int], float] = {}
 
@@ -131,7 +131,7 @@ def fill_without_gmsh(points: np.ndarray, segments: List[Tuple[int, int]], size:
             known[cell] = float(size((np.array([cell]) + 0.5) / 400 * scale)[0]) / scale
         return known[cell]
 
-    # Points of straight lines and of circles are degenerate for a triangulation: they are shaken while it is made.
+    # Points of straight lines and of circles are degenerate for a triangulation: they are slightly displaced while it is made.
     for seed in range(SHAKES):
         shaken = points / scale + SHAKE * np.random.RandomState(seed).uniform(-1, 1, points.shape)
         try:
@@ -147,7 +147,7 @@ def fill_without_gmsh(points: np.ndarray, segments: List[Tuple[int, int]], size:
 
 
 def load_gmsh(problems: Problems):
-    """The module gmsh, or None with a notice if it cannot be loaded."""
+    """Returns the module gmsh, or None with a notice if it cannot be loaded."""
     try:
         import gmsh
     except ModuleNotFoundError:
@@ -162,7 +162,7 @@ def load_gmsh(problems: Problems):
 
 
 def mesh_wing(trace: Trace, net: Network, edge: float, mesher: str, problems: Problems) -> Wing:
-    """The wing with edges of about `edge` [m]. `mesher`: gmsh, own, or auto, which takes gmsh where it can be loaded."""
+    """Returns the wing with edges of about `edge` [m]. `mesher`: gmsh, own, or auto, which uses gmsh if it can be loaded."""
     estimate = abs(_area(net)) / (edge**2 * np.sqrt(3) / 2)
     if estimate > MOST_POINTS:
         raise InputError(f"an edge length of {1e3 * edge:.3g} mm would give about {estimate:.0f} points: choose --edge larger")
@@ -215,7 +215,7 @@ def mesh_wing(trace: Trace, net: Network, edge: float, mesher: str, problems: Pr
 
 
 def _check_crossings(trace: Trace, net: Network, points: np.ndarray, numbers: List[List[int]], problems: Problems) -> None:
-    """Straight edges can cross where the curves that they stand for do not."""
+    """Checks that straight edges do not cross where the curves that they replace do not."""
     owner = {k: f"vein '{name}'" for name, chain in net.veins.items() for k, _ in chain}
     pairs = np.array([pair for chain in numbers for pair in zip(chain, chain[1:])])
     line = np.array([k for k, chain in enumerate(numbers) for _ in chain[1:]])
@@ -241,7 +241,7 @@ def _check_crossings(trace: Trace, net: Network, points: np.ndarray, numbers: Li
 
 
 def _neighbour(nodes: List[int], node: int, is_after: bool) -> int:
-    """The point of a vein before or after one of its points; the other one where the vein ends."""
+    """Returns the point of a vein before or after one of its points; the other one where the vein ends."""
     i = nodes.index(node)
     if is_after:
         return nodes[i + 1] if i + 1 < len(nodes) else nodes[i - 1]
@@ -260,7 +260,7 @@ def _signed_areas(xy: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def missing_edges(wing: Wing) -> List[Tuple[str, np.ndarray]]:
-    """Segments of veins that are no edges of triangles, as vein and place [m]; none in a good mesh."""
+    """Returns segments of veins that are no edges of triangles, as vein and place [m]; none in a good mesh."""
     mesh = {tuple(e) for e in wing.edges()[0].tolist()}
     return [(name, wing.points[list(pair), :2].mean(0)) for name, (nodes, _) in wing.veins.items()
             for pair in zip(nodes, nodes[1:]) if tuple(sorted(pair)) not in mesh]

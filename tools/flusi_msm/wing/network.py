@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From traced lines to a network: which veins meet each other and the margin, and where.
+"""Makes a network from traced lines: it finds which veins meet each other and the margin, and where.
 
-A traced line never ends exactly where it should. Ends within the snapping distance of another line are moved onto it,
-overshoots are cut off, stretches of a vein along the margin become the margin itself, lines that cross are joined.
-What is further off is a mistake that the user is told. All lengths are metres in the wing frame.
+A traced line never ends exactly where it should. Ends within the snapping distance of another line are moved onto it, overshoots
+are cut off, stretches of a vein along the margin become the margin itself, and lines that cross are joined. Larger deviations are
+reported to the user as mistakes. All lengths are metres in the wing frame.
 """
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from flusi_msm.errors import Problems
 from flusi_msm.wing.polyline import Polyline, runs
-from flusi_msm.wing.trace import Line, Trace, diameter_at
+from flusi_msm.wing.trace import Line, Trace
 
 SNAP = 0.01          # snapping distance by the length of the wing
 ALONG_MARGIN = 4.0   # a vein that is at the margin for that many snapping distances runs along it
@@ -45,7 +45,7 @@ class Network:
 
 @dataclass
 class _Piece:
-    """A stretch of a vein: a line of its own, or, with `line` None, the outline from `start` to `stop`."""
+    """A stretch of a vein: its own line, or, with `line` None, the outline from `start` to `stop`."""
     vein: int
     line: Optional[Polyline] = None
     start: Optional[float] = None                    # arc length on the outline where it is fixed to it, or begins
@@ -56,11 +56,11 @@ class _Piece:
 
 @dataclass
 class _Attachments:
-    """Places on carriers (the outline and the pieces), joined to nodes."""
+    """Places on carriers (the outline and the pieces) that are joined to nodes."""
     carrier: List[int] = field(default_factory=list)
     s: List[float] = field(default_factory=list)
     parent: List[int] = field(default_factory=list)
-    soft: set = field(default_factory=set)           # round corners: they give way to an end that is near
+    soft: set = field(default_factory=set)           # round corners: they are replaced by an end that is near
 
     def add(self, carrier: int, s: float) -> int:
         self.carrier.append(carrier)
@@ -96,7 +96,7 @@ class _Builder:
     # ---- veins as pieces
 
     def split(self, k: int, vein: Line) -> List[_Piece]:
-        """A vein as stretches inside the wing and along its margin."""
+        """Divides a vein into stretches inside the wing and along its margin."""
         line = Polyline(vein.points)
         points, s = line.samples(self.snap / 2)
         distance, on = self.outline.project(points)
@@ -132,7 +132,8 @@ class _Builder:
         return found
 
     def leaves(self, near: float, far: float, step: float) -> bool:
-        """Whether a vein is leaving the margin between two of its points, `step` apart, at these distances from it."""
+        """Returns whether a vein leaves the margin between two of its points, `step` apart, at these distances from the margin.
+        """
         return far > near and (far > self.snap / 4 or far - near > LEAVING * step)
 
     def check_inside(self, vein: Line) -> bool:
@@ -147,7 +148,7 @@ class _Builder:
         return not far.any()
 
     def trim(self, piece: _Piece) -> None:
-        """Cuts off what a piece has beyond the lines that it crosses shortly before its ends."""
+        """Cuts off the part of a piece beyond the lines that it crosses shortly before its ends."""
         for end in (0, 1):
             if (piece.start, piece.stop)[end] is not None:
                 continue
@@ -173,7 +174,7 @@ class _Builder:
     # ---- places where lines meet
 
     def place(self, carrier: int, s: float, merge: Optional[float] = None, is_soft: bool = False) -> int:
-        """The attachment of a carrier at `s`, or near it, made if there is none; soft ones give way to others."""
+        """Returns the attachment of a carrier at `s`, or near it, made if there is none; soft ones are replaced by others."""
         merge = self.snap if merge is None else merge
         best, found = merge, -1
         for k, (c, t) in enumerate(zip(self.att.carrier, self.att.s)):
@@ -231,7 +232,7 @@ class _Builder:
                                 f"draw it to there, or allow it with --free-end {vein.name}")
 
     def is_at_lost(self, p: np.ndarray, reach: float) -> bool:
-        """Whether a vein passes there that was left out: what hangs on it is no other mistake."""
+        """Returns whether a vein that was left out passes there: lines that should end on it are not reported again."""
         return any(line.project(p)[0][0] <= reach for line in self.lost.values())
 
     def attach_crossings(self) -> None:
@@ -268,13 +269,13 @@ class _Builder:
             for s in line.s[(0 if line.closed else 1):-1]:
                 if line.cosine(s, self.snap) < np.cos(np.radians(CORNER)):
                     turns.append((line.cosine(s, self.snap / 10), float(s)))
-            for cosine, s in sorted(turns):              # the sharpest first; those beside it are the same corner
+            for cosine, s in sorted(turns):              # the sharpest first; those near it are the same corner
                 self.place(number, s, is_soft=bool(cosine > np.cos(np.radians(CORNER))))
 
     # ---- root
 
     def root_stretch(self) -> Optional[Tuple[float, float]]:
-        """Where the outline is held: from, to, counter-clockwise."""
+        """Returns the held part of the outline: from, to, counter-clockwise."""
         root = self.trace.root
         if root is None and self.trace.root_part <= 0:
             return None
@@ -301,7 +302,7 @@ class _Builder:
             self.problems.error(f"{where}: holds {'all' if flags.any() else 'nothing'} of the outline: draw a line along the part "
                                 "that is held")
             return None
-        shift = int(np.flatnonzero(~flags)[0])      # so that no run passes the end
+        shift = int(np.flatnonzero(~flags)[0])      # so that no run contains the end
         found = runs(np.roll(flags, -shift))
         if len(found) > 1:
             self.problems.error(f"{where}: holds {len(found)} parts of the outline: draw it so that it holds one")
@@ -312,7 +313,7 @@ class _Builder:
     # ---- joints
 
     def attach_joints(self) -> List[Tuple[int, int]]:
-        """(number of the joint, attachment) of the joints that lie on a vein."""
+        """Returns (number of the joint, attachment) of the joints that lie on a vein."""
         found = []
         for k, joint in enumerate(self.trace.joints):
             best = (np.inf, -1, 0.0, -1)
@@ -352,7 +353,7 @@ class _Builder:
         return found
 
     def along(self, piece: _Piece, s: float) -> float:
-        """Where the outline's `s` lies along a stretch of the margin: 0 at its begin, 1 at its end."""
+        """Returns where the outline's `s` lies along a stretch of the margin: 0 at its begin, 1 at its end."""
         begin, end = (piece.start, piece.stop) if piece.forward else (piece.stop, piece.start)
         whole = (end - begin) % self.outline.length
         part = (s - begin + 1e-6 * whole) % self.outline.length - 1e-6 * whole
@@ -384,7 +385,7 @@ class _Builder:
             self.trim(piece)
 
     def check_margin(self) -> None:
-        """Two veins cannot be the same stretch of the margin."""
+        """Checks that no two veins are the same stretch of the margin."""
         whole = self.outline.length
         margin = [p for parts in self.parts for p in parts if p.line is None]
         spans = [((p.start, p.stop) if p.forward else (p.stop, p.start)) for p in margin]
@@ -400,7 +401,7 @@ class _Builder:
                             "of them")
 
     def node_positions(self) -> Tuple[np.ndarray, Dict[int, int]]:
-        """Position of every node; number of the node of every top attachment."""
+        """Returns the position of every node; and the number of the node of every top attachment."""
         groups: Dict[int, List[int]] = {}
         for k in range(len(self.att.s)):
             groups.setdefault(self.att.top(k), []).append(k)
@@ -422,7 +423,7 @@ class _Builder:
         return self.outline if carrier == OUTLINE else self.carriers[carrier].line
 
     def cut(self, carrier: int, nodes: np.ndarray, number: Dict[int, int], branches: List[Branch]) -> List[int]:
-        """Adds the branches of a carrier; their numbers in order."""
+        """Adds the branches of a carrier and returns their numbers in order."""
         line = self.line_of(carrier)
         stops = sorted({(self.att.s[k], number[self.att.top(k)]) for k in range(len(self.att.s))
                         if self.att.carrier[k] == carrier})
@@ -472,7 +473,7 @@ class _Builder:
         own = {piece.number: self.cut(piece.number, nodes, number, branches) for piece in self.carriers}
 
         def stretch(a: int, b: int) -> List[int]:
-            """Branches of the outline from one node to another, counter-clockwise."""
+            """Returns branches of the outline from one node to another, counter-clockwise."""
             i = next(i for i, k in enumerate(outline) if branches[k].first == a)
             found = []
             while not found or branches[found[-1]].last != b:
@@ -510,7 +511,7 @@ class _Builder:
         return net
 
     def choose_hinge(self, joint, node: int, net: Network) -> None:
-        """Which segments the joint at a node lies between."""
+        """Returns the segments between which the joint at a node lies."""
         inside, ending = [], []
         for name, chain in net.veins.items():
             stops = chain_nodes(net, chain)
@@ -546,7 +547,7 @@ class _Builder:
 
 
 def chain_nodes(net: Network, chain: List[Tuple[int, bool]]) -> List[int]:
-    """The nodes that a vein passes, in order."""
+    """Returns the nodes on a vein, in order."""
     stops = []
     for k, forward in chain:
         a, b = (net.branches[k].first, net.branches[k].last) if forward else (net.branches[k].last, net.branches[k].first)
@@ -556,11 +557,7 @@ def chain_nodes(net: Network, chain: List[Tuple[int, bool]]) -> List[int]:
 
 
 def build_network(trace: Trace, snap: float, problems: Problems) -> Optional[Network]:
-    """The network of a trace with lines joined within `snap` [m]. Mistakes go to `problems`; None if there are any."""
+    """Returns the network of a trace with lines joined within `snap` [m]. Mistakes are added to `problems`; None if there are
+    any."""
     net = _Builder(trace, snap, problems).build()
     return None if problems.errors else net
-
-
-def vein_width(trace: Trace, name: str, part: np.ndarray) -> np.ndarray:
-    """Diameters [m] of a vein at parts of its length."""
-    return diameter_at(next(v.diameters for v in trace.veins if v.name == name), part)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A picture of a wing as it was made: veins in colours of their own and as wide as they are, mesh, joints, root, centre."""
+"""Draws a wing as it was made: veins in different colours and as wide as they are, mesh, joints, root, centre."""
 from __future__ import annotations
 
 from itertools import product
@@ -21,7 +21,8 @@ COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B8860B", "#2F9BD7", "#7
 
 
 def vein_polygons(xy: np.ndarray, nodes, diameters) -> np.ndarray:
-    """One quadrilateral (4, 2) per segment, as wide as the vein at both ends; round ends, drawn beside, close the gaps of bends."""
+    """Returns one quadrilateral (4, 2) per segment, as wide as the vein at both ends; the gaps in bends are closed by round
+    ends, which are drawn separately."""
     p, d = xy[list(nodes)], np.asarray(diameters)[:, None] / 2
     along = np.diff(p, axis=0)
     along /= np.linalg.norm(along, axis=1)[:, None]
@@ -30,7 +31,7 @@ def vein_polygons(xy: np.ndarray, nodes, diameters) -> np.ndarray:
 
 
 def _place_names(axes, wing: Wing, xy: np.ndarray, span: float, colours: Dict[str, str], taken: List[np.ndarray]) -> None:
-    """A name beside its vein where it is furthest from what is drawn already."""
+    """Places a name at its vein, as far as possible from what is already drawn."""
     every = {name: xy[list(nodes)] for name, (nodes, _) in wing.veins.items()}
     gap = 0.019 * span
     for name, line in sorted(every.items(), key=lambda item: -len(item[1])):
@@ -61,14 +62,14 @@ def _place_names(axes, wing: Wing, xy: np.ndarray, span: float, colours: Dict[st
 
 
 def _mark_centre(axes, place: np.ndarray, radius: float) -> None:
-    """The black and white disc that marks a centre of mass."""
+    """Draws the black and white disc that marks a centre of mass."""
     axes.add_patch(Circle(place, radius, fc="white", ec="black", lw=0.9, zorder=12))
     for begin in (0, 180):
         axes.add_patch(Wedge(place, radius, begin, begin + 90, fc="black", ec="none", zorder=13))
 
 
 def draw_wing(wing: Wing, quality: Quality, title: str = ""):
-    """The figure; lengths in mm."""
+    """Draws the figure; lengths in mm."""
     xy = 1e3 * wing.points[:, :2]
     low, high = xy.min(0), xy.max(0)
     span = max(high - low)
@@ -103,7 +104,7 @@ def draw_wing(wing: Wing, quality: Quality, title: str = ""):
     for k, name in enumerate(sorted(wing.joints), 1):
         before, middle, last = wing.joint_nodes(name)
         place = xy[middle]
-        if len(wing.joints[name]) == 3:              # clear of the place where veins meet
+        if len(wing.joints[name]) == 3:              # away from the place where veins meet
             along = xy[last] - xy[middle]
             place = place + along / np.linalg.norm(along) * 0.02 * span
         axes.plot(*place, "o", ms=10, mfc="white", mec=INK, mew=1.1, zorder=10)
@@ -143,6 +144,6 @@ def _mass(kg: float) -> str:
 
 
 def _round_length(length: float) -> float:
-    """1, 2 or 5 times a power of ten, at most `length`."""
+    """Returns 1, 2 or 5 times a power of ten, at most `length`."""
     power = 10.0**np.floor(np.log10(length))
     return float(max(step for step in (1, 2, 5) if step * power <= length) * power)

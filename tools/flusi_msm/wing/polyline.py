@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines of straight pieces in the plane: arc length, nearest points, crossings, what lies inside."""
+"""Lines of straight pieces in the plane: arc length, nearest points, crossings, and the points inside."""
 from __future__ import annotations
 
 from typing import List, Tuple
@@ -8,7 +8,8 @@ import numpy as np
 
 
 class Polyline:
-    """Points (n, 2); a closed one goes on from its last point to its first. `s` is the arc length from the first point."""
+    """A line through points (n, 2); a closed one continues from its last point to its first. `s` is the arc length from the
+    first point."""
 
     def __init__(self, points: np.ndarray, closed: bool = False) -> None:
         points = np.asarray(points, float)
@@ -19,18 +20,18 @@ class Polyline:
         self.length = float(self.s[-1])
 
     def at(self, s: float) -> np.ndarray:
-        """The point at arc length `s`; beyond the ends of an open line its end."""
+        """Returns the point at arc length `s`; beyond the ends of an open line its end."""
         s = s % self.length if self.closed else min(max(s, 0.0), self.length)
         return np.array([np.interp(s, self.s, self.corners[:, k]) for k in (0, 1)])
 
     def cosine(self, s: float, reach: float) -> float:
-        """Of the angle by which the line turns at `s`, seen over `reach` before and after."""
+        """Returns the cosine of the angle by which the line turns at `s`, measured over `reach` before and after."""
         before, after = self.at(s) - self.at(s - reach), self.at(s + reach) - self.at(s)
         size = float(np.linalg.norm(before) * np.linalg.norm(after))
         return float(before @ after) / size if size > 0 else 1.0
 
     def project(self, points: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-        """Distance (m,) and arc length (m,) of the nearest points of the line to `points` (m, 2)."""
+        """Returns the distance (m,) and arc length (m,) of the nearest points of the line to `points` (m, 2)."""
         points = np.atleast_2d(points)
         a, along = self.corners[:-1], np.diff(self.corners, axis=0)
         square = np.maximum((along**2).sum(1), 1e-300)
@@ -46,7 +47,7 @@ class Polyline:
         return best, place
 
     def piece(self, s0: float, s1: float) -> np.ndarray:
-        """The points from `s0` to `s1`, both ends included; on a closed line always forward."""
+        """Returns the points from `s0` to `s1`, both ends included; on a closed line always forward."""
         if self.closed and s1 <= s0:
             s1 += self.length
         knots = np.concatenate([self.s[:-1], self.s[:-1] + self.length]) if self.closed else self.s
@@ -56,13 +57,13 @@ class Polyline:
         return np.concatenate([[self.at(s0)], corners[inner], [self.at(s1)]])
 
     def samples(self, spacing: float) -> Tuple[np.ndarray, np.ndarray]:
-        """All corners and points between them at most `spacing` apart, and their arc lengths."""
+        """Returns all corners and points between them at most `spacing` apart, and their arc lengths."""
         s = np.concatenate([np.linspace(a, b, max(1, int(np.ceil((b - a) / spacing))) + 1)[:-1]
                             for a, b in zip(self.s, self.s[1:])] + [self.s[-1:]])
         return np.stack([np.interp(s, self.s, self.corners[:, k]) for k in (0, 1)], axis=1), s
 
     def crossings(self, other: "Polyline") -> List[Tuple[float, float]]:
-        """Arc lengths (on this line, on the other) where the lines cross, touch included, in the order of this line."""
+        """Returns arc lengths (on this line, on the other) where the lines cross, touch included, in the order of this line."""
         a, u = self.corners[:-1], np.diff(self.corners, axis=0)
         b, v = other.corners[:-1], np.diff(other.corners, axis=0)
         low_a, high_a = np.minimum(a, a + u), np.maximum(a, a + u)
@@ -84,7 +85,7 @@ class Polyline:
                 if k == 0 or abs(p - found[k - 1][0]) > 1e-9 * self.length]
 
     def crosses_itself(self) -> List[np.ndarray]:
-        """Places where pieces cross that are not neighbours."""
+        """Returns places where pieces cross that are not neighbours."""
         found, n = [], len(self.steps)
         a, u = self.corners[:-1], np.diff(self.corners, axis=0)
         low, high = np.minimum(a, a + u), np.maximum(a, a + u)
@@ -102,7 +103,7 @@ class Polyline:
         return found
 
     def contains(self, points: np.ndarray) -> np.ndarray:
-        """Whether points (m, 2) lie inside the closed line."""
+        """Returns whether points (m, 2) lie inside the closed line."""
         points = np.atleast_2d(points)
         a, b = self.corners[:-1], self.corners[1:]
         x, y = points[:, :1], points[:, 1:]
@@ -113,6 +114,6 @@ class Polyline:
 
 
 def runs(flags: np.ndarray) -> List[Tuple[int, int]]:
-    """First and last index of every run of True, in order."""
+    """Returns the first and last index of every run of True, in order."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], np.asarray(flags).astype(int), [0]])))
     return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2])]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a wing weighs and how good its mesh is, in numbers and as text."""
+"""Computes the masses of a wing and the quality of its mesh, and writes them as text."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ class Quality:
 
 
 def triangle_angles(wing: Wing) -> np.ndarray:
-    """All angles (m, 3) in degrees."""
+    """Returns all angles (m, 3) in degrees."""
     found = []
     for k in range(3):
         a, b, c = (wing.points[wing.triangles[:, (k + m) % 3]] for m in range(3))
@@ -50,7 +50,7 @@ def triangle_angles(wing: Wing) -> np.ndarray:
 
 
 def quality_of(wing: Wing) -> Quality:
-    """Angles, edges, and the masses that the wing states, veins of VEIN_DENSITY if it states nothing."""
+    """Returns angles, edges, and the masses that the wing states; veins have VEIN_DENSITY if it states nothing."""
     density = wing.mass.vein_density if wing.mass else VEIN_DENSITY
     veins, moment, weight = {}, np.zeros(2), 0.0
     for name, (nodes, diameters) in wing.veins.items():
@@ -78,7 +78,7 @@ def quality_of(wing: Wing) -> Quality:
 
 
 def report(wing: Wing, quality: Quality) -> List[str]:
-    """Lines of text for people."""
+    """Returns lines of text for readers."""
     q, mm = quality, 1e3
     span = float(np.ptp(wing.points[:, 0]))
     small = q.angles.min(1)

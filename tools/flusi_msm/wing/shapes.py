@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wings that are described by numbers: a blowfly wing, a rectangular plate with spars, a strip for plane flows.
+"""Makes wings that are described by numbers: a blowfly wing, a rectangular plate with spars, a strip for plane flows.
 
 The same numbers give the same wing to the last bit on every machine.
 """
@@ -17,7 +17,7 @@ MM = 1e-3
 
 
 def make_calliphora(edge: float) -> Wing:
-    """The blowfly wing with edges of about `edge` [mm], less between veins that are close to each other."""
+    """Returns the blowfly wing with edges of about `edge` [mm], less between veins that are close to each other."""
     if not 0.05 <= edge <= 0.6:
         raise InputError(f"--edge {edge}: must lie between 0.05 and 0.6 mm")
     drawing = calliphora.drawing()
@@ -41,9 +41,9 @@ def make_calliphora(edge: float) -> Wing:
 
 
 def make_plate(length: float, chord: float, edge: float, spars: int, diameters: Sequence[float]) -> Wing:
-    """Rectangle 0 <= x <= length, -chord <= y <= 0 [mm] in squares of about `edge`, cut in two by diagonals of
-    alternating direction; spars along x from the leading to the trailing edge at equal distances, with diameters
-    [um] at root and tip; a joint at the middle of every spar."""
+    """Returns a plate: the rectangle 0 <= x <= length, -chord <= y <= 0 [mm] in squares of about `edge`, cut in two by diagonals
+    of alternating direction; spars along x from the leading to the trailing edge at equal distances, with diameters [um] at root
+    and tip; a joint at the middle of every spar."""
     if not (length > 0 and chord > 0 and 0 < edge <= min(length, chord) / 2):
         raise InputError("--length, --chord and --edge must be positive, and --edge at most half of the others")
     if spars < 0 or spars == 1 or min(diameters) <= 0:
@@ -74,10 +74,9 @@ def make_plate(length: float, chord: float, edge: float, spars: int, diameters: 
 
 
 def make_strip(length: float, width: float, cells: int, diameter: float) -> Wing:
-    """Filament for a two-dimensional flow: rectangle 0 <= x <= length, |y| <= width/2 [mm], the mirror image of
-    itself about y = 0, `cells` long and two wide. Mass, load and stiffness per width are the same
-    for its three spars along x: those at the sides have half the moment of area of the middle one, whose diameter
-    [um] is given."""
+    """Returns a filament for a two-dimensional flow: rectangle 0 <= x <= length, |y| <= width/2 [mm], the mirror image of itself
+    about y = 0, `cells` long and two wide. Mass, load and stiffness per width are the same for its three spars along x: those at
+    the sides have half the moment of area of the middle one, whose diameter [um] is given."""
     if not (length > 0 and width > 0 and diameter > 0 and cells >= 2):
         raise InputError("--length, --width and --diameter must be positive, and --cells at least 2")
     points = [(length * i / cells, width * (j / 2 - 0.5), 0.0) for i in range(cells + 1) for j in range(3)]

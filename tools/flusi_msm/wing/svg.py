@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wings traced in Inkscape or another editor of SVG files: which shape is what (docs/guide/make-wing.md)."""
+"""Reads wings that were traced in Inkscape or another editor of SVG files: finds what each shape means
+(docs/guide/make-wing.md)."""
 from __future__ import annotations
 
 import re
@@ -24,13 +25,13 @@ ROUND = {"circle", "ellipse"}
 
 
 def _layer_role(text: str) -> str:
-    """The word by which a layer says what is in it, or ''."""
+    """Returns the word by which a layer says what is in it, or ''."""
     name = text.lower().strip()
     return name if name in ROLES or name in IGNORED else "scale" if re.match(r"scale\b", name) else ""
 
 
 def _role_of(shape: Shape) -> Tuple[str, str]:
-    """What the shape is, and its name without the word that says so. Roles are those of ROLES, 'ignored', or ''."""
+    """Returns the meaning of the shape, and its name without the word for it. The meaning is one of ROLES, 'ignored', or ''."""
     found = WORD.fullmatch(shape.label)
     word, rest = (found[1].lower(), (found[2] or "").strip()) if found else ("", "")
     if word in IGNORED:
@@ -55,7 +56,7 @@ def _clean(name: str) -> str:
 
 
 class _Sorter:
-    """Puts the shapes of one drawing into a Sketch."""
+    """Adds the shapes of one drawing to a Sketch."""
 
     def __init__(self, path: str, drawing: SvgDrawing, problems: Problems) -> None:
         self.path, self.drawing, self.problems = path, drawing, problems
@@ -68,7 +69,7 @@ class _Sorter:
         return f"{self.path}:{shape.line}: {kind}" + (f" '{name}'" if name else f" <{shape.tag}>")
 
     def line(self, shape: Shape, kind: str, name: str) -> Optional[Line]:
-        """The one connected piece of the shape, y up."""
+        """Returns the one connected piece of the shape, y up."""
         where = self.where(shape, kind, name)
         if not shape.subpaths:
             self.problems.error(f"{where}: is empty: delete it")
@@ -162,7 +163,7 @@ class _Sorter:
 
 
 def read_svg(path: str, problems: Problems, metres_per_unit: Optional[float] = None, is_true_size: bool = False) -> Sketch:
-    """The wing in an SVG file; mistakes go to `problems`, or are raised if the file cannot be read at all.
+    """Returns the wing in an SVG file; mistakes are added to `problems`, or are raised if the file cannot be read at all.
     `metres_per_unit`: of the coordinates in the file; `is_true_size`: the page is as large as the wing."""
     drawing = read_svg_shapes(path)
     sketch = _Sorter(str(path), drawing, problems).sort()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is drawn in an SVG file: shapes as Bezier curves in the units of the page, with their names, layers and lines.
+"""Reads the shapes in an SVG file as Bezier curves in the units of the page, with their names, layers and lines.
 
 Transforms, view boxes, clones (use) and inherited styles are applied. Path data are read by svgelements.
 """
@@ -14,7 +14,7 @@ import numpy as np
 
 from flusi_msm.errors import InputError
 
-PPI = 96.0                                     # of a page, as CSS and Inkscape have it
+PPI = 96.0                                     # of a page, as in CSS and Inkscape
 CONTAINERS = {"svg", "g", "a", "switch"}
 INVISIBLE = {"defs", "symbol", "clipPath", "mask", "pattern", "marker", "metadata", "namedview", "style", "title", "desc",
              "linearGradient", "radialGradient", "filter", "script"}
@@ -45,7 +45,7 @@ class Subpath:
     closed: bool
 
     def flatten(self, tolerance: float) -> np.ndarray:
-        """Points (n, 2) on the piece whose polygon is off it by less than `tolerance`."""
+        """Returns points (n, 2) on the piece whose polygon differs from it by less than `tolerance`."""
         points = [self.curves[0][:1]]
         for curve in self.curves:
             second = np.abs(np.diff(curve, 2, axis=0)).max() if len(curve) > 2 else 0.0
@@ -63,17 +63,17 @@ class Subpath:
 
 @dataclass
 class Shape:
-    """Something visible. `page` is what one unit of the drawing is on the page, in pixels of the page."""
+    """A visible shape. `page` is the size of one unit of the drawing on the page, in pixels of the page."""
     tag: str
-    label: str                                 # what the user called it; "" if nothing but automatic names
-    layers: List[str]                          # what the groups around it are called, innermost first
+    label: str                                 # the name that the user gave it; "" if it has only automatic names
+    layers: List[str]                          # names of the groups around it, innermost first
     line: int
     subpaths: List[Subpath] = field(default_factory=list)
     stroke_width: Optional[float] = None       # in pixels of the page
     note: str = ""                             # description and the attribute data-diameters
 
     def corners(self) -> Tuple[np.ndarray, np.ndarray]:
-        """Smallest and largest coordinates of the points on it."""
+        """Returns the smallest and largest coordinates of the points on it."""
         points = np.concatenate([path.flatten(1e-2) for path in self.subpaths])
         return points.min(0), points.max(0)
 
@@ -84,7 +84,7 @@ class SvgDrawing:
     title: str
     unit: float                                # one unit of the file in pixels of the page; nan: two different ones
     is_physical: bool                          # whether the page has a size in mm or another real unit
-    ignored: Dict[str, int]                    # what was left out: tag: how many
+    ignored: Dict[str, int]                    # elements that were left out: {tag: number}
 
 
 class _Builder(xml.sax.ContentHandler):
@@ -138,7 +138,7 @@ def _svgelements():
 
 
 class _Reader:
-    """Walks through the tree of one file."""
+    """Goes through the tree of one file."""
 
     def __init__(self, path: str) -> None:
         self.path, self.root, self.lib = path, _read_tree(path), _svgelements()
@@ -166,7 +166,7 @@ class _Reader:
         return InputError(f"{self.path}:{node.line}: <{node.tag}>: {text}")
 
     def length(self, node: Node, key: str, default: float = 0.0) -> float:
-        """A length in units of the drawing."""
+        """Returns a length in units of the drawing."""
         text = node.attributes.get(key, "")
         if not text:
             return default
@@ -185,7 +185,7 @@ class _Reader:
         return found
 
     def view_box(self, node: Node) -> np.ndarray:
-        """From the units of an <svg> to those around it."""
+        """Returns the transform from the units of an <svg> to those around it."""
         move = np.eye(3)
         move[:2, 2] = self.length(node, "x"), self.length(node, "y")
         text = node.attributes.get("viewBox", "")
@@ -223,12 +223,12 @@ class _Reader:
         return "" if AUTOMATIC.fullmatch(text) else text
 
     def curves(self, node: Node) -> List[Subpath]:
-        """The geometry of a shape in its own units."""
+        """Returns the geometry of a shape in its own units."""
         try:
             path = self.lib.Path(self.path_data(node))
         except InputError:
             raise
-        except Exception as error:  # svgelements raises what Python raises
+        except Exception as error:  # svgelements raises plain exceptions of Python
             raise self.complain(node, f"its path data cannot be understood ({error})") from None
         found: List[Subpath] = []
         for part in path:
@@ -239,7 +239,7 @@ class _Reader:
                 for cubic in part.as_cubic_curves():
                     found[-1].curves.append(self.controls(cubic))
             else:
-                if found[-1].closed:           # drawing goes on after a Z without an M
+                if found[-1].closed:           # drawing continues after a Z without an M
                     found.append(Subpath([], False))
                 if kind == "Close":
                     found[-1].closed = True
@@ -259,7 +259,7 @@ class _Reader:
                          for name in names.get(type(part).__name__, ("start", "end"))], float)
 
     def path_data(self, node: Node) -> str:
-        """Any shape as path data."""
+        """Returns any shape as path data."""
         tag, a = node.tag, node.attributes
         if tag == "path":
             return a.get("d", "")
@@ -281,7 +281,7 @@ class _Reader:
 
     def visit(self, node: Node, matrix: np.ndarray, inherited: Dict[str, str], layers: List[str], clones: int = 0,
               called: str = "") -> None:
-        """`called`: what a clone of this node is called."""
+        """Visits a node. `called`: the name of a clone of this node."""
         style = self.style(node, inherited)
         if node.tag in INVISIBLE:
             return
@@ -336,5 +336,5 @@ class _Reader:
 
 
 def read_svg_shapes(path: str) -> SvgDrawing:
-    """All visible shapes of an SVG file. Raises InputError with file and line for what cannot be understood."""
+    """Returns all visible shapes of an SVG file. Raises InputError with file and line for what cannot be understood."""
     return _Reader(str(path)).read()

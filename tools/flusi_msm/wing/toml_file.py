@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wings as tables: a TOML file that holds outline, veins, joints and root, or adds to a drawing (docs/guide/make-wing.md)."""
+"""Reads wings from tables: a TOML file that holds outline, veins, joints and root, or adds to a drawing
+(docs/guide/make-wing.md)."""
 from __future__ import annotations
 
 import difflib
@@ -40,7 +41,7 @@ def _load(path: str) -> Dict[str, Any]:
 
 
 class _Table:
-    """Reads a TOML file into a Sketch; every mistake goes to `problems`."""
+    """Reads a TOML file into a Sketch; every mistake is added to `problems`."""
 
     def __init__(self, path: str, problems: Problems) -> None:
         self.path, self.problems, self.data = path, problems, _load(path)
@@ -107,7 +108,7 @@ class _Table:
         return table
 
     def base(self) -> Sketch:
-        """The drawing that the file names, or an empty sketch in the wing frame."""
+        """Returns the drawing that the file names, or an empty sketch in the wing frame."""
         data = self.data
         metres = self.number("top", data, "metres_per_unit")
         if "drawing" in data:
@@ -218,12 +219,12 @@ class _Table:
 
 
 def read_toml(path: str, problems: Problems) -> Sketch:
-    """The wing in a TOML file; mistakes go to `problems`, or are raised if a file cannot be read at all."""
+    """Returns the wing in a TOML file; mistakes are added to `problems`, or are raised if a file cannot be read at all."""
     return _Table(str(path), problems).read()
 
 
 def read_ini(path: str, problems: Problems, length: Optional[float], root_part: float) -> Sketch:
-    """A wing without veins from a Fourier outline, scaled to `length` [m], held over `root_part` of its length."""
+    """Returns a wing without veins from a Fourier outline, scaled to `length` [m], held over `root_part` of its length."""
     points = read_fourier_outline(path)
     sketch = Sketch(path, Path(path).stem, is_in_frame=True, root_part=root_part)
     sketch.outlines.append(Line("outline", points, f"{path}: outline", True))

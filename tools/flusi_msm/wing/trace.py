@@ -28,7 +28,7 @@ class Line:
     where: str
     closed: bool = False
     width: Optional[float] = None              # of the stroke, in units of the drawing
-    diameters: Optional[DiameterTable] = None  # counts before the width
+    diameters: Optional[DiameterTable] = None  # has priority over the width
     free_end: bool = False                     # may end inside the membrane
 
 
@@ -38,12 +38,12 @@ class JointMark:
     place: np.ndarray                          # (2,) in units of the drawing
     radius: float
     where: str
-    veins: Tuple[str, ...] = ()                # which hinge, where veins meet: inside one vein, or from one into another
+    veins: Tuple[str, ...] = ()                # the hinge, where veins meet: inside one vein, or from one into another
 
 
 @dataclass
 class Sketch:
-    """A drawing in its own units, y up. Lists that should hold one thing hold all that were found."""
+    """A drawing in its own units, y up. A list that should have one item keeps all that were found."""
     source: str
     title: str = ""
     outlines: List[Line] = field(default_factory=list)
@@ -53,11 +53,11 @@ class Sketch:
     root_part: float = 0.0                     # > 0: the root is the outline over this part of the length
     axes: List[Line] = field(default_factory=list)      # from the hinge toward the tip
     leading: List[np.ndarray] = field(default_factory=list)  # a point on the side of the leading edge
-    scales: List[Tuple[float, str]] = field(default_factory=list)  # metres per unit, and who says so
-    is_in_frame: bool = False                  # coordinates are those of the wing frame already
+    scales: List[Tuple[float, str]] = field(default_factory=list)  # metres per unit, and where this is stated
+    is_in_frame: bool = False                  # coordinates are already those of the wing frame
     z_side: str = ""
     edge: Optional[float] = None               # edge length wanted [m]
-    snap: Optional[float] = None               # how far off lines may be that are meant to meet [m]
+    snap: Optional[float] = None               # distance within which lines are joined [m]
     membrane_mass: Optional[float] = None      # [kg]
     mass_source: str = ""                      # where it comes from
     notices: List[str] = field(default_factory=list)
@@ -75,19 +75,20 @@ class Trace:
     root: Optional[Line]                       # None: `root_part`
     root_part: float
     length: float                              # extent in x
-    faces_viewer: bool                         # +z points to who looks at the drawing
+    faces_viewer: bool                         # +z points to the viewer of the drawing
     z_side: str = ""
     unit: str = "mm"                           # of lengths in messages, which are 1e3 times those here
 
 
 def polygon_area(points: np.ndarray) -> float:
-    """Positive if counter-clockwise."""
+    """Returns the area; it is positive if the polygon is counter-clockwise."""
     x, y = points.T
     return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
 def parse_diameters(text: str) -> Optional[DiameterTable]:
-    """'100 78 24': at equal parts of the length; '0:100 0.45:78 1:24': at these. Micrometres; None if it is neither."""
+    """Reads diameters. '100 78 24': at equal parts of the length; '0:100 0.45:78 1:24': at these parts. Micrometres; None if it
+    is neither."""
     words = re.split(r"[\s,;]+", text.strip())
     try:
         pairs = [tuple(float(v) for v in word.split(":")) for word in words]
@@ -104,7 +105,7 @@ def parse_diameters(text: str) -> Optional[DiameterTable]:
 
 
 def diameter_at(table: DiameterTable, part: np.ndarray) -> np.ndarray:
-    """Diameters [m] at parts of the length."""
+    """Returns diameters [m] at parts of the length."""
     return np.interp(part, [p for p, _ in table], [d for _, d in table])
 
 
@@ -131,7 +132,7 @@ def _one(kind: str, found: List[Line], source: str, advice: str, problems: Probl
 
 
 def _frame(sketch: Sketch, outline: Line, root: Optional[Line], problems: Problems) -> Tuple[np.ndarray, np.ndarray, bool]:
-    """Origin (2,) and rows x, y of the wing frame in the drawing; whether z = x cross y points to the viewer."""
+    """Returns origin (2,) and rows x, y of the wing frame in the drawing; and whether z = x cross y points to the viewer."""
     if sketch.is_in_frame:
         return np.zeros(2), np.eye(2), True
     if len(sketch.axes) > 1:
@@ -199,7 +200,7 @@ def _check_diameters(vein: Line, length: float, problems: Problems) -> None:
 
 
 def trace_of(sketch: Sketch, problems: Problems) -> Optional[Trace]:
-    """The sketch in metres in the wing frame; mistakes go to `problems`. None if there is no outline."""
+    """Returns the sketch in metres in the wing frame; mistakes are added to `problems`. None if there is no outline."""
     for text in sketch.notices:
         problems.notice(text)
     metres = _scale_of(sketch, problems)

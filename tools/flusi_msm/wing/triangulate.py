@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Triangulation of a plane region along given curves, with triangles of a given size and good shape.
+"""Triangulates a plane region along given curves, with triangles of a given size and good shape.
 
-Constrained Delaunay triangulation of the points on the curves (Bowyer-Watson insertion, flips for missing
-segments), refinement at circumcentres where triangles are too large for the size wanted, then smoothing of
-the free points with Delaunay flips in between.
+The method is a constrained Delaunay triangulation of the points on the curves (Bowyer-Watson insertion, flips for missing
+segments), then refinement at circumcentres where triangles are larger than the size wanted, then smoothing of the free points
+with Delaunay flips in between.
 
 Only + - * / and square roots of Python floats are used, in a fixed order: the result is the same to the last
 bit on every machine with IEEE arithmetic.
@@ -15,7 +15,7 @@ LARGEST_RADIUS = 0.75  # of a circumcircle by the edge length wanted; 0.577 is t
 
 
 def orientation(a, b, c):
-    """Twice the area of the triangle a b c, positive if counter-clockwise."""
+    """Returns twice the area of the triangle a b c, positive if counter-clockwise."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
@@ -24,7 +24,7 @@ def distance(a, b):
 
 
 def in_circle(a, b, c, p):
-    """Positive if p lies inside the circle through the counter-clockwise triangle a b c."""
+    """Returns a number that is positive if p lies inside the circle through the counter-clockwise triangle a b c."""
     ax, ay, bx, by, cx, cy = a[0] - p[0], a[1] - p[1], b[0] - p[0], b[1] - p[1], c[0] - p[0], c[1] - p[1]
     return ((ax * ax + ay * ay) * (bx * cy - cx * by) - (bx * bx + by * by) * (ax * cy - cx * ay)
             + (cx * cx + cy * cy) * (ax * by - bx * ay))
@@ -38,7 +38,7 @@ def circumcentre(a, b, c):
 
 
 def shape(a, b, c):
-    """Quality of a triangle: 1 if equilateral, 0 if flat, negative if inverted."""
+    """Returns the quality of a triangle: 1 if equilateral, 0 if flat, negative if inverted."""
     edges = ((b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1])
              + (c[0] - b[0]) * (c[0] - b[0]) + (c[1] - b[1]) * (c[1] - b[1])
              + (a[0] - c[0]) * (a[0] - c[0]) + (a[1] - c[1]) * (a[1] - c[1]))
@@ -76,11 +76,11 @@ class Triangulation:
         del self.across[a, b], self.across[b, c], self.across[c, a]
 
     def triangles(self):
-        """All triangles, smallest corner first, sorted."""
+        """Returns all triangles, smallest corner first, sorted."""
         return sorted((a, b, c) for (a, b), c in self.across.items() if a < b and a < c)
 
     def locate(self, p, start=None):
-        """A triangle that contains p, by walking; None if the walk leaves the region."""
+        """Returns a triangle that contains p, by going from neighbour to neighbour; None if the path leaves the region."""
         a, b = start or next(iter(self.across))
         c = self.across[a, b]
         for _ in range(len(self.across)):
@@ -138,7 +138,7 @@ class Triangulation:
         raise ValueError(f"segment {a}-{b} cannot be made an edge")
 
     def crossing(self, a, b):
-        """The edges between a and b in the order in which the segment crosses them."""
+        """Returns the edges between a and b in the order in which the segment crosses them."""
         if (a, b) in self.across or (b, a) in self.across:
             return []
         p, q = self.points[a], self.points[b]
@@ -224,7 +224,7 @@ class Triangulation:
                 push(triangle)
 
     def segment_finder(self, size):
-        """A function that says whether a point is closer to a segment than some limit <= cell."""
+        """Returns a function that says whether a point is closer to a segment than some limit <= cell."""
         cell = max(size(p) for p in self.points[:self.fixed])
         table = {}
         for u, v in sorted(self.segments):
@@ -259,7 +259,7 @@ class Triangulation:
         self.make_delaunay()
 
     def move(self, i, star, size):
-        """To the mean of the circumcentres of its triangles, weighted by area and by the density wanted."""
+        """Moves a point to a mean over its triangles, weighted by area and by the density wanted, if their shapes allow it."""
         x = y = total = 0.0
         p = self.points[i]
         for j, k in star:
@@ -268,7 +268,7 @@ class Triangulation:
             middle = ((p[0] + a[0] + b[0]) / 3, (p[1] + a[1] + b[1]) / 3)
             h = size(middle)
             weight = orientation(p, a, b) / (h * h * h * h)
-            # Between the circumcentre and the centroid: robust beside the curves.
+            # The mean is that of points between circumcentre and centroid, which is robust near the curves.
             x += weight * (0.5 * centre[0] + 0.5 * middle[0])
             y += weight * (0.5 * centre[1] + 0.5 * middle[1])
             total += weight

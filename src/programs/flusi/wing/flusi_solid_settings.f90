@@ -8,18 +8,19 @@ module flusi_solid_settings
   use base_text, only: number_text
   use common_wing_effects, only: refuse_root_compliance
   use common_wing_settings, only: read_damping, check_name, find_beside, load_wing
-  use flusi_output_params, only: output_params_t
-  use flusi_solid_keys, only: load_keys, motion_keys, register_solid_keys, solid_choices_t, solid_keys
   use flusi_wing_sites, only: add_force, force_group_t, point_force_t, read_force_groups
+  use fsi_body_motion, only: MOTION_FREE
   use fsi_body_motion_keys, only: read_body_motion
   use fsi_kinematics, only: wing_mount_t
   use fsi_kinematics_keys, only: motion_file, read_body, read_motion, read_mounts, SIDES
   use fsi_wing_frame, only: flapping_motion_t
   use fsi_wing_motion, only: wing_motion_t
+  use io_broadcast_text, only: read_text_file
   use io_config, only: config_t
   use io_keys, only: keys_t, reading
   use io_registry, only: registry_t
-  use io_broadcast_text, only: read_text_file
+  use simulation_output_params, only: output_params_t
+  use simulation_solid_keys, only: load_keys, motion_keys, register_solid_keys, solid_choices_t, solid_keys
   use solid_inertia, only: inertia_t
   use solid_motion, only: motion_t, rotating_motion_t, steady_motion_t
   use solid_wing, only: wing_t
@@ -111,6 +112,7 @@ contains
     call read_damping(s%config, s%wing_case%model, s%inertia)
   end subroutine load_solid_settings
 
+  !> Reads motion, load, time step and output.
   subroutine read_options(s, errors)
     type(solid_settings_t), intent(inout), target :: s
     type(message_list_t), intent(inout) :: errors
@@ -152,6 +154,7 @@ contains
     end do
   end subroutine notice_idle_keys
 
+  !> Sets a wing frame at rest.
   subroutine read_rest(s)
     type(solid_settings_t), intent(inout) :: s
     type(steady_motion_t) :: rest
@@ -159,6 +162,7 @@ contains
     allocate (s%motion, source=rest)
   end subroutine read_rest
 
+  !> Sets a wing frame that turns about a fixed axis.
   subroutine read_rotation(s, errors)
     type(solid_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors
@@ -202,7 +206,7 @@ contains
       flapping%frequency = s%unit_frequency
       flapping%gravity = s%gravity
       call read_body_motion(c, flapping%body, s%t_max*flapping%frequency, flapping%carrier, errors, notices)
-      if (flapping%carrier%word == 'free_flight') call c%complain(errors, 'Insects', 'BodyMotion', &
+      if (flapping%carrier%kind == MOTION_FREE) call c%complain(errors, 'Insects', 'BodyMotion', &
         'is free_flight, which needs a flow; valid here: the other motions')
       text = ''
       file = motion_file(c, wing)
@@ -232,7 +236,7 @@ contains
     end select
   end subroutine mirror_motion
 
-  !> Reads the forces of `key`, all of which act together.
+  !> Reads the forces of `key`, all of which act at the same time.
   subroutine read_forces(s, section, key, text, forces, errors)
     type(solid_settings_t), intent(in) :: s
     character(*), intent(in) :: section, key, text

@@ -128,12 +128,14 @@ contains
     end associate
   end subroutine solve_one
 
+  !> Prints the column titles of the table of loads.
   subroutine print_head(unit)
     integer, intent(in) :: unit
     write (unit, '(a)') 'load    x [mm]    y [mm]   force [N]  converged  residual  factors  snaps  at load [mm]'// &
       '   tip z [mm]  CPU [ms]'
   end subroutine print_head
 
+  !> Prints the result of load `i`, or why it has none.
   subroutine print_row(unit, settings, i, row)
     integer, intent(in) :: unit
     type(static_settings_t), intent(in) :: settings

@@ -82,6 +82,7 @@ contains
     call save(self, failure)
   end subroutine table_add
 
+  !> Writes the results so far to their file.
   subroutine save(self, failure)
     type(static_table_t), intent(in) :: self
     type(failure_t), intent(inout) :: failure

@@ -6,11 +6,11 @@ module flusi_static_settings
   use base_kinds, only: rp
   use base_text, only: number_text
   use common_wing_settings, only: check_name, load_wing
-  use flusi_static_keys, only: register_static_keys, static_choices_t, static_keys
   use flusi_wing_sites, only: add_force, force_group_t, read_force_groups
   use io_config, only: config_t
   use io_keys, only: keys_t, reading
   use io_registry, only: registry_t
+  use simulation_static_keys, only: register_static_keys, static_choices_t, static_keys
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_wing_case, only: wing_case_t
@@ -54,6 +54,7 @@ contains
     if (found) call read_loads(s, errors)
   end subroutine load_static_settings
 
+  !> Reads the options of the static solver.
   subroutine read_options(s, errors)
     type(static_settings_t), intent(inout), target :: s
     type(message_list_t), intent(inout) :: errors
@@ -150,7 +151,7 @@ contains
     if (len(problems) > 0) call s%config%complain(errors, 'Loads', 'point_forces', problems(3:))
   end subroutine read_points
 
-  !> Adds forces that act together to `load`.
+  !> Adds forces that act at the same time to `load`.
   subroutine take_group(model, group, load)
     type(solid_model_t), intent(in) :: model
     type(force_group_t), intent(in) :: group

@@ -78,6 +78,7 @@ contains
     end do
   end subroutine save_modes
 
+  !> Writes a mode shape as an HDF5 file with an XDMF description.
   subroutine write_mode(s, name, number, frequency, u, failure)
     type(wing_case_t), intent(in) :: s
     character(*), intent(in) :: name

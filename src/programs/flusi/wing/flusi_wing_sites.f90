@@ -25,7 +25,7 @@ module flusi_wing_sites
     real(rp) :: force(3) = 0 !< [N]
   end type point_force_t
 
-  !> Holds forces that act together.
+  !> Holds forces that act at the same time.
   type :: force_group_t
     type(point_force_t), allocatable :: forces(:)
   end type force_group_t
@@ -70,6 +70,7 @@ contains
     if (len(problems) > 0) call config%complain(errors, section, key, problems(3:))
   end subroutine read_force_groups
 
+  !> Reads forces that act at the same time, separated by '+'. Adds to `problems` what is wrong with them.
   subroutine read_group(text, s, group, problems)
     character(*), intent(in) :: text
     type(wing_case_t), intent(in) :: s
@@ -97,6 +98,7 @@ contains
     end do
   end subroutine read_group
 
+  !> Reads one force, SITE FX FY FZ. `problem` says what is wrong with it.
   subroutine read_force(text, s, force, problem)
     character(*), intent(in) :: text
     type(wing_case_t), intent(in) :: s
@@ -161,6 +163,7 @@ contains
     site = site_t(n=1, points=[point, 0, 0], weights=[1.0_rp, 0.0_rp, 0.0_rp])
   end subroutine find_site
 
+  !> Reads the number of a point, 1 to `largest`. `problem` says what is wrong with it; `number` is 1 then.
   subroutine find_number(text, largest, number, problem)
     character(*), intent(in) :: text
     integer, intent(in) :: largest
@@ -172,6 +175,7 @@ contains
     if (allocated(problem)) number = 1
   end subroutine find_number
 
+  !> Finds the point of the joint `name`. `problem` says if there is none; `point` is 1 then.
   subroutine find_joint(name, s, point, problem)
     character(*), intent(in) :: name
     type(wing_case_t), intent(in) :: s

@@ -1,0 +1,190 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Makes what a diagnosis asks for while it runs and what its own simulator cannot compute: fits on the other mesh, and flights with
+!> what was found. Rank 0 leads the diagnosis; the other ranks are in `serve` until it ends.
+module diagnosis_further_runs
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use base_outcome, only: outcome_t
+  use diagnosis_discretisation, only: discretisation_error_t
+  use diagnosis_flight_catalogue, only: flight_steps, rounded
+  use diagnosis_flight_response, only: flight_response_t, FLOW_FREQUENCY, N_CHANGES
+  use diagnosis_flight_runner, only: flight_record_t, flight_request_t, flight_runner_t, FLOW_VISCOSITY, FLOW_WIND, N_FLOW
+  use diagnosis_wing_flight, only: flight_data_t
+  use diagnosis_wing_parameters, only: KIND_FLIGHT
+  use diagnosis_wing_simulator, only: wing_simulator_t
+  use inference_relinearisation, only: model_error_t
+  use inference_whitener, only: whitener_t
+  use parallel_world, only: world_t
+  implicit none
+  private
+  public :: further_runs_t
+
+  real(rp), parameter :: NEAR = 0.1_rp !< of an sd: what is flown differs at most by half of this from what was found
+  integer, parameter :: IS_OVER = 0, FIT_OTHER_MESH = 1, FLY = 2 !< what rank 0 asks for
+
+  type, extends(model_error_t) :: further_runs_t
+    type(outcome_t) :: outcome !< of the flights
+    type(world_t), private :: world
+    type(wing_simulator_t), pointer, private :: simulator => null()
+    type(discretisation_error_t), pointer, private :: other_mesh => null() !< if there is one
+    class(flight_runner_t), pointer, private :: runner => null()           !< if flights may be flown again
+    type(flight_data_t), pointer, private :: flights => null()
+  contains
+    procedure :: init => runs_init
+    procedure :: take_flights => runs_take_flights
+    procedure :: renew => runs_renew
+    procedure :: linearise => runs_linearise
+    procedure :: serve => runs_serve
+    procedure :: shut_down => runs_shut_down
+  end type further_runs_t
+
+contains
+
+  !> Takes the simulator of the diagnosis and, if there is one, the other mesh. Both must live as long as this.
+  subroutine runs_init(self, world, simulator, other_mesh)
+    class(further_runs_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(wing_simulator_t), intent(in), target :: simulator
+    type(discretisation_error_t), intent(in), target, optional :: other_mesh
+    self%world = world
+    self%simulator => simulator
+    if (present(other_mesh)) self%other_mesh => other_mesh
+  end subroutine runs_init
+
+  !> Allows for so many rounds of flights with what was found. `flights` then gets them. Both must live as long as this.
+  subroutine runs_take_flights(self, most_rounds, runner, flights)
+    class(further_runs_t), intent(inout) :: self
+    integer, intent(in) :: most_rounds
+    class(flight_runner_t), intent(in), target :: runner
+    type(flight_data_t), intent(in), target :: flights
+    self%most_rounds = most_rounds
+    self%runner => runner
+    self%flights => flights
+  end subroutine runs_take_flights
+
+  !> See `model_error_t`. On rank 0.
+  subroutine runs_renew(self, whitener, q)
+    class(further_runs_t), intent(inout) :: self
+    type(whitener_t), intent(in), target :: whitener
+    real(rp), intent(in) :: q(:)
+    real(rp), allocatable :: q_other(:)
+    real(rp) :: own(whitener%n)
+    logical :: can_renew
+    integer :: asked
+    if (.not. associated(self%other_mesh)) return
+    call self%other_mesh%begin_renewal(q, q_other, own, can_renew)
+    if (.not. can_renew) return
+    call self%simulator%shut_down()
+    asked = self%world%max_integer(FIT_OTHER_MESH)
+    call self%other_mesh%renew(whitener, q_other, own)
+  end subroutine runs_renew
+
+  !> Flies the case with the kinematics and the flow of q, and about it with changes of the parameters that are fitted; see
+  !> `model_error_t`. On rank 0.
+  subroutine runs_linearise(self, q, sd, rows, reason, failure)
+    class(further_runs_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:), sd(:)
+    integer, allocatable, intent(out) :: rows(:)
+    character(:), allocatable, intent(out) :: reason
+    type(failure_t), intent(inout) :: failure
+    type(flight_request_t), allocatable :: requests(:)
+    type(flight_record_t), allocatable :: records(:)
+    type(flight_response_t) :: response
+    real(rp) :: c(N_CHANGES), sd_of(N_FLOW), steps(N_FLOW), origin(N_FLOW)
+    integer :: asked
+    allocate (rows(0))
+    reason = ''
+    if (.not. associated(self%flights)) return
+    call find_changes(self, q, sd, c, sd_of)
+    if (.not. any(sd_of > 0)) return
+    associate (data => self%flights)
+      steps = flight_steps(data%facts, data%effects, sd_of)
+      response = data%response
+      origin = response%seen(c)
+      ! Data that differ little then need the same flights.
+      where (sd_of > 0) origin = rounded(origin, NEAR*max(sd_of, tiny(1.0_rp)))
+      requests = response%requests(steps, data%is_refined, origin)
+      call self%simulator%shut_down()
+      asked = self%world%max_integer(FLY)
+      call fly_requests(self, requests, records)
+      failure = self%outcome%failure
+      if (failure%failed) return
+      call response%move(origin, steps, data%is_refined, records, reason)
+      if (reason /= '') return
+      data%at_found = response
+      call self%simulator%approximate_flights(response, rows)
+    end associate
+  end subroutine runs_linearise
+
+  !> Returns the changes c of kinematics and flow at q, and how well those that are flown are known: 0 if they are not fitted.
+  subroutine find_changes(self, q, sd, c, sd_of)
+    class(further_runs_t), intent(in) :: self
+    real(rp), intent(in) :: q(:), sd(:)
+    real(rp), intent(out) :: c(N_CHANGES), sd_of(N_FLOW)
+    integer :: i, k
+    c = 0
+    sd_of = 0
+    associate (parameters => self%simulator%runner%parameters)
+      do i = 1, size(q)
+        if (parameters(i)%kind /= KIND_FLIGHT) cycle
+        k = parameters(i)%number
+        c(k) = q(i)
+        if (k /= FLOW_FREQUENCY) then
+          sd_of(k) = max(sd_of(k), sd(i))
+        else
+          sd_of(FLOW_VISCOSITY) = max(sd_of(FLOW_VISCOSITY), sd(i))
+          sd_of(FLOW_WIND + 1:FLOW_WIND + 3) = max(sd_of(FLOW_WIND + 1:FLOW_WIND + 3), sd(i)*abs(self%flights%facts%wind))
+        end if
+      end do
+    end associate
+  end subroutine find_changes
+
+  !> Has the requests of rank 0 flown. On the other ranks `requests` may be empty. Collective.
+  subroutine fly_requests(self, requests, records)
+    class(further_runs_t), intent(inout) :: self
+    type(flight_request_t), intent(in) :: requests(:)
+    type(flight_record_t), allocatable, intent(out) :: records(:)
+    type(flight_request_t), allocatable :: shared(:)
+    real(rp), allocatable :: numbers(:)
+    integer :: i, n
+    n = size(requests)
+    call self%world%broadcast_integer(n)
+    allocate (shared(n), numbers((N_FLOW + 1)*n))
+    if (size(requests) > 0) numbers = [([requests(i)%change, merge(1.0_rp, 0.0_rp, requests(i)%is_refined)], i=1, n)]
+    call self%world%broadcast_reals(numbers)
+    do i = 1, n
+      associate (one => numbers((N_FLOW + 1)*(i - 1) + 1:(N_FLOW + 1)*i))
+        shared(i)%change = one(:N_FLOW)
+        shared(i)%is_refined = one(N_FLOW + 1) > 0
+      end associate
+    end do
+    call self%runner%fly(self%world, shared, records, self%outcome)
+  end subroutine fly_requests
+
+  !> Does on the other ranks what rank 0 asks for, until `shut_down`.
+  subroutine runs_serve(self)
+    class(further_runs_t), intent(inout) :: self
+    type(flight_request_t) :: nothing(0)
+    type(flight_record_t), allocatable :: records(:)
+    if (associated(self%other_mesh)) call self%other_mesh%serve_first(self%simulator)
+    do
+      call self%simulator%serve()
+      select case (self%world%max_integer(IS_OVER))
+      case (FIT_OTHER_MESH)
+        call self%other_mesh%serve()
+      case (FLY)
+        call fly_requests(self, nothing, records)
+      case default
+        exit
+      end select
+    end do
+  end subroutine runs_serve
+
+  !> Ends `serve`. On rank 0.
+  subroutine runs_shut_down(self)
+    class(further_runs_t), intent(in) :: self
+    integer :: asked
+    call self%simulator%shut_down()
+    asked = self%world%max_integer(IS_OVER)
+  end subroutine runs_shut_down
+end module diagnosis_further_runs

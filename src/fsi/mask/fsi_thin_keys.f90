@@ -1,0 +1,125 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Reads how the flow represents the wings: as sheets with a thickness in the mask, or as surfaces without thickness.
+module fsi_thin_keys
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
+  use fluid_params, only: fluid_params_t, SCHEME_AB2
+  use fsi_mask_keys, only: mask_choices, mask_choices_t
+  use io_config, only: config_t
+  use io_keys, only: keys_t, reading
+  use spectral_grid, only: grid_t
+  use spectral_sticks, only: sphere_radius, DEALIAS_ELLIPSOID
+  use spectral_window, only: WINDOW_WIDTH
+  implicit none
+  private
+  public :: thin_params_t, thin_keys, read_thin_keys, surface_word, wants_thin_wings, prepare_thin_flow
+
+  character(*), parameter :: SECTION = 'Insects', STEPPER = 'iTimeMethodFluid', TRUNCATION = 'iDealias'
+
+  !> Ways to hold the response of a wing's markers: on one rank, on the ranks of a group, or the faster of both.
+  integer, parameter, public :: SHARING_AUTO = 1, SHARING_ONE = 2, SHARING_GROUP = 3
+
+  !> Choices of the user for wings without thickness.
+  type :: thin_params_t
+    logical :: is_thin = .false.
+    real(rp) :: spacing = 0   !< wanted between markers, L
+    real(rp) :: viscosity = 0 !< coefficient c of the vanishing viscosity
+    integer :: slip_interval = 1 !< steps from one measurement of the slip to the next
+    integer :: sharing = SHARING_AUTO !< whether ranks share the response of a wing
+  end type thin_params_t
+
+contains
+
+  !> Declares and reads the keys; `surface` and `sharing` are the user's words.
+  subroutine thin_keys(keys, surface, sharing, p)
+    type(keys_t), intent(inout) :: keys
+    character(:), allocatable, intent(inout) :: surface, sharing
+    type(thin_params_t), intent(inout) :: p
+    call keys%section(SECTION)
+    call keys%word('surface', surface, 'auto', 'auto|thin|penalized', 'thin: wings are surfaces without thickness; penalized: '// &
+                   'wings are sheets in the mask; auto: penalized if the file sets WingThickness, t_wing or wing_smoothing, '// &
+                   'another scheme than AB2 or an iDealias other than 1, else thin')
+    call keys%real('marker_spacing', p%spacing, 2.0_rp, 'surface = thin: distance of the markers, in max(dx); closer ones make '// &
+                   'forces that alternate, others let the flow through', min=1.5_rp, max=2.5_rp)
+    call keys%real('surface_viscosity', p%viscosity, 0.3_rp, 'surface = thin: vanishing viscosity; the largest wavenumber K is '// &
+                   'damped at the rate c u K, of which nu K^2 is a part; u: mean speeds of tip, body and stream', min=0.0_rp)
+    call keys%integer('slip_interval', p%slip_interval, 1, 'surface = thin: the slip after the forces and the power that the '// &
+                      'flow receives are measured in every so many steps, for slip.t', unit='steps', min=1)
+    call keys%word('marker_response', sharing, 'auto', 'auto|one|group', 'surface = thin: who finds the forces at the markers '// &
+                   'of a wing; one: one rank; group: the ranks of a group, together; auto: a group, if there are eight ranks '// &
+                   'for each wing and a wing has a thousand markers or more, else one rank')
+  end subroutine thin_keys
+
+  !> Takes the values of the keys from `config`.
+  subroutine read_thin_keys(config, grid, params, notices)
+    type(config_t), intent(in), target :: config
+    type(grid_t), intent(in) :: grid
+    type(thin_params_t), intent(out) :: params
+    type(message_list_t), intent(inout) :: notices
+    type(mask_choices_t) :: mask
+    type(keys_t) :: keys
+    character(:), allocatable :: surface, sharing
+    keys = reading(config)
+    call thin_keys(keys, surface, sharing, params)
+    if (sharing == 'one') params%sharing = SHARING_ONE
+    if (sharing == 'group') params%sharing = SHARING_GROUP
+    params%spacing = params%spacing*grid%max_spacing()
+    params%is_thin = wants_thin_wings(config)
+    mask = mask_choices(config)
+    if (params%is_thin .and. mask%say_thickness()) &
+      call notices%add('[Insects] WingThickness, t_wing and wing_smoothing have no effect with surface = thin')
+  end subroutine read_thin_keys
+
+  !> Returns the user's word for the representation of the wings in the flow.
+  function surface_word(config) result(surface)
+    type(config_t), intent(in), target :: config
+    character(:), allocatable :: surface
+    character(:), allocatable :: sharing
+    type(thin_params_t) :: unused
+    type(keys_t) :: keys
+    keys = reading(config)
+    call thin_keys(keys, surface, sharing, unused)
+  end function surface_word
+
+  !> Tells whether wings, if there are any, have no thickness in the flow.
+  logical function wants_thin_wings(config) result(wants)
+    type(config_t), intent(in) :: config
+    type(mask_choices_t) :: mask
+    character(:), allocatable :: word
+    word = surface_word(config)
+    wants = word == 'thin'
+    if (word /= 'auto') return
+    mask = mask_choices(config)
+    wants = .not. mask%say_thickness() .and. config%get_word('Time', STEPPER) == 'AB2' .and. &
+            any(config%get_word('Dealiasing', TRUNCATION) == ['1        ', 'ellipsoid'])
+  end function wants_thin_wings
+
+  !> Prepares the flow for wings without thickness that move at `speed` [L/T] relative to it. The vanishing viscosity adds the
+  !> difference of c speed K and nu K^2, if it is positive. Reports settings that the method does not support.
+  subroutine prepare_thin_flow(config, params, speed, fluid, errors, notices)
+    type(config_t), intent(in) :: config
+    type(thin_params_t), intent(in) :: params
+    real(rp), intent(in) :: speed
+    type(fluid_params_t), intent(inout) :: fluid
+    type(message_list_t), intent(inout) :: errors, notices
+    real(rp), parameter :: LARGEST_CFL = 0.5_rp
+    character(2), parameter :: POINTS(3) = ['nx', 'ny', 'nz']
+    real(rp) :: k
+    integer :: i
+    ! Forces are proportional to slip over dt: in a tiny step the remaining slip of the step before would cause a large force.
+    fluid%time%even_end = .true.
+    k = sphere_radius(fluid%grid)
+    fluid%vanishing_rate = max(0.0_rp, params%viscosity*speed*k - fluid%nu*k**2)
+    if (fluid%time%cfl > LARGEST_CFL .and. fluid%time%dt_fixed <= 0) &
+      call notices%add('[Time] CFL is above 0.5: flows with wings without thickness may become unstable; 0.45 is safe')
+    if (fluid%time%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', STEPPER, &
+                                                         'wings without thickness ([Insects] surface = thin) need AB2')
+    if (fluid%resolution%dealias /= DEALIAS_ELLIPSOID) &
+      call config%complain(errors, 'Dealiasing', TRUNCATION, &
+                           'wings without thickness ([Insects] surface = thin) need iDealias = 1')
+    do i = merge(2, 1, fluid%grid%is_2d), 3
+      if (fluid%grid%n(i) < WINDOW_WIDTH) call config%complain(errors, 'Resolution', POINTS(i), &
+                                        'wings without thickness ([Insects] surface = thin) need at least 8 points')
+    end do
+  end subroutine prepare_thin_flow
+end module fsi_thin_keys

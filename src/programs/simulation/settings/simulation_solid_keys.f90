@@ -1,0 +1,134 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Declares the ini keys of `flusi --solid`. All units are SI; [units] states the units of [Insects].
+module simulation_solid_keys
+  use base_constants, only: PI
+  use base_kinds, only: rp
+  use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_SOLID
+  use common_instrument, only: register_idle_instrument
+  use common_solver_keys, only: limit_keys
+  use common_wing_keys, only: register_damping_keys, register_wing_keys, PLACE_HELP
+  use fsi_kinematics_keys, only: register_kinematics_keys
+  use io_include, only: register_include
+  use io_keys, only: declaring, keys_t
+  use io_registry, only: registry_t
+  use io_stop, only: job_limits_t
+  use solid_dynamics, only: dynamic_options_t
+  implicit none
+  private
+  public :: solid_choices_t, motion_keys, load_keys, solid_keys, register_solid_keys, write_solid_reference
+
+  real(rp), parameter :: ZERO(3) = 0.0_rp
+
+  !> Holds what a user chooses apart from the wing and the kinematics of [Insects].
+  type :: solid_choices_t
+    character(:), allocatable :: motion_type, wing  !< rest, rotation or flapping; left or right
+    real(rp) :: axis(3) = 0, through(3) = 0         !< of the rotation, [-] and [m]
+    real(rp) :: turns = 0, turn_ramp = 0            !< of the rotation, [1/s] and [s]
+    real(rp) :: unit_length = 1, unit_frequency = 1 !< of [Insects], [m] and [1/s]
+    character(:), allocatable :: constant, ramped, sinusoidal, released_forces !< lists of forces
+    real(rp) :: gravity(3) = 0                      !< [m/s^2]
+    real(rp) :: load_ramp = 1, load_frequency = 0, load_phase = 0 !< [s], [1/s], [rad]
+    integer :: mode = 0                             !< natural mode in which the wing starts
+    real(rp) :: amplitude = 0                       !< [m]
+    real(rp) :: dt = 0, t_max = 0                   !< [s]
+    type(dynamic_options_t) :: options
+    character(:), allocatable :: name               !< of the files to write
+    integer :: series_every = 1
+    real(rp) :: t_save = 0                          !< [s]
+    logical :: backup = .true.
+    type(job_limits_t) :: limits
+    real(rp) :: progress_seconds = 30
+  end type solid_choices_t
+
+contains
+
+  !> Fills `registry` with every key that `flusi --solid` accepts.
+  subroutine register_solid_keys(registry)
+    type(registry_t), intent(inout), target :: registry
+    type(solid_choices_t) :: unused
+    type(keys_t) :: keys
+    call register_include(registry)
+    call register_foreign_inputs(registry, INPUT_OF_SOLID)
+    call register_wing_keys(registry, required=.true.)
+    call register_idle_instrument(registry)
+    call register_damping_keys(registry)
+    keys = declaring(registry)
+    call motion_keys(keys, unused)
+    call registry%add_section('Insects', 'kinematics of the flapping wing, with the keys of a flow')
+    call register_kinematics_keys(registry)
+    call load_keys(keys, unused)
+    call solid_keys(keys, unused)
+  end subroutine register_solid_keys
+
+  !> Writes the reference of these keys, the third part of docs/formats/parameters.md, to `unit`.
+  subroutine write_solid_reference(unit)
+    integer, intent(in) :: unit
+    type(registry_t) :: registry
+    call register_solid_keys(registry)
+    write (unit, '(a)') '# Parameters of `flusi --solid`', '', &
+      'The motion of a wing in time, without a fluid. All numbers are in SI units but those of [Insects].', ''
+    call registry%write_markdown(unit)
+  end subroutine write_solid_reference
+
+  !> Declares and reads the keys on the motion of the frame and on the units of [Insects].
+  subroutine motion_keys(keys, c)
+    type(keys_t), intent(inout) :: keys
+    type(solid_choices_t), intent(inout) :: c
+    call keys%section('Motion', 'of the wing frame, in which the root rests')
+    call keys%word('type', c%motion_type, 'rest', 'rest|rotation|flapping', 'rotation about a fixed axis, or the wing beat of '// &
+                   '[Insects]; the wing starts at rest in the frame')
+    call keys%reals('axis', c%axis, [0.0_rp, 0.0_rp, 1.0_rp], 'of the rotation; any length')
+    call keys%reals('through', c%through, ZERO, 'a point of the axis, in the wing frame', unit='m')
+    call keys%real('frequency', c%turns, 0.0_rp, 'of the rotation; its sign is that of a right-handed turn', unit='1/s')
+    call keys%real('ramp', c%turn_ramp, 0.0_rp, 'the rotation starts from rest and is even after this time; 0: at once', unit='s', &
+                   min=0.0_rp)
+    call keys%word('wing', c%wing, 'left', 'left|right', 'which wing of [Insects] flaps; loads and results are along the axes '// &
+                   'of the wing file, of whose wing it may be the mirror image')
+    call keys%section('units', 'SI values of the units L and T of [Insects]')
+    call keys%real('length', c%unit_length, 1.0_rp, 'one L, for instance the wing length', unit='m', above=0.0_rp)
+    call keys%real('frequency', c%unit_frequency, 1.0_rp, '1/T, for instance the wing beat frequency', unit='1/s', above=0.0_rp)
+  end subroutine motion_keys
+
+  !> Declares and reads the keys on forces and on their dependence on time.
+  subroutine load_keys(keys, c)
+    type(keys_t), intent(inout) :: keys
+    type(solid_choices_t), intent(inout) :: c
+    call keys%section('Loads', 'forces of fixed direction in the wing frame: PLACE fx fy fz [N], separated by commas. '//PLACE_HELP)
+    call keys%text('constant', c%constant, '', 'forces that act from the beginning')
+    call keys%text('ramped', c%ramped, '', 'forces that grow, smoothly, from 0 over the time `ramp`, and then stay')
+    call keys%text('sinusoidal', c%sinusoidal, '', 'forces times sin(2 pi frequency t + phase)')
+    call keys%real('ramp', c%load_ramp, 1.0e-3_rp, 'duration of the ramp', unit='s', above=0.0_rp)
+    call keys%real('frequency', c%load_frequency, 100.0_rp, 'of the sinusoidal forces', unit='1/s', above=0.0_rp)
+    call keys%real('phase', c%load_phase, 0.0_rp, 'of the sinusoidal forces', unit='degree', scale=PI/180)
+    call keys%reals('gravity', c%gravity, ZERO, 'acceleration of gravity in space, whose axes are those of the wing frame at '// &
+                    'time 0, or those in which [Insects] states the attitude', unit='m/s^2')
+  end subroutine load_keys
+
+  !> Declares and reads all other keys of `flusi --solid`.
+  subroutine solid_keys(keys, c)
+    type(keys_t), intent(inout) :: keys
+    type(solid_choices_t), intent(inout) :: c
+    call keys%section('Initial', 'the wing at time 0: unloaded, bent and released, or in a mode')
+    call keys%text('released', c%released_forces, '', 'forces as in [Loads]: the wing starts at rest in their static '// &
+                   'equilibrium (without gravity), and they are gone at time 0')
+    call keys%integer('mode', c%mode, 0, 'start at rest, bent like this natural mode; 0: none', min=0, max=100)
+    call keys%real('amplitude', c%amplitude, 1.0e-7_rp, 'largest displacement of the mode; small, or springs stretch', &
+                   unit='m', above=0.0_rp)
+    call keys%section('Time', 'steps of equal size; one that does not converge is made in halves')
+    call keys%real('dt', c%dt, 0.0_rp, 'time step', unit='s', above=0.0_rp, required=.true.)
+    call keys%real('t_max', c%t_max, 0.0_rp, 'end of the run', unit='s', above=0.0_rp, required=.true.)
+    call keys%real('tolerance', c%options%tolerance, 1.0e-8_rp, 'of the residual, relative to the largest force in the balance', &
+                   min=1.0e-13_rp, max=1.0e-3_rp)
+    call keys%integer('iterations', c%options%iterations, 10, 'of Newton''s method in a step, before it is halved', min=1, max=100)
+    call keys%integer('halvings', c%options%halvings, 8, 'of a step, before the run fails', min=0, max=20)
+    call keys%section('Saving', 'what is written, and when to stop')
+    call keys%text('name', c%name, 'solid', 'first part of the names of all files, with a folder if wanted')
+    call keys%real('t_save', c%t_save, 9.0e9_rp, 'interval of shapes; the first and the last are always saved', unit='s', &
+                   above=0.0_rp)
+    call keys%integer('series_every', c%series_every, 1, 'steps between two records of the time series', min=1)
+    call keys%switch('iDoBackup', c%backup, .true., 'write backups')
+    call keys%real('truntime', c%limits%backup_seconds, 1.0_rp, 'wall time between backups', unit='h', above=0.0_rp, &
+                   scale=3600.0_rp)
+    call limit_keys(keys, c%limits, c%progress_seconds)
+  end subroutine solid_keys
+end module simulation_solid_keys

@@ -1,0 +1,97 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Eigenvectors of a symmetric positive definite operator that belong to its largest eigenvalues, by block Lanczos iteration with
+!> full orthogonalisation. It ends when residuals, and not only values, are small. Blocks cope with eigenvalues that repeat.
+module solid_lanczos
+  use base_kinds, only: rp
+  use base_lapack, only: orthogonalise, symmetric_eigen
+  implicit none
+  private
+  public :: symmetric_operator_t, find_largest
+
+  !> A, which only its products with vectors show.
+  type, abstract :: symmetric_operator_t
+  contains
+    procedure(apply_interface), deferred :: apply
+  end type symmetric_operator_t
+
+  abstract interface
+    !> Returns A x, column by column, for x(n, :).
+    function apply_interface(self, x) result(z)
+      import :: rp, symmetric_operator_t
+      class(symmetric_operator_t), intent(in) :: self
+      real(rp), intent(in) :: x(:, :)
+      real(rp) :: z(size(x, 1), size(x, 2))
+    end function apply_interface
+  end interface
+
+contains
+
+  !> Returns x(n, n_vectors), n = size(start), the eigenvector of the largest eigenvalue first, and the largest residual over its
+  !> eigenvalue, which a failure leaves above `tolerance`. `start`(n) scales the components of the first block. Small problems
+  !> have one block that is the whole space.
+  subroutine find_largest(operator, start, n_vectors, tolerance, x, residual)
+    class(symmetric_operator_t), intent(in) :: operator
+    real(rp), intent(in) :: start(:), tolerance
+    integer, intent(in) :: n_vectors
+    real(rp), allocatable, intent(out) :: x(:, :)
+    real(rp), intent(out) :: residual
+    integer, parameter :: BLOCK = 4, SMALL = 100, BETWEEN = 5
+    real(rp), allocatable :: q(:, :), t(:, :), s(:, :), v(:, :), w(:, :), c(:, :), r(:, :), values(:)
+    integer :: n, b, m, most, i, k
+    n = size(start)
+    b = merge(n, BLOCK, n <= SMALL)
+    most = min(n, 20*n_vectors + SMALL)
+    allocate (q(n, most), v(n, b), w(n, b), t(most, most), source=0.0_rp)
+    do i = 1, b ! shapes without symmetry, the same in every run
+      v(:, i) = start*sin([(1.0_rp + 0.37_rp*i*k + 0.011_rp*real(k, rp)**2, k=1, n)])
+    end do
+    call make_orthonormal(v)
+    m = 0
+    residual = huge(1.0_rp)
+    do while (m + b <= most)
+      q(:, m + 1:m + b) = v
+      w = operator%apply(v)
+      m = m + b
+      c = project(w)
+      t(:m, m - b + 1:m) = c
+      t(m - b + 1:m, :m) = transpose(c)
+      c = project(w)
+      if (m == n .or. (mod(m/b, BETWEEN) == 0 .and. m > n_vectors)) then
+        call orthogonalise(w, v, r)
+        s = 0.5_rp*(t(:m, :m) + transpose(t(:m, :m)))
+        if (allocated(values)) deallocate (values)
+        allocate (values(m))
+        call symmetric_eigen(s, values) ! the largest come last
+        s = s(:, m:m - n_vectors + 1:-1)
+        values = values(m:m - n_vectors + 1:-1)
+        residual = maxval(norm2(matmul(r, s(m - b + 1:, :)), 1)/values)
+        x = matmul(q(:, :m), s)
+        if (m == n .or. residual < tolerance) exit
+      end if
+      v = w
+      call make_orthonormal(v)
+      c = project(v)
+      call make_orthonormal(v)
+    end do
+    if (m == n) residual = 0
+
+  contains
+
+    !> Takes from a(n, b) what lies in the space of the first m vectors, and gives its components there.
+    function project(a) result(components)
+      real(rp), intent(inout) :: a(:, :)
+      real(rp) :: components(m, size(a, 2))
+      components = matmul(transpose(q(:, :m)), a)
+      a = a - matmul(q(:, :m), components)
+    end function project
+
+  end subroutine find_largest
+
+  !> Columns become orthonormal, the first first.
+  subroutine make_orthonormal(q)
+    real(rp), intent(inout) :: q(:, :)
+    real(rp), allocatable :: basis(:, :), r(:, :)
+    call orthogonalise(q, basis, r)
+    q = basis
+  end subroutine make_orthonormal
+end module solid_lanczos

@@ -1,0 +1,130 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Approximations of flights: about the case, about what was found, with the steps of both.
+program test_flight_response
+  use base_kinds, only: rp
+  use diagnosis_flight_catalogue, only: flight_steps, rounded
+  use diagnosis_flight_response, only: flight_response_t, FLOW_FREQUENCY, N_CHANGES
+  use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t, FLOW_LEAD, FLOW_PITCH, FLOW_VISCOSITY, &
+                                     FLOW_WIND, N_FLOW
+  use measurement_flight, only: N_COMPONENTS
+  use testkit, only: testkit_t
+  implicit none
+  type(testkit_t) :: t
+  call t%start(parallel=.false.)
+  call check_steps()
+  call check_rounding()
+  call check_move()
+  call t%finish()
+
+contains
+
+  !> The step is the prior sd where nothing is known, then twice the sd of what was found, within the range of the prior.
+  subroutine check_steps()
+    type(flight_facts_t) :: facts
+    real(rp) :: first(N_FLOW), steps(N_FLOW), sd(N_FLOW)
+    facts%speed = 2
+    facts%missing(FLOW_PITCH) = 'cannot'
+    first = flight_steps(facts, '')
+    call t%check('every change that can be made has a step', count(first > 0) == N_FLOW - 1 .and. .not. first(FLOW_PITCH) > 0)
+    call t%check_close('that of the lead is its prior sd', first(FLOW_LEAD), 0.02_rp, rtol=1.0e-14_rp)
+    call t%check_close('so is that of the wind', first(FLOW_WIND + 1), 0.1_rp, rtol=1.0e-14_rp)
+    sd = 0
+    sd(FLOW_LEAD) = 0.0019_rp
+    sd(FLOW_PITCH) = 0.01_rp
+    sd(FLOW_VISCOSITY) = 1
+    sd(FLOW_WIND + 1) = 1.0e-5_rp
+    steps = flight_steps(facts, '', sd)
+    call t%check('only what was fitted has a step', count(steps > 0) == 3 .and. .not. steps(FLOW_PITCH) > 0)
+    call t%check_close('twice the sd, with one digit', steps(FLOW_LEAD), 0.004_rp, rtol=1.0e-12_rp)
+    call t%check_close('at most the prior sd', steps(FLOW_VISCOSITY), first(FLOW_VISCOSITY), rtol=1.0e-14_rp)
+    call t%check_close('at least a tenth of it', steps(FLOW_WIND + 1), first(FLOW_WIND + 1)/10, rtol=1.0e-14_rp)
+    steps = flight_steps(facts, 'balance_gain', sd)
+    call t%check('what is not sought has none', .not. any(steps > 0))
+  end subroutine check_steps
+
+  subroutine check_rounding()
+    call t%check_close('a multiple of 0.001', rounded(0.03612_rp, 0.0034_rp), 0.036_rp, rtol=1.0e-12_rp)
+    call t%check_close('a negative one', rounded(-0.0367_rp, 0.0034_rp), -0.037_rp, rtol=1.0e-12_rp)
+    call t%check_close('a multiple of 10', rounded(57.0_rp, 99.0_rp), 60.0_rp, rtol=1.0e-12_rp)
+  end subroutine check_rounding
+
+  !> Forces that are not quadratic: about what was found the approximation has their value and both derivatives there, and keeps
+  !> the derivatives of what was not flown again.
+  subroutine check_move()
+    type(flight_response_t) :: response
+    type(flight_record_t), allocatable :: records(:)
+    character(:), allocatable :: reason
+    real(rp) :: steps(N_FLOW), c(N_CHANGES), origin(N_FLOW)
+    real(rp), parameter :: FOUND = 0.3_rp
+    response%n_harmonics = 2
+    steps = 0
+    steps([FLOW_LEAD, FLOW_VISCOSITY]) = 0.01_rp
+    call fly(response%requests(steps, .false.), records)
+    call response%take(steps, .false., records, reason)
+    call t%check('the flights about the case are taken', reason == '')
+    c = 0
+    c(FLOW_LEAD) = FOUND
+    call t%check('far from the case the approximation errs', abs(error_at(response, c)) > 1.0e-3_rp)
+    origin = response%seen(c)
+    steps(FLOW_VISCOSITY) = 0
+    call fly(response%requests(steps, .true., origin), records)
+    call t%check('the flight, a finer one and two about it', size(records) == 4)
+    call response%move(origin, steps, .true., records, reason)
+    call t%check('they are taken', reason == '')
+    call t%check_close('forces are those that were flown', error_at(response, c), 0.0_rp, atol=1.0e-14_rp)
+    call t%check_close('a finer grid changes them as there', real(response%of_grid(1, 1), rp), &
+                       0.1_rp*force(c(:N_FLOW)), rtol=1.0e-12_rp)
+    c(FLOW_LEAD) = FOUND + 0.02_rp
+    call t%check_close('and about it', error_at(response, c), 0.0_rp, atol=1.0e-5_rp)
+    c(FLOW_VISCOSITY) = 0.02_rp
+    call t%check_close('what was not flown again changes them as at the case', error_at(response, c), 0.0_rp, atol=1.0e-4_rp)
+    call check_derivative(response, c, FLOW_LEAD)
+    call check_derivative(response, c, FLOW_VISCOSITY)
+    call check_derivative(response, c, FLOW_FREQUENCY)
+    records(3)%is_flown = .false.
+    records(3)%reason = 'it diverged'
+    call response%move(0*origin, steps, .true., records, reason)
+    call t%check('without one of the flights nothing is taken', reason == 'it diverged' .and. &
+                 abs(response%origin(FLOW_LEAD) - FOUND) <= 0)
+  end subroutine check_move
+
+  subroutine check_derivative(response, c, j)
+    type(flight_response_t), intent(in) :: response
+    real(rp), intent(in) :: c(N_CHANGES)
+    integer, intent(in) :: j
+    real(rp), parameter :: H = 1.0e-5_rp
+    complex(rp), dimension(0:2, N_COMPONENTS) :: above, below, slope
+    real(rp) :: d(N_CHANGES)
+    d = 0
+    d(j) = H
+    above = response%at(c + d)
+    below = response%at(c - d)
+    slope = response%derivative(c, j)
+    call t%check('derivative is that of the approximation', maxval(abs((above - below)/(2*H) - slope)) < 1.0e-8_rp)
+  end subroutine check_derivative
+
+  !> The same force, without a wave, at all times and in all components; a tenth more on the finer grid.
+  subroutine fly(requests, records)
+    type(flight_request_t), intent(in) :: requests(:)
+    type(flight_record_t), allocatable, intent(out) :: records(:)
+    integer :: i
+    allocate (records(size(requests)))
+    do i = 1, size(requests)
+      records(i)%is_flown = .true.
+      records(i)%values = force(requests(i)%change)*merge(1.1_rp, 1.0_rp, requests(i)%is_refined)
+    end do
+  end subroutine fly
+
+  pure real(rp) function force(change)
+    real(rp), intent(in) :: change(N_FLOW)
+    force = exp(change(FLOW_LEAD)) + 0.5_rp*sin(change(FLOW_VISCOSITY))
+  end function force
+
+  real(rp) function error_at(response, c)
+    type(flight_response_t), intent(in) :: response
+    real(rp), intent(in) :: c(N_CHANGES)
+    complex(rp) :: series(0:2, N_COMPONENTS)
+    series = response%at(c)
+    error_at = real(series(0, 1), rp) - force(c(:N_FLOW))
+  end function error_at
+end program test_flight_response
