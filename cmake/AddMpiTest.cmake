@@ -12,7 +12,6 @@ set(FLUSI_TEST_ENVIRONMENT
     # Ranks share a machine. What Open MPI 5 says of its network disturbs tests, and each start of ranks that looks for
     # networks takes up to two seconds.
     OMPI_MCA_pml=ob1 OMPI_MCA_btl=^tcp,ofi,openib
-    OMPI_MCA_ess_singleton_isolated=1         # a program without mpiexec starts no daemon beside it
     OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1)
 string(REPLACE ";" "\n" FLUSI_TEST_ENVIRONMENT_LINES "${FLUSI_TEST_ENVIRONMENT}")
 file(WRITE ${CMAKE_BINARY_DIR}/test_environment "${FLUSI_TEST_ENVIRONMENT_LINES}\n")

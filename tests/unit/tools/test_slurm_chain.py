@@ -12,6 +12,12 @@ SCRIPT = Path(__file__).resolve().parents[3] / "tools" / "slurm" / "flusi.sbatch
 SBATCH = 'echo "$FLUSI_CHAIN $*" > submitted; echo "$FLUSI_CHAIN_RUN" > submitted_run\n'
 
 
+def hear_signals():
+    """A job that was started in the background, or with nohup, ignores these."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
 class SlurmChain(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -31,7 +37,7 @@ class SlurmChain(unittest.TestCase):
         self.stub("sbatch", SBATCH)
         environment = {**os.environ, "PATH": f"{self.folder / 'bin'}:{os.environ['PATH']}", **environment}
         return subprocess.Popen(["bash", str(SCRIPT), *(arguments or ["a.ini"])], cwd=self.folder, env=environment,
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, preexec_fn=hear_signals)
 
     def run_job(self, program, *arguments, **environment):
         job = self.start(program, *arguments, **environment)
