@@ -86,7 +86,7 @@ endfunction()
 # driven by a script; they get the same environment and a working directory of their own. PROCESSORS: what they keep busy on
 # average. It is 1 for scripts that start short runs of two ranks: these wait for their start, for each other and for what
 # looks at their files.
-set(FLUSI_PYTHONPATH "${CMAKE_SOURCE_DIR}/tools:${CMAKE_SOURCE_DIR}/tests/support:${CMAKE_SOURCE_DIR}/tests/verification:${CMAKE_SOURCE_DIR}/bench/scaling")
+set(FLUSI_PYTHONPATH "${CMAKE_SOURCE_DIR}/tools:${CMAKE_SOURCE_DIR}/tests/support:${CMAKE_SOURCE_DIR}/tests/verification:${CMAKE_SOURCE_DIR}/bench/scaling:${CMAKE_SOURCE_DIR}/bench/common")
 function(add_script_test name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT;PROCESSORS;COST" "COMMAND" ${ARGN})
   if(NOT ARG_TIMEOUT)

@@ -165,9 +165,9 @@ contains
     call simulator%set_error_directions(directions)
   end subroutine set_error_directions
 
-  !> Evaluates the simulator of the diagnosis at q, the fit of a cause, before the other mesh is fitted there: residuals `own` and the
-  !> same point q_other of the other mesh. `can_renew` false: there is no such point, or no result. On rank 0, while the others serve
-  !> the simulator of the diagnosis.
+  !> Evaluates the simulator of the diagnosis at q, the fit of a cause, before the other mesh is fitted there: residuals `own` and
+  !> the same point q_other of the other mesh. `can_renew` false: there is no such point, or no result. On rank 0, while the others
+  !> serve the simulator of the diagnosis.
   subroutine discretisation_begin_renewal(self, q, q_other, own, can_renew)
     class(discretisation_error_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)

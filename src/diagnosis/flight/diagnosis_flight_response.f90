@@ -5,8 +5,8 @@
 !>
 !>     F(c) = F_0 + sum_j (F_j+ - F_j-)/(2 h_j) c_j + (F_j+ - 2 F_0 + F_j-)/(2 h_j^2) c_j^2.
 !>
-!> `move` makes the same approximation about other kinematics and another flow, where c_j counts from there. Derivatives with respect
-!> to changes that are not flown again stay those at the case.
+!> `move` makes the same approximation about other kinematics and another flow, where c_j counts from there. Derivatives with
+!> respect to changes that are not flown again stay those at the case.
 !>
 !> A beat of a rigid wing whose frequency is exp(e) times that of the case needs no flight of its own. It is the case in a fluid
 !> of viscosity nu exp(-e) with a wind that is exp(-e) times that of the case. Its forces are exp(2 e) times and its power is
@@ -45,8 +45,8 @@ module diagnosis_flight_response
 
 contains
 
-  !> Lists the flights that are needed: the case with the changes `origin`, the same on a finer grid if `is_refined`, and two flights
-  !> about it for each change whose step is above 0. Without `origin` it is the case as it is.
+  !> Lists the flights that are needed: the case with the changes `origin`, the same on a finer grid if `is_refined`, and two
+  !> flights about it for each change whose step is above 0. Without `origin` it is the case as it is.
   pure function response_requests(self, steps, is_refined, origin) result(requests)
     class(flight_response_t), intent(in) :: self
     real(rp), intent(in) :: steps(N_FLOW)

@@ -130,8 +130,8 @@ contains
     self%in_use = number
   end subroutine flight_use
 
-  !> Finds, for the flight in use, the difference between its samples, joined by straight lines, and its Fourier series up to the last
-  !> harmonic. This is what the series leaves out: higher frequencies, and the part that is not quite periodic.
+  !> Finds, for the flight in use, the difference between its samples, joined by straight lines, and its Fourier series up to the
+  !> last harmonic. This is what the series leaves out: higher frequencies, and the part that is not quite periodic.
   subroutine find_rest(self)
     type(wing_flight_t), intent(inout) :: self
     complex(rp), allocatable :: samples(:, :)

@@ -17,9 +17,10 @@ module diagnosis_wing_simulator
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_labels, only: make_labels
+  use diagnosis_wing_lattice, only: lay_out_patterns
   use diagnosis_wing_motion, only: wing_motion_t
   use diagnosis_wing_parameters, only: find_parameter, without_sites, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
-  use diagnosis_wing_state, only: offset_on_wing, wing_state_t
+  use diagnosis_wing_state, only: wing_state_t
   use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, NUISANCE_KIND, &
                                  NUISANCE_NAMES
   use inference_simulator, only: simulator_t
@@ -100,17 +101,11 @@ contains
     self%n_baseline = catalogue%n_baseline
     if (world%is_root) call self%motion%init(experiment, wing, catalogue%parameters, parts, flights)
     self%n_observations = bins%n + self%motion%n
-    n = size(patterns%site, 2)
     n_smooth_errors = merge(N_DISTORTIONS, 0, any(bins%cell(1, :bins%n) > 0))
-    self%n_alone = 2*n
-    self%n_patterns = 2*n + n_smooth_errors*size(experiment%loads)
+    self%n_alone = 2*size(patterns%site, 2)
+    self%n_patterns = self%n_alone + n_smooth_errors*size(experiment%loads)
     self%field = pack([(l, l=1, size(catalogue%parameters))], catalogue%parameters%kind == KIND_SOFT)
-    self%family = [(1, l=1, n), (2, l=1, n), (4, l=2*n + 1, self%n_patterns), (3, l=1, size(self%field))]
-    self%pattern_site = reshape([patterns%site, patterns%site, &
-                                  [(spread(experiment%measurement%loads(l)%point, 2, n_smooth_errors), &
-                                    l=1, size(experiment%loads))], &
-                                  experiment%model%layout%hinge_site(:, catalogue%parameters(self%field)%number)], &
-                                 [2, self%n_patterns + size(self%field)])
+    call lay_out_patterns(experiment, catalogue%parameters, patterns, n_smooth_errors, self%field, self%family, self%pattern_site)
     self%family_names = FAMILY_NAMES
     call self%motion%append_patterns(self%n_patterns, self%family, self%pattern_site, self%family_names)
     call self%runner%init(experiment, wing, catalogue%parameters, bins, patterns)
@@ -196,12 +191,8 @@ contains
     end do
     call run_journalled_tasks(self%farm, self%runner, self%journal, [self%current%shapes], inputs, results, is_valid)
     self%n_evaluations = self%n_evaluations + 1
-    if (n == size(self%experiment%loads)) then
-      call move_alloc(results, outputs)
-    else
-      allocate (outputs(size(results, 1), size(self%experiment%loads)), source=0.0_rp)
-      outputs(:, loads) = results
-    end if
+    allocate (outputs(size(results, 1), size(self%experiment%loads)), source=0.0_rp)
+    outputs(:, loads) = results
     self%was_evaluated = .false.
     self%was_evaluated(loads) = .true.
   end subroutine run_all
@@ -291,32 +282,27 @@ contains
     real(rp), intent(in) :: errors(:), q(:)
     logical, intent(out) :: is_valid
     real(rp) :: before(2, size(self%current%load_offset, 2)), was_linear(size(self%current%linear))
-    real(rp) :: residuals(self%n_observations), nothing(self%n_observations, 0)
-    real(rp) :: nuisances(self%n_observations, self%n_nuisances)
+    real(rp) :: residuals(self%n_observations), nothing(self%n_observations, 0), nuisances(self%n_observations, self%n_nuisances)
     integer :: l, first, last, v
     is_valid = .true.
     if (.not. self%has_nonlinear_nuisances()) return
-    associate (sd => self%experiment%measurement%accuracy%position)
-      before = self%current%load_offset
-      was_linear = self%current%linear
-      do l = 1, size(self%current%load_offset, 2)
-        v = (l - 1)*N_LOAD_NUISANCES + 1
-        self%current%load_offset(:, l) = offset_on_wing(self%experiment, l, errors(v + 1:v + 2))
-      end do
-      call self%evaluate(q, [integer ::], residuals, nothing, is_valid)
-      if (is_valid) call self%directions(q, nuisances, nothing, is_valid)
-      if (.not. is_valid) then
-        self%current%load_offset = before
-        self%current%linear = was_linear
-        return
-      end if
-      do l = 1, size(self%current%load_offset, 2)
-        v = (l - 1)*N_LOAD_NUISANCES + 1
-        first = self%bins%first(l)
-        last = first + self%bins%count(l) - 1
-        self%current%linear(first:last) = matmul(nuisances(first:last, v + 1:v + 2), self%current%load_offset(:, l)/sd)
-      end do
-    end associate
+    before = self%current%load_offset
+    was_linear = self%current%linear
+    call self%current%move_loads(self%experiment, errors, N_LOAD_NUISANCES)
+    call self%evaluate(q, [integer ::], residuals, nothing, is_valid)
+    if (is_valid) call self%directions(q, nuisances, nothing, is_valid)
+    if (.not. is_valid) then
+      self%current%load_offset = before
+      self%current%linear = was_linear
+      return
+    end if
+    do l = 1, size(self%current%load_offset, 2)
+      v = (l - 1)*N_LOAD_NUISANCES + 1
+      first = self%bins%first(l)
+      last = first + self%bins%count(l) - 1
+      self%current%linear(first:last) = matmul(nuisances(first:last, v + 1:v + 2), self%current%load_offset(:, l)/ &
+                                               self%experiment%measurement%accuracy%position)
+    end do
   end subroutine wing_linearise_at
 
   !> Tells whether there are errors of places: only these are not linear.
@@ -371,24 +357,22 @@ contains
     real(rp), allocatable :: outputs(:, :)
     integer, allocatable :: common(:)
     real(rp) :: sd(N_COMMON_NUISANCES)
-    integer :: l, i, b, first, at, v, shared
+    integer :: l, i, b, first, at, shared
     nuisances = 0
     patterns = 0
     common = pack([self%gain, self%membrane], [self%gain, self%membrane] > 0)
     sd = [self%experiment%measurement%accuracy%force_gain, self%membrane_sd]
     call run_all(self, merge(TASK_DIRECTIONS, TASK_NUISANCES, size(patterns, 2) > 0), q, common, outputs, is_valid)
     if (.not. is_valid) return
-    v = 0
     shared = size(self%was_evaluated)*N_LOAD_NUISANCES
     do l = 1, size(outputs, 2)
       b = self%bins%count(l)
       first = self%bins%first(l)
       at = N_FACTS
       do i = 1, N_LOAD_NUISANCES
-        nuisances(first:first + b - 1, v + i) = outputs(at + 1:at + b, l)
+        nuisances(first:first + b - 1, (l - 1)*N_LOAD_NUISANCES + i) = outputs(at + 1:at + b, l)
         at = at + b
       end do
-      v = v + N_LOAD_NUISANCES
       do i = 1, size(self%runner%parameters)
         if (.not. any(common == i)) cycle
         if (i == self%gain) nuisances(first:first + b - 1, shared + 1) = sd(1)*outputs(at + 1:at + b, l)

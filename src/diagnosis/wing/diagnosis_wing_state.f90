@@ -7,7 +7,7 @@ module diagnosis_wing_state
   use measurement_experiment, only: experiment_t
   implicit none
   private
-  public :: offset_on_wing, wing_state_t
+  public :: wing_state_t
 
   type, extends(solver_state_t) :: wing_state_t
     real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, loads) [m]
@@ -19,6 +19,7 @@ module diagnosis_wing_state
   contains
     procedure :: init => state_init
     procedure :: start_from_mesh => state_start_from_mesh
+    procedure :: move_loads => state_move_loads
   end type wing_state_t
 
 contains
@@ -48,6 +49,19 @@ contains
     self%load_offset = other%load_offset
     self%linear = other%linear
   end subroutine state_start_from_mesh
+
+  !> Moves every load to where it acts with these errors of places, of which load l has errors(v + 1:v + 2),
+  !> v = (l - 1) stride + 1.
+  subroutine state_move_loads(self, experiment, errors, stride)
+    class(wing_state_t), intent(inout) :: self
+    type(experiment_t), intent(in) :: experiment
+    real(rp), intent(in) :: errors(:)
+    integer, intent(in) :: stride
+    integer :: l
+    do l = 1, size(self%load_offset, 2)
+      self%load_offset(:, l) = offset_on_wing(experiment, l, errors((l - 1)*stride + 2:(l - 1)*stride + 3))
+    end do
+  end subroutine state_move_loads
 
   !> Returns the distance(2) [m] from its stated place at which load l acts, for errors(2) of that place in units of their sd.
   !> Errors are limited to MOST sd, and further where the place would not be on the wing.

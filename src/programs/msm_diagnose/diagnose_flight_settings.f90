@@ -126,8 +126,8 @@ contains
     end associate
   end subroutine check_records
 
-  !> Prints on `unit` how many flights are needed and what they may cost, and how many more there may be in `most_rounds` rounds with
-  !> what is found. Not collective: rank 0 calls it.
+  !> Prints on `unit` how many flights are needed and what they may cost, and how many more there may be in `most_rounds` rounds
+  !> with what is found. Not collective: rank 0 calls it.
   subroutine print_cost(unit, most_rounds, runner, data, world)
     integer, intent(in) :: unit, most_rounds
     type(flusi_runner_t), intent(inout) :: runner

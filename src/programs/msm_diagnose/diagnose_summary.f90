@@ -259,8 +259,8 @@ contains
     text = text//' (probability '//trim(percent)//' %)'//unsettled(d)
   end function verdict_sentence
 
-  !> Returns by how much the causes still moved when they were flown for the last time. The text is empty if they have settled, or if
-  !> nothing was flown again.
+  !> Returns by how much the causes still moved when they were flown for the last time. The text is empty if they have settled, or
+  !> if nothing was flown again.
   function unsettled(d) result(text)
     type(diagnosis_t), intent(in) :: d
     character(:), allocatable :: text

@@ -97,7 +97,7 @@ contains
       return
     end if
     if (world%is_root) then
-      call print_run_header(output_unit, self%settings, plans, self%fluid, self%coupler, opening%restart_time, self%thin)
+      call print_run_header(output_unit, self%settings, plans, self%fluid, opening%restart_time, self%thin)
       call remarks%print(output_unit, '')
     end if
     call self%progress%init(world%is_root, settings%output%progress_seconds)
@@ -179,7 +179,7 @@ contains
       do while (.not. self%is_done())
         call self%request_fields(.false., request)
         call self%timers%start(self%t_step)
-        call fluid%step(request, self%outcome%failure, self%wings)
+        call fluid%step(request, self%outcome%failure, self%wings, self%trial())
         call self%timers%stop(self%t_step)
         call self%outcome%classify(OUTCOME_DIVERGED)
         if (self%outcome%failure%failed) exit
