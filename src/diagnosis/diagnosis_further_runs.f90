@@ -12,8 +12,10 @@ module diagnosis_further_runs
   use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_parameters, only: KIND_FLIGHT
   use diagnosis_wing_simulator, only: wing_simulator_t
+  use diagnosis_wing_state, only: wing_state_t
   use inference_relinearisation, only: model_error_t
   use inference_whitener, only: whitener_t
+  use least_squares_state, only: solver_state_t
   use parallel_world, only: world_t
   implicit none
   private
@@ -112,9 +114,26 @@ contains
       call response%move(origin, steps, data%is_refined, records, reason)
       if (reason /= '') return
       data%at_found = response
-      call self%simulator%approximate_flights(response, rows)
+      call approximate_flights(self%simulator, response, rows)
     end associate
   end subroutine runs_linearise
+
+  !> Makes the simulator take forces over the beat from `response`, until `set_state` goes back. `rows` are the observations that
+  !> this changes.
+  subroutine approximate_flights(simulator, response, rows)
+    type(wing_simulator_t), intent(inout) :: simulator
+    type(flight_response_t), intent(in) :: response
+    integer, allocatable, intent(out) :: rows(:)
+    class(solver_state_t), allocatable :: state
+    integer :: i
+    call simulator%get_state(state)
+    select type (state)
+    type is (wing_state_t)
+      call simulator%motion%flight%add(response, state%flight)
+    end select
+    call simulator%set_state(state)
+    rows = [(i, i=simulator%n_observations - simulator%motion%flight%n + 1, simulator%n_observations)]
+  end subroutine approximate_flights
 
   !> Returns the changes c of kinematics and flow at q, and how well those that are flown are known: 0 if they are not fitted.
   subroutine find_changes(self, q, sd, c, sd_of)

@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """msm_diagnose against data of mechanics that share nothing with it (tools/blind_generate).
 
-    test_fixed    the cases in ini/blind.json, at two levels of force in place of three: nothing, one cause each, and two
-                  that no entry of the catalogue has
+    test_fixed    the cases in ini/blind.json, at two levels of force in place of three: nothing, one cause each, and one that
+                  no entry of the catalogue has
+    test_gradient_and_wave   two more of them
     test_random   six cases with a seed from the operating system, which is printed; three at least have an acceptable
                   verdict, as is true in all but 1.3e-3 of all runs of a program that fails in a tenth of its cases, twice
                   as often as the targets of docs/results/diagnosis-results.md allow. One that always says "adequate" passes in 5 % of all runs
@@ -58,6 +59,7 @@ draws = 1000;
 refits = 2;
 refine = no;
 validation = yes;
+intervals = yes;
 [Saving]
 name = {name};
 """
@@ -115,18 +117,34 @@ def is_allowed(verdicts, code, found):
 
 
 def test_fixed(case):
-    """Every fixed case gets one of the verdicts that are right for it."""
-    names = [name for name in ALLOWED if name != "E_wave"]
+    """Every fixed case gets one of the verdicts that are right for it; the gradient and the wave are left to test_gradient_and_wave."""
+    names = [name for name in ALLOWED if name not in ("E_wave", "E_gradient")]
+    diagnose_fixed(case, {"some": (names[::2], 1e-5), "others": (names[1::2], 1e-5)})
+
+
+def test_gradient_and_wave(case):
+    """So do a gradient along the span, which msm_diagnose.py and diagnosis_entries.py find too, and a wave along a vein, which is in
+    the catalogue as little as the memory of a scan."""
     # With the errors of the others the wave, which cannot be stronger, has a ratio of 7: too weak to exclude a soft place.
-    batches = {"some": (names[::2], 1e-5), "others": (names[1::2], 1e-5), "wave": (["E_wave"], 4e-6)}
+    diagnose_fixed(case, {"gradient": (["E_gradient"], 1e-5), "wave": (["E_wave"], 4e-6)})
+
+
+def diagnose_fixed(case, batches):
+    """Cases of these names and errors get one of the verdicts that are right for them."""
     folders = two_at_a_time(lambda name: blind_generate(case.sub(name), quick_design(batches[name][1]), "--fixed", *batches[name][0]),
                             batches)
     data = {name: folder / f"{name}.h5" for folder, (members, _) in zip(folders, batches.values()) for name in members}
     wrong = []
-    for name, (code, found, _) in zip(data, two_at_a_time(lambda name: diagnose(case, data[name], name), data)):
+    for name, (code, found, _) in zip(data, two_at_a_time(lambda name: diagnose(case, data[name], name, **support(name)), data)):
         if not is_allowed(ALLOWED[name], code, found) or not ALIASES.get(name, set()) <= set(causes(found)):
             wrong.append(f"{name}: {found['verdict']['sentence']}")
     check(not wrong, "; ".join(wrong))
+
+
+def support(name):
+    """Intervals and predictions of what was left out can but withdraw a name: they are made where one is hoped for."""
+    is_hoped = name in ("root_compliance", "E_gradient", "joint_hardening", "damage")
+    return {} if is_hoped else {"validation": "no", "intervals": "no"}
 
 
 def test_random(case):

@@ -14,7 +14,6 @@ module diagnosis_wing_simulator
   use diagnosis_journalled_tasks, only: run_journalled_tasks
   use diagnosis_wing_bins, only: bin_distortions, bin_covariance, bins_t, noise_model_t, N_DISTORTIONS
   use diagnosis_wing_entries, only: catalogue_t
-  use diagnosis_flight_response, only: flight_response_t
   use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_lattice, only: lay_out_patterns
@@ -65,7 +64,6 @@ module diagnosis_wing_simulator
     procedure :: shut_down => wing_shut_down
     procedure :: set_error_directions => wing_set_error_directions
     procedure :: start_from_mesh => wing_start_from_mesh
-    procedure :: approximate_flights => wing_approximate_flights
     procedure :: pixels => wing_pixels
     procedure :: evaluate => wing_evaluate
     procedure :: covariance => wing_covariance
@@ -150,18 +148,6 @@ contains
     self%n_nuisances = self%n_nuisances - size(self%current%error_directions, 2) + size(directions, 2)
     self%current%error_directions = directions
   end subroutine wing_set_error_directions
-
-  !> Takes forces over the beat from `response` from now on, until `set_state` goes back. `rows` are the observations that this
-  !> changes.
-  subroutine wing_approximate_flights(self, response, rows)
-    class(wing_simulator_t), intent(inout) :: self
-    type(flight_response_t), intent(in) :: response
-    integer, allocatable, intent(out) :: rows(:)
-    integer :: i
-    call self%motion%flight%add(response, self%current%flight)
-    call self%motion%flight%use(self%current%flight)
-    rows = [(i, i=self%n_observations - self%motion%flight%n + 1, self%n_observations)]
-  end subroutine wing_approximate_flights
 
   !> Takes shapes, as starts of warm solutions, and errors from `other`, the same loads on a mesh of half or of twice the size.
   !> parents(2, points of the finer mesh) are the points of the coarser one between which each lies.
