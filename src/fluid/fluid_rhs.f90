@@ -269,7 +269,7 @@ contains
     if (any(self%pass == [PASS_AB2, PASS_RK_FIRST, PASS_HEUN_FIRST])) call self%set_step()
   end subroutine rhs_choose_step
 
-  !> The length of the step that begins with this pass, and the viscous factors for it.
+  !> Chooses the length of the step that begins with this pass, and the viscous factors for it.
   subroutine set_step(self)
     class(rhs_t), intent(inout) :: self
     self%dt = next_step_length(self%params, max(self%sums%u_max, self%solid_speed), self%state%time, &

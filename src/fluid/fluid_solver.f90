@@ -41,8 +41,8 @@ module fluid_solver
     type(sums_t) :: sums                    !< integrals of the last pass
     real(rp) :: sums_time = 0               !< time they belong to
     real(rp) :: dt = 0                      !< length of the step that began at that time
-    type(point_forces_t), allocatable :: points !< points at which the flow is looked at and pushed, see `hold_points`
-    type(sampled_field_t), private :: sampled
+    type(point_forces_t), allocatable :: points !< points at which the flow is sampled and pushed, see `hold_points`
+    type(sampled_field_t), private :: sampled  !< a field where it is sampled, see `hold_samples`
     logical, private :: has_pressure = .false. !< the last pass kept the pressure
     logical, private :: has_flow = .false.     !< the pass that `sums` are of kept the flow
     logical, private :: has_begun = .false.    !< the initial flow has served, but for `flow_field`
@@ -204,7 +204,7 @@ contains
     if (self%rhs%failure%failed) call failure%raise(self%rhs%failure%reason)
   end subroutine fluid_try
 
-  !> One pass of the scheme, which is a whole step of AB2 and Euler: places the solids, takes the curl, multiplies, penalises,
+  !> Makes one pass of the scheme, which is a whole step of AB2 and Euler: places the solids, takes the curl, multiplies, penalises,
   !> projects and advances. The kernels of `rhs_t` have these names.
   subroutine run_pass(self, pass, request, moving)
     class(fluid_t), intent(inout) :: self
@@ -270,7 +270,7 @@ contains
     end associate
   end subroutine keep_sums
 
-  !> Static pressure of the last pass, which must have been asked to keep it (fluid_pressure). Costs one inverse transform.
+  !> Computes the static pressure of the last pass, which must have kept it (fluid_pressure). Costs one inverse transform.
   !> Collective.
   subroutine fluid_pressure_field(self, p)
     class(fluid_t), intent(inout) :: self
@@ -279,9 +279,9 @@ contains
     call self%rhs%pressure%field(self%transform, p(:, :, :, 1))
   end subroutine fluid_pressure_field
 
-  !> A field of the flow at the beginning of the last pass, which must have been asked to keep it: 1 to 3 a component of
-  !> the velocity, 4 to 6 one of the vorticity, or VORTICITY_MAGNITUDE of fluid_flow_fields. Costs one inverse transform, or
-  !> three of the magnitude. Collective.
+  !> Computes a field of the flow at the beginning of the last pass, which must have kept it: 1 to 3 a component of the velocity,
+  !> 4 to 6 one of the vorticity, or VORTICITY_MAGNITUDE of fluid_flow_fields. Costs one inverse transform, or three for the
+  !> magnitude. Collective.
   subroutine fluid_flow_field(self, which, field)
     class(fluid_t), intent(inout) :: self
     integer, intent(in) :: which
@@ -337,7 +337,7 @@ contains
     call self%sampled%sample_other(self%rhs%fields(:, :, :, which), samples)
   end subroutine fluid_sample_kept_field
 
-  !> Makes room for up to `most` points at which others look at the flow and push it; `points%place` says where they are.
+  !> Makes room for up to `most` points at which other layers sample the flow and push it; `points%place` says where they are.
   subroutine fluid_hold_points(self, most)
     class(fluid_t), intent(inout) :: self
     integer, intent(in) :: most

@@ -97,7 +97,7 @@ module spectral_transform
       complex(rp), contiguous, intent(inout) :: fields(:, :, :)
     end subroutine spectral_out_i
 
-    !> spectral(nkz, n, nf) -> physical(nx, ny_local, nz_local, nf). Collective.
+    !> Transforms spectral(nkz, n, nf) to physical(nx, ny_local, nz_local, nf). Collective.
     subroutine backward_i(self, spectral, physical)
       import :: transform_t, rp
       class(transform_t), intent(inout) :: self
@@ -195,9 +195,9 @@ contains
     call move_alloc(physical, self%staged_physical)
   end subroutine transform_to_modes
 
-  !> Does what `to_points` does with only the planes of part `part` of `parts` of each rank's share, so that buffers are as
-  !> much smaller; kernels that have output need parts = 1. `split_evenly` of the rank's planes tells which. Parts are at most
-  !> `most_parts`. Collective.
+  !> Does what `to_points` does with only the planes of part `part` of `parts` of each rank's share, so that buffers are smaller by
+  !> this factor. Kernels that have output need parts = 1. `split_evenly` of the rank's planes tells which planes these are. Parts
+  !> are at most `most_parts`. Collective.
   subroutine transform_to_points_part(self, kernels, part, parts)
     class(transform_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels

@@ -37,8 +37,8 @@ module fsi_wing_sides
 
 contains
 
-  !> Makes room for these wings, and in `fluid` for samples beside them. The distance of the places is one grid spacing beside
-  !> the mask, or two and a half beside wings without thickness, whose forces the flow feels smoothed over about two.
+  !> Makes room for these wings, and in `fluid` for samples beside them. The flow is sampled one grid spacing outside the mask, or
+  !> at two and a half spacings from wings without thickness, whose forces act on the flow smoothed over about two spacings.
   subroutine sides_init(self, fluid, wings)
     class(wing_sides_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid

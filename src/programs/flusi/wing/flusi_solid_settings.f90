@@ -21,8 +21,7 @@ module flusi_solid_settings
   use io_keys, only: keys_t, reading
   use io_registry, only: registry_t
   use simulation_output_params, only: output_params_t
-  use simulation_solid_keys, only: load_keys, motion_keys, register_solid_keys, solid_choices_t, solid_keys, &
-                                   LAWS
+  use simulation_solid_keys, only: load_keys, motion_keys, register_solid_keys, solid_choices_t, solid_keys, LAWS
   use solid_inertia, only: inertia_t
   use solid_motion, only: motion_t, rotating_motion_t, steady_motion_t
   use solid_wing, only: wing_t
