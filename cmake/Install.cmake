@@ -11,7 +11,7 @@ set(doc ${CMAKE_INSTALL_DATADIR}/doc/flusi-msm)
 set(programs flusi msm_train msm_diagnose)
 
 install(DIRECTORY ini wings DESTINATION ${share} PATTERN "*.h5.part" EXCLUDE)
-install(DIRECTORY tools/flusi_msm DESTINATION ${share}/tools PATTERN "__pycache__" EXCLUDE)
+install(DIRECTORY tools/flusi_msm DESTINATION ${share}/tools PATTERN "__pycache__" EXCLUDE PATTERN "ruff.toml" EXCLUDE)
 install(DIRECTORY tools/slurm/ DESTINATION ${share}/slurm)
 install(FILES tools/pyproject.toml tools/requirements.txt tools/requirements-mesh.txt tools/requirements-render.txt
         DESTINATION ${share}/tools)

@@ -61,7 +61,7 @@ program bench_coupling
   call fluid%init(world, settings%fluid, settings%needs_fields(), failure, settings%needs_pressure(), &
                   settings%needs_trials())
   call wings%init(settings%flight, settings%fluid%grid, fluid%transform%block)
-  call coupler%init(world, settings%coupler, settings%fluid%grid, fluid%transform%block, 0.0_rp, wings)
+  call coupler%init(world, settings%coupler, fluid, 0.0_rp, wings)
   if (coupler%is_thin) then
     call thin%init(world, wings, fluid, failure)
     call thin%init_flexible(settings%coupler%model%points, settings%coupler%units)
@@ -110,7 +110,7 @@ contains
     call coupler%add_request(request)
     t(MASK) = -wings%seconds
     call start_watch(t(FLOW))
-    call fluid%step(request, failure, wings)
+    call fluid%step(request, failure, wings, coupler%trial)
     call stop_watch(t(FLOW))
     t(MASK) = t(MASK) + wings%seconds
     call start_watch(t(LOOK))

@@ -11,14 +11,9 @@ runs the cases of flusi (all of them without names) in FOLDER and those of the o
 JSON. What has finished is not run again. --measured names the folder with CL_measured.dat and CD_measured.dat.
 """
 import json
-import sys
-from pathlib import Path
 
 import numpy as np
-
-ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "bench/hovering")]
-import hovering
+import plane_plate
 
 from flusi_msm.flow2d.beat import Beat
 from flusi_msm.flow2d.grid import Resolution
@@ -43,7 +38,7 @@ def ellipse(folder, name):
         ratio, effort = ELLIPSES[name]
         period = np.pi * STROKE
         beat = Beat(lambda s: (STROKE / 2 * np.cos(2 * np.pi * s), 0 * s),
-                    lambda s: np.pi / 2 + np.radians(hovering.PITCH) * np.sin(2 * np.pi * s), period)
+                    lambda s: np.pi / 2 + np.radians(plane_plate.PITCH) * np.sin(2 * np.pi * s), period)
         found = fly(Section(ratio=ratio, nu=1 / RE), beat, BEATS, effort)
         np.save(path, np.stack([found["time"] / period, 2 * found["force"][:, 0], 2 * found["force"][:, 1], 2 * found["power"]]))
     return np.load(path)
@@ -58,14 +53,14 @@ def curves_of(folder):
     found[THIN] = np.stack([a[0], *((5 * x - 2 * np.interp(a[0], b[0], y)) / 3 for x, y in zip(a[1:], b[1:]))])
     for name in CASES:
         if (folder / name / "done").exists():
-            found[name] = np.stack(hovering.read(folder / name, STROKE))
+            found[name] = np.stack(plane_plate.read(folder / name, STROKE))
     return found
 
 
 def at(curve, t):
     """Returns drag along the stroke (it jumps where the stroke turns), lift and power at the times t."""
     y, z, power = (np.interp(t, curve[0], x) for x in curve[1:])
-    return np.array([hovering.along_stroke(t, y), z, power])
+    return np.array([plane_plate.along_stroke(t, y), z, power])
 
 
 def compare(curves, reference):
@@ -93,7 +88,7 @@ def compare(curves, reference):
 
 def beside_measured(curves, measured):
     """Returns the lines of the comparison with the measured curves over 1 < t/T < 4."""
-    data = {key: hovering.read_measured(measured, key) for key in ("CD", "CL")}
+    data = {key: plane_plate.read_measured(measured, key) for key in ("CD", "CL")}
     if any(x is None for x in data.values()):
         return {}
     print("\nOver 1 < t/T < 4: mean C_D, C_L; rms of the difference from the measured curves in % of their rms, and at the best\n"
@@ -101,14 +96,14 @@ def beside_measured(curves, measured):
     rows = {}
     sorted_data = {key: x[np.argsort(x[:, 0], kind="stable")] for key, x in data.items()}
     inside = {key: x[x[:, 0] >= 1] for key, x in sorted_data.items()}
-    print("measured" + "".join(f"{hovering.mean_over(*inside[key].T):8.3f}" for key in ("CD", "CL")))
+    print("measured" + "".join(f"{plane_plate.mean_over(*inside[key].T):8.3f}" for key in ("CD", "CL")))
     for name, curve in curves.items():
         if curve[0][-1] < 3.9:
             continue
         here = {key: at(curve, x[:, 0])[n] for (key, x), n in zip(inside.items(), (0, 1))}
         top = sum(float(here[key] @ inside[key][:, 1]) for key in here)
         factor = top / sum(float(h @ h) for h in here.values())
-        row = {"mean": [hovering.mean_over(*np.stack([inside[key][:, 0], h])) for key, h in here.items()],
+        row = {"mean": [plane_plate.mean_over(*np.stack([inside[key][:, 0], h])) for key, h in here.items()],
                "rms": [100 * rms(h - inside[key][:, 1]) / rms(inside[key][:, 1]) for key, h in here.items()],
                "rms_at_factor": [100 * rms(factor * h - inside[key][:, 1]) / rms(inside[key][:, 1]) for key, h in here.items()],
                "factor": [factor], "correlation": [float(np.corrcoef(h, inside[key][:, 1])[0, 1]) for key, h in here.items()]}
@@ -137,7 +132,7 @@ def draw(curves, measured, path):
             if name in curves:
                 t = np.linspace(0.01, 3.99, 3000)
                 axis.plot(t, at(curves[name], t)[n], color=colour, label=words)
-        data = hovering.read_measured(measured, key)
+        data = plane_plate.read_measured(measured, key)
         if data is not None:
             axis.plot(data[:, 0], data[:, 1], "k.", ms=3, label="measured, three-dimensional wing")
         axis.set(ylabel=f"{label} over $\\rho U^2 c/2$", ylim=(-2.2, 3.4))
@@ -148,8 +143,8 @@ def draw(curves, measured, path):
 
 
 def main():
-    options = hovering.read_options(__doc__, CASES)
-    hovering.fly(options, {name: (RE, STROKE, beats, points, 0, False, box) for name, (beats, points, box) in CASES.items()})
+    options = plane_plate.read_options(__doc__, CASES)
+    plane_plate.fly(options, {name: (RE, STROKE, beats, points, 0, False, box) for name, (beats, points, box) in CASES.items()})
     curves = curves_of(options.folder)
     found = {reference: compare(curves, reference) for reference in (THIN, "ellipse-0.05")}
     found["measured"] = beside_measured(curves, options.measured)

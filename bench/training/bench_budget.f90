@@ -7,7 +7,7 @@ module bench_budget
   use base_parameter, only: parameter_t
   use bench_twin, only: N_UNKNOWNS, twin_t
   use bench_validation, only: NOISE, validation_truth
-  use cmaes_options, only: cmaes_options_t
+  use cmaes_options, only: cmaes_options_t, CONSTANTS_PAPER, CONSTANTS_TUTORIAL, WEIGHTS_ACTIVE, WEIGHTS_PAPER
   use cmaes_search, only: cmaes_search_t, start_region_t, RESTARTS_NONE
   use cmaes_stop, only: RUNNING
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
@@ -88,8 +88,8 @@ contains
     allocate (region%upper(N_UNKNOWNS), source=1.0_rp)
     region%is_box = .true.
     options%lambda = POPULATION
-    options%weights = trim(merge('active', 'paper ', sides%is_log))
-    options%constants = trim(merge('tutorial', 'paper   ', sides%is_log))
+    options%weights = merge(WEIGHTS_ACTIVE, WEIGHTS_PAPER, sides%is_log)
+    options%constants = merge(CONSTANTS_TUTORIAL, CONSTANTS_PAPER, sides%is_log)
     options%max_evaluations = int(FULL, i8)*POPULATION
     call search%start(options, RESTARTS_NONE, 0, region)
     call work%init(experiment)

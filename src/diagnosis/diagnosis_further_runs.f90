@@ -2,7 +2,7 @@
 !> Makes what a diagnosis asks for while it runs and what its own simulator cannot compute: fits on the other mesh, and flights with
 !> what was found. Rank 0 leads the diagnosis; the other ranks are in `serve` until it ends.
 module diagnosis_further_runs
-  use base_errors, only: failure_t
+  use base_errors, only: failure_t, require
   use base_kinds, only: rp
   use base_outcome, only: outcome_t
   use diagnosis_discretisation, only: discretisation_error_t
@@ -12,6 +12,7 @@ module diagnosis_further_runs
   use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_parameters, only: KIND_FLIGHT
   use diagnosis_wing_simulator, only: wing_simulator_t
+  use diagnosis_wing_state, only: wing_state_t
   use inference_relinearisation, only: model_error_t
   use inference_whitener, only: whitener_t
   use least_squares_state, only: solver_state_t
@@ -115,9 +116,25 @@ contains
       call response%move(origin, steps, data%is_refined, records, reason)
       if (reason /= '') return
       data%at_found = response
-      call self%simulator%approximate_flights(response, state, rows)
+      call approximate_flights(self%simulator, response, state, rows)
     end associate
   end subroutine runs_linearise
+
+  !> Gives `state` the approximation of forces over the beat by `response`. `rows` are the observations that this changes.
+  subroutine approximate_flights(simulator, response, state, rows)
+    type(wing_simulator_t), intent(inout) :: simulator
+    type(flight_response_t), intent(in) :: response
+    class(solver_state_t), intent(inout) :: state
+    integer, allocatable, intent(out) :: rows(:)
+    integer :: i
+    select type (state)
+    type is (wing_state_t)
+      call simulator%motion%flight%add(response, state%flight)
+    class default
+      call require(.false., 'approximate_flights: the state must be one of a wing')
+    end select
+    rows = [(i, i=simulator%n_observations - simulator%motion%flight%n + 1, simulator%n_observations)]
+  end subroutine approximate_flights
 
   !> Returns the changes c of kinematics and flow at q, and how well those that are flown are known: 0 if they are not fitted.
   subroutine find_changes(self, q, sd, c, sd_of)

@@ -21,7 +21,6 @@ module fluid_flow_fields
     procedure :: spectral_in => flow_spectral_in
     procedure :: product => flow_product
     procedure :: spectral_out => flow_spectral_out
-    procedure :: reduce => flow_reduce
   end type flow_kernels_t
 
 contains
@@ -51,7 +50,7 @@ contains
     kernels%u => u
     kernels%field => field
     do part = 1, parts
-      call transform%pipeline_part(kernels, part, parts)
+      call transform%to_points_part(kernels, part, parts)
     end do
   end subroutine flow_field
 
@@ -102,11 +101,4 @@ contains
     associate (nothing_comes => self, there => first, is => count, here => fields)
     end associate
   end subroutine flow_spectral_out
-
-  !> Does nothing; see kernels_t.
-  subroutine flow_reduce(self)
-    class(flow_kernels_t), intent(inout) :: self
-    associate (nothing_to_reduce => self)
-    end associate
-  end subroutine flow_reduce
 end module fluid_flow_fields

@@ -38,7 +38,6 @@ module fluid_initial_flow
     procedure :: spectral_in => initial_spectral_in
     procedure :: product => initial_product
     procedure :: spectral_out => initial_spectral_out
-    procedure :: reduce => initial_reduce
     procedure, private :: load
   end type initial_flow_t
 
@@ -95,7 +94,7 @@ contains
     self%n_in = 7
     self%curl = 6
     call move_alloc(self%full, full) ! it calls procedures of `self`
-    call full%pipeline_part(self, part, self%parts)
+    call full%to_points_part(self, part, self%parts)
     call move_alloc(full, self%full)
   end subroutine load
 
@@ -167,11 +166,4 @@ contains
     associate (nothing_comes => self, there => first, is => count, here => fields)
     end associate
   end subroutine initial_spectral_out
-
-  !> Does nothing; see kernels_t.
-  subroutine initial_reduce(self)
-    class(initial_flow_t), intent(inout) :: self
-    associate (nothing_to_reduce => self)
-    end associate
-  end subroutine initial_reduce
 end module fluid_initial_flow

@@ -34,7 +34,6 @@ module fluid_pressure
     procedure :: spectral_in => kernels_spectral_in
     procedure :: product => kernels_product
     procedure :: spectral_out => kernels_spectral_out
-    procedure :: reduce => kernels_reduce
   end type pressure_kernels_t
 
 contains
@@ -109,11 +108,4 @@ contains
     associate (nothing_comes => self, there => first, is => count, here => fields)
     end associate
   end subroutine kernels_spectral_out
-
-  !> Does nothing; see kernels_t.
-  subroutine kernels_reduce(self)
-    class(pressure_kernels_t), intent(inout) :: self
-    associate (nothing_to_reduce => self)
-    end associate
-  end subroutine kernels_reduce
 end module fluid_pressure

@@ -25,7 +25,6 @@ module fluid_q_criterion
     procedure :: spectral_in => q_spectral_in
     procedure :: product => q_product
     procedure :: spectral_out => q_spectral_out
-    procedure :: reduce => q_reduce
   end type q_kernels_t
 
 contains
@@ -108,11 +107,4 @@ contains
     associate (nothing_comes => self, there => first, is => count, here => fields)
     end associate
   end subroutine q_spectral_out
-
-  !> Does nothing; see kernels_t.
-  subroutine q_reduce(self)
-    class(q_kernels_t), intent(inout) :: self
-    associate (nothing_to_reduce => self)
-    end associate
-  end subroutine q_reduce
 end module fluid_q_criterion

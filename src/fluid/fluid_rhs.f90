@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The right-hand side of the Navier-Stokes equations and the time step, as kernels of a pipeline. With the solids in their
-!> places (`run_pass` of fluid_solver) a pass takes the curl of u (`spectral_in`), multiplies u x omega and penalizes
-!> (`product`), chooses the step (`reduce`), projects and advances (`spectral_out`).
+!> The right-hand side of the Navier-Stokes equations and the time step, as kernels of a pipeline; `run_pass` of fluid_solver
+!> says in which order.
 !>
 !>   du/dt = P[ u x omega - chi/C_eta (u - u_s) ] + F_sponge + nu lap u,   div u = 0,
 !>
@@ -71,12 +70,12 @@ module fluid_rhs
     procedure :: init => rhs_init
     procedure :: prepare => rhs_prepare
     procedure :: time_of => rhs_time_of
-    procedure :: spectral_in => rhs_spectral_in
-    procedure :: product => rhs_product
-    procedure :: reduce => rhs_reduce
-    procedure :: spectral_out => rhs_spectral_out
+    procedure :: spectral_in => rhs_take_curl
+    procedure :: product => rhs_multiply_and_penalise
+    procedure :: choose_step => rhs_choose_step
+    procedure :: spectral_out => rhs_project_and_advance
     procedure :: advance_kept => rhs_advance_kept
-    procedure, private :: penalize_line, add_integrals, advance, choose_step, stage_time
+    procedure, private :: penalise_line, add_integrals, advance, set_step, stage_time
   end type rhs_t
 
 contains
@@ -123,7 +122,7 @@ contains
   end subroutine rhs_prepare
 
   !> Fills `fields` with velocity, vorticity i k x u and, on request, the divergence; see kernels_t.
-  subroutine rhs_spectral_in(self, first, count, fields)
+  subroutine rhs_take_curl(self, first, count, fields)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: first, count
     complex(rp), contiguous, intent(inout) :: fields(:, :, :)
@@ -138,11 +137,11 @@ contains
           call stick_divergence(t%nkz, t%kx(s), t%ky(s), t%kz, u(:, s, 1), u(:, s, 2), u(:, s, 3), f(:, i, 7))
       end do
     end associate
-  end subroutine rhs_spectral_in
+  end subroutine rhs_take_curl
 
   !> Computes u x omega, penalization, sponge and, last, |u|^2/2 on a batch of lines, and integrals and copies on request; see
   !> kernels_t.
-  subroutine rhs_product(self, first, count, z, in, out)
+  subroutine rhs_multiply_and_penalise(self, first, count, z, in, out)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: first, count, z
     real(rp), contiguous, intent(in) :: in(:, :, :)
@@ -153,7 +152,7 @@ contains
       call lines_product(self, first, count, z, &
                          self%initial%fields(:, first:first + count - 1, z - self%initial%first, :), out)
     end if
-  end subroutine rhs_product
+  end subroutine rhs_multiply_and_penalise
 
   !> Computes what is needed in space on lines of plane `z`: u x omega, penalization, sponge, pressure and integrals.
   subroutine lines_product(self, first, count, z, in, out)
@@ -166,7 +165,7 @@ contains
       y = first + i - 1
       call line_product(size(in, 1), in(:, i, 1), in(:, i, 2), in(:, i, 3), in(:, i, 4), in(:, i, 5), in(:, i, 6), &
                         out(:, i, 1), out(:, i, 2), out(:, i, 3), self%along_x%max, self%along_x%sum(:, 1))
-      if (self%params%solids%is_on) call self%penalize_line(y, z, in(:, i, 1:3), out(:, i, 1:3))
+      if (self%params%solids%is_on) call self%penalise_line(y, z, in(:, i, 1:3), out(:, i, 1:3))
       if (self%sponge%is_on) call sponge_line(self, y, z, in(:, i, 4:6), out(:, i, 4:6))
       if (self%request%pressure) out(:, i, self%n_out) = 0.5_rp*(in(:, i, 1)**2 + in(:, i, 2)**2 + in(:, i, 3)**2)
       if (self%request%integrals) call self%add_integrals(y, z, in(:, i, :))
@@ -175,7 +174,7 @@ contains
   end subroutine lines_product
 
   !> Adds -chi/C_eta (u - u_s) to N on a line and gathers the forces.
-  subroutine penalize_line(self, y, z, u, n)
+  subroutine penalise_line(self, y, z, u, n)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: y, z
     real(rp), intent(in) :: u(:, :)    !< (nx, 3)
@@ -194,7 +193,7 @@ contains
       lever%period = box(1)
     end if
     call self%sums%add_solid_line(self%penalty, line, self%params%solids%c_eta, lever, u, n)
-  end subroutine penalize_line
+  end subroutine penalise_line
 
   !> Adds the sponge on a line, outside the solids.
   subroutine sponge_line(self, y, z, omega, q)
@@ -240,7 +239,7 @@ contains
 
   !> Finishes the integrals, checks the velocity, and fixes the step that this pass will take. The
   !> state is left alone if the velocity is not finite or too large. Collective.
-  subroutine rhs_reduce(self)
+  subroutine rhs_choose_step(self)
     class(rhs_t), intent(inout) :: self
     real(rp) :: total
     integer :: f
@@ -267,16 +266,16 @@ contains
       call self%failure%raise(trim(text))
     end if
     if (self%failure%failed) return
-    if (any(self%pass == [PASS_AB2, PASS_RK_FIRST, PASS_HEUN_FIRST])) call self%choose_step()
-  end subroutine rhs_reduce
+    if (any(self%pass == [PASS_AB2, PASS_RK_FIRST, PASS_HEUN_FIRST])) call self%set_step()
+  end subroutine rhs_choose_step
 
   !> Chooses the length of the step that begins with this pass, and the viscous factors for it.
-  subroutine choose_step(self)
+  subroutine set_step(self)
     class(rhs_t), intent(inout) :: self
     self%dt = next_step_length(self%params, max(self%sums%u_max, self%solid_speed), self%state%time, &
                                self%state%dt_old, self%intervals)
     call self%stepper%choose(self%sticks, self%pass, self%dt)
-  end subroutine choose_step
+  end subroutine set_step
 
   !> Makes the AB2 step for which the last pass, an evaluation, kept the right-hand side. The state becomes the same to the last
   !> bit as with PASS_AB2, but without a transform.
@@ -284,19 +283,18 @@ contains
     class(rhs_t), intent(inout) :: self
     integer :: s
     self%pass = PASS_AB2
-    call self%choose_step()
+    call self%set_step()
     do s = 1, self%sticks%n
       call self%advance(s, self%kept(:, s, :))
     end do
   end subroutine rhs_advance_kept
 
   !> Projects the right-hand side and advances the state by it; an evaluation keeps it on request. See kernels_t.
-  subroutine rhs_spectral_out(self, first, count, fields)
+  subroutine rhs_project_and_advance(self, first, count, fields)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: first, count
     complex(rp), contiguous, intent(inout) :: fields(:, :, :)
     integer :: i, s
-    if (self%failure%failed) return
     do i = 1, count
       s = first + i - 1
       call project(self, s, i, fields)
@@ -307,7 +305,7 @@ contains
         self%kept(:, s, :) = fields(:, i, 1:3)
       end if
     end do
-  end subroutine rhs_spectral_out
+  end subroutine rhs_project_and_advance
 
   !> Makes line i of the right-hand side, that of stick `s`, free of divergence, keeps the pressure, and adds the sponge.
   subroutine project(self, s, i, fields)

@@ -2,7 +2,7 @@
 !> Advances the fluid: it combines transforms, right-hand side and time step.
 module fluid_solver
   use base_errors, only: failure_t, require
-  use base_kinds, only: rp
+  use base_kinds, only: i8, rp
   use fluid_bodies, only: draw_bodies
   use fluid_inflow, only: inflow_t
   use fluid_flow_fields, only: flow_field
@@ -15,6 +15,8 @@ module fluid_solver
   use fluid_requests, only: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_RK_FOURTH, PASS_HEUN_FIRST, &
                             PASS_HEUN_SECOND, pass_begin
   use fluid_rhs, only: rhs_t
+  use fluid_sampled_field, only: sampled_field_t
+  use fluid_sampling, only: samples_t
   use fluid_sponge, only: make_sponge
   use fluid_sums, only: sums_t
   use parallel_block, only: allocate_fields
@@ -23,7 +25,12 @@ module fluid_solver
   use spectral_transform, only: transform_t
   implicit none
   private
-  public :: fluid_t
+  public :: fluid_t, trial_t
+
+  !> An evaluation with solids that are where they will be when the next step begins. As it is made it is no trial at all.
+  type :: trial_t
+    integer(i8), private :: pass = -1
+  end type trial_t
 
   type :: fluid_t
     class(transform_t), allocatable :: transform
@@ -35,19 +42,23 @@ module fluid_solver
     real(rp) :: sums_time = 0               !< time they belong to
     real(rp) :: dt = 0                      !< length of the step that began at that time
     type(point_forces_t), allocatable :: points !< points at which the flow is sampled and pushed, see `hold_points`
+    type(sampled_field_t), private :: sampled  !< a field where it is sampled, see `hold_samples`
     logical, private :: has_pressure = .false. !< the last pass kept the pressure
     logical, private :: has_flow = .false.     !< the pass that `sums` are of kept the flow
     logical, private :: has_begun = .false.    !< the initial flow has served, but for `flow_field`
-    logical, private :: accepted = .false.     !< the last pass is a trial with which the next step begins
+    integer(i8), private :: n_passes = 0       !< that have been made; tells whether a trial is the last of them
   contains
     procedure :: init => fluid_init
     procedure :: start => fluid_start
     procedure :: step => fluid_step
     procedure :: evaluate => fluid_evaluate
     procedure :: try => fluid_try
-    procedure :: accept => fluid_accept
     procedure :: pressure_field => fluid_pressure_field
     procedure :: flow_field => fluid_flow_field
+    procedure :: hold_samples => fluid_hold_samples
+    procedure :: sample_pressure => fluid_sample_pressure
+    procedure :: sample_flow => fluid_sample_flow
+    procedure :: sample_kept_field => fluid_sample_kept_field
     procedure :: hold_points => fluid_hold_points
     procedure :: velocities_at_points => fluid_velocities_at_points
     procedure :: push_at_points => fluid_push_at_points
@@ -111,21 +122,28 @@ contains
   !> Advances the state by one step and leaves the integrals of its beginning in `sums`. On numerical
   !> failure `failure` tells why, time and step are not advanced, and the velocity is the one that failed:
   !> that of the state, or of a Runge-Kutta stage. `moving` are solids that move; they are placed at the time
-  !> of every evaluation, and are left where they were at the time of `sums`. Collective.
-  subroutine fluid_step(self, request, failure, moving)
+  !> of every evaluation, and are left where they were at the time of `sums`.
+  !>
+  !> An AB2 or Euler step begins with `trial` instead of repeating it, if this was the last pass and nothing more is requested;
+  !> the result is the same to the bit. Collective.
+  subroutine fluid_step(self, request, failure, moving, trial)
     class(fluid_t), intent(inout) :: self
     type(request_t), intent(in) :: request
     type(failure_t), intent(inout) :: failure
     class(moving_solids_t), intent(inout), optional :: moving
+    type(trial_t), intent(in), optional :: trial
     type(request_t) :: nothing
+    logical :: has_trial
     integer :: pass, passes(2)
     if (any(self%rhs%params%time%scheme == [SCHEME_AB2, SCHEME_EULER])) then
-      if (self%accepted .and. self%rhs%request%covers(request)) then
+      has_trial = .false.
+      if (present(trial)) has_trial = trial%pass == self%n_passes .and. self%rhs%request%covers(request)
+      if (has_trial) then
+        self%n_passes = self%n_passes + 1
         call self%rhs%advance_kept()
       else
         call run_pass(self, PASS_AB2, request, moving)
       end if
-      self%accepted = .false.
       if (.not. self%rhs%failure%failed) call keep_sums(self, moving)
     else
       passes = [PASS_RK_FIRST, PASS_RK_FOURTH]
@@ -168,37 +186,32 @@ contains
 
   !> Evaluates the present state with solids that may turn out to be elsewhere: `sums` and what belongs to them
   !> stay those of the last step, only `pressure_field` and the fields, if requested, are of this trial. The fluid
-  !> must have been built to keep right-hand sides. Costs what a step costs. Collective.
-  subroutine fluid_try(self, request, failure, moving)
+  !> must have been built to keep right-hand sides. A step may begin with `trial` if the solids prove to be there. Costs what
+  !> a step costs. Collective.
+  subroutine fluid_try(self, request, failure, moving, trial)
     class(fluid_t), intent(inout) :: self
     type(request_t), intent(in) :: request
     type(failure_t), intent(inout) :: failure
     class(moving_solids_t), intent(inout) :: moving
+    type(trial_t), intent(out) :: trial
     type(request_t) :: complete
     call require(allocated(self%rhs%kept), 'fluid_t: a trial needs a fluid that keeps right-hand sides')
     complete = request
     complete%rhs = .true.
     call run_pass(self, PASS_EVALUATE, complete, moving)
     self%has_pressure = request%pressure
+    trial%pass = self%n_passes
     if (self%rhs%failure%failed) call failure%raise(self%rhs%failure%reason)
   end subroutine fluid_try
 
-  !> Says that the solids are where they were in the last trial, and will be there when the next step begins. An AB2 or Euler step
-  !> then begins with that trial instead of repeating it, unless it must compute more. The result is the same to the last bit.
-  subroutine fluid_accept(self)
-    class(fluid_t), intent(inout) :: self
-    call require(self%rhs%request%rhs, 'fluid_t: the last pass was no trial')
-    self%accepted = .true.
-  end subroutine fluid_accept
-
-  !> Makes one pass of the scheme, which is a whole step of AB2 and Euler: places the solids, then computes the curl, multiplies,
-  !> penalizes, projects and advances, as the kernels of `rhs_t` say.
+  !> Makes one pass of the scheme, which is a whole step of AB2 and Euler: places the solids, takes the curl, multiplies, penalises,
+  !> projects and advances. The kernels of `rhs_t` have these names.
   subroutine run_pass(self, pass, request, moving)
     class(fluid_t), intent(inout) :: self
     integer, intent(in) :: pass
     type(request_t), intent(in) :: request
     class(moving_solids_t), intent(inout), optional :: moving
-    self%accepted = .false.
+    self%n_passes = self%n_passes + 1
     if (self%has_begun .and. pass_begin(pass) <= 0) call drop_initial_flow(self)
     if (self%rhs%params%walls%has_inflow) &
       call self%inflow%set(self%rhs%params, self%rhs%time_of(pass), self%rhs%penalty)
@@ -207,8 +220,9 @@ contains
       if (self%rhs%failure%failed) return
     end if
     call self%rhs%prepare(pass, request)
-    ! In this order: curl | product, penalize | (the step is chosen) | project, advance. A bar is a transform.
-    call self%transform%pipeline(self%rhs)
+    call self%transform%to_points(self%rhs)                                   ! take the curl | multiply and penalise
+    call self%rhs%choose_step()
+    if (.not. self%rhs%failure%failed) call self%transform%to_modes(self%rhs) ! | project and advance; a bar is a transform
     if (allocated(self%rhs%initial)) call self%rhs%initial%rest()
     self%has_begun = self%has_begun .or. pass /= PASS_EVALUATE
   end subroutine run_pass
@@ -256,31 +270,72 @@ contains
     end associate
   end subroutine keep_sums
 
-  !> Computes the static pressure of the last pass, which must have kept it (fluid_pressure). On lines that are not wanted it is
-  !> undefined. Costs one inverse transform, or parts of it if only some lines are wanted. Collective.
-  subroutine fluid_pressure_field(self, p, lines)
+  !> Computes the static pressure of the last pass, which must have kept it (fluid_pressure). Costs one inverse transform.
+  !> Collective.
+  subroutine fluid_pressure_field(self, p)
     class(fluid_t), intent(inout) :: self
-    real(rp), contiguous, target, intent(inout) :: p(:, :, :, :)     !< (nx, ny_local, nz_local, 1)
-    logical, contiguous, target, optional, intent(in) :: lines(:, :) !< (ny_local, nz_local) those that are wanted, or all
+    real(rp), contiguous, target, intent(inout) :: p(:, :, :, :) !< (nx, ny_local, nz_local, 1)
     call require(self%has_pressure, 'fluid_t: the pressure was not requested')
-    call self%rhs%pressure%field(self%transform, p(:, :, :, 1), lines)
+    call self%rhs%pressure%field(self%transform, p(:, :, :, 1))
   end subroutine fluid_pressure_field
 
   !> Computes a field of the flow at the beginning of the last pass, which must have kept it: 1 to 3 a component of the velocity,
-  !> 4 to 6 one of the vorticity, or VORTICITY_MAGNITUDE of fluid_flow_fields. On lines that are not wanted it is undefined. Costs
-  !> one inverse transform, or three for the magnitude. Collective.
-  subroutine fluid_flow_field(self, which, field, lines)
+  !> 4 to 6 one of the vorticity, or VORTICITY_MAGNITUDE of fluid_flow_fields. Costs one inverse transform, or three for the
+  !> magnitude. Collective.
+  subroutine fluid_flow_field(self, which, field)
     class(fluid_t), intent(inout) :: self
     integer, intent(in) :: which
-    real(rp), contiguous, target, intent(inout) :: field(:, :, :, :)  !< (nx, ny_local, nz_local, 1)
-    logical, contiguous, target, optional, intent(in) :: lines(:, :)  !< (ny_local, nz_local) those that are wanted, or all
+    real(rp), contiguous, target, intent(inout) :: field(:, :, :, :) !< (nx, ny_local, nz_local, 1)
     call require(self%has_flow, 'fluid_t: the flow was not requested')
     if (allocated(self%rhs%initial)) then
       call self%rhs%initial%field(which, field)
     else
-      call flow_field(self%transform, self%rhs%past, which, 1, field, lines)
+      call flow_field(self%transform, self%rhs%past, which, 1, field)
     end if
   end subroutine fluid_flow_field
+
+  !> Makes room for sampling fields at points; where there is room already, nothing happens.
+  subroutine fluid_hold_samples(self)
+    class(fluid_t), intent(inout) :: self
+    if (allocated(self%sampled%values)) return
+    associate (t => self%transform)
+      call self%sampled%init(self%rhs%world, t%grid, t%block)
+    end associate
+  end subroutine fluid_hold_samples
+
+  !> Samples what `pressure_field` gives at the points of all `samples`. Costs at most what `pressure_field` does, all
+  !> samples together; needs `hold_samples`. Collective.
+  subroutine fluid_sample_pressure(self, samples)
+    class(fluid_t), intent(inout) :: self
+    type(samples_t), intent(inout) :: samples(:)
+    call require(self%has_pressure, 'fluid_t: the pressure was not requested')
+    call self%sampled%choose_lines(samples)
+    call self%rhs%pressure%field(self%transform, self%sampled%values(:, :, :, 1), self%sampled%lines)
+    call self%sampled%sample(samples)
+  end subroutine fluid_sample_pressure
+
+  !> The same of what `flow_field` gives. Collective.
+  subroutine fluid_sample_flow(self, which, samples)
+    class(fluid_t), intent(inout) :: self
+    integer, intent(in) :: which
+    type(samples_t), intent(inout) :: samples(:)
+    call require(self%has_flow, 'fluid_t: the flow was not requested')
+    call self%sampled%choose_lines(samples)
+    if (allocated(self%rhs%initial)) then
+      call self%rhs%initial%field(which, self%sampled%values)
+    else
+      call flow_field(self%transform, self%rhs%past, which, 1, self%sampled%values, self%sampled%lines)
+    end if
+    call self%sampled%sample(samples)
+  end subroutine fluid_sample_flow
+
+  !> Samples field `which`, 1 to 6, of those that the last pass was asked to keep. Costs no transform. Collective.
+  subroutine fluid_sample_kept_field(self, which, samples)
+    class(fluid_t), intent(in) :: self
+    integer, intent(in) :: which
+    type(samples_t), intent(inout) :: samples(:)
+    call self%sampled%sample_other(self%rhs%fields(:, :, :, which), samples)
+  end subroutine fluid_sample_kept_field
 
   !> Makes room for up to `most` points at which other layers sample the flow and push it; `points%place` says where they are.
   subroutine fluid_hold_points(self, most)
@@ -338,5 +393,6 @@ contains
     bytes = bytes + self%rhs%stepper%memory_bytes()
     bytes = bytes + 48*real(self%rhs%penalty%n_points, rp)
     if (allocated(self%points)) bytes = bytes + self%points%memory_bytes()
+    bytes = bytes + self%sampled%memory_bytes()
   end function fluid_memory_bytes
 end module fluid_solver

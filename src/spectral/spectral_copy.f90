@@ -15,7 +15,6 @@ module spectral_copy
     procedure :: spectral_in => copy_spectral_in
     procedure :: product => copy_product
     procedure :: spectral_out => copy_spectral_out
-    procedure :: reduce => copy_reduce
   end type copy_kernels_t
 
 contains
@@ -77,11 +76,4 @@ contains
     complex(rp), contiguous, intent(inout) :: fields(:, :, :)
     self%spectral(:, first:first + count - 1, :) = fields(:, 1:count, :)
   end subroutine copy_spectral_out
-
-  !> Does nothing; see kernels_t.
-  subroutine copy_reduce(self)
-    class(copy_kernels_t), intent(inout) :: self
-    associate (nothing_to_reduce => self)
-    end associate
-  end subroutine copy_reduce
 end module spectral_copy

@@ -39,8 +39,9 @@ module spectral_pencil
   contains
     procedure :: init => pencil_init
     procedure :: free => pencil_free
-    procedure :: pipeline => pencil_pipeline
-    procedure :: pipeline_part => pencil_pipeline_part
+    procedure :: to_points => pencil_to_points
+    procedure :: to_points_part => pencil_to_points_part
+    procedure :: to_modes => pencil_to_modes
     procedure :: most_parts => pencil_most_parts
     procedure :: release => pencil_release
     procedure :: backward => pencil_backward
@@ -135,15 +136,15 @@ contains
     bytes = self%near%bytes() + self%far%bytes()
   end function pencil_memory_bytes
 
-  !> Runs the fused pipeline; see `spectral_transform` for the contract. Collective.
-  subroutine pencil_pipeline(self, kernels)
+  !> Runs the first part of the fused pipeline; see `spectral_transform` for the contract. Collective.
+  subroutine pencil_to_points(self, kernels)
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
-    call self%pipeline_part(kernels, 1, 1)
-  end subroutine pencil_pipeline
+    call self%to_points_part(kernels, 1, 1)
+  end subroutine pencil_to_points
 
   !> See `spectral_transform`. The inverse transform in z is done for every part anew. Collective.
-  subroutine pencil_pipeline_part(self, kernels, part, parts)
+  subroutine pencil_to_points_part(self, kernels, part, parts)
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
     integer, intent(in) :: part, parts
@@ -174,9 +175,7 @@ contains
       end do
       if (kernels%n_out > 0) call lines_to_planes_exchange(self, kernels%n_out)
     end if
-    call kernels%reduce()
-    if (kernels%n_out > 0) call planes_to_sticks(self, kernels)
-  end subroutine pencil_pipeline_part
+  end subroutine pencil_to_points_part
 
   !> Returns the least number of planes that a rank has.
   pure integer function pencil_most_parts(self) result(most)
@@ -218,8 +217,8 @@ contains
       call column_exchange(self, kernels%place_of(kernels%n_in), self%near%data, self%far%data, .true.)
   end subroutine sticks_to_planes
 
-  !> Does column exchange, forward z, spectral out.
-  subroutine planes_to_sticks(self, kernels)
+  !> Runs the second part of the pipeline: column exchange, forward z, spectral out; see `spectral_transform`. Collective.
+  subroutine pencil_to_modes(self, kernels)
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
     complex(rp), pointer, contiguous :: sticks_side(:)
@@ -238,7 +237,7 @@ contains
       end do
       call kernels%spectral_out(first, count, self%modes(:, :, 1:n_fields))
     end do
-  end subroutine planes_to_sticks
+  end subroutine pencil_to_modes
 
   !> Returns field `f` of plane `z` in physical y, from the buffer of the planes.
   subroutine field_to_plane(self, kernels, f, z, plane)

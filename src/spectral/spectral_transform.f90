@@ -3,11 +3,11 @@
 !>
 !> Physics is written as three kernels: *spectral in* turns the state on a few sticks into the fields
 !> to invert, *product* multiplies fields in physical space on a few lines, *spectral out* receives the
-!> transformed products on a few sticks. `pipeline` runs them over all sticks and lines; between
-!> product and spectral out it calls `reduce`, where results of the product pass (the largest
-!> velocity, forces) may be reduced over the ranks. A backend has to provide `forward` and `backward`;
-!> the pipeline given here works on whole arrays with any backend, and a backend may override it with
-!> a fused one. `spectral_backends` makes one by its name.
+!> transformed products on a few sticks. `to_points` runs the first two over all sticks and lines, `to_modes` the third
+!> over all sticks; `pipeline` is both. Between them results of the products (the largest velocity, forces) may be
+!> reduced over the ranks. A backend has to provide `forward` and `backward`; the pipeline given here works on whole
+!> arrays with any backend, and a backend may override its two parts with fused ones. `spectral_backends` makes one by
+!> its name.
 !>
 !> Forward transforms are divided by the number of points, so that mode (0,0,0) is the mean.
 module spectral_transform
@@ -41,7 +41,6 @@ module spectral_transform
     procedure(spectral_in_i), deferred :: spectral_in
     procedure(product_i), deferred :: product
     procedure(spectral_out_i), deferred :: spectral_out
-    procedure(reduce_i), deferred :: reduce
     procedure, non_overridable :: place_of => kernels_place_of
   end type kernels_t
 
@@ -63,8 +62,10 @@ module spectral_transform
     procedure(memory_bytes_i), deferred :: memory_bytes
     procedure, non_overridable :: reserve => transform_reserve
     procedure, non_overridable :: staged_bytes => transform_staged_bytes
-    procedure :: pipeline => transform_pipeline_staged
-    procedure :: pipeline_part => transform_pipeline_part
+    procedure, non_overridable :: pipeline => transform_pipeline
+    procedure :: to_points => transform_to_points
+    procedure :: to_points_part => transform_to_points_part
+    procedure :: to_modes => transform_to_modes
     procedure :: most_parts => transform_most_parts
     procedure :: release => transform_release
     procedure, non_overridable :: pipeline_staged => transform_pipeline_staged
@@ -95,12 +96,6 @@ module spectral_transform
       integer, intent(in) :: first, count
       complex(rp), contiguous, intent(inout) :: fields(:, :, :)
     end subroutine spectral_out_i
-
-    !> Is called once by every rank, after all products and before the first spectral out. Collective.
-    subroutine reduce_i(self)
-      import :: kernels_t
-      class(kernels_t), intent(inout) :: self
-    end subroutine reduce_i
 
     !> Transforms spectral(nkz, n, nf) to physical(nx, ny_local, nz_local, nf). Collective.
     subroutine backward_i(self, spectral, physical)
@@ -142,49 +137,74 @@ contains
     if (self%curl > 0 .and. f >= self%curl) place = f - 1
   end function kernels_place_of
 
-  !> Runs the kernels on whole arrays through `backward` and `forward`. The arrays are those that were reserved, or grow
-  !> to the largest need. Collective.
+  !> Runs all kernels. Collective.
+  subroutine transform_pipeline(self, kernels)
+    class(transform_t), intent(inout) :: self
+    class(kernels_t), intent(inout) :: kernels
+    call self%to_points(kernels)
+    if (kernels%n_out > 0) call self%to_modes(kernels)
+  end subroutine transform_pipeline
+
+  !> The same on whole arrays, whatever a backend has of its own. Collective.
   subroutine transform_pipeline_staged(self, kernels)
+    class(transform_t), intent(inout) :: self
+    class(kernels_t), intent(inout) :: kernels
+    call transform_to_points(self, kernels)
+    if (kernels%n_out > 0) call transform_to_modes(self, kernels)
+  end subroutine transform_pipeline_staged
+
+  !> Takes the fields of spectral in to the points and multiplies them there, on whole arrays through `backward`. The
+  !> arrays are those that were reserved, or grow to the largest need; they hold the products until `to_modes`. Collective.
+  subroutine transform_to_points(self, kernels)
     class(transform_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
     complex(rp), allocatable :: spectral(:, :, :)
     real(rp), allocatable :: physical(:, :, :, :), lines(:, :, :)
-    integer :: n_fields, n_in, n_out
-
+    integer :: n_fields, n_in
     n_in = kernels%n_in
-    n_out = kernels%n_out
-    n_fields = n_in + n_out
+    n_fields = n_in + kernels%n_out
     call self%reserve(n_fields)
     call move_alloc(self%staged_spectral, spectral)
     call move_alloc(self%staged_physical, physical)
     call move_alloc(self%staged_lines, lines)
-
     kernels%fill_curl = .true.
     if (n_in > 0) then
       call kernels%spectral_in(1, self%sticks%n, spectral(:, :, 1:n_in))
       call self%backward(spectral(:, :, 1:n_in), physical(:, :, :, 1:n_in))
     end if
     call multiply_all(kernels, physical, lines(:, :, 1:n_in), lines(:, :, n_in + 1:n_fields))
-    call kernels%reduce()
-    if (n_out > 0) then
-      call self%forward(physical(:, :, :, n_in + 1:n_fields), spectral(:, :, n_in + 1:n_fields))
-      call kernels%spectral_out(1, self%sticks%n, spectral(:, :, n_in + 1:n_fields))
-    end if
     call move_alloc(spectral, self%staged_spectral)
     call move_alloc(physical, self%staged_physical)
     call move_alloc(lines, self%staged_lines)
-  end subroutine transform_pipeline_staged
+  end subroutine transform_to_points
 
-  !> Gives only the planes of part `part` of `parts` of each rank's share to the product, so that buffers are smaller by this
-  !> factor. Kernels that have output need parts = 1. `split_evenly` of the rank's planes tells which planes these are. Parts are
-  !> at most `most_parts`. Collective.
-  subroutine transform_pipeline_part(self, kernels, part, parts)
+  !> Hands the transformed products of the last `to_points` to spectral out. Collective.
+  subroutine transform_to_modes(self, kernels)
+    class(transform_t), intent(inout) :: self
+    class(kernels_t), intent(inout) :: kernels
+    complex(rp), allocatable :: spectral(:, :, :)
+    real(rp), allocatable :: physical(:, :, :, :)
+    integer :: first, last
+    first = kernels%n_in + 1
+    last = kernels%n_in + kernels%n_out
+    call move_alloc(self%staged_spectral, spectral)
+    call move_alloc(self%staged_physical, physical)
+    call self%forward(physical(:, :, :, first:last), spectral(:, :, first:last))
+    call kernels%spectral_out(1, self%sticks%n, spectral(:, :, first:last))
+    call move_alloc(spectral, self%staged_spectral)
+    call move_alloc(physical, self%staged_physical)
+  end subroutine transform_to_modes
+
+  !> Does what `to_points` does with only the planes of part `part` of `parts` of each rank's share, so that buffers are smaller by
+  !> this factor. Kernels that have output need parts = 1. `split_evenly` of the rank's planes tells which planes these are. Parts
+  !> are at most `most_parts`. Collective.
+  subroutine transform_to_points_part(self, kernels, part, parts)
     class(transform_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
     integer, intent(in) :: part, parts
     call require(part == 1 .and. parts == 1, 'transform_t: this transform knows no parts')
-    call self%pipeline(kernels)
-  end subroutine transform_pipeline_part
+    call self%to_points(kernels)
+  end subroutine transform_to_points_part
 
   !> Returns into how many parts a pipeline may be divided.
   pure integer function transform_most_parts(self) result(most)

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""msm_diagnose against data of mechanics that share nothing with it (tools/blindgen).
+"""msm_diagnose against data of mechanics that share nothing with it (tools/blind_generate).
 
-    test_fixed    the cases in ini/blind.json, at two levels of force in place of three: nothing, one cause each, and two
-                  that no entry of the catalogue has
+    test_fixed    the cases in ini/blind.json, at two levels of force in place of three: nothing, one cause each, and one that
+                  no entry of the catalogue has
+    test_gradient_and_wave   two more of them
     test_random   six cases with a seed from the operating system, which is printed; three at least have an acceptable
                   verdict, as is true in all but 1.3e-3 of all runs of a program that fails in a tenth of its cases, twice
                   as often as the targets of docs/results/diagnosis-results.md allow. One that always says "adequate" passes in 5 % of all runs
@@ -58,14 +59,15 @@ draws = 1000;
 refits = 2;
 refine = no;
 validation = yes;
+intervals = yes;
 [Saving]
 name = {name};
 """
 
 
-def blindgen(case, design, *arguments):
+def blind_generate(case, design, *arguments):
     (case.folder / "design.json").write_text(json.dumps(design))
-    subprocess.run([sys.executable, "-B", SOURCE / "tools/blindgen", "design.json", "data", *map(str, arguments)],
+    subprocess.run([sys.executable, "-B", SOURCE / "tools/blind_generate", "design.json", "data", *map(str, arguments)],
                    cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
     return case.folder / "data"
 
@@ -115,18 +117,34 @@ def is_allowed(verdicts, code, found):
 
 
 def test_fixed(case):
-    """Every fixed case gets one of the verdicts that are right for it."""
-    names = [name for name in ALLOWED if name != "E_wave"]
+    """Every fixed case gets one of the verdicts that are right for it; the gradient and the wave are left to test_gradient_and_wave."""
+    names = [name for name in ALLOWED if name not in ("E_wave", "E_gradient")]
+    diagnose_fixed(case, {"some": (names[::2], 1e-5), "others": (names[1::2], 1e-5)})
+
+
+def test_gradient_and_wave(case):
+    """So do a gradient along the span, which msm_diagnose.py and diagnosis_entries.py find too, and a wave along a vein, which is in
+    the catalogue as little as the memory of a scan."""
     # With the errors of the others the wave, which cannot be stronger, has a ratio of 7: too weak to exclude a soft place.
-    batches = {"some": (names[::2], 1e-5), "others": (names[1::2], 1e-5), "wave": (["E_wave"], 4e-6)}
-    folders = two_at_a_time(lambda name: blindgen(case.sub(name), quick_design(batches[name][1]), "--fixed", *batches[name][0]),
+    diagnose_fixed(case, {"gradient": (["E_gradient"], 1e-5), "wave": (["E_wave"], 4e-6)})
+
+
+def diagnose_fixed(case, batches):
+    """Cases of these names and errors get one of the verdicts that are right for them."""
+    folders = two_at_a_time(lambda name: blind_generate(case.sub(name), quick_design(batches[name][1]), "--fixed", *batches[name][0]),
                             batches)
     data = {name: folder / f"{name}.h5" for folder, (members, _) in zip(folders, batches.values()) for name in members}
     wrong = []
-    for name, (code, found, _) in zip(data, two_at_a_time(lambda name: diagnose(case, data[name], name), data)):
+    for name, (code, found, _) in zip(data, two_at_a_time(lambda name: diagnose(case, data[name], name, **support(name)), data)):
         if not is_allowed(ALLOWED[name], code, found) or not ALIASES.get(name, set()) <= set(causes(found)):
             wrong.append(f"{name}: {found['verdict']['sentence']}")
     check(not wrong, "; ".join(wrong))
+
+
+def support(name):
+    """Intervals and predictions of what was left out can but withdraw a name: they are made where one is hoped for."""
+    is_hoped = name in ("root_compliance", "E_gradient", "joint_hardening", "damage")
+    return {} if is_hoped else {"validation": "no", "intervals": "no"}
 
 
 def test_random(case):
@@ -136,11 +154,11 @@ def test_random(case):
         seed = int(given or secrets.randbits(48))
         print(f"    BLIND_SEED={seed}", flush=True)
         try:
-            data = blindgen(case.sub(str(seed)), quick_design(), "--cases", 6, "--seed", seed, "--individuals", 1, "--meshes",
+            data = blind_generate(case.sub(str(seed)), quick_design(), "--cases", 6, "--seed", seed, "--individuals", 1, "--meshes",
                             "same", "--snr", 8, 20, "--mix", "null=0.15,single=0.65,outside=0.2", "--jobs", 2)
             break
         except subprocess.CalledProcessError:
-            check(not given, "blindgen has no such batch")
+            check(not given, "blind_generate has no such batch")
     else:
         raise AssertionError("five batches could not be made")
     failed = []
@@ -163,8 +181,8 @@ def test_random(case):
 def test_controls(case):
     """Errors twice or half as large as stated: it is said, and nothing is found. A null on a finer mesh, with `refine = yes` and
     `fit`: nothing is found."""
-    data = blindgen(case, quick_design(), "--fixed", "none")
-    blindgen(case, quick_design(), "--cases", 1, "--seed", 5, "--individuals", 1, "--meshes", "finer", "--mix", "null=1")
+    data = blind_generate(case, quick_design(), "--fixed", "none")
+    blind_generate(case, quick_design(), "--cases", 1, "--seed", 5, "--individuals", 1, "--meshes", "finer", "--mix", "null=1")
     for name, factor in ("bold", 0.5), ("timid", 2.0):
         shutil.copy(data / "none.h5", data / f"{name}.h5")
         with h5py.File(data / f"{name}.h5", "r+") as file:
@@ -190,7 +208,7 @@ def test_tilted(case):
     """Scans that are tilted 3.3 times as far as declared: that is said, with their size, whatever the fit explains."""
     design = quick_design()
     design["noise"]["tilt"], design["declared"] = 1e-3, {"tilt": 3e-4}
-    data = blindgen(case, design, "--fixed", "none")
+    data = blind_generate(case, design, "--fixed", "none")
     code, found, said = diagnose(case, data / "none.h5", "tilted")
     check(code != ADEQUATE, "tilts that are larger than declared are not adequate")
     size, = (q for q in found["questions"] if q["name"] == "size of tilts of scans")
@@ -205,7 +223,7 @@ def test_beside(case):
     diagnosis_entries.py. What else is said of the wing excludes that there is nothing of it, or is no name."""
     design, shift = quick_design(), {"load_shift_x": 1.06e-4, "load_shift_y": -1.06e-4}
     design["fixed"] = {"beside": {"hidden": {"load_shift": list(shift.values())}}}
-    data = blindgen(case, design, "--fixed", "beside")
+    data = blind_generate(case, design, "--fixed", "beside")
     code, found, _ = diagnose(case, data / "beside.h5", "beside")
     check(code in (NAMED, SET) and "load_position" in causes(found), found["verdict"]["sentence"])
     if code == NAMED:
@@ -221,7 +239,7 @@ def test_second(case):
     names the first says that there may be a second one."""
     design = quick_design()
     design["fixed"] = {"pair": {"stiffness": {"E_gradient": 0.5}, "hidden": {"drift": -2.5e-4}}}
-    data = blindgen(case, design, "--fixed", "pair")
+    data = blind_generate(case, design, "--fixed", "pair")
     code, found, said = diagnose(case, data / "pair.h5", "pair")
     check(code in (NAMED, SET) and "E_gradient" in causes(found), found["verdict"]["sentence"])
     if code == NAMED and causes(found) == ["E_gradient"]:
@@ -234,7 +252,7 @@ def test_second(case):
 def test_unsure(case):
     """A wave of E along a vein at a ratio of 7, which no entry of the catalogue is: if places of a vein are not excluded the sentence
     says that they are not all."""
-    data = blindgen(case, quick_design(), "--fixed", "E_wave")
+    data = blind_generate(case, quick_design(), "--fixed", "E_wave")
     code, found, said = diagnose(case, data / "E_wave.h5", "weak_wave")
     check(code in (UNKNOWN, SET), f"it has no name: {found['verdict']['sentence']}")
     if code == SET:
@@ -245,7 +263,7 @@ def test_unsure(case):
 
 def test_shuffled(case):
     """Scans under each other's names, two of them or all: the cause is not in the catalogue, and nothing is named."""
-    data = blindgen(case, quick_design(), "--fixed", "E_gradient")
+    data = blind_generate(case, quick_design(), "--fixed", "E_gradient")
     names = ("exchanged", "shuffled")
     for name in names:
         shutil.copy(data / "E_gradient.h5", data / f"{name}.h5")

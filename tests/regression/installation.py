@@ -36,7 +36,7 @@ class Installation(unittest.TestCase):
     def run_installed(self, *words, **more):
         path = f"{self.prefix / 'bin'}:{os.environ['PATH']}"
         clean = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
-        return subprocess.run(list(map(str, words)), capture_output=True, text=True, timeout=120, cwd=self.folder.name,
+        return subprocess.run(list(map(str, words)), capture_output=True, text=True, timeout=300, cwd=self.folder.name,
                               env={**clean, "PATH": path, **more})
 
     def test_example_inputs(self):

@@ -16,7 +16,7 @@ import sys
 import h5py
 import numpy as np
 from gradient_case import CASE, input_text, synthesise
-from whole_program import EXIT_OK, SOURCE, Case, check, main
+from whole_program import ALIVE, EXIT_OK, SOURCE, Case, check, main
 
 from json_schema import validate
 
@@ -174,7 +174,7 @@ def share_draws(case, ini, *arguments):
         case.write(f"{number}.ini", text + f"[Saving]\nname = run{number};\ndraws = shared.h5;\n")
     running = [subprocess.Popen([case.program, f"{number}.ini", *arguments], cwd=case.folder, stdout=subprocess.DEVNULL,
                                 stderr=subprocess.DEVNULL) for number in range(3)]
-    check([program.wait(120) for program in running] == 3 * [EXIT_OK], "all three end well")
+    check([program.wait(ALIVE) for program in running] == 3 * [EXIT_OK], "all three end well")
     check([name for name in case.files() if "shared" in name] == ["shared.h5"], f"one file is left: {case.files()}")
     written = (case.folder / "shared.h5").stat().st_ino
     case.flusi("0.ini", *arguments)

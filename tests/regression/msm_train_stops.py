@@ -160,7 +160,7 @@ def on_small_disk(case, free):
     script = (f"mount -t tmpfs -o size=20m tmpfs small 2> /dev/null || exit 77; cp twin.h5 train.ini small; cd small; "
               f"dd if=/dev/zero of=filler bs=1k count=$(($(df --output=avail . | tail -1) - {free})) 2> /dev/null; "
               f"exec {case.program} train.ini")
-    return subprocess.run(["unshare", "-m", "bash", "-c", script], cwd=case.folder, capture_output=True, text=True, timeout=100)
+    return subprocess.run(["unshare", "-m", "bash", "-c", script], cwd=case.folder, capture_output=True, text=True, timeout=ALIVE)
 
 
 def test_disk_full(case):

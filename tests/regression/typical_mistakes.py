@@ -189,7 +189,7 @@ def run(command, folder):
         words[0] = str(PROGRAMS / words[0])
     else:
         words = [sys.executable, "-B", str(SOURCE / "tools" / words[0]), *words[1:]]
-    return subprocess.run(words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=120,
+    return subprocess.run(words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300,
                           env={**os.environ, "COLUMNS": "100"})
 
 

@@ -51,7 +51,7 @@ def test_loaded(case):
     2e-6, the size of their noise, with E as the only unknown. A clamp that gives way is refused."""
     noise = {"frequency": 1e-6, "shape": 1e-5}
     loads = [{"point": [8.5e-3, -0.8e-3], "force": 6e-5, "direction": [0.5, 0, 1]}, [5.5e-3, 0.0, -1e-4]]
-    same = {"medium": "vacuum", "modes": 3, "missing": [], "sites": 8, "noise": noise}
+    same = {"medium": "vacuum", "modes": 2, "missing": [], "sites": 6, "seed": 2, "noise": noise}
     vibrate(case, "data.h5", **same, name="bent", loads=loads, gravity=[0, 0, -9.81])
     truth = json.loads((case.folder / "data.modes.json").read_text())["frequencies"]
     vibrate(case, "data.h5", "--add", **same)
@@ -59,7 +59,7 @@ def test_loaded(case):
     check(min(abs(one / other - 1) for one, other in zip(truth, at_rest)) > 0.01, "the loads change all frequencies")
     code, found = diagnose(case, "data.h5", "loaded", "refits = 1;\n" + OPTIONS.replace("1000", "500"), parameters="E")
     check(code == ADEQUATE, found["verdict"]["sentence"])
-    check([one.get("is_loaded", False) for one in found["modes"]] == 3 * [True] + 3 * [False], "the JSON file knows them")
+    check([one.get("is_loaded", False) for one in found["modes"]] == 2 * [True] + 2 * [False], "the JSON file knows them")
     for one, wanted in zip(found["modes"], truth + at_rest):
         check(abs(one["baseline_hz"] / wanted - 1) < 2e-6, f"{one['name']}: {one['baseline_hz']} Hz, not {wanted} Hz")
     problems = validate(found, SOURCE / "docs/formats/diagnosis.schema.json")

@@ -10,6 +10,7 @@ import contextlib
 import os
 import re
 import shutil
+import signal
 import struct
 import subprocess
 import sys
@@ -389,8 +390,16 @@ def close(one, two, tolerance, what, floor=1e-3):
     check(worst <= tolerance * scale, f"{what} is the same within {tolerance} * {scale}; differs by {worst}")
 
 
+def let_programs_hear():
+    """What is started in the background, or with nohup, ignores these signals and hands that on, unless it has a handler."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        if signal.getsignal(number) == signal.SIG_IGN:
+            signal.signal(number, lambda *_: None)
+
+
 def main(names):
     """Runs the tests among `names`, the globals of a test file."""
+    let_programs_hear()
     program, h5dump, wanted = sys.argv[1], sys.argv[2], sys.argv[3:]
     failed = 0
     for name, test in list(names.items()):

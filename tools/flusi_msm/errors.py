@@ -45,3 +45,8 @@ def run_command(name: str, main: Callable[[], None]) -> None:
         for line in str(error).split("\n"):
             print(f"{name}: {line}", file=sys.stderr)
         sys.exit(2)
+
+
+def tell_new_name(old: str, new: str) -> None:
+    """Prints that a tool has another name now. The old one goes on working."""
+    print(f"{old}: this tool is now called {new}", file=sys.stderr)

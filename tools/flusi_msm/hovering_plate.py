@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writes input files of flusi for a plate that hovers in a plane flow: its outline, its rotation, and the path of its middle.
 Lengths are in chords."""
+from __future__ import annotations
+
 import math
+from pathlib import Path
 
 # The wing lies along y of the body and turns about its x by phi alone.
 PLATE = "[Wing]\ntype = rectangular\nroot = {0!r}\nlength = {1!r}\nmean_chord = 1.0\nfront = 0.5\n"
@@ -22,13 +25,13 @@ bi_theta = 0.0
 """
 
 
-def write_plate(folder, half, pitch):
+def write_plate(folder: Path, half: float, pitch: float) -> None:
     """Writes plate.ini, a plate from -half to half, and pitch.ini: the angle of its chord is 90 + pitch sin(2 pi f t) degrees."""
     (folder / "plate.ini").write_text(PLATE.format(-half, half))
     (folder / "pitch.ini").write_text(TURN.format(pitch=pitch))
 
 
-def write_stroke(folder, stroke, period, beats, middle, steps):
+def write_stroke(folder: Path, stroke: float, period: float, beats: int, middle: float, steps: int) -> None:
     """Writes stroke.t, the place middle + A0/2 cos(2 pi f t) of the plate with the stroke A0, with the given number of steps in
     a beat."""
     rows = []

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Common parts of the pages of all reports: their style, tables that fit a phone, and embedded pictures."""
+from __future__ import annotations
+
 import base64
 from html import escape
+from typing import List, Sequence, Tuple, Union
 
 STYLE = """
 :root { color-scheme: light; }
@@ -46,7 +49,7 @@ summary { cursor: pointer; margin: 1rem 0 .4rem; }
 """
 
 
-def figure_html(picture):
+def figure_html(picture: Tuple[str, str, Union[bytes, List[bytes]]]) -> str:
     """Returns (heading, caption, png) as HTML; the picture is part of the page. Several pngs, in a list, are placed next to each
     other if there is room."""
     heading, caption, pngs = picture
@@ -58,7 +61,7 @@ def figure_html(picture):
         f"<figure>{images}<figcaption>{escape(caption)}</figcaption></figure>"
 
 
-def table_html(heads, rows, name=""):
+def table_html(heads: Sequence[Union[str, Tuple[str, bool]]], rows: Sequence[Sequence[str]], name: str = "") -> str:
     """Returns a table of HTML cells, of which the first is a name. Heads are (text, whether the column has numbers); a head that
     is a plain text has words in its column. On a phone each row becomes a block, with the heads before its cells."""
     heads = [(head, False) if isinstance(head, str) else head for head in heads]
@@ -74,12 +77,12 @@ def table_html(heads, rows, name=""):
             + "\n</tbody></table>")
 
 
-def badge(kind, text):
+def badge(kind: str, text: str) -> str:
     """Returns a word in a coloured pill; kinds are classes of STYLE."""
     return f'<span class="verdict {kind}">{escape(text)}</span>'
 
 
-def document(title, body):
+def document(title: str, body: str) -> str:
     """Returns the page around `body`."""
     return f"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">

@@ -5,6 +5,7 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 from shutil import which
+from typing import Iterable
 
 EVERYWHERE = ("numpy", "h5py", "matplotlib")
 PACKAGES = (*EVERYWHERE, "scipy", "svgelements")  # of requirements.txt; the last two bend wings and read drawings
@@ -13,7 +14,7 @@ INSTALLED = not (ROOT / "tools/quickstart").exists()
 BEGUN = "FLUSI_MSM_BEGUN_AGAIN"  # environment variable of a tool that was started again
 
 
-def stop_without(script, missing):
+def stop_without(script: str, missing: Iterable[str]) -> None:
     """Ends a tool that lacks packages with a message and exit code 2."""
     remedy = f"Install them: pip install -r {ROOT / 'tools/requirements.txt'}" if INSTALLED else \
         "'tools/quickstart deps' installs what tools need in .venv, where they find it; or: pip install -r tools/requirements.txt"
@@ -21,15 +22,15 @@ def stop_without(script, missing):
     sys.exit(2)
 
 
-def is_better(own, missing):
+def is_better(own: Path, missing: Iterable[str]) -> bool:
     """Returns whether the Python in `own` has the packages that all tools need, and at least one that is missing here."""
-    def has(name):
+    def has(name: str) -> bool:
         return any(own.glob(f"lib*/python*/site-packages/{name}"))
 
     return (own / "bin/python").exists() and all(map(has, EVERYWHERE)) and any(map(has, missing))
 
 
-def program(name):
+def program(name: str) -> Path:
     """Returns where flusi, msm_train or msm_diagnose is: in the build of the source, next to the installation, or in PATH."""
     if not INSTALLED:
         return ROOT / f"build/release/bin/{name}"
@@ -37,7 +38,7 @@ def program(name):
     return beside if beside.exists() else Path(which(name) or name)
 
 
-def use_project_python():
+def use_project_python() -> None:
     was_begun_again = os.environ.pop(BEGUN, "") != ""
     missing = [name for name in PACKAGES if find_spec(name) is None]
     script = Path(sys.argv[0])

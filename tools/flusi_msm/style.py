@@ -1,9 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The style of all figures."""
+from __future__ import annotations
+
 import re
+from pathlib import Path
+from typing import Union
 
 import matplotlib
 import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
 
 from flusi_msm.errors import InputError
 
@@ -11,7 +16,7 @@ from flusi_msm.errors import InputError
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C6D31"]
 
 
-def use_style():
+def use_style() -> None:
     matplotlib.rcParams.update({
         "font.size": 10, "axes.titlesize": 10, "legend.fontsize": 9, "legend.frameon": False,
         "axes.linewidth": 0.8, "lines.linewidth": 1.3, "xtick.direction": "in", "ytick.direction": "in",
@@ -20,14 +25,14 @@ def use_style():
     })
 
 
-def name_of(*parts):
+def name_of(*parts: object) -> str:
     """Returns a file name without blanks and slashes from the parts that distinguish pictures; parts that are None or empty are
     left out."""
     words = "_".join(str(part) for part in parts if part not in (None, ""))
     return re.sub(r"[^\w.+,=-]+", "-", words)
 
 
-def save(figure, path):
+def save(figure: Figure, path: Union[str, Path]) -> None:
     """Writes the figure and prints its path."""
     try:
         figure.savefig(path, bbox_inches="tight", pad_inches=0.05)

@@ -2,13 +2,14 @@
 !> Places lattice points all over a wing, at which the diagnosis tries causes that may act anywhere.
 module diagnosis_wing_lattice
   use base_kinds, only: rp
+  use diagnosis_wing_parameters, only: wing_parameter_t
   use diagnosis_wing_task, only: wing_patterns_t
   use measurement_experiment, only: experiment_t
   use measurement_material_point, only: find_material_point
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: lattice, make_patterns
+  public :: lattice, lay_out_patterns, make_patterns
 
   real(rp), parameter :: PATTERN_RADIUS = 0.16_rp !< of the wing's size
 
@@ -22,6 +23,23 @@ contains
     patterns%radius = PATTERN_RADIUS*experiment%model%size
     call lattice(wing, experiment%model%size, PATTERN_RADIUS, patterns%site)
   end subroutine make_patterns
+
+  !> Returns the families and the sites (2, :) [m] of all patterns: stiffness and forces at the places of `patterns`, n_scan_errors
+  !> errors of each scan at its load, and the fields of soft places at their hinges: the parameters with the numbers `field`.
+  subroutine lay_out_patterns(experiment, parameters, patterns, n_scan_errors, field, family, sites)
+    type(experiment_t), intent(in) :: experiment
+    type(wing_parameter_t), intent(in) :: parameters(:)
+    type(wing_patterns_t), intent(in) :: patterns
+    integer, intent(in) :: n_scan_errors, field(:)
+    integer, allocatable, intent(out) :: family(:)
+    real(rp), allocatable, intent(out) :: sites(:, :)
+    integer :: l, n
+    n = size(patterns%site, 2)
+    family = [(1, l=1, n), (2, l=1, n), (4, l=1, n_scan_errors*size(experiment%loads)), (3, l=1, size(field))]
+    sites = reshape([patterns%site, patterns%site, &
+                     [(spread(experiment%measurement%loads(l)%point, 2, n_scan_errors), l=1, size(experiment%loads))], &
+                     experiment%model%layout%hinge_site(:, parameters(field)%number)], [2, size(family)])
+  end subroutine lay_out_patterns
 
   !> Returns points (2, n) [m] of a triangular lattice on the wing, or on its veins if it has no membrane. Their distance is a
   !> share of its size.

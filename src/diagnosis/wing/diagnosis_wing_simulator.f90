@@ -9,17 +9,16 @@
 !>       call simulator%serve()
 !>     end if
 module diagnosis_wing_simulator
-  use base_errors, only: require
   use base_kinds, only: rp
   use diagnosis_journalled_tasks, only: run_journalled_tasks
   use diagnosis_wing_bins, only: bin_distortions, bin_covariance, bins_t, noise_model_t, N_DISTORTIONS
   use diagnosis_wing_entries, only: catalogue_t
-  use diagnosis_flight_response, only: flight_response_t
   use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_labels, only: make_labels
+  use diagnosis_wing_lattice, only: lay_out_patterns
   use diagnosis_wing_motion, only: wing_motion_t
   use diagnosis_wing_parameters, only: find_parameter, without_sites, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
-  use diagnosis_wing_state, only: offset_on_wing, wing_state, wing_state_t
+  use diagnosis_wing_state, only: wing_state, wing_state_t
   use diagnosis_wing_task, only: take_columns, task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, &
                                  NUISANCE_KIND, NUISANCE_NAMES
   use inference_simulator, only: simulator_t
@@ -63,7 +62,6 @@ module diagnosis_wing_simulator
     procedure :: set_error_directions => wing_set_error_directions
     procedure :: initial_state => wing_initial_state
     procedure :: state_from_mesh => wing_state_from_mesh
-    procedure :: approximate_flights => wing_approximate_flights
     procedure :: evaluate => wing_evaluate
     procedure :: covariance => wing_covariance
     procedure :: directions => wing_directions
@@ -94,17 +92,11 @@ contains
     self%n_baseline = catalogue%n_baseline
     if (world%is_root) call self%motion%init(experiment, wing, catalogue%parameters, parts, flights)
     self%n_observations = bins%n + self%motion%n
-    n = size(patterns%site, 2)
     n_smooth_errors = merge(N_DISTORTIONS, 0, any(bins%cell(1, :bins%n) > 0))
-    self%n_alone = 2*n
-    self%n_patterns = 2*n + n_smooth_errors*size(experiment%loads)
+    self%n_alone = 2*size(patterns%site, 2)
+    self%n_patterns = self%n_alone + n_smooth_errors*size(experiment%loads)
     self%field = pack([(l, l=1, size(catalogue%parameters))], catalogue%parameters%kind == KIND_SOFT)
-    self%family = [(1, l=1, n), (2, l=1, n), (4, l=2*n + 1, self%n_patterns), (3, l=1, size(self%field))]
-    self%pattern_site = reshape([patterns%site, patterns%site, &
-                                  [(spread(experiment%measurement%loads(l)%point, 2, n_smooth_errors), &
-                                    l=1, size(experiment%loads))], &
-                                  experiment%model%layout%hinge_site(:, catalogue%parameters(self%field)%number)], &
-                                 [2, self%n_patterns + size(self%field)])
+    call lay_out_patterns(experiment, catalogue%parameters, patterns, n_smooth_errors, self%field, self%family, self%pattern_site)
     self%family_names = FAMILY_NAMES
     call self%motion%append_patterns(self%n_patterns, self%family, self%pattern_site, self%family_names)
     call self%runner%init(experiment, wing, catalogue%parameters, bins, patterns)
@@ -146,22 +138,6 @@ contains
     self%n_nuisances = self%n_nuisances - size(self%error_directions, 2) + size(directions, 2)
     self%error_directions = directions
   end subroutine wing_set_error_directions
-
-  !> Gives `state` the approximation of forces over the beat by `response`. `rows` are the observations that this changes.
-  subroutine wing_approximate_flights(self, response, state, rows)
-    class(wing_simulator_t), intent(inout) :: self
-    type(flight_response_t), intent(in) :: response
-    class(solver_state_t), intent(inout) :: state
-    integer, allocatable, intent(out) :: rows(:)
-    integer :: i
-    select type (state)
-    type is (wing_state_t)
-      call self%motion%flight%add(response, state%flight)
-    class default
-      call require(.false., 'wing_simulator_t: the state must be one of a wing')
-    end select
-    rows = [(i, i=self%n_observations - self%motion%flight%n + 1, self%n_observations)]
-  end subroutine wing_approximate_flights
 
   !> Returns the state in which solutions begin at rest, and nuisances are linear about none; see `simulator_t`.
   subroutine wing_initial_state(self, state)
@@ -280,10 +256,7 @@ contains
     if (.not. self%has_nonlinear_nuisances()) return
     own = wing_state(state)
     associate (sd => self%experiment%measurement%accuracy%position)
-      do l = 1, size(own%load_offset, 2)
-        v = (l - 1)*N_LOAD_NUISANCES + 1
-        own%load_offset(:, l) = offset_on_wing(self%experiment, l, errors(v + 1:v + 2))
-      end do
+      call own%move_loads(self%experiment, errors, N_LOAD_NUISANCES)
       call self%evaluate(q, [integer ::], own, residuals, nothing, is_valid)
       if (is_valid) call self%directions(q, own, nuisances, nothing, is_valid)
       if (.not. is_valid) return
@@ -340,7 +313,7 @@ contains
     real(rp), allocatable :: outputs(:, :)
     integer, allocatable :: common(:)
     real(rp) :: sd(N_COMMON_NUISANCES)
-    integer :: l, i, b, first, at, v, shared
+    integer :: l, i, b, first, at, shared
     nuisances = 0
     patterns = 0
     common = pack([self%gain, self%membrane], [self%gain, self%membrane] > 0)
@@ -350,17 +323,15 @@ contains
     call run_loads(self, merge(TASK_DIRECTIONS, TASK_NUISANCES, size(patterns, 2) > 0), wanted_loads(self), q, common, state, &
                    outputs, is_valid)
     if (.not. is_valid) return
-    v = 0
     shared = size(outputs, 2)*N_LOAD_NUISANCES
     do l = 1, size(outputs, 2)
       b = self%bins%count(l)
       first = self%bins%first(l)
       at = N_FACTS
       do i = 1, N_LOAD_NUISANCES
-        nuisances(first:first + b - 1, v + i) = outputs(at + 1:at + b, l)
+        nuisances(first:first + b - 1, (l - 1)*N_LOAD_NUISANCES + i) = outputs(at + 1:at + b, l)
         at = at + b
       end do
-      v = v + N_LOAD_NUISANCES
       do i = 1, size(self%runner%parameters)
         if (.not. any(common == i)) cycle
         if (i == self%gain) nuisances(first:first + b - 1, shared + 1) = sd(1)*outputs(at + 1:at + b, l)

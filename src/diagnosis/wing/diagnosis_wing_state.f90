@@ -8,7 +8,7 @@ module diagnosis_wing_state
   use measurement_experiment, only: experiment_t
   implicit none
   private
-  public :: offset_on_wing, wing_state, wing_state_t
+  public :: wing_state, wing_state_t
 
   type, extends(solver_state_t) :: wing_state_t
     real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, loads) [m]
@@ -22,6 +22,7 @@ module diagnosis_wing_state
     procedure :: begin_at_rest => state_begin_at_rest
     procedure :: take_shapes => state_take_shapes
     procedure :: start_from_mesh => state_start_from_mesh
+    procedure :: move_loads => state_move_loads
   end type wing_state_t
 
 contains
@@ -83,6 +84,19 @@ contains
       call require(.false., 'wing_state: the state must be one of a wing')
     end select
   end function wing_state
+
+  !> Moves every load to where it acts with these errors of places, of which load l has errors(v + 1:v + 2),
+  !> v = (l - 1) stride + 1.
+  subroutine state_move_loads(self, experiment, errors, stride)
+    class(wing_state_t), intent(inout) :: self
+    type(experiment_t), intent(in) :: experiment
+    real(rp), intent(in) :: errors(:)
+    integer, intent(in) :: stride
+    integer :: l
+    do l = 1, size(self%load_offset, 2)
+      self%load_offset(:, l) = offset_on_wing(experiment, l, errors((l - 1)*stride + 2:(l - 1)*stride + 3))
+    end do
+  end subroutine state_move_loads
 
   !> Returns the distance(2) [m] from its stated place at which load l acts, for errors(2) of that place in units of their sd.
   !> Errors are limited to MOST sd, and further where the place would not be on the wing.

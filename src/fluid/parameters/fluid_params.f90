@@ -11,7 +11,7 @@ module fluid_params
   use fluid_solid_keys, only: check_solids, geometry_keys, penalization_keys, solids_t, walls_t, CHANNEL_NONE, MASK_EMPTY, &
                               MASK_INSECT, MASK_NONE
   use fluid_sponge_keys, only: check_sponge, sponge_keys, sponge_params_t
-  use fluid_time_keys, only: stepping_t, time_keys, SCHEME_AB2, SCHEME_EULER, SCHEME_NAMES, SCHEME_RK2, SCHEME_RK4
+  use fluid_time_keys, only: stepping_t, time_keys, SCHEME_AB2, SCHEME_EULER, SCHEMES, SCHEME_RK2, SCHEME_RK4
   use io_config, only: config_t
   use io_keys, only: declaring, keys_t, reading
   use io_registry, only: registry_t
@@ -19,7 +19,7 @@ module fluid_params
   implicit none
   private
   public :: fluid_params_t, register_fluid_keys, read_fluid_keys, read_fluid_params, SCHEME_AB2, SCHEME_RK4, SCHEME_RK2, &
-            SCHEME_EULER, SCHEME_NAMES
+            SCHEME_EULER, SCHEMES
 
   type :: fluid_params_t
     type(grid_t) :: grid

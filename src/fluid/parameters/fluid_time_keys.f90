@@ -2,18 +2,25 @@
 !> Reads time stepping and viscosity from the keys of [Time] and [ReynoldsNumber].
 module fluid_time_keys
   use base_kinds, only: rp
+  use base_named_kinds, only: named_kind_t
   use fluid_substitutes, only: FOR_STEPPERS, NO_STEPPERS
   use io_keys, only: keys_t
   implicit none
   private
-  public :: stepping_t, time_keys, SCHEME_AB2, SCHEME_RK4, SCHEME_RK2, SCHEME_EULER, SCHEME_NAMES
+  public :: stepping_t, time_keys, SCHEME_AB2, SCHEME_RK4, SCHEME_RK2, SCHEME_EULER, SCHEMES
 
   integer, parameter :: SCHEME_AB2 = 1, SCHEME_RK4 = 2, SCHEME_RK2 = 3, SCHEME_EULER = 4
-  character(*), parameter :: SCHEME_NAMES(4) = ['AB2  ', 'RK4  ', 'RK2  ', 'Euler']
+  !> The last four name solids and couplings, too: words of FLUSI.
+  type(named_kind_t), parameter :: SCHEMES(8) = [ &
+    named_kind_t('AB2', SCHEME_AB2), named_kind_t('RK4', SCHEME_RK4), named_kind_t('RK2', SCHEME_RK2), &
+    named_kind_t('Euler', SCHEME_EULER), named_kind_t('AB2_rigid_solid', SCHEME_AB2), &
+    named_kind_t('FSI_AB2_staggered', SCHEME_AB2), named_kind_t('FSI_AB2_semiimplicit', SCHEME_AB2), &
+    named_kind_t('FSI_AB2_iteration', SCHEME_AB2)]
 
   !> The steps and the end of a run.
   type :: stepping_t
     integer :: scheme = SCHEME_AB2
+    character(:), allocatable :: word      !< for it, as the user gives it
     real(rp) :: t_max = 0, cfl = 0.1_rp, cfl_eta = 0.99_rp, dt_fixed = 0, dt_max = 0
     integer :: nt = 0                      !< largest number of steps
     logical :: intelligent_dt = .false.
@@ -27,15 +34,13 @@ contains
     type(keys_t), intent(inout) :: keys
     type(stepping_t), intent(inout) :: p
     real(rp), intent(inout) :: nu
-    character(:), allocatable :: word !< not allocated where keys are declared
     call keys%section('Time', 'time stepping')
     call keys%real('Tmax', p%t_max, 1.0e9_rp, 'end of the run', unit='T', min=0.0_rp)
     call keys%integer('nt', p%nt, 999999999, 'largest number of time steps', min=0)
-    call keys%word('iTimeMethodFluid', word, 'AB2', &
-                   'AB2|RK4|RK2|Euler|AB2_rigid_solid|FSI_AB2_staggered|FSI_AB2_semiimplicit|FSI_AB2_iteration', &
+    call keys%kind('iTimeMethodFluid', p%scheme, 'AB2', SCHEMES, &
                    'all with the exact viscous factor; AB2: Adams-Bashforth; RK2 (Heun) and RK4: Runge-Kutta, at 2 and 4 times '// &
                    'its cost; Euler: first order; FSI_*: AB2, and a coupling of flexible wings; AB2_rigid_solid: FLUSI''s name '// &
-                   'for AB2 with BodyMotion = free_flight', unbuilt=NO_STEPPERS, instead=FOR_STEPPERS)
+                   'for AB2 with BodyMotion = free_flight', unbuilt=NO_STEPPERS, instead=FOR_STEPPERS, word=p%word)
     call keys%real('CFL', p%cfl, 0.1_rp, 'CFL number of the advective limit', above=0.0_rp)
     call keys%real('CFL_eta', p%cfl_eta, 0.99_rp, 'largest dt/eps of the explicit penalization', above=0.0_rp)
     call keys%real('dt_fixed', p%dt_fixed, 0.0_rp, 'prescribed step; 0: chosen by the CFL rule', unit='T', min=0.0_rp)
@@ -44,8 +49,5 @@ contains
                      'spread over equal steps')
     call keys%section('ReynoldsNumber', 'viscosity')
     call keys%real('nu', nu, 1.0e-2_rp, 'kinematic viscosity', unit='L^2/T', min=0.0_rp)
-    if (.not. allocated(word)) return
-    p%scheme = findloc(SCHEME_NAMES == word, .true., 1)
-    if (p%scheme == 0) p%scheme = SCHEME_AB2 ! FLUSI's FSI_AB2_*
   end subroutine time_keys
 end module fluid_time_keys

@@ -63,7 +63,6 @@ module fluid_point_forces
     procedure :: spectral_in => forces_spectral_in
     procedure :: product => forces_product
     procedure :: spectral_out => forces_spectral_out
-    procedure :: reduce => forces_reduce
     procedure :: memory_bytes => forces_memory_bytes
     procedure, private :: set_filter
   end type point_forces_t
@@ -340,13 +339,6 @@ contains
       if (s == self%sticks%zero) self%u(1, s, :) = self%u(1, s, :) - fields(1, i, :) + self%mean_change
     end do
   end subroutine forces_spectral_out
-
-  !> Does nothing; see kernels_t.
-  subroutine forces_reduce(self)
-    class(point_forces_t), intent(inout) :: self
-    associate (nothing_to_reduce => self)
-    end associate
-  end subroutine forces_reduce
 
   !> Returns the bytes of its large arrays on this rank.
   pure real(rp) function forces_memory_bytes(self) result(bytes)

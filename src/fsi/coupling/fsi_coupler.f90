@@ -11,9 +11,8 @@
 !>                   & Wall 2008, DOI 10.1007/s00466-008-0255-5): second order
 !>
 !> AB2 computes u(n+1) from the wings of t(n): a sub-iteration changes the pressure of t(n+1) only. The last one is also the pass
-!> with which the next step begins.
-!>
-!> Wings without thickness and the forces that the flow exerts on them are advanced together (fsi_thin_coupling).
+!> with which the next step begins. Wings without thickness and the forces of the flow on them are advanced together
+!> (fsi_thin_coupling).
 !>
 !> The mechanics are in SI units along the axes of the wing file, the flow in L, T and rho, and output along the frame of each
 !> wing (fsi_wing_mirror). All conversions are here; those of checkpoints are in fsi_restart.
@@ -23,12 +22,12 @@ module fsi_coupler
   use base_process, only: wall_seconds
   use base_text, only: number_text
   use fluid_requests, only: request_t
-  use fluid_solver, only: fluid_t
+  use fluid_sampling, only: samples_t
+  use fluid_solver, only: fluid_t, trial_t
   use fsi_coupler_params, only: coupler_params_t, COUPLING_STRONG, COUPLING_WEAK
   use fsi_coupling_history, only: coupling_history_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_pressure_load, only: pressure_load_t
-  use fsi_sampling, only: sampler_t
   use fsi_surface_load, only: surface_load_t, total_load
   use fsi_thin_coupling, only: advance_thin_wings, thin_report_t
   use fsi_thin_wings, only: thin_wings_t
@@ -36,11 +35,9 @@ module fsi_coupler
   use fsi_wing_energy, only: energy_meter_t, wing_energy_t
   use fsi_wing_mirror, only: mirror_momenta, mirror_vectors
   use fsi_wing_solver, only: wing_solver_t
-  use parallel_block, only: allocate_fields, block_t
   use parallel_world, only: world_t
   use solid_dynamics, only: dynamic_state_t
   use solid_inertia, only: measure_motion, momenta_t
-  use spectral_grid, only: grid_t
   implicit none
   private
   public :: coupler_t
@@ -60,16 +57,16 @@ module fsi_coupler
     type(coupling_history_t) :: history
     type(surface_load_t), allocatable :: loads(:), friction(:) !< of the last sample, in space; its viscous part
     type(coupling_report_t) :: report
+    type(trial_t) :: trial                               !< with which the next step of the fluid may begin
     type(pressure_load_t), allocatable :: surfaces(:)    !< of the last sample: pressure jumps, forces on the points
     type(wing_solver_t), allocatable :: wings(:)         !< for their reports
     type(energy_meter_t), allocatable, private :: meters(:)
-    type(sampler_t), private :: sampler
+    type(samples_t), allocatable, private :: samples(:)  !< pressure beside the wings, `n_sets` for each
+    integer, private :: n_sets = 1                       !< distances at which the pressure is looked at
     type(world_t), private :: world
     real(rp) :: solver_seconds = 0                       !< wall time that solving wings has taken on this rank so far
     logical :: is_thin = .false.                         !< the wings have no thickness
     logical, private :: has_current_force = .false.               !< `force` is that of the time that the fluid has reached
-    real(rp), allocatable, private :: pressure(:, :, :, :)
-    logical, allocatable, private :: lines(:, :)         !< (ny_local, nz_local) of the grid, where `pressure` is
     !> (3, n, wings) [N] along the axes of the wing file.
     real(rp), dimension(:, :, :), allocatable, private :: force, applied, residual, old_residual
   contains
@@ -81,31 +78,33 @@ module fsi_coupler
     procedure :: measure => coupler_measure
     procedure :: deform => coupler_deform
     procedure :: surface_load => coupler_surface_load
-    procedure :: memory_bytes => coupler_memory_bytes
     procedure :: free => coupler_free
     procedure, private :: sample, solve, subiterate
   end type coupler_t
 
 contains
 
-  !> Makes the wings, unloaded and at rest in their frames, at `time` [T]. `wings` becomes deformable. Collective.
-  subroutine coupler_init(self, world, params, grid, block, time, wings)
+  !> Makes the wings, unloaded and at rest in their frames, at `time` [T]. `wings` becomes deformable, and `fluid` makes room for
+  !> the samples of its pressure that their load needs. Collective.
+  subroutine coupler_init(self, world, params, fluid, time, wings)
     class(coupler_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(coupler_params_t), intent(in) :: params
-    type(grid_t), intent(in) :: grid
-    type(block_t), intent(in) :: block
+    type(fluid_t), intent(inout) :: fluid
     real(rp), intent(in) :: time
     type(flapping_wings_t), intent(inout) :: wings
     integer :: i, n
     self%world = world
     self%params = params
     n = size(wings%surfaces)
-    call self%sampler%init(world, grid, block)
     self%is_thin = wings%params%thin%is_thin
     if (.not. self%is_thin) then
-      call allocate_fields(self%pressure, block, 1, 'the pressure around wings')
-      allocate (self%lines(block%count(2), block%count(3)))
+      call fluid%hold_samples()
+      if (params%extrapolates) self%n_sets = 2
+      allocate (self%samples(n*self%n_sets))
+      do i = 1, size(self%samples)
+        call self%samples(i)%init(2*size(wings%surfaces((i - 1)/self%n_sets + 1)%triangles, 2))
+      end do
     end if
     allocate (self%force(3, params%model%n_all, n), self%applied(3, params%model%n_all, n), source=0.0_rp)
     if (params%coupling == COUPLING_STRONG .and. .not. self%is_thin) &
@@ -180,21 +179,26 @@ contains
     type(fluid_t), intent(inout) :: fluid
     type(flapping_wings_t), intent(in) :: wings
     real(rp) :: newton
-    integer :: i, p
+    integer :: i, k, p, c, first
     associate (u => self%params%units)
       newton = u%mass*u%length/u%time**2
     end associate
-    self%lines = .false.
-    do i = 1, size(self%wings)
-      call self%surfaces(i)%select_lines(wings%surfaces(i), self%sampler, self%params%distance, self%params%extrapolates, &
-                                 self%lines)
+    do i = 1, size(self%samples)
+      k = mod(i - 1, self%n_sets) + 1
+      call wings%surfaces((i - 1)/self%n_sets + 1)%points_beside(k*self%params%distance, self%samples(i)%points)
     end do
-    call fluid%pressure_field(self%pressure, self%lines)
+    call fluid%sample_pressure(self%samples)
     do i = 1, size(self%wings)
+      first = (i - 1)*self%n_sets + 1
       associate (load => self%surfaces(i), surface => wings%surfaces(i), pose => wings%poses(i))
-        call load%sample(surface, self%sampler, self%pressure(:, :, :, 1), self%params%distance, self%params%extrapolates)
-        if (self%params%friction) call load%add_friction(surface, self%sampler, fluid%rhs%fields, fluid%rhs%params%nu, &
-                                                         self%params%distance, wings%params%half_thickness)
+        call load%take_pressure(surface, self%samples(first:first + self%n_sets - 1))
+        if (self%params%friction) then
+          do c = 1, 3
+            call fluid%sample_kept_field(c, self%samples(first:first))
+            call load%take_velocity(c, self%samples(first))
+          end do
+          call load%add_friction(surface, fluid%rhs%params%nu, self%params%distance, wings%params%half_thickness)
+        end if
         self%loads(i) = total_load(load%force, surface%points, surface%velocities, pose%hinge)
         self%friction(i) = total_load(load%friction, surface%points, surface%velocities, pose%hinge)
         do p = 1, size(load%force, 2)
@@ -321,6 +325,7 @@ contains
     type(fluid_t), intent(inout) :: fluid
     type(failure_t), intent(inout) :: failure
     type(request_t) :: request
+    type(trial_t) :: trial
     real(rp) :: scale, error
     integer :: k
     call self%add_request(request)
@@ -328,14 +333,14 @@ contains
     scale = 0
     do k = 1, self%params%iterations
       if (failure%failed) return
-      call fluid%try(request, failure, wings)
+      call fluid%try(request, failure, wings, trial)
       if (failure%failed) return
       call self%sample(fluid, wings)
       self%residual = self%force - self%applied
       error = norm2(self%residual)
       scale = norm2(self%force)
       if (error <= self%params%tolerance*scale) then
-        call fluid%accept()
+        self%trial = trial
         self%has_current_force = .true.
         exit
       end if
@@ -381,13 +386,6 @@ contains
     real(rp) :: force(3)
     force = self%loads(i)%force
   end function coupler_surface_load
-
-  !> Returns the bytes of this rank's array that grows with the grid.
-  pure real(rp) function coupler_memory_bytes(self) result(bytes)
-    class(coupler_t), intent(in) :: self
-    bytes = 0
-    if (allocated(self%pressure)) bytes = 8*real(size(self%pressure), rp)
-  end function coupler_memory_bytes
 
   !> Releases everything.
   subroutine coupler_free(self)

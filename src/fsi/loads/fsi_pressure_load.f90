@@ -16,8 +16,8 @@
 module fsi_pressure_load
   use base_errors, only: require
   use base_kinds, only: rp
+  use fluid_sampling, only: samples_t
   use fsi_rotation, only: cross
-  use fsi_sampling, only: sampler_t
   use fsi_surface, only: surface_t
   implicit none
   private
@@ -28,11 +28,12 @@ module fsi_pressure_load
     real(rp), allocatable :: jump(:)        !< (m) p_above - p_below of the triangles; above is where n points
     real(rp), allocatable :: force(:, :)    !< (3, n) force on the points, in space
     real(rp), allocatable :: friction(:, :) !< (3, n) the viscous part of it; 0 if it was not asked for
-    real(rp), allocatable, private :: sample_points(:, :), values(:), velocity(:, :)
+    real(rp), allocatable, private :: area(:)        !< (n)
+    real(rp), allocatable, private :: velocity(:, :) !< (3, 2 m)
   contains
     procedure :: init => load_init
-    procedure :: select_lines => load_select_lines
-    procedure :: sample => load_sample
+    procedure :: take_pressure => load_take_pressure
+    procedure :: take_velocity => load_take_velocity
     procedure :: show => load_show
     procedure :: add_friction => load_add_friction
   end type pressure_load_t
@@ -46,64 +47,38 @@ contains
     integer :: m, n
     m = size(surface%triangles, 2)
     n = size(surface%points, 2)
-    if (allocated(self%jump)) deallocate (self%jump, self%force, self%friction, self%sample_points, self%values, &
-                                          self%velocity)
-    allocate (self%jump(m), self%sample_points(3, 2*m), self%values(max(2*m, n)), self%velocity(3, 2*m), source=0.0_rp)
+    if (allocated(self%jump)) deallocate (self%jump, self%force, self%friction, self%area, self%velocity)
+    allocate (self%jump(m), self%area(n), self%velocity(3, 2*m), source=0.0_rp)
     allocate (self%force(3, n), self%friction(3, n), source=0.0_rp)
   end subroutine load_init
 
-  !> Marks the `lines` of the grid (ny_local, nz_local) that `sample` will need for the surface at its present place, with the
-  !> same arguments; leaves the others as they are.
-  subroutine load_select_lines(self, surface, sampler, distance, extrapolates, lines)
+  !> Sets `jump` and `force` for the surface where it is now; no friction. The samples are the pressure at the points
+  !> `points_beside` of the surface: one set at the distance d or, to extrapolate to the mid surface, a second one at 2 d.
+  subroutine load_take_pressure(self, surface, samples)
     class(pressure_load_t), intent(inout) :: self
     type(surface_t), intent(in) :: surface
-    type(sampler_t), intent(in) :: sampler
-    real(rp), intent(in) :: distance
-    logical, intent(in) :: extrapolates
-    logical, intent(inout) :: lines(:, :)
-    if (extrapolates) then
-      call surface%points_beside(2*distance, self%sample_points)
-      call sampler%select_lines(self%sample_points, lines)
-    end if
-    call surface%points_beside(distance, self%sample_points)
-    call sampler%select_lines(self%sample_points, lines)
-  end subroutine load_select_lines
-
-  !> Sets `jump` and `force` for the surface at its present place; no friction. `distance` [L] is that of the sampled places from
-  !> the surface. Collective.
-  subroutine load_sample(self, surface, sampler, pressure, distance, extrapolates)
-    class(pressure_load_t), intent(inout) :: self
-    type(surface_t), intent(in) :: surface
-    type(sampler_t), intent(in) :: sampler
-    real(rp), contiguous, intent(in) :: pressure(:, :, :) !< (nx, ny_local, nz_local)
-    real(rp), intent(in) :: distance
-    logical, intent(in), optional :: extrapolates !< to the mid surface; not if not given
+    type(samples_t), intent(in) :: samples(:)
     real(rp) :: centre(3), twice_area(3)
     integer :: i, m
-    logical :: samples_twice
     m = size(surface%triangles, 2)
     call require(size(self%jump) == m, 'pressure_load_t: the surface has other triangles')
-    samples_twice = .false.
-    if (present(extrapolates)) samples_twice = extrapolates
-    if (samples_twice) then
-      call surface%points_beside(2*distance, self%sample_points)
-      call sampler%sample(self%sample_points, pressure, self%values)
-      self%jump = self%values(:m) - self%values(m + 1:)
-    end if
-    call surface%points_beside(distance, self%sample_points)
-    call sampler%sample(self%sample_points, pressure, self%values)
-    if (samples_twice) then
-      self%jump = 2*(self%values(:m) - self%values(m + 1:)) - self%jump
-    else
-      self%jump = self%values(:m) - self%values(m + 1:)
-    end if
+    self%jump = samples(1)%values(:m) - samples(1)%values(m + 1:)
+    if (size(samples) == 2) self%jump = 2*self%jump - (samples(2)%values(:m) - samples(2)%values(m + 1:))
     self%force = 0
     self%friction = 0
     do i = 1, m
       call triangle_geometry(surface, i, centre, twice_area)
       call distribute(surface, i, -self%jump(i)/2*twice_area, self%force)
     end do
-  end subroutine load_sample
+  end subroutine load_take_pressure
+
+  !> Takes component `c` of the velocity of the flow at the points of the first set of samples, for `add_friction`.
+  subroutine load_take_velocity(self, c, sample)
+    class(pressure_load_t), intent(inout) :: self
+    integer, intent(in) :: c
+    type(samples_t), intent(in) :: sample
+    self%velocity(c, :) = sample%values
+  end subroutine load_take_velocity
 
   !> Sets `force` to given forces (3, n) on the points of the surface at its present place, and `jump` to the part of it that is
   !> normal to the triangles: each triangle has the mean of its corners' forces per area. No friction.
@@ -115,11 +90,11 @@ contains
     integer :: i, k
     self%force = force
     self%friction = 0
-    self%values(:size(force, 2)) = 0
+    self%area = 0
     do i = 1, size(self%jump)
       call triangle_geometry(surface, i, centre, twice_area)
       do k = 1, 3
-        associate (area => self%values(surface%triangles(k, i)))
+        associate (area => self%area(surface%triangles(k, i)))
           area = area + norm2(twice_area)/6
         end associate
       end do
@@ -129,30 +104,23 @@ contains
       self%jump(i) = 0
       do k = 1, 3
         associate (p => surface%triangles(k, i))
-          self%jump(i) = self%jump(i) - dot_product(force(:, p), twice_area)/(3*norm2(twice_area)*self%values(p))
+          self%jump(i) = self%jump(i) - dot_product(force(:, p), twice_area)/(3*norm2(twice_area)*self%area(p))
         end associate
       end do
     end do
   end subroutine load_show
 
-  !> Adds the viscous traction on both sides to `force`, at the places of the last `sample`, and stores it in `friction`.
-  !> Collective.
-  subroutine load_add_friction(self, surface, sampler, velocity, nu, distance, half_thickness)
+  !> Adds the viscous traction on both sides to `force`, from the velocities that were taken; it is in `friction`, too.
+  subroutine load_add_friction(self, surface, nu, distance, half_thickness)
     class(pressure_load_t), intent(inout) :: self
     type(surface_t), intent(in) :: surface
-    type(sampler_t), intent(in) :: sampler
-    real(rp), contiguous, intent(in) :: velocity(:, :, :, :) !< (nx, ny_local, nz_local, at least 3) L/T
     real(rp), intent(in) :: nu             !< L^2/T
-    real(rp), intent(in) :: distance       !< of the last `sample`, L
+    real(rp), intent(in) :: distance       !< of the points from the surface, L
     real(rp), intent(in) :: half_thickness !< of the sheet, L, less than `distance`
     real(rp) :: centre(3), twice_area(3), normal(3), wall(3), slip(3)
-    integer :: i, c, m
+    integer :: i, m
     m = size(surface%triangles, 2)
     call require(distance > half_thickness, 'pressure_load_t: the places must be outside the sheet')
-    do c = 1, 3
-      call sampler%sample(self%sample_points, velocity(:, :, :, c), self%values)
-      self%velocity(c, :) = self%values
-    end do
     do i = 1, m
       call triangle_geometry(surface, i, centre, twice_area)
       normal = twice_area/norm2(twice_area)

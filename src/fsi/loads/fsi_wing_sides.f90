@@ -8,13 +8,11 @@
 !> traction is the mean shear of that layer. They show where the load comes from. The total load in forces.t is more exact.
 module fsi_wing_sides
   use base_kinds, only: rp
-  use parallel_block, only: allocate_fields
+  use fluid_sampling, only: samples_t
   use fluid_solver, only: fluid_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_rotation, only: cross
-  use fsi_sampling, only: sampler_t
   use fsi_surface, only: surface_t
-  use parallel_world, only: world_t
   implicit none
   private
   public :: wing_sides_t, side_loads_t
@@ -24,7 +22,6 @@ module fsi_wing_sides
   type :: side_loads_t
     real(rp), allocatable :: pressure(:, :)    !< (m, 2) rho L^2/T^2
     real(rp), allocatable :: traction(:, :, :) !< (3, m, 2) in space, rho L^2/T^2
-    real(rp), allocatable, private :: sample_points(:, :), values(:)
   end type side_loads_t
 
   !> Values of all wings. Nothing is allocated after `init`.
@@ -32,40 +29,35 @@ module fsi_wing_sides
     type(side_loads_t), allocatable :: wings(:)
     real(rp) :: distance = 0 !< d, L
     real(rp), private :: half_thickness = 0
-    type(sampler_t), private :: sampler
-    real(rp), allocatable, private :: field(:, :, :, :) !< (nx, ny_local, nz_local, 1) one at a time
-    logical, allocatable, private :: lines(:, :)
+    type(samples_t), allocatable, private :: samples(:) !< of each wing
   contains
     procedure :: init => sides_init
     procedure :: sample => sides_sample
-    procedure :: memory_bytes => sides_memory_bytes
   end type wing_sides_t
 
 contains
 
-  !> Makes room for these wings. The flow is sampled one grid spacing outside the mask, or at two and a half spacings from wings
-  !> without thickness, whose forces act on the flow smoothed over about two spacings.
-  subroutine sides_init(self, world, fluid, wings)
+  !> Makes room for these wings, and in `fluid` for samples beside them. The flow is sampled one grid spacing outside the mask, or
+  !> at two and a half spacings from wings without thickness, whose forces act on the flow smoothed over about two spacings.
+  subroutine sides_init(self, fluid, wings)
     class(wing_sides_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
-    type(fluid_t), intent(in) :: fluid
+    type(fluid_t), intent(inout) :: fluid
     type(flapping_wings_t), intent(in) :: wings
     real(rp), parameter :: BESIDE_MASK = 1, BESIDE_MARKERS = 2.5_rp
     integer :: i, m
-    associate (block => fluid%transform%block, p => wings%params)
-      call self%sampler%init(world, fluid%transform%grid, block)
-      call allocate_fields(self%field, block, 1, 'a field beside wings')
-      allocate (self%lines(block%count(2), block%count(3)))
+    call fluid%hold_samples()
+    associate (p => wings%params)
       self%half_thickness = p%half_thickness
       self%distance = p%half_thickness + p%smoothing + &
                       merge(BESIDE_MARKERS, BESIDE_MASK, p%thin%is_thin)*fluid%transform%grid%max_spacing()
     end associate
-    allocate (self%wings(size(wings%surfaces)))
+    allocate (self%wings(size(wings%surfaces)), self%samples(size(wings%surfaces)))
     do i = 1, size(self%wings)
       m = size(wings%surfaces(i)%triangles, 2)
       associate (wing => self%wings(i))
-        allocate (wing%pressure(m, 2), wing%traction(3, m, 2), wing%sample_points(3, 2*m), wing%values(2*m), source=0.0_rp)
+        allocate (wing%pressure(m, 2), wing%traction(3, m, 2), source=0.0_rp)
       end associate
+      call self%samples(i)%init(2*m)
     end do
   end subroutine sides_init
 
@@ -76,29 +68,19 @@ contains
     type(fluid_t), intent(inout) :: fluid
     type(flapping_wings_t), intent(in) :: wings
     integer :: i, c, m
-    self%lines = .false.
     do i = 1, size(self%wings)
-      call wings%surfaces(i)%points_beside(self%distance, self%wings(i)%sample_points)
-      call self%sampler%select_lines(self%wings(i)%sample_points, self%lines)
+      call wings%surfaces(i)%points_beside(self%distance, self%samples(i)%points)
     end do
-    call fluid%pressure_field(self%field, self%lines)
+    call fluid%sample_pressure(self%samples)
     do i = 1, size(self%wings)
-      associate (wing => self%wings(i))
-        m = size(wing%pressure, 1)
-        call self%sampler%sample(wing%sample_points, self%field(:, :, :, 1), wing%values)
-        wing%pressure(:, 1) = wing%values(:m)
-        wing%pressure(:, 2) = wing%values(m + 1:)
-      end associate
+      m = size(self%wings(i)%pressure, 1)
+      self%wings(i)%pressure = reshape(self%samples(i)%values, [m, 2])
     end do
     do c = 1, 3
-      call fluid%flow_field(c, self%field, self%lines)
+      call fluid%sample_flow(c, self%samples)
       do i = 1, size(self%wings)
-        associate (wing => self%wings(i))
-          m = size(wing%pressure, 1)
-          call self%sampler%sample(wing%sample_points, self%field(:, :, :, 1), wing%values)
-          wing%traction(c, :, 1) = wing%values(:m)
-          wing%traction(c, :, 2) = wing%values(m + 1:)
-        end associate
+        m = size(self%wings(i)%pressure, 1)
+        self%wings(i)%traction(c, :, :) = reshape(self%samples(i)%values, [m, 2])
       end do
     end do
     do i = 1, size(self%wings)
@@ -132,11 +114,4 @@ contains
       end do
     end do
   end subroutine shear
-
-  !> Returns the bytes of this rank's array that grows with the grid.
-  pure real(rp) function sides_memory_bytes(self) result(bytes)
-    class(wing_sides_t), intent(in) :: self
-    bytes = 0
-    if (allocated(self%field)) bytes = 8*real(size(self%field), rp)
-  end function sides_memory_bytes
 end module fsi_wing_sides

@@ -40,7 +40,6 @@ contains
     type(body_choices_t) :: body
     type(mask_choices_t) :: mask
     type(thin_params_t) :: thin
-    character(:), allocatable :: word, other_word
     integer :: wings
     wings = 0
     keys = declaring(registry)
@@ -52,7 +51,7 @@ contains
     call body_keys(keys, body)
     call other_flusi_keys(keys, flight)
     call mask_keys(keys, mask)
-    call thin_keys(keys, word, other_word, thin)
+    call thin_keys(keys, thin)
     call wings_key(keys, wings)
   end subroutine register_flight_keys
 

@@ -3,7 +3,10 @@
 module fsi_thin_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use base_named_kinds, only: named_kind_t
   use fluid_params, only: fluid_params_t, SCHEME_AB2
+  use fluid_resolution_keys, only: dealiasing_keys, resolution_t
+  use fluid_time_keys, only: stepping_t, time_keys
   use fsi_mask_keys, only: mask_choices, mask_choices_t
   use io_config, only: config_t
   use io_keys, only: keys_t, reading
@@ -12,16 +15,24 @@ module fsi_thin_keys
   use spectral_window, only: WINDOW_WIDTH
   implicit none
   private
-  public :: thin_params_t, thin_keys, read_thin_keys, surface_word, wants_thin_wings, prepare_thin_flow
+  public :: thin_params_t, thin_keys, read_thin_keys, surface_choice, wants_thin_wings, prepare_thin_flow
 
   character(*), parameter :: SECTION = 'Insects', STEPPER = 'iTimeMethodFluid', TRUNCATION = 'iDealias'
 
   !> Ways to hold the response of a wing's markers: on one rank, on the ranks of a group, or the faster of both.
   integer, parameter, public :: SHARING_AUTO = 1, SHARING_ONE = 2, SHARING_GROUP = 3
+  type(named_kind_t), parameter :: SHARINGS(3) = [named_kind_t('auto', SHARING_AUTO), named_kind_t('one', SHARING_ONE), &
+                                                  named_kind_t('group', SHARING_GROUP)]
+
+  !> How the flow sees wings.
+  integer, parameter, public :: SURFACE_AUTO = 1, SURFACE_THIN = 2, SURFACE_PENALIZED = 3
+  type(named_kind_t), parameter :: SURFACES(3) = [named_kind_t('auto', SURFACE_AUTO), named_kind_t('thin', SURFACE_THIN), &
+                                                  named_kind_t('penalized', SURFACE_PENALIZED)]
 
   !> Choices of the user for wings without thickness.
   type :: thin_params_t
-    logical :: is_thin = .false.
+    integer :: surface = SURFACE_AUTO
+    logical :: is_thin = .false. !< what that comes to
     real(rp) :: spacing = 0   !< wanted between markers, L
     real(rp) :: viscosity = 0 !< coefficient c of the vanishing viscosity
     integer :: slip_interval = 1 !< steps from one measurement of the slip to the next
@@ -30,13 +41,12 @@ module fsi_thin_keys
 
 contains
 
-  !> Declares and reads the keys; `surface` and `sharing` are the user's words.
-  subroutine thin_keys(keys, surface, sharing, p)
+  !> Declares and reads the keys.
+  subroutine thin_keys(keys, p)
     type(keys_t), intent(inout) :: keys
-    character(:), allocatable, intent(inout) :: surface, sharing
     type(thin_params_t), intent(inout) :: p
     call keys%section(SECTION)
-    call keys%word('surface', surface, 'auto', 'auto|thin|penalized', 'thin: wings are surfaces without thickness; penalized: '// &
+    call keys%kind('surface', p%surface, 'auto', SURFACES, 'thin: wings are surfaces without thickness; penalized: '// &
                    'wings are sheets in the mask; auto: penalized if the file sets WingThickness, t_wing or wing_smoothing, '// &
                    'another scheme than AB2 or an iDealias other than 1, else thin')
     call keys%real('marker_spacing', p%spacing, 2.0_rp, 'surface = thin: distance of the markers, in max(dx); closer ones make '// &
@@ -45,7 +55,7 @@ contains
                    'damped at the rate c u K, of which nu K^2 is a part; u: mean speeds of tip, body and stream', min=0.0_rp)
     call keys%integer('slip_interval', p%slip_interval, 1, 'surface = thin: the slip after the forces and the power that the '// &
                       'flow receives are measured in every so many steps, for slip.t', unit='steps', min=1)
-    call keys%word('marker_response', sharing, 'auto', 'auto|one|group', 'surface = thin: who finds the forces at the markers '// &
+    call keys%kind('marker_response', p%sharing, 'auto', SHARINGS, 'surface = thin: who finds the forces at the markers '// &
                    'of a wing; one: one rank; group: the ranks of a group, together; auto: a group, if there are eight ranks '// &
                    'for each wing and a wing has a thousand markers or more, else one rank')
   end subroutine thin_keys
@@ -58,11 +68,8 @@ contains
     type(message_list_t), intent(inout) :: notices
     type(mask_choices_t) :: mask
     type(keys_t) :: keys
-    character(:), allocatable :: surface, sharing
     keys = reading(config)
-    call thin_keys(keys, surface, sharing, params)
-    if (sharing == 'one') params%sharing = SHARING_ONE
-    if (sharing == 'group') params%sharing = SHARING_GROUP
+    call thin_keys(keys, params)
     params%spacing = params%spacing*grid%max_spacing()
     params%is_thin = wants_thin_wings(config)
     mask = mask_choices(config)
@@ -70,28 +77,34 @@ contains
       call notices%add('[Insects] WingThickness, t_wing and wing_smoothing have no effect with surface = thin')
   end subroutine read_thin_keys
 
-  !> Returns the user's word for the representation of the wings in the flow.
-  function surface_word(config) result(surface)
+  !> Returns how the user wants the flow to see the wings, SURFACE_*.
+  integer function surface_choice(config) result(surface)
     type(config_t), intent(in), target :: config
-    character(:), allocatable :: surface
-    character(:), allocatable :: sharing
-    type(thin_params_t) :: unused
+    type(thin_params_t) :: choices
     type(keys_t) :: keys
     keys = reading(config)
-    call thin_keys(keys, surface, sharing, unused)
-  end function surface_word
+    call thin_keys(keys, choices)
+    surface = choices%surface
+  end function surface_choice
 
   !> Tells whether wings, if there are any, have no thickness in the flow.
   logical function wants_thin_wings(config) result(wants)
-    type(config_t), intent(in) :: config
+    type(config_t), intent(in), target :: config
     type(mask_choices_t) :: mask
-    character(:), allocatable :: word
-    word = surface_word(config)
-    wants = word == 'thin'
-    if (word /= 'auto') return
+    type(stepping_t) :: stepping
+    type(resolution_t) :: resolution
+    type(keys_t) :: keys
+    integer :: surface
+    real(rp) :: nu
+    surface = surface_choice(config)
+    wants = surface == SURFACE_THIN
+    if (surface /= SURFACE_AUTO) return
     mask = mask_choices(config)
-    wants = .not. mask%say_thickness() .and. config%get_word('Time', STEPPER) == 'AB2' .and. &
-            any(config%get_word('Dealiasing', TRUNCATION) == ['1        ', 'ellipsoid'])
+    nu = 0
+    keys = reading(config)
+    call time_keys(keys, stepping, nu)
+    call dealiasing_keys(keys, resolution)
+    wants = .not. mask%say_thickness() .and. stepping%word == 'AB2' .and. resolution%dealias == DEALIAS_ELLIPSOID
   end function wants_thin_wings
 
   !> Prepares the flow for wings without thickness that move at `speed` [L/T] relative to it. The vanishing viscosity adds the

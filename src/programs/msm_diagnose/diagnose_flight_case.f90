@@ -12,8 +12,6 @@ module diagnose_flight_case
   use diagnosis_flight_runner, only: flight_facts_t, flight_request_t, FLOW_DEVIATION, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, &
                                      FLOW_PLANE, FLOW_STROKE, FLOW_STROKE_MEAN, FLOW_VISCOSITY, FLOW_WIND, N_PHASES
   use fluid_mean_keys, only: MEAN_FIXED
-  use flusi_plans, only: expected_steps
-  use flusi_settings, only: load_settings, settings_t
   use fsi_body_motion, only: MOTION_TABLE
   use fsi_body_motion_keys, only: body_motion_choices, body_motion_choices_t
   use fsi_kinematics, only: body_t, pose_wing, wing_pose_t

@@ -43,11 +43,7 @@ contains
     call json%put('frequency_hz', s%flights%facts%frequency)
     call json%put('is_section', s%flights%facts%is_section)
     call json%put('is_refined', s%flights%is_refined)
-    if (allocated(d%rounds%moved)) then
-      call json%put('moved_sd', d%rounds%moved)
-      call json%put('has_settled', d%rounds%has_settled)
-      call json%put('no_more_rounds', d%rounds%reason)
-    end if
+    call put_rounds(json, d)
     call json%open_list('records')
     at = 0
     do r = 1, size(s%measurement%flights)
@@ -84,6 +80,16 @@ contains
     end subroutine put_residuals
 
   end subroutine put_flights
+
+  !> Adds how far the causes moved in the rounds of flights, if there were any.
+  subroutine put_rounds(json, d)
+    type(json_t), intent(inout) :: json
+    type(diagnosis_t), intent(in) :: d
+    if (.not. allocated(d%rounds%moved)) return
+    call json%put('moved_sd', d%rounds%moved)
+    call json%put('has_settled', d%rounds%has_settled)
+    call json%put('no_more_rounds', d%rounds%reason)
+  end subroutine put_rounds
 
   !> Writes NAME_extended_flight.ini: the case with the errors of the kinematics and the flow that were found. A comment states
   !> another beat frequency. Writes nothing if no other error was found.

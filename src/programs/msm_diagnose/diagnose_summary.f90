@@ -260,13 +260,14 @@ contains
   end function verdict_sentence
 
   !> Returns by how much the causes still moved when they were flown for the last time. The text is empty if they have settled, or
-  !> if nothing was flown again.
+  !> if there are none or nothing was flown again.
   function unsettled(d) result(text)
     type(diagnosis_t), intent(in) :: d
     character(:), allocatable :: text
     text = ''
     if (.not. allocated(d%rounds%moved)) return
     if (d%rounds%has_settled .or. .not. d%extended%is_found) return
+    if (all(d%decision%verdict /= [VERDICT_NAMED, VERDICT_SET])) return
     if (d%rounds%reason /= '') then
       text = '; not flown with what was found: '//d%rounds%reason
     else if (size(d%rounds%moved) > 0) then

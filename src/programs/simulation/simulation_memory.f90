@@ -56,8 +56,7 @@ contains
       if (settings%needs_pressure()) kept = kept + s%spectrum
       if (settings%needs_trials()) kept = kept + 3*s%spectrum
       if (settings%needs_fields()) kept = kept + 6*s%field
-      if (settings%samples_pressure()) kept = kept + s%field
-      if (o%fields%wing_sides) kept = kept + s%field
+      if (settings%samples_pressure() .or. o%fields%wing_sides) kept = kept + s%field
       kept = kept + o%held_fields(p%grid%n(1))*s%field
       flow = merge(3, 0, o%needs_flow())*s%spectrum
       ! One field and its copy of single precision; a component of the state as a table and its copy.

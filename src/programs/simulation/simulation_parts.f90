@@ -3,7 +3,7 @@
 module simulation_parts
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use fluid_solver, only: fluid_t
+  use fluid_solver, only: fluid_t, trial_t
   use fsi_coupler, only: coupler_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_free_flight, only: begin_flight, prepare_flight
@@ -26,6 +26,7 @@ module simulation_parts
     procedure :: build => parts_build
     procedure :: start => parts_start
     procedure :: settle_in => parts_settle_in
+    procedure :: trial => parts_trial
   end type run_parts_t
 
 contains
@@ -48,7 +49,7 @@ contains
     end if
     if (settings%flexible) then
       allocate (self%coupler)
-      call self%coupler%init(world, settings%coupler, settings%fluid%grid, self%fluid%transform%block, 0.0_rp, &
+      call self%coupler%init(world, settings%coupler, self%fluid, 0.0_rp, &
                              self%wings)
       if (allocated(self%thin)) call self%thin%init_flexible(settings%coupler%model%points, settings%coupler%units)
     end if
@@ -79,4 +80,10 @@ contains
         [o%fields%interval, o%t_integral, merge(o%slices%interval, 0.0_rp, o%slices%is_on), 0.0_rp]
     end associate
   end subroutine parts_settle_in
+
+  !> Returns the trial with which the next step of the fluid may begin; without flexible wings there is none.
+  type(trial_t) function parts_trial(self) result(trial)
+    class(run_parts_t), intent(in) :: self
+    if (allocated(self%coupler)) trial = self%coupler%trial
+  end function parts_trial
 end module simulation_parts

@@ -73,8 +73,8 @@ contains
     self%settings = settings
     self%name = stem_of(start%ini, '.ini')
     call begin_timers(self)
-    restarts = command%restart .or. any(settings%fluid%initial%flow == [FLOW_BACKUP, FLOW_BACKUP_FILE])
-    call begin_files(self, command, restarts)
+    restarts = start%restart .or. any(settings%fluid%initial%flow == [FLOW_BACKUP, FLOW_BACKUP_FILE])
+    call begin_files(self, start, restarts)
     if (self%outcome%failure%failed) then
       call print_reason(self)
       return
@@ -97,7 +97,7 @@ contains
       return
     end if
     if (world%is_root) then
-      call print_run_header(output_unit, self%settings, plans, self%fluid, self%coupler, opening%restart_time, self%thin)
+      call print_run_header(output_unit, self%settings, plans, self%fluid, opening%restart_time, self%thin)
       call remarks%print(output_unit, '')
     end if
     call self%progress%init(world%is_root, settings%output%progress_seconds)
@@ -179,7 +179,7 @@ contains
       do while (.not. self%is_done())
         call self%request_fields(.false., request)
         call self%timers%start(self%t_step)
-        call fluid%step(request, self%outcome%failure, self%wings)
+        call fluid%step(request, self%outcome%failure, self%wings, self%trial())
         call self%timers%stop(self%t_step)
         call self%outcome%classify(OUTCOME_DIVERGED)
         if (self%outcome%failure%failed) exit
@@ -331,7 +331,7 @@ contains
     character(:), allocatable :: path
     path = start%restart_file
     ! --restart goes on from the newest backup, also where the run once began from a named one.
-    if (.not. command%restart .and. len(path) == 0) path = self%settings%fluid%initial%backup()
+    if (.not. start%restart .and. len(path) == 0) path = self%settings%fluid%initial%backup()
     if (path == '') call self%slots%must_find(path, self%outcome%failure)
     if (self%outcome%failure%failed) return
     call restore_state(self%world, path, self%settings, self%files, start%accepts, self%run_parts_t, remarks, &

@@ -3,9 +3,9 @@
 program test_sampling
   use base_constants, only: PI
   use base_kinds, only: rp
+  use fluid_sampling, only: delta_weights, sampler_t, samples_t
   use fsi_pressure_load, only: pressure_load_t
   use fsi_rotation, only: cross
-  use fsi_sampling, only: sampler_t, delta_weights
   use fsi_surface, only: surface_t
   use parallel_block, only: block_t, split_evenly
   use parallel_world, only: world_t
@@ -107,6 +107,7 @@ contains
     type(block_t) :: block
     type(surface_t) :: surface
     type(pressure_load_t) :: load
+    type(samples_t) :: beside(1)
     real(rp), allocatable :: field(:, :, :)
     real(rp) :: normal(3), expected(3)
     integer :: i, x, y, z
@@ -124,7 +125,10 @@ contains
     call surface%init(reshape([0.8_rp, 0.8_rp, 1.0_rp, 1.6_rp, 0.9_rp, 1.1_rp, 1.0_rp, 1.5_rp, 1.3_rp, &
                                1.7_rp, 1.6_rp, 1.2_rp], [3, 4]), reshape([1, 2, 3, 2, 4, 3], [3, 2]), 2)
     call load%init(surface)
-    call load%sample(surface, sampler, field, D)
+    call beside(1)%init(4)
+    call surface%points_beside(D, beside(1)%points)
+    call sampler%sample(beside(1)%points, field, beside(1)%values)
+    call load%take_pressure(surface, beside)
     expected = 0
     do i = 1, 2
       associate (p => surface%points, c => surface%triangles(:, i))

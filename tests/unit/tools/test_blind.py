@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""tools/blindgen and tools/blindscore: effects vanish at strength 0, the signal-to-noise ratio is that of its definition,
+"""tools/blind_generate and tools/blind_score: effects vanish at strength 0, the signal-to-noise ratio is that of its definition,
 seeds reproduce bytes, seals hold, scores and their bounds are right."""
 import json
 import shutil
@@ -206,19 +206,19 @@ class Batches(WithDesign):
     def test_batch(self):
         """The same seed gives the same bytes, also in two goes; sealed truths are opened behind the last verdict only."""
         options = ("--seed", 5, "--individuals", 1, "--snr", 2, 4, "--mix", "null=1,single=1", "--quiet")
-        self.run_tool("blindgen", "design.json", "a", "--cases", 2, *options)
+        self.run_tool("blind_generate", "design.json", "a", "--cases", 2, *options)
         shutil.copytree(self.folder / "a", self.folder / "b")  # a batch that was interrupted behind the first case
         ledger = json.loads((self.folder / "b/ledger.json").read_text())
         ledger["cases"].pop()
         (self.folder / "b/ledger.json").write_text(json.dumps(ledger))
         for name in ("0002.h5", "sealed/0002.json"):
             (self.folder / "b" / name).unlink()
-        self.run_tool("blindgen", "design.json", "b", "--cases", 2, *options)
+        self.run_tool("blind_generate", "design.json", "b", "--cases", 2, *options)
         files = sorted(p.relative_to(self.folder / "a") for p in (self.folder / "a").rglob("*") if p.is_file())
         self.assertEqual(len(files), 2 + 2 + 2, files)
         for path in files:
             self.assertEqual((self.folder / "a" / path).read_bytes(), (self.folder / "b" / path).read_bytes(), path)
-        self.assertIn("with other settings", self.run_tool("blindgen", "design.json", "b", "--cases", 2, "--seed", 6,
+        self.assertIn("with other settings", self.run_tool("blind_generate", "design.json", "b", "--cases", 2, "--seed", 6,
                                                       code=2).stderr)
         ledger = json.loads((self.folder / "a/ledger.json").read_text())
         self.assertNotRegex(json.dumps(ledger["cases"]), "null|single|E_|snr|mesh|salt")
@@ -228,10 +228,13 @@ class Batches(WithDesign):
         verdicts = self.folder / "a/verdicts"
         (verdicts / "0002").mkdir(parents=True)
         (verdicts / "0001.json").write_text('{"verdict": "adequate"}')
-        self.assertIn("1 of 2 verdicts are missing", self.run_tool("blindscore", "a", code=2).stderr)
+        self.assertIn("1 of 2 verdicts are missing", self.run_tool("blind_score", "a", code=2).stderr)
+        old = self.run_tool("blindscore", "a", code=2).stderr
+        self.assertIn("blindscore: this tool is now called blind_score", old)
+        self.assertIn("1 of 2 verdicts are missing", old)
         self.assertFalse((self.folder / "a/opened.json").exists())
         (verdicts / "0002/diagnosis.json").write_text('{"verdict": "named", "causes": [{"names": ["drift"]}]}')
-        done = self.run_tool("blindscore", "a", "-o", "scores.json", "--figure", "confusion.png")
+        done = self.run_tool("blind_score", "a", "-o", "scores.json", "--figure", "confusion.png")
         self.assertEqual(json.loads(done.stdout.splitlines()[-1])["cases"], 2)
         self.assertGreater((self.folder / "confusion.png").stat().st_size, 2000)
         (verdicts / "0001.json").write_text('{"verdict": "unknown_cause"}')
@@ -245,12 +248,12 @@ class Batches(WithDesign):
             Ledger(self.folder / "a").open(places)
 
     def test_fixed(self):
-        self.run_tool("blindgen", "design.json", "fixed", "--fixed", "gain", "--quiet")
+        self.run_tool("blind_generate", "design.json", "fixed", "--fixed", "gain", "--quiet")
         self.assertEqual(sorted(p.name for p in (self.folder / "fixed").iterdir()), ["gain.h5", "gain.truth.json"])
         truth = json.loads((self.folder / "fixed/gain.truth.json").read_text())
         self.assertEqual(truth["case"]["hidden"]["force_gain"], 1.1)
-        self.assertIn("no fixed case gian", self.run_tool("blindgen", "design.json", "f", "--fixed", "gian", code=2).stderr)
-        self.assertIn("kind=fraction", self.run_tool("blindgen", "design.json", "f", "--cases", "1", "--mix", "nul=1",
+        self.assertIn("no fixed case gian", self.run_tool("blind_generate", "design.json", "f", "--fixed", "gian", code=2).stderr)
+        self.assertIn("kind=fraction", self.run_tool("blind_generate", "design.json", "f", "--cases", "1", "--mix", "nul=1",
                                                   code=2).stderr)
 
     def test_heads(self):

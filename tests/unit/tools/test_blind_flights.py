@@ -76,7 +76,7 @@ class Flights(unittest.TestCase):
             (folder / "verdicts").mkdir()
             for name in Ledger(folder).cases:
                 (folder / "verdicts" / f"{name}.json").write_text(json.dumps({"verdict": "adequate", "causes": [], "probability": 0.9}))
-            done = run_tool("blindscore", folder)
+            done = run_tool("blind_score", folder)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual(json.loads(done.stdout.splitlines()[-1])["cases"], 3)
 
@@ -84,11 +84,11 @@ class Flights(unittest.TestCase):
         """The design in ini is one of flights; what flights have not is refused."""
         read_case(SOURCE / "ini/blind-flight.json")
         with tempfile.TemporaryDirectory() as folder:
-            done = run_tool("blindgen", SOURCE / "ini/blind-flight.json", folder, "--fixed", "one")
+            done = run_tool("blind_generate", SOURCE / "ini/blind-flight.json", folder, "--fixed", "one")
             self.assertEqual(done.returncode, 2)
             self.assertIn("flights have no fixed cases", done.stderr)
             (Path(folder) / "design.json").write_text(json.dumps({"samples": 20, "kinematics": {}, "flow": asdict(DESIGN.flow)}))
-            done = run_tool("blindgen", Path(folder) / "design.json", Path(folder) / "batch", "--cases", 1, "--mix", "null=1", "--seed", 1)
+            done = run_tool("blind_generate", Path(folder) / "design.json", Path(folder) / "batch", "--cases", 1, "--mix", "null=1", "--seed", 1)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertTrue((Path(folder) / "batch/0001.h5").exists())
 

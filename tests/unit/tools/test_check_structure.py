@@ -153,6 +153,20 @@ end module base_case
         self.assertEqual(check(CLEAN, content=long(61, "make_fly_wing"), **wing)[0], 0)
         self.assert_found(CLEAN, "make_fly_wing is short enough now", content=long(60, "make_fly_wing"), **wing)
 
+    def test_sources_are_listed_once(self):
+        for text, problem in (("SOURCES base_a.f90\n  io/base_b.f90)", None), ("SOURCES base_a.f90)", "io/base_b.f90 is listed 0 times"),
+                              ("base_a.f90 io/base_b.f90 base_a.f90", "base_a.f90 is listed 2 times"),
+                              ("base_a.f90 io/base_b.f90 base_c.f90", "there is no base_c.f90")):
+            with tempfile.TemporaryDirectory() as root:
+                layer = Path(root) / "src" / "base"
+                (layer / "io").mkdir(parents=True)
+                (layer / "base_a.f90").write_text(module("base_a"))
+                (layer / "io" / "base_b.f90").write_text(module("base_b"))
+                (layer / "CMakeLists.txt").write_text(text)
+                done = subprocess.run([sys.executable, str(TOOL), root], capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, problem is not None, done.stdout)
+            self.assertIn(f"src/base/CMakeLists.txt:1: {problem}" if problem else "0 problem(s)", done.stdout)
+
     def test_two_modules(self):
         self.assert_found(CLEAN + "module base_thing\nend module base_thing\n", ":12: second module")
 

@@ -207,5 +207,5 @@ def test_everything_is_installed():
         module, function = place.split(":")
         assert callable(getattr(import_module(module), function)), place
     tools = {path.name for path in (SOURCE / "tools").iterdir() if path.is_file() and "flusi_msm.project_python" in path.read_text(errors="replace")}
-    only_source = {"make_wings", "reproduce-paper", "reproduce_paper", "import_prepazy", "plot_prepazy"}
+    only_source = {"make_wings", "reproduce-paper"}
     assert tools - only_source <= set(commands) <= tools

@@ -24,7 +24,7 @@ class ProjectPython(unittest.TestCase):
         """Without what is installed for the interpreter: -S finds the standard library alone."""
         clean = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
         return subprocess.run([str(python), "-B", "-S", str(self.root / "tools" / tool), *words], capture_output=True,
-                              text=True, timeout=60, cwd=self.root, env={**clean, **environment})
+                              text=True, timeout=300, cwd=self.root, env={**clean, **environment})
 
     def check_message(self, done, *packages):
         self.assertEqual(done.returncode, 2, done.stderr)
@@ -63,7 +63,7 @@ class ProjectPython(unittest.TestCase):
         done = self.run_tool("plot_cycle", FLUSI_MSM_BEGUN_AGAIN="yes")  # once is enough
         self.check_message(done, "numpy", "h5py", "matplotlib", "scipy", "svgelements")
         for words in ["-c", "import flusi_msm.project_python"], ["-"]:  # not a tool
-            done = subprocess.run([sys.executable, "-B", "-S", *words], capture_output=True, text=True, timeout=60,
+            done = subprocess.run([sys.executable, "-B", "-S", *words], capture_output=True, text=True, timeout=300,
                                   cwd=self.root / "tools", input="import flusi_msm.project_python")
             self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
 
@@ -79,7 +79,7 @@ class ProjectPython(unittest.TestCase):
     def test_own_without_packages(self):
         venv.create(self.root / ".venv", symlinks=True)
         own = self.root / ".venv/bin/python"
-        done = subprocess.run([own, "-B", self.root / "tools/plot_cycle"], capture_output=True, text=True, timeout=60,
+        done = subprocess.run([own, "-B", self.root / "tools/plot_cycle"], capture_output=True, text=True, timeout=300,
                               env={k: v for k, v in os.environ.items() if k != "PYTHONPATH"})
         self.check_message(done, "numpy", "h5py", "matplotlib", "scipy", "svgelements")
 

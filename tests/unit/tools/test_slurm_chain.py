@@ -12,6 +12,12 @@ SCRIPT = Path(__file__).resolve().parents[3] / "tools" / "slurm" / "flusi.sbatch
 SBATCH = 'echo "$FLUSI_CHAIN $*" > submitted; echo "$FLUSI_CHAIN_RUN" > submitted_run\n'
 
 
+def hear_signals():
+    """A job that was started in the background, or with nohup, ignores these."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
 class SlurmChain(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -31,11 +37,11 @@ class SlurmChain(unittest.TestCase):
         self.stub("sbatch", SBATCH)
         environment = {**os.environ, "PATH": f"{self.folder / 'bin'}:{os.environ['PATH']}", **environment}
         return subprocess.Popen(["bash", str(SCRIPT), *(arguments or ["a.ini"])], cwd=self.folder, env=environment,
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, preexec_fn=hear_signals)
 
     def run_job(self, program, *arguments, **environment):
         job = self.start(program, *arguments, **environment)
-        output = job.communicate(timeout=60)[0]
+        output = job.communicate(timeout=300)[0]
         return job.returncode, output
 
     def read(self, name):
@@ -121,7 +127,7 @@ class SlurmChain(unittest.TestCase):
         while not (self.folder / "ready").exists():
             time.sleep(0.02)
         job.send_signal(signal.SIGUSR1)
-        output = job.communicate(timeout=60)[0]
+        output = job.communicate(timeout=300)[0]
         self.assertEqual((job.returncode, self.read("submitted")), (0, f"2 --export=ALL {SCRIPT} a.ini"), output)
 
     def test_cancelled_job_writes_a_checkpoint_and_ends_the_chain(self):
@@ -131,7 +137,7 @@ class SlurmChain(unittest.TestCase):
             while not (self.folder / "ready").exists():
                 time.sleep(0.02)
             job.send_signal(number)
-            output = job.communicate(timeout=60)[0]
+            output = job.communicate(timeout=300)[0]
             self.assertEqual((job.returncode, self.read("submitted")), (4, None), output)
             self.assertTrue((self.folder / "runtime_backup0.h5").exists())
             self.assertIn("the chain ends", output)
@@ -144,7 +150,7 @@ class SlurmChain(unittest.TestCase):
         while not (self.folder / "ready").exists():
             time.sleep(0.02)
         job.send_signal(signal.SIGUSR1)
-        output = job.communicate(timeout=60)[0]
+        output = job.communicate(timeout=300)[0]
         self.assertEqual((job.returncode, self.read("submitted"), self.read("submitted_run")),
                          (0, f"2 --export=ALL {SCRIPT} a.ini", ""), output)
         chain = {"FLUSI": "msm_diagnose", "FLUSI_CHAIN": "2", "FLUSI_CHAIN_RUN": "", "FLUSI_CHAIN_FILE": "./diagnosis.journal"}

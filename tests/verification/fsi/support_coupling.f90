@@ -102,7 +102,7 @@ contains
     call flight%wings(1)%motion%theta%set_constant(0.1_rp)
     flight%wings(1)%motion%ramp = 0.3_rp
     call self%wings%init(flight, self%fluid%rhs%params%grid, self%fluid%transform%block)
-    call self%coupler%init(world, self%params, self%fluid%rhs%params%grid, self%fluid%transform%block, 0.0_rp, &
+    call self%coupler%init(world, self%params, self%fluid, 0.0_rp, &
                            self%wings)
     if (.not. self%is_thin) return
     call self%thin%init(world, self%wings, self%fluid, self%failure)
@@ -116,7 +116,7 @@ contains
     type(request_t) :: request
     call self%coupler%add_request(request)
     do while (self%fluid%rhs%state%time < t_end - 0.5_rp*self%dt)
-      call self%fluid%step(request, self%failure, self%wings)
+      call self%fluid%step(request, self%failure, self%wings, self%coupler%trial)
       if (self%failure%failed) return
       call self%coupler%sample_load(self%fluid, self%wings)
       call self%coupler%advance(self%fluid%dt, self%wings, self%failure, self%fluid, self%thin)

@@ -61,7 +61,7 @@ contains
     call params%inertia%init(params%model, [(MASS/size(wing%points, 2), i=1, size(wing%points, 2))])
     call make_flight(wing, params%units%length, flight)
     call wings%init(flight, fluid%rhs%params%grid, fluid%transform%block)
-    call coupler%init(t%world, params, fluid%rhs%params%grid, fluid%transform%block, 0.0_rp, wings)
+    call coupler%init(t%world, params, fluid, 0.0_rp, wings)
     request%pressure = .true.
     call fluid%evaluate(request, failure, wings)
     call coupler%sample_load(fluid, wings)

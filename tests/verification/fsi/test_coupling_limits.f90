@@ -5,6 +5,7 @@ program test_coupling_limits
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use fluid_requests, only: request_t
+  use fluid_sampling, only: sampler_t, samples_t
   use fluid_solver, only: fluid_t
   use fsi_added_mass, only: added_mass_ratio, light_layer
   use fsi_coupler, only: coupler_t
@@ -14,7 +15,7 @@ program test_coupling_limits
   use fsi_flight_params, only: flight_params_t
   use fsi_pressure_load, only: pressure_load_t
   use fsi_rotation, only: cross
-  use fsi_sampling, only: sampler_t
+  use fsi_surface, only: surface_t
   use fsi_wing_frame, only: flapping_motion_t
   use solid_dynamics, only: dynamic_state_t, dynamics_t, step_report_t
   use support_coupling, only: flight_t, BOX, PERIOD
@@ -108,11 +109,11 @@ contains
     flight%smoothing = 0.1_rp
     call wings%init(flight, coupled%rhs%params%grid, coupled%transform%block)
     f%params%coupling = COUPLING_STRONG
-    call coupler%init(t%world, f%params, coupled%rhs%params%grid, coupled%transform%block, 0.0_rp, wings)
+    call coupler%init(t%world, f%params, coupled, 0.0_rp, wings)
     call coupler%add_request(request)
     do i = 1, 5
       call free%step(nothing, failure)
-      call coupled%step(request, failure, wings)
+      call coupled%step(request, failure, wings, coupler%trial)
       call coupler%sample_load(coupled, wings)
       call coupler%advance(coupled%dt, wings, failure, coupled)
     end do
@@ -249,6 +250,7 @@ contains
     type(flight_t) :: f
     type(sampler_t) :: sampler
     type(pressure_load_t) :: load
+    type(samples_t) :: beside(2)
     type(failure_t) :: failure
     real(rp), allocatable :: velocity(:, :, :, :), pressure(:, :, :)
     real(rp) :: x(3), normal(3), along(3), s, expected(3)
@@ -275,18 +277,36 @@ contains
       end do
       call sampler%init(t%world, grid, block)
       call load%init(surface)
-      call load%sample(surface, sampler, 0*velocity(:, :, :, 1), DISTANCE)
-      call load%add_friction(surface, sampler, velocity, NU, DISTANCE, HALF)
+      call sample(surface, sampler, DISTANCE, 0*pressure, beside(1))
+      call load%take_pressure(surface, beside(:1))
+      do i = 1, 3
+        call sample(surface, sampler, DISTANCE, velocity(:, :, :, i), beside(1))
+        call load%take_velocity(i, beside(1))
+      end do
+      call load%add_friction(surface, NU, DISTANCE, HALF)
       expected = NU*(ABOVE + BELOW)*surface%area()*along
       call t%check('the wing turns', norm2(pose%omega) > 1)
       call t%check_below('friction of a linear flow', norm2(sum(load%friction, 2) - expected), &
                          1.0e-11_rp*norm2(expected))
       call t%check('it is the force without pressure', all(abs(load%force - load%friction) <= 0))
-      call load%sample(surface, sampler, pressure, NEAR)
+      call sample(surface, sampler, NEAR, pressure, beside(1))
+      call load%take_pressure(surface, beside(:1))
       call t%check_below('a pressure difference that falls off', maxval(abs(load%jump - 2*(5 - 2*NEAR))), 1.0e-12_rp)
-      call load%sample(surface, sampler, pressure, NEAR, extrapolates=.true.)
+      call sample(surface, sampler, 2*NEAR, pressure, beside(2))
+      call load%take_pressure(surface, beside)
       call t%check_below('the same at the mid surface', maxval(abs(load%jump - 10)), 1.0e-12_rp)
     end associate
     call f%free()
   end subroutine friction
+
+  !> Samples a field at a distance from the wing.
+  subroutine sample(surface, sampler, distance, field, samples)
+    type(surface_t), intent(in) :: surface
+    type(sampler_t), intent(in) :: sampler
+    real(rp), intent(in) :: distance, field(:, :, :)
+    type(samples_t), intent(inout) :: samples
+    call samples%init(2*size(surface%triangles, 2))
+    call surface%points_beside(distance, samples%points)
+    call sampler%sample(samples%points, field, samples%values)
+  end subroutine sample
 end program test_coupling_limits

@@ -182,7 +182,7 @@ contains
     c%inertia%rayleigh_mass = 20
     c%inertia%rayleigh_stiffness = 3.0e-5_rp
     call wings%init(flight_of(given, same_frames), fluid%rhs%params%grid, fluid%transform%block)
-    call coupler%init(t%world, c, fluid%rhs%params%grid, fluid%transform%block, 0.0_rp, wings)
+    call coupler%init(t%world, c, fluid, 0.0_rp, wings)
     allocate (f%u(3, size(given%points, 2), STEPS, 2))
     do n = 1, STEPS
       call coupler%advance(DT, wings, failure)

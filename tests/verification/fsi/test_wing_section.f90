@@ -8,8 +8,8 @@ program test_wing_section
   use fluid_penalty, only: penalty_t
   use fsi_displaced, only: displaced_volumes
   use fsi_mask, only: mask_t
+  use fluid_sampling, only: sampler_t, samples_t
   use fsi_pressure_load, only: pressure_load_t
-  use fsi_sampling, only: sampler_t
   use fsi_surface, only: surface_t
   use parallel_block, only: block_t
   use spectral_grid, only: grid_t, make_grid
@@ -108,6 +108,7 @@ contains
     real(rp), parameter :: G(2) = [0.7_rp, -1.3_rp], D = 0.15_rp
     type(surface_t) :: surface
     type(pressure_load_t) :: load
+    type(samples_t) :: beside(1)
     type(sampler_t) :: sampler
     type(grid_t) :: grid
     type(block_t) :: block
@@ -123,7 +124,10 @@ contains
     end do
     call sampler%init(t%world, grid, block)
     call load%init(surface)
-    call load%sample(surface, sampler, pressure, D)
+    call beside(1)%init(2*size(surface%triangles, 2))
+    call surface%points_beside(D, beside(1)%points)
+    call sampler%sample(beside(1)%points, pressure, beside(1)%values)
+    call load%take_pressure(surface, beside)
     normal = [-sin(TILT), cos(TILT)]
     force = sum(load%force, 2)
     call t%check_close('the force per depth along y', force(2), -2*D*dot_product(G, normal)*LENGTH*normal(1), &

@@ -51,7 +51,7 @@ contains
                     '[Insects]'//NL//'surface=thin'//NL//'WingShape=from_file::wing.ini'//NL//'wing_edge=0.2'//NL// &
                     'RightWing=no'//NL//'x0=3.0 2.0 3.3'//NL//'yawpitchroll_0=17.0 -12.0 23.0'//NL//'eta0=-60'//NL, &
                     fluid, wings)
-    call sides%init(kit%world, fluid, wings)
+    call sides%init(fluid, wings)
     sides%distance = DISTANCE
     request%pressure = .true.
     request%flow = .true.

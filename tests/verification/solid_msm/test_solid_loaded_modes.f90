@@ -49,16 +49,17 @@ program test_solid_loaded_modes
 contains
 
   !> Length, mass and bending stiffness 1 with a dead force p along it at its tip: pull raises frequencies, push lowers them until
-  !> the column buckles at p = -(pi/2)^2. Both planes vibrate alike. 160 segments are off by some h^2, most near buckling.
+  !> the column buckles at p = -(pi/2)^2. Both planes vibrate alike. 60 segments are off by some h^2, 2.5e-3 of lambda in the second
+  !> mode near buckling.
   subroutine test_column()
-    real(rp), parameter :: BUCKLING = (PI/2)**2, LOADS(3) = BUCKLING*[-0.95_rp, -0.5_rp, 4.0_rp]
+    real(rp), parameter :: BUCKLING = (PI/2)**2, LOADS(2) = BUCKLING*[-0.95_rp, 4.0_rp]
     type(modal_t) :: modal
     integer :: i, j
     do i = 1, size(LOADS)
       call solve_column(modal, LOADS(i), 1.0_rp)
       do j = 1, 4
         call t%check_close('a cantilever under an axial load has its exact frequency', modal%lambda(j), &
-                           exact_lambda(LOADS(i), (j + 1)/2), rtol=2.0e-3_rp)
+                           exact_lambda(LOADS(i), (j + 1)/2), rtol=3.0e-3_rp)
       end do
       call t%check('pull raises the lowest frequency, push lowers it', &
                    (modal%lambda(1) > exact_lambda(0.0_rp, 1)) .eqv. LOADS(i) > 0)
@@ -71,7 +72,7 @@ contains
     type(modal_t), intent(inout) :: modal
     real(rp), intent(in) :: p, young
     real(rp), intent(in), optional :: extra(:, :) !< (3, n_all) of mass
-    integer, parameter :: N = 100
+    integer, parameter :: N = 60
     type(solid_model_t) :: column
     type(inertia_t) :: inertia
     type(failure_t) :: failure
@@ -142,7 +143,7 @@ contains
       other_one = merge(i + 1, i - 1, mod(i, 2) == 1)
       call t%check_below('frequencies of both planes repeat', abs(modal%lambda(i)/modal%lambda(other_one) - 1), 1.0e-8_rp)
       want = exact_lambda(PULL, (i + 1)/2) - PULL*(exact_lambda(PULL + H, (i + 1)/2) - exact_lambda(PULL - H, (i + 1)/2))/(2*H)
-      call t%check_close('E stiffens a pulled column less than one at rest', slopes%force(i, i), want, rtol=2.0e-3_rp)
+      call t%check_close('E stiffens a pulled column less than one at rest', slopes%force(i, i), want, rtol=3.0e-3_rp)
       call t%check_below('both planes at once', abs(slopes%force(other_one, i))/modal%lambda(i), 1.0e-7_rp)
     end do
     extra = 0*modal%shapes(:, :, 1)
@@ -282,8 +283,8 @@ contains
   end subroutine test_other_solver
 
   subroutine test_slopes()
-    character(18), parameter :: NAMES(4) = [character(18) :: 'E', 'k_membrane', 'torsion', 'joint_hardening']
-    integer, parameter :: MASSES(2) = [MASS_VEINS, MASS_POINT]
+    character(18), parameter :: NAMES(3) = [character(18) :: 'E', 'k_membrane', 'joint_hardening']
+    integer, parameter :: MASSES(1) = [MASS_VEINS]
     type(modal_t) :: modal, other
     type(mode_slopes_t) :: slopes
     type(stiffness_t) :: direction

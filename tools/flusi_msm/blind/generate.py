@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes blind cases: measurement files of bending tests or flights that hide one effect, two or none, and their truths, sealed
-until the verdicts on all of them are written (tools/blindscore).
+until the verdicts on all of them are written (tools/blind_score).
 
-usage: blindgen DESIGN.json FOLDER --cases N [--seed S] [--mix null=1,single=2] [--snr LOW HIGH] [--jobs N]
-       blindgen DESIGN.json FOLDER --fixed [NAME ...]
+usage: blind_generate DESIGN.json FOLDER --cases N [--seed S] [--mix null=1,single=2] [--snr LOW HIGH] [--jobs N]
+       blind_generate DESIGN.json FOLDER --fixed [NAME ...]
 
 A design is a case of make_measurement (docs/guide/synthetic-measurements.md), whose mechanics are used, or, for flights, a case
 of make_flight (docs/guide/synthetic-flights.md), which is recognised by its section "kinematics". Nothing is shared with flusi or
@@ -15,7 +15,7 @@ import argparse
 from pathlib import Path
 
 import flusi_msm.one_thread  # noqa: F401  (before numpy)
-from flusi_msm.errors import InputError, run_command
+from flusi_msm.errors import InputError, run_command, tell_new_name
 
 
 def mix_of(text):
@@ -82,4 +82,9 @@ def main():
 
 
 def command() -> None:
-    run_command("blindgen", main)
+    run_command("blind_generate", main)
+
+
+def old_command() -> None:
+    tell_new_name("blindgen", "blind_generate")
+    command()

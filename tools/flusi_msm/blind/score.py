@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scores verdicts on the blind cases of tools/blindgen: opens the sealed truths once all verdicts exist, and prints how often
+"""Scores verdicts on the blind cases of tools/blind_generate: opens the sealed truths once all verdicts exist, and prints how often
 alarms were false, causes were found, and causes were named rightly or wrongly, with 95 % bounds. It does so for all cases, and
 separately for those on the mesh of the wing file and those on a finer one. The last line is JSON.
 
-usage: blindscore FOLDER [--verdicts FOLDER/verdicts] [-o scores.json] [--figure confusion.png]
+usage: blind_score FOLDER [--verdicts FOLDER/verdicts] [-o scores.json] [--figure confusion.png]
 
 The verdict of case NNNN is NNNN.json in the folder of verdicts, or NNNN/diagnosis.json there; docs/results/blind-tests.md lists
 the values that are read from it.
@@ -13,7 +13,7 @@ import json
 import os
 from pathlib import Path
 
-from flusi_msm.errors import InputError, run_command
+from flusi_msm.errors import InputError, run_command, tell_new_name
 
 
 def verdicts_in(folder):
@@ -55,4 +55,9 @@ def main():
 
 def command() -> None:
     os.environ.setdefault("MPLBACKEND", "Agg")
-    run_command("blindscore", main)
+    run_command("blind_score", main)
+
+
+def old_command() -> None:
+    tell_new_name("blindscore", "blind_score")
+    command()

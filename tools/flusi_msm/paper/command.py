@@ -3,7 +3,7 @@
 Writes FOLDER/paper.html, with its numbers in paper.json: their Table 2 and ours, convergence, forces over the beat, deformation,
 sections, pressure, and in words what agrees and what does not.
 
-usage: reproduce-paper [--grids 96 128 160 192] [--beats 4] [--individuals POINTS] [--ranks 2] [--folder runs/paper]
+usage: reproduce_paper [--grids 96 128 160 192] [--beats 4] [--individuals POINTS] [--ranks 2] [--folder runs/paper]
                        [--ensemble POINTS [--members 27] [--joint-factor 3]]
                        [--kinematics POINTS [--scan 3 3 3] [--scan-steps 10 15 10] [--scan-beats 2]]
                        [--dry-run | --page] [--hours 14] [--anew] [--ini FILE] [--flusi PROGRAM]
@@ -141,4 +141,4 @@ def main():
 
 
 def command() -> None:
-    run_command("reproduce-paper", main)
+    run_command("reproduce_paper", main)

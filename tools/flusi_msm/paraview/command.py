@@ -9,9 +9,12 @@ usage: open_in_paraview RUN [--levels 100,150,200] [--frequency 1]
 
 Levels are those of tools/render. The script expects its files in its own folder, and may be edited and moved together with them.
 """
+from __future__ import annotations
+
 import argparse
 import json
 from pathlib import Path
+from typing import Dict, Optional, Sequence, Set, Tuple
 
 from matplotlib.colors import to_hex
 
@@ -24,7 +27,7 @@ PARTS = ("_left", "_right", "_body")
 SCRIPT = Path(__file__).with_name("scene.py")
 
 
-def indices_of(folder):
+def indices_of(folder: Path) -> Tuple[str, Dict[str, str]]:
     """Returns (index of the flow, {index of a surface: colour})."""
     surfaces = {}
     flows = []
@@ -39,7 +42,7 @@ def indices_of(folder):
     return flows[0], surfaces
 
 
-def source_of(have):
+def source_of(have: Set[str]) -> str:
     """Returns the stored quantities from which the magnitude of the vorticity is computed."""
     for kind, names in (("vorabs", {"vorabs"}), ("vorticity", VORTICITY), ("velocity", VELOCITY)):
         if have.issuperset(names):
@@ -47,7 +50,7 @@ def source_of(have):
     raise InputError("neither vorabs, nor vorx, vory and vorz, nor ux, uy and uz were saved")
 
 
-def script_of(folder, levels, frequency):
+def script_of(folder: Path, levels: Sequence[float], frequency: Optional[float]) -> str:
     """Returns the text of the script."""
     flow, surfaces = indices_of(folder)
     label = drawable(folder)[-1]
@@ -63,7 +66,7 @@ def script_of(folder, levels, frequency):
     return text[:begin] + head + text[end + len("# END OF FACTS\n"):]
 
 
-def main():
+def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="RUN", type=Path, help="folder of a run")
     parser.add_argument("--levels", help="of |omega|, separated by commas (default: as tools/render)")

@@ -18,18 +18,18 @@ except NameError:  # ParaView's own shell does not state where the script is
 VECTOR = "{0}x*iHat + {0}y*jHat + {0}z*kHat"
 
 
-def path_of(name):
+def path_of(name: str) -> str:
     return os.path.join(FOLDER, name)
 
 
-def opened(name):
+def opened(name: str) -> object:
     """Returns the reader of an index, with its name in the browser of ParaView."""
     reader = pv.XDMFReader(FileNames=[path_of(name)])
     pv.RenameSource(name, reader)
     return reader
 
 
-def magnitude(flow):
+def magnitude(flow: object) -> object:
     """Returns the magnitude of the vorticity as the point data "vorticity"."""
     if SOURCE == "velocity":
         flow = pv.Calculator(Input=flow, ResultArrayName="u", Function=VECTOR.format("u"))
@@ -39,7 +39,7 @@ def magnitude(flow):
     return pv.Calculator(Input=flow, ResultArrayName="vorticity", Function=function)
 
 
-def coloured(source, view, colour, opacity):
+def coloured(source: object, view: object, colour: str, opacity: float) -> object:
     shown = pv.Show(source, view)
     shown.ColorArrayName = ["POINTS", ""]  # one colour
     shown.DiffuseColor = shown.AmbientColor = [int(colour[i:i + 2], 16) / 255 for i in (1, 3, 5)]
@@ -47,7 +47,7 @@ def coloured(source, view, colour, opacity):
     return shown
 
 
-def main():
+def main() -> None:
     view = pv.GetActiveViewOrCreate("RenderView")
     view.ViewSize = [1200, 900]
     view.Background = [1.0, 1.0, 1.0]

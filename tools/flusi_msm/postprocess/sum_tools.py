@@ -12,7 +12,7 @@ from flusi_msm.postprocess.registry import Call, as_count, as_number, tool, writ
 from flusi_msm.postprocess.spectral import curl_component, shell_energies, shell_width
 
 
-def _mean(fields: Sequence[Field], function) -> float:
+def _mean(fields: Sequence[Field], function: Callable[..., np.ndarray]) -> float:
     """Returns the mean over the points of function(values of the first field, of the second, ...)."""
     total = 0.0
     for box in fields[0].slabs():

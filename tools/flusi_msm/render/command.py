@@ -3,18 +3,22 @@
 the one nearest to a time, or of all. Uses vorabs, or else vorx, vory, vorz, or else the velocity; wings and body are those
 of wing_left_<label>.h5, wing_right_<label>.h5 and body_<label>.h5, or else the surface of the mask. Over a flexible wing its rigid twin is
 drawn, where the wing would be if it did not bend; --wings draws wings and twins without vortices."""
+from __future__ import annotations
+
 import argparse
 import io
 import sys
 import tempfile
 from contextlib import redirect_stdout
 from pathlib import Path
+from typing import List, Optional, Sequence, Tuple, Union
 
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.patches import Patch
@@ -50,12 +54,12 @@ MOST_CELLS = 2e7  # of a field that is drawn with all its points
 
 # ---- what to show --------------------------------------------------------------------------------
 
-def round_two(value):
+def round_two(value: float) -> float:
     """Rounds to two significant digits."""
     return float(f"{value:.1e}")
 
 
-def choose_levels(values, fluid, frequency):
+def choose_levels(values: np.ndarray, fluid: np.ndarray, frequency: float) -> Tuple[float, ...]:
     """Returns the levels of the paper if enough of the flow reaches them, else three levels of the same proportions, the highest
     of which encloses a thousandth of the fluid."""
     high = float(np.quantile(values[fluid], 0.999)) if fluid.any() else 0.0
@@ -66,7 +70,7 @@ def choose_levels(values, fluid, frequency):
     return tuple(round_two(level / LEVELS[-1] * high) for level in LEVELS)
 
 
-def colours_of(n):
+def colours_of(n: int) -> Tuple[Sequence[Union[str, Tuple[float, ...]]], Sequence[float]]:
     """Returns (colours, opacities) of n levels, the lowest first."""
     if n == 1:
         return COLOURS[1:2], (0.8,)
@@ -78,7 +82,7 @@ def colours_of(n):
             tuple(np.interp(x, (0, 1, 2), OPACITIES)))
 
 
-def vertex_normals(points, triangles):
+def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     a, b, c = (points[triangles[:, n]] for n in range(3))
     face = np.cross(b - a, c - a)
     normals = np.zeros_like(points)
@@ -90,7 +94,7 @@ def vertex_normals(points, triangles):
 class Scene:
     """Fields and wings of one snapshot, at every `stride`-th point of the grid."""
 
-    def __init__(self, snapshot, stride, twins=True):
+    def __init__(self, snapshot: Snapshot, stride: Optional[int], twins: bool = True) -> None:
         self.snapshot = snapshot
         field = load_field(snapshot, vorticity_files(snapshot)[0])
         self.stride = stride or max(1, int(np.ceil((field.data.size / MOST_CELLS)**(1 / 3))))
@@ -110,10 +114,10 @@ class Scene:
         if not self.wings and not self.body and self.mask is not None:
             self.wings = [iso_surface(self.mask, 0.5, self.origin, self.spacing)]
 
-    def fluid(self):
+    def fluid(self) -> np.ndarray:
         return np.isfinite(self.values) if self.mask is None else np.isfinite(self.values) & (self.mask < 0.01)
 
-    def surfaces(self, levels):
+    def surfaces(self, levels: Sequence[float]) -> List[Surface]:
         found = [Surface(*wing, to_rgb(WING), 1.0) for wing in self.wings]
         found += [Surface(*body, to_rgb(BODY), 1.0) for body in self.body]
         found += [Surface(*twin, to_rgb(TWIN), TWIN_OPACITY) for twin in self.twins]
@@ -121,13 +125,13 @@ class Scene:
             found.append(Surface(*iso_surface(self.values, level, self.origin, self.spacing), to_rgb(colour), opacity))
         return [surface for surface in found if len(surface.triangles)]
 
-    def box(self):
+    def box(self) -> np.ndarray:
         """Returns the twelve edges of the box, (12, 2, 3)."""
         corners = np.array(list(np.ndindex(2, 2, 2)), dtype=float)
         pairs = [(a, b) for a in corners for b in corners if b.sum() == a.sum() + 1 and np.abs(a - b).sum() == 1]
         return self.origin + np.array(pairs) * self.length
 
-    def box_behind(self, camera):
+    def box_behind(self, camera: Camera) -> np.ndarray:
         """Returns the edges of the box, in short pieces (k, 2, 3), except for the three that may cover something."""
         edges = self.box()
         corners = edges.reshape(-1, 3)
@@ -141,7 +145,7 @@ class Scene:
 
 # ---- drawing -------------------------------------------------------------------------------------
 
-def compose(pixels, scene, levels, camera, out):
+def compose(pixels: np.ndarray, scene: Scene, levels: Sequence[float], camera: Camera, out: Path) -> None:
     use_style()
     height, width = pixels.shape[:2]
     dpi = height / 6
@@ -169,7 +173,7 @@ def compose(pixels, scene, levels, camera, out):
     save(figure, out)
 
 
-def draw_axes(ax, camera, width, height):
+def draw_axes(ax: Axes, camera: Camera, width: float, height: float) -> None:
     """Draws the directions of x, y, z in the lower left corner."""
     centre, size = np.array([0.08 * width, height - 0.08 * width]), 0.045 * width
     for axis, name in enumerate("xyz"):
@@ -181,7 +185,7 @@ def draw_axes(ax, camera, width, height):
         ax.text(*(centre + 1.35 * size * direction), f"${name}$", ha="center", va="center", color="0.3")
 
 
-def view_of(text):
+def view_of(text: str) -> Tuple[float, float]:
     """Returns (azimuth, elevation) of a name or of '-60,30'."""
     if text in VIEWS:
         return VIEWS[text]
@@ -192,7 +196,7 @@ def view_of(text):
     return azimuth, elevation
 
 
-def drawable(folder):
+def drawable(folder: Path) -> List[str]:
     """Returns labels of the snapshots from which the vorticity is known, in the order of time."""
     times = snapshot_times(folder)
     labels = [label for label, have in fields_in(folder).items()
@@ -202,7 +206,7 @@ def drawable(folder):
     return sorted(labels, key=lambda label: (times[label], int(label)))
 
 
-def main():
+def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", metavar="DIR", type=Path, help="folder of a run")
     which = parser.add_mutually_exclusive_group()

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Computes iso-surfaces of a field on a regular grid by marching tetrahedra: every cell is divided into six tetrahedra around
 its diagonal, so that the surface is closed and needs no table of ambiguous cases."""
+from __future__ import annotations
+
 from itertools import permutations
+from typing import Sequence, Tuple
 
 import numpy as np
 
 
-def _tetrahedra():
+def _tetrahedra() -> np.ndarray:
     """Returns (6, 4, 3): corners of the tetrahedra as steps (x, y, z) along the edges from 000 to 111."""
     paths = []
     for order in permutations(range(3)):
@@ -25,7 +28,7 @@ ONE = {0: [((0, 1), (0, 2), (0, 3))], 1: [((1, 0), (1, 2), (1, 3))], 2: [((2, 0)
        3: [((3, 0), (3, 1), (3, 2))]}
 
 
-def _cases():
+def _cases() -> list:
     cases = {}
     for bits in range(1, 15):
         above = [i for i in range(4) if bits >> i & 1]
@@ -43,7 +46,7 @@ def _cases():
 CASES = _cases()
 
 
-def iso_surface(values, level, origin, spacing):
+def iso_surface(values: np.ndarray, level: float, origin: Sequence[float], spacing: Sequence[float]) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns (points (n, 3), triangles (m, 3), normals (n, 3)) of values (z, y, x) = level. Normals point to smaller values,
     and the triangles are counter-clockwise seen from there. Triangles share their common points."""
     origin, spacing = np.asarray(origin, dtype=float), np.asarray(spacing, dtype=float)
@@ -84,7 +87,7 @@ def iso_surface(values, level, origin, spacing):
     return points, triangles[np.linalg.norm(face, axis=1) > 0], normals
 
 
-def _gradient(values, ends, place, spacing):
+def _gradient(values: np.ndarray, ends: np.ndarray, place: np.ndarray, spacing: Sequence[float]) -> np.ndarray:
     """Returns central differences, one-sided at the faces of the box, at the grid points `ends`."""
     flat = values.reshape(-1)
     n = values.shape[::-1]
@@ -98,6 +101,6 @@ def _gradient(values, ends, place, spacing):
     return slopes
 
 
-def area(points, triangles):
+def area(points: np.ndarray, triangles: np.ndarray) -> float:
     a, b, c = (points[triangles[:, n]] for n in range(3))
     return float(np.sum(np.linalg.norm(np.cross(b - a, c - a), axis=1)) / 2)

@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes a movie of pictures: MP4 by ffmpeg if this is found, else an animated GIF by Pillow."""
+from __future__ import annotations
+
 import shutil
 import subprocess
 import tempfile
 from pathlib import Path
+from typing import Optional, Sequence, Union
 
 from PIL import Image
 
 from flusi_msm.errors import InputError
 
 
-def choose_movie(folder, output):
+def choose_movie(folder: Union[str, Path], output: Optional[Path]) -> Path:
     """Returns the file to write: `output`, or movie.mp4 in the folder, or movie.gif without ffmpeg."""
     if output is None:
         return Path(folder) / ("movie.mp4" if shutil.which("ffmpeg") else "movie.gif")
@@ -21,7 +24,7 @@ def choose_movie(folder, output):
     return output
 
 
-def write_movie(pictures, out, rate):
+def write_movie(pictures: Sequence[Path], out: Path, rate: float) -> None:
     """Writes the pictures in order, all as large as the first, at `rate` per second."""
     frames = [Image.open(path).convert("RGB") for path in pictures]
     size = tuple(2 * (length // 2) for length in frames[0].size)  # MP4 needs even numbers
@@ -36,7 +39,7 @@ def write_movie(pictures, out, rate):
     print(out)
 
 
-def write_mp4(frames, out, rate):
+def write_mp4(frames: Sequence[Image.Image], out: Path, rate: float) -> None:
     with tempfile.TemporaryDirectory() as folder:
         for number, frame in enumerate(frames):
             frame.save(Path(folder) / f"{number:06d}.png")

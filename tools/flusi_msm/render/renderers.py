@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws triangulated surfaces in perspective: with PyVista if this works, else with numpy alone. Both take the same surfaces and
 camera and return colours and coverage, (height, width, 4) of 0 to 1."""
+from __future__ import annotations
+
 import os
 import subprocess
 import sys
 from collections import namedtuple
+from typing import Callable, Sequence, Tuple
 
 import numpy as np
 
@@ -21,7 +24,7 @@ class Camera:
     """A camera that looks at `points` from a direction (azimuth from x toward y, elevation from the plane of x and y; degrees).
     Its distance is such that all of them fill a picture with the ratio of width over height."""
 
-    def __init__(self, azimuth, elevation, points, aspect):
+    def __init__(self, azimuth: float, elevation: float, points: np.ndarray, aspect: float) -> None:
         a, e = np.radians([azimuth, np.clip(elevation, -89.99, 89.99)])
         self.backward = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
         self.right = np.array([-np.sin(a), np.cos(a), 0.0])
@@ -38,29 +41,29 @@ class Camera:
                 self.focus = self.focus + axis * (place.min() + place.max()) / 2 * self.distance
 
     @property
-    def position(self):
+    def position(self) -> np.ndarray:
         return self.focus + self.distance * self.backward
 
-    def project(self, points):
+    def project(self, points: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         """Returns (x, y) in the picture, y from -1 to 1, x from -aspect to aspect; and the distance along the view."""
         seen = points - self.position
         depth = -(seen @ self.backward)
         scale = 1 / (self.slope * np.maximum(depth, 1e-9 * self.distance))
         return np.stack([seen @ self.right * scale, seen @ self.up * scale], axis=-1), depth
 
-    def light(self):
+    def light(self) -> np.ndarray:
         """Returns the direction to the light: from above the left shoulder."""
         direction = self.backward - 0.5 * self.right + 0.6 * self.up
         return direction / np.linalg.norm(direction)
 
 
-def shaded(surface, camera):
+def shaded(surface: Surface, camera: Camera) -> np.ndarray:
     """Returns the colours (n, 3) of the points of a surface that is bright on both sides."""
     bright = AMBIENT + DIFFUSE * np.abs(surface.normals @ camera.light())
     return np.clip(np.asarray(surface.colour) * bright[:, None], 0, 1)
 
 
-def merged(surfaces, camera):
+def merged(surfaces: Sequence[Surface], camera: Camera) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns several surfaces as one: (points, triangles, colours with opacity of the points)."""
     first = np.cumsum([0] + [len(s.points) for s in surfaces])
     return (np.concatenate([s.points for s in surfaces]),
@@ -74,7 +77,7 @@ MOST_FRAGMENTS = 1_000_000  # candidates at a time
 EDGES = ((1, 2), (2, 0), (0, 1))  # each opposite to its corner
 
 
-def render_numpy(surfaces, camera, height):
+def render_numpy(surfaces: Sequence[Surface], camera: Camera, height: int) -> np.ndarray:
     """Draws with exact transparency: all layers of each pixel are found and blended from far to near. The picture is computed
     with twice the resolution and averaged."""
     fine = 2
@@ -103,7 +106,7 @@ def render_numpy(surfaces, camera, height):
     return np.clip(image, 0, 1)
 
 
-def fragments(points, triangles, camera, rows, columns):
+def fragments(points: np.ndarray, triangles: np.ndarray, camera: Camera, rows: int, columns: int) -> Tuple[np.ndarray, ...]:
     """Returns the pixels whose middle a triangle covers: number of the pixel, depth, the points (3, m) of the triangle and their
     weights (3, m)."""
     place, depth = camera.project(points)
@@ -153,7 +156,7 @@ assert (plotter.screenshot(return_img=True)[32, 32] != 255).any()
 """
 
 
-def why_no_pyvista():
+def why_no_pyvista() -> str:
     """Returns '' if PyVista can draw here, otherwise the reason. This is tried in a separate process, since without a graphics
     system it can crash."""
     try:
@@ -169,7 +172,7 @@ def why_no_pyvista():
     return "it cannot draw off-screen here"
 
 
-def render_pyvista(surfaces, camera, height):
+def render_pyvista(surfaces: Sequence[Surface], camera: Camera, height: int) -> np.ndarray:
     import pyvista
     import vtk
     vtk.vtkLogger.SetStderrVerbosity(vtk.vtkLogger.VERBOSITY_OFF)
@@ -195,7 +198,7 @@ def render_pyvista(surfaces, camera, height):
     return np.clip(pixels, 0, 1)
 
 
-def choose_renderer(wanted):
+def choose_renderer(wanted: str) -> Tuple[Callable[..., np.ndarray], str]:
     """Returns (function, note which one is used) for auto, pyvista or numpy."""
     if wanted == "numpy":
         return render_numpy, "drawn with numpy"

@@ -3,9 +3,14 @@
 
 The wing frame has x from root to tip, y toward the leading edge, z to the lower side of the left wing and to the
 upper side of the right one (docs/guide/kinematics.md)."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import List, Optional, Tuple
+
 import numpy as np
 
-from flusi_msm.results.files import InputError
+from flusi_msm.results.files import InputError, Snapshot
 
 SIDES = ("left", "right")
 UPPER_SIDE = {"left": -1, "right": 1}  # sign of z there
@@ -16,7 +21,7 @@ class WingSurface:
     matrix (3, 3) are the axes of the wing frame in space, axis_x, axis_y and axis_z of the file. rigid_points (n, 3)
     are those of its rigid twin, or None of a rigid wing."""
 
-    def __init__(self, path, side):
+    def __init__(self, path: Path, side: str) -> None:
         import h5py
         self.path, self.side = path, side
         try:
@@ -40,17 +45,17 @@ class WingSurface:
         if self.triangles.min(initial=0) < 0 or self.triangles.max(initial=0) >= len(self.points):
             raise InputError(f"{path}: a triangle names a point that is not there")
 
-    def in_wing_frame(self, points=None):
+    def in_wing_frame(self, points: Optional[np.ndarray] = None) -> np.ndarray:
         return ((self.points if points is None else points) - self.hinge) @ self.matrix.T
 
-    def in_space(self, points):
+    def in_space(self, points: np.ndarray) -> np.ndarray:
         return np.asarray(points) @ self.matrix + self.hinge
 
-    def length(self):
+    def length(self) -> float:
         """Returns the length from the hinge to the outermost point along the span."""
         return self.in_wing_frame()[:, 0].max()
 
-    def cut(self, x, points=None):
+    def cut(self, x: float, points: Optional[np.ndarray] = None) -> np.ndarray:
         """Returns the cut of the wing, or of its rigid twin if `points` are rigid_points, with the plane normal to the span at
         x: segments (k, 2, 2) of ends (y, z)."""
         corners = self.in_wing_frame(points)[self.triangles]
@@ -67,7 +72,7 @@ class WingSurface:
         return segments[through][hit[through]].reshape(-1, 2, 2)
 
 
-def load_body(snapshot):
+def load_body(snapshot: Snapshot) -> Optional[Tuple[np.ndarray, np.ndarray]]:
     """Returns (points (n, 3), triangles (m, 3)) of body_<label>.h5, the surface of a body, or None if there is none."""
     import h5py
     path = snapshot.folder / f"body_{snapshot.label}.h5"
@@ -84,14 +89,14 @@ def load_body(snapshot):
     return points, triangles
 
 
-def surface_path(snapshot, side):
+def surface_path(snapshot: Snapshot, side: str) -> Path:
     return snapshot.folder / f"wing_{side}_{snapshot.label}.h5"
 
 
-def load_surface(snapshot, side):
+def load_surface(snapshot: Snapshot, side: str) -> WingSurface:
     return WingSurface(surface_path(snapshot, side), side)
 
 
-def surfaces_of(snapshot):
+def surfaces_of(snapshot: Snapshot) -> List[WingSurface]:
     """Returns the surfaces that exist."""
     return [load_surface(snapshot, side) for side in SIDES if surface_path(snapshot, side).is_file()]

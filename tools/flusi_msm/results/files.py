@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads the output of the program: time series (*.t) and fields (<prefix>_<label>.h5)."""
+from __future__ import annotations
+
 import difflib
 import re
 import sys
 from collections import namedtuple
 from pathlib import Path
+from typing import Dict, List, Optional, Set, Tuple, Union
 
 import numpy as np
 
@@ -37,20 +40,20 @@ class Series:
     """A time series: one name, unit (or '') and column of data for each quantity; column 0 is time.
     scales: the units of the run in SI, {'length': 0.009, 'force': 2e-4, ...}, empty if the file has none."""
 
-    def __init__(self, path, names, units, data, scales=None):
+    def __init__(self, path: Path, names: List[str], units: List[str], data: np.ndarray, scales: Optional[Dict[str, float]] = None) -> None:
         self.path, self.names, self.units, self.data = Path(path), names, units, data
         self.scales = scales or {}
 
     @property
-    def kind(self):
+    def kind(self) -> str:
         """Returns the file name without the ending: forces, energy, ..."""
         return self.path.stem
 
     @property
-    def time(self):
+    def time(self) -> np.ndarray:
         return self.data[:, 0]
 
-    def index(self, name):
+    def index(self, name: str) -> int:
         """Returns the number of the column of that name; capitals do not matter if the name is still unique."""
         if name in self.names:
             return self.names.index(name)
@@ -61,7 +64,7 @@ class Series:
         hint = f" (did you mean {near[0]}?)" if near else ""
         raise InputError(f"{self.path}: no column '{name}'{hint}; it has {', '.join(self.names)}")
 
-    def column(self, *names):
+    def column(self, *names: str) -> np.ndarray:
         """Returns the data of the first of these names that the header has, else those in the place that one of them has in
         FLUSI's order of columns."""
         lower = [n.lower() for n in self.names]
@@ -75,7 +78,7 @@ class Series:
         raise InputError(f"{self.path}: no column '{names[0]}'; it has {', '.join(self.names)}")
 
 
-def _number(text):
+def _number(text: str) -> float:
     """Converts a number as Fortran writes it; 1.0-100 is 1.0E-100, stars (too wide) become NaN."""
     try:
         return float(text.replace("D", "E").replace("d", "e"))
@@ -86,7 +89,7 @@ def _number(text):
     return float(re.sub(r"(?<=[0-9.])([+-]\d+)$", r"E\1", text))
 
 
-def _header_names(header, kind, n_columns):
+def _header_names(header: str, kind: str, n_columns: int) -> Tuple[List[str], List[str]]:
     """Returns names and units from the header line, in the first of several readings that fits."""
     found = re.findall(r"([^\s,\[]+)(?:\s*\[([^\]]*)\])?", header)
     wide = [word for word in re.split(r"\s{2,}|\t+", header.strip()) if word]
@@ -108,7 +111,7 @@ def _header_names(header, kind, n_columns):
 SCALES = {"L": "length", "1/T": "frequency", "rho": "density", "force": "force", "power": "power"}
 
 
-def _scales(line):
+def _scales(line: str) -> Dict[str, float]:
     """Returns {'length': 0.009, 'force': 2e-4, ...} in SI of 'L = 9.0E-03 m, ..., force rho L^4/T^2 = 2.0E-04 N'."""
     scales = {}
     for item in line.split(","):
@@ -118,7 +121,7 @@ def _scales(line):
     return scales
 
 
-def _without_repeats(data):
+def _without_repeats(data: np.ndarray) -> np.ndarray:
     """Drops rows that a restart computed again: a row is kept if all later times are larger."""
     data = data[np.isfinite(data[:, 0])]
     if len(data) == 0:
@@ -128,7 +131,7 @@ def _without_repeats(data):
     return data[keep]
 
 
-def read_series(path):
+def read_series(path: Union[str, Path]) -> Series:
     """Reads a .t file. Where a restart began at an earlier time the later rows are kept."""
     path = Path(path)
     try:
@@ -171,7 +174,7 @@ Snapshot = namedtuple("Snapshot", "folder label")
 class Field:
     """One field file; the data are read only when they are needed. Arrays are (z, y, x)."""
 
-    def __init__(self, path):
+    def __init__(self, path: Union[str, Path]) -> None:
         import h5py  # here, so that time series need numpy alone
         self.path = Path(path)
         match = _FIELD_FILE.fullmatch(self.path.name)
@@ -195,20 +198,20 @@ class Field:
         self.viscosity = self._attribute("viscosity", 1, [np.nan])[0]
         self.spacing = self.length / self.n
 
-    def _attribute(self, name, size, default=None):
+    def _attribute(self, name: str, size: int, default: Optional[np.ndarray] = None) -> np.ndarray:
         value = np.ravel(self.data.attrs.get(name, default if default is not None else []))
         if value.size != size:
             raise InputError(f"{self.path}: attribute '{name}' is missing or has not {size} value(s)")
         return value.astype(float)
 
-    def plane(self, axis, index):
+    def plane(self, axis: int, index: int) -> np.ndarray:
         """Returns the plane number `index` normal to `axis` (0 x, 1 y, 2 z), in double precision."""
         where = [slice(None)] * 3
         where[2 - axis] = index
         return self.data[tuple(where)].astype(float)
 
 
-def fields_in(folder):
+def fields_in(folder: Path) -> Dict[str, Set[str]]:
     """Returns {label: set of prefixes} of the field files of a folder."""
     folder = Path(folder)
     labels = {}
@@ -221,13 +224,13 @@ def fields_in(folder):
     return labels
 
 
-def snapshot_times(folder):
+def snapshot_times(folder: Path) -> Dict[str, float]:
     """Returns {label: time} of a folder."""
     return {label: Field(folder / f"{sorted(prefixes)[0]}_{label}.h5").time
             for label, prefixes in fields_in(folder).items()}
 
 
-def choose_snapshot(folder, time, label):
+def choose_snapshot(folder: Path, time: Optional[float], label: Optional[str]) -> Snapshot:
     """Returns the snapshot of a folder with that label, nearest to that time, or the last one."""
     labels = fields_in(folder)
     if label is not None:
@@ -243,26 +246,26 @@ def choose_snapshot(folder, time, label):
     return Snapshot(folder, best)
 
 
-def field_path(snapshot, name):
+def field_path(snapshot: Snapshot, name: str) -> Path:
     return snapshot.folder / f"{name}_{snapshot.label}.h5"
 
 
-def has_field(snapshot, name):
+def has_field(snapshot: Snapshot, name: str) -> bool:
     return field_path(snapshot, name).is_file()
 
 
-def load_field(snapshot, name):
+def load_field(snapshot: Snapshot, name: str) -> Field:
     return Field(field_path(snapshot, name))
 
 
 # ---- spectral derivatives, the same as the solver's ----------------------------------------------
 # The derivative of the highest mode of an even n is not real; irfft leaves it out, which is correct.
 
-def _wavenumbers(n, length):
+def _wavenumbers(n: int, length: float) -> np.ndarray:
     return 2 * np.pi / length * np.arange(n // 2 + 1)
 
 
-def derivative_in_plane(plane, axis, length):
+def derivative_in_plane(plane: np.ndarray, axis: int, length: float) -> np.ndarray:
     """Returns the derivative of a periodic plane along its own array axis."""
     n = plane.shape[axis]
     shape = [1] * plane.ndim
@@ -271,7 +274,7 @@ def derivative_in_plane(plane, axis, length):
     return np.fft.irfft(ik * np.fft.rfft(plane, axis=axis), n=n, axis=axis)
 
 
-def derivative_at_index(field, axis, index):
+def derivative_at_index(field: Field, axis: int, index: int) -> np.ndarray:
     """Returns the derivative of a field along `axis` (0 x, 1 y, 2 z) on the plane `index` normal to it."""
     n, length = int(field.n[axis]), field.length[axis]
     if n == 1:
@@ -281,7 +284,7 @@ def derivative_at_index(field, axis, index):
     return np.tensordot(weights, field.data[...].astype(float), axes=(0, 2 - axis))
 
 
-def derivative_on_plane(field, along, normal, index):
+def derivative_on_plane(field: Field, along: int, normal: int, index: int) -> np.ndarray:
     """Returns the derivative of a field along one direction, on the plane `index` normal to `normal`."""
     if along == normal:
         return derivative_at_index(field, normal, index)

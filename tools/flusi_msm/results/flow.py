@@ -2,9 +2,13 @@
 """Interpolates fields at any point of the periodic box, and computes the vorticity there or in the whole box, from its files or
 else from the velocity with the derivatives of the solver. Only the necessary data are read: a run may be larger than the memory.
 """
+from __future__ import annotations
+
+from typing import Optional, Tuple
+
 import numpy as np
 
-from flusi_msm.results.files import InputError, derivative_in_plane, field_path, has_field, load_field
+from flusi_msm.results.files import Field, InputError, Snapshot, derivative_in_plane, field_path, has_field, load_field
 
 VELOCITY = ("ux", "uy", "uz")
 VORTICITY = ("vorx", "vory", "vorz")
@@ -13,14 +17,14 @@ VORTICITY = ("vorx", "vory", "vorz")
 class Block:
     """The grid points around some points (m, 3): `count` of them from `start` on along x, y, z, continued periodically."""
 
-    def __init__(self, field, points):
+    def __init__(self, field: Field, points: np.ndarray) -> None:
         self.n = field.n
         place = (np.asarray(points, dtype=float) - field.origin) / field.spacing
         self.start = np.floor(place.min(axis=0)).astype(int)
         self.count = np.minimum(np.floor(place.max(axis=0)).astype(int) + 2 - self.start, self.n)
         self.place = place - self.start
 
-    def read(self, field, whole=None):
+    def read(self, field: Field, whole: Optional[int] = None) -> np.ndarray:
         """Returns the field in the block, (z, y, x); along the axis `whole` all of it."""
         if tuple(field.n) != tuple(self.n):
             raise InputError(f"{field.path}: {' x '.join(map(str, field.n))} points, unlike the other fields")
@@ -39,13 +43,13 @@ class Block:
             data = np.take(data, index, axis=array_axis)
         return data
 
-    def derivative(self, field, along):
+    def derivative(self, field: Field, along: int) -> np.ndarray:
         """Returns the derivative of the field along an axis, in the block."""
         lines = derivative_in_plane(self.read(field, whole=along), 2 - along, field.length[along])
         index = (self.start[along] + np.arange(self.count[along])) % self.n[along]
         return np.take(lines, index, axis=2 - along)
 
-    def interpolate(self, values):
+    def interpolate(self, values: np.ndarray) -> np.ndarray:
         """Returns values at the points from those in the block, trilinear."""
         lower = np.floor(self.place).astype(int)
         part = self.place - lower
@@ -57,7 +61,7 @@ class Block:
         return result
 
 
-def vorticity_source(snapshot):
+def vorticity_source(snapshot: Snapshot) -> str:
     """Returns 'vorticity' or 'velocity', whichever has its three files."""
     for name, files in (("vorticity", VORTICITY), ("velocity", VELOCITY)):
         if all(has_field(snapshot, file) for file in files):
@@ -67,14 +71,14 @@ def vorticity_source(snapshot):
                      f"missing: {', '.join(lacking)}")
 
 
-def at_points(snapshot, name, points):
+def at_points(snapshot: Snapshot, name: str, points: np.ndarray) -> np.ndarray:
     """Returns a stored field at points (m, 3)."""
     field = load_field(snapshot, name)
     block = Block(field, points)
     return block.interpolate(block.read(field))
 
 
-def vorticity_at(snapshot, points, direction):
+def vorticity_at(snapshot: Snapshot, points: np.ndarray, direction: np.ndarray) -> np.ndarray:
     """Returns omega . direction at points (m, 3)."""
     stored = vorticity_source(snapshot) == "vorticity"
     fields = [load_field(snapshot, name) for name in (VORTICITY if stored else VELOCITY)]
@@ -91,20 +95,20 @@ def vorticity_at(snapshot, points, direction):
     return block.interpolate(total)
 
 
-def every(field, stride):
+def every(field: Field, stride: int) -> np.ndarray:
     """Returns every stride-th point of a field along each axis, in single precision, read plane by plane."""
     planes = [field.data[k][::stride, ::stride] for k in range(0, field.data.shape[0], stride)]
     return np.array(planes, dtype="f4")
 
 
-def vorticity_files(snapshot):
+def vorticity_files(snapshot: Snapshot) -> Tuple[str, ...]:
     """Returns the stored fields from which |omega| is known."""
     if has_field(snapshot, "vorabs"):
         return ("vorabs",)
     return VORTICITY if vorticity_source(snapshot) == "vorticity" else VELOCITY
 
 
-def vorticity_magnitude(snapshot, stride=1):
+def vorticity_magnitude(snapshot: Snapshot, stride: int = 1) -> np.ndarray:
     """Returns |omega| at every stride-th point of the box, in single precision."""
     names = vorticity_files(snapshot)
     fields = [load_field(snapshot, name) for name in names]

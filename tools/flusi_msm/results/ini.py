@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads input files of flusi as text: returns their values, and the same file with other values."""
+from __future__ import annotations
+
 import re
+from typing import Dict, List, Mapping
 
 _SECTION = re.compile(r"\s*\[([^\]]+)\]")
 _KEY = re.compile(r"\s*([\w:]+)\s*=\s*([^;]*)")
 
 
-def values_of(text):
+def values_of(text: str) -> Dict[str, Dict[str, str]]:
     """Returns {section: {key: value}} without comments; values are text."""
     values, section = {}, ""
     for line in text.splitlines():
@@ -19,12 +22,12 @@ def values_of(text):
     return values
 
 
-def with_values(text, changes):
+def with_values(text: str, changes: Mapping[str, Mapping[str, object]]) -> str:
     """Returns the text with the values {section: {key: value}} instead of its own, or added if it has none."""
     left = {section: dict(keys) for section, keys in changes.items()}
     lines, section = [], ""
 
-    def add_missing():
+    def add_missing() -> None:
         lines.extend(f"{key} = {value};" for key, value in left.pop(section, {}).items())
 
     for line in text.splitlines():
@@ -42,7 +45,7 @@ def with_values(text, changes):
     return "\n".join(lines) + "\n"
 
 
-def differences(before, after):
+def differences(before: Mapping[str, Mapping[str, str]], after: Mapping[str, Mapping[str, str]]) -> List[str]:
     """Lists the differences between two results of values_of: '[Time] CFL: 0.45, now 0.4'."""
     found = []
     for section in sorted({*before, *after}):

@@ -1,11 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Computes the spanwise vorticity around sections of a wing, on planes normal to its span."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import List, Optional, Sequence, Tuple
+
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.image import AxesImage
 
-from flusi_msm.render.wing_surface import SIDES, UPPER_SIDE, load_surface
-from flusi_msm.results.files import InputError, has_field, load_field
+from flusi_msm.render.wing_surface import SIDES, UPPER_SIDE, WingSurface, load_surface
+from flusi_msm.results.files import InputError, Snapshot, has_field, load_field
 from flusi_msm.results.flow import at_points, vorticity_at
 from flusi_msm.style import name_of, save, use_style
 
@@ -14,7 +21,7 @@ MOST_POINTS = 400  # along the chord
 TWIN = "#0072B2"   # the rigid wing
 
 
-def parse_section(words):
+def parse_section(words: Sequence[str]) -> Tuple[str, Tuple[float, ...]]:
     """Returns ('left', (0.25, 0.5)) for ['left', '0.25', '0.5']."""
     try:
         side, fractions = words[0], tuple(float(word) for word in words[1:])
@@ -30,7 +37,8 @@ class Section:
     """The plane at a fraction of the span: y, z of its points in the wing frame, the vorticity along the span (z, y), the mask
     if there is one, and the cuts through the wing and through its rigid twin (or None)."""
 
-    def __init__(self, snapshot, wing, fraction, cut, twin, y, z):
+    def __init__(self, snapshot: Snapshot, wing: WingSurface, fraction: float, cut: np.ndarray,
+                 twin: Optional[np.ndarray], y: np.ndarray, z: np.ndarray) -> None:
         self.fraction, self.cut, self.twin, self.y, self.z = fraction, cut, twin, y, z
         z, y = np.meshgrid(z, y, indexing="ij")
         x = np.full(y.size, fraction * wing.length())
@@ -38,12 +46,12 @@ class Section:
         self.vorticity = vorticity_at(snapshot, points, wing.matrix[0]).reshape(y.shape)
         self.mask = at_points(snapshot, "mask", points).reshape(y.shape) if has_field(snapshot, "mask") else None
 
-    def outside(self):
+    def outside(self) -> np.ndarray:
         """Returns the vorticity in the fluid."""
         return self.vorticity if self.mask is None else self.vorticity[self.mask < 0.5]
 
 
-def sections_of(snapshot, wing, fractions, spacing):
+def sections_of(snapshot: Snapshot, wing: WingSurface, fractions: Sequence[float], spacing: float) -> List[Section]:
     """Returns sections in one window, which is wider than all cuts by more than half a chord."""
     cuts = [wing.cut(fraction * wing.length()) for fraction in fractions]
     for fraction, cut in zip(fractions, cuts):
@@ -60,7 +68,7 @@ def sections_of(snapshot, wing, fractions, spacing):
             for fraction, cut, twin in zip(fractions, cuts, twins)]
 
 
-def draw_sections(snapshot, side, fractions, limit, out):
+def draw_sections(snapshot: Snapshot, side: str, fractions: Sequence[float], limit: Optional[float], out: Path) -> None:
     wing = load_surface(snapshot, side)
     name = "mask" if has_field(snapshot, "mask") else "vorx" if has_field(snapshot, "vorx") else "ux"
     sections = sections_of(snapshot, wing, fractions, load_field(snapshot, name).spacing.min())
@@ -95,7 +103,7 @@ def draw_sections(snapshot, side, fractions, limit, out):
               f"mean {values.mean():.4g}")
 
 
-def draw_section(ax, section, limit):
+def draw_section(ax: Axes, section: Section, limit: float) -> AxesImage:
     y, z = section.y, section.z
     half = (y[1] - y[0]) / 2
     image = ax.imshow(section.vorticity, origin="lower", cmap="RdBu_r", vmin=-limit, vmax=limit, aspect="equal",

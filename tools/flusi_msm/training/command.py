@@ -8,21 +8,25 @@ usage: plot_training RUN_FOLDER [--name NAME] [-o HTML] [--pictures FOLDER] [--w
 RUN_FOLDER holds NAME_history.h5, and NAME.log if the log shall be part of the page; the wing's outline and veins are drawn if the
 wing file is still where the training found it, or in the folder of the history.
 """
+from __future__ import annotations
+
 import argparse
 import io
 from pathlib import Path
+from typing import Iterator, Tuple
 
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
 
 from flusi_msm.errors import InputError, run_command
 from flusi_msm.style import use_style
 from flusi_msm.training.maps import draw_loads
 from flusi_msm.training.plots import draw_convergence, draw_parameters, draw_profiles, draw_readings
 from flusi_msm.training.report import page
-from flusi_msm.training.run import find_history, read_training
+from flusi_msm.training.run import Training, find_history, read_training
 from flusi_msm.wing.file import read_wing
 
 CAPTIONS = {
@@ -44,7 +48,7 @@ HEADINGS = {"loads": "Measured and simulated deformation", "parameters": "The pa
             "readings": "Single readings"}
 
 
-def pictures_of(training):
+def pictures_of(training: Training) -> Iterator[Tuple[str, str, str, Figure]]:
     """Returns (name, heading, caption, figure) in the order of the page."""
     made = []
     if training.is_complete:
@@ -61,14 +65,14 @@ def pictures_of(training):
             yield name, HEADINGS[kind] if is_first else "", CAPTIONS[kind] if is_first else "Further loads.", figure
 
 
-def png_of(figure):
+def png_of(figure: Figure) -> bytes:
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", bbox_inches="tight", pad_inches=0.05)
     plt.close(figure)
     return buffer.getvalue()
 
 
-def write(path, content):
+def write(path: Path, content: bytes) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)
@@ -77,7 +81,7 @@ def write(path, content):
     print(path)
 
 
-def main():
+def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="RUN_FOLDER", help="where msm_train ran, or a NAME_history.h5")
     parser.add_argument("--name", metavar="NAME", help="which training, if the folder holds several")

@@ -1,18 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws maps of a training, load by load: the measurement, the trained wing, and the difference."""
+from __future__ import annotations
+
+from typing import List, Optional, Sequence, Tuple
+
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from flusi_msm.style import COLOURS
-from flusi_msm.training.run import in_words, prefix_of
+from flusi_msm.training.run import Load, Training, in_words, prefix_of
+from flusi_msm.wing.file import Wing
 
 INK, PALE = "#3A2A18", "0.85"
 LOADS_A_PICTURE = 5
 
+Lines = Tuple[List[np.ndarray], List[np.ndarray], np.ndarray]  # outline, veins, triangles
 
-def grid_of(load, values):
+
+def grid_of(load: Load, values: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns (x, y, values on the grid with NaN where there are none), lengths in mm."""
     x, i = np.unique(load.rows[:, 0], return_inverse=True)
     y, j = np.unique(load.rows[:, 1], return_inverse=True)
@@ -21,7 +30,7 @@ def grid_of(load, values):
     return 1e3 * x, 1e3 * y, field
 
 
-def edges_of(lines):
+def edges_of(lines: np.ndarray) -> np.ndarray:
     """Returns the borders of the cells around grid lines; where lines are left out the cells are wider."""
     if len(lines) == 1:
         return lines[0] + np.array([-0.5, 0.5])
@@ -29,7 +38,7 @@ def edges_of(lines):
     return np.concatenate([[2 * lines[0] - middle[0]], middle, [2 * lines[-1] - middle[-1]]])
 
 
-def outline(wing):
+def outline(wing: Wing) -> Lines:
     """Returns outline, veins and triangles as lines in the plane [mm]."""
     edges, count = wing.edges()
     lines = [1e3 * wing.points[e, :2] for e in edges[count == 1]]
@@ -37,7 +46,7 @@ def outline(wing):
     return lines, veins, 1e3 * wing.points[wing.triangles, :2]
 
 
-def frame_of(training):
+def frame_of(training: Training) -> Tuple[np.ndarray, np.ndarray]:
     """Returns the limits [mm] of all maps."""
     places = [1e3 * load.rows[:, :2] for load in training.loads]
     if training.wing is not None:
@@ -47,7 +56,7 @@ def frame_of(training):
     return low - room, high + room
 
 
-def direction_text(load):
+def direction_text(load: Load) -> str:
     """Describes the direction of the force."""
     if load.direction is None:
         return ""
@@ -57,13 +66,13 @@ def direction_text(load):
     return f" along {'+' if load.direction[axis] > 0 else '−'}{'xyz'[axis]}"
 
 
-def draw_loads(training):
+def draw_loads(training: Training) -> List[Figure]:
     """Draws pictures of at most LOADS_A_PICTURE loads each: measured, simulated, difference."""
     pages = [training.loads[k:k + LOADS_A_PICTURE] for k in range(0, len(training.loads), LOADS_A_PICTURE)]
     return [draw_page(training, page) for page in pages]
 
 
-def draw_page(training, loads):
+def draw_page(training: Training, loads: Sequence[Load]) -> Figure:
     low, high = frame_of(training)
     width = 3.55
     height = width * (high - low)[1] / (high - low)[0]
@@ -73,7 +82,7 @@ def draw_page(training, loads):
     figure = plt.figure(figsize=size)
     lines = outline(training.wing) if training.wing is not None else None
 
-    def panel(x, y, w, h):
+    def panel(x: float, y: float, w: float, h: float) -> Axes:
         return figure.add_axes([x / size[0], y / size[1], w / size[0], h / size[1]])
 
     for k, load in enumerate(loads):
@@ -101,12 +110,12 @@ def draw_page(training, loads):
     return figure
 
 
-def height_share(height, inches):
+def height_share(height: float, inches: float) -> float:
     """Returns a place above a panel, in its own units."""
     return 1 + inches / height
 
 
-def draw_load(axes, bars, load, lines):
+def draw_load(axes: Sequence[Axes], bars: Sequence[Axes], load: Load, lines: Optional[Lines]) -> None:
     """Draws the three maps of one load and their colour bars."""
     largest = 1e3 * max(load.largest, float(np.abs(load.rows[:, 3]).max())) or 1.0
     both = 1e3 * load.rows[:, 2:]

@@ -1,11 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws the numbers of a training: convergence, parameters with their intervals, profiles, scalar readings."""
+from __future__ import annotations
+
+from typing import List, Mapping, Optional, Sequence, Tuple
+
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
 
 from flusi_msm.style import COLOURS
-from flusi_msm.training.run import prefix_of
+from flusi_msm.training.run import Parameter, Training, prefix_of
 
 INK, PALE = "#3A2A18", "0.85"
 KNOWN, ROUGH, OPEN = COLOURS[0], COLOURS[4], "0.55"  # determined, roughly determined, not determined
@@ -15,12 +21,12 @@ THRESHOLD_90 = 2.705543454095404  # 90 % of chi^2 with one degree of freedom
 
 # ---- convergence ---------------------------------------------------------------------------------
 
-def cost_scale(training):
+def cost_scale(training: Training) -> Tuple[float, str]:
     """Returns (factor, label) of the cost."""
     return (1e6, "h [µm]") if training.cost == "h" else (1.0, r"$\chi^2$")
 
 
-def runs_of(training):
+def runs_of(training: Training) -> List[slice]:
     """Returns slices of the generations that belong to one run of one stage."""
     g = training.generations
     change = np.flatnonzero((np.diff(g["stage"]) != 0) | (np.diff(g["run"]) != 0)) + 1
@@ -28,7 +34,7 @@ def runs_of(training):
     return [slice(a, b) for a, b in zip(ends, ends[1:])]
 
 
-def draw_convergence(training):
+def draw_convergence(training: Training) -> Figure:
     """Draws cost, step and condition over the evaluated candidates, and the final least squares next to them."""
     g = training.generations
     count = np.cumsum(g["lambda"])
@@ -85,7 +91,7 @@ def draw_convergence(training):
     return figure
 
 
-def mark_restart(panels, g, part, before, count):
+def mark_restart(panels: Sequence[Axes], g: Mapping[str, np.ndarray], part: slice, before: slice, count: np.ndarray) -> None:
     """Draws a line where a run ends, and the reason why the next one begins."""
     at = count[before.stop - 1]
     for axes in panels:
@@ -96,7 +102,7 @@ def mark_restart(panels, g, part, before, count):
                    ha="left", rotation=90)
 
 
-def mark_outcome(training, axes, factor, last):
+def mark_outcome(training: Training, axes: Axes, factor: float, last: float) -> None:
     """Draws the final value after the least squares."""
     final = training.outcome.get(training.cost)
     if not final or not final > 0:
@@ -107,7 +113,7 @@ def mark_outcome(training, axes, factor, last):
               label="trained wing")
 
 
-def draw_polish(training, axes):
+def draw_polish(training: Training, axes: Axes) -> None:
     """Draws the sum of squares over the evaluations of least squares, and marks where a stage with smaller errors begins."""
     n, data, prior, *errors = training.polish.T
     axes.plot(n, data + prior, "o-", color=COLOURS[1], ms=4.5, label="with the priors")
@@ -127,7 +133,7 @@ def draw_polish(training, axes):
 
 # ---- parameters ----------------------------------------------------------------------------------
 
-def groups_of(parameters):
+def groups_of(parameters: Sequence[Parameter]) -> List[List[Parameter]]:
     """Groups parameters of one unit and one scale, which share an axis."""
     groups = {}
     for p in parameters:
@@ -135,7 +141,7 @@ def groups_of(parameters):
     return list(groups.values())
 
 
-def draw_parameters(training):
+def draw_parameters(training: Training) -> Figure:
     """Draws a row for every parameter: its range in the search, its value and 90 % interval, and an arrow where the measurements
     give no end."""
     groups = groups_of(training.parameters)
@@ -149,7 +155,7 @@ def draw_parameters(training):
     return figure
 
 
-def draw_parameter(axes, y, p):
+def draw_parameter(axes: Axes, y: float, p: Parameter) -> None:
     colour = VERDICT_COLOURS.get(p.verdict, OPEN)
     axes.plot([p.low, p.high], [y, y], color=PALE, lw=7, solid_capstyle="butt", zorder=1)
     one = p.interval
@@ -176,7 +182,7 @@ def draw_parameter(axes, y, p):
               color=INK if p.verdict in ("determined", "roughly", "unknown") else "0.45")
 
 
-def dress_parameters(axes, group):
+def dress_parameters(axes: Axes, group: Sequence[Parameter]) -> None:
     low, high = min(p.low for p in group), max(p.high for p in group)
     axes.set_yticks(range(len(group)), [p.label for p in reversed(group)])
     axes.set_ylim(-0.7, len(group) - 0.3)
@@ -194,11 +200,11 @@ def dress_parameters(axes, group):
 
 # ---- profiles ------------------------------------------------------------------------------------
 
-def has_profile(p):
+def has_profile(p: Parameter) -> bool:
     return p.profile is not None and len(p.profile) > 1
 
 
-def draw_profiles(training):
+def draw_profiles(training: Training) -> Optional[Figure]:
     """Draws how the best possible fit becomes worse if one parameter is held at other values; None without profiles."""
     chosen = [p for p in training.parameters if has_profile(p)]
     if not chosen:
@@ -219,7 +225,7 @@ def draw_profiles(training):
     return figure
 
 
-def draw_profile(axes, p):
+def draw_profile(axes: Axes, p: Parameter) -> None:
     rows = p.profile[np.argsort(p.profile[:, 0])]
     colour = VERDICT_COLOURS.get(p.verdict, OPEN)
     one = p.interval
@@ -251,7 +257,7 @@ def draw_profile(axes, p):
     axes.set_title(p.label, loc="left", fontsize=9)
 
 
-def between_points(x, y, best, is_log):
+def between_points(x: np.ndarray, y: np.ndarray, best: float, is_log: bool) -> Tuple[np.ndarray, np.ndarray]:
     """Returns a profile between its points: the root of the sum of squares, which is straight for linear problems, is
     interpolated linearly."""
     at = np.log(x) if is_log else x
@@ -262,7 +268,7 @@ def between_points(x, y, best, is_log):
 
 # ---- scalar observations -------------------------------------------------------------------------
 
-def draw_readings(training):
+def draw_readings(training: Training) -> Optional[Figure]:
     """Draws scalar observations with their 90 % errors and the values of the trained wing; None without any."""
     if training.readings is None:
         return None

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads the files that msm_train writes, NAME_history.h5 and NAME.log, and the wing, and describes the results in words."""
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import List, Optional, Tuple
 
 import h5py
 import numpy as np
@@ -16,7 +19,7 @@ PREFIXES = {9: "G", 6: "M", 3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p"}
 ROUGHLY = 1.25  # an interval whose ends are farther than this factor from its middle determines only roughly
 
 
-def prefix_of(value, unit):
+def prefix_of(value: float, unit: str) -> Tuple[float, str]:
     """Returns (factor, unit with prefix) that make `value` a number from 1 to 1000."""
     if unit in ("", "1") or not np.isfinite(value) or value == 0:
         return 1.0, "" if unit == "1" else unit
@@ -24,7 +27,7 @@ def prefix_of(value, unit):
     return 10.0**-power, PREFIXES[power] + unit
 
 
-def digits_of(value, spread):
+def digits_of(value: float, spread: float) -> int:
     """Returns the number of decimals that show `spread` with two digits and `value` with three."""
     size = min(abs(value) / 10 if value else 1.0, spread if spread > 0 else np.inf)
     if not np.isfinite(size) or size <= 0:
@@ -32,7 +35,7 @@ def digits_of(value, spread):
     return int(np.clip(1 - np.floor(np.log10(size) + 1e-6), 0, 6))
 
 
-def in_words(value, unit, spread=0.0):
+def in_words(value: float, unit: str, spread: float = 0.0) -> str:
     """Writes a quantity with a prefix: 8.00 GPa."""
     factor, name = prefix_of(value, unit)
     return f"{value * factor:.{digits_of(value * factor, spread * factor)}f} {name}".strip()
@@ -60,11 +63,11 @@ class Parameter:
     is_complete: bool = True
 
     @property
-    def is_log(self):
+    def is_log(self) -> bool:
         return self.low > 0
 
     @property
-    def label(self):
+    def label(self) -> str:
         """Returns the name for readers: 'joint R4+5_base'."""
         kind, _, rest = self.name.partition(":")
         if self.name == "E":
@@ -73,7 +76,7 @@ class Parameter:
         return known.get(kind, kind + " ") + rest if rest else self.name
 
     @property
-    def verdict(self):
+    def verdict(self) -> str:
         """Returns determined | roughly | lower | upper | open | failed | unknown."""
         one = self.interval
         if not np.isfinite(self.value) or one is None:
@@ -86,14 +89,14 @@ class Parameter:
             return "roughly"
         return "determined"
 
-    def text(self, value=None):
+    def text(self, value: Optional[float] = None) -> str:
         """Writes a value with its unit, with the digits that the interval justifies."""
         value = self.value if value is None else value
         one = self.interval
         both = one is not None and one.has_lower and one.has_upper
         return in_words(value, self.unit, (one.upper - one.lower) / 2 if both else 0.0)
 
-    def shown(self):
+    def shown(self) -> str:
         """Writes the value for a table: never one that the data do not determine."""
         verdict, one = self.verdict, self.interval
         if verdict in ("determined", "roughly"):
@@ -104,7 +107,7 @@ class Parameter:
             return self.text()
         return "not determined" if verdict == "open" else "–"
 
-    def interval_text(self):
+    def interval_text(self) -> str:
         if self.verdict not in ("determined", "roughly"):
             return "–"
         factor, unit = prefix_of(self.interval.best, self.unit)
@@ -112,7 +115,7 @@ class Parameter:
         places = digits_of(self.interval.best * factor, np.ptp(ends) / 2)
         return f"{ends[0]:.{places}f} to {ends[1]:.{places}f} {unit}".strip()
 
-    def uncertainty(self):
+    def uncertainty(self) -> str:
         """Writes '± 3 %', 'factor 2.4' or ''."""
         one = self.interval
         if self.verdict == "roughly":
@@ -124,7 +127,7 @@ class Parameter:
         percent = 50 * np.log(one.upper / one.lower)
         return f"± {percent:.2g} %" if percent >= 1e-4 else "± less than 0.0001 %"
 
-    def sentence(self):
+    def sentence(self) -> str:
         """Writes a sentence for a reader without knowledge of statistics."""
         one, verdict = self.interval, self.verdict
         joint = self.name.startswith("joint:")
@@ -164,16 +167,16 @@ class Load:
     is_excluded: bool = False         # the shape lies in one of the excluded zones
 
     @property
-    def difference(self):
+    def difference(self) -> np.ndarray:
         """Returns simulated minus measured [m]."""
         return self.rows[:, 3] - self.rows[:, 2]
 
     @property
-    def rms(self):
+    def rms(self) -> float:
         return float(np.sqrt(np.mean(self.difference**2)))
 
     @property
-    def largest(self):
+    def largest(self) -> float:
         """Returns the largest measured deformation [m]."""
         return float(np.abs(self.rows[:, 2]).max())
 
@@ -205,20 +208,20 @@ class Training:
     log: str = ""
 
     @property
-    def evaluations(self):
+    def evaluations(self) -> int:
         """Returns the number of candidates of the search."""
         return int(self.generations["lambda"].sum()) if self.generations else 0
 
     @property
-    def is_complete(self):
+    def is_complete(self) -> bool:
         return bool(self.outcome)
 
 
-def text_of(value):
+def text_of(value: object) -> str:
     return value.decode() if isinstance(value, bytes) else str(value)
 
 
-def find_history(place, name=None):
+def find_history(place: Path, name: Optional[str] = None) -> Path:
     """Returns the one history in a folder, that of `name`, or the file itself."""
     place = Path(place)
     if place.is_file():
@@ -239,7 +242,7 @@ def find_history(place, name=None):
     return found[0]
 
 
-def read_training(path):
+def read_training(path: Path) -> Training:
     """Reads everything in a history file, and the log in its folder."""
     path = Path(path)
     try:
@@ -263,7 +266,7 @@ def read_training(path):
     return training
 
 
-def parts_of(file, path):
+def parts_of(file: h5py.File, path: Path) -> Training:
     names = text_of(file.attrs["unknowns"]).split()
     units = [unit.strip() for unit in text_of(file.attrs["units"]).split(",")]
     low, high = np.ravel(file.attrs["lower"]), np.ravel(file.attrs["upper"])
@@ -280,7 +283,7 @@ def parts_of(file, path):
     return training
 
 
-def read_outcome(file, training):
+def read_outcome(file: h5py.File, training: Training) -> None:
     group = file["outcome"]
     for name, value in group.attrs.items():
         if isinstance(value, (bytes, str)):
@@ -315,7 +318,7 @@ def read_outcome(file, training):
         training.readings = Readings(names, loads, made[:])
 
 
-def correlated_pairs(training, limit=0.95):
+def correlated_pairs(training: Training, limit: float = 0.95) -> List[Tuple[str, str, float]]:
     """Returns (name, name, correlation) of parameters of which the data determine only a combination."""
     c = training.covariance
     if c is None or len(c) != len(training.parameters):
@@ -329,7 +332,7 @@ def correlated_pairs(training, limit=0.95):
             if known[i] and known[j] and abs(r[i, j]) > limit]
 
 
-def warnings_of(training):
+def warnings_of(training: Training) -> List[str]:
     """Lists what a reader must know to judge the table."""
     found, out = [], training.outcome
     if not training.is_complete:
@@ -373,13 +376,13 @@ def warnings_of(training):
     return found
 
 
-def is_beyond_chance(training):
+def is_beyond_chance(training: Training) -> bool:
     """Returns whether chi^2 exceeds its 99 % point; for many values it is normal with the variance 2 n."""
     n, chi2 = training.outcome.get("residuals", 0), training.outcome.get("chi2", 0)
     return bool(n > 0 and chi2 - n > 2.326 * np.sqrt(2 * n))
 
 
-def is_at_bound(p):
+def is_at_bound(p: Parameter) -> bool:
     """Returns whether a value is within a thousandth of the range of the search from one of its ends."""
     if not np.isfinite(p.value):
         return False
@@ -387,7 +390,7 @@ def is_at_bound(p):
     return min(value - low, high - value) < 1e-3 * (high - low)
 
 
-def error_ratio(training):
+def error_ratio(training: Training) -> float:
     """Returns the root of the mean squared difference in units of the declared errors, or NaN."""
     out = training.outcome
     if not out.get("residuals"):

@@ -3,7 +3,7 @@
 the run."""
 from __future__ import annotations
 
-from typing import Dict, List
+from typing import Dict, List, Tuple
 
 import h5py
 import numpy as np
@@ -34,7 +34,7 @@ def grid_of(steps: List[Step], path: str) -> Step:
     return first
 
 
-def virtual(steps: List[Step], name: str, shape) -> h5py.VirtualLayout:
+def virtual(steps: List[Step], name: str, shape: Tuple[int, ...]) -> h5py.VirtualLayout:
     """Returns the quantity at all times, (time, z, y, x), vectors with (..., component). If there is only one time there is no
     axis of time, because the reader expects none. Where the run did not save it, it is not a number."""
     known: List[Quantity] = [step.quantities[name] for step in steps if name in step.quantities]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import List, Tuple
+from typing import List, Sequence, Tuple
 
 import h5py
 import numpy as np
@@ -21,7 +21,7 @@ def read(folder: Path, source: Source) -> np.ndarray:
         return file[source.dataset][...]
 
 
-def behind_each_other(counts) -> np.ndarray:
+def behind_each_other(counts: Sequence[int]) -> np.ndarray:
     """Returns where each of several consecutive blocks begins."""
     return np.concatenate([[0], np.cumsum(counts)[:-1]]).astype("i8")
 

@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws deformed wings, as `flusi --static` and `flusi --solid` save them: map of deflection, side view, sections."""
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Sequence, Union
 
 import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from flusi_msm.results.files import InputError
 from flusi_msm.style import COLOURS
@@ -28,7 +33,7 @@ class Shape:
     rest_veins: list         # the same at rest
 
 
-def read_shape(path):
+def read_shape(path: Union[str, Path]) -> Shape:
     """Reads a shape file; lengths in mm."""
     try:
         with h5py.File(path, "r") as file:
@@ -60,14 +65,14 @@ def read_shape(path):
     return Shape(Path(path), title, time, rest, points, triangles, veins, rest_veins)
 
 
-def outline(triangles):
+def outline(triangles: np.ndarray) -> np.ndarray:
     """Returns the edges that belong to one triangle."""
     edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
     edges, count = np.unique(edges, axis=0, return_counts=True)
     return edges[count == 1]
 
 
-def section(shape, x):
+def section(shape: Shape, x: float) -> np.ndarray:
     """Returns points of the deformed membrane that are at `x` at rest, from the trailing to the leading edge."""
     edges = np.unique(np.sort(np.concatenate([shape.triangles[:, [0, 1]], shape.triangles[:, [1, 2]],
                                               shape.triangles[:, [2, 0]]]), axis=1), axis=0)
@@ -85,7 +90,7 @@ class Sheet:
 
     WIDTH, LEFT, GAP, BOTTOM, TITLE = 7.0, 0.7, 0.75, 0.55, 0.35  # inches
 
-    def __init__(self, shapes):
+    def __init__(self, shapes: Sequence[Shape]) -> None:
         places = [p for s in shapes for p in (s.rest, s.points)]
         low, high = np.min([p.min(0) for p in places], axis=0), np.max([p.max(0) for p in places], axis=0)
         room = 0.02 * (high - low)[0]
@@ -113,11 +118,11 @@ class Sheet:
             self.map = self.panel(self.LEFT, top, self.WIDTH, self.chord)
             self.bar = self.panel(self.LEFT + self.WIDTH + 0.2, top, 0.15, self.chord)
 
-    def panel(self, x, y, width, height):
+    def panel(self, x: float, y: float, width: float, height: float) -> Axes:
         all_x, all_y = self.figure.get_size_inches()
         return self.figure.add_axes([x / all_x, y / all_y, width / all_x, height / all_y])
 
-    def frame(self, axes, across, up, label):
+    def frame(self, axes: Axes, across: np.ndarray, up: np.ndarray, label: str) -> None:
         """Sets limits, zero line and labels of a panel that shows coordinates `across` and `up`."""
         axes.set_xlim(self.low[across], self.high[across])
         axes.set_ylim(self.low[up], self.high[up])
@@ -131,7 +136,7 @@ class Sheet:
                           fontsize="small")
 
 
-def draw_map(sheet, shape):
+def draw_map(sheet: Sheet, shape: Shape) -> None:
     """Draws where the unloaded wing moves, and how far along its normal."""
     axes = sheet.map
     z = (shape.points - shape.rest)[:, 2]
@@ -153,7 +158,7 @@ def draw_map(sheet, shape):
     axes.set_title(f"deflection, {shape.title}", loc="left")
 
 
-def draw_side(axes, shape, colour, is_only):
+def draw_side(axes: Axes, shape: Shape, colour: str, is_only: bool) -> None:
     """Draws the wing seen along its chord: its edges, and its veins if they do not hide others."""
     if is_only and len(shape.triangles):
         axes.add_collection(PolyCollection(shape.points[shape.triangles][:, :, [0, 2]], facecolors="#F1E8D2",
@@ -166,7 +171,7 @@ def draw_side(axes, shape, colour, is_only):
                                            colors=["#A8642A" if len(shape.triangles) else colour]))
 
 
-def draw_sections(sheet, shapes, colours):
+def draw_sections(sheet: Sheet, shapes: Sequence[Shape], colours: Sequence[str]) -> None:
     """Draws sections across the span, seen from the tip: three of one shape, or one of several shapes."""
     axes = sheet.sections
     low, high = shapes[-1].rest[:, 0].min(), shapes[-1].rest[:, 0].max()
@@ -184,7 +189,7 @@ def draw_sections(sheet, shapes, colours):
     axes.tick_params(labelleft=False)
 
 
-def draw_shapes(shapes):
+def draw_shapes(shapes: Sequence[Shape]) -> Figure:
     """Draws the figure: map of the last shape, side view of all, sections."""
     sheet = Sheet(shapes)
     is_only = len(shapes) == 1
@@ -201,7 +206,7 @@ def draw_shapes(shapes):
     return sheet.figure
 
 
-def add_key(sheet, shapes, colours):
+def add_key(sheet: Sheet, shapes: Sequence[Shape], colours: Sequence[str]) -> None:
     """Adds a key to sections or shapes; of many shapes it has the first, the last and some between."""
     if len(shapes) > 1:
         step = -(-len(shapes) // 8)

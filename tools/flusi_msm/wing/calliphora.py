@@ -89,7 +89,7 @@ JOINTS = {
 }
 
 
-def drawing():
+def drawing() -> Drawing:
     """Returns the wing scaled to LENGTH and to the area LENGTH * MEAN_CHORD."""
     wing = Drawing()
     for name, place in PLACES.items():
@@ -103,7 +103,7 @@ def drawing():
     return wing
 
 
-def diameter(vein, part):
+def diameter(vein: str, part: float) -> float:
     """Returns the diameter [m] of a vein at a part of its length."""
     table = DIAMETERS[vein]
     for (s0, d0), (s1, d1) in zip(table, table[1:]):

@@ -4,12 +4,19 @@
 Wing frame: x from root to tip, y toward the leading edge, z their right-handed normal. Lengths in mm.
 """
 
-from flusi_msm.wing.triangulate import Triangulation, distance
+from __future__ import annotations
+
+from typing import Callable, Dict, List, Sequence, Tuple, Union
+
+from flusi_msm.wing.triangulate import Point, Triangulation, distance
 
 DENSE = 40  # pieces of a curve between two of its control points, when it is measured
 
+Control = Union[str, Point]                  # of a curve: the name of a place, or a point
+Chain = Tuple[List[int], List[float]]        # points of a curve, and their arc lengths
 
-def spline(controls):
+
+def spline(controls: Sequence[Point]) -> Tuple[List[Point], List[int]]:
     """Computes dense points on a smooth curve through the controls (cubic Hermite, slopes by chord length).
 
     Returns the points and the index of every control among them.
@@ -43,7 +50,7 @@ def spline(controls):
 class SizeField:
     """The edge length wanted at a point: `largest`, but smaller between curves that are close to each other."""
 
-    def __init__(self, branches, largest, closeness=1.0, growth=0.35):
+    def __init__(self, branches: Sequence[Branch], largest: float, closeness: float = 1.0, growth: float = 0.35) -> None:
         self.largest, self.sources = largest, []
         samples = [(branch, p) for branch in branches for p in branch.points[::4] + branch.points[-1:]]
         for branch, p in samples:
@@ -55,7 +62,7 @@ class SizeField:
                 self.sources.append((p, max(closeness * gap, 0.25 * largest)))
         self.growth, self.known = growth, {}
 
-    def __call__(self, p):
+    def __call__(self, p: Point) -> float:
         """Returns the edge length; it is constant on cells that are small compared with the edges."""
         cell = (int(p[0] / (0.25 * self.largest) + 1000), int(p[1] / (0.25 * self.largest) + 1000))
         if cell not in self.known:
@@ -68,10 +75,10 @@ class SizeField:
 class Branch:
     """A piece of a curve between two named places, as dense points."""
 
-    def __init__(self, curve, first, last, points):
+    def __init__(self, curve: str, first: str, last: str, points: List[Point]) -> None:
         self.curve, self.ends, self.first, self.last, self.points = curve, {first, last}, first, last, points
 
-    def divide(self, size):
+    def divide(self, size: Callable[[Point], float]) -> Tuple[List[Point], List[float]]:
         """Returns points that divide the branch into edges of the size wanted, and their arc length from its start."""
         lengths, counts = [0.0], [0.0]
         for a, b in zip(self.points, self.points[1:]):
@@ -95,27 +102,27 @@ class Branch:
 class Drawing:
     """Named places and curves through them; a curve is a list of places (names) and points."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.places, self.curves = {}, {}
 
-    def place(self, name, x, y):
+    def place(self, name: str, x: float, y: float) -> None:
         self.places[name] = (x, y)
 
-    def curve(self, name, *controls):
+    def curve(self, name: str, *controls: Control) -> None:
         self.curves[name] = controls
 
-    def position(self, control):
+    def position(self, control: Control) -> Point:
         return self.places[control] if isinstance(control, str) else control
 
-    def scale(self, sx, sy):
+    def scale(self, sx: float, sy: float) -> None:
         self.places = {k: (p[0] * sx, p[1] * sy) for k, p in self.places.items()}
         self.curves = {k: [c if isinstance(c, str) else (c[0] * sx, c[1] * sy) for c in cs]
                        for k, cs in self.curves.items()}
 
-    def dense(self, name):
+    def dense(self, name: str) -> Tuple[List[Point], List[int]]:
         return spline([self.position(c) for c in self.curves[name]])
 
-    def branches(self):
+    def branches(self) -> List[Branch]:
         found = []
         for name, controls in self.curves.items():
             points, at = self.dense(name)
@@ -124,7 +131,7 @@ class Drawing:
                 found.append(Branch(name, controls[i], controls[j], points[at[i]:at[j] + 1]))
         return found
 
-    def mesh(self, edge, sweeps=24):
+    def mesh(self, edge: float, sweeps: int = 24) -> Tuple[List[Point], List[Tuple[int, int, int]], Dict[str, Chain], Dict[str, int]]:
         """Returns a mesh of the region that the curves enclose, with all curves as edges.
 
         These are points [mm], triangles, and for every curve its point numbers, their arc lengths [mm], and the point numbers of
@@ -157,7 +164,7 @@ class Drawing:
         return mesh.points, mesh.triangles(), chains, number
 
 
-def polygon_area(points):
+def polygon_area(points: Sequence[Point]) -> float:
     total = 0.0
     for a, b in zip(points, points[1:] + points[:1]):
         total += a[0] * b[1] - a[1] * b[0]

@@ -2,9 +2,11 @@
 """Keeps wings in memory and in wing files (docs/formats/wing-format.md). Points are counted from 0 here, from 1 in files."""
 from __future__ import annotations
 
+import argparse
 from dataclasses import dataclass, field
 from math import pi
-from typing import Optional, Tuple
+from pathlib import Path
+from typing import Optional, Tuple, Union
 
 import h5py
 import numpy as np
@@ -40,13 +42,13 @@ class Wing:
     z_side: str = ""                                 # which side of which wing +z points to, of Z_SIDES; "": not stated
     mass: Optional[WingMass] = None                  # None: not stated
 
-    def areas(self):
+    def areas(self) -> np.ndarray:
         """Returns the area of every triangle in the x, y plane [m^2], negative if clockwise."""
         a, b, c = (self.points[self.triangles[:, k], :2] for k in range(3))
         u, v = b - a, c - a
         return (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
 
-    def smallest_angle(self):
+    def smallest_angle(self) -> float:
         """Returns the smallest angle of all triangles [degrees]."""
         smallest = np.inf
         for k in range(3):
@@ -56,13 +58,13 @@ class Wing:
             smallest = min(smallest, np.degrees(np.arccos(np.clip(cosine, -1, 1))).min())
         return smallest
 
-    def edges(self):
+    def edges(self) -> Tuple[np.ndarray, np.ndarray]:
         """Returns unique edges (k, 2), smaller point first, sorted; and the number of triangles at each."""
         pairs = np.sort(np.concatenate([self.triangles[:, [0, 1]], self.triangles[:, [1, 2]],
                                         self.triangles[:, [2, 0]]]), axis=1)
         return np.unique(pairs, axis=0, return_counts=True)
 
-    def joint_nodes(self, name):
+    def joint_nodes(self, name: str) -> list:
         """Returns the three points of a joint."""
         joint = self.joints[name]
         if len(joint) == 3:
@@ -71,7 +73,7 @@ class Wing:
         i = nodes.index(joint[1])
         return nodes[i - 1:i + 2]
 
-    def vein_mass(self, density=1300.0):
+    def vein_mass(self, density: float = 1300.0) -> float:
         """Returns the mass of all veins as conical frustums [kg]."""
         mass = 0.0
         for nodes, d in self.veins.values():
@@ -80,7 +82,7 @@ class Wing:
             mass += density * pi / 12 * (length * (d[1:]**2 + d[1:] * d[:-1] + d[:-1]**2)).sum()
         return mass
 
-    def summary(self):
+    def summary(self) -> str:
         text = f"{len(self.points)} points, {len(self.triangles)} triangles, {len(self.veins)} veins, " \
                f"{len(self.joints)} joints, {len(self.root)} root points"
         if len(self.triangles):
@@ -96,13 +98,13 @@ class Wing:
         return text
 
 
-def add_z_side(parser):
+def add_z_side(parser: argparse.ArgumentParser) -> None:
     """Adds the option for the sides of a wing that its file states."""
     parser.add_argument("--z-side", choices=Z_SIDES, default="",
                         help="which side of which wing +z points to (left out: not stated, left ventral is meant)")
 
 
-def sorted_wing(wing):
+def sorted_wing(wing: Wing) -> Wing:
     """Returns the same wing with its points in the order of x and then y, and its triangles in the order of points."""
     order = np.lexsort((wing.points[:, 1], wing.points[:, 0]))
     number = np.empty(len(order), int)
@@ -118,9 +120,9 @@ def sorted_wing(wing):
                 sorted(int(number[i]) for i in wing.root), wing.title, wing.z_side, wing.mass)
 
 
-def write_wing(path, wing):
+def write_wing(path: Union[str, Path], wing: Wing) -> None:
     """Writes a wing file with a seal in the layout of HDF5 1.8, whose metadata carry checksums."""
-    def dataset(group, name, values, kind, units=None):
+    def dataset(group: h5py.Group, name: str, values: object, kind: object, units: Optional[str] = None) -> h5py.Dataset:
         made = group.create_dataset(name, data=np.asarray(values, kind), track_times=False)
         if units:
             made.attrs["units"] = np.bytes_(units)
@@ -159,9 +161,9 @@ def write_wing(path, wing):
         raise InputError(f"{path}: cannot be written: {error}") from None
 
 
-def read_wing(path):
+def read_wing(path: Union[str, Path]) -> Wing:
     """Reads a wing file; it is checked only as far as needed to draw it, not as strictly as by the solver."""
-    def text(value):
+    def text(value: object) -> str:
         return value.decode() if isinstance(value, bytes) else str(value)
 
     try:

@@ -6,7 +6,8 @@ its shared library cannot be loaded, the triangulation of this package is used.
 """
 from __future__ import annotations
 
-from typing import Callable, Dict, List, Tuple
+from types import ModuleType
+from typing import Callable, Dict, List, Optional, Tuple
 
 import numpy as np
 
@@ -73,7 +74,7 @@ def divide(points: np.ndarray, size: Size, pieces: int = 0) -> np.ndarray:
     return made
 
 
-def fill_with_gmsh(gmsh, points: np.ndarray, loop: List[int], inner: List[Tuple[int, int]], size: Size) \
+def fill_with_gmsh(gmsh: ModuleType, points: np.ndarray, loop: List[int], inner: List[Tuple[int, int]], size: Size) \
         -> Tuple[np.ndarray, np.ndarray]:
     """Returns triangles inside the closed line through the points `loop`, among whose edges are the edges `inner`."""
     scale = float(np.ptp(points, axis=0).max())
@@ -146,7 +147,7 @@ def fill_without_gmsh(points: np.ndarray, segments: List[Tuple[int, int]], size:
     raise InputError(f"the wing could not be filled with triangles ({why}): install gmsh, or choose another --edge")
 
 
-def load_gmsh(problems: Problems):
+def load_gmsh(problems: Problems) -> Optional[ModuleType]:
     """Returns the module gmsh, or None with a notice if it cannot be loaded."""
     try:
         import gmsh

@@ -14,7 +14,7 @@ import numpy as np
 
 from flusi_msm.errors import Problems
 from flusi_msm.wing.polyline import Polyline, runs
-from flusi_msm.wing.trace import Line, Trace
+from flusi_msm.wing.trace import JointMark, Line, Trace
 
 SNAP = 0.01          # snapping distance by the length of the wing
 ALONG_MARGIN = 4.0   # a vein that is at the margin for that many snapping distances runs along it
@@ -510,7 +510,7 @@ class _Builder:
             self.choose_hinge(self.trace.joints[k], node_of[at], net)
         return net
 
-    def choose_hinge(self, joint, node: int, net: Network) -> None:
+    def choose_hinge(self, joint: JointMark, node: int, net: Network) -> None:
         """Returns the segments between which the joint at a node lies."""
         inside, ending = [], []
         for name, chain in net.veins.items():

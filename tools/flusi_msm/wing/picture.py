@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from itertools import product
-from typing import Dict, List
+from typing import Dict, List, Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Wedge
 
 from flusi_msm.wing.file import Wing
@@ -20,7 +22,7 @@ COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B8860B", "#2F9BD7", "#7
            "#A63603", "#525252", "#8C6BB1"]
 
 
-def vein_polygons(xy: np.ndarray, nodes, diameters) -> np.ndarray:
+def vein_polygons(xy: np.ndarray, nodes: Sequence[int], diameters: Sequence[float]) -> np.ndarray:
     """Returns one quadrilateral (4, 2) per segment, as wide as the vein at both ends; the gaps in bends are closed by round
     ends, which are drawn separately."""
     p, d = xy[list(nodes)], np.asarray(diameters)[:, None] / 2
@@ -30,7 +32,7 @@ def vein_polygons(xy: np.ndarray, nodes, diameters) -> np.ndarray:
     return np.stack([p[:-1] + normal * d[:-1], p[1:] + normal * d[1:], p[1:] - normal * d[1:], p[:-1] - normal * d[:-1]], axis=1)
 
 
-def _place_names(axes, wing: Wing, xy: np.ndarray, span: float, colours: Dict[str, str], taken: List[np.ndarray]) -> None:
+def _place_names(axes: Axes, wing: Wing, xy: np.ndarray, span: float, colours: Dict[str, str], taken: List[np.ndarray]) -> None:
     """Places a name at its vein, as far as possible from what is already drawn."""
     every = {name: xy[list(nodes)] for name, (nodes, _) in wing.veins.items()}
     gap = 0.019 * span
@@ -61,14 +63,14 @@ def _place_names(axes, wing: Wing, xy: np.ndarray, span: float, colours: Dict[st
         taken.append(spots_of_best)
 
 
-def _mark_centre(axes, place: np.ndarray, radius: float) -> None:
+def _mark_centre(axes: Axes, place: np.ndarray, radius: float) -> None:
     """Draws the black and white disc that marks a centre of mass."""
     axes.add_patch(Circle(place, radius, fc="white", ec="black", lw=0.9, zorder=12))
     for begin in (0, 180):
         axes.add_patch(Wedge(place, radius, begin, begin + 90, fc="black", ec="none", zorder=13))
 
 
-def draw_wing(wing: Wing, quality: Quality, title: str = ""):
+def draw_wing(wing: Wing, quality: Quality, title: str = "") -> Figure:
     """Draws the figure; lengths in mm."""
     xy = 1e3 * wing.points[:, :2]
     low, high = xy.min(0), xy.max(0)

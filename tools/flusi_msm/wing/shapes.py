@@ -53,7 +53,7 @@ def make_plate(length: float, chord: float, edge: float, spars: int, diameters: 
     gaps = max(1, spars - 1)
     rows = gaps * max(1, int(chord / edge / gaps + 0.5))
 
-    def number(i, j):
+    def number(i: int, j: int) -> int:
         return i * (rows + 1) + j
 
     points = [(length * i / columns, chord * (j / rows - 1), 0.0)

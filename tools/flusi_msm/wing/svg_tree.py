@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 import xml.sax
 from dataclasses import dataclass, field
+from types import ModuleType
 from typing import Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
@@ -128,7 +129,7 @@ def _read_tree(path: str) -> Node:
     return builder.root
 
 
-def _svgelements():
+def _svgelements() -> ModuleType:
     try:
         import svgelements
     except ModuleNotFoundError:
@@ -253,7 +254,7 @@ class _Reader:
         return found
 
     @staticmethod
-    def controls(part) -> np.ndarray:
+    def controls(part: object) -> np.ndarray:
         names = {"CubicBezier": ("start", "control1", "control2", "end"), "QuadraticBezier": ("start", "control", "end")}
         return np.array([[getattr(part, name).x, getattr(part, name).y]
                          for name in names.get(type(part).__name__, ("start", "end"))], float)

@@ -13,7 +13,7 @@ from flusi_msm.errors import InputError, Problems
 from flusi_msm.wing.curves import spline
 from flusi_msm.wing.ini_outline import read_fourier_outline
 from flusi_msm.wing.svg import read_svg
-from flusi_msm.wing.trace import JointMark, Line, Sketch, parse_diameters
+from flusi_msm.wing.trace import DiameterTable, JointMark, Line, Sketch, parse_diameters
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
 TOP = {"title", "drawing", "metres_per_unit", "true_size", "unit", "edge_mm", "snap_mm", "z_side", "membrane_mass_ug", "mass_source",
@@ -91,7 +91,7 @@ class _Table:
             return points
         return np.array(spline([tuple(p) for p in points.tolist()])[0])
 
-    def diameters(self, where: str, value: Any):
+    def diameters(self, where: str, value: Any) -> Optional[DiameterTable]:
         if isinstance(value, (int, float)):
             value = [value]
         try:

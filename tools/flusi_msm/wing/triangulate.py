@@ -8,36 +8,43 @@ with Delaunay flips in between.
 Only + - * / and square roots of Python floats are used, in a fixed order: the result is the same to the last
 bit on every machine with IEEE arithmetic.
 """
+from __future__ import annotations
+
 import heapq
 from math import sqrt
+from typing import Callable, Iterable, List, Optional, Sequence, Set, Tuple
 
+Point = Tuple[float, float]
+Edge = Tuple[int, int]
+Corners = Tuple[int, int, int]
+Size = Callable[[Point], float]   # the edge length wanted at a point
 LARGEST_RADIUS = 0.75  # of a circumcircle by the edge length wanted; 0.577 is the equilateral triangle
 
 
-def orientation(a, b, c):
+def orientation(a: Point, b: Point, c: Point) -> float:
     """Returns twice the area of the triangle a b c, positive if counter-clockwise."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
-def distance(a, b):
+def distance(a: Point, b: Point) -> float:
     return sqrt((b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]))
 
 
-def in_circle(a, b, c, p):
+def in_circle(a: Point, b: Point, c: Point, p: Point) -> float:
     """Returns a number that is positive if p lies inside the circle through the counter-clockwise triangle a b c."""
     ax, ay, bx, by, cx, cy = a[0] - p[0], a[1] - p[1], b[0] - p[0], b[1] - p[1], c[0] - p[0], c[1] - p[1]
     return ((ax * ax + ay * ay) * (bx * cy - cx * by) - (bx * bx + by * by) * (ax * cy - cx * ay)
             + (cx * cx + cy * cy) * (ax * by - bx * ay))
 
 
-def circumcentre(a, b, c):
+def circumcentre(a: Point, b: Point, c: Point) -> Point:
     bx, by, cx, cy = b[0] - a[0], b[1] - a[1], c[0] - a[0], c[1] - a[1]
     d = 2 * (bx * cy - by * cx)
     bb, cc = bx * bx + by * by, cx * cx + cy * cy
     return a[0] + (cy * bb - by * cc) / d, a[1] + (bx * cc - cx * bb) / d
 
 
-def shape(a, b, c):
+def shape(a: Point, b: Point, c: Point) -> float:
     """Returns the quality of a triangle: 1 if equilateral, 0 if flat, negative if inverted."""
     edges = ((b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1])
              + (c[0] - b[0]) * (c[0] - b[0]) + (c[1] - b[1]) * (c[1] - b[1])
@@ -48,7 +55,7 @@ def shape(a, b, c):
 class Triangulation:
     """`across[a, b]` is the third corner of the triangle on the left of the directed edge a -> b."""
 
-    def __init__(self, points, segments):
+    def __init__(self, points: Iterable[Sequence[float]], segments: Iterable[Sequence[int]]) -> None:
         self.points = [tuple(p) for p in points]
         self.fixed = len(self.points)
         self.across = {}
@@ -69,17 +76,17 @@ class Triangulation:
         self.cut_outside(corners)
         del self.points[self.fixed:]
 
-    def add(self, a, b, c):
+    def add(self, a: int, b: int, c: int) -> None:
         self.across[a, b], self.across[b, c], self.across[c, a] = c, a, b
 
-    def remove(self, a, b, c):
+    def remove(self, a: int, b: int, c: int) -> None:
         del self.across[a, b], self.across[b, c], self.across[c, a]
 
-    def triangles(self):
+    def triangles(self) -> List[Corners]:
         """Returns all triangles, smallest corner first, sorted."""
         return sorted((a, b, c) for (a, b), c in self.across.items() if a < b and a < c)
 
-    def locate(self, p, start=None):
+    def locate(self, p: Point, start: Optional[Corners] = None) -> Optional[Corners]:
         """Returns a triangle that contains p, by going from neighbour to neighbour; None if the path leaves the region."""
         a, b = start or next(iter(self.across))
         c = self.across[a, b]
@@ -95,7 +102,7 @@ class Triangulation:
                 return a, b, c
         return None
 
-    def insert(self, i, triangle=None):
+    def insert(self, i: int, triangle: Optional[Corners] = None) -> List[Corners]:
         """Inserts point i by replacing the triangles whose circles contain it; returns the new ones."""
         triangle = triangle or self.locate(self.points[i])
         if triangle is None:
@@ -115,7 +122,7 @@ class Triangulation:
                 stack += [(u, w), (w, v)]
         return made
 
-    def recover(self, a, b, done):
+    def recover(self, a: int, b: int, done: Set[Edge]) -> None:
         """Makes a-b an edge by flipping the edges that cross it, none of which may be in `done`."""
         p, q = self.points[a], self.points[b]
         waiting = self.crossing(a, b)
@@ -137,7 +144,7 @@ class Triangulation:
                 waiting.append((w, x))
         raise ValueError(f"segment {a}-{b} cannot be made an edge")
 
-    def crossing(self, a, b):
+    def crossing(self, a: int, b: int) -> List[Edge]:
         """Returns the edges between a and b in the order in which the segment crosses them."""
         if (a, b) in self.across or (b, a) in self.across:
             return []
@@ -158,7 +165,7 @@ class Triangulation:
                 raise ValueError(f"segment {a}-{b} passes through point {w}")
             u, v = (u, w) if side > 0 else (w, v)
 
-    def flip(self, u, v):
+    def flip(self, u: int, v: int) -> None:
         """Replaces edge u-v by the other diagonal of its quadrilateral."""
         w, x = self.across[u, v], self.across[v, u]
         self.remove(u, v, w)
@@ -166,7 +173,7 @@ class Triangulation:
         self.add(w, u, x)
         self.add(x, v, w)
 
-    def cut_outside(self, corner):
+    def cut_outside(self, corner: int) -> None:
         """Removes what can be reached from a corner of the enclosing triangle without crossing a segment."""
         stack = [next((a, b, c) for (a, b), c in self.across.items() if corner in (a, b, c))]
         while stack:
@@ -178,7 +185,7 @@ class Triangulation:
                 if (v, u) in self.across and tuple(sorted((u, v))) not in self.segments:
                     stack.append((v, u, self.across[v, u]))
 
-    def make_delaunay(self):
+    def make_delaunay(self) -> None:
         """Flips edges until every one that may be flipped is a Delaunay edge."""
         stack = sorted(e for e in self.across if e[0] < e[1])
         while stack:
@@ -196,12 +203,12 @@ class Triangulation:
             self.flip(u, v)
             stack += [tuple(sorted(e)) for e in ((u, x), (x, v), (v, w), (w, u))]
 
-    def refine(self, size):
+    def refine(self, size: Size) -> None:
         """Inserts circumcentres while a triangle is too large; size(p) is the edge length wanted at p."""
         nearby = self.segment_finder(size)
         heap = []
 
-        def push(triangle):
+        def push(triangle: Corners) -> None:
             a, b, c = (self.points[k] for k in triangle)
             centre = circumcentre(a, b, c)
             middle = ((a[0] + b[0] + c[0]) / 3, (a[1] + b[1] + c[1]) / 3)
@@ -223,7 +230,7 @@ class Triangulation:
             for triangle in self.insert(new, place):
                 push(triangle)
 
-    def segment_finder(self, size):
+    def segment_finder(self, size: Size) -> Callable[[Point, float], bool]:
         """Returns a function that says whether a point is closer to a segment than some limit <= cell."""
         cell = max(size(p) for p in self.points[:self.fixed])
         table = {}
@@ -235,7 +242,7 @@ class Triangulation:
                 for j in spans[1]:
                     table.setdefault((i, j), []).append((a, b))
 
-        def is_near(p, limit):
+        def is_near(p: Point, limit: float) -> bool:
             for a, b in table.get((int(p[0] / cell + 1000), int(p[1] / cell + 1000)), ()):
                 ex, ey = b[0] - a[0], b[1] - a[1]
                 t = ((p[0] - a[0]) * ex + (p[1] - a[1]) * ey) / (ex * ex + ey * ey)
@@ -246,7 +253,7 @@ class Triangulation:
 
         return is_near
 
-    def smooth(self, size, sweeps):
+    def smooth(self, size: Size, sweeps: int) -> None:
         """Moves the free points to better places, with Delaunay flips between the sweeps."""
         for _ in range(sweeps):
             self.make_delaunay()
@@ -258,7 +265,7 @@ class Triangulation:
                 self.move(i, stars[i], size)
         self.make_delaunay()
 
-    def move(self, i, star, size):
+    def move(self, i: int, star: Sequence[Edge], size: Size) -> None:
         """Moves a point to a mean over its triangles, weighted by area and by the density wanted, if their shapes allow it."""
         x = y = total = 0.0
         p = self.points[i]

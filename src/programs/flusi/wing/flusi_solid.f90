@@ -292,9 +292,9 @@ contains
       ! The last step is shorter if the end is no multiple of dt.
       if (s%t_max - state%time < (1 - PART)*s%dt) h = s%t_max - state%time
       before = state%time
-      call s%law%at(before, self%force)
+      call s%loads%at(before, self%force)
       call self%balance%record(model, s%inertia, s%motion%at(before), state, self%force)
-      call s%law%at(before + h, self%force)
+      call s%loads%at(before + h, self%force)
       call self%stepper%step(model, s%inertia, s%motion, self%force, h, s%options, state, self%report)
       if (.not. self%report%converged) return
       self%step = self%step + 1

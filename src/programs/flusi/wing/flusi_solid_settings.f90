@@ -8,7 +8,8 @@ module flusi_solid_settings
   use base_text, only: number_text
   use common_wing_effects, only: refuse_root_compliance
   use common_wing_settings, only: read_damping, check_name, find_beside, load_wing
-  use flusi_wing_sites, only: add_force, force_group_t, point_force_t, read_force_groups
+  use flusi_solid_loads, only: solid_loads_t
+  use flusi_wing_sites, only: force_group_t, point_force_t, read_force_groups
   use fsi_body_motion, only: MOTION_FREE
   use fsi_body_motion_keys, only: read_body_motion
   use fsi_kinematics, only: wing_mount_t
@@ -20,24 +21,16 @@ module flusi_solid_settings
   use io_keys, only: keys_t, reading
   use io_registry, only: registry_t
   use simulation_output_params, only: output_params_t
-  use simulation_solid_keys, only: load_keys, motion_keys, register_solid_keys, solid_choices_t, solid_keys
+  use simulation_solid_keys, only: load_keys, motion_keys, register_solid_keys, solid_choices_t, solid_keys, LAWS
   use solid_inertia, only: inertia_t
   use solid_motion, only: motion_t, rotating_motion_t, steady_motion_t
   use solid_wing, only: wing_t
   use solid_wing_case, only: wing_case_t
   implicit none
   private
-  public :: solid_settings_t, load_law_t, load_solid_settings
+  public :: solid_settings_t, load_solid_settings
 
   integer, parameter :: MOST_SHAPES = 99999 !< their numbers have five digits
-
-  !> Holds external forces as functions of time.
-  type :: load_law_t
-    type(point_force_t), allocatable :: constant(:), ramped(:), sinusoidal(:)
-    real(rp) :: ramp = 1, frequency = 0, phase = 0 !< [s], [1/s], [rad]
-  contains
-    procedure :: at => law_at
-  end type load_law_t
 
   !> Holds what a run of `flusi --solid` needs, read and checked.
   type, extends(solid_choices_t) :: solid_settings_t
@@ -46,32 +39,12 @@ module flusi_solid_settings
     type(inertia_t) :: inertia
     class(motion_t), allocatable :: motion          !< along the axes of the wing file
     logical :: is_mirrored = .false.                !< the wing that flaps is the mirror image of the one in the file
-    type(load_law_t) :: law
+    type(solid_loads_t) :: loads
     type(point_force_t), allocatable :: released(:) !< forces that bend the wing before time 0
     type(output_params_t) :: output                 !< times of shapes and backups, and when to stop
   end type solid_settings_t
 
 contains
-
-  !> Sets force(3, n_all) [N] to the sum of all forces at `time` [s].
-  subroutine law_at(self, time, force)
-    class(load_law_t), intent(in) :: self
-    real(rp), intent(in) :: time
-    real(rp), intent(inout) :: force(:, :)
-    real(rp) :: r
-    integer :: i
-    force = 0
-    do i = 1, size(self%constant)
-      call add_force(self%constant(i), 1.0_rp, force)
-    end do
-    r = min(time/self%ramp, 1.0_rp)
-    do i = 1, size(self%ramped)
-      call add_force(self%ramped(i), r**3*(10 - 15*r + 6*r**2), force)
-    end do
-    do i = 1, size(self%sinusoidal)
-      call add_force(self%sinusoidal(i), sin(TWO_PI*self%frequency*time + self%phase), force)
-    end do
-  end subroutine law_at
 
   !> Reads the ini file `path` into `s`. Adds all mistakes to `errors` and all remarks to `notices`; `s` is complete only if
   !> there is no mistake.
@@ -81,7 +54,9 @@ contains
     type(solid_settings_t), intent(out) :: s
     type(message_list_t), intent(inout) :: errors, notices
     type(registry_t) :: registry
+    type(point_force_t), allocatable :: forces(:)
     logical :: found
+    integer :: i
     call register_solid_keys(registry)
     call s%config%load_file(path, registry, errors, notices, flusi_compat)
     if (s%config%asks_for_unbuilt()) return
@@ -99,9 +74,10 @@ contains
     if (.not. found) return
     call mirror_motion(s%wing_case%wing, s%motion, s%is_mirrored)
     call refuse_root_compliance(s%config, s%wing_case%requested, errors)
-    call read_forces(s, 'Loads', 'constant', s%constant, s%law%constant, errors)
-    call read_forces(s, 'Loads', 'ramped', s%ramped, s%law%ramped, errors)
-    call read_forces(s, 'Loads', 'sinusoidal', s%sinusoidal, s%law%sinusoidal, errors)
+    do i = 1, size(LAWS)
+      call read_forces(s, 'Loads', trim(LAWS(i)%word), s%forces(i)%text, forces, errors)
+      call s%loads%add(LAWS(i)%kind, forces)
+    end do
     call read_forces(s, 'Initial', 'released', s%released_forces, s%released, errors)
     if (size(s%released) > 0 .and. s%mode > 0) &
       call s%config%complain(errors, 'Initial', 'mode', 'contradicts released: give one initial shape')
@@ -121,9 +97,9 @@ contains
     call motion_keys(keys, s%solid_choices_t)
     call load_keys(keys, s%solid_choices_t)
     call solid_keys(keys, s%solid_choices_t)
-    s%law%ramp = s%load_ramp
-    s%law%frequency = s%load_frequency
-    s%law%phase = s%load_phase
+    s%loads%ramp = s%load_ramp
+    s%loads%frequency = s%load_frequency
+    s%loads%phase = s%load_phase
     s%output%fields%interval = s%t_save
     s%output%backup = s%backup
     s%output%limits = s%limits

@@ -61,13 +61,13 @@ contains
     class(output_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
     type(output_params_t), intent(in) :: params
-    type(fluid_t), intent(in) :: fluid
+    type(fluid_t), intent(inout) :: fluid
     type(flapping_wings_t), intent(in), optional :: wings
     self%params = params
     self%note = opening%note
     self%saves_wings = present(wings)
     if (present(wings)) call self%wings%init(opening, wings)
-    if (present(wings) .and. params%fields%wing_sides) call self%sides%init(opening%world, fluid, wings)
+    if (present(wings) .and. params%fields%wing_sides) call self%sides%init(fluid, wings)
     if (params%needs_scratch()) call allocate_fields(self%scratch, fluid%transform%block, 1, 'a field to be written')
     if (params%slices%is_on .and. params%slices%stack > 1) then
       allocate (self%stack)

@@ -8,7 +8,7 @@ module simulation_report
   use base_named_kinds, only: word_of
   use base_process, only: peak_memory
   use base_timers, only: timers_t
-  use fluid_params, only: fluid_params_t, SCHEME_NAMES
+  use fluid_params, only: fluid_params_t, SCHEMES
   use fluid_solver, only: fluid_t
   use fluid_sponge_keys, only: SPONGES
   use fsi_body_keys, only: body_choices, body_choices_t
@@ -29,18 +29,16 @@ contains
 
   !> Prints version, grid, ranks, memory and dimensionless numbers to `unit`. `restart_time` is absent in a new run. For root
   !> only.
-  subroutine print_run_header(unit, settings, plans, fluid, coupler, restart_time, thin)
+  subroutine print_run_header(unit, settings, plans, fluid, restart_time, thin)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
     character(*), intent(in) :: plans !< why FFTW plans as it does
     type(fluid_t), intent(in) :: fluid
-    type(coupler_t), intent(in), optional :: coupler !< of flexible wings
     real(rp), intent(in), optional :: restart_time
     type(thin_wings_t), intent(in), optional :: thin !< wings without thickness
     real(rp) :: bytes
     bytes = fluid%memory_bytes()
     if (present(thin)) bytes = bytes + thin%memory_bytes()
-    if (present(coupler)) bytes = bytes + coupler%memory_bytes()
     associate (p => settings%fluid, t => fluid%transform)
       write (unit, '(a)') 'flusi-msm '//BUILD_VERSION//' ('//BUILD_COMMIT//'), '//BUILD_COMPILER
       write (unit, '(a)') 'method: Engels, Kolomenskiy, Schneider & Sesterhenn 2016, DOI 10.1137/15M1026006'
@@ -58,7 +56,7 @@ contains
       else
         write (unit, '(a,a)') 'start     ', p%initial%word
       end if
-      write (unit, '(a,g0.6,a,a)') 'end       t = ', p%time%t_max, ', ', trim(SCHEME_NAMES(p%time%scheme))
+      write (unit, '(a,g0.6,a,a)') 'end       t = ', p%time%t_max, ', ', word_of(SCHEMES, p%time%scheme)
     end associate
     flush (unit)
   end subroutine print_run_header

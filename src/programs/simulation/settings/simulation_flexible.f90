@@ -3,13 +3,14 @@
 module simulation_flexible
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use base_named_kinds, only: named_kind_t
   use base_text, only: number_text
   use common_wing_effects, only: refuse_root_compliance
   use common_wing_keys, only: read_wing_keys, register_damping_keys, register_wing_keys, wing_choices_t
   use common_wing_settings, only: load_wing, read_damping
   use fluid_params, only: fluid_params_t
   use fsi_added_mass, only: added_mass_ratio, light_layer
-  use fsi_coupler_params, only: coupler_params_t, COUPLING_EXTRAPOLATED, COUPLING_STRONG
+  use fsi_coupler_params, only: coupler_params_t, COUPLING_EXTRAPOLATED, COUPLING_STRONG, COUPLING_WEAK
   use fsi_flight_params, only: flapping_wing_t, flight_params_t
   use fsi_rotation, only: angle_t
   use fsi_wing_shape, only: SPAN, wing_shape_t
@@ -29,10 +30,18 @@ module simulation_flexible
   character(*), parameter :: F = 'Flexible_wing', DISTANCE = 'load_distance'
   real(rp), parameter :: FLAT = 1.0e-9_rp
 
+  !> What bends the wings.
+  integer, parameter :: LOAD_PRESSURE = 1, LOAD_VISCOUS = 2
+  type(named_kind_t), parameter :: LOADS(2) = [named_kind_t('pressure', LOAD_PRESSURE), &
+                                               named_kind_t('pressure_viscous', LOAD_VISCOUS)]
+  type(named_kind_t), parameter :: COUPLINGS(3) = [named_kind_t('weak', COUPLING_WEAK), &
+                                                   named_kind_t('extrapolated', COUPLING_EXTRAPOLATED), &
+                                                   named_kind_t('strong', COUPLING_STRONG)]
+
   !> Holds those keys of [Flexible_wing] that coupler_params_t does not hold.
   type :: coupling_choices_t
     logical :: asks = .false., says = .false.  !< for flexible wings, by FLUSI's name; whether the key is there
-    character(:), allocatable :: load, coupling
+    integer :: load = LOAD_PRESSURE
     logical :: has_distance = .false., has_load = .false., has_extrapolated = .false.
     logical :: has_tolerance = .false., has_iterations = .false., has_gravity = .false.
   end type coupling_choices_t
@@ -62,11 +71,11 @@ contains
                      computed='as [Insects] wings says', given=c%says)
     call keys%length('load_distance', p%distance, 't_wing + wing_smoothing + max(dx)', 'distance from the mid surface at which '// &
                      'the flow on both sides is looked at', unit='L', above=0.0_rp, given=c%has_distance)
-    call keys%word('load', c%load, 'pressure', 'pressure|pressure_viscous', 'what bends the wings: the pressure on both sides, '// &
+    call keys%kind('load', c%load, 'pressure', LOADS, 'what bends the wings: the pressure on both sides, '// &
                    'or the viscous traction as well', given=c%has_load)
     call keys%switch('load_extrapolated', p%extrapolates, .false., 'the pressure difference is looked at in twice the '// &
                      'distance, too, and extrapolated linearly to the mid surface', given=c%has_extrapolated)
-    call keys%word('coupling', c%coupling, 'weak', 'weak|extrapolated|strong', 'load under which the wings make a step: that '// &
+    call keys%kind('coupling', p%coupling, 'weak', COUPLINGS, 'load under which the wings make a step: that '// &
                    'at its beginning, extrapolated to its end, or found at its end by sub-iterations')
     call keys%real('coupling_tolerance', p%tolerance, 1.0e-3_rp, 'strong: the load may change by so much of itself in the last '// &
                    'sub-iteration', above=0.0_rp, given=c%has_tolerance)
@@ -182,13 +191,7 @@ contains
     params%distance = flight%half_thickness + flight%smoothing + fluid%grid%max_spacing()
     call read_coupling_keys(config, c, params)
     params%states_gravity = c%has_gravity
-    params%friction = c%load == 'pressure_viscous'
-    select case (c%coupling)
-    case ('extrapolated')
-      params%coupling = COUPLING_EXTRAPOLATED
-    case ('strong')
-      params%coupling = COUPLING_STRONG
-    end select
+    params%friction = c%load == LOAD_VISCOUS
     if (params%coupling /= COUPLING_STRONG .and. (c%has_tolerance .or. c%has_iterations)) &
       call notices%add('[Flexible_wing] coupling_tolerance and coupling_iterations have no effect without '// &
                        'coupling = strong')

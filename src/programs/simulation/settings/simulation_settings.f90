@@ -5,20 +5,12 @@ module simulation_settings
   use base_kinds, only: rp
   use fluid_params, only: fluid_params_t, read_fluid_params
   use fluid_solid_keys, only: CHANNEL_NONE, MASK_EMPTY, MASK_NONE
-  use flusi_flexible, only: read_coupling, read_wing_file, set_mechanics, wants_flexible, wants_wing_file
-  use flusi_flight_faults, only: foresee_flight
-  use flusi_free_flight, only: check_free_flight, take_masses
-  use flusi_keys, only: register_all_keys
-  use flusi_output_params, only: output_params_t, read_output, wanted_output
-  use flusi_setting_checks, only: check_scale, check_si_numbers, check_wing_use, notice_flow, notice_frequency
-  use flusi_translations, only: translate_words
-  use flusi_units, only: read_units, units_t
   use fsi_body_keys, only: wants_body
   use fsi_coupler_params, only: coupler_params_t
   use fsi_flight_checks, only: check_place, check_room
   use fsi_flight_params, only: flight_params_t, read_flight_params
   use fsi_scene, only: scene_t
-  use fsi_thin_keys, only: prepare_thin_flow, surface_word, wants_thin_wings
+  use fsi_thin_keys, only: prepare_thin_flow, surface_choice, wants_thin_wings, SURFACE_AUTO
   use io_config, only: config_t
   use io_registry, only: registry_t
   use parallel_world, only: world_t
@@ -144,7 +136,7 @@ contains
     unit = merge(s%units%length**2*s%units%frequency, 0.0_rp, s%units%given .and. .not. s%units%si_input)
     if (errors%count() == errors_before) call notice_flow(s%config, s%fluid, s%flight, unit, notices)
     s%fluid%solids%centre = s%flight%body%centre
-    if (surface_word(s%config) == 'auto') call s%config%settle('Insects', 'surface', &
+    if (surface_choice(s%config) == SURFACE_AUTO) call s%config%settle('Insects', 'surface', &
       trim(merge('thin     ', 'penalized', s%flight%thin%is_thin)), 'auto')
     if (.not. s%fluid%solids%is_on) s%output%fields%mask = .false.
     if (.not. s%fluid%solids%is_on) s%output%fields%solid_velocity = .false.

@@ -3,6 +3,7 @@
 module simulation_solid_keys
   use base_constants, only: PI
   use base_kinds, only: rp
+  use base_named_kinds, only: named_kind_t
   use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_SOLID
   use common_instrument, only: register_idle_instrument
   use common_solver_keys, only: limit_keys
@@ -15,7 +16,22 @@ module simulation_solid_keys
   use solid_dynamics, only: dynamic_options_t
   implicit none
   private
-  public :: solid_choices_t, motion_keys, load_keys, solid_keys, register_solid_keys, write_solid_reference
+  public :: solid_choices_t, motion_keys, load_keys, solid_keys, register_solid_keys, write_solid_reference, LAWS, LAW_CONSTANT, &
+            LAW_RAMP, LAW_SINE
+
+  !> How forces depend on time: for each law a key of [Loads], a list of forces. A new one also needs its factor in
+  !> flusi_solid_loads.
+  integer, parameter :: LAW_CONSTANT = 1, LAW_RAMP = 2, LAW_SINE = 3
+  type(named_kind_t), parameter :: LAWS(3) = [named_kind_t('constant', LAW_CONSTANT), named_kind_t('ramped', LAW_RAMP), &
+                                              named_kind_t('sinusoidal', LAW_SINE)]
+  character(*), parameter :: LAW_HELP(3) = [character(72) :: 'forces that act from the beginning', &
+                                            'forces that grow, smoothly, from 0 over the time `ramp`, and then stay', &
+                                            'forces times sin(2 pi frequency t + phase)']
+
+  !> Forces as the user gives them.
+  type :: force_list_t
+    character(:), allocatable :: text
+  end type force_list_t
 
   real(rp), parameter :: ZERO(3) = 0.0_rp
 
@@ -25,7 +41,8 @@ module simulation_solid_keys
     real(rp) :: axis(3) = 0, through(3) = 0         !< of the rotation, [-] and [m]
     real(rp) :: turns = 0, turn_ramp = 0            !< of the rotation, [1/s] and [s]
     real(rp) :: unit_length = 1, unit_frequency = 1 !< of [Insects], [m] and [1/s]
-    character(:), allocatable :: constant, ramped, sinusoidal, released_forces !< lists of forces
+    type(force_list_t) :: forces(size(LAWS))        !< of each law
+    character(:), allocatable :: released_forces    !< a list of forces, too
     real(rp) :: gravity(3) = 0                      !< [m/s^2]
     real(rp) :: load_ramp = 1, load_frequency = 0, load_phase = 0 !< [s], [1/s], [rad]
     integer :: mode = 0                             !< natural mode in which the wing starts
@@ -93,10 +110,11 @@ contains
   subroutine load_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(solid_choices_t), intent(inout) :: c
+    integer :: i
     call keys%section('Loads', 'forces of fixed direction in the wing frame: PLACE fx fy fz [N], separated by commas. '//PLACE_HELP)
-    call keys%text('constant', c%constant, '', 'forces that act from the beginning')
-    call keys%text('ramped', c%ramped, '', 'forces that grow, smoothly, from 0 over the time `ramp`, and then stay')
-    call keys%text('sinusoidal', c%sinusoidal, '', 'forces times sin(2 pi frequency t + phase)')
+    do i = 1, size(LAWS)
+      call keys%text(trim(LAWS(i)%word), c%forces(i)%text, '', trim(LAW_HELP(i)))
+    end do
     call keys%real('ramp', c%load_ramp, 1.0e-3_rp, 'duration of the ramp', unit='s', above=0.0_rp)
     call keys%real('frequency', c%load_frequency, 100.0_rp, 'of the sinusoidal forces', unit='1/s', above=0.0_rp)
     call keys%real('phase', c%load_phase, 0.0_rp, 'of the sinusoidal forces', unit='degree', scale=PI/180)

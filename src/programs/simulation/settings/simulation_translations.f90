@@ -6,11 +6,11 @@ module simulation_translations
   use base_text, only: number_text
   use fluid_params, only: fluid_params_t, read_fluid_keys
   use fluid_solid_keys, only: solids_t, MASK_FLEXIBLE_WING, MASK_INSECT
-  use flusi_output_params, only: output_params_t, wanted_output
+  use fsi_body_motion, only: MOTION_FREE, MOTION_TAKEOFF
   use fsi_body_motion_keys, only: body_motion_choices, body_motion_choices_t
   use fsi_flight_keys, only: flight_choices, flight_choices_t
   use fsi_kinematics_keys, only: kinematics_choices, kinematics_choices_t, SIDES
-  use fsi_thin_keys, only: surface_word
+  use fsi_thin_keys, only: surface_choice, SURFACE_AUTO
   use io_config, only: config_t
   use simulation_output_params, only: output_params_t, wanted_output
   implicit none
@@ -39,7 +39,7 @@ contains
     call translate_take_off(config, kinematics, box, notices)
     call translate_pose(config, fluid%solids, box, notices)
     output = wanted_output(config)
-    if (output%mask_only .and. surface_word(config) == 'auto') &
+    if (output%mask_only .and. surface_choice(config) == SURFACE_AUTO) &
       call config%settle('Insects', 'surface', 'penalized', 'as [DryRun] dry_run_without_fluid draws a mask')
   end subroutine translate_words
 
@@ -61,11 +61,14 @@ contains
   subroutine translate_scheme(config, notices)
     type(config_t), intent(inout) :: config
     type(message_list_t), intent(inout) :: notices
+    type(fluid_params_t) :: fluid
     type(body_motion_choices_t) :: motion
+    real(rp) :: box(3)
     character(:), allocatable :: word, coupling
-    word = config%get_word('Time', 'iTimeMethodFluid')
+    call read_fluid_keys(config, fluid, box)
+    word = fluid%time%word
     motion = body_motion_choices(config)
-    if (word == 'AB2_rigid_solid' .and. any(motion%word == [character(11) :: 'free_flight', 'takeoff'])) &
+    if (word == 'AB2_rigid_solid' .and. any(motion%kind == [MOTION_FREE, MOTION_TAKEOFF])) &
       call config%settle('Time', 'iTimeMethodFluid', 'AB2', 'as '//word)
     if (index(word, 'FSI_') /= 1) return
     coupling = 'weak'
@@ -96,7 +99,7 @@ contains
       if (kinematics%motion(i)%word == 'takeoff') &
         call config%settle('Insects', 'FlappingMotion_'//trim(SIDES(i)), motion, 'as takeoff')
     end do
-    if (of_body%word /= 'takeoff') return
+    if (of_body%kind /= MOTION_TAKEOFF) return
     flight = flight_choices(config)
     place = [of_body%x_takeoff, box(2)/2, of_body%z_takeoff]
     call config%settle('Insects', MOTION_KEY, motion, 'as takeoff')

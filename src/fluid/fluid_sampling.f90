@@ -3,7 +3,7 @@
 !>
 !> The four-point function (Peskin, Acta Numerica 2002, eq. 6.27, DOI 10.1017/S0962492902000077) in each
 !> direction: its weights are continuous in the point's place and reproduce linear fields exactly.
-module fsi_sampling
+module fluid_sampling
   use base_errors, only: require
   use base_kinds, only: rp
   use parallel_block, only: block_t
@@ -11,7 +11,15 @@ module fsi_sampling
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: sampler_t, delta_weights
+  public :: sampler_t, samples_t, delta_weights
+
+  !> Points of the box, and the values that a field has there.
+  type :: samples_t
+    real(rp), allocatable :: points(:, :) !< (3, n) L
+    real(rp), allocatable :: values(:)    !< (n)
+  contains
+    procedure :: init => samples_init
+  end type samples_t
 
   type :: sampler_t
     private
@@ -25,6 +33,14 @@ module fsi_sampling
   end type sampler_t
 
 contains
+
+  !> Makes room for n points.
+  pure subroutine samples_init(self, n)
+    class(samples_t), intent(inout) :: self
+    integer, intent(in) :: n
+    if (allocated(self%values)) deallocate (self%points, self%values)
+    allocate (self%points(3, n), self%values(n), source=0.0_rp)
+  end subroutine samples_init
 
   !> Prepares sampling of fields on this rank's `block` of `grid`, which owns whole lines in x. In a two-dimensional
   !> box the place along x does not matter: the weights, whose sum is 1, all fall on the one point.
@@ -108,4 +124,4 @@ contains
     w(1) = (3 - 2*(1 - r) + inner)/8
     w(2) = 1 - w(-1) - w(0) - w(1)
   end subroutine delta_weights
-end module fsi_sampling
+end module fluid_sampling
