@@ -187,7 +187,7 @@ contains
     logical, intent(out) :: ok
     type(evaluation_t) :: evaluation
     real(rp) :: u(3, self%fit_case%experiment%model%n_all), sd(N_NUISANCES)
-    real(rp) :: raw(self%fit_case%experiment%comparisons(l)%n), accidents(size(raw), N_NUISANCES)
+    real(rp) :: raw(self%fit_case%experiment%comparisons(l)%n), errors(size(raw), N_NUISANCES)
     real(rp) :: white(self%bins%count(l), size(columns)), seen(self%bins%count(l), 1), c(self%bins%count(l), self%bins%count(l))
     integer :: i
     u = 0
@@ -196,9 +196,9 @@ contains
     ok = evaluation%is_feasible() .and. evaluation%snaps == 0
     if (.not. ok) return
     call bin_covariance(self%bins, simulator%noise, [(i, i=self%bins%first(l), self%bins%first(l) + self%bins%count(l) - 1)], c)
-    call self%work%nuisance_tangents(self%fit_case%experiment, l, accidents, sd)
+    call self%work%nuisance_tangents(self%fit_case%experiment, l, errors, sd)
     do i = 1, N_NUISANCES
-      call bin_rows(self%bins, l, sd(i)*accidents(:, i), seen(:, 1))
+      call bin_rows(self%bins, l, sd(i)*errors(:, i), seen(:, 1))
       c = c + matmul(seen, transpose(seen))
     end do
     do i = 1, size(columns)

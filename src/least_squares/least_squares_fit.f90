@@ -49,7 +49,7 @@ contains
     report%reason = 'too many steps were tried'
     do iteration = 1, options%most_iterations
       call propose_step(unknowns, report, trial)
-      call look_ahead(options, trial, report, is_end)
+      call check_next_step(options, trial, report, is_end)
       if (is_end) exit
       call try_point(problem, unknowns, options, report, trial)
       if (trial%jumps >= MOST_JUMPS) then
@@ -118,7 +118,7 @@ contains
   end subroutine propose_step
 
   !> Tells whether the fit ends before the point is tried, because the step or its promised reduction is small.
-  pure subroutine look_ahead(options, trial, report, is_end)
+  pure subroutine check_next_step(options, trial, report, is_end)
     type(fit_options_t), intent(in) :: options
     type(trial_t), intent(in) :: trial
     type(fit_report_t), intent(inout) :: report
@@ -135,7 +135,7 @@ contains
     else
       is_end = .false.
     end if
-  end subroutine look_ahead
+  end subroutine check_next_step
 
   !> Evaluates at the point that is tried, and counts the jumps on the way to it.
   subroutine try_point(problem, unknowns, options, report, trial)

@@ -203,7 +203,7 @@ contains
           bracket%has_outside = .true.
         end if
         if (is_stuck) then ! the sum of squares jumps, or valid points end
-          call look_across(search, problem, goal, bracket, end, outcome)
+          call probe_far_side(search, problem, goal, bracket, end, outcome)
           if (outcome /= SETTLED .or. end%is_there) return
         end if
         x = bracket%next_point(goal, best(i), bound)
@@ -246,7 +246,7 @@ contains
 
   !> Fits at the value just outside, starting from the point just inside. The interval ends there if residuals jump, if the fit
   !> fails, or if the sum of squares has grown enough. Otherwise the value is inside, as there is no jump from nearby.
-  subroutine look_across(search, problem, goal, bracket, end, outcome)
+  subroutine probe_far_side(search, problem, goal, bracket, end, outcome)
     type(search_t), intent(inout) :: search
     class(least_squares_t), intent(inout) :: problem
     real(rp), intent(in) :: goal
@@ -267,7 +267,7 @@ contains
     call bracket%move_inside(problem, bracket%outside, w, search%report%p)
     bracket%has_outside = .false.
     bracket%n_same = 0
-  end subroutine look_across
+  end subroutine probe_far_side
 
   !> Fits from `start`, and counts the fit.
   subroutine search_fit_from(self, problem, start)

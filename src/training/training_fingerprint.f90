@@ -17,27 +17,27 @@ contains
   !> Returns the number for everything that determines the search, but not how long it runs. The settings stay as they are.
   integer(i8) function fingerprint_of(settings) result(fingerprint)
     class(training_case_t), intent(inout) :: settings
-    type(fingerprint_t) :: marks
+    type(fingerprint_t) :: entries
     integer :: i
-    call settings%visit(marks)
-    fingerprint = checksum_text(marks%text('restarts')//marks%text('search_weights')//marks%text('search_constants'))
+    call settings%visit(entries)
+    fingerprint = checksum_text(entries%text('restarts')//entries%text('search_weights')//entries%text('search_constants'))
     associate (e => settings%experiment)
-      call add([marks%numbers('free_numbers'), marks%numbers('free_lower'), marks%numbers('free_upper'), &
-                marks%numbers('free_is_log'), marks%numbers('search_seed'), marks%numbers('search_lambda'), &
-                marks%numbers('search_sigma0'), marks%numbers('solver_tolerance'), marks%numbers('solver_step_limit'), &
-                marks%numbers('solver_factorisation_limit'), marks%numbers('use_chi2'), marks%numbers('starts_at_wing'), &
+      call add([entries%numbers('free_numbers'), entries%numbers('free_lower'), entries%numbers('free_upper'), &
+                entries%numbers('free_is_log'), entries%numbers('search_seed'), entries%numbers('search_lambda'), &
+                entries%numbers('search_sigma0'), entries%numbers('solver_tolerance'), entries%numbers('solver_step_limit'), &
+                entries%numbers('solver_factorisation_limit'), entries%numbers('use_chi2'), entries%numbers('starts_at_wing'), &
                 merge([1.0_rp], [0.0_rp], e%model%params%cross_springs)], 0_i8)
       call add([(e%model%params%get(i), i=1, e%model%params%count()), e%model%params%slack, e%model%params%slack_width], &
                1000000_i8)
-      call add([e%instrument%values, marks%numbers('free_instrument_numbers')], 2000000_i8)
-      call add([marks%numbers('search_mu'), marks%numbers('search_c_m'), marks%numbers('search_c_sigma'), &
-                marks%numbers('search_d_sigma'), marks%numbers('search_c_c'), marks%numbers('search_c_1'), &
-                marks%numbers('search_c_mu'), marks%numbers('search_alpha_minus')], 3000000_i8)
-      call add([e%measurement%x, e%measurement%y, marks%numbers('n_stages')], 4000000_i8)
+      call add([e%instrument%values, entries%numbers('free_instrument_numbers')], 2000000_i8)
+      call add([entries%numbers('search_mu'), entries%numbers('search_c_m'), entries%numbers('search_c_sigma'), &
+                entries%numbers('search_d_sigma'), entries%numbers('search_c_c'), entries%numbers('search_c_1'), &
+                entries%numbers('search_c_mu'), entries%numbers('search_alpha_minus')], 3000000_i8)
+      call add([e%measurement%x, e%measurement%y, entries%numbers('n_stages')], 4000000_i8)
       fingerprint = checksum_add(fingerprint, points_fingerprint(e%model))
       fingerprint = checksum_add(fingerprint, checksum_text(effect_site_lines(e%model%params%effects)))
       fingerprint = checksum_add(fingerprint, measurement_fingerprint(e))
-      fingerprint = checksum_add(fingerprint, marks%rest())
+      fingerprint = checksum_add(fingerprint, entries%rest())
     end associate
 
   contains

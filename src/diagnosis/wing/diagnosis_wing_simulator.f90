@@ -302,7 +302,7 @@ contains
     self%noise%white = 1 - fraction
   end subroutine wing_set_common_fraction
 
-  !> Nuisances: accidents of every load (see simulation_t), the gain of all forces, D, those of motion, and the band.
+  !> Nuisances: errors of every load (see simulation_t), the gain of all forces, D, those of motion, and the band.
   subroutine wing_directions(self, q, from, nuisances, patterns, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)

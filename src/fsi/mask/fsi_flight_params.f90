@@ -23,7 +23,7 @@ module fsi_flight_params
   use fsi_wing_motion, only: wing_motion_t
   use fsi_wing_solids, only: fourier_wing_t
   use fsi_wing_source, only: draws_to_outline, drawing_t, has_flexible_wings, mean_chord, read_wing_shape, source_choices, &
-                             source_choices_t, wing_look_t, EDGES_AUTO, EDGES_FLUSI, EDGES_ROUND
+                             source_choices_t, wing_form_t, EDGES_AUTO, EDGES_FLUSI, EDGES_ROUND
   use io_config, only: config_t
   use io_broadcast_text, only: read_named_text
   use parallel_world, only: world_t
@@ -82,7 +82,7 @@ contains
     type(flight_choices_t) :: c
     type(flyer_choices_t) :: flyer
     type(drawing_t) :: drawing
-    type(wing_look_t) :: look
+    type(wing_form_t) :: form
     c = flight_choices(config)
     flyer = flyer_choices(config)
     params%has_wing_mass = flyer%has_wing_mass
@@ -102,9 +102,9 @@ contains
     call notice_edges(config, params%thin%is_thin, notices)
     drawing%thickness = merge(0.0_rp, 2*params%half_thickness, has_flexible_wings(config))
     drawing%smoothing = params%smoothing
-    call read_wing_shape(config, scene, drawing, look, errors, notices, world, mesh)
-    if (drawing%ends_at_outline .and. .not. allocated(look%solid)) call complain_edges(config, errors)
-    call shape_wings(c, flyer, look, params)
+    call read_wing_shape(config, scene, drawing, form, errors, notices, world, mesh)
+    if (drawing%ends_at_outline .and. .not. allocated(form%solid)) call complain_edges(config, errors)
+    call shape_wings(c, flyer, form, params)
     call move_wings(config, scene%t_end, params%wings, errors, notices, world)
   end subroutine read_flight_params
 
@@ -134,19 +134,19 @@ contains
   end subroutine hang_wings
 
   !> Makes points, triangles, solids, inertia and mass of the wings.
-  subroutine shape_wings(c, flyer, look, params)
+  subroutine shape_wings(c, flyer, form, params)
     type(flight_choices_t), intent(in) :: c
     type(flyer_choices_t), intent(in) :: flyer
-    type(wing_look_t), intent(in) :: look
+    type(wing_form_t), intent(in) :: form
     type(flight_params_t), intent(inout) :: params
     integer :: i
     do i = 1, size(params%wings)
       associate (wing => params%wings(i))
-        wing%points = look%points
-        wing%is_mirrored = wing%mount%mirrors(look%z_is_dorsal)
-        if (wing%is_mirrored) wing%points(3, :) = -look%points(3, :)
-        wing%triangles = look%triangles
-        if (allocated(look%solid)) call make_solid(wing%solid, look%solid, params%smoothing, wing%is_mirrored)
+        wing%points = form%points
+        wing%is_mirrored = wing%mount%mirrors(form%z_is_dorsal)
+        if (wing%is_mirrored) wing%points(3, :) = -form%points(3, :)
+        wing%triangles = form%triangles
+        if (allocated(form%solid)) call make_solid(wing%solid, form%solid, params%smoothing, wing%is_mirrored)
         wing%inertia = inertia_of(c%inertia)
         wing%moments = moments_of(flyer, c%inertia(1), wing)
       end associate

@@ -24,7 +24,7 @@ module fsi_wing_source
   implicit none
   private
   public :: source_choices_t, source_choices, source_keys, wings_key, has_flexible_wings, draws_to_outline, drawing_t, &
-            wing_look_t, read_wing_shape, mean_chord, EDGES_AUTO, EDGES_FLUSI, EDGES_ROUND, SOURCE_NONE
+            wing_form_t, read_wing_shape, mean_chord, EDGES_AUTO, EDGES_FLUSI, EDGES_ROUND, SOURCE_NONE
 
   character(*), parameter :: SECTION = 'Insects'
   real(rp), parameter :: FLAT = 1.0e-9_rp !< of the length, heights that are none
@@ -59,12 +59,12 @@ module fsi_wing_source
   end type drawing_t
 
   !> A wing, L, along axes of which z points to its dorsal side or not.
-  type :: wing_look_t
+  type :: wing_form_t
     real(rp), allocatable :: points(:, :)   !< (3, n)
     integer, allocatable :: triangles(:, :) !< (3, m)
     logical :: z_is_dorsal = .false.
     class(solid_shape_t), allocatable :: solid !< the wing up to its outline, if it is drawn so
-  end type wing_look_t
+  end type wing_form_t
 
 contains
 
@@ -137,36 +137,36 @@ contains
 
   !> Makes the wing that the keys describe, or with WingShape = none that in `mesh`, in metres, which is empty if it is not
   !> readable. Mistakes go to `errors`. With `world` the root rank reads files for all, and the call is collective.
-  subroutine read_wing_shape(config, scene, drawing, look, errors, notices, world, mesh)
+  subroutine read_wing_shape(config, scene, drawing, form, errors, notices, world, mesh)
     type(config_t), intent(in) :: config
     type(scene_t), intent(in) :: scene
     type(drawing_t), intent(in) :: drawing
-    type(wing_look_t), intent(out) :: look
+    type(wing_form_t), intent(out) :: form
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
     type(wing_t), intent(in), optional :: mesh
     type(source_choices_t) :: c
     type(planform_t) :: planform
     integer :: errors_before
-    allocate (look%points(3, 0), look%triangles(3, 0))
+    allocate (form%points(3, 0), form%triangles(3, 0))
     errors_before = errors%count()
     c = source_choices(config)
     select case (c%source)
     case (SOURCE_NAME)
-      call take_named(config, c, drawing, planform, look%solid, errors)
-      call take_planform(config, c, scene, drawing, planform, look, errors)
+      call take_named(config, c, drawing, planform, form%solid, errors)
+      call take_planform(config, c, scene, drawing, planform, form, errors)
     case (SOURCE_OUTLINE)
       call read_outline(config, c, scene, planform, errors, notices, world)
       if (errors%count() > errors_before) return
-      if (allocated(planform%fourier%ai)) call take_fourier(config, c, drawing, planform, look%solid, notices)
-      call take_planform(config, c, scene, drawing, planform, look, errors)
+      if (allocated(planform%fourier%ai)) call take_fourier(config, c, drawing, planform, form%solid, notices)
+      call take_planform(config, c, scene, drawing, planform, form, errors)
     case (SOURCE_MESH)
-      call read_mesh(config, c, scene, drawing, look, errors, world)
+      call read_mesh(config, c, scene, drawing, form, errors, world)
     case default
       if (.not. present(mesh)) then
         call config%complain(errors, SECTION, SHAPE, 'is missing; valid: '//OUTLINE_WORD//'FILE | '//MESH_WORD//'FILE')
       else if (allocated(mesh%points)) then ! why not has been reported
-        call take_mesh(mesh, c, scene, drawing, look)
+        call take_mesh(mesh, c, scene, drawing, form)
       end if
     end select
   end subroutine read_wing_shape
@@ -241,13 +241,13 @@ contains
   end subroutine take_fourier
 
   !> Makes the triangles of a planform in L, and the solid with round edges if that is wanted.
-  subroutine take_planform(config, c, scene, drawing, planform, look, errors)
+  subroutine take_planform(config, c, scene, drawing, planform, form, errors)
     type(config_t), intent(in) :: config
     type(source_choices_t), intent(in) :: c
     type(scene_t), intent(in) :: scene
     type(drawing_t), intent(in) :: drawing
     type(planform_t), intent(in) :: planform
-    type(wing_look_t), intent(inout) :: look
+    type(wing_form_t), intent(inout) :: form
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: fault
     real(rp) :: tip, edge, where_not
@@ -265,14 +265,14 @@ contains
       return
     end if
     if (.not. planform%is_single(1000, where_not)) then
-      call triangulate_star(planform, edge, look%points, look%triangles)
+      call triangulate_star(planform, edge, form%points, form%triangles)
     else
-      call triangulate_planform(planform, edge, look%points, look%triangles)
+      call triangulate_planform(planform, edge, form%points, form%triangles)
     end if
     ! The polygon cuts off the curved parts of the outline; the mean chord is still that of the planform.
-    look%points(2, :) = look%points(2, :)*(planform%mean_chord()/mean_chord(look%points, look%triangles))
-    if (planform%relief%exists()) call lift_points(planform, look%points)
-    if (is_round(c, scene, drawing, look%points)) call round_outline(planform%outline, scene, drawing, look%solid)
+    form%points(2, :) = form%points(2, :)*(planform%mean_chord()/mean_chord(form%points, form%triangles))
+    if (planform%relief%exists()) call lift_points(planform, form%points)
+    if (is_round(c, scene, drawing, form%points)) call round_outline(planform%outline, scene, drawing, form%solid)
   end subroutine take_planform
 
   !> Moves points to the height of the wing there; points outside the box of heights, at the rim, get that of its edge.
@@ -311,12 +311,12 @@ contains
   end subroutine round_outline
 
   !> Takes the triangles of a wing file.
-  subroutine read_mesh(config, c, scene, drawing, look, errors, world)
+  subroutine read_mesh(config, c, scene, drawing, form, errors, world)
     type(config_t), intent(in) :: config
     type(source_choices_t), intent(in) :: c
     type(scene_t), intent(in) :: scene
     type(drawing_t), intent(in) :: drawing
-    type(wing_look_t), intent(inout) :: look
+    type(wing_form_t), intent(inout) :: form
     type(message_list_t), intent(inout) :: errors
     type(world_t), intent(in), optional :: world
     character(:), allocatable :: path
@@ -337,39 +337,39 @@ contains
       call read_wing(path, wing, errors)
     end if
     if (errors%count() > errors_before) return
-    call take_mesh(wing, c, scene, drawing, look)
-    if (size(look%triangles, 2) == 0) call config%complain(errors, SECTION, SHAPE, path//' has no triangles')
+    call take_mesh(wing, c, scene, drawing, form)
+    if (size(form%triangles, 2) == 0) call config%complain(errors, SECTION, SHAPE, path//' has no triangles')
   end subroutine read_mesh
 
   !> Takes the points of a mesh, scaled so that the tip is at x = wing_length; without this key, scaled from metres to L.
-  subroutine take_mesh(source, c, scene, drawing, look)
+  subroutine take_mesh(source, c, scene, drawing, form)
     type(wing_t), intent(in) :: source
     type(source_choices_t), intent(in) :: c
     type(scene_t), intent(in) :: scene
     type(drawing_t), intent(in) :: drawing
-    type(wing_look_t), intent(inout) :: look
+    type(wing_form_t), intent(inout) :: form
     real(rp) :: tip
     tip = c%length
     if (tip <= 0) tip = scene%metre*maxval(source%points(1, :))
-    look%points = source%points*(tip/maxval(source%points(1, :)))
-    look%triangles = source%triangles
-    look%z_is_dorsal = source%z_is_dorsal()
-    if (is_round(c, scene, drawing, look%points) .and. size(look%triangles, 2) > 0) &
-      call round_edges(scene, drawing, look)
+    form%points = source%points*(tip/maxval(source%points(1, :)))
+    form%triangles = source%triangles
+    form%z_is_dorsal = source%z_is_dorsal()
+    if (is_round(c, scene, drawing, form%points) .and. size(form%triangles, 2) > 0) &
+      call round_edges(scene, drawing, form)
   end subroutine take_mesh
 
   !> Makes a flat mesh with round edges.
-  subroutine round_edges(scene, drawing, look)
+  subroutine round_edges(scene, drawing, form)
     type(scene_t), intent(in) :: scene
     type(drawing_t), intent(in) :: drawing
-    type(wing_look_t), intent(inout) :: look
+    type(wing_form_t), intent(inout) :: form
     real(rp), allocatable :: segments(:, :, :)
     integer, allocatable :: edges(:, :)
-    call find_free_edges(size(look%points, 2), look%triangles, edges)
+    call find_free_edges(size(form%points, 2), form%triangles, edges)
     allocate (segments(2, 2, size(edges, 2)))
-    segments(:, 1, :) = look%points(:2, edges(1, :))
-    segments(:, 2, :) = look%points(:2, edges(2, :))
-    allocate (look%solid, source=make_round_wing(segments, drawing%thickness, drawing%smoothing, scene%grid%max_spacing()))
+    segments(:, 1, :) = form%points(:2, edges(1, :))
+    segments(:, 2, :) = form%points(:2, edges(2, :))
+    allocate (form%solid, source=make_round_wing(segments, drawing%thickness, drawing%smoothing, scene%grid%max_spacing()))
   end subroutine round_edges
 
   !> Returns the area of the triangles(3, m) over their extent along x, in the unit of points(3, n).

@@ -62,7 +62,7 @@ contains
     integer :: i, k, ranks, n_groups, own
     allocate (records(size(requests)), names(size(requests)))
     if (world%is_root) call find_names(self, requests, names)
-    call share_names(world, names)
+    call broadcast_names(world, names)
     ranks = world%size
     if (self%ranks > 0) ranks = min(ranks, self%ranks)
     n_groups = world%size/ranks
@@ -126,7 +126,7 @@ contains
   end subroutine find_names
 
   !> Gives all ranks the names that rank 0 has. Collective.
-  subroutine share_names(world, names)
+  subroutine broadcast_names(world, names)
     type(world_t), intent(in) :: world
     type(name_t), intent(inout) :: names(:)
     integer :: i, has_ended
@@ -137,7 +137,7 @@ contains
       call world%broadcast_integer(has_ended)
       names(i)%has_ended = has_ended == 1
     end do
-  end subroutine share_names
+  end subroutine broadcast_names
 
   !> Simulates one flight in `folder`. Its output goes to the file `log` there. A flight that diverges counts as ended. Collective
   !> over the group.

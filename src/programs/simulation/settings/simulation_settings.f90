@@ -164,8 +164,8 @@ contains
   end function settings_needs_pressure
 
   !> Tells whether the load that bends the wings is that of the pressure beside them.
-  pure logical function settings_samples_pressure(self) result(looks)
+  pure logical function settings_samples_pressure(self) result(samples)
     class(settings_t), intent(in) :: self
-    looks = self%flexible .and. .not. self%flight%thin%is_thin
+    samples = self%flexible .and. .not. self%flight%thin%is_thin
   end function settings_samples_pressure
 end module simulation_settings
