@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Builds the linear design: everything that can be computed before the residuals are known.
-!>
 !> J are the whitened tangents of the baseline (priors as further rows) and S those of all effects. The part that the baseline can
 !> imitate is projected out: S_perp = (I - Q Q^T) S, Q an orthonormal basis of J. The remainders of all effects and of patterns of
 !> unknown causes span k dimensions with the orthonormal basis X. z = X^T r contains all that the tests need of the residuals r: k
@@ -87,7 +86,6 @@ contains
 
   !> Builds the design of a simulator at q, which `state` is near to before, and belongs to afterwards. It leaves out candidates
   !> whose data are missing, and finer variants that are not released. Fails if the simulator has no result at q.
-  !>
   !> `known` is a design of the same simulator at the same q, of which only some effects, or variants, are missing, or at a q
   !> close by, whose tangents and patterns are kept. nuisances(n, :), where given, take the place of its own; no direction of a
   !> candidate that `known` has is lost to these.
