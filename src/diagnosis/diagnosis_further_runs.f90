@@ -115,10 +115,26 @@ contains
       if (failure%failed) return
       call response%move(origin, steps, data%is_refined, records, reason)
       if (reason /= '') return
-      data%at_found = response
+      call append(data%again, response)
       call approximate_flights(self%simulator, response, state, rows)
     end associate
   end subroutine runs_linearise
+
+  !> Puts a response behind the others.
+  subroutine append(responses, one)
+    type(flight_response_t), allocatable, intent(inout) :: responses(:)
+    type(flight_response_t), intent(in) :: one
+    type(flight_response_t), allocatable :: more(:)
+    integer :: i, n
+    n = 0
+    if (allocated(responses)) n = size(responses)
+    allocate (more(n + 1))
+    do i = 1, n
+      more(i) = responses(i)
+    end do
+    more(n + 1) = one
+    call move_alloc(more, responses)
+  end subroutine append
 
   !> Gives `state` the approximation of forces over the beat by `response`. `rows` are the observations that this changes.
   subroutine approximate_flights(simulator, response, state, rows)

@@ -68,7 +68,7 @@ contains
     call reader%get_text('dealias', text, failure)
     if (.not. failure%failed) then
       if (kind_of(TRUNCATIONS, text) /= params%resolution%dealias) &
-        call failure%raise('the checkpoint has another truncation: '//text)
+        call failure%raise('the checkpoint has another truncation, '//text//': set [Dealiasing] as in the run that wrote it')
     end if
     call reader%get_integer('scheme', number, failure)
     if (.not. failure%failed .and. number /= params%time%scheme) &

@@ -190,13 +190,15 @@ contains
     type(diagnosis_t), intent(inout) :: d
     class(model_error_t), intent(inout) :: model_error
     type(failure_t), intent(inout) :: failure
+    type(nested_fit_t) :: found
     integer :: i
     if (size(d%refits) == 0 .or. model_error%most_rounds == 0) return
     i = maxloc(d%refits%gain, 1)
     if (.not. is_clear(d%refits(i)%gain)) return
     call relinearise_simulator(simulator, options, d%whitener, d%design%nuisances, d%refits(i)%found, model_error, d%rounds, &
                                failure)
-    if (d%rounds%found%is_found) call exchange_refit(simulator, options, d, i, d%rounds%found)
+    found = d%rounds%found
+    if (found%is_found) call exchange_refit(simulator, options, d, i, found)
   end subroutine relinearise_best
 
   !> The same for the causes of the verdict, unless it has been done for them.
@@ -207,6 +209,7 @@ contains
     class(model_error_t), intent(inout) :: model_error
     type(failure_t), intent(inout) :: failure
     type(rounds_t) :: none
+    if (model_error%most_rounds == 0) return
     if (d%rounds%found%is_found) then
       if (has_same(d%rounds%found%active, d%extended%active)) return
     end if
@@ -216,6 +219,7 @@ contains
     if (d%rounds%found%is_found) d%extended = d%rounds%found
   end subroutine relinearise_extended
 
+  !> Tells whether two lists are equal.
   pure logical function has_same(a, b)
     integer, intent(in) :: a(:), b(:)
     has_same = size(a) == size(b)

@@ -173,8 +173,10 @@ contains
     type(failure_t), intent(inout) :: failure
     real(rp), parameter :: SETTLED = 0.1_rp ! of the sd of a parameter
     type(nested_fit_t) :: last, next
+    type(whitener_t), target :: trial
     integer, allocatable :: rows(:)
     real(rp) :: directions(simulator%n_observations, simulator%n_nuisances), nothing(simulator%n_observations, 0)
+    real(rp) :: errors(simulator%n_observations, simulator%n_nuisances)
     real(rp) :: sd(size(found%q)), moved
     integer :: round
     logical :: is_valid
@@ -189,14 +191,18 @@ contains
       if (failure%failed .or. size(rows) == 0) exit
       call simulator%directions(last%q, last%state, directions, nothing, is_valid)
       if (.not. is_valid) exit
-      rounds%nuisances(rows, :) = directions(rows, :)
-      call rounds%whitener%add_directions(rounds%nuisances)
-      call fit_nested(simulator, rounds%whitener, last%active, last%q, last%state, options%fit, next)
+      errors = rounds%nuisances
+      errors(rows, :) = directions(rows, :)
+      trial = rounds%whitener
+      call trial%add_directions(errors)
+      call fit_nested(simulator, trial, last%active, last%q, last%state, options%fit, next)
       if (.not. next%is_found) exit
       sd = parameter_sd(simulator, next)
-      moved = maxval(abs(next%q - last%q)/sd, mask=sd > 0)
+      moved = maxval(abs(next%q - last%q)/max(sd, tiny(sd)), mask=sd > 0)
       rounds%moved = [rounds%moved, moved]
       rounds%found = next
+      rounds%whitener = trial
+      rounds%nuisances = errors
       last = next
       rounds%has_settled = moved < SETTLED
       if (rounds%has_settled) exit

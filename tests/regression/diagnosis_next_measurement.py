@@ -32,7 +32,7 @@ def ranking(case, name):
     with open(case.folder / f"{name}_next_measurements.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     for row in rows:
-        row["now"], row["then"] = (float(row[f"separation {when} [sd]"]) for when in ("now", "with it once more"))
+        row["now"], row["then"] = (float(row[f"separation {when} [sd]"]) for when in ("now", "if repeated"))
     return rows
 
 

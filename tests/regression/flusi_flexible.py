@@ -380,8 +380,8 @@ def test_jerk(case):
 
 def test_foreseen(case):
     """What the parameters say of the stability of a coupling, and of the memory that it takes."""
-    words = {"weak": "the lag of the weak coupling is felt", "extrapolated": "compare with coupling = strong",
-             "strong": "the strong coupling is made for that"}
+    words = {"weak": "with weak coupling the load lags", "extrapolated": "compare with coupling = strong",
+             "strong": "strong coupling is made for this"}
     for coupling, said in words.items():
         heavy_air = dry(case, units={"density": 12.0}, Flexible_wing={"coupling": coupling})
         check(said in heavy_air, f"{coupling}, a light wing: {said}")

@@ -131,7 +131,8 @@ def test_load_errors(case, numbers_of_ranks=(2,)):
     for ranks in numbers_of_ranks:
         case.run("diagnose.ini", "--exit-code", ranks=ranks, code=EXIT_OK)
         texts.append((case.folder / "diagnosis.json").read_text())
-    check(len(set(texts)) == 1, "the JSON file is the same to the byte on one and on two ranks")
+    if len(texts) > 1:
+        check(len(set(texts)) == 1, "the JSON file is the same to the byte on one and on two ranks")
     found = json.loads(texts[0])
     check(found["baseline"]["chi2"] < 417, f"chi^2 is that of the noise: {found['baseline']['chi2']}")
 
@@ -260,7 +261,7 @@ def test_plan(case):
         synthesise(case, *arguments)
         case.write("diagnose.ini", (case.folder / "diagnose.ini").read_text() + "noise = declared;\n")
         done = case.run("diagnose.ini", "--plan", code=EXIT_OK)
-        check(("how they mix is not known" in done.out) == (name == "mixed"), done.out)
+        check(("their shares are not known" in done.out) == (name == "mixed"), done.out)
         found[name] = (case.folder / "diagnosis_plan.json").read_text()
     done = case.run("diagnose.ini", ranks=1, code=EXIT_USER)
     check(done.err.count("bending.h5: ") == 1 and "is the plan of an experiment" in done.err, done.err)

@@ -152,8 +152,10 @@ class Case:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self.process.wait(10)
             if self.process.poll() is None and not self.ranks():
+                print("      the launcher waits for dead ranks and is killed", flush=True)
                 self.process.kill()
                 self.process.wait(10)
+        check(self.process.poll() is not None, f"no rank outlives the kill: {self.ranks()}")
         return self.wait(1)
 
     def flusi(self, *arguments, ranks=0, env=None, timeout=ALIVE):

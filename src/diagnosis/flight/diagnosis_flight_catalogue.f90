@@ -65,6 +65,7 @@ contains
     rounded = nint(x/unit)*unit
   end function rounded
 
+  !> Tells whether a list of names has this one; an empty list has all.
   pure logical function is_wanted(wanted, name)
     character(*), intent(in) :: wanted, name
     integer :: position, first, last

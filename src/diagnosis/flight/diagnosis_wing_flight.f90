@@ -30,7 +30,7 @@ module diagnosis_wing_flight
     logical :: is_refined = .false. !< what a finer grid changes is known
     real(rp) :: model_sd = 0        !< relative error of all simulated components together, and of each, the same over the beat
     logical :: is_ready = .false.   !< flights have been flown
-    type(flight_response_t), allocatable :: at_found !< about what was found, if it was flown again
+    type(flight_response_t), allocatable :: again(:) !< about what was found, in the order in which it was flown again
   end type flight_data_t
 
   !> Forces for other kinematics and another flow, near the flight about which they are approximated.

@@ -80,7 +80,7 @@ contains
       motion%known(2)%velocity = motion%velocity
       motion%kind = choices%kind
       if (all(motion%kind /= [MOTION_FREE, MOTION_YAWPITCHROLL]) .and. norm2(motion%velocity) > 0) &
-        call config%complain(notices, SECTION, 'v0', 'is of no effect with BodyMotion = '//word)
+        call config%complain(notices, SECTION, 'v0', 'has no effect with BodyMotion = '//word)
       if (motion%kind == MOTION_TAKEOFF) call config%complain(errors, SECTION, 'BodyMotion', &
         'is takeoff with KineFromFile = '//choices%from_file//'; FLUSI''s legs that push off are '// &
         'not built here; valid: KineFromFile = yes, a take-off in a table, free_flight, or '//TABLE_WORD//'a flight')

@@ -198,8 +198,8 @@ contains
     if (errors%count() > 0) return
     c = source_choices(config)
     if (c%edges == EDGES_ROUND) then
-      call config%complain(errors, SECTION, EDGES, 'is round, which needs a flat wing in space (nx > 1); valid for '// &
-                           'this wing: beyond')
+      call config%complain(errors, SECTION, EDGES, 'is round, which works for flat wings in three dimensions (nx > 1) '// &
+                           'only; valid for this wing: beyond')
     else
       call config%complain(errors, SECTION, EDGES, 'is flusi, which needs the outline of one of FLUSI''s wings by '// &
                            'name, or a Fourier outline from a file; valid for this wing: beyond, or round if it is flat')
@@ -215,8 +215,8 @@ contains
     c = source_choices(config)
     if (c%edges == EDGES_AUTO) return
     if (is_thin .or. has_flexible_wings(config)) then
-      call config%complain(notices, SECTION, EDGES, 'is of no effect: it is for rigid wings in the mask, wings = rigid '// &
-                           'with surface = penalized')
+      call config%complain(notices, SECTION, EDGES, 'has no effect here: it is for rigid wings in the mask (wings = rigid '// &
+                           'with surface = penalized); remove it')
     else if (c%edges == EDGES_ROUND) then
       call config%complain(notices, SECTION, EDGES, 'is round: the wing ends at its outline; beyond is the wing that '// &
                            'reaches half its thickness farther')

@@ -335,6 +335,7 @@ contains
     text = text//')'
   end function shape_text
 
+  !> Copies values of this shape to `data`.
   pure subroutine unflatten(n1, n2, n3, values, data)
     integer, intent(in) :: n1, n2, n3
     real(rp), intent(in) :: values(n1, n2, n3)

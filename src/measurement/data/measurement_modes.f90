@@ -84,6 +84,7 @@ contains
                   any(abs(self%load_direction - other%load_direction) > 0))
   end function mode_has_load_of
 
+  !> Returns the number of loads under which a mode was measured.
   pure integer function count_loads(mode) result(n)
     class(measured_mode_t), intent(in) :: mode
     n = 0
@@ -201,6 +202,7 @@ contains
     end do
   end subroutine read_loads
 
+  !> Reads the points, the shape and its sd of one mode, if they are there, and reports their mistakes.
   subroutine read_shape(file, group, mode, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group

@@ -147,6 +147,7 @@ contains
     call write_reals(file, group//'/sigma', [m], s%sigma, failure, units)
   end subroutine write_record
 
+  !> Writes one record of forces over the beat.
   subroutine write_flight(file, f, failure)
     type(hdf5_file_t), intent(in) :: file
     type(measured_flight_t), intent(in) :: f
@@ -179,6 +180,7 @@ contains
     call write_reals(file, group//'/sd', [k, n], [by_time], failure, '1')
   end subroutine write_flight
 
+  !> Writes the declared errors.
   subroutine write_accuracy(file, m, failure)
     type(hdf5_file_t), intent(in) :: file
     type(measurement_t), intent(in) :: m

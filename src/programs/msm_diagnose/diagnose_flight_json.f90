@@ -9,9 +9,11 @@ module diagnose_flight_json
   use diagnose_settings, only: diagnose_settings_t
   use diagnosis_flight_response, only: FLOW_FREQUENCY
   use diagnosis_flight_runner, only: flight_request_t, N_FLOW
-  use diagnosis_wing_flight, only: wing_flight_t
+  use diagnosis_wing_flight, only: flight_data_t, wing_flight_t
   use diagnosis_wing_parameters, only: KIND_FLIGHT
+  use diagnosis_wing_state, only: wing_state_t
   use inference_engine, only: diagnosis_t
+  use inference_refit, only: nested_fit_t
   use io_json, only: json_t
   use measurement_flight, only: component_unit, COMPONENT_NAMES
   implicit none
@@ -26,7 +28,6 @@ contains
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     type(wing_flight_t) :: flight
-    integer :: about_found
     real(rp), allocatable :: baseline(:), extended(:), of_grid(:, :), nothing(:, :)
     integer :: r, k, at, n
     if (.not. s%flights%is_ready) return
@@ -35,8 +36,8 @@ contains
     call flight%evaluate(d%baseline%q, [integer ::], baseline, nothing)
     of_grid = 0
     if (s%flights%is_refined) call flight%nuisances(d%baseline%q, of_grid)
-    if (d%rounds%found%is_found) call flight%add(s%flights%at_found, about_found)
     extended = baseline
+    call use_flight_of(d%extended, s%flights, flight)
     if (d%extended%is_found) call flight%evaluate(d%extended%q, [integer ::], extended, nothing)
     call json%open_object('flight')
     call json%put('case', s%flights%facts%path)
@@ -81,11 +82,28 @@ contains
 
   end subroutine put_flights
 
+  !> Takes the approximation of forces with which a fit was made.
+  subroutine use_flight_of(fitted, data, flight)
+    type(nested_fit_t), intent(in) :: fitted
+    type(flight_data_t), intent(in) :: data
+    type(wing_flight_t), intent(inout) :: flight
+    integer :: i, number
+    if (.not. fitted%is_found .or. .not. allocated(data%again)) return
+    do i = 1, size(data%again)
+      call flight%add(data%again(i), number)
+    end do
+    select type (state => fitted%state)
+    type is (wing_state_t)
+      call flight%use(state%flight)
+    end select
+  end subroutine use_flight_of
+
   !> Adds how far the causes moved in the rounds of flights, if there were any.
   subroutine put_rounds(json, d)
     type(json_t), intent(inout) :: json
     type(diagnosis_t), intent(in) :: d
     if (.not. allocated(d%rounds%moved)) return
+    if (size(d%rounds%moved) == 0 .and. d%rounds%reason == '') return
     call json%put('moved_sd', d%rounds%moved)
     call json%put('has_settled', d%rounds%has_settled)
     call json%put('no_more_rounds', d%rounds%reason)

@@ -134,7 +134,7 @@ contains
       self%load%force(:, i) = force(:, i) + mass(1, i)*gravity
     end do
     call solve_static(self%work, self%model, self%load, .false., options, self%u, report)
-    if (.not. report%converged) call failure%raise('the loaded wing has no equilibrium: '//report%reason)
+    if (.not. report%converged) call failure%raise('the loaded wing: '//report%reason)
     self%low = self%work%trial
   end subroutine modal_bend
 

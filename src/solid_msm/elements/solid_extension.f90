@@ -166,6 +166,7 @@ contains
     end do
   end subroutine extension_tangent_change
 
+  !> Returns the elongation dl, the length l and the direction of spring s under the displacements u.
   pure subroutine elongation(self, s, u, dl, l, direction)
     type(extensions_t), intent(in) :: self
     integer, intent(in) :: s

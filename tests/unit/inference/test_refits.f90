@@ -14,7 +14,6 @@ program test_refits
   use inference_top_candidates, only: refit_top_candidates
   use snapping_beam, only: snapping_t
   use stubborn_beams, only: curled_t, fickle_t
-  use least_squares_state, only: solver_state_t
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: t

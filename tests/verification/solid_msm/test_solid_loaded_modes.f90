@@ -371,7 +371,8 @@ contains
     options%factorisation_limit = 1
     call modal%bend(mass, force, GRAVITY, options, failure)
     call t%check('a shape that is not found is a failure', failure%failed)
-    if (failure%failed) call t%check('with its reason', index(failure%reason, 'no equilibrium: the path needs') > 0)
+    if (failure%failed) call t%check('with its reason', index(failure%reason, &
+                                        'the loaded wing: no equilibrium is found with 1 factorisations') > 0)
     params = model%params
     call params%set_named('root_flap', 1.0e3_rp)
     call modal%model%set_params(params)

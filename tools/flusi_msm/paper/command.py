@@ -64,7 +64,8 @@ def arguments():
 def check(options):
     """Refuses impossible numbers and decides whether the pairs are flown."""
     for key in ("beats", "ranks", "individuals", "members", "scan_beats"):
-        if (getattr(options, key) or 1) < 1:
+        value = getattr(options, key)
+        if value is not None and value < 1:
             raise InputError(f"--{key.replace('_', '-')} must be positive")
     if options.grids is None:
         options.grids = [] if options.ensemble or options.kinematics else GRIDS

@@ -77,6 +77,14 @@ def scaled_wing(ini):
     return wing
 
 
+def number(text, key):
+    """Returns the number that a key of [Wing] states; Fortran's exponents with d are numbers, too."""
+    try:
+        return float(text.lower().replace("d", "e"))
+    except ValueError:
+        raise InputError(f"[Wing] {key}: '{text}' is not a number") from None
+
+
 def parameters_of(own):
     """{name: value} of the list of [Wing] parameters."""
     found = {}
@@ -84,7 +92,9 @@ def parameters_of(own):
         words = re.split(r"[\s=]+", pair.strip())
         if len(words) != 2:
             raise InputError(f"[Wing] parameters: '{pair.strip()}' is not a name and a value")
-        found[words[0]] = float(words[1])
+        if '*' in words[0]:
+            raise InputError(f"[Wing] parameters: '{words[0]}' stands for several; the ensemble needs a value for each joint")
+        found[words[0]] = number(words[1], f"parameters, {words[0]}")
     return found
 
 
@@ -96,7 +106,7 @@ def joints_of(ini):
         raise InputError(f"--ensemble needs scipy, which 'tools/quickstart deps' installs: {error}") from None
     own = values_of(read_text(ini)).get("Wing", {})
     wing, given = scaled_wing(ini), parameters_of(own)
-    E, for_all = float(own.get("E", E_MEAN)), float(own.get("joint_stiffness", -1))
+    E, for_all = number(str(own.get("E", E_MEAN)), "E"), number(str(own.get("joint_stiffness", -1)), "joint_stiffness")
     model = Model(wing, Stiffness(E=E, diameter_exponent=given.get("diameter_exponent", 4.0)))
     plain = {hinge.joint: float(model.hinge_stiffness(hinge)) for hinge in model.hinge_plan if hinge.joint}
     named = {name: given.get(f"joint:{name}", for_all) for name in plain}
