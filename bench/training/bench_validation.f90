@@ -59,7 +59,8 @@ contains
     call problem%free()
   end function predict_sd
 
-  !> Prints the results and, as the last line, the JSON record. `is_met` tells whether all requirements are met.
+  !> Searches from the random start that `seed` gives, runs the least squares, and prints the results of `report_joints`. `is_met`
+  !> tells whether all requirements are met.
   subroutine validate(twin, experiment, truth, sd, seed, is_met)
     type(twin_t), intent(in) :: twin
     type(experiment_t), intent(in), target :: experiment
@@ -118,7 +119,7 @@ contains
     call problem%free()
   end subroutine validate
 
-  !> Prints the parameters and, as the last line, the JSON record. `is_met`: all bars are.
+  !> Prints the parameters and, as the last line, the JSON record. `is_met` tells whether all requirements are met.
   subroutine report_joints(experiment, report, truth, sd, n_evaluations, h, seconds, is_met)
     type(experiment_t), intent(in) :: experiment
     type(fit_report_t), intent(in) :: report
@@ -146,7 +147,7 @@ contains
     flush (output_unit)
   end subroutine report_joints
 
-  !> Some generations. Every candidate counts, also those given up at their first unsolved load.
+  !> Runs some generations. Every candidate is counted, also those that are given up at their first unsolved load.
   subroutine search_on(search, experiment, work, unknowns, x, n_evaluations)
     type(cmaes_search_t), intent(inout) :: search
     type(experiment_t), intent(in) :: experiment

@@ -51,9 +51,9 @@ class Case:
     medium: str = "air"
     air_density: float = 1.2          # [kg/m^3]
     air_ratio: float = 0.8            # of the air that moves with the wing to that of strip theory
-    loads: list = field(default_factory=list)  # that bend the wing while it vibrates, as rows of make_measurement
-    gravity: tuple = (0.0, 0.0, 0.0)  # [m/s^2] whose weight bends it too
-    name: str = "mode"                # of the modes in the file, before their number
+    loads: list = field(default_factory=list)  # forces that bend the wing while it vibrates, as in make_measurement
+    gravity: tuple = (0.0, 0.0, 0.0)  # [m/s^2] acceleration; the weight bends the wing, too
+    name: str = "mode"                # the names of modes in the file are this and a number
     stiffness: Stiffness = field(default_factory=Stiffness)
     mass: Mass = field(default_factory=Mass)
     noise: Noise = field(default_factory=Noise)
@@ -179,7 +179,7 @@ def carried(places, chord):
 
 
 def loaded_shape(wing, model, case, plane):
-    """Displacements (nodes, 3) [m] under the loads and the weight of the masses `plane`, without the air."""
+    """Returns the displacements (nodes, 3) [m] under the loads and the weight of the masses `plane`, which contain no air."""
     if not is_loaded(case):
         return model.zeros()
     force = np.asarray(plane.sum(1)) * np.asarray(case.gravity)
@@ -190,8 +190,8 @@ def loaded_shape(wing, model, case, plane):
 
 
 def find_modes(wing, case, coarse=None):
-    """Frequencies [Hz] and shapes along z (points, modes) of the lowest modes that move across the wing, about rest or about the
-    shape under the loads."""
+    """Returns [(frequency [Hz], shape along z (points))] of the lowest modes that move across the wing. The wing vibrates about
+    its shape under the loads of the case, or about rest if there are none. The largest value of each shape is 1 or -1."""
     every = np.concatenate([d for _, d in (coarse or wing).veins.values()])
     model = Model(wing, case.stiffness, float(np.mean(every)), 2.0 if coarse is not None else 1.0)
     plane, across = mass_matrix(wing, case, model.n_nodes)
@@ -204,7 +204,7 @@ def find_modes(wing, case, coarse=None):
         m = matrix[moving][:, moving].tocoo()
         parts.append(sparse.csc_matrix((m.data, (3 * m.row + k, 3 * m.col + k)), (3 * len(moving),) * 2))
     bent = loaded_shape(wing, model, case, plane)
-    axial = model.springs.forces(bent) if is_loaded(case) else np.zeros(len(model.springs.k))  # at rest none is stretched
+    axial = model.springs.forces(bent) if is_loaded(case) else np.zeros(len(model.springs.k))  # no spring is stretched at rest
     k_matrix = model.tangent(bent, axial)
     values, vectors = eigsh(k_matrix, case.modes + 12, sum(parts), sigma=0.0, which="LM", v0=np.ones(3 * len(moving)))
     order = np.argsort(values)
@@ -235,7 +235,7 @@ def synthesise(case):
         if number in case.missing:
             continue
         sd = case.noise.shape
-        size = 10**random.uniform(-1, 1)  # nobody knows how strongly a mode was excited
+        size = 10**random.uniform(-1, 1)  # the strength with which a mode was excited is unknown
         modes.append((f"{case.name}{number}", frequency * (1 + case.noise.frequency * errors[0]), case.noise.frequency * frequency,
                       wing.points[sites, :2], size * (shape[sites] + sd * errors[1:]), np.full(len(sites), size * sd)))
     truth = {"frequencies": [f for f, _ in found], "loads": [[*place, *vector] for place, vector in case.loads],

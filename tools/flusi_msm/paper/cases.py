@@ -46,8 +46,8 @@ def read_text(path):
 
 
 class Case:
-    """One flight: `text` is its input, `folder` where it is made; `points` along x, `beats` as many as it lasts, `speed` that of
-    the wings in parts of what the file has."""
+    """One flight: `text` is its input, `folder` is where it is computed; it has `points` along x and lasts `beats`. `speed` is the
+    speed of the wings divided by that in the file."""
     speed = 1.0
 
     def __init__(self, folder, ini, kind, points, beats):
@@ -126,7 +126,7 @@ class Case:
 
 
 class Variant(Case):
-    """A flight of a study, with other values {section: {key: value}} than its file. It saves series alone."""
+    """A flight of a study: `values`, {section: {key: value}}, replace those of its file. It saves time series only."""
 
     def __init__(self, folder, ini, kind, points, beats, name, values, speed=1.0):
         self.values = values

@@ -12,10 +12,10 @@ usage: reproduce_paper [--grids 96 128 160 192] [--beats 4] [--individuals POINT
 angles that the paper does not print, and writes FOLDER/kinematics_POINTS.html. With either, the pairs of --grids are flown
 only if --grids is given, too.
 
-First it measures how long all will take. A finished flight is not repeated, an interrupted one goes on from its last backup:
-give the same command again. Ctrl-C stops with a backup, and so does a file STOP in the folder of the flight. The page is
-written after every flight, those of --ensemble and --kinematics every five minutes. Exit code: 0 done, 2 mistake, 3 a flight
-failed, 4 stopped.
+First it estimates how long all flights will take. A finished flight is not repeated, and an interrupted one continues from its
+last backup when the same command is given again. Ctrl-C stops with a backup, and so does a file STOP in the folder of the flight.
+The page is written after every flight, those of --ensemble and --kinematics every five minutes. Exit code: 0 done, 2 mistake,
+3 a flight failed, 4 stopped.
 """
 import argparse
 import sys
