@@ -105,7 +105,7 @@ def test_kill(case):
     check("trained.ini.earlier" in killed.files(), "what it had trained moved aside, so that no kill leaves it there")
     killed.write("other.ini", merged(ini, {"Train": {"seed": 2}}))
     done = killed.run("other.ini", "--restart", ranks=0, code=EXIT_USER)
-    check("belongs to another" in done.err and "[Train] seed = 2, was " in done.err, f"what differs is told:\n{done.err}")
+    check("does not fit this input" in done.err and "[Train] seed = 2, was " in done.err, f"what differs is told:\n{done.err}")
     done = killed.run("train.ini", ranks=0, code=EXIT_USER)
     check("here are the results of run" in done.err, f"a new training does not take the place of another:\n{done.err}")
 
