@@ -263,7 +263,7 @@ def test_shipped(case):
         first = file["loads"][sorted(file["loads"])[0]]
         first.attrs["point"] = np.ravel(first.attrs["point"]) + [1e-5, 0]
     done = case.run("train.ini", "--restart", ranks=0, code=EXIT_USER)
-    check("belongs to another" in done.err, f"its checkpoint is refused:\n{done.err}")
+    check("does not fit this input" in done.err, f"its checkpoint is refused:\n{done.err}")
 
 
 def test_flight(case):
