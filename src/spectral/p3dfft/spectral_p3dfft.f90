@@ -89,7 +89,7 @@ contains
     call p3dfft_clean()
     call set_up(self)
     call make_box(self)
-    call take_modes(self, 'none')
+    call take_modes(self, DEALIAS_NONE)
   end subroutine p3dfft_init_full
 
   !> Lets P3DFFT plan, and asks it for the shares of this rank. Collective.
