@@ -19,6 +19,7 @@ from flusi_msm.paper import ensemble as ensembles
 from flusi_msm.paper import scan as scans
 from flusi_msm.paper import scan_pictures
 from flusi_msm.paper.cases import FLEXIBLE, INI, RIGID, Variant
+from flusi_msm.paper.command import check as check_options
 from flusi_msm.paper.ensemble_page import write_page as write_ensemble_page
 from flusi_msm.paper.flights import mpi_environment
 from flusi_msm.paper.numbers import PAPER, TABLE_2
@@ -48,6 +49,25 @@ def finish(case, lift, drag, power, beats=None):
     write_table(case.folder / "aero_power.t", ["time [T]", "aerodynamic power", "inertial power"],
                 np.column_stack([t, factor * power / POWER + wave, zero]), UNITS)
     case.note(status="finished", versions=["flusi-msm 0"], seconds=10.0, ranks=1)
+
+
+class Numbers(unittest.TestCase):
+    def test_numbers(self):
+        self.assertEqual(ensembles.number("12.58d9", "E"), 12.58e9)
+        with self.assertRaisesRegex(InputError, "[Wing] E: 'soft' is not a number".replace("[", r"\[").replace("]", r"\]")):
+            ensembles.number("soft", "E")
+
+    def test_parameters(self):
+        self.assertEqual(ensembles.parameters_of({"parameters": "joint:A 1D-6, slack = 0.5"}), {"joint:A": 1e-6, "slack": 0.5})
+        for text, said in (("joint:A soft", "'soft' is not a number"), ("joint:* 1e-6", "stands for several")):
+            with self.assertRaisesRegex(InputError, said):
+                ensembles.parameters_of({"parameters": text})
+
+    def test_nothing_to_fly(self):
+        for key in "beats", "ranks", "members", "scan_beats":
+            options = SimpleNamespace(**{"beats": 4, "ranks": 1, "individuals": None, "members": 27, "scan_beats": 2, key: 0})
+            with self.assertRaisesRegex(InputError, "must be positive"):
+                check_options(options)
 
 
 class Temporary(unittest.TestCase):

@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The ensemble of stiffnesses as one HTML page that needs nothing else, and its numbers as JSON."""
-import contextlib
-import io
-import json
 from html import escape
 
 import matplotlib
@@ -14,7 +11,7 @@ import numpy as np
 from flusi_msm.page_parts import STYLE, figure_html, table_html
 from flusi_msm.paper.ensemble import E_DEVIATION, E_MEAN, NINE, OWN, chance, collect
 from flusi_msm.paper.numbers import COLUMNS, TABLE_2
-from flusi_msm.results.files import InputError
+from flusi_msm.paper.study_files import write_study
 from flusi_msm.style import COLOURS, save, use_style
 
 TITLE = "Blowfly wings whose stiffness is drawn"
@@ -176,12 +173,4 @@ def write_page(folder, ensemble):
     """Writes NAME.json and NAME.html of the members that are finished, and pictures into the folder of the ensemble."""
     found = collect(ensemble)
     found["sentences"] = sentences(found)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{ensemble.name}.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-        with contextlib.redirect_stdout(io.StringIO()):
-            pictures = all_pictures(found, ensemble.folder / "pictures")
-        (folder / f"{ensemble.name}.html").write_text(page(found, pictures), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{error.filename}: {error.strerror}") from None
-    return folder / f"{ensemble.name}.html"
+    return write_study(folder, ensemble, found, all_pictures, page)

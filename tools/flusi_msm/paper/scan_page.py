@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scan of the kinematics as one HTML page that needs nothing else, and its numbers as JSON."""
-import contextlib
-import io
-import json
 from html import escape
 
 from flusi_msm.page_parts import STYLE, figure_html, table_html
@@ -11,7 +8,7 @@ from flusi_msm.paper.numbers import COLUMNS
 from flusi_msm.paper.scan import AXES, CHANGES, collect, complete
 from flusi_msm.paper.scan_pictures import LABELS, all_maps
 from flusi_msm.paper.scan_words import name_of, place_of, ranges, sentences, slopes, value_text
-from flusi_msm.results.files import InputError
+from flusi_msm.paper.study_files import write_study
 
 TITLE = "Blowfly wings over the angles that the paper does not print"
 MEANING = """<ul>
@@ -88,12 +85,4 @@ def write_page(folder, scan):
     """Writes NAME.json and NAME.html of the flights that are finished, and pictures into the folder of the scan."""
     found = collect(scan)
     found["sentences"] = sentences(found)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{scan.name}.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-        with contextlib.redirect_stdout(io.StringIO()):
-            pictures = all_maps(found, scan.folder / "pictures")
-        (folder / f"{scan.name}.html").write_text(page(found, pictures), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{error.filename}: {error.strerror}") from None
-    return folder / f"{scan.name}.html"
+    return write_study(folder, scan, found, all_maps, page)
