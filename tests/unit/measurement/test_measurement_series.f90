@@ -2,20 +2,19 @@
 !> Records of a wing that rings are read as they were written, on all ranks, and what is wrong with them is reported with the
 !> record, all at once. What is written again, bending tests, modes and records, is read to the bit.
 program test_measurement_series
-  use base_errors, only: failure_t, message_list_t
-  use base_kinds, only: i8, rp
-  use base_packing, only: pack_value
+  use base_errors, only: message_list_t
+  use base_kinds, only: rp
   use measurement_broadcast, only: load_measurement
   use measurement_data, only: measurement_t
   use measurement_file, only: read_measurement
   use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
-  use measurement_write, only: write_measurement
   use measurement_refusals, only: check_refused
   use measurement_writer, only: measurement_writer_t, MM
   use solid_ringing, only: EXCITED_BASE, EXCITED_RELEASE
   use solid_wing, only: wing_t
   use solid_wing_file, only: read_wing
   use testkit, only: testkit_t
+  use written_again, only: check_written_again
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
   implicit none
   character(*), parameter :: PATH = 'series.h5', AGAIN = 'series_again.h5'
@@ -72,9 +71,7 @@ contains
 
   !> Every kind of data: what is read of what was written is the same, all components to the bit.
   subroutine write_again()
-    type(measurement_t) :: m, other
-    type(failure_t) :: failure
-    real(rp), allocatable :: words(:), others(:)
+    type(measurement_t) :: m
     call w%measurement(PATH)
     call add_records()
     call w%real_attribute('/series', 'air_density', [1.1_rp])
@@ -98,16 +95,7 @@ contains
     call read_measurement(PATH, wing, m, messages)
     call t%check('all kinds of data are read together', messages%count() == 0 .and. size(m%loads) == 2 .and. &
                  size(m%observations) == 2 .and. m%count_modes() == 1 .and. m%count_series() == 3)
-    call write_measurement(AGAIN, m, failure)
-    call t%check('and written', .not. failure%failed)
-    call read_measurement(AGAIN, wing, other, messages)
-    call messages%print(6, '  ')
-    call t%check('what was written is read', messages%count() == 0)
-    call pack_value(m, words)
-    call pack_value(other, others)
-    call t%check('there is as much of it', size(words) == size(others))
-    if (size(words) /= size(others)) return
-    call t%check('and it is the same to the bit', all(transfer(words, [0_i8]) == transfer(others, [0_i8])))
+    call check_written_again(t, AGAIN, wing, m)
   end subroutine write_again
 
   subroutine one_record(group, excitation, units)
