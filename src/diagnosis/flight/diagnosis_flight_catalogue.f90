@@ -95,6 +95,7 @@ contains
     type(flight_facts_t), intent(in) :: facts
     type(parameter_t) :: p
     type(parameter_t) :: q
+    character(*), parameter :: AXES = 'xyz'
     select case (j)
     case (FLOW_STROKE, FLOW_PITCH, FLOW_DEVIATION)
       call define_effect(q, effect_of(j), '1', .false., -0.4_rp, 0.4_rp, 0.05_rp)
@@ -103,7 +104,7 @@ contains
     case (FLOW_LEAD)
       call define_effect(q, effect_of(j), 'beat', .false., -0.2_rp, 0.2_rp, 0.02_rp)
     case (FLOW_WIND + 1:FLOW_WIND + 3)
-      call define_effect(q, 'wind:'//'xyz'(j - FLOW_WIND:j - FLOW_WIND), 'm/s', .false., -0.5_rp*facts%speed, &
+      call define_effect(q, 'wind:'//AXES(j - FLOW_WIND:j - FLOW_WIND), 'm/s', .false., -0.5_rp*facts%speed, &
                          0.5_rp*facts%speed, WIND_SD*facts%speed)
     case (FLOW_VISCOSITY)
       call define_effect(q, effect_of(j), '1', .true., 0.5_rp, 2.0_rp, 0.05_rp)
@@ -197,7 +198,7 @@ contains
     type(flight_facts_t), intent(in) :: facts
     character(*), intent(in) :: wanted
     integer :: j
-    call enter_changes(c, pack([(j, j=FLOW_WIND + 1, FLOW_WIND + 3)], .not. (facts%is_section .and. &
+    call enter_changes(c, pack([(j, j=FLOW_WIND + 1, FLOW_WIND + 3)], mask=.not. (facts%is_section .and. &
                                                                              [.true., .false., .false.])), &
                        'wind', 'The air moved against the wing as a whole.', facts, wanted)
     call enter_changes(c, [FLOW_VISCOSITY], 'another viscosity', 'The fluid was more, or less, viscous than was stated: its '// &
@@ -235,10 +236,12 @@ contains
     type(flight_facts_t), intent(in) :: facts
     type(measured_flight_t), intent(in) :: flights(:)
     character(*), intent(in) :: wanted
-    logical :: is_there(N_COMPONENTS)
+    logical :: is_there(N_COMPONENTS), turns(3)
     real(rp) :: sizes(N_COMPONENTS), mass
     integer, allocatable :: pairs(:)
     integer :: i, j
+    turns = .true. ! a section feels turns about x alone
+    if (facts%is_section) turns(2:3) = .false.
     call find_sizes(facts, flights, sizes, is_there, mass)
     allocate (pairs(0))
     do i = 1, 6
@@ -250,8 +253,7 @@ contains
              'All forces and torques were larger, or smaller, than the balance says, by one factor.')
     call one('balance_offset', 'zero error of the force balance', pack([(BALANCE_OFFSET + i, i=1, N_COMPONENTS)], is_there), &
              'The balance did not show 0 where there was no force.')
-    call one('balance_turn', 'turned force balance', pack([(BALANCE_TURN + i, i=1, 3)], [.true., .not. facts%is_section, &
-                                                                                         .not. facts%is_section]), &
+    call one('balance_turn', 'turned force balance', pack([(BALANCE_TURN + i, i=1, 3)], mask=turns), &
              'The axes of the balance were turned against those of the record.')
     call one('cross_talk', 'cross-talk of the force balance', pairs, 'The balance showed a share of one component in another.')
     call one('balance_lowpass', 'slow force balance', [BALANCE_LOWPASS], &

@@ -114,7 +114,7 @@ contains
     character(len(effect%parameters%name) + 1) :: names(effect%n)
     names = effect%parameters(:effect%n)%name
     if (effect%is_per_joint) names(1) = trim(names(1))//'*'
-    call enter_named(c, e, numbers, text, names, .not. effect%is_per_joint, missing_of(e, effect%needs))
+    call enter_named(c, e, numbers, text, names, is_joint=.not. effect%is_per_joint, missing=missing_of(e, effect%needs))
   end subroutine enter_effect
 
   !> Enters the effect called `cause` if it belongs to parameters that every wing has.

@@ -161,7 +161,7 @@ contains
     integer :: i
     logical :: ok
     fraction = 1
-    free = pack([(i, i=1, 6)], .not. held)
+    free = pack([(i, i=1, 6)], mask=.not. held)
     if (size(free) == 0) return
     call inertia_matrix(own, UNIT, a)
     call inertia_matrix(rest, UNIT, b)

@@ -187,7 +187,7 @@ contains
   subroutine prepare_files(self, is_plan)
     class(diagnose_t), intent(inout) :: self
     logical, intent(in) :: is_plan
-    character(20), parameter :: FINAL(6) = [character(20) :: '.json', '.h5', '_baseline.ini', '_extended.ini', &
+    character(20), parameter :: RESULTS(6) = [character(20) :: '.json', '.h5', '_baseline.ini', '_extended.ini', &
                                             '_extended_flight.ini', '_plan.json']
     character(:), allocatable :: message, path
     logical :: has_moved
@@ -198,9 +198,9 @@ contains
       return
     end if
     if (message /= '') write (error_unit, '(a)') 'notice: '//message
-    do i = 1, size(FINAL)
-      if (is_plan .neqv. i == size(FINAL)) cycle
-      path = self%settings%name//trim(FINAL(i))
+    do i = 1, size(RESULTS)
+      if (is_plan .neqv. i == size(RESULTS)) cycle
+      path = self%settings%name//trim(RESULTS(i))
       call move_earlier_file(path, has_moved)
       if (has_moved) write (error_unit, '(a)') 'notice: '//path//' of an earlier diagnosis is '//path//EARLIER_SUFFIX//' now'
     end do

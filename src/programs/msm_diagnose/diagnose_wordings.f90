@@ -127,7 +127,7 @@ contains
     type(wording_t), intent(inout) :: w
     character(*), intent(in) :: name
     character(*), parameter :: TILTED = 'Loaded scans are tilted against the unloaded one:', &
-                               ELSEWHERE = 'The wing lies elsewhere in the maps than the file says:', &
+                               DISPLACED = 'The wing lies elsewhere in the maps than the file says:', &
                                TURNED = 'The wing is turned in the maps:', &
                                MOVED = 'Loaded scans lie apart from the unloaded one:'
     select case (name)
@@ -141,9 +141,9 @@ contains
     case ('piston')
       call plain(w, 'm', MOVED, MOVED, 'up', 'down', '', 0.0_rp)
     case ('map_shift_x')
-      call plain(w, 'm', ELSEWHERE, ELSEWHERE, 'toward +x', 'toward -x', '', 0.0_rp)
+      call plain(w, 'm', DISPLACED, DISPLACED, 'toward +x', 'toward -x', '', 0.0_rp)
     case ('map_shift_y')
-      call plain(w, 'm', ELSEWHERE, ELSEWHERE, 'toward +y', 'toward -y', '', 0.0_rp)
+      call plain(w, 'm', DISPLACED, DISPLACED, 'toward +y', 'toward -y', '', 0.0_rp)
     case ('map_rotation')
       call degrees_of(w, TURNED, 'counter-clockwise', 'clockwise')
     case ('map_scale')

@@ -35,11 +35,11 @@ contains
     integer, intent(in) :: n_vectors
     real(rp), allocatable, intent(out) :: x(:, :)
     real(rp), intent(out) :: residual
-    integer, parameter :: BLOCK = 4, SMALL = 100, BETWEEN = 5
+    integer, parameter :: BLOCK_SIZE = 4, SMALL = 100, BETWEEN = 5
     real(rp), allocatable :: q(:, :), t(:, :), s(:, :), v(:, :), w(:, :), c(:, :), r(:, :), values(:)
     integer :: n, b, m, most, i, k
     n = size(start)
-    b = merge(n, BLOCK, n <= SMALL)
+    b = merge(n, BLOCK_SIZE, n <= SMALL)
     most = min(n, 20*n_vectors + SMALL)
     allocate (q(n, most), v(n, b), w(n, b), t(most, most), source=0.0_rp)
     do i = 1, b ! shapes without symmetry, the same in every run

@@ -49,12 +49,12 @@ contains
 
   !> The check value of the standard, and of all bytes; Python's zlib.crc32 gives the same.
   subroutine sum_of_bytes()
-    integer(int8), parameter :: DIGITS(9) = [(int(48 + i, int8), i=1, 9)]
+    integer(int8), parameter :: DIGIT_CODES(9) = [(int(48 + i, int8), i=1, 9)]
     integer(int8) :: bytes(256)
     type(crc32_t) :: none, digit_sum, byte_sum
     bytes = [(int(i - merge(256, 0, i > 127), int8), i=0, 255)]
-    call digit_sum%add(DIGITS(:4))
-    call digit_sum%add(DIGITS(5:))
+    call digit_sum%add(DIGIT_CODES(:4))
+    call digit_sum%add(DIGIT_CODES(5:))
     call byte_sum%add(bytes)
     call t%check('CRC-32 of nothing, of 123456789 in parts, and of all bytes', none%value() == '00000000' .and. &
                  digit_sum%value() == 'cbf43926' .and. byte_sum%value() == '29058c73')

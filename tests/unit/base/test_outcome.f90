@@ -26,7 +26,7 @@ program test_outcome
   call stopped%end_as(OUTCOME_STOPPED)
   call t%check('an end without a failure', stopped%kind == OUTCOME_STOPPED .and. stopped%exit_code() == 4)
   call stopped%failure%raise('no backup')
-  call t%check('a failure that has no kind yet is not good', .not. stopped%is_good() .and. stopped%kind == OUTCOME_STOPPED)
+  call t%check('a failure that has no kind yet is not good', stopped%kind == OUTCOME_STOPPED .and. .not. stopped%is_good())
   call stopped%classify(OUTCOME_UNWRITABLE)
   call t%check('a failure overrules an end without one', stopped%kind == OUTCOME_UNWRITABLE .and. stopped%exit_code() == 5)
   good%verdict = 11

@@ -31,7 +31,7 @@ contains
     call pack_value(value, words)
     call t%check('the number of words is known before', count_packed(value) == size(words))
     call unpack_value(words, copy, failure)
-    call t%check('a whole message is accepted', .not. failure%failed)
+    call t%check('a whole message is accepted', (.not. failure%failed))
     call t%check('all components come back:'//differences(value, copy), differences(value, copy) == '')
     call pack_value(copy, again)
     call t%check('and make the same message', all(transfer(again, [0_i8]) == transfer(words, [0_i8])))
