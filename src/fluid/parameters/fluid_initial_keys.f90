@@ -46,7 +46,7 @@ contains
     call keys%kind('inicond', p%flow, 'none', FLOWS, 'initial velocity', required=.true., unbuilt=NO_FLOWS, instead=FOR_FLOWS, &
                    word=p%word)
     call keys%real('omega1', p%omega1, 0.0_rp, 'circulation of the vortex ring; mean kinetic energy of turbulence_rogallo')
-    call keys%integer('seed', p%seed, 0, 'seed of random fields; the field does not depend on the ranks', min=0)
+    call keys%integer('seed', p%seed, 0, 'seed of random fields; the field does not depend on the number of ranks', min=0)
     call keys%inert('nu_smoothing', 'belongs to an initial condition that does not exist here')
     do i = 1, 3
       call keys%text('file_u'//AXES(i:i), word, 'none', 'HDF5 field with u_'//AXES(i:i)//' for infile')

@@ -83,7 +83,7 @@ contains
     call keys%length('z0', s%centre(3), 'zl/2', 'centre of body or vortex, z', unit='L', given=s%has_centre(3))
     call keys%length('Size', s%size, '0.0', 'diameter of sphere and cylinder, side of the plate, radius of the ring', &
                      unit='L', min=0.0_rp)
-    call keys%real('alpha', s%alpha, 0.0_rp, 'turning of the plate about the z axis', unit='degree')
+    call keys%real('alpha', s%alpha, 0.0_rp, 'rotation of the plate about the z axis', unit='degree')
     call keys%real('r1', s%r1, 1.0_rp, 'inner radius of the couette body', unit='L', above=0.0_rp)
     call keys%real('r2', s%r2, 1.0681415_rp, 'outer radius of the couette body', unit='L', above=0.0_rp)
     call keys%inert('r3', 'used by a FLUSI body that does not exist here')
@@ -99,11 +99,11 @@ contains
     cavity = CAVITY_NO
     call keys%section('Penalization', 'solid bodies by volume penalization')
     call keys%switch('iPenalization', s%is_on, .false., 'whether there are solids at all')
-    call keys%kind('iMask', s%mask, 'none', MASKS, 'body: '//SHAPE_HELP//'; file; Insect: the wings of [Insects]; '// &
-                   'Flexible_wing: these, with wings = flexible', unbuilt=NO_MASKS, instead=FOR_MASKS, word=s%word)
+    call keys%kind('iMask', s%mask, 'none', MASKS, 'body: '//SHAPE_HELP//'; mask from a file; Insect: the wings of [Insects]; '// &
+                   'Flexible_wing: the same with wings = flexible', unbuilt=NO_MASKS, instead=FOR_MASKS, word=s%word)
     call keys%kind('obstacle', s%obstacle, 'none', OBSTACLES, 'iMask = Insect: a body at rest beside '// &
                    'the insect, with [Geometry] Size at x0, y0, z0; cylinder along z (2-D: along x) or x')
-    call keys%switch('iMoving', s%may_move, .false., 'whether the body moves: the wings of Insect do; without effect on other '// &
+    call keys%switch('iMoving', s%may_move, .false., 'whether the body moves; the wings of Insect move; no effect on other '// &
                      'bodies', computed='as iMask says')
     call keys%real('eps', s%c_eta, 1.0e-2_rp, 'permeability C_eta', unit='T', above=0.0_rp)
     call keys%kind('iCavity', cavity, 'no', CAVITIES, 'walls around the box, cavity_size points thick', unbuilt='freestream*', &
@@ -111,21 +111,23 @@ contains
     call keys%integer('cavity_size', w%cavity_size, 0, 'thickness of the cavity walls', unit='points', min=0)
     call keys%kind('iChannel', w%channel, 'no', CHANNELS, &
                    'one wall between pos_wall-thick_wall and pos_wall, normal z (xy) or y (xz); sliding: it moves with the '// &
-                   'prescribed mean flow; turek: the wall xy, with a parabola of the velocity that flows in along y, and a '// &
-                   'cylinder along x of [Geometry] Size at y0, z0; 0 = no, 1 = xy', unbuilt='inlet_x|cylinder', &
+                   'prescribed mean flow; turek: the wall xy, a parabolic inflow along y, and a cylinder along x with the '// &
+                   'diameter [Geometry] Size at y0, z0; 0 = no, 1 = xy', unbuilt='inlet_x|cylinder', &
                    instead=FOR_CHANNELS)
     call keys%length('thick_wall', w%thickness, '0.2', 'thickness of the channel wall', unit='L', min=0.0_rp)
     call keys%length('pos_wall', w%position, '0.3', 'upper face of the channel wall', unit='L')
-    call keys%real('inflow_velocity', w%inflow_velocity, 1.0_rp, 'turek: mean over the height of the channel', unit='L/T', &
+    call keys%real('inflow_velocity', w%inflow_velocity, 1.0_rp, 'turek: inflow velocity, averaged over the height of the '// &
+                   'channel', unit='L/T', &
                    above=0.0_rp)
-    call keys%length('inflow_length', w%inflow_length, '0.0', 'turek: the inflow is imposed on this last part of y', unit='L', &
+    call keys%length('inflow_length', w%inflow_length, '0.0', 'turek: length of the region at the end of y in which the '// &
+                     'inflow is imposed', unit='L', &
                      min=0.0_rp)
-    call keys%real('inflow_start', w%inflow_start, 0.0_rp, 'turek: time in which the inflow grows from rest; 0: it is there at '// &
-                   'once', unit='T', min=0.0_rp)
-    call keys%switch('compute_forces', s%compute_forces, .true., 'write forces.t and its relatives')
-    call keys%switch('unst_corrections', s%unsteady_corrections, .false., 'without effect on wings: their unsteady correction '// &
-                     'is exact and always written; other bodies do not move. Free flight: if it is set to no, the insect '// &
-                     'carries the fluid in its mask along, as in FLUSI', given=s%has_corrections)
+    call keys%real('inflow_start', w%inflow_start, 0.0_rp, 'turek: duration over which the inflow grows from rest; 0: full '// &
+                   'inflow from the beginning', unit='T', min=0.0_rp)
+    call keys%switch('compute_forces', s%compute_forces, .true., 'write forces.t and the related time series')
+    call keys%switch('unst_corrections', s%unsteady_corrections, .false., 'no effect on wings, whose unsteady correction is '// &
+                     'exact and always written, or on bodies at rest. Free flight: with no, the insect carries the fluid '// &
+                     'inside its mask along, as in FLUSI', given=s%has_corrections)
     call keys%switch('periodic', s%periodic_torque, .false., 'wrap lever arms of torques around the box')
     call keys%reals('us_fixed', s%us_fixed, [0.0_rp, 0.0_rp, 0.0_rp], 'velocity imposed inside the body', unit='L/T')
     call keys%real('omega', s%omega, 1.25_rp, 'angular velocity of the inner cylinder of the couette body', unit='1/T')

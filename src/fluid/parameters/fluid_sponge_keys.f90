@@ -36,7 +36,7 @@ contains
     call keys%switch('iVorticitySponge', p%is_on, .false., 'damp the vorticity in a frame of the box')
     call keys%kind('iSpongeType', p%kind, 'top_cover', SPONGES, 'which faces of the box', unbuilt='moving_insect*', &
                    instead=FOR_SPONGES)
-    call keys%real('eps_sponge', p%damping_time, 0.0_rp, 'damping time C_sp; has no default when the sponge is on', unit='T', &
+    call keys%real('eps_sponge', p%damping_time, 0.0_rp, 'damping time C_sp; required when the sponge is on', unit='T', &
                    min=0.0_rp)
     call keys%integer('sponge_thickness', p%thickness, 0, 'thickness of the sponge', unit='points', min=0)
   end subroutine sponge_keys

@@ -43,11 +43,11 @@ contains
     call keys%word('DoF', c%dof, '111111', '*', 'free flight: which of x, y, z, yaw, pitch, roll are free (1) or keep their '// &
                    'velocity (0)')
     call keys%switch('startup_conditioner', c%params%conditioner, .false., 'free flight: the forces of the flow on the insect '// &
-                     'begin at t = 0.1 and are whole at t = 0.6, its weight at once')
-    call keys%real('release_time', c%params%release, 0.0_rp, 'free flight: the insect keeps its first velocity until then', &
+                     'grow from 0 at t = 0.1 to their full values at t = 0.6; its weight acts from the beginning')
+    call keys%real('release_time', c%params%release, 0.0_rp, 'free flight: the insect keeps its initial velocity until this time', &
                    unit='T', min=0.0_rp)
-    call keys%real('wing_mass', c%wing_mass, 0.0_rp, 'free flight: mass of one rigid wing, spread evenly over its surface; not '// &
-                   'given: that of a wing with this Jxx, or that of [Wing]', unit='M', min=0.0_rp, given=c%has_wing_mass)
+    call keys%real('wing_mass', c%wing_mass, 0.0_rp, 'free flight: mass of one rigid wing, spread evenly over its surface; if '// &
+                   'it is not given, it follows from Jxx, or is the mass of [Wing]', unit='M', min=0.0_rp, given=c%has_wing_mass)
   end subroutine flyer_keys
 
   !> Returns what the user chose.

@@ -37,15 +37,18 @@ contains
     real(rp), parameter :: ZERO(3) = 0.0_rp
     call keys%section(SECTION)
     call keys%kind('BodyMotion', c%kind, 'tethered', MOTIONS, &
-                   'motion of the body: at rest (the six words after tethered are places and attitudes of early versions of '// &
-                   'FLUSI), free, swinging as in FLUSI, as in a rigidsolidsolver.t, or the pitch and way from x0 of a '// &
-                   'kinematics_loader table (docs/guide/free-flight.md)', unbuilt='command-line*', &
-                   instead='command-line*: tethered with x0 and yawpitchroll_0, for each run a file', word=c%word)
-    call keys%text('KineFromFile', c%from_file, 'no', 'BodyMotion = takeoff: yes, as in a table, data_kin.dat or infile')
-    call keys%real('x_takeoff', c%x_takeoff, 2.0_rp, 'BodyMotion = takeoff: x from which the way counts', unit='L')
-    call keys%real('z_takeoff', c%z_takeoff, 0.86_rp, 'BodyMotion = takeoff: z from which the way counts', unit='L')
-    call keys%real('body_motion_factor', c%factor, 1.0_rp, 'BodyMotion = from_file::*: factor on the way of the body about its '// &
-                   'mean place', min=0.0_rp)
+                   'motion of the body: at rest (the six words after tethered are positions and attitudes of early versions '// &
+                   'of FLUSI), free flight, oscillations of FLUSI, the states of a rigidsolidsolver.t, or the pitch and the '// &
+                   'displacement from x0 in a kinematics_loader table (docs/guide/free-flight.md)', unbuilt='command-line*', &
+                   instead='command-line*: tethered with x0 and yawpitchroll_0, one file for each run', word=c%word)
+    call keys%text('KineFromFile', c%from_file, 'no', 'BodyMotion = takeoff: yes reads the motion from a table, infile or '// &
+                   'data_kin.dat')
+    call keys%real('x_takeoff', c%x_takeoff, 2.0_rp, 'BodyMotion = takeoff: x to which the displacement in the table is added', &
+                   unit='L')
+    call keys%real('z_takeoff', c%z_takeoff, 0.86_rp, 'BodyMotion = takeoff: z to which the displacement in the table is added', &
+                   unit='L')
+    call keys%real('body_motion_factor', c%factor, 1.0_rp, 'BodyMotion = from_file::*: factor on the displacement of the body '// &
+                   'from its mean position', min=0.0_rp)
     call keys%reals('v0', c%velocity, ZERO, 'velocity of the body at the start', unit='L/T')
   end subroutine body_motion_keys
 

@@ -55,7 +55,7 @@ contains
     integer :: i
     call body_motion_keys(keys, motion)
     call keys%section(SECTION)
-    call keys%reals('x0', c%centre, ZERO, 'centre of the body; flusi: if it is not given, that of the box', unit='L', &
+    call keys%reals('x0', c%centre, ZERO, 'centre of the body; if it is not given, flusi takes the centre of the box', unit='L', &
                     given=c%has_centre)
     call keys%reals('yawpitchroll_0', c%attitude, ZERO, 'attitude of the body; positive pitch is nose down', unit='degree')
     call keys%real('eta0', c%eta, 0.0_rp, 'angle of the stroke plane in the body; -90: plane of the body axes x (forward) and '// &
@@ -63,17 +63,17 @@ contains
     do i = 1, 2
       call keys%word('FlappingMotion_'//trim(SIDES(i)), c%motion(i)%word, 'none', NAMED_MOTIONS//'|'//FILE_WORD//'*|'// &
                      TABLE_WORD//'*|from_file|from_file_hermite|kinematics_loader|takeoff', 'motion of the '//trim(SIDES(i))// &
-                     ' wing: one of FLUSI''s by name (docs/guide/kinematics.md), series of [kinematics], table, the file that '// &
-                     'infile names, or none (alpha = 45 degrees, at rest)', unbuilt='command-line*', &
-                     instead='command-line*: from_file::NAME.ini with the constant terms of alpha, phi and theta, for each run '// &
-                     'a file')
+                     ' wing: a motion of FLUSI by name (docs/guide/kinematics.md), a file with the section [kinematics] or a '// &
+                     'table, the file that infile names, or none (at rest with alpha = 45 degrees)', unbuilt='command-line*', &
+                     instead='command-line*: from_file::NAME.ini with the constant terms of alpha, phi and theta, one file '// &
+                     'for each run')
     end do
-    call keys%text('infile', c%file, 'none', 'file of a motion that is given as from_file or kinematics_loader', &
+    call keys%text('infile', c%file, 'none', 'file of a motion that is given by the word from_file or kinematics_loader alone', &
                    given=c%has_file)
-    call keys%reals('init_alpha_phi_theta', c%resting, ZERO, 'the first is minus the angle alpha of revolving-set2 and '// &
+    call keys%reals('init_alpha_phi_theta', c%resting, ZERO, 'the first value is minus the angle alpha of revolving-set2 and '// &
                     'revolving-set3', unit='degree')
-    call keys%reals('x_pivot_l', c%hinge(:, 1), ZERO, 'hinge of the left wing in the body frame; not given: b_body beside the '// &
-                    'centre of the body, if there is one', unit='L', given=c%has_hinge(1))
+    call keys%reals('x_pivot_l', c%hinge(:, 1), ZERO, 'hinge of the left wing in the body frame; if it is not given and there '// &
+                    'is a body, the hinge lies at the distance b_body beside its centre', unit='L', given=c%has_hinge(1))
     call keys%reals('x_pivot_r', c%hinge(:, 2), ZERO, 'hinge of the right wing in the body frame', unit='L', given=c%has_hinge(2))
     call keys%real('wing_frequency', c%frequency, 1.0_rp, 'wing beats per unit of time', unit='1/T', above=0.0_rp)
     call keys%real('wing_ramp', c%ramp, 0.0_rp, 'the wings start at rest and reach their motion after this time; 0: at once', &
@@ -82,7 +82,8 @@ contains
                     'alpha (feathering) and theta (deviation) of all wings, each about its mean over the beat')
     call keys%reals('kinematics_offset', c%offset, ZERO, 'angles that are added to phi, alpha and theta of all wings', &
                     unit='degree')
-    call keys%reals('kinematics_lead', c%lead, ZERO, 'phi, alpha and theta of all wings are this much before their time, in beats')
+    call keys%reals('kinematics_lead', c%lead, ZERO, 'number of beats by which phi, alpha and theta of all wings are advanced '// &
+                    'in time')
   end subroutine kinematics_keys
 
   !> Declares these keys.

@@ -100,8 +100,9 @@ contains
     call keys%switch('RightWing2', unbuilt, .false., 'hind wing', unbuilt=SECOND_PAIR, instead=ONE_PAIR)
     call keys%switch('wing_fsi', unbuilt, .false., 'passive wing', unbuilt='a wing that the flow turns about its root', &
                      instead='wings = flexible, whose root is as soft as the joints of the wing file make it')
-    call keys%real('body_pitch_const', c%pitch, 0.0_rp, 'BodyMotion = forward, hovering: nose up', unit='degree')
-    call keys%real('eta_stroke', c%stroke, 0.0_rp, 'BodyMotion = forward: stroke plane', unit='degree')
+    call keys%real('body_pitch_const', c%pitch, 0.0_rp, 'BodyMotion = forward or hovering: pitch angle, positive nose up', &
+                   unit='degree')
+    call keys%real('eta_stroke', c%stroke, 0.0_rp, 'BodyMotion = forward: angle of the stroke plane', unit='degree')
     call keys%inert('mass_solid', 'free flight')
     call keys%inert('gravity_*', 'other names of gravity')
     call keys%inert('pointcloudfile', 'wing given by a cloud of points')

@@ -35,7 +35,8 @@ contains
     call keys%section(FLEXIBLE)
     call keys%length('t_wing', c%half, '2 max(dx)', 'half the thickness of the wings in the mask', unit='L', above=0.0_rp, &
                      given=c%has_half)
-    call keys%length('wing_smoothing', c%smoothing, 'max(dx)', 'half the width of the step of the mask', unit='L', above=0.0_rp, &
+    call keys%length('wing_smoothing', c%smoothing, 'max(dx)', 'half the width of the smoothing layer of the mask at the wings', &
+                     unit='L', above=0.0_rp, &
                      given=c%has_smoothing)
   end subroutine mask_keys
 

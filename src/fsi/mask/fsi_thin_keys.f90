@@ -49,15 +49,16 @@ contains
     call keys%kind('surface', p%surface, 'auto', SURFACES, 'thin: wings are surfaces without thickness; penalized: '// &
                    'wings are sheets in the mask; auto: penalized if the file sets WingThickness, t_wing or wing_smoothing, '// &
                    'another scheme than AB2 or an iDealias other than 1, else thin')
-    call keys%real('marker_spacing', p%spacing, 2.0_rp, 'surface = thin: distance of the markers, in max(dx); closer ones make '// &
-                   'forces that alternate, others let the flow through', min=1.5_rp, max=2.5_rp)
-    call keys%real('surface_viscosity', p%viscosity, 0.3_rp, 'surface = thin: vanishing viscosity; the largest wavenumber K is '// &
-                   'damped at the rate c u K, of which nu K^2 is a part; u: mean speeds of tip, body and stream', min=0.0_rp)
-    call keys%integer('slip_interval', p%slip_interval, 1, 'surface = thin: the slip after the forces and the power that the '// &
-                      'flow receives are measured in every so many steps, for slip.t', unit='steps', min=1)
-    call keys%kind('marker_response', p%sharing, 'auto', SHARINGS, 'surface = thin: who finds the forces at the markers '// &
-                   'of a wing; one: one rank; group: the ranks of a group, together; auto: a group, if there are eight ranks '// &
-                   'for each wing and a wing has a thousand markers or more, else one rank')
+    call keys%real('marker_spacing', p%spacing, 2.0_rp, 'surface = thin: distance of the markers, in max(dx); closer markers '// &
+                   'make the forces alternate, markers farther apart let the flow through', min=1.5_rp, max=2.5_rp)
+    call keys%real('surface_viscosity', p%viscosity, 0.3_rp, 'surface = thin: c of the spectral vanishing viscosity, which '// &
+                   'damps the largest wavenumber K at the rate c u K, the share nu K^2 of viscosity included; u: sum of the '// &
+                   'mean speeds of the wing tip, the body and the stream', min=0.0_rp)
+    call keys%integer('slip_interval', p%slip_interval, 1, 'surface = thin: steps between two records of slip.t, which has '// &
+                      'the slip after the forces and the power that the flow receives', unit='steps', min=1)
+    call keys%kind('marker_response', p%sharing, 'auto', SHARINGS, 'surface = thin: which ranks compute the forces at the '// &
+                   'markers of a wing; one: one rank; group: a group of ranks together; auto: a group if there are eight '// &
+                   'ranks for each wing and a wing has a thousand markers or more, else one rank')
   end subroutine thin_keys
 
   !> Takes the values of the keys from `config`.

@@ -79,8 +79,8 @@ contains
                    'the wing in a wing file, WingShape = mesh::NAME.h5, or its outline, WingShape = '// &
                    'from_file::NAME.ini|whitney_wood: its outline, WingShape = from_file::NAME.ini')
     if (allocated(c%shape)) c%source = kind_of(SOURCES, c%shape)
-    call keys%length('wing_length', c%length, '0.0', 'the planform is scaled so that its largest x is this; 0: lengths of its '// &
-                     'file are in the units of this file; meshes are in metres', unit='L', min=0.0_rp)
+    call keys%length('wing_length', c%length, '0.0', 'the planform is scaled so that its largest x is this; 0: the lengths in '// &
+                     'the file of the planform are in the units of this file; meshes are in metres', unit='L', min=0.0_rp)
     call keys%length('wing_edge', c%edge, 'max(dx, 1/40 of the wing)', 'edge length of the triangles made from a planform', &
                      unit='L', above=0.0_rp)
     call keys%length('L_span', c%numbers%span, '1.0', 'WingShape = rectangular, TwoEllipses, mosquito_iams: from hinge to tip; '// &
@@ -90,10 +90,10 @@ contains
     call keys%length('b_bot', c%numbers%back, '0.0', 'WingShape = rectangular, TwoEllipses: chord behind the axis', unit='L', &
                      min=0.0_rp)
     call keys%inert('L_chord', 'chord that no wing of FLUSI uses')
-    call keys%kind('wing_edges', c%edges, 'auto', EDGES, 'rigid wings in the mask. flusi: they end, '// &
-                   'smoothed, at their outline, as FLUSI draws them; round: they end there with round edges; beyond: their '// &
-                   'round edges reach half their thickness farther all around; auto: flusi for FLUSI''s wings by name and '// &
-                   'Fourier outlines of files, else beyond')
+    call keys%kind('wing_edges', c%edges, 'auto', EDGES, 'edges of rigid wings in the mask. flusi: smoothed edges at the '// &
+                   'outline, as FLUSI draws them; round: round edges that end at the outline; beyond: round edges that reach '// &
+                   'half the thickness beyond the outline; auto: flusi for FLUSI''s wings by name and for Fourier outlines '// &
+                   'from files, else beyond')
   end subroutine source_keys
 
   !> Declares and reads the last key of [Insects], which is the present section of `keys`: whether wings bend.

@@ -33,10 +33,10 @@ contains
   !> Adds [include] to `registry`, so that its files may include others.
   subroutine register_include(registry)
     type(registry_t), intent(inout) :: registry
-    call registry%add_section(INCLUDE_SECTION, 'parameters that stand in other files')
+    call registry%add_section(INCLUDE_SECTION, 'parameters from other files')
     call registry%add_text(INCLUDE_SECTION, INCLUDED_FILE, '', &
-                           'names of parameter files, beside this one, separated by blanks; what this file says '// &
-                           'itself counts before what they say')
+                           'names of parameter files in the folder of this file, separated by blanks; the keys of this file '// &
+                           'take precedence over theirs')
   end subroutine register_include
 
   !> Puts the sections and keys of all files that `document` includes, directly or not, behind its own. A file that

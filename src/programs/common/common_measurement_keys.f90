@@ -26,11 +26,11 @@ contains
     type(keys_t), intent(inout) :: keys
     type(measurement_choices_t), intent(inout) :: c
     character(*), intent(in) :: more, words, fallback
-    call keys%section('Measurement', 'what the wing did in the experiment')
-    call keys%text('file', c%file, '', 'measurement file (docs/formats/measurement-format.md); looked for here and then in the '// &
-                   'folder of the input file'//more, required=.true., given=c%has_file)
+    call keys%section('Measurement', 'the measured shapes and motions of the wing')
+    call keys%text('file', c%file, '', 'measurement file (docs/formats/measurement-format.md); the program looks in the '// &
+                   'current folder, then in the folder of the input file'//more, required=.true., given=c%has_file)
     call keys%word('outliers', c%outliers, fallback, words, &
-                   'heights that stand out from all around them by more than 6 sd, as no normal errors do')
+                   'what to do with heights that differ from all heights around them by more than 6 standard deviations')
   end subroutine measurement_keys
 
   !> Declares the section in `registry`, with the arguments of `measurement_keys`.

@@ -69,22 +69,25 @@ contains
     call keys%section(F)
     call keys%switch('use_flexible_wing_model', c%asks, .false., 'FLUSI''s name for [Insects] wings = flexible', &
                      computed='as [Insects] wings says', given=c%says)
-    call keys%length('load_distance', p%distance, 't_wing + wing_smoothing + max(dx)', 'distance from the mid surface at which '// &
-                     'the flow on both sides is looked at', unit='L', above=0.0_rp, given=c%has_distance)
+    call keys%length('load_distance', p%distance, 't_wing + wing_smoothing + max(dx)', 'distance from the mid surface at '// &
+                     'which the flow is sampled on both sides', unit='L', above=0.0_rp, given=c%has_distance)
     call keys%kind('load', c%load, 'pressure', LOADS, 'what bends the wings: the pressure on both sides, '// &
                    'or the viscous traction as well', given=c%has_load)
-    call keys%switch('load_extrapolated', p%extrapolates, .false., 'the pressure difference is looked at in twice the '// &
-                     'distance, too, and extrapolated linearly to the mid surface', given=c%has_extrapolated)
-    call keys%kind('coupling', p%coupling, 'weak', COUPLINGS, 'load under which the wings make a step: that '// &
-                   'at its beginning, extrapolated to its end, or found at its end by sub-iterations')
-    call keys%real('coupling_tolerance', p%tolerance, 1.0e-3_rp, 'strong: the load may change by so much of itself in the last '// &
+    call keys%switch('load_extrapolated', p%extrapolates, .false., 'the pressure difference is also sampled at twice the '// &
+                     'distance, and extrapolated linearly to the mid surface', given=c%has_extrapolated)
+    call keys%kind('coupling', p%coupling, 'weak', COUPLINGS, 'load on the wings during a step; weak: the load at its '// &
+                   'beginning; extrapolated: the load extrapolated to its end; strong: the load at its end, found by '// &
+                   'sub-iterations')
+    call keys%real('coupling_tolerance', p%tolerance, 1.0e-3_rp, 'strong: largest relative change of the load in the last '// &
                    'sub-iteration', above=0.0_rp, given=c%has_tolerance)
-    call keys%integer('coupling_iterations', p%iterations, 20, 'strong: the run stops if so many evaluations of the flow in a '// &
-                      'step are not enough', min=1, given=c%has_iterations)
+    call keys%integer('coupling_iterations', p%iterations, 20, 'strong: largest number of evaluations of the flow in a step; '// &
+                      'the run stops if they are not enough', min=1, given=c%has_iterations)
     call keys%real('T_release', p%release, 0.0_rp, 'the wings are held rigid until this time', unit='T', min=0.0_rp)
-    call keys%real('largest_deflection', p%largest_deflection, 1.0_rp, 'the run stops if a point moves farther, in wing lengths', &
+    call keys%real('largest_deflection', p%largest_deflection, 1.0_rp, 'the run stops if a point is deflected by more than '// &
+                   'this, in wing lengths', &
                    above=0.0_rp)
-    call keys%reals('gravity', p%gravity, ZERO, 'acceleration of gravity on the wings, in space', unit='m/s^2', given=c%has_gravity)
+    call keys%reals('gravity', p%gravity, ZERO, 'acceleration of gravity on the wings, in the axes of the flow', unit='m/s^2', &
+                    given=c%has_gravity)
   end subroutine coupling_keys
 
   !> Tells whether the wings of this run bend: either [Insects] or a key of [Flexible_wing] asks for it.
