@@ -31,9 +31,9 @@ contains
     k = minloc(off, 1)
     if (off(k) > log10(most/least)/2) return
     if (has_prefixes) then
-      text = text//'; if it is in '//with_prefix(k, unit)//', write '//shifted(value, POWERS(k))
+      text = text//'; if the value is in '//with_prefix(k, unit)//', write '//shifted(value, POWERS(k))
     else
-      text = text//'; is it in another unit? '//shifted(value, POWERS(k))//' would be usual'
+      text = text//'; is the value in another unit? '//shifted(value, POWERS(k))//' would be usual'
     end if
   end function magnitude_doubt
 

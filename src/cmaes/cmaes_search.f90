@@ -228,7 +228,7 @@ contains
     character(:), allocatable :: text
     text = stop_text(merge(self%state%last_stop, self%state%stop_code, self%state%stop_code == RUNNING))
     associate (state => self%run%state)
-      if (state%counts%n_repairs + state%counts%n_floored > 0) text = text//'; in the last run the covariance was taken back '// &
+      if (state%counts%n_repairs + state%counts%n_floored > 0) text = text//'; in the last run the covariance was reset '// &
                                                      number_text(state%counts%n_repairs)//' times and raised to its floor '// &
                                                         number_text(state%counts%n_floored)//' times'
     end associate

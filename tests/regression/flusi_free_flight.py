@@ -75,7 +75,7 @@ def test_flexible(case):
     run = case.sub("weight")
     run.write("run.ini", merged(ini, {"Flexible_wing": {"gravity": "0 0 -9.81"}}))
     done = run.run("run.ini", "--check", code=EXIT_USER)
-    check("is not that of [Insects] gravity" in done.err, f"two weights are refused: {done.err}")
+    check("differs from [Insects] gravity" in done.err, f"two weights are refused: {done.err}")
 
 
 def test_sphere(case):

@@ -76,10 +76,10 @@ contains
     integer :: i
     select case (p%flow)
     case (FLOW_RING)
-      if (is_2d) call c%complain(errors, SECTION, KEY, 'a vortex ring needs nx > 1')
+      if (is_2d) call c%complain(errors, SECTION, KEY, 'a vortex ring is three-dimensional and needs nx > 1')
       if (ring_radius <= 0) call c%complain(errors, 'Geometry', 'Size', 'the vortex ring needs a radius above 0')
     case (FLOW_ROGALLO)
-      if (p%omega1 <= 0) call c%complain(errors, SECTION, 'omega1', 'the random field needs a mean energy above 0')
+      if (p%omega1 <= 0) call c%complain(errors, SECTION, 'omega1', 'the random field needs a mean kinetic energy above 0')
     case (FLOW_FILES)
       do i = 1, 3
         call need_file(c, errors, 'file_u'//AXES(i:i), trim(p%file_u(i)))

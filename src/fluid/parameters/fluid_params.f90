@@ -113,7 +113,7 @@ contains
     if (p%solids%is_on) limit = p%time%cfl_eta*p%solids%c_eta
     if (p%sponge%is_on) limit = min(limit, p%sponge%damping_time)
     if (p%time%dt_fixed <= limit) return
-    write (text, '(a,es10.3)') 'unstable: penalization (CFL_eta*eps) and sponge (eps_sponge) allow at most', limit
+    write (text, '(a,es10.3)') 'the step is unstable: penalization (CFL_eta*eps) and sponge (eps_sponge) allow at most', limit
     call c%complain(errors, 'Time', 'dt_fixed', trim(text))
   end subroutine check_fixed_step
 

@@ -147,7 +147,8 @@ contains
     ! The reader of iMask has already reported a wrong mask. With iMoving FLUSI redraws bodies at rest in every step; the result
     ! is the same mask, so that the key has no effect here.
     if (s%is_moving .and. .not. s%may_move) call c%complain(errors, 'Penalization', 'iMoving', &
-      'would hold the wings of Insect where they are at t = 0; valid: 1, and FlappingMotion_left and _right none')
+      'would hold the wings of Insect where they are at t = 0; valid: 1, for wings at rest with FlappingMotion_left and '// &
+      'FlappingMotion_right = none')
     call check_bodies(c, s, w, errors)
     if (s%mask == MASK_FILE) then
       inquire (file=s%mask_file(), exist=exists)
@@ -198,7 +199,7 @@ contains
       'needs an insect (iMask = Insect) beside it; for a body without an insect set iMask = '//word_of(OBSTACLES, s%obstacle)// &
       ' and leave obstacle out')
     if (s%obstacle /= NO_SHAPE .and. w%has_inflow) call c%complain(errors, 'Penalization', 'obstacle', &
-      'is of no use with iChannel = turek, which has a cylinder of its own; valid: none')
+      'has no place beside iChannel = turek, which has its own cylinder; valid: none')
     shape = s%shape()
     call shape%mistake(key, text)
     if (key /= '') call c%complain(errors, 'Geometry', key, text)

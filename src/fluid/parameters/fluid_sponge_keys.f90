@@ -55,11 +55,13 @@ contains
                                                  'the sponge needs a thickness of at least one point')
     call sponge_faces(p%kind, both, last)
     if (n(1) <= 4 .and. .not. any(both(2:)) .and. .not. any(last(2:))) &
-      call c%complain(errors, 'Sponge', 'iSpongeType', 'this sponge lies at the ends of x, which has no extent here')
+      call c%complain(errors, 'Sponge', 'iSpongeType', 'this sponge lies at the ends of x, and a two-dimensional flow '// &
+                      '(nx = 1) has none')
     if (.not. present(notices)) return
     if (any(both .and. 2*p%thickness >= n .and. n > 4) .or. &
         any(last .and. p%thickness >= n .and. n > 4)) &
-      call c%complain(notices, 'Sponge', 'sponge_thickness', 'the sponge fills the box: all of the flow is damped')
+      call c%complain(notices, 'Sponge', 'sponge_thickness', 'the sponge fills the box and damps the whole flow: set a '// &
+                      'smaller sponge_thickness')
   end subroutine check_sponge
 
   !> Returns the directions in which a type of sponge covers both ends of the box, or the last one only.

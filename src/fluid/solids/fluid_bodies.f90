@@ -84,7 +84,7 @@ contains
     type(failure_t), intent(inout) :: failure
     character(120) :: text
     if (all(abs(meta%domain_size - grid%length) <= 1.0e-6_rp*grid%length)) return
-    write (text, '(a,3(1x,g0.6),a,3(1x,g0.6))') ': its box has the lengths', meta%domain_size, ', here they are', &
+    write (text, '(a,3(1x,g0.6),a,3(1x,g0.6))') ': its box has the lengths', meta%domain_size, ', the run has', &
       grid%length
     call failure%raise(path//trim(text))
   end subroutine check_box

@@ -90,7 +90,8 @@ contains
     end do
     if (last > 1 .and. report%distance > params%tolerance) then
       call failure%raise('the strong coupling has not converged: after '//number_text(report%passes)// &
-                         ' passes the markers still move by '//number_text(report%distance)//' of their way in the step')
+                         ' passes over wings and forces, the markers still move by '// &
+                         number_text(report%distance)//' of their displacement in the step')
       return
     end if
     do i = 1, size(solvers)
@@ -151,9 +152,9 @@ contains
     end do
     call thin%rebuild_responses(are_changed, has_factor)
     do i = 1, size(thin%wings)
-      if (.not. has_factor(i)) call failure%raise('the '//trim(wings%params%wings(i)%side)//' wing has bent so far that '// &
-                                                  'its markers touch or part, so that its motion does not determine their '// &
-                                                  'forces: look at its shape, and at the stiffness in [Wing]')
+      if (.not. has_factor(i)) call failure%raise('the '//trim(wings%params%wings(i)%side)//' wing has bent so far that its '// &
+                                                  'markers are too close or too far apart, and its motion does not determine '// &
+                                                  'their forces: check its shape and the stiffness in [Wing]')
     end do
   end subroutine update_responses
 

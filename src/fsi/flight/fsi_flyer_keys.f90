@@ -85,19 +85,19 @@ contains
       params%held(PLACE(i)) = c%dof(i:i) == '0'
     end do
     if (.not. c%has_gravity) call config%complain(errors, SECTION, 'gravity', &
-      'is missing: BodyMotion = free_flight needs it; 0 is none, a negative one points down')
+      'is missing: BodyMotion = free_flight needs it; 0: no gravity, negative values: downward')
     if (params%gravity > 0) call config%complain(notices, SECTION, 'gravity', &
-      'is positive: the insect falls upwards, as in FLUSI')
+      'is positive: gravity points upward, as in FLUSI; a negative value points downward')
     if (params%mass <= 0) call config%complain(errors, SECTION, 'mass', &
       'is missing: BodyMotion = free_flight needs the mass of the insect')
     do i = 4, 6
       if (params%held(PLACE(i)) .or. c%inertia(i - 3) > 0) cycle
       call config%complain(errors, SECTION, 'J_body_yawpitchroll', 'is 0 about the axis of '//trim(AXES(i))// &
-                           ', which is free; hold it by DoF, or give the inertia of the body')
+                           ', about which the body may turn; hold this rotation by DoF, or give the inertia of the body')
     end do
     ! Three positive numbers are an inertia only if none is larger than the others together.
     if (all(c%inertia > 0) .and. 2*maxval(c%inertia) > sum(c%inertia)*(1 + 1.0e-9_rp)) &
-      call config%complain(errors, SECTION, 'J_body_yawpitchroll', 'is that of no body: '// &
+      call config%complain(errors, SECTION, 'J_body_yawpitchroll', 'fits no rigid body: '// &
                            number_text(maxval(c%inertia))//' is more than the sum of the other two')
   end subroutine read_flyer
 

@@ -85,8 +85,8 @@ contains
       if (all(motion%kind /= [MOTION_FREE, MOTION_YAWPITCHROLL]) .and. norm2(motion%velocity) > 0) &
         call config%complain(notices, SECTION, 'v0', 'has no effect with BodyMotion = '//word)
       if (motion%kind == MOTION_TAKEOFF) call config%complain(errors, SECTION, 'BodyMotion', &
-        'is takeoff with KineFromFile = '//choices%from_file//'; FLUSI''s legs that push off are '// &
-        'not built here; valid: KineFromFile = yes, a take-off in a table, free_flight, or '//TABLE_WORD//'a flight')
+        'is takeoff with KineFromFile = '//choices%from_file//'; FLUSI''s legs that push off do not exist here; valid: '// &
+        'KineFromFile = yes with a take-off in a table, free_flight, or '//TABLE_WORD//'a flight')
       if (motion%kind /= MOTION_TABLE) return
       begin = index(word, '::') + 2
       call read_named_text(word(begin:), config%file_name(), path, text, problem, world)
@@ -104,9 +104,9 @@ contains
       if (errors%count() > errors_before) then
         motion%kind = MOTION_TETHERED
       else if (motion%table(1, 1) > 0 .or. motion%table(1, size(motion%table, 2)) < t_end) then
-        call config%complain(errors, SECTION, 'BodyMotion', 'the states in '//path//' are those of t = '// &
+        call config%complain(errors, SECTION, 'BodyMotion', 'the states in '//path//' reach from t = '// &
                              number_text(motion%table(1, 1))//' to '// &
-                             number_text(motion%table(1, size(motion%table, 2)))//', the run goes from 0 to '// &
+                             number_text(motion%table(1, size(motion%table, 2)))//', but the run goes from 0 to '// &
                              number_text(t_end))
       end if
       if (errors%count() == errors_before .and. abs(choices%factor - 1) > 0) call scale_way(choices%factor, motion%table)

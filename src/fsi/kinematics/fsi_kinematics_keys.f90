@@ -129,7 +129,7 @@ contains
     associate (x => body%centre)
       if (all(x >= 0 .and. x <= box) .or. any(x < -box .or. x > 2*box)) return
       where (x < 0 .or. x > box) x = modulo(x, box)
-      call config%complain(notices, SECTION, 'x0', 'is outside of the box; the body is put to its image at '// &
+      call config%complain(notices, SECTION, 'x0', 'is outside of the box; the body starts at its periodic image, at '// &
                            number_text(x(1))//' '//number_text(x(2))//' '//number_text(x(3)))
     end associate
   end subroutine keep_in_box
@@ -154,9 +154,11 @@ contains
     motions%ramp = c%ramp
     if (.not. present(errors)) return
     if (norm2(mounts(1)%hinge - mounts(2)%hinge) <= 0) call config%complain(errors, SECTION, 'x_pivot_r', &
-                                            'is the same point as x_pivot_l; valid: two hinges apart, left at larger y')
+                                            'is the same point as x_pivot_l; valid: two different hinges, the left one at '// &
+                                            'larger y')
     if (mounts(1)%hinge(2) < mounts(2)%hinge(2)) call config%complain(errors, SECTION, 'x_pivot_l', &
-                              'is to the right of x_pivot_r: y of the body points to the left; valid: left at larger y')
+                              'is to the right of x_pivot_r, but the y axis of the body points to the left; valid: the left '// &
+                              'hinge at larger y')
   end subroutine read_mounts
 
   !> Returns the name of the file that the motion of a wing (1 left, 2 right) is in; empty if it needs none.

@@ -39,7 +39,7 @@ contains
       if (size(x) < 3) then
         problem = 'ends before the three numbers of coefficients'
       else if (any(x(:3) < 0 .or. x(:3) > MOST_COEFFICIENTS .or. abs(x(:3) - anint(x(:3))) > 0)) then
-        problem = 'begins with no numbers of coefficients'
+        problem = 'does not begin with three numbers of coefficients'
       end if
     end if
     if (allocated(problem)) then

@@ -123,7 +123,8 @@ contains
     end do
     call body%init(parts, numbers%smoothing)
     if (minval(body%high - body%low) < 2*scene%grid%max_spacing() .and. .not. scene%grid%is_2d) &
-      call config%complain(notices, SECTION, 'BodyType', 'is a body that is thinner than two grid spacings somewhere')
+      call config%complain(notices, SECTION, 'BodyType', 'gives a body that is thinner than two grid spacings somewhere: '// &
+                           'use a finer grid')
   end subroutine read_body_shape
 
   !> Returns the extent of all parts in x, y and z, L.

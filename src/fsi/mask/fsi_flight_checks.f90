@@ -13,7 +13,7 @@ module fsi_flight_checks
   public :: check_place, check_room
 
   character(*), parameter :: SECTION = 'Insects'
-  character(*), parameter :: TWO_D = 'is 1, a two-dimensional flow, which sees the section of the wings at x = 0: '
+  character(*), parameter :: TWO_D = 'is 1: a two-dimensional flow uses the section of the wings at x = 0, and for this '
   integer, parameter :: N_SAMPLES = 64 !< in one beat
   real(rp), parameter :: ROUNDING = 1.0e-9_rp
 
@@ -73,7 +73,7 @@ contains
     integer :: i
     width = maxval(wing%points(2, :)) - minval(wing%points(2, :))
     if (abs(width - 1) > ROUNDING .or. any(abs(wing%points(3, :)) > ROUNDING)) then
-      call config%complain(errors, 'Resolution', 'nx', TWO_D//'a wing is a flat strip 1 L wide; this one is '// &
+      call config%complain(errors, 'Resolution', 'nx', TWO_D//'a wing must be a flat strip 1 L wide; this one is '// &
                            number_text(width)//' L wide')
       return
     end if
@@ -85,10 +85,10 @@ contains
     reach = flight%half_thickness + flight%smoothing
     x = pose%hinge(1) + sign(1.0_rp, pose%matrix(2, 1))*[minval(wing%points(2, :)), maxval(wing%points(2, :))]
     if (lean > ROUNDING) then
-      call config%complain(errors, 'Resolution', 'nx', TWO_D//'the chord of a wing lies along x at all times')
+      call config%complain(errors, 'Resolution', 'nx', TWO_D//'the chord of the wing (y of its file) must lie along x at all times')
     else if (maxval(x) < reach .or. minval(x) > -reach) then
       call config%complain(errors, SECTION, 'x0', 'puts the wing between x = '//number_text(minval(x))//' and '// &
-                           number_text(maxval(x))//' L; in a two-dimensional flow it reaches at least from '// &
+                           number_text(maxval(x))//' L; in a two-dimensional flow it must reach at least from '// &
                            number_text(-reach)//' to '//number_text(reach))
     end if
   end subroutine check_section

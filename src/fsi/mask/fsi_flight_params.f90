@@ -201,8 +201,8 @@ contains
       call config%complain(errors, SECTION, EDGES, 'is round, which works for flat wings in three dimensions (nx > 1) '// &
                            'only; valid for this wing: beyond')
     else
-      call config%complain(errors, SECTION, EDGES, 'is flusi, which needs the outline of one of FLUSI''s wings by '// &
-                           'name, or a Fourier outline from a file; valid for this wing: beyond, or round if it is flat')
+      call config%complain(errors, SECTION, EDGES, 'is flusi, which needs one of FLUSI''s wings by name, or a Fourier outline '// &
+                           'from a file; valid for this wing: beyond, or round if it is flat')
     end if
   end subroutine complain_edges
 
@@ -218,8 +218,8 @@ contains
       call config%complain(notices, SECTION, EDGES, 'has no effect here: it is for rigid wings in the mask (wings = rigid '// &
                            'with surface = penalized); remove it')
     else if (c%edges == EDGES_ROUND) then
-      call config%complain(notices, SECTION, EDGES, 'is round: the wing ends at its outline; beyond is the wing that '// &
-                           'reaches half its thickness farther')
+      call config%complain(notices, SECTION, EDGES, 'is round: the wing ends at its outline; with beyond it reaches farther, '// &
+                           'by half its thickness')
     end if
   end subroutine notice_edges
 

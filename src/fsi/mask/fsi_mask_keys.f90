@@ -75,7 +75,7 @@ contains
     if (c%has_thickness) half_thickness = c%thickness/2
     if (c%has_half .and. c%has_thickness) then
       if (abs(half_thickness - c%half) > 1.0e-9_rp*half_thickness) &
-        call config%complain(errors, FLEXIBLE, 't_wing', 'is not the half of [Insects] WingThickness; give one of them')
+        call config%complain(errors, FLEXIBLE, 't_wing', 'is not half of [Insects] WingThickness; give only one of them')
     end if
     if (c%has_smoothing) smoothing = c%smoothing
     if (smoothing > half_thickness) then
@@ -84,11 +84,11 @@ contains
       else if (2*half_thickness < grid%max_spacing()) then
         call config%complain(errors, FLEXIBLE, 't_wing', TOO_THIN)
       else if (is_soft) then
-        call notices%add('[Insects] wing_edges = flusi: the step of the mask is wider than the wings are thick, so that '// &
-                         'chi does not reach 1 and some of the flow passes through them; wing_edges = auto avoids it')
+        call notices%add('[Insects] wing_edges = flusi: the smoothing layer of the mask is wider than the wings are thick: '// &
+                         'chi does not reach 1, and some of the flow passes through the wings; wing_edges = auto avoids this')
       else
         smoothing = half_thickness
-        call config%complain(notices, FLEXIBLE, 'wing_smoothing', 'is half the thickness of the wings, not '// &
+        call config%complain(notices, FLEXIBLE, 'wing_smoothing', 'is set to half the thickness of the wings, not to '// &
                              trim(merge('what is given', 'max(dx)      ', c%has_smoothing))// &
                              ', so that chi reaches 1')
       end if

@@ -60,7 +60,7 @@ contains
         call jumps%add('the '//trim(SIDES(s))//' wing would jump, its hinge by '//number_text(norm2(change(:3)))// &
                        ' L, its tip by about '//number_text(turn)//' wing lengths')
       else if (maxval(abs(change(13:))) > SMALL) then
-        call jumps%add('the '//trim(SIDES(s))//' wing would change its angular velocity at once, by '// &
+        call jumps%add('the '//trim(SIDES(s))//' wing would change its angular velocity suddenly, by '// &
                        number_text(norm2(change(13:)))//' 1/T')
       end if
     end do

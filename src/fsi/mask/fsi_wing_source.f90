@@ -327,8 +327,8 @@ contains
     if (path == '') then
       call config%complain(errors, SECTION, SHAPE, 'the wing file does not exist, neither here nor beside '//config%file_name())
     else if (c%length <= 0 .and. scene%metre <= 0) then
-      call config%complain(errors, SECTION, LENGTH, 'is needed: a wing file is in metres, and without [units] length '// &
-                           'nothing tells what they are here')
+      call config%complain(errors, SECTION, LENGTH, 'is needed: a wing file is in metres, and without [units] length the '// &
+                           'program cannot convert them')
     end if
     if (errors%count() > errors_before) return
     if (present(world)) then

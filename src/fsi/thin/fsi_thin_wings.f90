@@ -115,9 +115,8 @@ contains
       call self%wings(i)%hold_response(world, i, size(self%wings), is_2d, self%is_shared, self%group)
     end do
     call self%rebuild_responses([(.true., i=1, size(self%wings))], has_factor)
-    if (.not. all(has_factor)) call failure%raise('the markers of a wing are too close to each other, so that the motion of '// &
-                                                  'the wing does not determine their forces: set a larger [Insects] '// &
-                                                  'marker_spacing')
+    if (.not. all(has_factor)) call failure%raise('the markers of a wing are too close to each other, and the motion of the '// &
+                                                  'wing does not determine their forces: set a larger [Insects] marker_spacing')
   end subroutine thin_init
 
   !> Makes the table of the response, and room for the effect of rigid wings on each other.
@@ -320,8 +319,8 @@ contains
         r = r - step*mp
       end do
       self%slip%left = largest(r)/begin
-      if (self%slip%left > TOO_MUCH) call failure%raise('no forces make the flow follow all wings: they touch or cross, or '// &
-                                                        'nearly so; set a larger distance between them ([Insects] '// &
+      if (self%slip%left > TOO_MUCH) call failure%raise('no forces make the flow follow all wings, because the wings touch or '// &
+                                                        'cross, or nearly do: set a larger distance between them ([Insects] '// &
                                                         'x_pivot_l, x_pivot_r, or the motion) or a smaller [Time] CFL')
     end associate
   end subroutine find_forces

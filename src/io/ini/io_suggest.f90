@@ -74,7 +74,7 @@ contains
       if (.not. allocated(problem)) exit
     end do
     if (n < 1) return
-    if (index(NOT_UNITS, first_letter(raw(n + 1:))) == 0) text = '; write the number alone, in the unit that --check tells'
+    if (index(NOT_UNITS, first_letter(raw(n + 1:))) == 0) text = '; write the number without a unit, in the unit that --check shows'
   end function number_hint
 
   !> Returns the first character that is not blank.

@@ -102,7 +102,7 @@ contains
       if (key%kind /= KEY_LENGTH) then
         problem = quoted(raw)//' is given in units of dx, but this key is not a length'
       else if (spacing <= 0) then
-        problem = quoted(raw)//' cannot be worked out, because dx = yl/ny is not known'
+        problem = quoted(raw)//' cannot be computed, because dx = yl/ny is not known'
       else if (abs(x) > huge(x)/max(spacing, 1.0_rp)) then
         problem = quoted(raw)//' is too large for a number'
       else
@@ -359,7 +359,7 @@ contains
     remark = 'default'
     if (value%is_given) remark = value%file//':'//number_text(value%line)
     if (allocated(value%origin)) remark = remark//', '//value%origin
-    if (.not. value%is_known) remark = 'default: '//key%default_text//', worked out by the program'
+    if (.not. value%is_known) remark = 'default: '//key%default_text//', computed by the program'
     if (present(scale)) then
       if (abs(scale - 1) > 0) remark = 'in SI units, '//remark
     end if

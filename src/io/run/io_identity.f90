@@ -129,7 +129,7 @@ contains
     class(change_t), intent(in) :: self
     character(:), allocatable :: text
     if (self%now == self%was) then
-      text = self%name//EQUALS//shown(self%now)//': this file has another content now'
+      text = self%name//EQUALS//shown(self%now)//': the content of this file has changed'
     else
       text = self%name//EQUALS//shown(self%now)//', was '//shown(self%was)
     end if

@@ -134,7 +134,7 @@ contains
       p = instrument%describe(i)
       if (abs(instrument%get(i) - null%get(i)) > 0) text = text//', '//p%name//' '//number_text(instrument%get(i))
     end do
-    if (text /= '') text = '[Instrument]'//new_line('a')//'parameters = '//text(3:)//'; of the measurement'// &
+    if (text /= '') text = '[Instrument]'//new_line('a')//'parameters = '//text(3:)//'; errors of the instrument'// &
                            new_line('a')
   end function instrument_lines
 end module common_instrument

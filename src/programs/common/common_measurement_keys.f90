@@ -74,7 +74,7 @@ contains
     call leave_out_outliers(measurement, outliers)
     if (outliers%n == 0) return
     write (percent, '(f8.2)') 100.0*outliers%n/real(max(1, outliers%n_tested))
-    call notices%add(path//': '//number_text(outliers%n)//' heights ('//trim(adjustl(percent))//' %) stand out '// &
-                     'from those around them and are left out; [Measurement] outliers = keep keeps them')
+    call notices%add(path//': '//number_text(outliers%n)//' heights ('//trim(adjustl(percent))//' %) differ by more than 6 '// &
+                     'standard deviations from the heights around them and are left out; [Measurement] outliers = keep keeps them')
   end subroutine choose_heights
 end module common_measurement_keys

@@ -125,7 +125,7 @@ contains
     type(static_report_t) :: report
     integer :: i
     if (any(abs(clamp_compliance(self%model%params%effects)) > 0)) then
-      call failure%raise('the clamp of a wing that vibrates about a loaded shape must not give way')
+      call failure%raise('the clamp of a wing that vibrates about a loaded shape must be stiff: remove root_flap and root_twist')
       return
     end if
     self%is_bent = .true.
@@ -152,7 +152,7 @@ contains
     associate (model => self%model)
       n = 3*model%n_free
       if (n_modes > n) then
-        call failure%raise('the structure has fewer modes than asked for')
+        call failure%raise('the structure has fewer modes than requested')
         return
       end if
       self%n_modes = n_modes

@@ -37,7 +37,7 @@ contains
     n = 3*model%n_free
     p = min(n, count(masses(model%movable) > 0)*3, max(2*k, k + 10))
     if (k > p) then
-      call failure%raise('the structure has fewer modes than asked for')
+      call failure%raise('the structure has fewer modes than requested')
       return
     end if
     work%stage = 1 ! the whole load

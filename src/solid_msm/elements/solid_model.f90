@@ -174,11 +174,11 @@ contains
       end do
     end do
     if (has_need(NEED_SIDED_JOINTS) .and. .not. params%effects%has_sides) &
-      call failure%raise('one-way joints must have sides: set [Wing] sided_joints = yes')
+      call failure%raise('one-way joints need [Wing] sided_joints = yes')
     if (has_need(NEED_SIDED_VEINS) .and. .not. params%effects%has_sided_veins) &
-      call failure%raise('veins that resist torsion or are curved must have sides: set [Wing] sided_veins = yes')
+      call failure%raise('torsion and camber of veins need [Wing] sided_veins = yes')
     if (has_need(NEED_NO_SLACK) .and. params%slack < 1) &
-      call failure%raise('a membrane that goes slack where it is shorter cannot have a pretension')
+      call failure%raise('a membrane that goes slack under compression ([Wing] slack below 1) cannot have a pretension')
   end subroutine check_needs
 
   !> Finds the hinge of the soft place, if there is one. Fails if no hinge is there.
@@ -193,7 +193,7 @@ contains
         if (wing%veins(v)%name /= name) cycle
         self%layout%soft_hinge = hinge_in_vein(wing, self%plans, v, self%params%effects%soft_fraction)
         if (self%layout%soft_hinge == 0) &
-          call failure%raise("the soft place in vein '"//name//"' is at no free point: it has none inside, or "// &
+          call failure%raise("the soft place in vein '"//name//"' is at no free point: the vein has no free point inside, or "// &
                              'a joint is there')
         return
       end do

@@ -251,6 +251,7 @@ contains
       self%membrane_young*1.0e-9_rp, ' GPa; a regularising parameter, not measured'
     note = trim(text)
     is_soft = self%plate < UNIQUE_ABOVE
-    if (is_soft) note = note//'; below the default of 2E-7 N m wrinkled equilibria multiply, and shapes depend on the path'
+    if (is_soft) note = note//'; below the default of 2E-7 N m the wing has many wrinkled equilibria, and shapes depend on '// &
+      'the loading path'
   end subroutine membrane_note
 end module solid_params

@@ -78,7 +78,7 @@ contains
       end do
       return
     end do
-    call failure%raise('the load acts beside the membrane of the wing')
+    call failure%raise('the load acts outside the membrane of the wing')
   end subroutine load_add_at
 
   !> Returns twice the area of a triangle in the plane, negative if its corners go clockwise.

@@ -152,7 +152,7 @@ contains
           report%snaps = report%snaps + 1
           if (is_lost) then
             report%reason = 'the wing snaps through at '//number_text(real(nint(100*work%stage), rp))// &
-                            ' % of the load, and no shape at rest is found behind that'
+                            ' % of the load, and no stable equilibrium is found beyond that'
             exit
           end if
           report%stages = report%stages + 1
@@ -264,7 +264,7 @@ contains
     call work%factorise(model, load, u, .false., 0.0_rp, is_spd) ! no shift: sensitivities feel it
     is_lost = .not. is_spd
     if (is_lost) then
-      report%reason = 'the shape that is found under the full load is an unstable equilibrium'
+      report%reason = 'the equilibrium that is found under the full load is unstable'
       return
     end if
     report%reciprocal_condition = work%cholesky%reciprocal_condition()

@@ -143,8 +143,8 @@ contains
     if (source%length > 0) call config%complain(errors, 'Insects', 'wing_length', &
                                             'contradicts wings = flexible, whose file is in metres; set [units] length')
     if (.not. has_file) &
-      call config%complain(errors, 'Wing', 'file', 'is missing: wings = flexible need a wing file. Of FLUSI''s *.dat '// &
-                           'files in this folder, whose unit (metres) and vein diameters (um) the set does not tell: '// &
+      call config%complain(errors, 'Wing', 'file', 'is missing: wings = flexible need a wing file. FLUSI''s *.dat files in '// &
+                           'this folder do not state their unit (metres) and vein diameters (um); make a wing file from them: '// &
                            'tools/import_flusi_mesh . wing.h5 --unit METRES --root-vein D_ROOT D_TIP --vein D_ROOT D_TIP; '// &
                            'then [Wing] file = wing.h5, [units] length, frequency, density')
   end subroutine check_flexible
@@ -189,8 +189,8 @@ contains
     type(coupling_choices_t) :: c
     ! An incomplete [units] is reported elsewhere.
     if (.not. any(units%has)) &
-      call config%complain(errors, 'units', 'length', 'is missing: the mechanics of the wings is in SI units, '// &
-                           '[units] must say what L, T and the density are')
+      call config%complain(errors, 'units', 'length', 'is missing: the mechanics of the wings is in SI units; set length, '// &
+                           'frequency and density in [units]')
     params%distance = flight%half_thickness + flight%smoothing + fluid%grid%max_spacing()
     call read_coupling_keys(config, c, params)
     params%states_gravity = c%has_gravity
@@ -221,7 +221,7 @@ contains
     if (merge(2, 1, params%extrapolates)*params%distance > flight%wings(1)%length()) &
       call config%complain(errors, F, DISTANCE, &
                            'is more than the length of the wing, '//number_text(flight%wings(1)%length())// &
-                           ': the pressure there is not that on the wing')
+                           ': the pressure there differs from the pressure on the wing')
   end subroutine check_wings
 
   !> Sets those parts of `params` that come from the wing: its model, its inertia and damping, and the mass of fluid that it
@@ -268,7 +268,7 @@ contains
     do i = 1, size(wings)
       call wings(i)%motion%evaluate(0.0_rp, phi, alpha, theta)
       if (.not. maxval(abs([phi%rate, alpha%rate, theta%rate])) > 0) cycle
-      call notices%add('[Insects] wing_ramp is 0, and the flexible wings move at t = 0: they begin with a jerk; '// &
+      call notices%add('[Insects] wing_ramp is 0, and the flexible wings move at t = 0: they start with a shock; wing_ramp of '// &
                        'a quarter of a beat starts them smoothly')
       return
     end do

@@ -70,7 +70,7 @@ contains
         call c%complain(errors, 'units', trim(NAMES(i)), 'is missing: input = SI needs the value of every unit')
       else
         call c%complain(errors, 'units', trim(NAMES(i)), &
-                        'is missing: valid are all of length, frequency and density, or none of them')
+                        'is missing; valid: all of length, frequency and density, or none of them')
       end if
     end do
   end subroutine check_units_together
