@@ -16,7 +16,7 @@ module fluid_initial_keys
 
   integer, parameter :: FLOW_QUIESCENT = 1, FLOW_MEAN = 2, FLOW_RING = 3, FLOW_TAYLOR_GREEN_2D = 4, FLOW_TAYLOR_GREEN = 5, &
                         FLOW_ROGALLO = 6, FLOW_SPECTRUM = 7, FLOW_FILES = 8
-  integer, parameter :: FLOW_BACKUP = 9, FLOW_BACKUP_FILE = 10 !< of the newest checkpoint, of one that is named
+  integer, parameter :: FLOW_BACKUP = 9, FLOW_BACKUP_FILE = 10 !< from the newest checkpoint, from a named checkpoint
   type(named_kind_t), parameter :: FLOWS(10) = [ &
     named_kind_t('quiescent', FLOW_QUIESCENT), named_kind_t('MeanFlow', FLOW_MEAN), named_kind_t('VortexRing', FLOW_RING), &
     named_kind_t('taylor_green_2d', FLOW_TAYLOR_GREEN_2D), named_kind_t('taylor_green', FLOW_TAYLOR_GREEN), &
@@ -25,7 +25,7 @@ module fluid_initial_keys
 
   type :: initial_params_t
     integer :: flow = FLOW_QUIESCENT
-    character(:), allocatable :: word          !< for it, as the user gives it
+    character(:), allocatable :: word          !< the word for it that the user gives
     character(:), allocatable :: spectrum_file
     character(1024) :: file_u(3) = '' !< names of the fields of flow = infile
     real(rp) :: omega1 = 0            !< circulation of the ring, or mean energy

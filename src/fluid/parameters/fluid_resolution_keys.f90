@@ -14,7 +14,7 @@ module fluid_resolution_keys
 
   character(2), parameter :: POINTS(3) = ['nx', 'ny', 'nz']
 
-  !> With FLUSI's words.
+  !> Truncations, with the words of FLUSI.
   type(named_kind_t), parameter :: DEALIASINGS(5) = [named_kind_t('0', DEALIAS_NONE), named_kind_t('1', DEALIAS_ELLIPSOID), &
                                                      TRUNCATIONS]
 

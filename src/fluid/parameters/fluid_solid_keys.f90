@@ -13,7 +13,7 @@ module fluid_solid_keys
   public :: solids_t, walls_t, geometry_keys, penalization_keys, check_solids, MASK_NONE, MASK_EMPTY, MASK_FILE, MASK_INSECT, &
             MASK_FLEXIBLE_WING, CHANNEL_NONE, CHANNEL_XY, CHANNEL_XZ, CHANNEL_XY_SLIDING, CHANNEL_XZ_SLIDING, CHANNEL_TUREK
 
-  !> What is drawn besides the shapes of fluid_shapes, whose kinds are masks too.
+  !> Masks in addition to the shapes of fluid_shapes, whose kinds are masks, too.
   integer, parameter :: MASK_NONE = NO_SHAPE, MASK_EMPTY = LAST_SHAPE + 1, MASK_FILE = LAST_SHAPE + 2, &
                         MASK_INSECT = LAST_SHAPE + 3, MASK_FLEXIBLE_WING = LAST_SHAPE + 4
   character(*), parameter :: FILE_WORD = 'from_file::'
@@ -33,21 +33,21 @@ module fluid_solid_keys
   type(named_kind_t), parameter :: CAVITIES(4) = [named_kind_t('no', CAVITY_NO), named_kind_t('yes', CAVITY_YES), &
                                                   named_kind_t('0', CAVITY_NO), named_kind_t('1', CAVITY_YES)]
 
-  !> Bodies by penalization, and what is computed of them.
+  !> Bodies by penalization, and the quantities that are computed for them.
   type :: solids_t
     logical :: is_on = .false.            !< there are solids or walls
     integer :: mask = MASK_NONE
-    character(:), allocatable :: word     !< for it, as the user gives it
+    character(:), allocatable :: word     !< the word for it that the user gives
     integer :: obstacle = NO_SHAPE        !< a body at rest beside insects, or none
     logical :: is_moving = .false.        !< a layer above draws the body in every step
     logical :: may_move = .true.          !< the user does not forbid it
     real(rp) :: c_eta = 1.0e-2_rp         !< permeability, T
-    real(rp) :: dt_fraction = 1           !< of the largest step of the explicit penalization that solids which react allow
+    real(rp) :: dt_fraction = 1           !< fraction of the stable step of explicit penalization that solids in free motion allow
     real(rp) :: us_fixed(3) = 0, omega = 0
     real(rp) :: centre(3) = 0, size = 0, alpha = 0, r1 = 1, r2 = 1
-    logical :: has_centre(3) = .false.    !< the user says where
+    logical :: has_centre(3) = .false.    !< the user gives the centre
     logical :: compute_forces = .true., periodic_torque = .false.
-    logical :: unsteady_corrections = .false., has_corrections = .false. !< the latter: the user says which
+    logical :: unsteady_corrections = .false., has_corrections = .false. !< has_corrections: the user gives the former
   contains
     procedure :: shape => solids_shape
     procedure :: mask_word => solids_mask_word
@@ -62,13 +62,13 @@ module fluid_solid_keys
     real(rp) :: thickness = 0, position = 0 !< of the wall of a channel, L
     logical :: has_inflow = .false.       !< channel = turek
     real(rp) :: inflow_velocity = 1, inflow_length = 0, inflow_start = 0
-    real(rp) :: cylinder(2:3) = 0         !< centre of the one in that channel; that of `solids` may become that of an insect
+    real(rp) :: cylinder(2:3) = 0         !< centre of the cylinder in this channel; the centre of `solids` may be that of an insect
   end type walls_t
 
 contains
 
-  !> Declares and reads the keys of [Geometry]: the `length` of the box, and the body. Where the centre of the body is not given,
-  !> it is that of the box.
+  !> Declares and reads the keys of [Geometry]: the `length` of the box, and the body. If the centre of the body is not given, it is
+  !> the centre of the box.
   subroutine geometry_keys(keys, length, s)
     type(keys_t), intent(inout) :: keys
     real(rp), intent(inout) :: length(3)
@@ -158,7 +158,7 @@ contains
       call c%complain(errors, 'Penalization', 'cavity_size', 'the cavity walls need a thickness of at least one point')
   end subroutine check_solids
 
-  !> Returns the name of the mask, which is not its older one.
+  !> Returns the present name of the mask, also if the user gives its older name.
   pure function solids_mask_word(self) result(word)
     class(solids_t), intent(in) :: self
     character(:), allocatable :: word
@@ -166,7 +166,7 @@ contains
     if (self%mask == MASK_FILE) word = self%word
   end function solids_mask_word
 
-  !> Returns the name of the file that has the mask, empty if none has.
+  !> Returns the name of the file that has the mask; it is empty if there is no such file.
   pure function solids_mask_file(self) result(path)
     class(solids_t), intent(in) :: self
     character(:), allocatable :: path
@@ -174,8 +174,7 @@ contains
     if (self%mask == MASK_FILE) path = self%word(len(FILE_WORD) + 1:)
   end function solids_mask_file
 
-  !> Returns the body as a shape: that of the mask, or, for the body of an insect, the obstacle beside it. Other masks have no
-  !> shape.
+  !> Returns the shape of the mask, or with an insect the shape of the obstacle beside it. Other masks have no shape.
   pure type(shape_t) function solids_shape(self) result(shape)
     class(solids_t), intent(in) :: self
     shape%kind = merge(self%obstacle, self%mask, self%mask == MASK_INSECT)

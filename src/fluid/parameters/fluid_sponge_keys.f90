@@ -64,7 +64,7 @@ contains
                       'smaller sponge_thickness')
   end subroutine check_sponge
 
-  !> Returns the directions in which a type of sponge covers both ends of the box, or the last one only.
+  !> Returns the directions in which a type of sponge covers both ends of the box, and those in which it covers the last end only.
   pure subroutine sponge_faces(kind, both, last)
     integer, intent(in) :: kind
     logical, intent(out) :: both(3), last(3)

@@ -10,7 +10,7 @@ module fluid_time_keys
   public :: stepping_t, time_keys, SCHEME_AB2, SCHEME_RK4, SCHEME_RK2, SCHEME_EULER, SCHEMES
 
   integer, parameter :: SCHEME_AB2 = 1, SCHEME_RK4 = 2, SCHEME_RK2 = 3, SCHEME_EULER = 4
-  !> The last four name solids and couplings, too: words of FLUSI.
+  !> Time steppers. The last four are words of FLUSI that name solids and couplings, too.
   type(named_kind_t), parameter :: SCHEMES(8) = [ &
     named_kind_t('AB2', SCHEME_AB2), named_kind_t('RK4', SCHEME_RK4), named_kind_t('RK2', SCHEME_RK2), &
     named_kind_t('Euler', SCHEME_EULER), named_kind_t('AB2_rigid_solid', SCHEME_AB2), &
@@ -20,7 +20,7 @@ module fluid_time_keys
   !> The steps and the end of a run.
   type :: stepping_t
     integer :: scheme = SCHEME_AB2
-    character(:), allocatable :: word      !< for it, as the user gives it
+    character(:), allocatable :: word      !< the word for it that the user gives
     real(rp) :: t_max = 0, cfl = 0.1_rp, cfl_eta = 0.99_rp, dt_fixed = 0, dt_max = 0
     integer :: nt = 0                      !< largest number of steps
     logical :: intelligent_dt = .false.
