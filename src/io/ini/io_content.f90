@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tells text files of keys from files of other kinds by how they begin.
+!> Distinguishes text files of keys from files of other kinds by their first bytes.
 module io_content
   implicit none
   private
@@ -12,7 +12,8 @@ module io_content
 
 contains
 
-  !> Returns what a file is that is no text of keys, and what to do; empty for what may be one.
+  !> Returns a text that says what kind of file this is and what to do, if it is not a text of keys. It is empty for a possible text
+  !> of keys.
   pure function foreign_content(text) result(what)
     character(*), intent(in) :: text
     character(:), allocatable :: what
