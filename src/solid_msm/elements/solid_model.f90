@@ -29,7 +29,7 @@ module solid_model
   private
   public :: solid_model_t
 
-  !> All data of a wing that do not move. Constant during a computation.
+  !> All constant data of a wing. They do not change during a computation.
   type :: solid_model_t
     integer :: n_points = 0                 !< of the wing
     integer :: n_all = 0                    !< with the ghost points
@@ -61,9 +61,9 @@ module solid_model
 
 contains
 
-  !> Builds the model of a wing. Fails when the reference is not flat, when nothing is clamped, when a joint fits no two
-  !> vein segments, when there is no hinge for the effect `soft`, or when effects lack what they need; negative joint
-  !> stiffnesses become those of the vein.
+  !> Builds the model of a wing. Fails when the reference is not flat, when nothing is clamped, when a joint fits no two vein
+  !> segments, when there is no hinge for the effect `soft`, or when the requirements of an effect are not met. Negative stiffnesses
+  !> of joints are replaced by those of the veins.
   subroutine model_init(self, wing, params, failure)
     class(solid_model_t), intent(out) :: self
     type(wing_t), intent(in) :: wing
@@ -87,7 +87,7 @@ contains
                          "' fits no two vein segments that meet in one point")
       return
     end if
-    call find_flatness(wing, self%plans, normal, raised, bent) ! the reader of wing files has refused both
+    call find_flatness(wing, self%plans, normal, raised, bent) ! the reader of wing files refuses both
     if (raised > 0) then
       call failure%raise('the unloaded membrane must be flat, point '//number_text(raised)//' is not in its plane')
     else if (bent > 0) then
@@ -272,8 +272,8 @@ contains
     if (present(parts)) parts = e
   end function model_energy
 
-  !> Sets g(3, n_all) [N] to the gradient of the energy at u(3, n_all) [m], with the stiffness of the model or with another one
-  !> (or its derivative). `low` is a part of the displacement below the rounding of u; only the springs feel it.
+  !> Sets g(3, n_all) [N] to the gradient of the energy at u(3, n_all) [m], with the stiffness of the model or with another one (or
+  !> its derivative). `low` is a part of the displacement below the rounding of u; it enters only the springs.
   subroutine model_gradient(self, u, g, stiffness, low)
     class(solid_model_t), intent(in) :: self
     real(rp), intent(in) :: u(:, :)
@@ -281,7 +281,7 @@ contains
     type(stiffness_t), intent(in), optional :: stiffness
     real(rp), intent(in), optional :: low(:, :)
     g = 0
-    ! An absent array must not be passed on: its bounds would be computed.
+    ! An absent array must not be passed on, because its bounds would be evaluated.
     if (present(stiffness) .and. present(low)) then
       call extension_gradient(self%springs, stiffness%extension, u, g, low)
     else if (present(stiffness)) then
