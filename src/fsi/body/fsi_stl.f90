@@ -17,8 +17,8 @@ module fsi_stl
 
 contains
 
-  !> Returns the points (3, n) and the outward triangles (3, m) from the content of the STL file called `name`. What is wrong goes
-  !> to `errors`. A surface that is inside out is turned, with a notice.
+  !> Returns the points (3, n) and the outward triangles (3, m) from the content of the STL file called `name`. Mistakes go to
+  !> `errors`. If the surface is inside out, its triangles are reversed, with a notice.
   subroutine read_stl(text, name, points, triangles, errors, notices)
     character(*), intent(in) :: text, name
     real(rp), allocatable, intent(out) :: points(:, :)

@@ -95,7 +95,7 @@ contains
       call config%complain(errors, SECTION, 'J_body_yawpitchroll', 'is 0 about the axis of '//trim(AXES(i))// &
                            ', about which the body may turn; hold this rotation by DoF, or give the inertia of the body')
     end do
-    ! Three positive numbers are an inertia only if none is larger than the others together.
+    ! Three positive values are moments of inertia only if none is larger than the sum of the other two.
     if (all(c%inertia > 0) .and. 2*maxval(c%inertia) > sum(c%inertia)*(1 + 1.0e-9_rp)) &
       call config%complain(errors, SECTION, 'J_body_yawpitchroll', 'fits no rigid body: '// &
                            number_text(maxval(c%inertia))//' is more than the sum of the other two')

@@ -18,14 +18,14 @@ module fsi_body_motion_keys
 
   character(*), parameter :: SECTION = 'Insects'
   integer, parameter :: COLUMNS = 14
-  real(rp), parameter :: LENGTH_ERROR = 1.0e-3_rp !< of a quaternion in a table that has digits enough
+  real(rp), parameter :: LENGTH_ERROR = 1.0e-3_rp !< error of the length of a quaternion in a table with enough digits
 
   type :: body_motion_choices_t
     integer :: kind = MOTION_TETHERED      !< BodyMotion
-    character(:), allocatable :: word      !< for it, as the user gives it
+    character(:), allocatable :: word      !< the word for it that the user gives
     character(:), allocatable :: from_file !< yes: a take-off in a table
     real(rp) :: x_takeoff = 0, z_takeoff = 0, velocity(3) = 0
-    real(rp) :: factor = 1                 !< of the way in a table
+    real(rp) :: factor = 1                 !< factor on the displacement in a table
   end type body_motion_choices_t
 
 contains
@@ -61,8 +61,8 @@ contains
     call body_motion_keys(keys, c)
   end function body_motion_choices
 
-  !> Makes the motion of the body, which is `body` at the start. A free one gets its velocity `v0` from here. Mistakes go to
-  !> `errors`. With `world` the root rank reads files for all, and the call is collective.
+  !> Makes the motion of the body, which is `body` at the start. A free body gets its velocity `v0` here. Mistakes go to `errors`.
+  !> With `world` the root rank reads files for all, and the call is collective.
   subroutine read_body_motion(config, body, t_end, motion, errors, notices, world)
     type(config_t), intent(in) :: config
     type(body_t), intent(in) :: body

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Declares the kinematic keys of [Insects], with FLUSI's names, and loads the files that they name.
 !>
-!> Reading is in two steps, so that only one rank touches the disk: `read_mounts` tells which motion each wing has; the rank that
-!> has the text of its file passes it to `read_motion`.
+!> Reading is in two steps, so that only one rank touches the disk: `read_mounts` returns the motion of each wing; the rank that has
+!> the text of its file passes it to `read_motion`.
 module fsi_kinematics_keys
   use base_constants, only: PI
   use base_errors, only: message_list_t
@@ -86,7 +86,7 @@ contains
                     'in time')
   end subroutine kinematics_keys
 
-  !> Declares these keys.
+  !> Visits these keys.
   subroutine register_kinematics_keys(registry)
     type(registry_t), intent(inout), target :: registry
     type(body_motion_choices_t) :: motion
@@ -134,11 +134,11 @@ contains
     end associate
   end subroutine keep_in_box
 
-  !> Returns how the left and the right wing are attached to the body, and what all motions share. With `errors` it complains if
-  !> both wings have the same hinge, or if the left one is not on the left.
+  !> Returns the mounts of the left and the right wing on the body, and the common parameters of their motions. With `errors`, it
+  !> reports hinges at the same point, and a left hinge that is not on the left.
   subroutine read_mounts(config, pivot, mounts, motions, errors)
     type(config_t), intent(in) :: config
-    real(rp), intent(in) :: pivot(3) !< L, hinge of the left wing in the body frame, where the user gives none
+    real(rp), intent(in) :: pivot(3) !< L, hinge of the left wing in the body frame, if the user gives none
     type(wing_mount_t), intent(out) :: mounts(2)
     type(wing_motion_t), intent(out) :: motions(2)
     type(message_list_t), intent(inout), optional :: errors
@@ -161,7 +161,7 @@ contains
                               'hinge at larger y')
   end subroutine read_mounts
 
-  !> Returns the name of the file that the motion of a wing (1 left, 2 right) is in; empty if it needs none.
+  !> Returns the name of the file with the motion of a wing (1 left, 2 right); it is empty if the motion needs none.
   function motion_file(config, wing) result(path)
     type(config_t), intent(in) :: config
     integer, intent(in) :: wing
@@ -195,7 +195,7 @@ contains
     call motion%theta%alter(c%factor(3), c%offset(3)*(PI/180), c%lead(3))
   end subroutine read_motion
 
-  !> Sets the motion that `word` asks for, from the text of its file.
+  !> Sets the motion that `word` names, from the text of its file.
   subroutine read_file_motion(config, wing, word, text, name, motion, errors, notices)
     type(config_t), intent(in) :: config
     integer, intent(in) :: wing
@@ -207,7 +207,7 @@ contains
       of_body = body_motion_choices(config)
       if (of_body%word /= 'takeoff') call config%complain(errors, SECTION, &
         'FlappingMotion_'//trim(SIDES(wing)), 'is takeoff; valid: KineFromFile = yes beside it, or another motion')
-      return ! why the take-off of the body cannot be has been reported
+      return ! the mistake in the take-off of the body has been reported
     end if
     if (index(word, TABLE_WORD) == 1 .or. word == 'kinematics_loader') then
       call read_motion_table(text, name, motion, errors)

@@ -19,7 +19,7 @@ module fsi_flight_checks
 
 contains
 
-  !> Complains if the body's centre is outside of the box, unless the body is known not to fit into it.
+  !> Reports a body whose centre is outside of the box, unless another message says that the body does not fit into it.
   subroutine check_place(config, flight, grid, errors)
     type(config_t), intent(in) :: config
     type(flight_params_t), intent(in) :: flight
@@ -35,8 +35,8 @@ contains
                            number_text(grid%length(3))//' L')
   end subroutine check_place
 
-  !> Complains if a wing does not fit: at some time in the first beats it is longer, in the direction of x, y or z, than the box,
-  !> so that it runs into its own periodic image.
+  !> Reports a wing that does not fit into the box. At some time in the first beats it is longer than the box in the direction of x,
+  !> y or z, so that it meets its own periodic image.
   subroutine check_room(config, flight, grid, t_end, errors)
     type(config_t), intent(in) :: config
     type(flight_params_t), intent(in) :: flight
@@ -60,8 +60,8 @@ contains
     end do
   end subroutine check_room
 
-  !> Complains unless the wing is a strip that a two-dimensional flow can represent as a section: one unit wide along x, so that
-  !> everything is per unit depth, with its chord along x at all times.
+  !> Reports a wing that a two-dimensional flow cannot represent as a section. The wing must be a flat strip, one unit wide along y
+  !> of its frame, so that results are per unit depth, and this axis must lie along x at all times.
   subroutine check_section(config, flight, wing, t_end, errors)
     type(config_t), intent(in) :: config
     type(flight_params_t), intent(in) :: flight

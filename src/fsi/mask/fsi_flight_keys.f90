@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Declares the keys of insects: [Insects], and those of [Flexible_wing] that concern the mask, one group after the other. The
-!> keys in this module say which wings there are, and give their inertia.
+!> Declares the keys of insects: [Insects], and those of [Flexible_wing] that concern the mask, one group after the other. The keys
+!> in this module define the wings that exist, and their inertia.
 module fsi_flight_keys
   use base_kinds, only: rp
   use fsi_body_keys, only: body_choices_t, body_keys
@@ -88,7 +88,7 @@ contains
     call other_flusi_keys(keys, c)
   end function flight_choices
 
-  !> Declares keys of FLUSI that are refused, that only its words of BodyMotion need, or that have no effect.
+  !> Declares keys of FLUSI that are refused, that have no effect, or that only some words of BodyMotion need.
   subroutine other_flusi_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(flight_choices_t), intent(inout) :: c

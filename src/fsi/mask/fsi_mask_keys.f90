@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Reads thickness and smoothing of wings in the mask, with FLUSI's names.
 !>
-!> [Insects] WingThickness is the whole thickness t of a rigid wing, [Flexible_wing] t_wing the half of it; here
-!> both name the same sheet. Not given, t = 4 max(dx) and h = max(dx).
+!> [Insects] WingThickness is the whole thickness t of a rigid wing, [Flexible_wing] t_wing the half of it; here both describe the
+!> same sheet. By default t = 4 max(dx) and h = max(dx).
 module fsi_mask_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -49,7 +49,7 @@ contains
     call mask_keys(keys, c)
   end function mask_choices
 
-  !> Tells whether the file says how thick the wings are.
+  !> Tells whether the file gives the thickness of the wings.
   pure logical function choices_say_thickness(self) result(say)
     class(mask_choices_t), intent(in) :: self
     say = self%has_thickness .or. self%has_half .or. self%has_smoothing

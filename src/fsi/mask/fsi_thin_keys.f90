@@ -24,7 +24,7 @@ module fsi_thin_keys
   type(named_kind_t), parameter :: SHARINGS(3) = [named_kind_t('auto', SHARING_AUTO), named_kind_t('one', SHARING_ONE), &
                                                   named_kind_t('group', SHARING_GROUP)]
 
-  !> How the flow sees wings.
+  !> Representations of wings in the flow.
   integer, parameter, public :: SURFACE_AUTO = 1, SURFACE_THIN = 2, SURFACE_PENALIZED = 3
   type(named_kind_t), parameter :: SURFACES(3) = [named_kind_t('auto', SURFACE_AUTO), named_kind_t('thin', SURFACE_THIN), &
                                                   named_kind_t('penalized', SURFACE_PENALIZED)]
@@ -32,8 +32,8 @@ module fsi_thin_keys
   !> Choices of the user for wings without thickness.
   type :: thin_params_t
     integer :: surface = SURFACE_AUTO
-    logical :: is_thin = .false. !< what that comes to
-    real(rp) :: spacing = 0   !< wanted between markers, L
+    logical :: is_thin = .false. !< resulting choice: the wings have no thickness
+    real(rp) :: spacing = 0   !< requested distance of markers, L
     real(rp) :: viscosity = 0 !< coefficient c of the vanishing viscosity
     integer :: slip_interval = 1 !< steps from one measurement of the slip to the next
     integer :: sharing = SHARING_AUTO !< whether ranks share the response of a wing
@@ -78,7 +78,7 @@ contains
       call notices%add('[Insects] WingThickness, t_wing and wing_smoothing have no effect with surface = thin')
   end subroutine read_thin_keys
 
-  !> Returns how the user wants the flow to see the wings, SURFACE_*.
+  !> Returns the representation of the wings that the user requests, SURFACE_*.
   integer function surface_choice(config) result(surface)
     type(config_t), intent(in), target :: config
     type(thin_params_t) :: choices
@@ -120,7 +120,8 @@ contains
     character(2), parameter :: POINTS(3) = ['nx', 'ny', 'nz']
     real(rp) :: k
     integer :: i
-    ! Forces are proportional to slip over dt: in a tiny step the remaining slip of the step before would cause a large force.
+    ! Forces are proportional to slip over dt. In a tiny step the remaining slip of the previous step would therefore cause a large
+    ! force.
     fluid%time%even_end = .true.
     k = sphere_radius(fluid%grid)
     fluid%vanishing_rate = max(0.0_rp, params%viscosity*speed*k - fluid%nu*k**2)

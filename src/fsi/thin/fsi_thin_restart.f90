@@ -29,7 +29,7 @@ contains
                                             wings%marker_loads(i)%power, i=1, size(wings%marker_loads))])
   end subroutine save_thin_wings
 
-  !> Restores them, and the response. Fails if the checkpoint has no wings without thickness, or others. Collective.
+  !> Restores forces, loads and responses. Fails if the checkpoint has no wings without thickness, or different ones. Collective.
   subroutine load_thin_wings(reader, wings, thin, failure)
     type(checkpoint_reader_t), intent(inout) :: reader
     type(flapping_wings_t), intent(inout) :: wings
