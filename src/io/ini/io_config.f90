@@ -392,6 +392,6 @@ contains
                    ' is asked for as another type than it was registered with')
     end associate
     call require(self%values(i)%is_known, 'io_config: ['//section//'] '//key// &
-                 ' has no value: its default is worked out by the program, ask is_given first')
+                 ' has no value: its default is computed by the program, ask is_given first')
   end function value_index
 end module io_config
