@@ -212,14 +212,14 @@ def test_cache(case):
     few = "effects = pitch_lead, balance_gain\nrefine = no\nrounds = 1\n"
     write_data(case.folder / "data.h5", flown(8, "kinematics_lead = 0.04 0 0\n"), 4)  # three more with what is found
     code, _, text = diagnose(case, "data.h5", "plan", few, flags=("--plan",), cache="mine")
-    check(code == 0 and "3 are to be flown" in text, f"a plan tells what flights there are: {text}")
+    check(code == 0 and "3 are still to be simulated" in text, f"a plan tells what flights there are: {text}")
     check(not (case.folder / "mine").exists(), "a plan flies nothing")
     _, _, text = diagnose(case, "data.h5", "one", few + "ranks = 1\n", ranks=2, cache="mine")
     check("3 are still to be simulated, 2 at a time on 1 ranks" in text, text)
     flights = forces(case.folder / "mine")
     check(len(flights) == 6, f"three flights, and three with what was found: {list(flights)}")
     _, _, text = diagnose(case, "data.h5", "one", few, flags=("--exit-code",), cache="mine")
-    check("0 are to be flown" in text and "flight    " not in text, f"nothing is flown again: {text}")
+    check("0 are still to be simulated" in text and "flight    " not in text, f"nothing is flown again: {text}")
     first = (case.folder / "one.json").read_bytes()
     diagnose(case, "data.h5", "one", few, ranks=2, cache="mine")
     check((case.folder / "one.json").read_bytes() == first, "the same flights make the same diagnosis on two ranks, to the bit")
@@ -252,7 +252,7 @@ def test_stop(case):
     done = case.wait()
     check(done.code == EXIT_STOPPED and "Start the program again to continue" in done.err, f"stopped: {done}")
     _, _, text = diagnose(case, "data.h5", "parts", few, cache="parts-flights")
-    check("1 are to be flown" in text, f"it goes on: {text}")
+    check("1 are still to be simulated" in text, f"it goes on: {text}")
     check(forces(case.folder / "parts-flights") == forces(case.folder / "whole-flights"), "and ends with the same numbers")
 
 
@@ -274,9 +274,9 @@ def test_refused(case):
     check(done.code == 2 and "[Flight] file: is missing: the measurement holds records of forces in /flight" in done.err, done.err)
     write_case(case.folder / "case", 8, step=2.5)
     code, _, text = diagnose(case, "data.h5", "wild", "effects = balance_gain\nrefine = no\n", cache="wild-flights")
-    check(code == 3 and "cannot be compared with records: a flight failed" in text, text)
+    check(code == 3 and "cannot be compared with the records: a flight failed" in text, text)
     code, _, text = diagnose(case, "data.h5", "wild", "effects = balance_gain\nrefine = no\n", cache="wild-flights")
-    check(code == 3 and "0 are to be flown" in text, f"a flight that diverged has ended: {text}")
+    check(code == 3 and "0 are still to be simulated" in text, f"a flight that diverged has ended: {text}")
 
 
 if __name__ == "__main__":

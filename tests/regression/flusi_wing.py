@@ -200,7 +200,7 @@ def noticed(case, ini, sentence):
 
 def test_notices(case):
     units = {"length": 9e-3, "frequency": 158, "density": 1.225}
-    words = r"wing_frequency equals that of \[units\], but its unit is 1/T: there are 158\S* beats"
+    words = r"wing_frequency equals \[units\] frequency, but its unit is 1/T: there are 158\S* beats"
     noticed(case, merged(WING, {"units": units, "Insects": {"wing_frequency": 158}}), words)
     case.write("run.ini", merged(WING, {"units": units}))
     check("wing_frequency equals" not in case.run("run.ini", "--check", ranks=0).err, "one beat in T is all right")
