@@ -86,7 +86,6 @@ contains
   end function occurrences
 
   subroutine test_restart()
-    logical :: removed
     call save_run('run', [6, 7, 5], 1, PRECISION_SINGLE, [0.0_rp, 0.25_rp, 0.5_rp, 0.75_rp])
     call t%check('the index has one grid a save', occurrences('run.xmf', 'GridType="Uniform"') == 4)
     call save_run('run', [6, 7, 5], 1, PRECISION_SINGLE, [0.5_rp, 1.0_rp], restart=0.5_rp)
@@ -101,7 +100,7 @@ contains
     call t%check('a component alone is only a scalar', occurrences('run.xmf', &
                                                                    'AttributeType="Vector"') == 4 .and. &
                  occurrences('run.xmf', 'Name="runvorx" AttributeType="Scalar"') == 4)
-    if (t%world%is_root) call remove_file('again.xmf', removed) ! of an earlier run of this test
+    if (t%world%is_root) call remove_file('again.xmf') ! of an earlier run of this test
     call t%world%barrier()
     call save_run('again', [4, 4, 4], 1, PRECISION_SINGLE, [0.5_rp], restart=0.5_rp)
     call t%check('a missing index begins at the restart', occurrences('again.xmf', 'GridType="Uniform"') == 1)
@@ -109,7 +108,27 @@ contains
     call t%check('a fresh start forgets an old index', occurrences('again.xmf', 'GridType="Uniform"') == 1 &
                  .and. &
                  occurrences('again.xmf', '000500') == 0)
+    call test_refusals()
   end subroutine test_restart
+
+  subroutine test_refusals()
+    type(xdmf_index_t) :: xdmf
+    type(failure_t) :: other, missing
+    integer :: unit
+    if (t%world%is_root) then
+      open (newunit=unit, file='other.xmf', status='replace')
+      write (unit, '(a)') 'a text of its own'
+      close (unit)
+    end if
+    call t%world%barrier()
+    call xdmf%open(t%world, 'other.xmf', other, restart_time=0.5_rp)
+    call t%check('an index of another program is a failure on all ranks', other%failed)
+    if (other%failed) call t%check('that names it', other%reason == 'other.xmf: was not written by this program: move it away')
+    call xdmf%open(t%world, 'no/such/folder.xmf', missing)
+    call xdmf%add_surface(0.0_rp, '0', 'x.h5', [3, 1], ['forces'], missing)
+    call t%check('a missing folder is a failure on all ranks', missing%failed)
+    if (missing%failed) call t%check('that names the index', index(missing%reason, 'no/such/folder.xmf: cannot be written') == 1)
+  end subroutine test_refusals
 
   !> A surface has one grid a save, of the sizes of that time; a restart continues the index.
   subroutine test_surface()
