@@ -1,11 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Arrays and attributes of HDF5 files that cannot be read are failures, whose reasons name file, object and attribute.
+!> Arrays and attributes of HDF5 files that cannot be read are failures, whose reasons name file, object and attribute. So are files
+!> that get no name or no seal.
 program test_arrays
   use base_errors, only: failure_t
+  use base_files, only: file_exists, make_folder
   use base_kinds, only: i8, rp
   use io_arrays, only: member_names, read_attribute_integer, read_attribute_reals, read_integers, read_reals, read_text
   use io_attributes, only: put_attribute
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
+  use io_seal, only: check_seal, write_seal, SEAL_GOOD
   use io_table, only: put_table
   use testkit, only: testkit_t
   implicit none
@@ -26,6 +29,7 @@ program test_arrays
   call test_good()
   call test_bad()
   call file%close(failure)
+  call test_publication()
   call t%finish()
 
 contains
@@ -75,6 +79,31 @@ contains
     call read_attribute_integer(file, '/', 'count', number, after)
     call t%check('a failure does not keep others from being read', number == 7 .and. after%reason == 'an earlier one')
   end subroutine test_bad
+
+  !> A file alone that gets no name or no seal.
+  subroutine test_publication()
+    type(hdf5_file_t) :: new
+    type(failure_t) :: there, taken, late, unsealed
+    integer :: state
+    call make_folder('taken.h5', there) ! perhaps of an earlier run of this test
+    call new%create_serial('taken.h5.part', taken)
+    call t%check('a file begins', .not. taken%failed)
+    call new%publish('taken.h5', .false., taken, with_seal=.true.)
+    call t%check('a folder is not replaced by it', taken%failed)
+    if (taken%failed) call t%check('which says so', taken%reason == 'taken.h5.part: cannot be renamed to taken.h5')
+    call t%check('and nothing is left of it', .not. file_exists('taken.h5.part'))
+    call new%create_serial('late.h5.part', late)
+    call late%raise('an earlier one')
+    call new%publish('late.h5', .false., late)
+    call t%check('a file that failed gets no name', late%reason == 'an earlier one' .and. .not. file_exists('late.h5') .and. &
+                 .not. file_exists('late.h5.part'))
+    call write_seal('arrays.h5', failure)
+    call check_seal('arrays.h5', state)
+    call t%check('a file gets a seal', .not. failure%failed .and. state == SEAL_GOOD)
+    call write_seal('missing.h5', unsealed)
+    call t%check('a missing one does not', unsealed%failed)
+    if (unsealed%failed) call t%check('which is a failure', index(unsealed%reason, 'missing.h5: cannot get a seal') == 1)
+  end subroutine test_publication
 
   logical function says(failed, text)
     type(failure_t), intent(in) :: failed
