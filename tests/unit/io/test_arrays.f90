@@ -3,7 +3,7 @@
 !> that get no name or no seal.
 program test_arrays
   use base_errors, only: failure_t
-  use base_files, only: file_exists, make_folder
+  use base_files, only: file_exists, make_folder, remove_file
   use base_kinds, only: i8, rp
   use io_arrays, only: member_names, read_attribute_integer, read_attribute_reals, read_integers, read_reals, read_text
   use io_attributes, only: put_attribute
@@ -92,6 +92,7 @@ contains
     call t%check('a folder is not replaced by it', taken%failed)
     if (taken%failed) call t%check('which says so', taken%reason == 'taken.h5.part: cannot be renamed to taken.h5')
     call t%check('and nothing is left of it', .not. file_exists('taken.h5.part'))
+    call remove_file('late.h5') ! of a run of this test that failed
     call new%create_serial('late.h5.part', late)
     call late%raise('an earlier one')
     call new%publish('late.h5', .false., late)

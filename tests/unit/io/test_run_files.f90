@@ -121,6 +121,7 @@ contains
     call list_folder('no/such/folder', names)
     call t%check('a folder that is not there holds nothing', names%count() == 0)
     call remove_file('aside_2.h5')
+    call remove_file('aside_3.h5')
     call remove_file('aside_1.h5.earlier')
   end subroutine test_aside
 
