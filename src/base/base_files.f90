@@ -4,6 +4,7 @@
 !> A file is replaced safely by writing it under a temporary name and calling `replace_file`: whoever
 !> opens the final name finds either the old content or the new one, complete.
 module base_files
+  use base_errors, only: failure_t
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_null_char, c_associated
   implicit none
   private
@@ -77,67 +78,81 @@ contains
     inquire (file=path, exist=file_exists)
   end function file_exists
 
-  !> Renames a file, replacing an existing `to`; atomic within one file system.
-  subroutine rename_file(from, to, ok)
+  !> Renames a file, replacing an existing `to`; atomic within one file system. Does nothing after a failure; fails if the file
+  !> cannot get this name.
+  subroutine rename_file(from, to, failure)
     character(*), intent(in) :: from, to
-    logical, intent(out) :: ok
-    ok = c_rename(from//c_null_char, to//c_null_char) == 0
+    type(failure_t), intent(inout) :: failure
+    if (failure%failed) return
+    if (c_rename(from//c_null_char, to//c_null_char) /= 0) call failure%raise(from//': cannot be renamed to '//to)
   end subroutine rename_file
 
-  !> Removes a file; `ok` is false if it could not be removed, for instance because it is missing.
-  subroutine remove_file(path, ok)
+  !> Removes a file, also after a failure. Fails if it cannot be removed, for instance because it is missing; without `failure`
+  !> that does not matter.
+  subroutine remove_file(path, failure)
     character(*), intent(in) :: path
-    logical, intent(out) :: ok
-    ok = c_unlink(path//c_null_char) == 0
+    type(failure_t), intent(inout), optional :: failure
+    logical :: is_removed
+    is_removed = c_unlink(path//c_null_char) == 0
+    if (present(failure) .and. .not. is_removed) call failure%raise(path//': cannot be removed')
   end subroutine remove_file
 
-  !> Makes a folder; `ok` is false if there is something of this name, or it cannot be made.
-  subroutine make_folder(path, ok)
+  !> Makes a folder. Does nothing after a failure; fails if there is something of this name, or it cannot be made.
+  subroutine make_folder(path, failure)
     character(*), intent(in) :: path
-    logical, intent(out) :: ok
+    type(failure_t), intent(inout) :: failure
     integer(c_int), parameter :: ALL_RIGHTS = int(o'777', c_int) ! without the rights that the mask of the user removes
-    ok = c_mkdir(path//c_null_char, ALL_RIGHTS) == 0
+    if (failure%failed) return
+    if (c_mkdir(path//c_null_char, ALL_RIGHTS) /= 0) call failure%raise( &
+      path//': this folder cannot be made: is the disk full, or the folder above it read-only?')
   end subroutine make_folder
 
-  !> Gives an existing file a second name; `ok` is false if something has that name already. Of several processes, also on different
-  !> machines, only one succeeds, even on a network file system without exclusive creation.
-  subroutine link_file(from, to, ok)
+  !> Gives an existing file a second name; `is_linked` is false if something has that name already, or if the file system has no
+  !> links. Of several processes, also on different machines, only one succeeds, even on a network file system without exclusive
+  !> creation.
+  subroutine link_file(from, to, is_linked)
     character(*), intent(in) :: from, to
-    logical, intent(out) :: ok
-    ok = c_link(from//c_null_char, to//c_null_char) == 0
+    logical, intent(out) :: is_linked
+    is_linked = c_link(from//c_null_char, to//c_null_char) == 0
   end subroutine link_file
 
-  !> Makes an existing file empty, even if it is open elsewhere; its space is free at once.
-  subroutine empty_file(path, ok)
+  !> Makes an existing file empty, even if it is open elsewhere; its space is free at once. Fails if it cannot; without
+  !> `failure` that does not matter.
+  subroutine empty_file(path, failure)
     character(*), intent(in) :: path
-    logical, intent(out) :: ok
-    ok = c_truncate(path//c_null_char, 0_c_long) == 0
+    type(failure_t), intent(inout), optional :: failure
+    logical :: is_empty
+    is_empty = c_truncate(path//c_null_char, 0_c_long) == 0
+    if (present(failure) .and. .not. is_empty) call failure%raise(path//': cannot be made empty')
   end subroutine empty_file
 
-  !> Waits until the content of a file, or the entries of a folder, are on the disk.
-  subroutine sync_path(path, ok)
+  !> Waits until the content of a file, or the entries of a folder, are on the disk. Does nothing after a failure.
+  subroutine sync_path(path, failure)
     character(*), intent(in) :: path
-    logical, intent(out) :: ok
+    type(failure_t), intent(inout) :: failure
     type(c_ptr) :: stream
-    logical :: closed
+    logical :: is_on_disk, is_closed
+    if (failure%failed) return
     stream = c_fopen(path//c_null_char, 'r'//c_null_char)
-    ok = c_associated(stream)
-    if (.not. ok) return
-    ok = c_fsync(c_fileno(stream)) == 0
-    closed = c_fclose(stream) == 0
-    ok = ok .and. closed
+    is_on_disk = c_associated(stream)
+    if (is_on_disk) then
+      is_on_disk = c_fsync(c_fileno(stream)) == 0
+      is_closed = c_fclose(stream) == 0
+      is_on_disk = is_on_disk .and. is_closed
+    end if
+    if (.not. is_on_disk) call failure%raise(path//': cannot be brought to the disk')
   end subroutine sync_path
 
   !> Puts the complete file `temporary` in the place of `path`. With `durable`, the content is forced to the disk before the rename
-  !> and the rename after it, so that either the old or the new file is complete after a power failure.
-  subroutine replace_file(temporary, path, durable, ok)
+  !> and the rename after it, so that either the old or the new file is complete after a power failure. Does nothing after a failure;
+  !> fails if it cannot do so.
+  subroutine replace_file(temporary, path, durable, failure)
     character(*), intent(in) :: temporary, path
     logical, intent(in) :: durable
-    logical, intent(out) :: ok
-    ok = .true.
-    if (durable) call sync_path(temporary, ok)
-    if (ok) call rename_file(temporary, path, ok)
-    if (ok .and. durable) call sync_path(folder_of(path), ok)
+    type(failure_t), intent(inout) :: failure
+    if (durable) call sync_path(temporary, failure)
+    call rename_file(temporary, path, failure)
+    if (durable) call sync_path(folder_of(path), failure)
   end subroutine replace_file
 
   !> Returns `folder`/`name`; an empty folder is the current one.

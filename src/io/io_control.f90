@@ -5,7 +5,7 @@
 !> in its section [runtime_control] requests the same. A request counts once: afterwards STOP is removed, and the ini file is set
 !> back to `nothing`.
 module io_control
-  use base_errors, only: message_list_t
+  use base_errors, only: failure_t, message_list_t
   use base_files, only: file_exists, join_path, remove_file
   use base_text_file, only: write_text
   use base_text_lines, only: read_line
@@ -28,9 +28,9 @@ contains
   subroutine prepare_control(directory, messages)
     character(*), intent(in) :: directory
     type(message_list_t), intent(inout) :: messages
-    logical :: ok
-    call write_text(join_path(directory, CONTROL_FILE), IDLE, ok)
-    if (.not. ok) call messages%add(join_path(directory, CONTROL_FILE)//': cannot be written')
+    type(failure_t) :: failure
+    call write_text(join_path(directory, CONTROL_FILE), IDLE, failure)
+    if (failure%failed) call messages%add(failure%reason)
   end subroutine prepare_control
 
   !> Returns the request found in `directory`, CONTROL_NOTHING or CONTROL_SAVE_STOP; rank 0 calls it and informs the others. Without
@@ -40,14 +40,14 @@ contains
     character(*), intent(in) :: directory
     type(message_list_t), intent(inout) :: messages
     character(:), allocatable :: path, wish
-    logical :: ok
+    type(failure_t) :: stuck, unwritten
 
     request = CONTROL_NOTHING
     path = join_path(directory, STOP_FILE)
     if (file_exists(path)) then
       request = CONTROL_SAVE_STOP
-      call remove_file(path, ok)
-      if (.not. ok) call messages%add(path//': cannot be removed; the next run will stop too')
+      call remove_file(path, stuck)
+      if (stuck%failed) call messages%add(stuck%reason//'; the next run will stop too')
     end if
 
     path = join_path(directory, CONTROL_FILE)
@@ -64,8 +64,8 @@ contains
     case default
       call messages%add(path//': runtime_control='//wish//' is unknown; valid: nothing | save_stop')
     end select
-    call write_text(path, IDLE, ok)
-    if (.not. ok) call messages%add(path//': cannot be set back to nothing')
+    call write_text(path, IDLE, unwritten)
+    if (unwritten%failed) call messages%add(unwritten%reason//' It is not set back to nothing')
   end function poll_control
 
   !> Returns the value of the key runtime_control, empty if there is none (an editor may be writing the file at this moment).

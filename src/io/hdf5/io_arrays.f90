@@ -2,11 +2,12 @@
 !> Reads small arrays and texts of HDF5 files of unknown quality as a whole, on one process: which objects exist, of which kind
 !> and shape, and their values.
 !>
-!> No procedure of this module fails. It reports what it cannot read, so that a caller can continue and list all mistakes of a file.
-!> Values are returned bit by bit as stored, including signalling NaN; use `is_finite` before computing with them.
+!> A procedure does its work even after an earlier failure, so that a caller can list all mistakes of a file. Values are returned
+!> bit by bit as stored, including signalling NaN; use `is_finite` before computing with them.
 module io_arrays
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
+  use base_text, only: number_text
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use io_attributes, only: has_attribute, attribute_size, attribute_class, get_attribute, ATTRIBUTE_INTEGER, &
                            ATTRIBUTE_REAL
@@ -30,6 +31,7 @@ module io_arrays
   public :: ARRAY_MISSING, ARRAY_REAL, ARRAY_INTEGER, ARRAY_OTHER
 
   integer, parameter :: ARRAY_MISSING = 0, ARRAY_REAL = 1, ARRAY_INTEGER = 2, ARRAY_OTHER = 3
+  character(*), parameter :: DAMAGED = 'cannot be read: damaged'
   integer, parameter :: LONGEST_TEXT = 4096
   integer(i8), parameter :: EXPONENT_BITS = int(z'7FF0000000000000', i8)
   integer(i8), parameter :: MANTISSA_BITS = int(z'000FFFFFFFFFFFFF', i8)
@@ -65,14 +67,15 @@ contains
   end function is_group
 
   !> Returns the names of the objects in a group ('/': the top of the file) in alphabetical order, blank-padded, longer ones cut.
-  !> They are empty with `ok` false if the list cannot be read or is longer than `most`.
-  subroutine member_names(file, group, most, names, ok)
+  !> Fails if the list cannot be read or is longer than `most`; they are then empty.
+  subroutine member_names(file, group, most, names, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
     integer, intent(in) :: most
     character(NAME_LENGTH), allocatable, intent(out) :: names(:)
-    logical, intent(out) :: ok
+    type(failure_t), intent(inout) :: failure
     integer :: n, i, kind, error
+    logical :: ok
     call h5gn_members_f(file%id, group, n, error)
     ok = error >= 0 .and. n >= 0 .and. n <= most
     allocate (names(merge(n, 0, ok)))
@@ -81,6 +84,8 @@ contains
       call h5gget_obj_info_idx_f(file%id, group, i - 1, names(i), kind, error)
       ok = ok .and. error >= 0
     end do
+    if (.not. ok) call failure%raise(where_in(file, group)//'the list of contents cannot be read, or is longer than '// &
+                                     number_text(most))
   end subroutine member_names
 
   !> Returns kind and shape of a dataset, first Fortran index first (the reverse of what h5dump shows). An object that is not a
@@ -150,31 +155,39 @@ contains
   end function is_plausible
 
   !> Reads all values of a dataset of at most two dimensions, first Fortran index fastest. `values` must have its size. Numbers of
-  !> other kinds are converted. If `ok` is false the values are 0.
-  subroutine read_reals(file, name, values, ok)
+  !> other kinds are converted. Fails if it cannot be read; the values are then 0.
+  subroutine read_reals(file, name, values, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
     real(rp), contiguous, intent(out) :: values(:)
-    logical, intent(out) :: ok
+    type(failure_t), intent(inout) :: failure
     real(rp), allocatable, target :: buffer(:)
+    logical :: ok
     allocate (buffer(size(values) + 1))
     buffer = 0
     call read_whole(file, name, H5T_NATIVE_DOUBLE, size(values, kind=i8), c_loc(buffer), ok)
-    if (.not. ok) buffer = 0
+    if (.not. ok) then
+      buffer = 0
+      call failure%raise(where_in(file, name)//DAMAGED)
+    end if
     values = buffer(:size(values))
   end subroutine read_reals
 
   !> Reads the values as integers. Values beyond 64 bits become the largest or smallest integer.
-  subroutine read_integers(file, name, values, ok)
+  subroutine read_integers(file, name, values, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
     integer(i8), contiguous, intent(out) :: values(:)
-    logical, intent(out) :: ok
+    type(failure_t), intent(inout) :: failure
     integer(i8), allocatable, target :: buffer(:)
+    logical :: ok
     allocate (buffer(size(values) + 1))
     buffer = 0
     call read_whole(file, name, h5kind_to_type(i8, H5_INTEGER_KIND), size(values, kind=i8), c_loc(buffer), ok)
-    if (.not. ok) buffer = 0
+    if (.not. ok) then
+      buffer = 0
+      call failure%raise(where_in(file, name)//DAMAGED)
+    end if
     values = buffer(:size(values))
   end subroutine read_integers
 
@@ -206,20 +219,31 @@ contains
     call h5dclose_f(dataset, ignored)
   end subroutine read_whole
 
-  !> Reads a text attribute of `object` ('/': the file), of fixed or variable length, without trailing blanks and NUL. `ok` is
-  !> false if it is missing, not one text, longer than 4096 bytes or not readable.
-  subroutine read_text(file, object, name, text, ok)
+  !> Reads a text attribute of `object` ('/': the file), of fixed or variable length, without trailing blanks and NUL. Fails if it
+  !> is missing, not one text, longer than 4096 bytes or not readable.
+  subroutine read_text(file, object, name, text, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
     character(:), allocatable, intent(out) :: text
+    type(failure_t), intent(inout) :: failure
+    logical :: ok
+    text = ''
+    ok = has_attribute(file, object, name)
+    if (ok) ok = attribute_size(file, object, name) == 1
+    if (ok) call read_any_text(file, object, name, text, ok)
+    if (.not. ok) call failure%raise(where_in(file, object)//'attribute '//name//' is missing or not a text')
+  end subroutine read_text
+
+  !> Reads the text of an attribute that holds one value, without trailing blanks and NUL.
+  subroutine read_any_text(file, object, name, text, ok)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: object, name
+    character(:), allocatable, intent(inout) :: text
     logical, intent(out) :: ok
     integer(HID_T) :: attribute, stored
     integer :: class, error, ignored
     logical :: is_variable
-    text = ''
     ok = .false.
-    if (.not. has_attribute(file, object, name)) return
-    if (attribute_size(file, object, name) /= 1) return
     call h5aopen_by_name_f(file%id, object, name, attribute, error)
     if (error < 0) return
     call h5aget_type_f(attribute, stored, error)
@@ -237,7 +261,7 @@ contains
       if (text(len(text):) /= ' ' .and. text(len(text):) /= achar(0)) exit
       text = text(:len(text) - 1)
     end do
-  end subroutine read_text
+  end subroutine read_any_text
 
   !> Reads a text of fixed length.
   subroutine read_fixed_text(attribute, stored, text, ok)
@@ -290,39 +314,51 @@ contains
     call h5tclose_f(memory, ignored)
   end subroutine read_variable_text
 
-  !> Reads a real attribute with as many values as `values`; they are 0 if `ok` is false.
-  subroutine read_attribute_reals(file, object, name, values, ok)
+  !> Reads a real attribute with as many values as `values`. Fails if there is none; the values are then 0.
+  subroutine read_attribute_reals(file, object, name, values, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
     real(rp), intent(out) :: values(:)
-    logical, intent(out) :: ok
+    type(failure_t), intent(inout) :: failure
     type(traps_t) :: traps
-    type(failure_t) :: failure
+    type(failure_t) :: own
+    if (attribute_class(file, object, name) /= ATTRIBUTE_REAL .or. attribute_size(file, object, name) /= size(values)) then
+      call own%raise(where_in(file, object)//'attribute '//name//' is missing or not '//number_text(size(values))// &
+                     ' real numbers')
+    else
+      call traps%silence()
+      call get_attribute(file, object, name, values, own)
+      call traps%restore()
+    end if
+    if (.not. own%failed) return
     values = 0
-    ok = attribute_class(file, object, name) == ATTRIBUTE_REAL
-    if (ok) ok = attribute_size(file, object, name) == size(values)
-    if (.not. ok) return
-    call traps%silence()
-    call get_attribute(file, object, name, values, failure)
-    call traps%restore()
-    ok = .not. failure%failed
-    if (.not. ok) values = 0
+    call failure%raise(own%reason)
   end subroutine read_attribute_reals
 
-  !> Reads an attribute that is one integer. A value beyond 32 bits becomes the largest or smallest integer.
-  subroutine read_attribute_integer(file, object, name, value, ok)
+  !> Reads an attribute that is one integer. A value beyond 32 bits becomes the largest or smallest integer. Fails if
+  !> there is none; the value is then 0.
+  subroutine read_attribute_integer(file, object, name, value, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
     integer, intent(out) :: value
-    logical, intent(out) :: ok
-    type(failure_t) :: failure
+    type(failure_t), intent(inout) :: failure
+    type(failure_t) :: own
     value = 0
-    ok = attribute_class(file, object, name) == ATTRIBUTE_INTEGER
-    if (ok) ok = attribute_size(file, object, name) == 1
-    if (.not. ok) return
-    call get_attribute(file, object, name, value, failure)
-    ok = .not. failure%failed
+    if (attribute_class(file, object, name) /= ATTRIBUTE_INTEGER .or. attribute_size(file, object, name) /= 1) then
+      call own%raise(where_in(file, object)//'attribute '//name//' is missing or not an integer')
+    else
+      call get_attribute(file, object, name, value, own)
+    end if
+    if (own%failed) call failure%raise(own%reason)
   end subroutine read_attribute_integer
+
+  !> Returns the words that begin a message about an object of the file.
+  pure function where_in(file, object) result(words)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: object
+    character(:), allocatable :: words
+    words = file%path//': '//object//': '
+  end function where_in
 
   !> Tells whether x is a number: neither infinite nor NaN. Looks at the bits only and so raises no floating-point exception.
   pure elemental logical function is_finite(x)

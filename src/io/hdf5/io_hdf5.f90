@@ -10,6 +10,7 @@ module io_hdf5
   use base_files, only: file_exists, remove_file, empty_file, replace_file
   use base_text_file, only: reserve_space
   use io_seal, only: write_seal
+  use parallel_failure, only: share_failure
   use parallel_world, only: world_t
   use mpi_f08, only: MPI_INFO_NULL
   use hdf5, only: HID_T, HSIZE_T, H5F_ACC_TRUNC_F, H5F_ACC_RDONLY_F, H5F_CLOSE_STRONG_F, &
@@ -83,13 +84,12 @@ contains
     type(failure_t), intent(inout) :: failure
     logical, intent(in), optional :: checked
     integer(HID_T) :: access
+    type(failure_t) :: own
     integer :: error
-    logical :: ok
 
     if (failure%failed) return
-    ok = .true.
-    if (self%world%is_root) call reserve_space(self%path//RESERVE, RESERVED_KILOBYTES, ok)
-    call self%agree(ok, 'cannot be created: is the folder missing or the disk full?', failure)
+    if (self%world%is_root) call reserve_space(self%path//RESERVE, RESERVED_KILOBYTES, own)
+    call self%agree(.not. own%failed, 'cannot be created: is the folder missing or the disk full?', failure)
     if (failure%failed) return
     self%is_new = .true.
     access = access_list(self)
@@ -184,11 +184,10 @@ contains
   subroutine give_space(self, failure)
     class(hdf5_file_t), intent(inout) :: self
     type(failure_t), intent(in) :: failure
-    logical :: ok
     if (.not. self%is_new) return
     if (self%world%is_root) then
-      call remove_file(self%path//RESERVE, ok)
-      if (failure%failed) call empty_file(self%path, ok)
+      call remove_file(self%path//RESERVE)
+      if (failure%failed) call empty_file(self%path)
     end if
     if (self%is_parallel) call self%world%barrier()
   end subroutine give_space
@@ -202,23 +201,23 @@ contains
     logical, intent(in) :: durable
     type(failure_t), intent(inout) :: failure
     logical, intent(in), optional :: with_seal
-    logical :: ok, ignored
-    ok = .true.
+    type(failure_t) :: own
     call give_space(self, failure)
     if (durable) call self%flush(failure)
     call self%close(failure)
+    own = failure
     if (self%world%is_root) then
-      if (present(with_seal) .and. .not. failure%failed) then
-        if (with_seal) call write_seal(self%path, ok)
+      if (present(with_seal)) then
+        if (with_seal) call write_seal(self%path, own)
       end if
-      if (failure%failed) then
-        call remove_file(self%path, ok)
-      else
-        if (ok) call replace_file(self%path, path, durable, ok)
-        if (.not. ok) call remove_file(self%path, ignored)
-      end if
+      call replace_file(self%path, path, durable, own)
+      if (own%failed) call remove_file(self%path)
     end if
-    if (.not. failure%failed) call self%agree(ok, 'cannot be renamed to '//path, failure)
+    if (self%is_parallel) then
+      call share_failure(self%world, own, failure)
+    else if (own%failed) then
+      call failure%raise(own%reason)
+    end if
   end subroutine file_publish
 
   !> Fails on all ranks if `ok` is false on any. Collective on a parallel file.

@@ -99,15 +99,13 @@ contains
     type(failure_t), intent(inout) :: failure
     real(rp) :: keys(N_KEYS)
     character(:), allocatable :: key_path
-    logical :: ok
     call field_keys(path, keys, failure)
     if (failure%failed) return
     write (unit, '(a)') key_line(keys)
     key_path = trim(path)
     if (index(key_path, '.h5', back=.true.) > 1) key_path = key_path(:index(key_path, '.h5', back=.true.) - 1)
     key_path = key_path//'.key'
-    call write_text(key_path, key_line(keys), ok)
-    if (.not. ok) call failure%raise(key_path//': cannot be written')
+    call write_text(key_path, key_line(keys), failure)
   end subroutine keyvalues
 
   !> Reads a key file.
@@ -133,19 +131,19 @@ contains
   !> Compares the key file `path` with the reference `reference_path`, number by number with a tolerance of
   !> 1e-4 relative, or absolute where the reference is below 1e-7; prints the table to `unit`. NaN never
   !> agrees. Unreadable files are a failure.
-  subroutine compare_keys(path, reference_path, unit, ok, failure)
+  subroutine compare_keys(path, reference_path, unit, are_equal, failure)
     character(*), intent(in) :: path, reference_path
     integer, intent(in) :: unit
-    logical, intent(out) :: ok
+    logical, intent(out) :: are_equal
     type(failure_t), intent(inout) :: failure
     real(rp) :: keys(N_KEYS), reference(N_KEYS), error
     logical :: good
     integer :: i
-    ok = .false.
+    are_equal = .false.
     call read_keys(path, keys, failure)
     call read_keys(reference_path, reference, failure)
     if (failure%failed) return
-    ok = .true.
+    are_equal = .true.
     write (unit, '(a16,3(1x,a15))') '', 'value', 'reference', 'error'
     do i = 1, N_KEYS
       error = abs(keys(i) - reference(i))
@@ -154,19 +152,17 @@ contains
         if (abs(reference(i)) >= SMALL_REFERENCE) error = error/abs(reference(i))
         good = error <= KEY_TOLERANCE
       end if
-      ok = ok .and. good
+      are_equal = are_equal .and. good
       write (unit, '(a16,3(1x,es15.8),2x,a)') adjustl(KEY_NAMES(i)), keys(i), reference(i), error, &
         trim(merge('ok       ', 'different', good))
     end do
   end subroutine compare_keys
 
-  !> Writes the verdict of a comparison to the file `return` in the current folder, 0 if `ok` and 1 if not:
+  !> Writes the verdict of a comparison to the file `return` in the current folder, 0 if they `are_equal` and 1 if not:
   !> FLUSI's test scripts read it there.
-  subroutine write_verdict(ok, failure)
-    logical, intent(in) :: ok
+  subroutine write_verdict(are_equal, failure)
+    logical, intent(in) :: are_equal
     type(failure_t), intent(inout) :: failure
-    logical :: written
-    call write_text('return', merge('0', '1', ok), written)
-    if (.not. written) call failure%raise('return: cannot be written')
+    call write_text('return', merge('0', '1', are_equal), failure)
   end subroutine write_verdict
 end module io_keyvalues

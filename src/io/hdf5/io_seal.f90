@@ -70,24 +70,25 @@ contains
     close (unit)
   end subroutine check_seal
 
-  !> Seals a closed file, unless it has a valid seal.
-  subroutine write_seal(path, ok)
+  !> Seals a closed file, unless it has a valid seal. Does nothing after a failure; fails if the file cannot get a seal.
+  subroutine write_seal(path, failure)
     character(*), intent(in) :: path
-    logical, intent(out) :: ok
+    type(failure_t), intent(inout) :: failure
     character(LENGTH) :: seal
     integer(i8) :: total
     integer :: unit, state, status
+    if (failure%failed) return
     call check_seal(path, state)
-    ok = state == SEAL_GOOD
-    if (ok) return
+    if (state == SEAL_GOOD) return
     open (newunit=unit, file=path, access='stream', form='unformatted', action='readwrite', status='old', iostat=status)
-    if (status /= 0) return
-    inquire (unit=unit, size=total)
-    seal = seal_of(unit, total)
-    write (unit, pos=total + 1, iostat=status) seal
-    close (unit)
-    call check_seal(path, state)
-    ok = state == SEAL_GOOD
+    if (status == 0) then
+      inquire (unit=unit, size=total)
+      seal = seal_of(unit, total)
+      write (unit, pos=total + 1, iostat=status) seal
+      close (unit)
+      call check_seal(path, state)
+    end if
+    if (state /= SEAL_GOOD) call failure%raise(path//': cannot get a seal; is the disk full?')
   end subroutine write_seal
 
   !> Returns the seal of the first `total` bytes; blank if they cannot be read.

@@ -48,31 +48,35 @@ contains
     character(:), allocatable, intent(out) :: folder
     type(failure_t), intent(inout) :: failure
     integer, parameter :: MOST = 9999
+    type(failure_t) :: own
     integer :: i
-    logical :: ok
-    ok = .false.
     do i = 1, MOST
       folder = 'earlier_'//number_text(i)
       if (folder_of(beside) /= '.') folder = join_path(folder_of(beside), folder)
-      call make_folder(folder, ok)
-      if (ok .or. .not. file_exists(folder//'/.')) exit
+      own = failure_t()
+      call make_folder(folder, own)
+      if (.not. own%failed .or. .not. file_exists(folder//'/.')) exit
     end do
-    if (.not. ok) then
-      call failure%raise(folder//': this folder cannot be made: is the disk full, or the folder above it read-only?')
+    if (own%failed) then
+      call failure%raise(own%reason)
       return
     end if
     do i = 1, paths%count()
-      call rename_file(paths%text(i), join_path(folder, name_of(paths%text(i))), ok)
-      if (.not. ok) call failure%raise(paths%text(i)//': cannot be moved to '//folder)
+      own = failure_t() ! whatever cannot move does not keep the others here
+      call rename_file(paths%text(i), join_path(folder, name_of(paths%text(i))), own)
+      if (own%failed) call failure%raise(paths%text(i)//': cannot be moved to '//folder)
     end do
   end subroutine move_to_folder
 
   !> Renames the file `path`, if there is one, to its name with EARLIER_SUFFIX and replaces a file of that name; `has_moved`
-  !> tells.
-  subroutine move_earlier_file(path, has_moved)
+  !> tells. Does nothing after a failure; fails if the file has to stay.
+  subroutine move_earlier_file(path, has_moved, failure)
     character(*), intent(in) :: path
     logical, intent(out) :: has_moved
-    has_moved = file_exists(path)
-    if (has_moved) call rename_file(path, path//EARLIER_SUFFIX, has_moved)
+    type(failure_t), intent(inout) :: failure
+    has_moved = .false.
+    if (failure%failed .or. .not. file_exists(path)) return
+    call rename_file(path, path//EARLIER_SUFFIX, failure)
+    has_moved = .not. failure%failed
   end subroutine move_earlier_file
 end module io_earlier_results

@@ -41,7 +41,6 @@ contains
     logical, intent(out) :: goes_on
     integer(i8) :: header(4)
     integer :: status
-    logical :: ok
     goes_on = .false.
     self%path = path
     if (file_exists(path)) then
@@ -52,7 +51,7 @@ contains
       if (status == 0) goes_on = all(header == header_of(fingerprint))
       if (.not. goes_on) then
         close (self%unit)
-        call remove_file(path, ok)
+        call remove_file(path)
       end if
     end if
     if (.not. goes_on) then
@@ -131,12 +130,11 @@ contains
     class(journal_t), intent(inout) :: self
     logical, intent(in) :: is_done
     integer :: status
-    logical :: ok
     if (self%unit == -1) return
     close (self%unit, iostat=status)
     self%unit = -1
     self%is_open = .false.
     self%is_recalling = .false.
-    if (is_done) call remove_file(self%path, ok)
+    if (is_done) call remove_file(self%path)
   end subroutine journal_finish
 end module io_journal

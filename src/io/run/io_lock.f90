@@ -5,6 +5,7 @@
 !> linked, which is exclusive on network file systems, too. It names machine and process, so that another run on that machine can
 !> tell whether this one still runs. The lock file of a killed run is replaced.
 module io_lock
+  use base_errors, only: failure_t
   use base_files, only: file_exists, link_file, remove_file, rename_file
   use base_kinds, only: i8
   use base_process, only: date_and_clock, environment_value, host_name, process_birth, process_id
@@ -30,17 +31,18 @@ module io_lock
 
 contains
 
-  !> Tries to take the lock at `path`; `state` is one of the LOCK_ constants. `message` says why it was not taken and what to do; if
-  !> the lock was taken, a text in `message` is a notice. Not collective: for one rank.
-  subroutine lock_acquire(self, path, state, message)
+  !> Takes the lock at `path`; `state` is one of the LOCK_ constants. Fails if it is not held then; the reason says what to do.
+  !> `notice` is empty unless the lock file of a run that has ended was replaced. Not collective: for one rank.
+  subroutine lock_acquire(self, path, state, notice, failure)
     class(lock_t), intent(inout) :: self
     character(*), intent(in) :: path
     integer, intent(out) :: state
-    character(:), allocatable, intent(out) :: message
-    character(:), allocatable :: text, problem
-    logical :: ok
+    character(:), allocatable, intent(out) :: notice
+    type(failure_t), intent(inout) :: failure
+    type(failure_t) :: unmoved
+    character(:), allocatable :: text, problem, message
     integer :: attempt
-    message = ''
+    notice = ''
     self%path = path
     do attempt = 1, 3
       call place(path, state)
@@ -49,19 +51,20 @@ contains
       call read_text_file(path, text, problem)
       if (allocated(problem)) cycle ! the file has just disappeared
       if (.not. has_ended(text)) exit
-      ! Of several processes that find it only one can remove it; all of them try again.
-      call rename_file(path, own_name(path)//'.stale', ok)
-      if (ok) call remove_file(own_name(path)//'.stale', ok)
-      message = path//' was left by process '//entry(text, 'process')//', which has ended'
+      ! Only one of several processes that find it can remove it, and all of them try again.
+      unmoved = failure_t()
+      call rename_file(path, own_name(path)//'.stale', unmoved)
+      if (.not. unmoved%failed) call remove_file(own_name(path)//'.stale')
+      notice = path//' was left by process '//entry(text, 'process')//', which has ended'
     end do
     select case (state)
     case (LOCK_UNWRITABLE)
-      message = path//': cannot be written; is the folder missing or read-only, or the disk full?'
+      call failure%raise(path//': cannot be written; is the folder missing or read-only, or the disk full?')
     case (LOCK_TAKEN)
       if (allocated(problem)) text = ''
       message = path//': another run writes here: process '//entry(text, 'process')//' on '//entry(text, 'host')
       if (entry(text, 'job') /= '?') message = message//', job '//entry(text, 'job')
-      message = message//', since '//entry(text, 'since')//'; if it has ended, remove '//path
+      call failure%raise(message//', since '//entry(text, 'since')//'; if it has ended, remove '//path)
     end select
   end subroutine lock_acquire
 
@@ -71,27 +74,30 @@ contains
     integer, intent(out) :: state
     type(text_file_t) :: file
     character(:), allocatable :: own
-    logical :: ok, closed
+    type(failure_t) :: unwritten
+    logical :: is_linked
     state = LOCK_UNWRITABLE
     own = own_name(path)
-    call file%create(own, ok)
-    if (.not. ok) return
-    call file%write(own_text(), ok)
-    call file%close(closed)
-    ok = ok .and. closed
-    if (ok) then
-      call link_file(own, path, ok)
-      state = merge(LOCK_HELD, LOCK_TAKEN, ok)
+    call file%create(own, unwritten)
+    if (unwritten%failed) return
+    call file%write(own_text(), unwritten)
+    call file%close(unwritten)
+    if (.not. unwritten%failed) then
+      call link_file(own, path, is_linked)
+      state = merge(LOCK_HELD, LOCK_TAKEN, is_linked)
       ! Some file systems have no links.
-      if (.not. ok .and. .not. file_exists(path)) then
-        call file%create_new(path, ok)
-        if (ok) call file%write(own_text(), ok)
-        call file%close(closed)
-        state = merge(LOCK_HELD, LOCK_UNWRITABLE, ok .and. closed)
-        if (file_exists(path) .and. .not. ok) state = LOCK_TAKEN
+      if (.not. is_linked .and. .not. file_exists(path)) then
+        call file%create_new(path, unwritten)
+        call file%write(own_text(), unwritten)
+        if (unwritten%failed) then
+          state = merge(LOCK_TAKEN, LOCK_UNWRITABLE, file_exists(path))
+        else
+          call file%close(unwritten)
+          state = merge(LOCK_UNWRITABLE, LOCK_HELD, unwritten%failed)
+        end if
       end if
     end if
-    call remove_file(own, ok)
+    call remove_file(own)
   end subroutine place
 
   !> Returns a name that no other process uses.
@@ -145,8 +151,7 @@ contains
   !> Removes the file, if this process holds it.
   subroutine lock_release(self)
     class(lock_t), intent(inout) :: self
-    logical :: ignored
-    if (self%is_held) call remove_file(self%path, ignored)
+    if (self%is_held) call remove_file(self%path)
     self%is_held = .false.
   end subroutine lock_release
 end module io_lock

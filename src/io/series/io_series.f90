@@ -10,6 +10,7 @@ module io_series
   use base_kinds, only: rp
   use base_text_file, only: text_file_t
   use base_text_lines, only: read_line, ends_with_newline, count_words
+  use parallel_failure, only: share_failure
   use parallel_world, only: world_t
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none
@@ -85,12 +86,7 @@ contains
   subroutine start_afresh(self, first_line)
     class(series_t), intent(inout) :: self
     character(*), intent(in) :: first_line
-    logical :: ok
-    call self%file%create(self%path, ok)
-    if (.not. ok) then
-      call self%failure%raise(self%path//': cannot be created; does the folder exist?')
-      return
-    end if
+    call self%file%create(self%path, self%failure)
     call put(self, first_line, .true.)
     if (self%note /= '') call put(self, '% '//self%note, .true.)
   end subroutine start_afresh
@@ -104,7 +100,7 @@ contains
     character(12) :: got, want
     real(rp) :: time, tolerance
     integer :: unit, status
-    logical :: next_found, ended, ok
+    logical :: next_found, ended
 
     final_path = self%path
     ! A time in the file is rounded to `digits` decimals; the record at the restart time itself must be dropped.
@@ -136,15 +132,14 @@ contains
       call put(self, line, .false.)
     end do
     close (unit)
-    call self%file%close(ok)
+    call self%file%close(self%failure)
     self%path = final_path
     if (self%failure%failed) then
-      call remove_file(final_path//'.part', ok)
+      call remove_file(final_path//'.part')
       return
     end if
-    if (ok) call replace_file(final_path//'.part', final_path, .false., ok)
-    if (ok) call self%file%append(final_path, ok)
-    if (.not. ok) call self%failure%raise(final_path//': cannot be rewritten; is the disk full?')
+    call replace_file(final_path//'.part', final_path, .false., self%failure)
+    call self%file%append(final_path, self%failure)
   end subroutine keep_earlier
 
   !> Appends one record, time first; on ranks other than 0 nothing happens. `check` reports a failure.
@@ -177,30 +172,22 @@ contains
     class(series_t), intent(inout) :: self
     character(*), intent(in) :: line
     logical, intent(in) :: now           !< do not leave it in a buffer
-    logical :: ok
-    call self%file%write(line, ok)
-    if (ok .and. now) call self%file%flush(ok)
-    if (.not. ok) call self%failure%raise(self%path//': cannot be written; is the disk full?')
+    call self%file%write(line, self%failure)
+    if (now) call self%file%flush(self%failure)
   end subroutine put
 
   !> Gives the failure of rank 0 to all ranks. Collective.
   subroutine series_check(self, failure)
     class(series_t), intent(in) :: self
     type(failure_t), intent(inout) :: failure
-    character(:), allocatable :: reason
-    reason = ''
-    if (self%failure%failed) reason = self%failure%reason
-    call self%world%broadcast_text(reason)
-    if (len(reason) > 0) call failure%raise(reason)
+    call share_failure(self%world, self%failure, failure)
   end subroutine series_check
 
   !> Closes the series and reports any failure since `open`. Collective.
   subroutine series_close(self, failure)
     class(series_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure
-    logical :: ok
-    call self%file%close(ok)
-    if (.not. ok) call self%failure%raise(self%path//': cannot be closed; is the disk full?')
+    call self%file%close(self%failure)
     call self%check(failure)
   end subroutine series_close
 end module io_series

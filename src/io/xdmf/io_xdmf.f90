@@ -14,6 +14,7 @@ module io_xdmf
   use base_text_file, only: write_text
   use base_text_lines, only: read_line, real_text
   use io_fields, only: field_file, field_form_t, field_meta_t, strided_points
+  use parallel_failure, only: share_failure
   use parallel_world, only: world_t
   implicit none
   private
@@ -52,38 +53,39 @@ contains
     character(*), intent(in) :: path
     type(failure_t), intent(inout) :: failure
     real(rp), intent(in), optional :: restart_time
-    logical :: ok
+    type(failure_t) :: own
     self%world = world
     self%path = path
     self%grids = ''
     if (failure%failed) return
-    ok = .true.
     if (world%is_root .and. present(restart_time)) then
-      if (file_exists(path)) call keep_earlier(self, restart_time, ok)
+      if (file_exists(path)) call keep_earlier(self, restart_time, own)
     end if
-    if (world%max_integer(merge(0, 1, ok)) > 0) call failure%raise(path//': was not written by this program: move it away')
+    call share_failure(world, own, failure)
   end subroutine index_open
 
-  !> Reads the grids before `restart_time` back.
-  subroutine keep_earlier(self, restart_time, ok)
+  !> Reads the grids before `restart_time` back. Fails if the file cannot be read or is none of this module.
+  subroutine keep_earlier(self, restart_time, failure)
     class(xdmf_index_t), intent(inout) :: self
     real(rp), intent(in) :: restart_time
-    logical, intent(out) :: ok
+    type(failure_t), intent(inout) :: failure
     character(:), allocatable :: line, grid
     real(rp) :: time
     integer :: unit, status
-    logical :: found, inside
+    logical :: found, inside, is_ours
 
     open (newunit=unit, file=self%path, status='old', action='read', iostat=status)
-    ok = status == 0
-    if (.not. ok) return
-    ok = .false.
+    if (status /= 0) then
+      call failure%raise(self%path//': cannot be read')
+      return
+    end if
+    is_ours = .false.
     inside = .false.
     time = 0
     do
       call read_line(unit, line, found)
       if (.not. found) exit
-      if (index(line, '<Xdmf ') == 1) ok = .true.
+      if (index(line, '<Xdmf ') == 1) is_ours = .true.
       if (index(line, GRID_HEAD) == 1) then
         inside = .true.
         grid = ''
@@ -92,7 +94,7 @@ contains
       grid = grid//line//NL
       if (index(line, TIME_HEAD) == 1) then
         read (line(len(TIME_HEAD) + 1:index(line, '"', back=.true.) - 1), *, iostat=status) time
-        if (status /= 0) ok = .false.
+        if (status /= 0) is_ours = .false.
       end if
       if (line == GRID_TAIL) then
         inside = .false.
@@ -101,6 +103,7 @@ contains
       end if
     end do
     close (unit)
+    if (.not. is_ours) call failure%raise(self%path//': was not written by this program: move it away')
   end subroutine keep_earlier
 
   !> Adds the fields saved at one time under one label and rewrites the index; an earlier grid with this label is removed, because
@@ -189,15 +192,13 @@ contains
     real(rp), intent(in) :: time
     character(*), intent(in) :: label, content
     type(failure_t), intent(inout) :: failure
-    logical :: ok
-    ok = .true.
+    type(failure_t) :: own
     if (self%world%is_root) then
       self%grids = without(self%grids, label)//GRID_HEAD//label//'">'//NL//TIME_HEAD//real_text(time)//'"/>'//NL// &
                    content//GRID_TAIL//NL
-      call write_text(self%path, HEAD//self%grids//TAIL, ok)
+      call write_text(self%path, HEAD//self%grids//TAIL, own)
     end if
-    if (self%world%max_integer(merge(0, 1, ok)) > 0) call failure%raise( &
-      self%path//': cannot be written; is the folder missing or the disk full?')
+    call share_failure(self%world, own, failure)
   end subroutine add_grid
 
   !> Returns `grids` without the grid of this label.

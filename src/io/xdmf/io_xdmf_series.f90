@@ -36,39 +36,39 @@ contains
     character(*), intent(in) :: path
     type(failure_t), intent(inout) :: failure
     real(rp), intent(in), optional :: restart_time
-    logical :: ok
     self%path = path
     self%grids = ''
     if (failure%failed .or. .not. present(restart_time)) return
     if (.not. file_exists(path)) return
-    call keep_earlier(self, restart_time, ok)
-    if (.not. ok) call failure%raise(path//': was not written by this program: move it away')
+    call keep_earlier(self, restart_time, failure)
   end subroutine series_open
 
-  !> Keeps the grids of an earlier run up to the time of the restart. `ok` is false if the file cannot be used.
-  subroutine keep_earlier(self, restart_time, ok)
+  !> Keeps the grids of an earlier run up to the time of the restart. Fails if the file cannot be read or is none of this module.
+  subroutine keep_earlier(self, restart_time, failure)
     class(xdmf_series_t), intent(inout) :: self
     real(rp), intent(in) :: restart_time
-    logical, intent(out) :: ok
+    type(failure_t), intent(inout) :: failure
     character(:), allocatable :: line, grid
     real(rp) :: time
     integer :: unit, status
-    logical :: found, inside
+    logical :: found, inside, is_ours
     open (newunit=unit, file=self%path, status='old', action='read', iostat=status)
-    ok = status == 0
-    if (.not. ok) return
-    ok = .false.
+    if (status /= 0) then
+      call failure%raise(self%path//': cannot be read')
+      return
+    end if
+    is_ours = .false.
     inside = .false.
     time = 0
     do
       call read_line(unit, line, found)
       if (.not. found) exit
-      if (index(line, '<Xdmf ') == 1) ok = .true.
+      if (index(line, '<Xdmf ') == 1) is_ours = .true.
       if (index(line, BEGIN_MARK) == 1) then
         inside = .true.
         grid = ''
         call read_time(line, time, status)
-        if (status /= 0) ok = .false.
+        if (status /= 0) is_ours = .false.
       end if
       if (.not. inside) cycle
       grid = grid//line//NL
@@ -78,6 +78,7 @@ contains
       if (time <= restart_time) self%grids = self%grids//grid
     end do
     close (unit)
+    if (.not. is_ours) call failure%raise(self%path//': was not written by this program: move it away')
   end subroutine keep_earlier
 
   !> Adds the text of the grids at one time under one label and rewrites the index; an earlier entry with this label is removed,
@@ -89,7 +90,6 @@ contains
     character(*), intent(in) :: grid  !< ends with a new line
     type(failure_t), intent(inout) :: failure
     integer :: first, last
-    logical :: ok
     if (failure%failed) return
     first = index(self%grids, BEGIN_MARK//label//' ')
     if (first > 0) then
@@ -97,8 +97,7 @@ contains
       self%grids = self%grids(:first - 1)//self%grids(last + 1:)
     end if
     self%grids = self%grids//BEGIN_MARK//label//' '//real_text(time)//CLOSING//NL//grid//END_MARK//NL
-    call write_text(self%path, xdmf_text(HEAD//self%grids//TAIL), ok)
-    if (.not. ok) call failure%raise(self%path//': cannot be written; is the folder missing or the disk full?')
+    call write_text(self%path, xdmf_text(HEAD//self%grids//TAIL), failure)
   end subroutine series_add
 
   !> Returns a whole index around its grids.

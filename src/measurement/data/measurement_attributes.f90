@@ -56,12 +56,12 @@ contains
     type(wing_report_t), intent(inout) :: report
     real(rp), intent(in), optional :: default
     real(rp) :: values(1)
-    logical :: ok
+    logical :: is_valid
     value = valid%lowest
     if (present(default)) value = default
     if (present(default) .and. .not. has_attribute(file, object, name)) return
-    call read_numbers(file, object, name, unit, values, ok, report)
-    if (.not. ok) return
+    call read_numbers(file, object, name, unit, values, is_valid, report)
+    if (.not. is_valid) return
     if (values(1) < valid%lowest .or. values(1) > valid%highest .or. valid%is_open .and. .not. values(1) > valid%lowest) then
       call report%add(object, 'attribute '//name//' is '//number_text(values(1))//'; valid: '// &
                       trim(merge('above   ', 'at least', valid%is_open))//' '//number_text(valid%lowest)//', at most '// &
@@ -78,9 +78,9 @@ contains
     real(rp), intent(in) :: highest
     real(rp), intent(out) :: values(:)
     type(wing_report_t), intent(inout) :: report
-    logical :: ok
-    call read_numbers(file, object, name, unit, values, ok, report)
-    if (.not. ok) return
+    logical :: is_valid
+    call read_numbers(file, object, name, unit, values, is_valid, report)
+    if (.not. is_valid) return
     if (all(abs(values) <= highest)) return
     call report%add(object, 'attribute '//name//' holds '//number_text(maxval(abs(values)))//'; at most '// &
                     number_text(highest)//' '//unit//' are valid')
@@ -94,23 +94,23 @@ contains
     real(rp), intent(out) :: direction(3)
     type(wing_report_t), intent(inout) :: report
     real(rp) :: longest
-    logical :: ok
-    call read_numbers(file, object, name, '', direction, ok, report)
+    logical :: is_valid
+    call read_numbers(file, object, name, '', direction, is_valid, report)
     longest = maxval(abs(direction))
-    if (ok .and. (longest < 1.0e-6_rp .or. longest > 1.0e6_rp)) then
+    if (is_valid .and. (longest < 1.0e-6_rp .or. longest > 1.0e6_rp)) then
       call report%add(object, 'attribute '//name//' must be a vector of a length between 1e-6 and 1e6')
-      ok = .false.
+      is_valid = .false.
     end if
-    if (ok) direction = direction/norm2(direction)
-    if (.not. ok) direction = [0.0_rp, 0.0_rp, 1.0_rp]
+    if (is_valid) direction = direction/norm2(direction)
+    if (.not. is_valid) direction = [0.0_rp, 0.0_rp, 1.0_rp]
   end subroutine read_direction
 
-  !> Reads as many finite numbers as `values`; 0 with a report if `ok` is false.
-  subroutine read_numbers(file, object, name, unit, values, ok, report)
+  !> Reads as many finite numbers as `values`. They are 0 after a mistake, which goes to `report`; `is_valid` is then false.
+  subroutine read_numbers(file, object, name, unit, values, is_valid, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name, unit
     real(rp), intent(out) :: values(:)
-    logical, intent(out) :: ok
+    logical, intent(out) :: is_valid
     type(wing_report_t), intent(inout) :: report
     type(failure_t) :: failure
     character(:), allocatable :: wanted
@@ -119,23 +119,23 @@ contains
     if (unit /= '' .and. unit /= '1') wanted = wanted//' ['//unit//']'
     values = 0
     if (.not. has_attribute(file, object, name)) then
-      ok = .false.
+      is_valid = .false.
       call report%add(object, 'attribute '//name//' is missing; it must hold '//wanted)
       return
     end if
     if (attribute_class(file, object, name) == ATTRIBUTE_INTEGER) then
       call get_attribute(file, object, name, values, failure)
-      ok = .not. failure%failed
     else
-      call read_attribute_reals(file, object, name, values, ok)
+      call read_attribute_reals(file, object, name, values, failure)
     end if
-    if (.not. ok) then
+    is_valid = .not. failure%failed
+    if (failure%failed) then
       call report%add(object, 'attribute '//name//' must hold '//wanted)
     else if (.not. all(is_finite(values))) then
-      ok = .false.
+      is_valid = .false.
       call report%add(object, 'attribute '//name//' is infinite or undefined')
     end if
-    if (.not. ok) values = 0
+    if (.not. is_valid) values = 0
   end subroutine read_numbers
 
   !> Reads an optional integer between `lowest` and `highest`. It is `default` if it is left out, or after a mistake, which goes
@@ -146,12 +146,12 @@ contains
     integer, intent(in) :: lowest, highest, default
     integer, intent(out) :: value
     type(wing_report_t), intent(inout) :: report
+    type(failure_t) :: failure
     integer :: found
-    logical :: ok
     value = default
     if (.not. has_attribute(file, object, name)) return
-    call read_attribute_integer(file, object, name, found, ok)
-    if (.not. ok) then
+    call read_attribute_integer(file, object, name, found, failure)
+    if (failure%failed) then
       call report%add(object, 'attribute '//name//' must be an integer')
     else if (found < lowest .or. found > highest) then
       call report%add(object, 'attribute '//name//' is '//number_text(found)//'; valid: '//number_text(lowest)// &
@@ -169,14 +169,14 @@ contains
     logical, intent(in) :: is_required
     character(:), allocatable, intent(out) :: text
     type(wing_report_t), intent(inout) :: report
-    logical :: ok
+    type(failure_t) :: failure
     text = ''
     if (.not. has_attribute(file, object, name)) then
       if (is_required) call report%add(object, 'attribute '//name//' is missing; it must be a text')
       return
     end if
-    call read_text(file, object, name, text, ok)
-    if (.not. ok) then
+    call read_text(file, object, name, text, failure)
+    if (failure%failed) then
       call report%add(object, 'attribute '//name//' must be a text')
     else if (len(text) == 0 .or. len(text) > NAME_LENGTH) then
       call report%add(object, 'attribute '//name//' is '//quoted(text)// &

@@ -27,7 +27,6 @@ contains
     type(measurement_t), intent(in) :: m
     type(failure_t), intent(inout) :: failure
     type(hdf5_file_t) :: file
-    logical :: ok
     integer :: i
     call file%create_serial(path, failure)
     call put_attribute(file, '/', 'schema', 'flusi-msm measurement', failure)
@@ -67,9 +66,7 @@ contains
       call write_flight(file, m%flights(i), failure)
     end do
     call file%close(failure)
-    if (failure%failed) return
-    call write_seal(path, ok)
-    if (.not. ok) call failure%raise(path//': cannot get a seal; is the disk full?')
+    call write_seal(path, failure)
   end subroutine write_measurement
 
   !> Writes one mode.

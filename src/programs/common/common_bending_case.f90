@@ -28,25 +28,25 @@ module common_bending_case
 
 contains
 
-  !> Reads the ini file `path` on all ranks. `ok` is false if the program cannot go on, because there is no such file or because
+  !> Reads the ini file `path` on all ranks. `can_go_on` is false because there is no such file or because
   !> a section asks for something that the program does not have. Adds mistakes to `errors` and remarks to `notices`.
   !> Collective.
-  subroutine load_input(path, registry, world, config, errors, notices, ok)
+  subroutine load_input(path, registry, world, config, errors, notices, can_go_on)
     character(*), intent(in) :: path
     type(registry_t), intent(in) :: registry
     type(world_t), intent(in) :: world
     type(config_t), intent(inout) :: config
     type(message_list_t), intent(inout) :: errors, notices
-    logical, intent(out) :: ok
+    logical, intent(out) :: can_go_on
     character(:), allocatable :: text, problem
-    ok = .false.
+    can_go_on = .false.
     call read_broadcast_text(path, text, problem, world)
     if (allocated(problem)) then
       call errors%add(problem)
       return
     end if
     call config%load_text(text, path, registry, errors, notices, .false., world)
-    ok = .not. config%asks_for_unbuilt()
+    can_go_on = .not. config%asks_for_unbuilt()
   end subroutine load_input
 
   !> Reads the wing, the measurement, the instrument and the free parameters on all ranks. Adds all mistakes to `errors` and all

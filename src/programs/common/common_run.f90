@@ -17,6 +17,7 @@ module common_run
   use io_identity, only: change_t, identity_t, list_changes
   use io_lock, only: lock_t, LOCK_HELD, LOCK_TAKEN
   use io_broadcast_text, only: read_text_file
+  use parallel_failure, only: share_failure
   use parallel_world, only: world_t
   implicit none
   private
@@ -52,7 +53,8 @@ contains
     character(*), intent(in) :: program, base, ini
     type(config_t), intent(in) :: config
     type(outcome_t), intent(inout) :: outcome
-    character(:), allocatable :: message, inputs
+    type(failure_t) :: own, failure
+    character(:), allocatable :: notice, inputs
     integer :: state
     if (outcome%failure%failed) return
     self%world = world
@@ -61,19 +63,19 @@ contains
     self%ini = ini
     state = LOCK_HELD
     if (world%is_root) then
-      call self%lock%acquire(base//'.lock', state, message)
+      call self%lock%acquire(base//'.lock', state, notice, own)
       inputs = config%inputs()
       call config%named_files(self%input_files)
       call self%identity%start(inputs)
     end if
     call world%broadcast_integer(state)
-    call world%broadcast_text(message)
+    call share_failure(world, own, failure)
     call world%broadcast_text(inputs)
     call broadcast_identity(self, inputs)
-    if (state /= LOCK_HELD) then
-      call outcome%fail(merge(OUTCOME_MISTAKE, OUTCOME_UNWRITABLE, state == LOCK_TAKEN), message)
-    else if (message /= '' .and. world%is_root) then
-      write (error_unit, '(a)') 'notice: '//message
+    if (failure%failed) then
+      call outcome%fail(merge(OUTCOME_MISTAKE, OUTCOME_UNWRITABLE, state == LOCK_TAKEN), failure%reason)
+    else if (world%is_root) then
+      if (notice /= '') write (error_unit, '(a)') 'notice: '//notice
       flush (error_unit)
     end if
   end subroutine run_begin
@@ -231,18 +233,14 @@ contains
   subroutine run_settle(self, outcome)
     class(run_t), intent(inout) :: self
     type(outcome_t), intent(inout) :: outcome
-    type(failure_t) :: own
-    character(:), allocatable :: reason
+    type(failure_t) :: own, failure
     if (outcome%failure%failed) return
-    reason = ''
     if (self%world%is_root) then
       if (self%moves) call move_earlier(self, own)
       if (.not. own%failed .and. stored(self, 'id') /= self%identity%id) call write_identity(self, own)
-      if (own%failed) reason = own%reason
     end if
-    call self%world%broadcast_text(reason)
-    if (reason == '') return
-    call outcome%fail(OUTCOME_UNWRITABLE, reason)
+    call share_failure(self%world, own, failure)
+    if (failure%failed) call outcome%fail(OUTCOME_UNWRITABLE, failure%reason)
   end subroutine run_settle
 
   !> Moves the files of an earlier run into a folder of their own. Fails if one of its backups has to stay.
@@ -275,12 +273,10 @@ contains
   subroutine write_identity(self, failure)
     class(run_t), intent(in) :: self
     type(failure_t), intent(inout) :: failure
-    logical :: ok
     call write_text(self%base//'_identity.txt', '% Which run the files here are of, by '//self%program//NL// &
                     'id = '//self%identity%id//NL//'input = '//self%ini//NL// &
                     'fingerprint = '//self%identity%fingerprint()//NL//'version = '//self%identity%version//NL// &
-                    'begun = '//date_and_clock(), ok)
-    if (.not. ok) call failure%raise(self%base//'_identity.txt: cannot be written; is the folder read-only or the disk full?')
+                    'begun = '//date_and_clock(), failure)
   end subroutine write_identity
 
   !> Unlocks the files. It is safe to call this after a failure of `begin`.

@@ -43,7 +43,6 @@ contains
     integer(i8) :: stored, checksum
     integer :: version_found, sizes(4)
     integer :: seal
-    logical :: ok(3)
     is_found = .false.
     if (self%path == '') return
     call check_seal(self%path, seal)
@@ -60,36 +59,34 @@ contains
         calibration%is_scale_known = sizes(4) == 1
         allocate (calibration%n_tests(sizes(3)), calibration%unknown(sizes(1), sizes(2)))
         allocate (calibration%combined(sizes(1)))
-        call read_flat(file, 'effects', size(calibration%n_tests), calibration%n_tests, ok(1))
-        call read_table(file, 'unknown', sizes(1), sizes(2), calibration%unknown, ok(2))
-        call read_flat(file, 'combined', sizes(1), calibration%combined, ok(3))
-        is_found = all(ok)
-        if (is_found) is_found = checksum == checksum_of(key, calibration)
+        call read_flat(file, 'effects', size(calibration%n_tests), calibration%n_tests, failure)
+        call read_table(file, 'unknown', sizes(1), sizes(2), calibration%unknown, failure)
+        call read_flat(file, 'combined', sizes(1), calibration%combined, failure)
+        if (.not. failure%failed) is_found = checksum == checksum_of(key, calibration)
       end if
     end if
     call file%close(ignored)
   end subroutine draws_recall
 
-  !> Reads n numbers. If n is 0, it does not use the file, and `ok` is true.
-  subroutine read_flat(file, name, n, values, ok)
+  !> Reads n numbers. If n is 0, it does not use the file. Fails if they cannot be read.
+  subroutine read_flat(file, name, n, values, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
     integer, intent(in) :: n
     real(rp), intent(out) :: values(n)
-    logical, intent(out) :: ok
-    ok = n == 0
-    if (n > 0) call read_reals(file, name, values, ok)
+    type(failure_t), intent(inout) :: failure
+    if (n > 0) call read_reals(file, name, values, failure)
   end subroutine read_flat
 
-  !> Reads a table (n, m).
-  subroutine read_table(file, name, n, m, values, ok)
+  !> Reads a table (n, m). Fails if it cannot be read.
+  subroutine read_table(file, name, n, m, values, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
     integer, intent(in) :: n, m
     real(rp), intent(out) :: values(n, m)
-    logical, intent(out) :: ok
+    type(failure_t), intent(inout) :: failure
     real(rp) :: flat(n*m)
-    call read_flat(file, name, n*m, flat, ok)
+    call read_flat(file, name, n*m, flat, failure)
     values = reshape(flat, [n, m])
   end subroutine read_table
 

@@ -40,11 +40,10 @@ contains
     type(diagnosis_t), intent(in) :: d
     type(failure_t), intent(inout) :: failure
     character(:), allocatable :: what
-    logical :: is_removed
     integer :: i
     call write_fragment(s, d%initial_baseline%q, 'baseline of a diagnosis', s%name//'_baseline.ini', failure)
     if (.not. d%extended%is_found) then
-      call remove_file(s%name//'_extended.ini', is_removed)
+      call remove_file(s%name//'_extended.ini')
       return
     end if
     what = 'diagnosis: '//verdict_word(d%decision%verdict)//', '//verdict_sentence(s, d)//NL//'; extended by'
@@ -63,7 +62,6 @@ contains
     type(fit_case_t) :: fit_case
     type(solid_params_t) :: params
     character(:), allocatable :: mesh
-    logical :: ok
     call fit_case_params(s%experiment, s%wing_case%wing, s%catalogue%parameters, q, fit_case, params)
     mesh = ''
     if (s%fits_finer) then
@@ -73,8 +71,7 @@ contains
     call write_text(path, '; Stiffness of '//s%wing_case%path//' from '//s%measurement_path//NL//'; by msm_diagnose '// &
                     BUILD_VERSION//' ('//BUILD_COMMIT//'): '//what//NL//mesh//'; [include] file = '//path//NL//NL// &
                     wing_lines(params, s%wing_case)//mass_lines(s, q)//damping_lines(s, q)// &
-                    instrument_lines(fit_case%experiment%instrument_at(fit_case_coordinates(fit_case, q))), ok)
-    if (.not. ok) call failure%raise(path//': cannot be written; is the folder missing or the disk full?')
+                    instrument_lines(fit_case%experiment%instrument_at(fit_case_coordinates(fit_case, q))), failure)
   end subroutine write_fragment
 
   !> Writes NAME.h5. For each load it holds the averages with the residuals of the baseline and of the extended wing, as they are
@@ -154,7 +151,6 @@ contains
     character(:), allocatable :: text
     character(160) :: line
     integer :: i
-    logical :: ok
     text = 'rank,load,x [m],y [m],force [N],separation now [sd],separation if repeated [sd]'//new_line('a')
     do i = 1, size(next%order)
       line = ',,,' ! a mode has no place and no force
@@ -174,7 +170,6 @@ contains
         text = text//number_text(i)//',(new place)'//trim(line(2:))//new_line('a')
       end associate
     end do
-    call write_text(s%name//'_next_measurements.csv', text, ok)
-    if (.not. ok) call failure%raise(s%name//'_next_measurements.csv: cannot be written; is the disk full?')
+    call write_text(s%name//'_next_measurements.csv', text, failure)
   end subroutine write_next
 end module diagnose_files

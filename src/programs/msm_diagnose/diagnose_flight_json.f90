@@ -117,7 +117,6 @@ contains
     type(failure_t), intent(inout) :: failure
     type(flight_request_t) :: request
     character(:), allocatable :: head
-    logical :: ok
     integer :: i
     if (failure%failed .or. .not. s%flights%is_ready .or. .not. d%extended%is_found) return
     head = '; Run this file in the folder of the case.'//new_line('a')
@@ -130,7 +129,6 @@ contains
       end associate
     end do
     if (.not. any(abs(request%change) > 0)) return
-    call write_text(s%name//'_extended_flight.ini', head//s%runner%case%text(request), ok)
-    if (.not. ok) call failure%raise(s%name//'_extended_flight.ini: cannot be written; is the disk full?')
+    call write_text(s%name//'_extended_flight.ini', head//s%runner%case%text(request), failure)
   end subroutine write_extended_flight
 end module diagnose_flight_json

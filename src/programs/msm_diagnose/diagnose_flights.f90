@@ -17,6 +17,7 @@ module diagnose_flights
   use fsi_rotation, only: cross
   use io_broadcast_text, only: read_text_file
   use io_series_read, only: read_series
+  use parallel_failure, only: share_failure
   use parallel_outcome, only: agree_on_outcome
   use parallel_world, only: world_t
   use simulation_machine, only: check_machine
@@ -152,8 +153,8 @@ contains
     type(redirection_t) :: redirection
     type(outcome_t) :: outcome
     type(memory_t) :: memory
+    type(failure_t) :: own, failure
     character(:), allocatable :: here
-    logical :: ok
     allocate (settings)
     call self%case%read(request, settings, errors, group)
     memory = estimate_memory(settings, group%size)
@@ -162,12 +163,11 @@ contains
                        ' ranks: give [Flight] ranks')
       return
     end if
-    ok = .true.
-    if (group%is_root) call write_start(self, request, folder, ok)
-    call group%barrier()
+    if (group%is_root) call write_start(self, request, folder, own)
+    call share_failure(group, own, failure)
     here = real_path('.')
-    if (group%max_integer(merge(0, 1, ok)) == 1) then
-      call of_all%fail(OUTCOME_UNWRITABLE, folder//': cannot be written; is the folder read-only or the disk full?')
+    if (failure%failed) then
+      call of_all%fail(OUTCOME_UNWRITABLE, failure%reason)
       return
     end if
     if (group%is_root .and. .not. self%is_quiet) write (output_unit, '(a)') 'flight    '//folder
@@ -177,22 +177,25 @@ contains
     if (outcome%is_good()) call simulate(group, settings, outcome)
     call agree_on_outcome(group, outcome)
     if (group%is_root) call redirection%finish()
-    if (group%is_root) call write_end(outcome, ok)
+    if (group%is_root) call write_end(outcome, own)
     call change_folder(here)
+    call share_failure(group, own, failure)
+    if (failure%failed) call of_all%fail(OUTCOME_UNWRITABLE, folder//'/'//failure%reason)
     if (any(outcome%kind == [OUTCOME_DONE, OUTCOME_DIVERGED, OUTCOME_COLLISION, OUTCOME_NOT_CONVERGED])) return
     call of_all%fail(outcome%kind, 'a flight did not finish; '//join_path(folder, LOG)//' says why. Start the program again '// &
                      'to continue')
   end subroutine fly_one
 
-  !> Writes the input file of a flight into its folder, which it makes if it is missing.
-  subroutine write_start(self, request, folder, ok)
+  !> Writes the input file of a flight into its folder, which it makes if it is missing. Fails if it cannot.
+  subroutine write_start(self, request, folder, failure)
     class(flusi_runner_t), intent(in) :: self
     type(flight_request_t), intent(in) :: request
     character(*), intent(in) :: folder
-    logical, intent(out) :: ok
-    if (.not. file_exists(self%folder//'/.')) call make_folder(self%folder, ok)
-    if (.not. file_exists(folder//'/.')) call make_folder(folder, ok)
-    call write_text(join_path(folder, INI), self%case%text(request), ok)
+    type(failure_t), intent(inout) :: failure
+    type(failure_t) :: unmade(2) ! does not matter if another group has just made the folder
+    if (.not. file_exists(self%folder//'/.')) call make_folder(self%folder, unmade(1))
+    if (.not. file_exists(folder//'/.')) call make_folder(folder, unmade(2))
+    call write_text(join_path(folder, INI), self%case%text(request), failure)
   end subroutine write_start
 
   !> Runs the simulation in the current folder, from its backup if there is one. Collective over the group.
@@ -218,16 +221,15 @@ contains
     deallocate (simulation)
   end subroutine simulate
 
-  !> Writes the mark of a flight that has ended and need not be flown again.
-  subroutine write_end(outcome, ok)
+  !> Writes the mark of a flight that has ended and need not be flown again. Fails if it cannot.
+  subroutine write_end(outcome, failure)
     type(outcome_t), intent(in) :: outcome
-    logical, intent(out) :: ok
-    ok = .true.
+    type(failure_t), intent(inout) :: failure
     select case (outcome%kind)
     case (OUTCOME_DONE)
-      call write_text(ENDED, FLOWN, ok)
+      call write_text(ENDED, FLOWN, failure)
     case (OUTCOME_DIVERGED, OUTCOME_COLLISION, OUTCOME_NOT_CONVERGED)
-      call write_text(ENDED, outcome%failure%reason, ok)
+      call write_text(ENDED, outcome%failure%reason, failure)
     end select
   end subroutine write_end
 

@@ -32,7 +32,7 @@ module diagnose_job
   use inference_residual_checks, only: residual_check_t, check_residuals
   use io_earlier_results, only: move_earlier_file, EARLIER_SUFFIX
   use io_journal, only: journal_t
-  use io_lock, only: lock_t, LOCK_HELD, LOCK_TAKEN
+  use io_lock, only: lock_t, LOCK_TAKEN
   use parallel_outcome, only: agree_on_outcome
   use parallel_world, only: world_t
   implicit none
@@ -189,21 +189,23 @@ contains
     logical, intent(in) :: is_plan
     character(20), parameter :: RESULTS(6) = [character(20) :: '.json', '.h5', '_baseline.ini', '_extended.ini', &
                                             '_extended_flight.ini', '_plan.json']
-    character(:), allocatable :: message, path
+    type(failure_t) :: failure
+    character(:), allocatable :: notice, path
     logical :: has_moved
     integer :: state, i
-    call self%lock%acquire(self%settings%name//'.lock', state, message)
-    if (state /= LOCK_HELD) then
-      call self%outcome%fail(merge(OUTCOME_MISTAKE, OUTCOME_UNWRITABLE, state == LOCK_TAKEN), message)
+    call self%lock%acquire(self%settings%name//'.lock', state, notice, failure)
+    if (failure%failed) then
+      call self%outcome%fail(merge(OUTCOME_MISTAKE, OUTCOME_UNWRITABLE, state == LOCK_TAKEN), failure%reason)
       return
     end if
-    if (message /= '') write (error_unit, '(a)') 'notice: '//message
+    if (notice /= '') write (error_unit, '(a)') 'notice: '//notice
     do i = 1, size(RESULTS)
       if (is_plan .neqv. i == size(RESULTS)) cycle
       path = self%settings%name//trim(RESULTS(i))
-      call move_earlier_file(path, has_moved)
+      call move_earlier_file(path, has_moved, failure)
       if (has_moved) write (error_unit, '(a)') 'notice: '//path//' of an earlier diagnosis is '//path//EARLIER_SUFFIX//' now'
     end do
+    if (failure%failed) call self%outcome%fail(OUTCOME_UNWRITABLE, failure%reason)
     flush (error_unit)
   end subroutine prepare_files
 

@@ -44,7 +44,6 @@ contains
     type(unknown_t), intent(in) :: unknown
     type(failure_t), intent(inout) :: failure
     type(json_t) :: json
-    logical :: ok
     integer :: i
     call json%open_object('')
     call json%put('schema', 'flusi-msm diagnosis')
@@ -73,8 +72,7 @@ contains
     call put_rivals(json, s, d, next)
     call put_next(json, s%measurement, next)
     call json%close()
-    call write_text(s%name//'.json', json%text, ok)
-    if (.not. ok) call failure%raise(s%name//'.json: cannot be written; is the folder missing or the disk full?')
+    call write_text(s%name//'.json', json%text, failure)
   end subroutine write_diagnosis_json
 
   !> Lists the rival effects, each with the variant that comes nearest to the first cause.

@@ -113,7 +113,6 @@ contains
     type(failure_t), intent(inout) :: failure
     type(json_t) :: json
     integer :: e
-    logical :: ok
     call json%open_object('')
     call json%put('schema', 'flusi-msm diagnosis plan')
     call json%put('schema_version', SCHEMA_VERSION)
@@ -128,8 +127,7 @@ contains
     end do
     call json%close()
     call json%close()
-    call write_text(s%name//'_plan.json', json%text, ok)
-    if (.not. ok) call failure%raise(s%name//'_plan.json: cannot be written; is the folder missing or the disk full?')
+    call write_text(s%name//'_plan.json', json%text, failure)
   end subroutine write_plan
 
   !> Writes how well a planned measurement could show effect `e`.

@@ -53,10 +53,10 @@ contains
     type(bending_input_t) :: input
     type(wing_choices_t) :: wing
     type(measurement_choices_t) :: measurement
-    logical :: ok
+    logical :: can_go_on
     call register_diagnose_keys(registry)
-    call load_input(path, registry, world, s%config, errors, notices, ok)
-    if (.not. ok) return
+    call load_input(path, registry, world, s%config, errors, notices, can_go_on)
+    if (.not. can_go_on) return
     call read_options(s, refine, errors)
     call read_wing_keys(s%config, wing)
     call read_measurement_keys(s%config, measurement)

@@ -3,7 +3,7 @@
 !> begins the first individual. If one individual cannot be trained, the others still are.
 module train_batch
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use base_errors, only: message_list_t
+  use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_outcome, only: outcome_t, OUTCOME_DONE, OUTCOME_MISTAKE, OUTCOME_STOPPED, OUTCOME_UNWRITABLE
   use base_process, only: wall_seconds
@@ -29,8 +29,8 @@ contains
     type(outcome_t), intent(inout) :: outcome
     type(outcome_t) :: outcome_of_one
     type(summary_t) :: summary
+    type(failure_t) :: failure
     integer :: i, n_individuals
-    logical :: ok
     real(rp) :: begun
     begun = wall_seconds()
     call check_all(command, world, n_individuals, outcome)
@@ -40,9 +40,12 @@ contains
       if (outcome%kind == OUTCOME_DONE) outcome = outcome_of_one
       if (any(outcome_of_one%kind == [OUTCOME_STOPPED, OUTCOME_UNWRITABLE])) return
     end do
-    ok = .true.
-    if (world%is_root .and. command%action == TRAIN_RUN .and. n_individuals > 1) call summary%write(ok)
-    if (.not. ok) outcome%kind = OUTCOME_UNWRITABLE
+    if (world%is_root .and. command%action == TRAIN_RUN .and. n_individuals > 1) call summary%write(failure)
+    if (failure%failed) then
+      write (error_unit, '(a)') 'msm_train: '//failure%reason
+      flush (error_unit)
+      outcome%kind = OUTCOME_UNWRITABLE
+    end if
     call agree_on_outcome(world, outcome)
   end subroutine train_individuals
 

@@ -15,27 +15,27 @@ module train_evaluation
 
 contains
 
-  !> Prints the table of loads and, if every shape was found, the cost h [m]; `ok` is then true. Prints nothing if the pool is
-  !> stopped on the way. Only rank 0 calls it.
-  subroutine evaluate_wing(settings, pool, ok)
+  !> Prints the table of loads and, if every shape was found, the cost h [m]; `are_solved` is then true. Prints nothing if the pool
+  !> is stopped on the way. Only rank 0 calls it.
+  subroutine evaluate_wing(settings, pool, are_solved)
     type(train_settings_t), intent(in) :: settings
     type(worker_pool_t), intent(inout) :: pool
-    logical, intent(out) :: ok
+    logical, intent(out) :: are_solved
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: residuals(:)
     integer :: l
-    ok = .false.
+    are_solved = .false.
     call solve_all_cold(settings%experiment, pool, settings%experiment%start(), evaluations)
     if (pool%is_stopped) return
     call fit_offsets(settings%experiment, evaluations)
     call print_loads(output_unit, settings%experiment, evaluations)
     allocate (residuals(0))
-    ok = .true.
+    are_solved = .true.
     do l = 1, size(evaluations)
-      ok = ok .and. evaluations(l)%is_solved
+      are_solved = are_solved .and. evaluations(l)%is_solved
       residuals = [residuals, evaluations(l)%residuals]
     end do
-    if (.not. ok) return
+    if (.not. are_solved) return
     write (output_unit, '(a,es23.15,a)') 'h = ', settings%experiment%cost(residuals), ' m'
   end subroutine evaluate_wing
 

@@ -152,7 +152,7 @@ contains
     type(train_command_t), intent(in) :: command
     type(world_t) :: alone
     type(message_list_t) :: patterns
-    logical :: ok, has_moved
+    logical :: has_moved
     call alone%isolate()
     associate (s => self%settings)
       call self%files%begin(alone, 'msm_train', s%name, command%ini, s%config, self%outcome)
@@ -164,11 +164,9 @@ contains
         call self%files%settle(self%outcome)
       end if
       if (self%outcome%failure%failed) return
-      call self%log%open(.true., s%name//'.log', command%restart, s%choices%progress_seconds, ok)
-      if (.not. ok) then
-        call self%outcome%failure%raise(s%name//'.log: cannot be written: is the folder missing or the disk full?')
-        return
-      end if
+      call self%log%open(.true., s%name//'.log', command%restart, s%choices%progress_seconds, &
+                         self%outcome%failure)
+      if (self%outcome%failure%failed) return
       call self%search%init(s, self%pool)
       if (command%restart .and. s%n_individuals > 1 .and. .not. self%search%has_backup()) then
         call self%log%say('restart   there is no backup of '//s%individual//': the training starts from the beginning')
@@ -178,7 +176,7 @@ contains
       call self%files%settle(self%outcome)
       if (self%outcome%failure%failed) return
       self%search%identity = self%files%identity
-      call move_earlier_file(s%result, has_moved)
+      call move_earlier_file(s%result, has_moved, self%outcome%failure)
       if (has_moved) call self%log%say('notice: '//s%result//' of an earlier training is '//s%result//EARLIER_SUFFIX//' now')
     end associate
   end subroutine open_files
@@ -284,18 +282,18 @@ contains
   subroutine training_evaluate(self, command)
     class(training_t), intent(inout) :: self
     type(train_command_t), intent(in) :: command
-    logical :: ok
+    logical :: are_solved
     if (command%action == TRAIN_SCREEN) then
-      call screen_wing(self%settings, self%pool, ok)
+      call screen_wing(self%settings, self%pool, are_solved)
     else
-      call evaluate_wing(self%settings, self%pool, ok)
+      call evaluate_wing(self%settings, self%pool, are_solved)
     end if
     if (self%pool%is_stopped) then
       call self%outcome%end_as(OUTCOME_STOPPED)
       call self%pool%poll()
       write (output_unit, '(a)') 'stopped early: '//trim(self%pool%stop_rules%reason)//'; not all loads were solved'
       flush (output_unit)
-    else if (.not. ok) then
+    else if (.not. are_solved) then
       call self%outcome%end_as(OUTCOME_NOT_CONVERGED)
     end if
   end subroutine training_evaluate

@@ -3,6 +3,7 @@
 !> one live line of progress.
 module train_log
   use, intrinsic :: iso_fortran_env, only: output_unit
+  use base_errors, only: failure_t
   use base_kinds, only: i8, rp
   use base_process, only: is_terminal, wall_seconds
   use base_text_file, only: text_file_t
@@ -30,24 +31,23 @@ module train_log
 
 contains
 
-  !> Opens the log file; after a restart it appends to the file. Does nothing on ranks that do not speak. `ok` is false if the
-  !> file cannot be opened, and the training must then not run.
-  subroutine log_open(self, speaks, path, is_restart, interval, ok)
+  !> Opens the log file; after a restart it appends to the file. Does nothing on ranks that do not speak. Fails if the file
+  !> cannot be opened, and the training must then not run.
+  subroutine log_open(self, speaks, path, is_restart, interval, failure)
     class(train_log_t), intent(inout) :: self
     logical, intent(in) :: speaks, is_restart
     character(*), intent(in) :: path
     real(rp), intent(in) :: interval !< [s] between progress lines in the log
-    logical, intent(out) :: ok
-    ok = .true.
+    type(failure_t), intent(inout) :: failure
     self%speaks = speaks
     self%is_live = is_terminal()
     self%interval = interval
     self%begun = wall_seconds()
     if (.not. speaks) return
     if (is_restart) then
-      call self%file%append(path, ok)
+      call self%file%append(path, failure)
     else
-      call self%file%create(path, ok)
+      call self%file%create(path, failure)
     end if
   end subroutine log_open
 
@@ -55,7 +55,7 @@ contains
   subroutine log_say(self, text)
     class(train_log_t), intent(inout) :: self
     character(*), intent(in) :: text
-    logical :: ignored
+    type(failure_t) :: ignored ! a line less in the log does not end a training
     if (.not. self%speaks) return
     call self%end_line()
     write (output_unit, '(a)') text
@@ -148,7 +148,7 @@ contains
     type(train_log_t), intent(inout) :: self
     character(*), intent(in) :: line
     real(rp), intent(in) :: now
-    logical :: ignored
+    type(failure_t) :: ignored
     if (self%is_live) then
       write (output_unit, '(a)', advance='no') achar(13)//line//'   '
       self%is_line_open = .true.
@@ -173,8 +173,8 @@ contains
   !> Ends the live line and closes the log. An error while closing is ignored.
   subroutine log_close(self)
     class(train_log_t), intent(inout) :: self
-    logical :: ignored
+    type(failure_t) :: ignored
     call self%end_line()
-    if (self%file%is_open()) call self%file%close(ignored)
+    call self%file%close(ignored)
   end subroutine log_close
 end module train_log

@@ -35,7 +35,7 @@ contains
     type(failure_t), intent(inout) :: failure
     type(solid_params_t) :: p
     character(:), allocatable :: text, note
-    logical :: is_soft, ok
+    logical :: is_soft
     p = settings%experiment%params(trained%coordinates)
     call membrane_note(p, note, is_soft)
     text = '; Stiffness of '//settings%wing_case%path//', trained on '//settings%measurement_path//NL// &
@@ -44,8 +44,7 @@ contains
            '; These values of E and joints belong to the '//note//'.'//NL// &
            '; [include] file = '//settings%result//NL//NL//wing_lines(p, settings%wing_case)// &
            instrument_lines(settings%experiment%instrument_at(trained%coordinates))
-    call write_text(settings%result, text, ok)
-    if (.not. ok) call failure%raise(settings%result//': cannot be written; is the disk full?')
+    call write_text(settings%result, text, failure)
   end subroutine write_fragment
 
   !> Returns a line that lists the values which the data do not determine, so that other values fit as well. It is empty if there

@@ -38,22 +38,23 @@ contains
     end associate
   end subroutine prepare_screen
 
-  !> Prints the ranking and a proposal. `ok` is true if every shape was found. Prints nothing if the pool is stopped on the way.
-  subroutine screen_wing(settings, pool, ok)
+  !> Prints the ranking and a proposal. `are_solved` tells whether every shape was found. Prints nothing if the pool is
+  !> stopped on the way.
+  subroutine screen_wing(settings, pool, are_solved)
     type(train_settings_t), intent(in) :: settings
     type(worker_pool_t), intent(inout) :: pool
-    logical, intent(out) :: ok
+    logical, intent(out) :: are_solved
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: rows(:, :), effect(:), remaining(:), moved(:)
     integer, allocatable :: order(:)
     integer :: n, l, k, first, points
     associate (e => settings%experiment)
-      ok = .false.
+      are_solved = .false.
       call solve_all_cold(e, pool, e%start(), evaluations)
       if (pool%is_stopped) return
       call print_loads(output_unit, e, evaluations)
-      ok = all(evaluations%is_solved)
-      if (.not. ok) return
+      are_solved = all(evaluations%is_solved)
+      if (.not. are_solved) return
       n = e%count_parameters()
       allocate (rows(e%count_residuals(0), e%count()), moved(n), source=0.0_rp)
       first = 0

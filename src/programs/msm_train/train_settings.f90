@@ -51,10 +51,10 @@ contains
     type(message_list_t), intent(inout) :: errors, notices
     type(registry_t) :: registry
     type(bending_input_t) :: input
-    logical :: ok
+    logical :: can_go_on
     call register_train_keys(registry)
-    call load_input(path, registry, world, s%config, errors, notices, ok)
-    if (.not. ok) return
+    call load_input(path, registry, world, s%config, errors, notices, can_go_on)
+    if (.not. can_go_on) return
     call choose_individual(s%config, number, s%n_individuals, s%individual, input%wing, input%measurement, errors)
     if (number > s%n_individuals) return
     call read_options(s, errors)

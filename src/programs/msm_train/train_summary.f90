@@ -3,6 +3,7 @@
 !> It prints them on the terminal and writes NAME_individuals.csv. Only rank 0 uses it.
 module train_summary
   use, intrinsic :: iso_fortran_env, only: output_unit
+  use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text, only: number_text
   use base_text_file, only: write_text
@@ -75,16 +76,15 @@ contains
     end do
   end subroutine summary_add
 
-  !> Prints the table and writes the file. `ok` is false if the file cannot be written.
-  subroutine summary_write(self, ok)
+  !> Prints the table and writes the file. Fails if the file cannot be written.
+  subroutine summary_write(self, failure)
     class(summary_t), intent(in) :: self
-    logical, intent(out) :: ok
+    type(failure_t), intent(inout) :: failure
     character(:), allocatable :: text
     character(160) :: line
     real(rp), allocatable :: values(:)
     real(rp) :: mean, sd
     integer :: i
-    ok = .true.
     if (.not. allocated(self%entries)) return
     write (line, '(a24,a10,3a14,a28)') 'parameter               ', 'unit      ', 'mean', 'sd', 'sd/mean', &
       'determined in'
@@ -113,7 +113,7 @@ contains
     end do
     if (self%n_untrained > 0) write (output_unit, '(a)') 'not trained:'//self%untrained
     flush (output_unit)
-    call write_text(self%path, text(:len(text) - 1), ok)
+    call write_text(self%path, text(:len(text) - 1), failure)
   end subroutine summary_write
 
   !> Tells whether entry i is the first one of its parameter.

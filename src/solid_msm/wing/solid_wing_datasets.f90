@@ -2,6 +2,7 @@
 !> Reads and checks header, contents and datasets of a wing file: kind, shape, units and values. Measurement files use the same
 !> procedures. It reports every deviation.
 module solid_wing_datasets
+  use base_errors, only: failure_t
   use base_kinds, only: rp, i8
   use base_text, only: number_text, quoted
   use io_arrays, only: is_group, member_names, describe_array, read_attribute_integer, read_reals, read_integers, &
@@ -27,16 +28,16 @@ contains
     integer, intent(in) :: version
     type(wing_report_t), intent(inout) :: report
     character(:), allocatable :: text
+    type(failure_t) :: no_schema, no_version
     integer :: number
-    logical :: ok
-    call read_text(file, '/', 'schema', text, ok)
-    if (.not. ok) then
+    call read_text(file, '/', 'schema', text, no_schema)
+    if (no_schema%failed) then
       call report%add('attribute schema', 'missing or not a text; a '//kind//' file has '//quoted(schema))
     else if (text /= schema) then
       call report%add('attribute schema', 'is '//quoted(text)//', expected '//quoted(schema))
     end if
-    call read_attribute_integer(file, '/', 'version', number, ok)
-    if (.not. ok) then
+    call read_attribute_integer(file, '/', 'version', number, no_version)
+    if (no_version%failed) then
       call report%add('attribute version', 'missing or not an integer; this program reads version ' &
                       //number_text(version))
     else if (number /= version) then
@@ -52,9 +53,9 @@ contains
     character(*), intent(in) :: known(:)
     type(wing_report_t), intent(inout) :: report
     character(NAME_LENGTH), allocatable :: names(:)
-    logical :: ok
-    call member_names(file, group, MOST_NAMES, names, ok)
-    if (.not. ok) call report%add(group, 'the list of contents cannot be read')
+    type(failure_t) :: failure
+    call member_names(file, group, MOST_NAMES, names, failure)
+    call report%take(failure)
     call report_unknown('object', group, names, known, report)
   end subroutine check_members
 
@@ -88,7 +89,7 @@ contains
     character(*), intent(in) :: group
     character(NAME_LENGTH), allocatable, intent(out) :: names(:)
     type(wing_report_t), intent(inout) :: report
-    logical :: ok
+    type(failure_t) :: failure
     integer :: i
     allocate (names(0))
     if (.not. file%has(group)) return
@@ -96,9 +97,8 @@ contains
       call report%add(group, 'is not a group')
       return
     end if
-    call member_names(file, group, MOST_NAMES, names, ok)
-    if (.not. ok) call report%add(group, 'the list of contents cannot be read, or is longer than '// &
-                                  number_text(MOST_NAMES))
+    call member_names(file, group, MOST_NAMES, names, failure)
+    call report%take(failure)
     call report%begin(group)
     do i = 1, size(names)
       if (verify(trim(names(i)), NAME_CHARACTERS) /= 0 .or. len_trim(names(i)) > 64) &
@@ -118,27 +118,26 @@ contains
     type(wing_report_t), intent(inout) :: report
     logical, intent(in), optional :: has_units
     character(:), allocatable :: text
+    type(failure_t) :: no_units, damage
     integer :: n
-    logical :: ok, is_length
+    logical :: is_length
     is_length = .true.
     if (present(has_units)) is_length = has_units
     allocate (values(0))
     call check_shape(file, name, columns, .false., n, report)
     if (n < 0) return
     text = 'm'
-    ok = .true.
-    if (is_length) call read_text(file, name, 'units', text, ok)
-    if (.not. ok) then
+    if (is_length) call read_text(file, name, 'units', text, no_units)
+    if (no_units%failed) then
       call report%add(name, 'attribute units is missing or not a text; it must be ''m''')
     else if (text /= 'm') then
       call report%add(name, 'attribute units is '//quoted(text)//'; it must be ''m''')
     end if
     deallocate (values)
     allocate (values(n))
-    call read_reals(file, name, values, ok)
-    if (ok) return
-    call report%add(name, 'cannot be read: damaged')
-    values = values(:0)
+    call read_reals(file, name, values, damage)
+    if (damage%failed) values = values(:0)
+    call report%take(damage)
   end subroutine read_real_dataset
 
   !> Reads rows of `columns` point numbers (0: a plain list), which are 1-based on return. They are empty after a mistake, which
@@ -149,18 +148,16 @@ contains
     integer, intent(in) :: columns
     integer, allocatable, intent(out) :: values(:)
     type(wing_report_t), intent(inout) :: report
+    type(failure_t) :: failure
     integer(i8), allocatable :: stored(:)
     integer :: n
-    logical :: ok
     allocate (values(0))
     call check_shape(file, name, columns, .true., n, report)
     if (n < 0) return
     allocate (stored(n))
-    call read_integers(file, name, stored, ok)
-    if (.not. ok) then
-      call report%add(name, 'cannot be read: damaged')
-      return
-    end if
+    call read_integers(file, name, stored, failure)
+    call report%take(failure)
+    if (failure%failed) return
     values = int(max(-1000000000_i8, min(1000000000_i8, stored))) - report%base + 1
   end subroutine read_index_dataset
 

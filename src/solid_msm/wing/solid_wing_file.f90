@@ -92,11 +92,11 @@ contains
   subroutine read_header(file, report)
     type(hdf5_file_t), intent(in) :: file
     type(wing_report_t), intent(inout) :: report
+    type(failure_t) :: failure
     integer :: number
-    logical :: ok
     call check_schema(file, 'wing', SCHEMA, VERSION, report)
-    call read_attribute_integer(file, '/', 'index_base', number, ok)
-    if (.not. ok) then
+    call read_attribute_integer(file, '/', 'index_base', number, failure)
+    if (failure%failed) then
       call report%add('attribute index_base', 'missing or not an integer; valid: 0 or 1, the number of the ' &
                       //'first point')
     else if (number /= 0 .and. number /= 1) then
@@ -158,7 +158,7 @@ contains
     character(NAME_LENGTH), allocatable :: names(:)
     character(:), allocatable :: object, vein
     integer, allocatable :: nodes(:)
-    logical :: ok
+    type(failure_t) :: failure
     integer :: i, n
     call read_names(file, '/joints', names, report)
     allocate (wing%joints(size(names)))
@@ -168,10 +168,11 @@ contains
       n = report%messages%count()
       call read_index_dataset(file, object, 0, nodes, report)
       if (report%messages%count() > n) cycle
-      call read_text(file, object, 'vein', vein, ok)
+      failure = failure_t()
+      call read_text(file, object, 'vein', vein, failure)
       if (size(nodes) == 3 .and. .not. has_attribute(file, object, 'vein')) then
         wing%joints(i)%nodes = nodes
-      else if (size(nodes) == 1 .and. ok) then
+      else if (size(nodes) == 1 .and. .not. failure%failed) then
         call joint_on_vein(wing%veins, vein, nodes(1), object, wing%joints(i)%nodes, report)
       else if (size(nodes) == 1) then
         call report%add(object, 'one point needs the text attribute vein, the name of the vein it lies on')
@@ -189,15 +190,15 @@ contains
     type(hdf5_file_t), intent(in) :: file
     type(wing_t), intent(inout) :: wing
     type(wing_report_t), intent(inout) :: report
-    logical :: ok
+    type(failure_t) :: failure
     character(*), parameter :: NAME = 'attribute plane_normal'
     wing%plane_normal = 0
     if (.not. has_attribute(file, '/', 'plane_normal')) return
     if (size(wing%triangles) > 0) then
       call report%add(NAME, 'only structures without triangles may have one')
     else
-      call read_attribute_reals(file, '/', 'plane_normal', wing%plane_normal, ok)
-      if (.not. ok) then
+      call read_attribute_reals(file, '/', 'plane_normal', wing%plane_normal, failure)
+      if (failure%failed) then
         call report%add(NAME, 'must be three real numbers')
       else if (.not. all(is_finite(wing%plane_normal))) then
         call report%add(NAME, 'has an infinite or undefined component')
@@ -216,11 +217,11 @@ contains
     type(wing_report_t), intent(inout) :: report
     character(*), parameter :: NAME = 'attribute z_side'
     character(:), allocatable :: text, valid
-    logical :: ok
+    type(failure_t) :: failure
     if (.not. has_attribute(file, '/', 'z_side')) return
     valid = '; valid: '//z_side_choices(' | ')//', the wing that was measured and the side of it to which z points'
-    call read_text(file, '/', 'z_side', text, ok)
-    if (.not. ok) then
+    call read_text(file, '/', 'z_side', text, failure)
+    if (failure%failed) then
       call report%add(NAME, 'is not a text'//valid)
     else if (all(Z_SIDES /= text)) then
       call report%add(NAME, 'is '//quoted(text)//valid)

@@ -2,7 +2,7 @@
 !> Collects the mistakes in a wing file: every message names the file and the object, and of many mistakes of one kind only the
 !> first few are shown.
 module solid_wing_report
-  use base_errors, only: message_list_t
+  use base_errors, only: failure_t, message_list_t
   use base_text, only: number_text
   implicit none
   private
@@ -18,6 +18,7 @@ module solid_wing_report
     character(:), allocatable, private :: object
   contains
     procedure :: add => report_add
+    procedure :: take => report_take
     procedure :: begin => report_begin
     procedure :: found => report_found
     procedure :: finish => report_finish
@@ -33,6 +34,13 @@ contains
     character(*), intent(in) :: object, text
     call self%messages%add(self%path//': '//object//': '//text)
   end subroutine report_add
+
+  !> Adds what `failure` says of the file, if it has failed.
+  subroutine report_take(self, failure)
+    class(wing_report_t), intent(inout) :: self
+    type(failure_t), intent(in) :: failure
+    if (failure%failed) call self%messages%add(failure%reason)
+  end subroutine report_take
 
   !> Begins a search for mistakes of one kind in `object`.
   subroutine report_begin(self, object)

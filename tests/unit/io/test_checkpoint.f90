@@ -2,7 +2,7 @@
 !> A checkpoint comes back bit by bit on any number of ranks, and damage of any kind is refused.
 program test_checkpoint
   use base_errors, only: failure_t
-  use base_files, only: file_exists
+  use base_files, only: file_exists, make_folder
   use base_kinds, only: rp, i8
   use io_attributes, only: put_attribute
   use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
@@ -229,7 +229,7 @@ contains
     integer :: part
     type(checkpoint_writer_t) :: writer
     type(hdf5_file_t) :: file
-    type(failure_t) :: failure
+    type(failure_t) :: failure, there, taken
 
     do part = 0, 9
       if (t%world%is_root) then
@@ -262,5 +262,13 @@ contains
     call writer%put_real('time', 0.0_rp)
     call writer%commit(failure)
     call t%check('a missing folder is a failure', failure%failed)
+    if (t%world%is_root) call make_folder('taken.h5', there) ! perhaps of an earlier run of this test
+    call writer%begin(t%world, '.', 'taken.h5', taken)
+    call t%check('a checkpoint begins', .not. taken%failed)
+    call writer%put_real('time', 0.0_rp)
+    call writer%commit(taken)
+    call t%check('if a folder has its name, that is a failure on all ranks', taken%failed)
+    if (taken%failed) call t%check('that names both', taken%reason == './taken.h5.part: cannot be renamed to ./taken.h5')
+    call t%check('and nothing is left of it', .not. file_exists('taken.h5.part'))
   end subroutine test_refusals
 end program test_checkpoint

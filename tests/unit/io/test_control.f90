@@ -34,9 +34,8 @@ contains
 
   subroutine test_stop_file()
     type(message_list_t) :: messages
-    logical :: ok
-    call remove_file('STOP', ok)
-    call remove_file('runtime_control.ini', ok)
+    call remove_file('STOP')
+    call remove_file('runtime_control.ini')
     call t%check('no file asks for nothing', poll_control('.', messages) == CONTROL_NOTHING)
     call write_file('STOP', '')
     call t%check('a file STOP asks to save and stop', poll_control('.', messages) == CONTROL_SAVE_STOP)
@@ -69,6 +68,8 @@ contains
     if (messages%count() == 2) call t%check('by name', index(messages%text(2), 'save_stpo') > 0)
     call prepare_control('no/such/folder', folder)
     call t%check('a missing folder is a message', folder%count() == 1)
+    if (folder%count() == 1) call t%check('that names the file', &
+                                          index(folder%text(1), 'no/such/folder/runtime_control.ini: cannot be written') == 1)
   end subroutine test_control_file
 
   subroutine test_signals()

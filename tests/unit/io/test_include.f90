@@ -2,7 +2,7 @@
 !> Parameter files that include others: who has the last word, where mistakes are, missing files, circles. Files are
 !> written by root; all ranks must see the same.
 program test_include
-  use base_errors, only: message_list_t
+  use base_errors, only: failure_t, message_list_t
   use base_files, only: real_path
   use base_kinds, only: rp
   use base_text_file, only: write_text
@@ -30,11 +30,10 @@ contains
 
   subroutine make(path, text)
     character(*), intent(in) :: path, text
-    logical :: ok
-    ok = .true.
-    if (kit%world%is_root) call write_text(path, text, ok)
+    type(failure_t) :: failure
+    if (kit%world%is_root) call write_text(path, text, failure)
     call kit%world%barrier()
-    call kit%check(path//' is written', ok)
+    call kit%check(path//' is written', .not. failure%failed)
   end subroutine make
 
   subroutine load(text, config, errors)

@@ -1,7 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Key values against numbers worked out by hand.
 program test_keyvalues
+  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t
+  use base_files, only: make_folder
   use base_kinds, only: rp
   use base_text_lines, only: read_line
   use io_fields, only: field_form_t, field_meta_t, write_field
@@ -76,7 +78,7 @@ contains
   end subroutine test_strided
 
   subroutine test_files()
-    type(failure_t) :: failure, missing, nonsense
+    type(failure_t) :: failure, missing, nonsense, there, taken
     character(:), allocatable :: line
     real(rp) :: keys(N_KEYS)
     logical :: ok, found
@@ -124,6 +126,10 @@ contains
     call read_line(unit, line, found)
     close (unit, status='delete')
     call t%check('the verdict file holds the exit code', line == '1' .and. .not. failure%failed)
+    call make_folder('vorx_000500.key', there) ! perhaps of an earlier run of this test
+    call keyvalues('vorx_000500.h5', output_unit, taken)
+    call t%check('a key that cannot be written is a failure', taken%failed)
+    if (taken%failed) call t%check('that names its file', index(taken%reason, 'vorx_000500.key: cannot be written') == 1)
     call field_keys('absent_000000.h5', keys, missing)
     call t%check('a missing field is a failure', missing%failed)
   end subroutine test_files

@@ -2,12 +2,12 @@
 !> The lock of a run, the names of its files, what differs between the inputs of two runs, and the identity in a checkpoint.
 program test_run_files
   use base_errors, only: failure_t, message_list_t
-  use base_files, only: file_exists, remove_file
+  use base_files, only: file_exists, make_folder, remove_file
   use base_listing, only: list_folder, matches_name
   use base_process, only: host_name, process_birth, process_id
   use base_text, only: number_text
   use base_text_file, only: write_text
-  use io_earlier_results, only: find_results, move_earlier_file
+  use io_earlier_results, only: find_results, move_earlier_file, move_to_folder
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use io_identity, only: change_t, identity_t, list_changes
   use io_lock, only: lock_t, LOCK_HELD, LOCK_TAKEN, LOCK_UNWRITABLE
@@ -48,60 +48,81 @@ contains
 
   subroutine test_lock()
     type(lock_t) :: one, two
-    character(:), allocatable :: message
+    type(failure_t) :: good, taken, silent, unwritable
+    character(:), allocatable :: notice
     integer :: state
-    logical :: ok
-    call remove_file('unit.lock', ok)
-    call one%acquire('unit.lock', state, message)
-    call t%check('the first gets the lock', state == LOCK_HELD .and. message == '')
-    call two%acquire('unit.lock', state, message)
+    call remove_file('unit.lock')
+    call one%acquire('unit.lock', state, notice, good)
+    call t%check('the first gets the lock', state == LOCK_HELD .and. notice == '' .and. .not. good%failed)
+    call two%acquire('unit.lock', state, notice, taken)
     call t%check('the second does not, and is told who has it', state == LOCK_TAKEN .and. &
-                 index(message, 'process '//number_text(process_id())//' on '//host_name()) > 0)
+                 says(taken, 'process '//number_text(process_id())//' on '//host_name()))
     call two%release()
     call t%check('who does not hold it does not remove it', file_exists('unit.lock'))
     call one%release()
     call t%check('who holds it does', .not. file_exists('unit.lock'))
     call left_by(process_id(), '1')
-    call one%acquire('unit.lock', state, message)
+    call one%acquire('unit.lock', state, notice, good)
     call t%check('one of a process of this number that began at another time is replaced, with a notice', &
-                 state == LOCK_HELD .and. index(message, 'which has ended') > 0)
+                 state == LOCK_HELD .and. index(notice, 'which has ended') > 0 .and. .not. good%failed)
     call one%release()
-    call write_text('unit.lock', '', ok)
-    call one%acquire('unit.lock', state, message)
-    call t%check('one that says nothing is respected', state == LOCK_TAKEN .and. index(message, 'remove unit.lock') > 0)
-    call remove_file('unit.lock', ok)
-    call one%acquire('no/such/folder.lock', state, message)
-    call t%check('without a folder there is none', state == LOCK_UNWRITABLE)
+    call write_text('unit.lock', '', good)
+    call one%acquire('unit.lock', state, notice, silent)
+    call t%check('one that says nothing is respected', state == LOCK_TAKEN .and. says(silent, 'remove unit.lock'))
+    call remove_file('unit.lock')
+    call one%acquire('no/such/folder.lock', state, notice, unwritable)
+    call t%check('without a folder there is none', state == LOCK_UNWRITABLE .and. &
+                 says(unwritable, 'no/such/folder.lock: cannot be written; is the folder missing'))
     call t%check('a process that runs has begun, one that cannot be has not', process_birth(process_id()) > 0 .and. &
                  process_birth(-1) == 0)
   end subroutine test_lock
 
+  logical function says(failure, text)
+    type(failure_t), intent(in) :: failure
+    character(*), intent(in) :: text
+    says = failure%failed
+    if (says) says = index(failure%reason, text) > 0
+  end function says
+
   subroutine left_by(process, birth)
     integer, intent(in) :: process
     character(*), intent(in) :: birth
-    logical :: ok
+    type(failure_t) :: ignored
     call write_text('unit.lock', '% A run'//NL//'host = '//host_name()//NL//'process = '//number_text(process)//NL// &
-                    'birth = '//birth//NL//'since = today', ok)
+                    'birth = '//birth//NL//'since = today', ignored)
   end subroutine left_by
 
   subroutine test_aside()
     type(message_list_t) :: patterns, inputs, found, names
-    logical :: ok, has_moved
-    call write_text('aside_1.h5', 'a', ok)
-    call write_text('aside_2.h5', 'b', ok)
+    type(failure_t) :: failure, stays
+    character(:), allocatable :: folder
+    logical :: has_moved
+    call write_text('aside_1.h5', 'a', failure)
+    call write_text('aside_2.h5', 'b', failure)
     call patterns%add('aside_#.h5')
     call inputs%add('./aside_2.h5')
     call find_results(patterns, inputs, found)
     call t%check('files are found but for those that are read', found%count() == 1)
     if (found%count() == 1) call t%check('by their names', found%text(1) == 'aside_1.h5')
-    call move_earlier_file('aside_1.h5', has_moved)
+    call move_earlier_file('aside_1.h5', has_moved, failure)
     call t%check('one moves', has_moved .and. file_exists('aside_1.h5.earlier') .and. .not. file_exists('aside_1.h5'))
-    call move_earlier_file('aside_1.h5', has_moved)
-    call t%check('once', .not. has_moved)
+    call move_earlier_file('aside_1.h5', has_moved, failure)
+    call t%check('once', .not. has_moved .and. .not. failure%failed)
+    call make_folder('aside_3.h5.earlier', stays)
+    call make_folder('aside_3.h5.earlier/full', stays)
+    stays = failure_t()
+    call write_text('aside_3.h5', 'c', failure)
+    call move_earlier_file('aside_3.h5', has_moved, stays)
+    call t%check('one that cannot move is a failure', .not. has_moved .and. file_exists('aside_3.h5') .and. &
+                 says(stays, 'aside_3.h5: cannot be renamed to aside_3.h5.earlier'))
+    stays = failure_t()
+    call move_to_folder(inputs, 'no/such/run', folder, stays)
+    call t%check('a folder that cannot be made is one, too', says(stays, 'no/such/earlier_1: this folder cannot be made'))
     call list_folder('no/such/folder', names)
     call t%check('a folder that is not there holds nothing', names%count() == 0)
-    call remove_file('aside_2.h5', ok)
-    call remove_file('aside_1.h5.earlier', ok)
+    call remove_file('aside_2.h5')
+    call remove_file('aside_3.h5')
+    call remove_file('aside_1.h5.earlier')
   end subroutine test_aside
 
   subroutine test_checkpoint()

@@ -128,8 +128,11 @@ contains
     call series%open(t%world, 'no/such/folder/x.t', COLUMNS, missing)
     call series%write(record(1))
     call t%check('a missing folder is a failure on all ranks', missing%failed)
+    call t%check('that names the file', index(missing%reason, 'no/such/folder/x.t: cannot be written') == 1)
     call series%open(t%world, '/dev/full', COLUMNS, full)
     call t%check('a full disk is a failure when opening', full%failed)
+    call t%check('that says so', index(full%reason, '/dev/full: cannot be written; ') == 1 .and. &
+                 index(full%reason, 'disk full') > 0)
     call series%close(full)
     call series%open(t%world, 'whole.t', COLUMNS(:2), columns_differ, restart_time=1.0_rp)
     call t%check('another number of columns is a failure', columns_differ%failed)

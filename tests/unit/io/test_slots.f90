@@ -95,15 +95,13 @@ contains
 
   subroutine damage(path)
     character(*), intent(in) :: path
-    logical :: ok
-    if (t%world%is_root) call empty_file(path, ok)
+    if (t%world%is_root) call empty_file(path)
     call t%world%barrier()
   end subroutine damage
 
   subroutine forget(path)
     character(*), intent(in) :: path
-    logical :: ok
-    if (t%world%is_root) call remove_file(path, ok)
+    if (t%world%is_root) call remove_file(path)
     call t%world%barrier()
   end subroutine forget
 end program test_slots

@@ -86,7 +86,6 @@ contains
   end function occurrences
 
   subroutine test_restart()
-    logical :: removed
     call save_run('run', [6, 7, 5], 1, PRECISION_SINGLE, [0.0_rp, 0.25_rp, 0.5_rp, 0.75_rp])
     call t%check('the index has one grid a save', occurrences('run.xmf', 'GridType="Uniform"') == 4)
     call save_run('run', [6, 7, 5], 1, PRECISION_SINGLE, [0.5_rp, 1.0_rp], restart=0.5_rp)
@@ -101,7 +100,7 @@ contains
     call t%check('a component alone is only a scalar', occurrences('run.xmf', &
                                                                    'AttributeType="Vector"') == 4 .and. &
                  occurrences('run.xmf', 'Name="runvorx" AttributeType="Scalar"') == 4)
-    if (t%world%is_root) call remove_file('again.xmf', removed) ! of an earlier run of this test
+    if (t%world%is_root) call remove_file('again.xmf') ! of an earlier run of this test
     call t%world%barrier()
     call save_run('again', [4, 4, 4], 1, PRECISION_SINGLE, [0.5_rp], restart=0.5_rp)
     call t%check('a missing index begins at the restart', occurrences('again.xmf', 'GridType="Uniform"') == 1)
@@ -147,6 +146,7 @@ call t%check('with its triangles', occurrences('wing.xmf', '<Topology TopologyTy
     call xdmf%open(t%world, 'no/such/folder/x.xmf', missing)
     call xdmf%add(['p'], field_meta_t(nxyz=[4, 4, 4]), field_form_t('.', '000000'), missing)
     call t%check('a missing folder is a failure', missing%failed)
+    if (missing%failed) call t%check('that names the index', index(missing%reason, 'no/such/folder/x.xmf: cannot be written') == 1)
     if (t%world%is_root) then
       open (newunit=unit, file='foreign.xmf', status='replace')
       write (unit, '(a)') 'something else'
@@ -155,5 +155,7 @@ call t%check('with its triangles', occurrences('wing.xmf', '<Topology TopologyTy
     call t%world%barrier()
     call xdmf%open(t%world, 'foreign.xmf', foreign, restart_time=1.0_rp)
     call t%check('a file of another kind is a failure', foreign%failed)
+    if (foreign%failed) call t%check('that names it', foreign%reason == 'foreign.xmf: was not written by this program: '// &
+                                     'move it away')
   end subroutine test_failures
 end program test_xdmf

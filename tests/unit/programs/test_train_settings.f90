@@ -91,7 +91,7 @@ contains
     end associate
     call t%check('paper: two stages, no polish', s%n_stages == 2 .and. .not. s%polish)
     call t%check('paper: cross-springs', s%wing_case%requested%cross_springs)
-    call t%check('paper: h, in a linear box',.not. s%use_chi2 .and. .not. any(s%free_parameters%is_log))
+    call t%check('paper: h, in a linear box', .not. s%use_chi2 .and. .not. any(s%free_parameters%is_log))
     do i = 1, s%free_parameters%count()
       if (s%free_parameters%numbers(i) == PARAM_YOUNG) cycle
       call t%check_close('paper: lower bound of a joint [N m/rad]', s%free_parameters%lower(i), 1.0e-6_rp)
@@ -132,7 +132,7 @@ contains
       allocate (load%sigma(NX*NY), source=m%accuracy%height)
     end associate
     call write_measurement(path, m, failure)
-    call t%check('a measurement is written',.not. failure%failed)
+    call t%check('a measurement is written', .not. failure%failed)
   end subroutine write_flat_measurement
 
   !> Fills `s` from an ini file with these lines in [CMAES], and others in [Train].
@@ -141,15 +141,15 @@ contains
     character(*), intent(in), optional :: others
     character(:), allocatable :: train
     type(message_list_t) :: errors, notices
+    type(failure_t) :: failure
     character(1000) :: wing
-    logical :: ok
     call get_command_argument(1, wing)
     train = ''
     if (present(others)) train = '[Train]'//NL//others
     call write_text('train.ini', '[Wing]'//NL//'file = '//trim(wing)//';'//NL//'[Measurement]'//NL// &
-                    'file = flat.h5;'//NL//train//'[CMAES]'//NL//lines, ok)
+                    'file = flat.h5;'//NL//train//'[CMAES]'//NL//lines, failure)
     call load_train_settings('train.ini', 1, .true., t%world, s, errors, notices)
-    call t%check('the input is valid', ok .and. errors%count() == 0)
+    call t%check('the input is valid', .not. failure%failed .and. errors%count() == 0)
   end subroutine read_settings
 
   !> A key that is added must be added here.

@@ -115,12 +115,11 @@ end module base_case
         def uses(layer, edges):
             """What the check finds in a layer whose folders use each other as `edges` say."""
             with tempfile.TemporaryDirectory() as root:
-                prefix = {"solid_msm": "solid"}.get(layer, layer)
                 for folder in {folder for edge in edges for folder in edge}:
-                    path = Path(root) / "src" / layer / folder / f"{prefix}_{folder}.f90"
+                    path = Path(root) / "src" / layer / folder / f"{layer}_{folder}.f90"
                     path.parent.mkdir(parents=True)
-                    lines = [f"use {prefix}_{used}, only: x\n" for user, used in edges if user == folder]
-                    path.write_text(module(f"{prefix}_{folder}").replace("\nend", "\n" + "".join(lines) + "end", 1))
+                    lines = [f"use {layer}_{used}, only: x\n" for user, used in edges if user == folder]
+                    path.write_text(module(f"{layer}_{folder}").replace("\nend", "\n" + "".join(lines) + "end", 1))
                 return subprocess.run([sys.executable, str(TOOL), root], capture_output=True, text=True, check=False).stdout
 
         self.assertEqual(uses("io", [("a", "b"), ("b", "c"), ("a", "c")]), "3 files, 0 problem(s)\n")
@@ -129,9 +128,9 @@ end module base_case
             self.assertIn(edge, found)
         self.assertIn(" 3 problem(s)", found)
         self.assertIn("src/io/a/io_a.f90:2: io: folder a uses b, which uses a", found)
-        both = [("wing", "elements"), ("elements", "wing")]
-        self.assertEqual(uses("solid_msm", both), "2 files, 0 problem(s)\n")
-        self.assertIn("solid_msm: wing > elements is in no circle any more", uses("solid_msm", both[1:]))
+        both = [("wing", "flight"), ("flight", "wing")]
+        self.assertEqual(uses("diagnosis", both), "2 files, 0 problem(s)\n")
+        self.assertIn("diagnosis: wing > flight is in no circle any more", uses("diagnosis", both[1:]))
 
     def test_verifications_are_in_folders_of_layers(self):
         verification = {"kind": "tests/verification"}

@@ -86,9 +86,7 @@ contains
   subroutine save(self, failure)
     type(static_table_t), intent(in) :: self
     type(failure_t), intent(inout) :: failure
-    logical :: ok
-    call write_text(self%path, self%text, ok)
-    if (.not. ok) call failure%raise(self%path//': cannot be written; is the folder missing or the disk full?')
+    call write_text(self%path, self%text, failure)
   end subroutine save
 
   !> Returns the name of the files of load number `number`, without .h5 or .xmf.
@@ -105,9 +103,8 @@ contains
   subroutine remove_shape(settings, number)
     type(static_settings_t), intent(in) :: settings
     integer, intent(in) :: number
-    logical :: ignored
-    call remove_file(shape_file(settings, number)//'.xmf', ignored)
-    call remove_file(shape_file(settings, number)//'.h5', ignored)
+    call remove_file(shape_file(settings, number)//'.xmf')
+    call remove_file(shape_file(settings, number)//'.h5')
   end subroutine remove_shape
 
   !> Writes the wing displaced by u(3, n_all) [m] under load number `number`. Fails if the files cannot be written.
@@ -121,7 +118,6 @@ contains
     type(wing_lines_t) :: lines
     character(:), allocatable :: path
     character(8), parameter :: none(0) = [character(8) ::]
-    logical :: ok
     path = shape_file(settings, number)
     associate (s => settings%wing_case, load => settings%loads(number))
       call lines%init(s%wing)
@@ -139,7 +135,6 @@ contains
     end associate
     call file%publish(path//'.h5', .false., failure)
     if (failure%failed) return
-    call write_text(path//'.xmf', xdmf_text(shape_grid(lines, name_of(path)//'.h5', 'wing', ['force'], none)), ok)
-    if (.not. ok) call failure%raise(path//'.xmf: cannot be written; is the disk full?')
+    call write_text(path//'.xmf', xdmf_text(shape_grid(lines, name_of(path)//'.h5', 'wing', ['force'], none)), failure)
   end subroutine write_shape
 end module flusi_static_output

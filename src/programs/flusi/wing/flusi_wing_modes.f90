@@ -61,7 +61,6 @@ contains
     type(failure_t), intent(inout) :: failure
     character(:), allocatable :: table
     character(120) :: line
-    logical :: ok
     integer :: i
     write (output_unit, '(a)') 'mode  frequency [Hz]  of the unloaded wing at rest'
     table = '%       mode [-]  frequency [Hz]      tip_x [-]      tip_y [-]      tip_z [-]'
@@ -70,8 +69,7 @@ contains
       write (line, '(es16.8,es16.8,*(es15.7))') real(i, rp), frequencies(i), shapes(:, s%tip, i)
       table = table//NL//trim(line)
     end do
-    call write_text(name//'_modes.t', table, ok)
-    if (.not. ok) call failure%raise(name//'_modes.t: cannot be written; is the folder missing or the disk full?')
+    call write_text(name//'_modes.t', table, failure)
     do i = 1, size(frequencies)
       if (save_shapes .and. .not. failure%failed) &
         call write_mode(s, name, i, frequencies(i), (SHOWN*s%model%size)*shapes(:, :, i), failure)
@@ -90,7 +88,6 @@ contains
     character(:), allocatable :: path
     character(8), parameter :: none(0) = [character(8) ::]
     character(12) :: text
-    logical :: ok
     write (text, '(i0.2)') number
     path = name//'_mode_'//trim(text)
     call lines%init(s%wing)
@@ -101,7 +98,6 @@ contains
     call put_attribute(file, '/', 'frequency', frequency, failure)
     call file%publish(path//'.h5', .false., failure)
     if (failure%failed) return
-    call write_text(path//'.xmf', xdmf_text(shape_grid(lines, name_of(path)//'.h5', 'mode', none, none)), ok)
-    if (.not. ok) call failure%raise(path//'.xmf: cannot be written; is the disk full?')
+    call write_text(path//'.xmf', xdmf_text(shape_grid(lines, name_of(path)//'.h5', 'mode', none, none)), failure)
   end subroutine write_mode
 end module flusi_wing_modes

@@ -8,6 +8,7 @@ module simulation_spectra
   use fluid_shells, only: count_shells, shell_energies, shell_width
   use fluid_solver, only: fluid_t
   use io_series, only: series_t
+  use parallel_failure, only: share_failure
   use simulation_opening, only: opening_t
   implicit none
   private
@@ -40,7 +41,7 @@ contains
     character(:), allocatable :: numbers
     real(rp) :: width
     integer :: i, n
-    logical :: ok
+    type(failure_t) :: own
     n = 0
     if (present(fluid)) then
       width = shell_width(fluid%rhs%params%grid)
@@ -60,11 +61,9 @@ contains
     end do
     call opening%list('spectrum_k.t')
     if (opening%failure%failed .or. opening%is_listing) return
-    ok = .true.
     if (opening%world%is_root) call write_text('spectrum_k.t', '% wavenumbers [1/L] of the columns behind the time'// &
-                                               new_line('a')//numbers//new_line('a'), ok)
-    if (opening%world%max_integer(merge(0, 1, ok)) > 0) &
-      call opening%failure%raise('spectrum_k.t: cannot be written; is the disk full?')
+                                               new_line('a')//numbers//new_line('a'), own)
+    call share_failure(opening%world, own, opening%failure)
   end subroutine spectra_open
 
   !> Computes and stores the spectra of the present state, before a step changes it. Collective.

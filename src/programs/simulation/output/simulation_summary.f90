@@ -40,7 +40,6 @@ contains
     character(:), allocatable :: text
     real(rp) :: period, lost
     integer :: n, k, q, i
-    logical :: ok
     if (size(settings%flight%wings) == 0) return ! a body alone has no beat
     call read_series('forces.t', FORCE_COLUMNS, series, failure)
     if (failure%failed) return
@@ -81,8 +80,7 @@ contains
                                      'use wings without thickness, [Insects] surface = thin, or a finer grid')
     end if
     write (output_unit, '(a)') '', text
-    call write_text('summary.txt', text, ok)
-    if (.not. ok) call failure%raise('summary.txt: cannot be written; is the disk full?')
+    call write_text('summary.txt', text, failure)
   end subroutine write_summary
 
   !> Adds to `text` the lift, drag and power of the body in the last of n beats, if there is a body.
