@@ -5,6 +5,7 @@ FLUSI's matrix from the stroke plane to the (left) wing is Ry(alpha) Rz(theta) R
 """
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Dict
 
@@ -26,7 +27,7 @@ ORDERS = {"phi-theta-alpha": ("phi", "theta", "alpha"), "phi-alpha-theta": ("phi
 AXIS = {"phi": 0, "alpha": 1, "theta": 2}
 
 
-def matrices(angles: Dict[str, np.ndarray], order) -> np.ndarray:
+def matrices(angles: Dict[str, np.ndarray], order: Iterable[str]) -> np.ndarray:
     """Returns the matrices from the stroke plane to the wing (n, 3, 3), turned by the angles one after another in this order."""
     total = np.eye(3)[None]
     for name in order:
@@ -53,7 +54,7 @@ class Fit:
     b: np.ndarray
     residual: float      # sd of the residuals, with the degrees of freedom
 
-    def __call__(self, x):
+    def __call__(self, x: np.ndarray) -> np.ndarray:
         if self.kind == FOURIER:
             return fourier(self.mean, self.a, self.b)(x)
         return cubic(np.arange(len(self.a) + 1) / len(self.a), np.append(self.a, self.a[0]), np.append(self.b, self.b[0]), True)(x)
@@ -101,7 +102,7 @@ def fit_hermite(x: np.ndarray, values: np.ndarray, nodes: int) -> Fit:
 
 def motion_text(fits: Dict[str, Fit], head: str) -> str:
     """Returns the text of a motion file; `head` is its comment."""
-    def words(values):
+    def words(values: Iterable[float]) -> str:
         return " ".join(f"{v:.10g}" for v in values)
 
     lines = [f"; {line}".rstrip() for line in head.split("\n")]

@@ -89,11 +89,11 @@ def best_frequency(time: np.ndarray, values: np.ndarray, frequency: float, start
 def strongest_frequency(time: np.ndarray, values: np.ndarray) -> float:
     """Returns the strongest frequency in the spectrum of all components."""
     even = np.linspace(time[0], time[-1], len(time))
-    power = 0.0
+    power: np.ndarray | float = 0.0
     for column in values.T:
         known = np.isfinite(column)
         if known.sum() < 8:
             continue
         series = np.interp(even, time[known], column[known])
         power = power + np.abs(np.fft.rfft(series - series.mean()))**2 / max(series.var(), 1e-300)
-    return float((np.argmax(power[1:]) + 1) / (time[-1] - time[0])) if np.ndim(power) else 0.0
+    return float((np.argmax(power[1:]) + 1) / (time[-1] - time[0])) if isinstance(power, np.ndarray) else 0.0

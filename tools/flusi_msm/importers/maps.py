@@ -9,7 +9,7 @@ from typing import Callable, Dict, List, Optional, Tuple
 import numpy as np
 
 from flusi_msm.errors import InputError
-from flusi_msm.importers.tables import read_table
+from flusi_msm.importers.tables import Table, read_table
 
 
 @dataclass
@@ -52,7 +52,7 @@ def read_csv_map(path: Path, pixels: Pixels) -> Map:
     return Map(values[0, 1:], values[1:, 0], values[1:, 1:], None, [table.spelling()])
 
 
-def number_of(path, table, j, i, cell, wrong) -> float:
+def number_of(path: Path, table: Table, j: int, i: int, cell: str, wrong: list[str]) -> float:
     try:
         return table.number(cell)
     except ValueError:
@@ -60,14 +60,14 @@ def number_of(path, table, j, i, cell, wrong) -> float:
         return np.nan
 
 
-def stop_if(path, wrong) -> None:
+def stop_if(path: Path, wrong: list[str]) -> None:
     """Raises an error with the first five mistakes, if there are any."""
     if wrong:
         more = [f"{path}: and {len(wrong) - 5} more of this kind"] if len(wrong) > 5 else []
         raise InputError("\n".join(wrong[:5] + more))
 
 
-def from_points(path, table, names) -> Map:
+def from_points(path: Path, table: Table, names: list[str]) -> Map:
     """Returns a map of lines x, y, z; places without a line have no height."""
     wrong: List[str] = []
     short = [table.lines[j] for j, row in enumerate(table.rows) if len(row) < len(names)]
@@ -112,7 +112,7 @@ def read_mat_map(path: Path, pixels: Pixels) -> Map:
     return found
 
 
-def from_arrays(path, arrays: Dict[str, np.ndarray]) -> Map:
+def from_arrays(path: Path, arrays: Dict[str, np.ndarray]) -> Map:
     """Returns a map of arrays; x and y are lines, or matrices of meshgrid."""
     missing = [name for name in "xyz" if name not in arrays]
     if missing:

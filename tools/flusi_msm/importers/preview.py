@@ -46,7 +46,7 @@ def draw_preview(path: Path, x: np.ndarray, y: np.ndarray, heights: Dict[str, np
             axis.scatter(*(1e3 * far.T), s=22, facecolors="none", edgecolors="black", linewidths=0.8)
         if name in points:
             axis.plot(*(1e3 * points[name]), marker="+", ms=10, mew=1.6, color="black")
-        if name == "reference" and registration.names:
+        if name == "reference" and registration.names and registration.places is not None and registration.residuals is not None:
             places, gaps = 1e3 * registration.places, 1e3 * registration.residuals
             axis.scatter(*places.T, s=18, color=OUTLINE, zorder=4)
             axis.quiver(*places.T, *(ARROWS * gaps.T), angles="xy", scale_units="xy", scale=1, color=OUTLINE, width=0.006, zorder=5)

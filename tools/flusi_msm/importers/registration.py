@@ -3,6 +3,7 @@
 found from landmarks or from the outline. It also resamples heights on the lines of a grid in that frame. SI units."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import List, Optional, Tuple
 
@@ -64,7 +65,7 @@ def best_turn(scan: np.ndarray, wing: np.ndarray, is_mirrored: bool = False) -> 
     return turn, shift, float(np.sqrt(((scan @ turn.T + shift - wing)**2).sum(1).mean()))
 
 
-def by_landmarks(names, scan: np.ndarray, wing: np.ndarray, problems: Problems) -> Registration:
+def by_landmarks(names: Sequence[str], scan: np.ndarray, wing: np.ndarray, problems: Problems) -> Registration:
     """Finds the transformation from two or more places that are known in both frames. Problems are added to the errors of
     `problems`."""
     if len(names) < 2:
@@ -161,7 +162,7 @@ def by_outline(x: np.ndarray, y: np.ndarray, known: np.ndarray, wing: Wing, prob
     few = margin[::max(1, len(margin) // 250)]
     middle = line[:-1].mean(0)
 
-    def gaps(unknowns, points):
+    def gaps(unknowns: np.ndarray, points: np.ndarray) -> np.ndarray:
         angle, *shift = unknowns
         return to_line((points - margin.mean(0)) @ turn_by(angle).T + shift, line)
 
@@ -197,7 +198,8 @@ def is_inside(line: np.ndarray, points: np.ndarray) -> np.ndarray:
     return Polygon(line).contains_points(points)
 
 
-def resampled(x, y, z, sd, x_new, y_new, registration: Registration, is_correlated: bool) -> Tuple[np.ndarray, np.ndarray]:
+def resampled(x: np.ndarray, y: np.ndarray, z: np.ndarray, sd: np.ndarray, x_new: np.ndarray, y_new: np.ndarray,
+              registration: Registration, is_correlated: bool) -> Tuple[np.ndarray, np.ndarray]:
     """Returns heights on other grid lines, in the wing's frame, by bilinear interpolation, and their standard deviations. The
     latter follow from those (`sd`, an array) of the four heights, whose errors are independent or all the same. NaN where one of
     the four is missing."""
