@@ -6,7 +6,7 @@ Wing frame: x from root to tip, y toward the leading edge, z their right-handed 
 
 from __future__ import annotations
 
-from typing import Callable, Dict, List, Sequence, Tuple, Union
+from typing import Callable, Dict, Iterable, List, Sequence, Tuple, Union
 
 from flusi_msm.wing.triangulate import Point, Triangulation, distance
 
@@ -16,33 +16,36 @@ Control = Union[str, Point]                  # of a curve: the name of a place, 
 Chain = Tuple[List[int], List[float]]        # points of a curve, and their arc lengths
 
 
+def pair(values: Iterable[float]) -> Point:
+    """Returns two numbers as a point."""
+    x, y = values
+    return x, y
+
+
 def spline(controls: Sequence[Point]) -> Tuple[List[Point], List[int]]:
     """Computes dense points on a smooth curve through the controls (cubic Hermite, slopes by chord length).
 
     Returns the points and the index of every control among them.
     """
     steps = [distance(a, b) for a, b in zip(controls, controls[1:])]
-    slopes = []
-    for i in range(len(controls)):
-        if i == 0 or i == len(controls) - 1:
-            slopes.append(None)
-            continue
+    slopes = [(0.0, 0.0)] * len(controls)
+    for i in range(1, len(controls) - 1):
         s, t = steps[i - 1], steps[i]
-        slopes.append(tuple(((controls[i][k] - controls[i - 1][k]) / s * t
-                             + (controls[i + 1][k] - controls[i][k]) / t * s) / (s + t) for k in (0, 1)))
+        slopes[i] = pair(((controls[i][k] - controls[i - 1][k]) / s * t
+                          + (controls[i + 1][k] - controls[i][k]) / t * s) / (s + t) for k in (0, 1))
     # The ends continue with the curvature of the next piece.
     for end, inner, step, sign in ((0, 1, steps[0], 1), (-1, -2, steps[-1], -1)):
-        chord = tuple((controls[inner][k] - controls[end][k]) / step * sign for k in (0, 1))
-        slopes[end] = chord if slopes[inner] is None else \
-            tuple(1.5 * chord[k] - 0.5 * slopes[inner][k] for k in (0, 1))
-    points, places = [tuple(controls[0])], [0]
+        chord = pair((controls[inner][k] - controls[end][k]) / step * sign for k in (0, 1))
+        slopes[end] = chord if len(controls) == 2 and end == 0 else \
+            pair(1.5 * chord[k] - 0.5 * slopes[inner][k] for k in (0, 1))
+    points, places = [pair(controls[0])], [0]
     for i, step in enumerate(steps):
         for m in range(1, DENSE + 1):
             t = m / DENSE
             u = 1 - t
-            points.append(tuple(u * u * (1 + 2 * t) * controls[i][k] + t * t * (3 - 2 * t) * controls[i + 1][k]
-                                + step * t * u * (u * slopes[i][k] - t * slopes[i + 1][k]) for k in (0, 1)))
-        points[-1] = tuple(controls[i + 1])
+            points.append(pair(u * u * (1 + 2 * t) * controls[i][k] + t * t * (3 - 2 * t) * controls[i + 1][k]
+                               + step * t * u * (u * slopes[i][k] - t * slopes[i + 1][k]) for k in (0, 1)))
+        points[-1] = pair(controls[i + 1])
         places.append(len(points) - 1)
     return points, places
 
@@ -60,13 +63,14 @@ class SizeField:
                     gap = min(gap, distance(p, q))
             if closeness * gap < largest:
                 self.sources.append((p, max(closeness * gap, 0.25 * largest)))
-        self.growth, self.known = growth, {}
+        self.growth = growth
+        self.known: dict[tuple[int, int], float] = {}
 
     def __call__(self, p: Point) -> float:
         """Returns the edge length; it is constant on cells that are small compared with the edges."""
         cell = (int(p[0] / (0.25 * self.largest) + 1000), int(p[1] / (0.25 * self.largest) + 1000))
         if cell not in self.known:
-            middle = tuple((c - 1000 + 0.5) * 0.25 * self.largest for c in cell)
+            middle = pair((c - 1000 + 0.5) * 0.25 * self.largest for c in cell)
             self.known[cell] = min([self.largest]
                                    + [h + self.growth * distance(middle, q) for q, h in self.sources])
         return self.known[cell]
@@ -103,7 +107,8 @@ class Drawing:
     """Named places and curves through them; a curve is a list of places (names) and points."""
 
     def __init__(self) -> None:
-        self.places, self.curves = {}, {}
+        self.places: dict[str, Point] = {}
+        self.curves: dict[str, Sequence[Control]] = {}
 
     def place(self, name: str, x: float, y: float) -> None:
         self.places[name] = (x, y)
@@ -126,9 +131,9 @@ class Drawing:
         found = []
         for name, controls in self.curves.items():
             points, at = self.dense(name)
-            named = [i for i, c in enumerate(controls) if isinstance(c, str)]
-            for i, j in zip(named, named[1:]):
-                found.append(Branch(name, controls[i], controls[j], points[at[i]:at[j] + 1]))
+            named = [(i, c) for i, c in enumerate(controls) if isinstance(c, str)]
+            for (i, first), (j, last) in zip(named, named[1:]):
+                found.append(Branch(name, first, last, points[at[i]:at[j] + 1]))
         return found
 
     def mesh(self, edge: float, sweeps: int = 24) -> Tuple[List[Point], List[Tuple[int, int, int]], Dict[str, Chain], Dict[str, int]]:
@@ -139,8 +144,10 @@ class Drawing:
         """
         branches = self.branches()
         size = SizeField(branches, edge)
-        points, number, segments = [], {}, []
-        chains = {name: ([], []) for name in self.curves}
+        points: list[Point] = []
+        number: dict[str, int] = {}
+        segments: list[tuple[int, int]] = []
+        chains: dict[str, Chain] = {name: ([], []) for name in self.curves}
         for name in sorted(self.places):
             if any(name in b.ends for b in branches):
                 number[name] = len(points)
@@ -166,6 +173,6 @@ class Drawing:
 
 def polygon_area(points: Sequence[Point]) -> float:
     total = 0.0
-    for a, b in zip(points, points[1:] + points[:1]):
+    for a, b in zip(points, [*points[1:], *points[:1]]):
         total += a[0] * b[1] - a[1] * b[0]
     return total / 2

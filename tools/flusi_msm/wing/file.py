@@ -6,7 +6,7 @@ import argparse
 from dataclasses import dataclass, field
 from math import pi
 from pathlib import Path
-from typing import Optional, Tuple, Union
+from typing import Any, Dict, List, Optional, Tuple, Union
 
 import h5py
 import numpy as np
@@ -35,9 +35,9 @@ class WingMass:
 class Wing:
     points: np.ndarray                               # (n, 3) [m]
     triangles: np.ndarray                            # (m, 3)
-    veins: dict = field(default_factory=dict)        # name: (nodes, diameters [m])
-    joints: dict = field(default_factory=dict)       # name: (vein, node) or (node, node, node)
-    root: list = field(default_factory=list)
+    veins: Dict[str, Tuple[List[int], np.ndarray]] = field(default_factory=dict)  # name: (nodes, diameters [m])
+    joints: Dict[str, Tuple[Any, ...]] = field(default_factory=dict)  # name: (vein, node) or (node, node, node)
+    root: List[int] = field(default_factory=list)
     title: str = ""
     z_side: str = ""                                 # which side of which wing +z points to, of Z_SIDES; "": not stated
     mass: Optional[WingMass] = None                  # None: not stated
@@ -122,7 +122,7 @@ def sorted_wing(wing: Wing) -> Wing:
 
 def write_wing(path: Union[str, Path], wing: Wing) -> None:
     """Writes a wing file with a seal in the layout of HDF5 1.8, whose metadata carry checksums."""
-    def dataset(group: h5py.Group, name: str, values: object, kind: object, units: Optional[str] = None) -> h5py.Dataset:
+    def dataset(group: h5py.Group, name: str, values: Any, kind: str, units: Optional[str] = None) -> h5py.Dataset:
         made = group.create_dataset(name, data=np.asarray(values, kind), track_times=False)
         if units:
             made.attrs["units"] = np.bytes_(units)
@@ -151,8 +151,8 @@ def write_wing(path: Union[str, Path], wing: Wing) -> None:
                 dataset(group, "nodes", np.asarray(nodes) + 1, "<i4")
                 dataset(group, "diameters", diameters, "<f8", "m")
             for name, joint in sorted(wing.joints.items()):
-                nodes = joint[1:] if len(joint) == 2 else joint
-                made = dataset(file, "joints/" + name, np.asarray(nodes) + 1, "<i4")
+                places = joint[1:] if len(joint) == 2 else joint
+                made = dataset(file, "joints/" + name, np.asarray(places) + 1, "<i4")
                 if len(joint) == 2:
                     made.attrs["vein"] = np.bytes_(joint[0])
             dataset(file, "root/nodes", np.asarray(wing.root) + 1, "<i4")
@@ -183,9 +183,9 @@ def read_wing(path: Union[str, Path]) -> Wing:
             root = (file["root/nodes"][:] - base).tolist()
             mass = None
             if "membrane_law" in file.attrs:
-                weights = file.attrs.get("membrane_weights", (1.0, 0.0, 0.0))
+                one, x, y = (float(w) for w in file.attrs.get("membrane_weights", (1.0, 0.0, 0.0)))
                 mass = WingMass(text(file.attrs["membrane_law"]), float(file.attrs["membrane_mass"]),
-                                text(file.attrs["mass_source"]), tuple(float(w) for w in weights),
+                                text(file.attrs["mass_source"]), (one, x, y),
                                 float(file.attrs.get("vein_density", 1300.0)))
             title, z_side = (text(file.attrs.get(name, "")) for name in ("title", "z_side"))
     except (OSError, KeyError, AttributeError, TypeError) as error:

@@ -32,13 +32,14 @@ def default_edge(area: float) -> float:
 
 def size_field(net: Network, edge: float) -> Size:
     """Returns the edge length wanted at points (m, 2): `edge`, but less between lines that are close and do not meet."""
-    points, owner = [], []
+    points: list[np.ndarray] = []
+    owners: list[int] = []
     for k, branch in enumerate(net.branches):
         s = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(branch.points, axis=0), axis=1))])
         at = np.linspace(0, s[-1], max(2, int(np.ceil(2 * s[-1] / edge)) + 1))
         points.append(np.stack([np.interp(at, s, branch.points[:, i]) for i in (0, 1)], axis=1))
-        owner += [k] * len(at)
-    p, owner = np.concatenate(points), np.array(owner)
+        owners += [k] * len(at)
+    p, owner = np.concatenate(points), np.array(owners)
     ends = np.array([(b.first, b.last) for b in net.branches])
     meet = (ends[:, None, :, None] == ends[None, :, None, :]).any((2, 3))
     gap = np.full(len(p), np.inf)
@@ -206,7 +207,7 @@ def mesh_wing(trace: Trace, net: Network, edge: float, mesher: str, problems: Pr
         for k, forward in net.veins[vein.name]:
             nodes += (numbers[k] if forward else numbers[k][::-1])[1 if nodes else 0:]
         s = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(xy[nodes], axis=0), axis=1))])
-        veins[vein.name] = (nodes, diameter_at(vein.diameters, s / s[-1]))
+        veins[vein.name] = (nodes, diameter_at(vein.diameters or [], s / s[-1]))
     joints = {}
     for name, (names, node) in net.joints.items():
         joints[name] = (names[0], node) if len(names) == 1 else \

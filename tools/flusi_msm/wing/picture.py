@@ -22,7 +22,7 @@ COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B8860B", "#2F9BD7", "#7
            "#A63603", "#525252", "#8C6BB1"]
 
 
-def vein_polygons(xy: np.ndarray, nodes: Sequence[int], diameters: Sequence[float]) -> np.ndarray:
+def vein_polygons(xy: np.ndarray, nodes: Sequence[int], diameters: np.ndarray) -> np.ndarray:
     """Returns one quadrilateral (4, 2) per segment, as wide as the vein at both ends; the gaps in bends are closed by round
     ends, which are drawn separately."""
     p, d = xy[list(nodes)], np.asarray(diameters)[:, None] / 2

@@ -96,7 +96,7 @@ class _Sorter:
             self.problems.error(f"{where}: does not say how long it is: call it for instance 'scale 1 mm'")
         elif bar is not None:
             low, high = bar.points.min(0), bar.points.max(0)
-            drawn = max(high - low) if bar.closed else np.linalg.norm(bar.points[-1] - bar.points[0])
+            drawn = float(max(high - low)) if bar.closed else float(np.linalg.norm(bar.points[-1] - bar.points[0]))
             if drawn > 0:
                 self.sketch.scales.append((float(found[1].replace(",", ".")) * METRES[found[2]] / drawn, where))
             else:

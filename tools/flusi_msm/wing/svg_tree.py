@@ -92,13 +92,17 @@ class _Builder(xml.sax.ContentHandler):
     def __init__(self) -> None:
         super().__init__()
         self.root: Optional[Node] = None
+        self.locator: Optional["xml.sax.xmlreader.Locator"] = None
         self.stack: List[Node] = []
+
+    def setDocumentLocator(self, locator: "xml.sax.xmlreader.Locator") -> None:
+        self.locator = locator
 
     def startElement(self, name: str, attrs: "xml.sax.xmlreader.AttributesImpl") -> None:
         attributes = {}
         for key, value in attrs.items():
             attributes["label" if key == "inkscape:label" else key.split(":")[-1] if key.startswith("xlink") else key] = value
-        node = Node(name.split(":")[-1], attributes, self._locator.getLineNumber())
+        node = Node(name.split(":")[-1], attributes, (self.locator and self.locator.getLineNumber()) or 0)
         if self.stack:
             self.stack[-1].children.append(node)
         else:

@@ -21,6 +21,11 @@ Size = Callable[[Point], float]   # the edge length wanted at a point
 LARGEST_RADIUS = 0.75  # of a circumcircle by the edge length wanted; 0.577 is the equilateral triangle
 
 
+def ordered(a: int, b: int) -> Edge:
+    """Returns the edge with its smaller point first."""
+    return (a, b) if a < b else (b, a)
+
+
 def orientation(a: Point, b: Point, c: Point) -> float:
     """Returns twice the area of the triangle a b c, positive if counter-clockwise."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
@@ -56,10 +61,10 @@ class Triangulation:
     """`across[a, b]` is the third corner of the triangle on the left of the directed edge a -> b."""
 
     def __init__(self, points: Iterable[Sequence[float]], segments: Iterable[Sequence[int]]) -> None:
-        self.points = [tuple(p) for p in points]
+        self.points: list[Point] = [(p[0], p[1]) for p in points]
         self.fixed = len(self.points)
-        self.across = {}
-        self.segments = {tuple(sorted(s)) for s in segments}
+        self.across: dict[Edge, int] = {}
+        self.segments = {ordered(a, b) for a, b in segments}
         self.crossable = True
         xs, ys = [p[0] for p in self.points], [p[1] for p in self.points]
         size, x, y = max(max(xs) - min(xs), max(ys) - min(ys)), min(xs), min(ys)
@@ -68,7 +73,7 @@ class Triangulation:
         self.add(corners, corners + 1, corners + 2)
         for i in range(self.fixed):
             self.insert(i)
-        done = set()
+        done: set[Edge] = set()
         for a, b in sorted(self.segments):
             self.recover(a, b, done)
             done.add((a, b))
@@ -86,8 +91,8 @@ class Triangulation:
         """Returns all triangles, smallest corner first, sorted."""
         return sorted((a, b, c) for (a, b), c in self.across.items() if a < b and a < c)
 
-    def locate(self, p: Point, start: Optional[Corners] = None) -> Optional[Corners]:
-        """Returns a triangle that contains p, by going from neighbour to neighbour; None if the path leaves the region."""
+    def locate(self, p: Point, start: Optional[Edge] = None) -> Optional[Corners]:
+        """Returns a triangle that contains p, by going from neighbour to neighbour, at first that at the edge `start`; None if the path leaves the region."""
         a, b = start or next(iter(self.across))
         c = self.across[a, b]
         for _ in range(len(self.across)):
@@ -113,8 +118,8 @@ class Triangulation:
         while stack:
             u, v = stack.pop()
             w = self.across.get((v, u))
-            blocked = w is None or (not self.crossable and tuple(sorted((u, v))) in self.segments)
-            if blocked or in_circle(self.points[v], self.points[u], self.points[w], self.points[i]) <= 0:
+            blocked = not self.crossable and ordered(u, v) in self.segments
+            if w is None or blocked or in_circle(self.points[v], self.points[u], self.points[w], self.points[i]) <= 0:
                 self.add(u, v, i)
                 made.append((u, v, i))
             else:
@@ -127,7 +132,7 @@ class Triangulation:
         p, q = self.points[a], self.points[b]
         waiting = self.crossing(a, b)
         for u, v in waiting:
-            if tuple(sorted((u, v))) in done:
+            if ordered(u, v) in done:
                 raise ValueError(f"segment {a}-{b} crosses segment {u}-{v}")
         for _ in range(20 * len(waiting) + 20):
             if not waiting:
@@ -182,7 +187,7 @@ class Triangulation:
                 continue
             self.remove(a, b, c)
             for u, v in ((a, b), (b, c), (c, a)):
-                if (v, u) in self.across and tuple(sorted((u, v))) not in self.segments:
+                if (v, u) in self.across and ordered(u, v) not in self.segments:
                     stack.append((v, u, self.across[v, u]))
 
     def make_delaunay(self) -> None:
@@ -191,7 +196,7 @@ class Triangulation:
         while stack:
             u, v = stack.pop()
             w, x = self.across.get((u, v)), self.across.get((v, u))
-            if w is None or x is None or tuple(sorted((u, v))) in self.segments:
+            if w is None or x is None or ordered(u, v) in self.segments:
                 continue
             quad = [self.points[k] for k in (u, v, w, x)]
             scale = distance(quad[0], quad[1])
@@ -201,12 +206,12 @@ class Triangulation:
             if orientation(quad[3], quad[1], quad[2]) <= 0 or orientation(quad[2], quad[0], quad[3]) <= 0:
                 continue
             self.flip(u, v)
-            stack += [tuple(sorted(e)) for e in ((u, x), (x, v), (v, w), (w, u))]
+            stack += [ordered(*e) for e in ((u, x), (x, v), (v, w), (w, u))]
 
     def refine(self, size: Size) -> None:
         """Inserts circumcentres while a triangle is too large; size(p) is the edge length wanted at p."""
         nearby = self.segment_finder(size)
-        heap = []
+        heap: list[tuple[float, Corners, Point]] = []
 
         def push(triangle: Corners) -> None:
             a, b, c = (self.points[k] for k in triangle)
@@ -233,7 +238,7 @@ class Triangulation:
     def segment_finder(self, size: Size) -> Callable[[Point, float], bool]:
         """Returns a function that says whether a point is closer to a segment than some limit <= cell."""
         cell = max(size(p) for p in self.points[:self.fixed])
-        table = {}
+        table: dict[tuple[int, int], list[tuple[Point, Point]]] = {}
         for u, v in sorted(self.segments):
             a, b = self.points[u], self.points[v]
             spans = [range(int(min(a[k], b[k]) / cell + 1000) - 1, int(max(a[k], b[k]) / cell + 1000) + 2)
@@ -257,7 +262,7 @@ class Triangulation:
         """Moves the free points to better places, with Delaunay flips between the sweeps."""
         for _ in range(sweeps):
             self.make_delaunay()
-            stars = {}
+            stars: dict[int, list[Edge]] = {}
             for a, b, c in self.triangles():
                 for i, j, k in ((a, b, c), (b, c, a), (c, a, b)):
                     stars.setdefault(i, []).append((j, k))
