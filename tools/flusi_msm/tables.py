@@ -31,7 +31,7 @@ def read_series(path: Place) -> "pandas.DataFrame":
     """Reads a time series (*.t) with one column for each quantity, indexed by time. `attrs['units']` has the unit of every
     column and of the index, `attrs['scales']` the units of the run in SI: length [m], frequency [1/s], density [kg/m^3]."""
     import pandas
-    found = read_columns(path)
+    found = read_columns(Path(path))
     table = pandas.DataFrame(found.data[:, 1:], index=pandas.Index(found.time, name=found.names[0]), columns=found.names[1:])
     table.attrs.update(units=dict(zip(found.names, found.units)), scales=dict(found.scales), path=str(path))
     return table
@@ -101,7 +101,7 @@ def stroke_average(table: "pandas.DataFrame", period: float = 1.0, first: Option
 def read_field(path: Place) -> "xarray.DataArray":
     """Reads a field file (ux_000500.h5) with the axes z, y, x."""
     import xarray
-    found = Field(path)
+    found = Field(Path(path))
     axes = {name: found.origin[k] + found.spacing[k] * np.arange(found.n[k]) for k, name in enumerate("xyz")}
     return xarray.DataArray(found.data[...], dims=("z", "y", "x"), coords=axes, name=found.name,
                             attrs={"time": found.time, "viscosity": found.viscosity, "path": str(path)})

@@ -50,7 +50,7 @@ def source_of(have: Set[str]) -> str:
     raise InputError("neither vorabs, nor vorx, vory and vorz, nor ux, uy and uz were saved")
 
 
-def script_of(folder: Path, levels: Sequence[float], frequency: Optional[float]) -> str:
+def script_of(folder: Path, levels: Optional[Sequence[float]], frequency: float) -> str:
     """Returns the text of the script."""
     flow, surfaces = indices_of(folder)
     label = drawable(folder)[-1]

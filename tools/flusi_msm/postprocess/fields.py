@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import h5py
 import numpy as np
@@ -42,7 +42,7 @@ class Field:
             self._rank = data.ndim
             self.shape: Tuple[int, int, int] = (tuple(data.shape) + (1, 1))[:3]  # slices have no x
             self.precision = np.dtype("f8") if data.dtype.itemsize == 8 else np.dtype("f4")
-            self.attributes: Dict[str, object] = dict(data.attrs)
+            self.attributes: Dict[str, Any] = dict(data.attrs)
         self.n = tuple(self.shape[::-1])  # points along x, y, z
 
     def _find(self, file: h5py.File) -> h5py.Dataset:
@@ -127,11 +127,11 @@ def open_fields(paths: Sequence[str], same_time: bool = False) -> List[Field]:
         if other.n != first.n:
             raise InputError(f"{other.path} has {points(other.n)} points, but {first.path} has {points(first.n)}: bring one to the "
                              f"size of the other with postprocess upsample")
-        sizes = [f.attributes.get("domain_size") for f in (first, other)]
-        if all(size is not None for size in sizes) and not np.allclose(*sizes, rtol=1e-6, atol=0):
-            raise InputError(f"{other.path} and {first.path} are of different boxes (domain_size {box_text(sizes[1])} and "
-                             f"{box_text(sizes[0])})")
-        if same_time and None not in (first.time, other.time) and abs(other.time - first.time) > 1e-6 * max(1, abs(first.time)):
+        here, there = (f.attributes.get("domain_size") for f in (first, other))
+        if here is not None and there is not None and not np.allclose(here, there, rtol=1e-6, atol=0):
+            raise InputError(f"{other.path} and {first.path} are of different boxes (domain_size {box_text(there)} and "
+                             f"{box_text(here)})")
+        if same_time and first.time is not None and other.time is not None and abs(other.time - first.time) > 1e-6 * max(1, abs(first.time)):
             raise InputError(f"{other.path} is of time {other.time:g}, but {first.path} of {first.time:g}: give files of one time")
     return fields
 
@@ -140,7 +140,7 @@ def points(n: Sequence[int]) -> str:
     return " x ".join(str(value) for value in n)
 
 
-def box_text(size: object) -> str:
+def box_text(size: np.ndarray) -> str:
     return " x ".join(f"{value:g}" for value in np.ravel(size))
 
 
@@ -148,7 +148,7 @@ class Output:
     """A field file that is being written. The attributes are those of `like`, except for the given ones. Use it in a `with`."""
 
     def __init__(self, path: str, like: Field, precision: np.dtype, tool: str, shape: Optional[Sequence[int]] = None,
-                 **attributes: object) -> None:
+                 **attributes: Any) -> None:
         self.path, self.shape = Path(path), tuple(shape or like.shape)
         self._part = self.path.with_name(self.path.name + ".part")
         kept = {name: value for name, value in like.attributes.items() if name not in ("nxyz", "program")}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -36,12 +36,12 @@ class Call:
                 raise InputError(f"{path}: files of fields end in .h5, like vorx_000500.h5")
         return open_fields(paths, same_time)
 
-    def output(self, path: str, like: Field, shape: Optional[Sequence[int]] = None, **attributes: object) -> Output:
+    def output(self, path: str, like: Field, shape: Optional[Sequence[int]] = None, **attributes: Any) -> Output:
         """Returns a field file to write, in the precision of the input or in the one that the user wants."""
         kind = np.dtype("f4") if self.has(PRECISIONS[0]) else np.dtype("f8") if self.has(PRECISIONS[1]) else like.precision
         return Output(path, like, kind, self.tool.name, shape, **attributes)
 
-    def save(self, path: str, like: Field, values: np.ndarray, **attributes: object) -> None:
+    def save(self, path: str, like: Field, values: np.ndarray, **attributes: Any) -> None:
         with self.output(path, like, values.shape, **attributes) as out:
             out.write(values)
         print(f"{path}: {dataset_name(Path(path))}, {' x '.join(map(str, values.shape[::-1]))} points, "

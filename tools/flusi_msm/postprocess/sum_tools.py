@@ -64,7 +64,7 @@ def density(call: Call) -> None:
     if not low < high:
         raise InputError(f"{f.path}: all values are {low:g}, or --range is empty: there is nothing to distribute")
     edges = np.linspace(low, high, bins + 1)
-    counts = sum(np.histogram(f.read(box), edges)[0] for box in f.slabs())
+    counts = np.sum([np.histogram(f.read(box), edges)[0] for box in f.slabs()], axis=0)
     values = counts / np.prod(f.n, dtype=float) / np.diff(edges)
     lines = ["% value (middle of the bin)  probability density"]
     lines += [f"{0.5 * (a + b):24.16e}{v:24.16e}" for a, b, v in zip(edges[:-1], edges[1:], values)]
@@ -152,7 +152,7 @@ def turbulence(call: Call) -> None:
     if enstrophy <= 0:
         raise InputError(f"{u[0].path}: the flow is at rest, or uniform: it has no scales")
     eps, rms = 2 * nu * enstrophy, np.sqrt(2 / 3 * energy)
-    shells = sum(shell_energies(f) for f in u)
+    shells = np.sum([shell_energies(f) for f in u], axis=0)
     k = shell_width(u[0]) * np.arange(len(shells))
     integral = np.pi / (2 * rms**2) * float(np.sum(shells[1:] / k[1:]))
     taylor, eta = np.sqrt(15 * nu * rms**2 / eps), (nu**3 / eps)**0.25

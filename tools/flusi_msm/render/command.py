@@ -242,10 +242,10 @@ def main() -> None:
     if not 100 <= a.height <= 10000:
         raise InputError("--height takes 100 to 10000 pixels")
     try:
-        levels = sorted(float(word) for word in a.levels.split(",")) if a.levels else None
+        wanted = sorted(float(word) for word in a.levels.split(",")) if a.levels else []
     except ValueError:
         raise InputError(f"--levels takes numbers like 100,150,200, not '{a.levels}'") from None
-    if levels and levels[0] <= 0:
+    if wanted and wanted[0] <= 0:
         raise InputError("--levels must be positive")
 
     movie = choose_movie(a.folder, a.output) if a.movie else None
@@ -255,7 +255,7 @@ def main() -> None:
     else:
         chosen = [choose_snapshot(a.folder, a.time, a.label)]
     last = Scene(chosen[-1], a.stride, not a.no_twin)
-    levels = [] if a.wings else levels or choose_levels(last.values, last.fluid(), a.frequency)
+    levels: Sequence[float] = [] if a.wings else wanted or choose_levels(last.values, last.fluid(), a.frequency)
     surfaces = last.surfaces(levels)
     if not surfaces:
         raise InputError(f"nothing to draw: |omega| is at most {np.nanmax(last.values):.4g} and there are no wings")
@@ -280,7 +280,7 @@ def main() -> None:
                 compose(render(scene.surfaces(levels), camera, a.height), scene, levels, camera, drawn[-1])
             if not scene.wings and not scene.body:
                 print(f"note: no wing surfaces and no mask at {snapshot.label}", file=sys.stderr)
-        if a.movie:
+        if movie:
             write_movie(drawn, movie, a.rate)
 
 

@@ -27,7 +27,8 @@ def choose_movie(folder: Union[str, Path], output: Optional[Path]) -> Path:
 def write_movie(pictures: Sequence[Path], out: Path, rate: float) -> None:
     """Writes the pictures in order, all as large as the first, at `rate` per second."""
     frames = [Image.open(path).convert("RGB") for path in pictures]
-    size = tuple(2 * (length // 2) for length in frames[0].size)  # MP4 needs even numbers
+    width, height = frames[0].size
+    size = (2 * (width // 2), 2 * (height // 2))  # MP4 needs even numbers
     frames = [frame if frame.size == size else frame.resize(size, Image.Resampling.LANCZOS) for frame in frames]
     try:
         if out.suffix == ".gif":

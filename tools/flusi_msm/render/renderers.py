@@ -176,8 +176,8 @@ def render_pyvista(surfaces: Sequence[Surface], camera: Camera, height: int) -> 
     import pyvista
     import vtk
     vtk.vtkLogger.SetStderrVerbosity(vtk.vtkLogger.VERBOSITY_OFF)
-    plotter = pyvista.Plotter(off_screen=True, window_size=(int(round(camera.aspect * height)), height))
-    plotter.set_background("black")
+    plotter = pyvista.Plotter(off_screen=True, window_size=[int(round(camera.aspect * height)), height])
+    plotter.set_background("black")  # type: ignore[arg-type]  # PyVista's decorator hides that it is a method
     for solid in (True, False):
         chosen = [s for s in surfaces if (s.opacity >= 1) == solid and len(s.triangles)]
         if chosen:
@@ -192,7 +192,7 @@ def render_pyvista(surfaces: Sequence[Surface], camera: Camera, height: int) -> 
     plotter.camera.position, plotter.camera.focal_point = camera.position, camera.focus
     plotter.camera.up, plotter.camera.view_angle = camera.up, FIELD_OF_VIEW
     plotter.reset_camera_clipping_range()
-    pixels = plotter.screenshot(return_img=True, transparent_background=True) / 255
+    pixels = np.asarray(plotter.screenshot(return_img=True, transparent_background=True)) / 255
     plotter.close()
     pixels[..., :3] /= np.maximum(pixels[..., 3:], 1 / 255)  # it is already blended with the black background
     return np.clip(pixels, 0, 1)

@@ -56,7 +56,7 @@ class FlappingRun:
         if not self.folder.is_dir():
             raise InputError(f"{folder}: not the folder of a run")
         self.frequency = frequency
-        self.scales = {}
+        self.scales: dict[str, float] = {}
         self.signals = self._forces(wind)
         self.signals.update(self._power())
         self.phi = self._position()
@@ -103,7 +103,7 @@ class FlappingRun:
 
     def _position(self) -> Optional[CyclicSignal]:
         series = self._read("kinematics.t")
-        return series and self._signal(series, series.column("phi_l", "phi left"))
+        return self._signal(series, series.column("phi_l", "phi left")) if series else None
 
     def cycles(self) -> List[int]:
         """Returns numbers of the complete cycles that all quantities have."""
@@ -121,7 +121,7 @@ class FlappingRun:
             return have
         if wanted == "last":
             return have[-1:]
-        chosen = []
+        chosen: list[int] = []
         for part in wanted.split(","):
             match = re.fullmatch(r"\s*(\d+)\s*(?:-\s*(\d+)\s*)?", part)
             if not match:

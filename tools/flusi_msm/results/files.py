@@ -5,9 +5,8 @@ from __future__ import annotations
 import difflib
 import re
 import sys
-from collections import namedtuple
 from pathlib import Path
-from typing import Dict, List, Optional, Set, Tuple, Union
+from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
 
 import numpy as np
 
@@ -99,7 +98,8 @@ def _header_names(header: str, kind: str, n_columns: int) -> Tuple[List[str], Li
     if len(wide) == n_columns:
         parts = [re.fullmatch(r"(.*?)\s*\[([^\]]*)\]", word) for word in wide]
         if all(parts):
-            return [part[1] for part in parts], [part[2].strip().strip("-") for part in parts]
+            matches = [part for part in parts if part]
+            return [part[1] for part in matches], [part[2].strip().strip("-") for part in matches]
         names = wide
     elif len(known) == n_columns:
         names = known
@@ -138,7 +138,9 @@ def read_series(path: Union[str, Path]) -> Series:
         lines = path.read_text(errors="replace").splitlines()
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
-    header, rows, n_bad, scales = "", [], 0, {}
+    header, n_bad = "", 0
+    rows: list[list[float]] = []
+    scales: dict[str, float] = {}
     for line in lines:
         text = line.strip()
         if re.match(r"%\s*units\s*:", text, re.IGNORECASE):
@@ -168,7 +170,11 @@ def read_series(path: Union[str, Path]) -> Series:
 _FIELD_FILE = re.compile(r"(?P<prefix>[A-Za-z][A-Za-z0-9]*)_(?P<label>\d+)\.h5")
 _SURFACES = ("body", "solid", "static")  # files with such names that hold no field
 
-Snapshot = namedtuple("Snapshot", "folder label")
+
+class Snapshot(NamedTuple):
+    """The fields of one time in a folder."""
+    folder: Path
+    label: str
 
 
 class Field:
@@ -198,7 +204,7 @@ class Field:
         self.viscosity = self._attribute("viscosity", 1, [np.nan])[0]
         self.spacing = self.length / self.n
 
-    def _attribute(self, name: str, size: int, default: Optional[np.ndarray] = None) -> np.ndarray:
+    def _attribute(self, name: str, size: int, default: Optional[Sequence[float]] = None) -> np.ndarray:
         value = np.ravel(self.data.attrs.get(name, default if default is not None else []))
         if value.size != size:
             raise InputError(f"{self.path}: attribute '{name}' is missing or has not {size} value(s)")
@@ -206,7 +212,7 @@ class Field:
 
     def plane(self, axis: int, index: int) -> np.ndarray:
         """Returns the plane number `index` normal to `axis` (0 x, 1 y, 2 z), in double precision."""
-        where = [slice(None)] * 3
+        where: list[slice | int] = [slice(None)] * 3
         where[2 - axis] = index
         return self.data[tuple(where)].astype(float)
 
@@ -214,7 +220,7 @@ class Field:
 def fields_in(folder: Path) -> Dict[str, Set[str]]:
     """Returns {label: set of prefixes} of the field files of a folder."""
     folder = Path(folder)
-    labels = {}
+    labels: dict[str, set[str]] = {}
     for path in folder.glob("*_*.h5"):
         match = _FIELD_FILE.fullmatch(path.name)
         if match and match["prefix"] not in _SURFACES:

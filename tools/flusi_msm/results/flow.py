@@ -114,7 +114,7 @@ def vorticity_magnitude(snapshot: Snapshot, stride: int = 1) -> np.ndarray:
     fields = [load_field(snapshot, name) for name in names]
     if names == ("vorabs",):
         return every(fields[0], stride)
-    square = 0.0
+    square: np.ndarray | float = 0.0
     for c in range(3):
         one, two = (c + 1) % 3, (c + 2) % 3
         if names == VORTICITY:

@@ -60,7 +60,7 @@ def sections_of(snapshot: Snapshot, wing: WingSurface, fractions: Sequence[float
     twins = [None if wing.rigid_points is None else wing.cut(fraction * wing.length(), wing.rigid_points)
              for fraction in fractions]
     ends = np.concatenate(cuts + [twin for twin in twins if twin is not None]).reshape(-1, 2)
-    chord = max(np.linalg.norm(np.ptp(cut.reshape(-1, 2), axis=0)) for cut in cuts)
+    chord = max(float(np.linalg.norm(np.ptp(cut.reshape(-1, 2), axis=0))) for cut in cuts)
     low, high = ends.min(axis=0) - (0.6 * chord, 0.9 * chord), ends.max(axis=0) + (0.6 * chord, 0.9 * chord)
     step = max(spacing / 2, (high[0] - low[0]) / MOST_POINTS)
     y, z = (low[i] + step * np.arange(int((high[i] - low[i]) / step) + 2) for i in (0, 1))

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import List, Optional, Tuple
+from typing import Any, Dict, List, Optional, Tuple, Union
 
 import h5py
 import numpy as np
 
 from flusi_msm.results.files import InputError
-from flusi_msm.wing.file import read_wing
+from flusi_msm.wing.file import Wing, read_wing
 
 SCHEMA, VERSION = "flusi-msm training history", 1
 GENERATION = ("stage", "run", "generation", "lambda", "evaluations", "best", "generation_best", "generation_median",
@@ -58,13 +58,13 @@ class Parameter:
     low: float                        # bounds of the search
     high: float
     value: float = np.nan             # of the trained wing
-    interval: Interval = None
-    profile: np.ndarray = None        # (n, 2) value, sum of squares above its minimum
+    interval: Optional[Interval] = None
+    profile: Optional[np.ndarray] = None  # (n, 2) value, sum of squares above its minimum
     is_complete: bool = True
 
     @property
     def is_log(self) -> bool:
-        return self.low > 0
+        return bool(self.low > 0)
 
     @property
     def label(self) -> str:
@@ -89,20 +89,25 @@ class Parameter:
             return "roughly"
         return "determined"
 
+    @property
+    def known(self) -> Interval:
+        """Returns the interval of a parameter that has one."""
+        assert self.interval is not None
+        return self.interval
+
     def text(self, value: Optional[float] = None) -> str:
         """Writes a value with its unit, with the digits that the interval justifies."""
         value = self.value if value is None else value
         one = self.interval
-        both = one is not None and one.has_lower and one.has_upper
-        return in_words(value, self.unit, (one.upper - one.lower) / 2 if both else 0.0)
+        return in_words(value, self.unit, (one.upper - one.lower) / 2 if one is not None and one.has_lower and one.has_upper else 0.0)
 
     def shown(self) -> str:
         """Writes the value for a table: never one that the data do not determine."""
-        verdict, one = self.verdict, self.interval
+        verdict = self.verdict
         if verdict in ("determined", "roughly"):
-            return self.text(one.best)
+            return self.text(self.known.best)
         if verdict in ("lower", "upper"):
-            return "> " + self.text(one.lower) if verdict == "lower" else "< " + self.text(one.upper)
+            return "> " + self.text(self.known.lower) if verdict == "lower" else "< " + self.text(self.known.upper)
         if verdict == "unknown" and np.isfinite(self.value):
             return self.text()
         return "not determined" if verdict == "open" else "–"
@@ -110,37 +115,36 @@ class Parameter:
     def interval_text(self) -> str:
         if self.verdict not in ("determined", "roughly"):
             return "–"
-        factor, unit = prefix_of(self.interval.best, self.unit)
-        ends = np.array([self.interval.lower, self.interval.upper]) * factor
-        places = digits_of(self.interval.best * factor, np.ptp(ends) / 2)
+        factor, unit = prefix_of(self.known.best, self.unit)
+        ends = np.array([self.known.lower, self.known.upper]) * factor
+        places = digits_of(self.known.best * factor, np.ptp(ends) / 2)
         return f"{ends[0]:.{places}f} to {ends[1]:.{places}f} {unit}".strip()
 
     def uncertainty(self) -> str:
         """Writes '± 3 %', 'factor 2.4' or ''."""
-        one = self.interval
         if self.verdict == "roughly":
-            return f"factor {np.sqrt(one.upper / one.lower):.2g}"
+            return f"factor {np.sqrt(self.known.upper / self.known.lower):.2g}"
         if self.verdict != "determined":
             return ""
         if not self.is_log:
-            return "± " + in_words((one.upper - one.lower) / 2, self.unit)
-        percent = 50 * np.log(one.upper / one.lower)
+            return "± " + in_words((self.known.upper - self.known.lower) / 2, self.unit)
+        percent = 50 * np.log(self.known.upper / self.known.lower)
         return f"± {percent:.2g} %" if percent >= 1e-4 else "± less than 0.0001 %"
 
     def sentence(self) -> str:
         """Writes a sentence for a reader without knowledge of statistics."""
-        one, verdict = self.interval, self.verdict
+        verdict = self.verdict
         joint = self.name.startswith("joint:")
         if verdict == "determined":
-            text = f"The measurements determine it: {self.text(one.best)}, {self.uncertainty()}."
+            text = f"The measurements determine it: {self.text(self.known.best)}, {self.uncertainty()}."
         elif verdict == "roughly":
-            text = f"Known roughly: about {self.text(one.best)}, and with 90 % confidence {self.interval_text()}."
+            text = f"Known roughly: about {self.text(self.known.best)}, and with 90 % confidence {self.interval_text()}."
         elif verdict == "lower":
             text = f"Not determined by these loads; only that it is {'stiffer' if joint else 'larger'} than " \
-                   f"{self.text(one.lower)} can be said."
+                   f"{self.text(self.known.lower)} can be said."
         elif verdict == "upper":
             text = f"Not determined by these loads; only that it is {'softer' if joint else 'smaller'} than " \
-                   f"{self.text(one.upper)} can be said."
+                   f"{self.text(self.known.upper)} can be said."
         elif verdict == "open":
             text = f"Not determined by these loads: every value from {self.text(self.low)} to {self.text(self.high)} " \
                    "fits the measurements equally well."
@@ -161,7 +165,7 @@ class Load:
     rows: np.ndarray                  # (n, 4) x, y, measured, simulated deformation [m]
     point: np.ndarray                 # [m]
     force: float                      # [N]
-    direction: np.ndarray = None
+    direction: Optional[np.ndarray] = None
     chi2: float = np.nan
     is_solved: bool = True
     is_excluded: bool = False         # the shape lies in one of the excluded zones
@@ -184,8 +188,8 @@ class Load:
 @dataclass
 class Readings:
     """Scalar observations: rows of load number, measured, simulated, sd, 1 for rotations."""
-    names: list
-    loads: list
+    names: List[str]
+    loads: List[str]
     rows: np.ndarray
 
 
@@ -194,15 +198,15 @@ class Training:
     path: Path
     name: str
     cost: str                         # h or chi2
-    parameters: list
-    generations: dict = field(default_factory=dict)  # columns by name
-    outcome: dict = field(default_factory=dict)      # numbers by name; empty if the training has not ended
-    polish: np.ndarray = None         # (n, 3) evaluations, sum of squares of the data and of the priors
-    covariance: np.ndarray = None
-    singular_values: np.ndarray = None  # of the derivatives in units of the declared errors
-    loads: list = field(default_factory=list)
-    readings: Readings = None
-    wing: object = None
+    parameters: List[Parameter]
+    generations: Dict[str, np.ndarray] = field(default_factory=dict)  # columns by name
+    outcome: Dict[str, Any] = field(default_factory=dict)  # numbers by name; empty if the training has not ended
+    polish: Optional[np.ndarray] = None  # (n, 3) evaluations, sum of squares of the data and of the priors
+    covariance: Optional[np.ndarray] = None
+    singular_values: Optional[np.ndarray] = None  # of the derivatives in units of the declared errors
+    loads: List[Load] = field(default_factory=list)
+    readings: Optional[Readings] = None
+    wing: Optional[Wing] = None
     wing_path: str = ""
     measurement: str = ""
     log: str = ""
@@ -221,7 +225,7 @@ def text_of(value: object) -> str:
     return value.decode() if isinstance(value, bytes) else str(value)
 
 
-def find_history(place: Path, name: Optional[str] = None) -> Path:
+def find_history(place: Union[str, Path], name: Optional[str] = None) -> Path:
     """Returns the one history in a folder, that of `name`, or the file itself."""
     place = Path(place)
     if place.is_file():
@@ -294,7 +298,8 @@ def read_outcome(file: h5py.File, training: Training) -> None:
         parameter.value = float(value)
     if "intervals" in group:
         for parameter, row in zip(training.parameters, group["intervals"][:]):
-            parameter.interval = Interval(*map(float, row[:3]), *(row[3:5] > 0.5))
+            lower, best, upper = map(float, row[:3])
+            parameter.interval = Interval(lower, best, upper, *(row[3:5] > 0.5))
     for parameter in training.parameters:
         if "profiles" in file:
             parameter.is_complete = False
@@ -387,7 +392,7 @@ def is_at_bound(p: Parameter) -> bool:
     if not np.isfinite(p.value):
         return False
     low, value, high = (np.log([p.low, p.value, p.high]) if p.is_log and p.value > 0 else (p.low, p.value, p.high))
-    return min(value - low, high - value) < 1e-3 * (high - low)
+    return bool(min(value - low, high - value) < 1e-3 * (high - low))
 
 
 def error_ratio(training: Training) -> float:

@@ -40,17 +40,31 @@ class Step(NamedTuple):
     shape: Tuple[int, ...] = ()
 
 
+def _part(element: ElementTree.Element, name: str) -> ElementTree.Element:
+    found = element.find(name)
+    if found is None:
+        raise ValueError(f"a {element.tag} has no {name}")
+    return found
+
+
+def _attribute(element: ElementTree.Element, name: str) -> str:
+    value = element.get(name)
+    if value is None:
+        raise ValueError(f"a {element.tag} has no {name}")
+    return value
+
+
 def _numbers(element: ElementTree.Element) -> Tuple[float, ...]:
-    return tuple(float(word) for word in element.text.split())
+    return tuple(float(word) for word in (element.text or "").split())
 
 
 def _source(item: ElementTree.Element) -> Source:
-    file, dataset = item.text.strip().split(":/")
-    return Source(file, dataset, tuple(int(n) for n in item.get("Dimensions").split()), int(item.get("Precision")))
+    file, dataset = (item.text or "").strip().split(":/")
+    return Source(file, dataset, tuple(int(n) for n in _attribute(item, "Dimensions").split()), int(_attribute(item, "Precision")))
 
 
 def _quantity(attribute: ElementTree.Element) -> Quantity:
-    item = attribute.find("DataItem")
+    item = _part(attribute, "DataItem")
     parts = item.findall("DataItem") if item.get("ItemType") == "Function" else [item]
     return Quantity(tuple(map(_source, parts)), attribute.get("Center") == "Node")
 
@@ -59,14 +73,14 @@ def _step(grid: ElementTree.Element) -> Optional[Step]:
     topology, geometry = grid.find("Topology"), grid.find("Geometry")
     if grid.get("GridType") != "Uniform" or topology is None or geometry is None:
         return None
-    time = float(grid.find("Time").get("Value"))
-    quantities = {attribute.get("Name"): _quantity(attribute) for attribute in grid.findall("Attribute")}
+    time = float(_attribute(_part(grid, "Time"), "Value"))
+    quantities = {_attribute(attribute, "Name"): _quantity(attribute) for attribute in grid.findall("Attribute")}
     if topology.get("TopologyType") == "3DCoRectMesh":
         origin, spacing = (_numbers(item)[::-1] for item in geometry.findall("DataItem"))
-        shape = tuple(int(n) for n in topology.get("Dimensions").split())
+        shape = tuple(int(n) for n in _attribute(topology, "Dimensions").split())
         return Step(time, quantities, origin=origin, spacing=spacing, shape=shape)
     if topology.get("TopologyType") == "Triangle":
-        return Step(time, quantities, _source(geometry.find("DataItem")), _source(topology.find("DataItem")))
+        return Step(time, quantities, _source(_part(geometry, "DataItem")), _source(_part(topology, "DataItem")))
     return None
 
 
@@ -77,12 +91,13 @@ def read_index(path: Path) -> List[Step]:
         series = ElementTree.parse(path).getroot().findall("Domain/Grid")
         if len(series) != 1 or series[0].get("CollectionType") != "Temporal":
             return []
-        steps = [_step(grid) for grid in series[0].findall("Grid")]
+        grids = series[0].findall("Grid")
+        steps = [step for step in map(_step, grids) if step is not None]
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
     except (ElementTree.ParseError, AttributeError, ValueError, TypeError) as error:
         raise InputError(f"{path}: not an index of this program: {error}") from None
-    return [] if None in steps else sorted(steps, key=lambda step: step.time)
+    return [] if len(steps) < len(grids) else sorted(steps, key=lambda step: step.time)
 
 
 def check_sources(folder: Path, steps: List[Step], problems: Problems) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import List, Sequence, Tuple
+from typing import List, Tuple
 
 import h5py
 import numpy as np
@@ -21,7 +21,7 @@ def read(folder: Path, source: Source) -> np.ndarray:
         return file[source.dataset][...]
 
 
-def behind_each_other(counts: Sequence[int]) -> np.ndarray:
+def behind_each_other(counts: np.ndarray) -> np.ndarray:
     """Returns where each of several consecutive blocks begins."""
     return np.concatenate([[0], np.cumsum(counts)[:-1]]).astype("i8")
 
@@ -58,8 +58,8 @@ def write_surface(path: str, steps: List[Step]) -> List[str]:
     """Writes the file and returns the names of its quantities. The sources are in its folder."""
     folder = Path(path).parent
     quantities = quantities_of(steps, path)
-    points = [read(folder, step.points) for step in steps]
-    meshes = [read(folder, step.triangles) for step in steps]
+    points = [read(folder, step.points) for step in steps if step.points]
+    meshes = [read(folder, step.triangles) for step in steps if step.triangles]
     with h5py.File(path, "w", libver=("earliest", "v110")) as file:
         group = begin(file, "PolyData", steps)
         n_points = np.array([len(block) for block in points], dtype="i8")
