@@ -16,7 +16,7 @@ REVERSAL = 0.12   # of a beat, about 0 and 0.5
 WORDS = {True: "agrees", False: "differs", None: "open"}
 
 
-def statement(topic: str, paper: str, here: str, agrees: bool | None, sentence: str) -> dict[str, Any]:
+def statement(topic: str, paper: str, here: str, agrees: object, sentence: str) -> dict[str, Any]:
     return {"topic": topic, "paper": paper, "here": here, "agrees": None if agrees is None else bool(agrees),
             "sentence": sentence}
 

@@ -4,7 +4,7 @@ its diagonal, so that the surface is closed and needs no table of ambiguous case
 from __future__ import annotations
 
 from itertools import permutations
-from typing import Dict, List, Tuple
+from typing import Dict, List, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -47,11 +47,12 @@ def _cases() -> Dict[int, List[Triangle]]:
 CASES = _cases()
 
 
-def iso_surface(values: np.ndarray, level: float, origin: np.ndarray, spacing: np.ndarray) \
+def iso_surface(values: np.ndarray, level: float, origin: Union[Sequence[float], np.ndarray],
+                spacing: Union[Sequence[float], np.ndarray]) \
         -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns (points (n, 3), triangles (m, 3), normals (n, 3)) of values (z, y, x) = level. Normals point to smaller values,
     and the triangles are counter-clockwise seen from there. Triangles share their common points."""
-    origin, spacing = np.asarray(origin, dtype=float), np.asarray(spacing, dtype=float)
+    first, step = np.asarray(origin, dtype=float), np.asarray(spacing, dtype=float)
     nz, ny, nx = values.shape
     if min(values.shape) < 2:
         return np.zeros((0, 3)), np.zeros((0, 3), dtype=int), np.zeros((0, 3))
@@ -78,8 +79,8 @@ def iso_surface(values: np.ndarray, level: float, origin: np.ndarray, spacing: n
     v = flat[ends].astype(float)
     s = ((level - v[0]) / (v[1] - v[0]))[:, None]
     place = np.stack([ends % nx, ends // nx % ny, ends // (nx * ny)], axis=-1).astype(float)
-    points = origin + spacing * ((1 - s) * place[0] + s * place[1])
-    slopes = _gradient(values, ends, place.astype(int), spacing)
+    points = first + step * ((1 - s) * place[0] + s * place[1])
+    slopes = _gradient(values, ends, place.astype(int), step)
     normals = -((1 - s) * slopes[0] + s * slopes[1])
     normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
     a, b, c = (points[triangles[:, n]] for n in range(3))

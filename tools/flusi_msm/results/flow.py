@@ -4,7 +4,7 @@ else from the velocity with the derivatives of the solver. Only the necessary da
 """
 from __future__ import annotations
 
-from typing import Optional, Tuple
+from typing import Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -78,7 +78,7 @@ def at_points(snapshot: Snapshot, name: str, points: np.ndarray) -> np.ndarray:
     return block.interpolate(block.read(field))
 
 
-def vorticity_at(snapshot: Snapshot, points: np.ndarray, direction: np.ndarray) -> np.ndarray:
+def vorticity_at(snapshot: Snapshot, points: np.ndarray, direction: Union[Sequence[float], np.ndarray]) -> np.ndarray:
     """Returns omega . direction at points (m, 3)."""
     stored = vorticity_source(snapshot) == "vorticity"
     fields = [load_field(snapshot, name) for name in (VORTICITY if stored else VELOCITY)]

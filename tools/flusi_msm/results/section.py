@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import List, Optional, Sequence, Tuple
+from typing import List, Optional, Sequence, Tuple, Union
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -68,7 +68,7 @@ def sections_of(snapshot: Snapshot, wing: WingSurface, fractions: Sequence[float
             for fraction, cut, twin in zip(fractions, cuts, twins)]
 
 
-def draw_sections(snapshot: Snapshot, side: str, fractions: Sequence[float], limit: Optional[float], out: Path) -> None:
+def draw_sections(snapshot: Snapshot, side: str, fractions: Sequence[float], limit: Optional[float], out: Union[str, Path, None]) -> None:
     wing = load_surface(snapshot, side)
     name = "mask" if has_field(snapshot, "mask") else "vorx" if has_field(snapshot, "vorx") else "ux"
     sections = sections_of(snapshot, wing, fractions, load_field(snapshot, name).spacing.min())
