@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Sequence
 from html import escape
-from typing import List, Sequence, Tuple, Union
+from typing import Union
 
 STYLE = """
 :root { color-scheme: light; }
@@ -48,10 +49,10 @@ summary { cursor: pointer; margin: 1rem 0 .4rem; }
 @media print { body { max-width: none; } figure, tr { break-inside: avoid; } }
 """
 
-Head = Union[str, Tuple[str, bool]]  # of a column: its text, or the text and whether the column has numbers
+Head = Union[str, tuple[str, bool]]  # of a column: its text, or the text and whether the column has numbers
 
 
-def figure_html(picture: Tuple[str, str, Union[bytes, List[bytes]]]) -> str:
+def figure_html(picture: tuple[str, str, bytes | list[bytes]]) -> str:
     """Returns (heading, caption, png) as HTML; the picture is part of the page. Several pngs, in a list, are placed next to each
     other if there is room."""
     heading, caption, pngs = picture

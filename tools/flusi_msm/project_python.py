@@ -2,10 +2,10 @@
 """Starts a tool again with the Python of tools/quickstart if this one lacks packages. Every tool imports it first."""
 import os
 import sys
+from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
 from shutil import which
-from typing import Iterable
 
 EVERYWHERE = ("numpy", "h5py", "matplotlib")
 PACKAGES = (*EVERYWHERE, "scipy", "svgelements")  # of requirements.txt; the last two bend wings and read drawings

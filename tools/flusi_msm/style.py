@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Union
 
 import matplotlib
 import matplotlib.pyplot as plt
@@ -32,7 +31,7 @@ def name_of(*parts: object) -> str:
     return re.sub(r"[^\w.+,=-]+", "-", words)
 
 
-def save(figure: Figure, path: Union[str, Path]) -> None:
+def save(figure: Figure, path: str | Path) -> None:
     """Writes the figure and prints its path."""
     try:
         figure.savefig(path, bbox_inches="tight", pad_inches=0.05)

@@ -10,7 +10,6 @@ import sys
 import time
 import webbrowser
 from pathlib import Path
-from typing import List
 
 from flusi_msm.demo.runner import Runner, last_lines
 from flusi_msm.demo.steps import STEPS, copies
@@ -35,7 +34,7 @@ def prepare(folder: Path) -> None:
             shutil.copyfile(source, place)
 
 
-def verdict(folder: Path) -> List[str]:
+def verdict(folder: Path) -> list[str]:
     """Returns the verdict that msm_diagnose has printed, without its names of files."""
     text = (folder / "logs/diagnose.log").read_text(encoding="utf-8")
     lines = last_lines(text, "verdict")

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Dict
 
 import numpy as np
 
@@ -27,7 +26,7 @@ ORDERS = {"phi-theta-alpha": ("phi", "theta", "alpha"), "phi-alpha-theta": ("phi
 AXIS = {"phi": 0, "alpha": 1, "theta": 2}
 
 
-def matrices(angles: Dict[str, np.ndarray], order: Iterable[str]) -> np.ndarray:
+def matrices(angles: dict[str, np.ndarray], order: Iterable[str]) -> np.ndarray:
     """Returns the matrices from the stroke plane to the wing (n, 3, 3), turned by the angles one after another in this order."""
     total = np.eye(3)[None]
     for name in order:
@@ -35,7 +34,7 @@ def matrices(angles: Dict[str, np.ndarray], order: Iterable[str]) -> np.ndarray:
     return total
 
 
-def flusi_angles(m: np.ndarray) -> Dict[str, np.ndarray]:
+def flusi_angles(m: np.ndarray) -> dict[str, np.ndarray]:
     """Returns the angles of Ry(alpha) Rz(theta) Rx(phi) = m, theta within 90 degrees, phi and alpha without jumps."""
     theta = -np.arcsin(np.clip(m[:, 1, 0], -1, 1))
     phi = np.arctan2(m[:, 1, 2], m[:, 1, 1])
@@ -100,7 +99,7 @@ def fit_hermite(x: np.ndarray, values: np.ndarray, nodes: int) -> Fit:
     return Fit(HERMITE, 0.0, solution[:nodes], solution[nodes:], float(residual))
 
 
-def motion_text(fits: Dict[str, Fit], head: str) -> str:
+def motion_text(fits: dict[str, Fit], head: str) -> str:
     """Returns the text of a motion file; `head` is its comment."""
     def words(values: Iterable[float]) -> str:
         return " ".join(f"{v:.10g}" for v in values)

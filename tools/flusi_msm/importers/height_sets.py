@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Optional, Tuple, TypeVar
+from typing import Any, Callable, TypeVar
 
 import numpy as np
 
@@ -20,7 +20,7 @@ LIST, LOADS, LANDMARKS = "list.csv", "loads.csv", "landmarks.csv"
 SAME_GRID = 0.005  # of the distance of grid lines: by so much those of two maps may differ, since coordinates are rounded
 
 Result = TypeVar("Result")
-Listed = Tuple[List[Path], Dict[str, Path], Dict[str, dict]]  # files of the reference and of the loads, facts of the loads
+Listed = tuple[list[Path], dict[str, Path], dict[str, dict]]  # files of the reference and of the loads, facts of the loads
 
 
 @dataclass
@@ -28,12 +28,12 @@ class HeightSet:
     """Maps of one wing on one grid, in the units of the files. `sigma` exists where the files have it."""
     x: np.ndarray
     y: np.ndarray
-    z: Dict[str, np.ndarray]                      # also of `reference`
-    sigma: Dict[str, np.ndarray]
-    facts: Dict[str, dict]                        # attributes of the loads: force, direction, point, ...
+    z: dict[str, np.ndarray]                      # also of `reference`
+    sigma: dict[str, np.ndarray]
+    facts: dict[str, dict]                        # attributes of the loads: force, direction, point, ...
     scans: np.ndarray                             # number of scans of the unloaded wing that have a height here
-    landmarks: Optional[Path] = None              # of the folder
-    notes: Dict[str, List[str]] = field(default_factory=dict)
+    landmarks: Path | None = None              # of the folder
+    notes: dict[str, list[str]] = field(default_factory=dict)
 
 
 def attempt(problems: Problems, what: Callable[[], Result]) -> Result | None:
@@ -46,7 +46,7 @@ def attempt(problems: Problems, what: Callable[[], Result]) -> Result | None:
         return None
 
 
-def read_rows(path: Path, needed: List[str], problems: Problems) -> Tuple[List[dict], Table]:
+def read_rows(path: Path, needed: list[str], problems: Problems) -> tuple[list[dict], Table]:
     """Returns the lines of a table with names of columns as dictionaries of texts, and the table; no lines if there is a mistake."""
     nothing = Table([], [], ",", False)
     table = attempt(problems, lambda: read_table(path))
@@ -123,7 +123,7 @@ def in_folder(folder: Path, problems: Problems) -> Listed:
     if not path.exists():
         problems.error(f"{folder}: has neither {LIST} nor {LOADS}")
         return [], {}, {}
-    maps: Dict[str, List[Path]] = {}
+    maps: dict[str, list[Path]] = {}
     for file in sorted(folder.iterdir()):
         if file.suffix.lower() in READERS and file.name not in (LOADS, LANDMARKS):
             maps.setdefault(file.stem, []).append(file)
@@ -151,14 +151,14 @@ def in_folder(folder: Path, problems: Problems) -> Listed:
     return references, files, facts
 
 
-def read_height_set(path: Path, pixels: Pixels, problems: Problems) -> Optional[HeightSet]:
+def read_height_set(path: Path, pixels: Pixels, problems: Problems) -> HeightSet | None:
     """Reads all maps of a list or folder; every mistake of every file is added to `problems`. Scans of the unloaded wing are
     averaged."""
     is_folder = path.is_dir()
     references, files, facts = (in_folder if is_folder else in_list)(path, problems)
-    maps: Dict[str, Map] = {}
-    first: Optional[Map] = None
-    scans: List[Map] = []
+    maps: dict[str, Map] = {}
+    first: Map | None = None
+    scans: list[Map] = []
     for name, file in [(REFERENCE, file) for file in references] + sorted(files.items()):
         found = attempt(problems, lambda: read_map(file, pixels))
         if found is None:

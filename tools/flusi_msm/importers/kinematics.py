@@ -24,7 +24,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Dict, Tuple
 
 import numpy as np
 
@@ -48,8 +47,8 @@ from flusi_msm.plots.kinematics import ANGLES
 
 SIDES = ("left", "right")
 CLOCKS = ("phase", "time")
-Rule = Tuple[str, float, float]  # column, factor, offset
-Measured = Tuple[np.ndarray, Dict[str, np.ndarray], Dict[str, Fit]]  # phases, angles [degrees], their fits
+Rule = tuple[str, float, float]  # column, factor, offset
+Measured = tuple[np.ndarray, dict[str, np.ndarray], dict[str, Fit]]  # phases, angles [degrees], their fits
 
 
 def read_columns(path: Path, problems: Problems) -> tuple[dict[str, np.ndarray], str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Dict, Optional
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -16,8 +15,8 @@ MOST = 24  # panels
 ARROWS = 20.0  # residuals are drawn so many times as long
 
 
-def draw_preview(path: Path, x: np.ndarray, y: np.ndarray, heights: Dict[str, np.ndarray], points: Dict[str, np.ndarray],
-                 outliers: Dict[str, np.ndarray], outline: Optional[np.ndarray], registration: Registration) -> None:
+def draw_preview(path: Path, x: np.ndarray, y: np.ndarray, heights: dict[str, np.ndarray], points: dict[str, np.ndarray],
+                 outliers: dict[str, np.ndarray], outline: np.ndarray | None, registration: Registration) -> None:
     """Draws one panel for every map: heights of `reference` and changes from it (ny, nx) [m] in mm and um, its outliers (n, 2)
     [m], and the place where the force acts."""
     use_style()

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import List, Optional, Tuple
 
 import numpy as np
 
@@ -23,9 +22,9 @@ class Registration:
     turn: np.ndarray = field(default_factory=lambda: np.eye(2))
     shift: np.ndarray = field(default_factory=lambda: np.zeros(2))
     how: str = "axes as they are"
-    residuals: Optional[np.ndarray] = None    # (n, 2) [m], residuals at landmarks or points of the outline
-    places: Optional[np.ndarray] = None       # (n, 2) [m], their places in the wing's frame
-    names: Tuple[str, ...] = ()
+    residuals: np.ndarray | None = None    # (n, 2) [m], residuals at landmarks or points of the outline
+    places: np.ndarray | None = None       # (n, 2) [m], their places in the wing's frame
+    names: tuple[str, ...] = ()
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         return np.asarray(points) @ self.turn.T + self.shift
@@ -41,7 +40,7 @@ class Registration:
         """Returns the root mean square of the residuals [m]."""
         return float(np.sqrt((self.residuals**2).sum(1).mean())) if self.residuals is not None else 0.0
 
-    def report(self) -> List[str]:
+    def report(self) -> list[str]:
         lines = [f"registration: {self.how}, turned by {np.degrees(self.angle()):.3f} degrees, shifted by "
                  f"({1e3 * self.shift[0]:.4f}, {1e3 * self.shift[1]:.4f}) mm"]
         if self.residuals is not None:
@@ -55,7 +54,7 @@ def turn_by(angle: float) -> np.ndarray:
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
-def best_turn(scan: np.ndarray, wing: np.ndarray, is_mirrored: bool = False) -> Tuple[np.ndarray, np.ndarray, float]:
+def best_turn(scan: np.ndarray, wing: np.ndarray, is_mirrored: bool = False) -> tuple[np.ndarray, np.ndarray, float]:
     """Returns rotation (or reflection), shift and residual (rms) of the least squares fit of points to points (Kabsch)."""
     a, b = scan - scan.mean(0), wing - wing.mean(0)
     u, _, v = np.linalg.svd(a.T @ b)
@@ -121,7 +120,7 @@ def outline_of(wing: Wing) -> np.ndarray:
     return best
 
 
-def margin_of(x: np.ndarray, y: np.ndarray, known: np.ndarray) -> Tuple[np.ndarray, float]:
+def margin_of(x: np.ndarray, y: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, float]:
     """Returns the points (n, 2) half-way between two neighbours of which only one has a height, and the area with heights. Holes
     and specks are ignored."""
     from scipy import ndimage
@@ -199,7 +198,7 @@ def is_inside(line: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def resampled(x: np.ndarray, y: np.ndarray, z: np.ndarray, sd: np.ndarray, x_new: np.ndarray, y_new: np.ndarray,
-              registration: Registration, is_correlated: bool) -> Tuple[np.ndarray, np.ndarray]:
+              registration: Registration, is_correlated: bool) -> tuple[np.ndarray, np.ndarray]:
     """Returns heights on other grid lines, in the wing's frame, by bilinear interpolation, and their standard deviations. The
     latter follow from those (`sd`, an array) of the four heights, whose errors are independent or all the same. NaN where one of
     the four is missing."""

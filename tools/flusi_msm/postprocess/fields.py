@@ -7,8 +7,9 @@ the name of the file when the file is complete.
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any
 
 import h5py
 import numpy as np
@@ -17,7 +18,7 @@ from flusi_msm.errors import InputError
 
 SLAB_BYTES = 32 * 2**20  # of doubles read at a time
 XYZ = "xyz"
-Box = Tuple[slice, slice, slice]
+Box = tuple[slice, slice, slice]
 
 
 def dataset_name(path: Path) -> str:
@@ -40,9 +41,9 @@ class Field:
             data = self._find(file)
             self.dataset: str = data.name
             self._rank = data.ndim
-            self.shape: Tuple[int, int, int] = (tuple(data.shape) + (1, 1))[:3]  # slices have no x
+            self.shape: tuple[int, int, int] = (tuple(data.shape) + (1, 1))[:3]  # slices have no x
             self.precision = np.dtype("f8") if data.dtype.itemsize == 8 else np.dtype("f4")
-            self.attributes: Dict[str, Any] = dict(data.attrs)
+            self.attributes: dict[str, Any] = dict(data.attrs)
         self.n = tuple(self.shape[::-1])  # points along x, y, z
 
     def _find(self, file: h5py.File) -> h5py.Dataset:
@@ -57,7 +58,7 @@ class Field:
         return sets[name]
 
     @property
-    def time(self) -> Optional[float]:
+    def time(self) -> float | None:
         return float(np.ravel(self.attributes["time"])[0]) if "time" in self.attributes else None
 
     def number(self, name: str) -> float:
@@ -84,7 +85,7 @@ class Field:
     def spacing(self) -> np.ndarray:
         return self.length / self.n
 
-    def read(self, box: Optional[Box] = None) -> np.ndarray:
+    def read(self, box: Box | None = None) -> np.ndarray:
         """Returns the values of a box of indices (z, y, x), or all of them, in double precision."""
         box = box or (slice(None),) * 3
         try:
@@ -112,7 +113,7 @@ def slabs_of(shape: Sequence[int], axis: int = 0) -> Iterator[Box]:
         yield box[0], box[1], box[2]
 
 
-def open_fields(paths: Sequence[str], same_time: bool = False) -> List[Field]:
+def open_fields(paths: Sequence[str], same_time: bool = False) -> list[Field]:
     """Returns the fields in files, which must have the same points in the same box; with `same_time` also the same time."""
     problems, fields = [], []
     for path in paths:
@@ -147,7 +148,7 @@ def box_text(size: np.ndarray) -> str:
 class Output:
     """A field file that is being written. The attributes are those of `like`, except for the given ones. Use it in a `with`."""
 
-    def __init__(self, path: str, like: Field, precision: np.dtype, tool: str, shape: Optional[Sequence[int]] = None,
+    def __init__(self, path: str, like: Field, precision: np.dtype, tool: str, shape: Sequence[int] | None = None,
                  **attributes: Any) -> None:
         self.path, self.shape = Path(path), tuple(shape or like.shape)
         self._part = self.path.with_name(self.path.name + ".part")
@@ -173,7 +174,7 @@ class Output:
         else:
             self._part.unlink()
 
-    def write(self, values: np.ndarray, box: Optional[Box] = None) -> None:
+    def write(self, values: np.ndarray, box: Box | None = None) -> None:
         """Stores the values of a box, or of the whole field."""
         try:
             with np.errstate(over="ignore"):

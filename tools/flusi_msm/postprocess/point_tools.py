@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Callable, List
+from typing import Any, Callable
 
 import numpy as np
 
@@ -15,7 +15,7 @@ OPERATIONS = {"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide,
               "add": np.add, "subtract": np.subtract, "multiply": np.multiply, "divide": np.divide}
 
 
-def by_points(call: Call, path: str, fields: List[Field], function: Callable[..., np.ndarray], **attributes: Any) -> None:
+def by_points(call: Call, path: str, fields: list[Field], function: Callable[..., np.ndarray], **attributes: Any) -> None:
     """Writes function(values of the first field, of the second, ...)."""
     low, high = np.inf, -np.inf
     with call.output(path, fields[0], **attributes) as out:
@@ -102,7 +102,7 @@ def largest(call: Call) -> None:
     _over_time(call, _series(call), lambda total, f, values: np.maximum(total, np.abs(values)))
 
 
-def _over_time(call: Call, fields: List[Field], add: Callable[[np.ndarray, Field, np.ndarray], np.ndarray], **attributes: Any) -> None:
+def _over_time(call: Call, fields: list[Field], add: Callable[[np.ndarray, Field, np.ndarray], np.ndarray], **attributes: Any) -> None:
     """Writes the result of `add(so far, field, its values)`, applied to one field after the other and beginning with 0. It needs
     the memory of two slabs, however many fields there are."""
     low, high, path = np.inf, -np.inf, call.words[-1]
@@ -116,10 +116,10 @@ def _over_time(call: Call, fields: List[Field], add: Callable[[np.ndarray, Field
     print(f"{path}: {' x '.join(map(str, fields[0].n))} points, from {low:.6g} to {high:.6g}")
 
 
-def _series(call: Call) -> List[Field]:
+def _series(call: Call) -> list[Field]:
     """Returns the fields that are named by the arguments, or by the lines of a text file, whose names are relative to the
     working folder."""
-    paths: List[str] = []
+    paths: list[str] = []
     for word in call.words[:-1]:
         if word.endswith(".h5"):
             paths.append(word)

@@ -2,8 +2,6 @@
 """Tools that change the points of a field, or the attributes of its file."""
 from __future__ import annotations
 
-from typing import List
-
 import h5py
 import numpy as np
 
@@ -35,7 +33,7 @@ def index_range(text: str, n: int, what: str) -> range:
     return range(first, min(last, n - 1) + 1, step)
 
 
-def subset(call: Call, ranges: List[str]) -> None:
+def subset(call: Call, ranges: list[str]) -> None:
     f, = call.fields(call.words[:1], call.words[1:2])
     chosen = [index_range(text, m, f"{call.tool.name} {c}") for c, text, m in zip(XYZ, ranges, f.n)]
     spacing = f.spacing

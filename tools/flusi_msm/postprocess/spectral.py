@@ -5,7 +5,8 @@ Derivatives work line by line, so that slabs of the input suffice. Arrays have t
 """
 from __future__ import annotations
 
-from typing import Callable, Iterable, List, Optional, Sequence, Tuple
+from collections.abc import Iterable, Sequence
+from typing import Callable
 
 import numpy as np
 
@@ -72,14 +73,14 @@ def q_criterion(u: Sequence[Field], scheme: str = "spectral") -> np.ndarray:
 
 # ---- modes ---------------------------------------------------------------------------------------
 
-def mode_numbers(n: Sequence[int]) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+def mode_numbers(n: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns numbers jx, jy, jz of the modes of rfftn, as arrays that broadcast to (nz, ny, nx/2+1)."""
     jx = np.arange(n[0] // 2 + 1.0)
     jy, jz = (np.fft.fftfreq(m, 1 / m) for m in n[1:])
     return jx[None, None, :], jy[None, :, None], jz[:, None, None]
 
 
-def wavenumbers(n: Sequence[int], length: np.ndarray, odd: bool = False) -> List[np.ndarray]:
+def wavenumbers(n: Sequence[int], length: np.ndarray, odd: bool = False) -> list[np.ndarray]:
     """Returns kx, ky, kz; with `odd` the highest mode of an even number of points is 0, as first derivatives need it."""
     ks = []
     for j, m, edge in zip(mode_numbers(n), n, length):
@@ -99,7 +100,7 @@ def is_kept(n: Sequence[int]) -> np.ndarray:
     return np.broadcast_to(radius < 1 - 1e-12, (n[2], n[1], n[0] // 2 + 1))
 
 
-def pressure(u: Sequence[Field], force: Optional[Callable[[int], np.ndarray]] = None, truncate: bool = True) -> np.ndarray:
+def pressure(u: Sequence[Field], force: Callable[[int], np.ndarray] | None = None, truncate: bool = True) -> np.ndarray:
     """Returns p/density with -laplace p = d_i d_j u_i u_j - div f, periodic; its mean is -mean |u|^2/2, as in a run. force(i) is
     component i of the force f per mass on the fluid. With `truncate`, p has the modes that the solver keeps."""
     n, shape = u[0].n, u[0].shape

@@ -2,7 +2,8 @@
 """Tools that compute numbers or tables from fields: norms, spectra, distributions, scales of a turbulent flow."""
 from __future__ import annotations
 
-from typing import Callable, List, Sequence
+from collections.abc import Sequence
+from typing import Callable
 
 import numpy as np
 
@@ -118,12 +119,12 @@ def _write_profile(path: str, f: Field, c: str, reduce: Callable[..., np.ndarray
     print(f"{path}: {len(values)} planes, from {values.min():.6g} to {values.max():.6g}")
 
 
-def _energy_and_enstrophy(u: List[Field]) -> tuple:
+def _energy_and_enstrophy(u: list[Field]) -> tuple:
     energy = _mean(u, lambda x, y, z: 0.5 * (x * x + y * y + z * z))
     return energy, sum(0.5 * float(np.mean(curl_component(u, c)**2)) for c in range(3))
 
 
-def _viscosity(call: Call, text: str, u: List[Field]) -> float:
+def _viscosity(call: Call, text: str, u: list[Field]) -> float:
     nu = as_number(text, f"{call.tool.name} NU") if text else u[0].number("viscosity" if "viscosity" in u[0].attributes else "nu")
     if nu <= 0:
         raise InputError(f"{call.tool.name}: the viscosity is {nu:g}, but must be positive")

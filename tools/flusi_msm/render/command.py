@@ -9,9 +9,9 @@ import argparse
 import io
 import sys
 import tempfile
+from collections.abc import Sequence
 from contextlib import redirect_stdout
 from pathlib import Path
-from typing import List, Optional, Sequence, Tuple, Union
 
 import matplotlib
 
@@ -59,7 +59,7 @@ def round_two(value: float) -> float:
     return float(f"{value:.1e}")
 
 
-def choose_levels(values: np.ndarray, fluid: np.ndarray, frequency: float) -> Tuple[float, ...]:
+def choose_levels(values: np.ndarray, fluid: np.ndarray, frequency: float) -> tuple[float, ...]:
     """Returns the levels of the paper if enough of the flow reaches them, else three levels of the same proportions, the highest
     of which encloses a thousandth of the fluid."""
     high = float(np.quantile(values[fluid], 0.999)) if fluid.any() else 0.0
@@ -70,7 +70,7 @@ def choose_levels(values: np.ndarray, fluid: np.ndarray, frequency: float) -> Tu
     return tuple(round_two(level / LEVELS[-1] * high) for level in LEVELS)
 
 
-def colours_of(n: int) -> Tuple[Sequence[Union[str, Tuple[float, ...]]], Sequence[float]]:
+def colours_of(n: int) -> tuple[Sequence[str | tuple[float, ...]], Sequence[float]]:
     """Returns (colours, opacities) of n levels, the lowest first."""
     if n == 1:
         return COLOURS[1:2], (0.8,)
@@ -94,7 +94,7 @@ def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 class Scene:
     """Fields and wings of one snapshot, at every `stride`-th point of the grid."""
 
-    def __init__(self, snapshot: Snapshot, stride: Optional[int], twins: bool = True) -> None:
+    def __init__(self, snapshot: Snapshot, stride: int | None, twins: bool = True) -> None:
         self.snapshot = snapshot
         field = load_field(snapshot, vorticity_files(snapshot)[0])
         self.stride = stride or max(1, int(np.ceil((field.data.size / MOST_CELLS)**(1 / 3))))
@@ -117,7 +117,7 @@ class Scene:
     def fluid(self) -> np.ndarray:
         return np.isfinite(self.values) if self.mask is None else np.isfinite(self.values) & (self.mask < 0.01)
 
-    def surfaces(self, levels: Sequence[float]) -> List[Surface]:
+    def surfaces(self, levels: Sequence[float]) -> list[Surface]:
         found = [Surface(*wing, to_rgb(WING), 1.0) for wing in self.wings]
         found += [Surface(*body, to_rgb(BODY), 1.0) for body in self.body]
         found += [Surface(*twin, to_rgb(TWIN), TWIN_OPACITY) for twin in self.twins]
@@ -185,7 +185,7 @@ def draw_axes(ax: Axes, camera: Camera, width: float, height: float) -> None:
         ax.text(*(centre + 1.35 * size * direction), f"${name}$", ha="center", va="center", color="0.3")
 
 
-def view_of(text: str) -> Tuple[float, float]:
+def view_of(text: str) -> tuple[float, float]:
     """Returns (azimuth, elevation) of a name or of '-60,30'."""
     if text in VIEWS:
         return VIEWS[text]
@@ -196,7 +196,7 @@ def view_of(text: str) -> Tuple[float, float]:
     return azimuth, elevation
 
 
-def drawable(folder: Path) -> List[str]:
+def drawable(folder: Path) -> list[str]:
     """Returns labels of the snapshots from which the vorticity is known, in the order of time."""
     times = snapshot_times(folder)
     labels = [label for label, have in fields_in(folder).items()

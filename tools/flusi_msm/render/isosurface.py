@@ -3,8 +3,8 @@
 its diagonal, so that the surface is closed and needs no table of ambiguous cases."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import permutations
-from typing import Dict, List, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -21,15 +21,15 @@ def _tetrahedra() -> np.ndarray:
     return np.array(paths)
 
 
-Triangle = Tuple[Tuple[int, int], Tuple[int, int], Tuple[int, int]]  # its corners, each on an edge between two corners of the tetrahedron
+Triangle = tuple[tuple[int, int], tuple[int, int], tuple[int, int]]  # its corners, each on an edge between two corners of the tetrahedron
 TETRAHEDRA = _tetrahedra()
 # Triangles of a tetrahedron, by the set of its corners that are above the level (bit i: corner i), as pairs of corners whose edge
 # is cut. If one corner is on another side than the others there is one triangle, otherwise there are two.
-ONE: Dict[int, List[Triangle]] = {0: [((0, 1), (0, 2), (0, 3))], 1: [((1, 0), (1, 2), (1, 3))], 2: [((2, 0), (2, 1), (2, 3))],
+ONE: dict[int, list[Triangle]] = {0: [((0, 1), (0, 2), (0, 3))], 1: [((1, 0), (1, 2), (1, 3))], 2: [((2, 0), (2, 1), (2, 3))],
        3: [((3, 0), (3, 1), (3, 2))]}
 
 
-def _cases() -> Dict[int, List[Triangle]]:
+def _cases() -> dict[int, list[Triangle]]:
     cases = {}
     for bits in range(1, 15):
         above = [i for i in range(4) if bits >> i & 1]
@@ -47,9 +47,9 @@ def _cases() -> Dict[int, List[Triangle]]:
 CASES = _cases()
 
 
-def iso_surface(values: np.ndarray, level: float, origin: Union[Sequence[float], np.ndarray],
-                spacing: Union[Sequence[float], np.ndarray]) \
-        -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+def iso_surface(values: np.ndarray, level: float, origin: Sequence[float] | np.ndarray,
+                spacing: Sequence[float] | np.ndarray) \
+        -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns (points (n, 3), triangles (m, 3), normals (n, 3)) of values (z, y, x) = level. Normals point to smaller values,
     and the triangles are counter-clockwise seen from there. Triangles share their common points."""
     first, step = np.asarray(origin, dtype=float), np.asarray(spacing, dtype=float)
@@ -62,7 +62,7 @@ def iso_surface(values: np.ndarray, level: float, origin: Union[Sequence[float],
     cells = np.column_stack([i, j, k])
     strides = np.array([1, nx, nx * ny])
     flat, flat_above = values.reshape(-1), above.reshape(-1)
-    cuts: List[np.ndarray] = []  # (inner and outer grid point) of the corners of triangles
+    cuts: list[np.ndarray] = []  # (inner and outer grid point) of the corners of triangles
     for tetrahedron in TETRAHEDRA:
         corners = cells @ strides + (tetrahedron @ strides)[:, None]  # (4, cells)
         bits = sum(flat_above[corner].astype("u1") << n for n, corner in enumerate(corners))

@@ -5,15 +5,15 @@ from __future__ import annotations
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Optional, Sequence, Union
 
 from PIL import Image
 
 from flusi_msm.errors import InputError
 
 
-def choose_movie(folder: Union[str, Path], output: Optional[Path]) -> Path:
+def choose_movie(folder: str | Path, output: Path | None) -> Path:
     """Returns the file to write: `output`, or movie.mp4 in the folder, or movie.gif without ffmpeg."""
     if output is None:
         return Path(folder) / ("movie.mp4" if shutil.which("ffmpeg") else "movie.gif")

@@ -7,7 +7,8 @@ import os
 import subprocess
 import sys
 from collections import namedtuple
-from typing import Callable, Sequence, Tuple
+from collections.abc import Sequence
+from typing import Callable
 
 import numpy as np
 
@@ -44,7 +45,7 @@ class Camera:
     def position(self) -> np.ndarray:
         return self.focus + self.distance * self.backward
 
-    def project(self, points: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    def project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Returns (x, y) in the picture, y from -1 to 1, x from -aspect to aspect; and the distance along the view."""
         seen = points - self.position
         depth = -(seen @ self.backward)
@@ -63,7 +64,7 @@ def shaded(surface: Surface, camera: Camera) -> np.ndarray:
     return np.clip(np.asarray(surface.colour) * bright[:, None], 0, 1)
 
 
-def merged(surfaces: Sequence[Surface], camera: Camera) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+def merged(surfaces: Sequence[Surface], camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns several surfaces as one: (points, triangles, colours with opacity of the points)."""
     first = np.cumsum([0] + [len(s.points) for s in surfaces])
     return (np.concatenate([s.points for s in surfaces]),
@@ -106,7 +107,7 @@ def render_numpy(surfaces: Sequence[Surface], camera: Camera, height: int) -> np
     return np.clip(image, 0, 1)
 
 
-def fragments(points: np.ndarray, triangles: np.ndarray, camera: Camera, rows: int, columns: int) -> Tuple[np.ndarray, ...]:
+def fragments(points: np.ndarray, triangles: np.ndarray, camera: Camera, rows: int, columns: int) -> tuple[np.ndarray, ...]:
     """Returns the pixels whose middle a triangle covers: number of the pixel, depth, the points (3, m) of the triangle and their
     weights (3, m)."""
     place, depth = camera.project(points)
@@ -198,7 +199,7 @@ def render_pyvista(surfaces: Sequence[Surface], camera: Camera, height: int) -> 
     return np.clip(pixels, 0, 1)
 
 
-def choose_renderer(wanted: str) -> Tuple[Callable[..., np.ndarray], str]:
+def choose_renderer(wanted: str) -> tuple[Callable[..., np.ndarray], str]:
     """Returns (function, note which one is used) for auto, pyvista or numpy."""
     if wanted == "numpy":
         return render_numpy, "drawn with numpy"

@@ -5,8 +5,9 @@ from __future__ import annotations
 import difflib
 import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,7 +40,7 @@ class Series:
     """A time series: one name, unit (or '') and column of data for each quantity; column 0 is time.
     scales: the units of the run in SI, {'length': 0.009, 'force': 2e-4, ...}, empty if the file has none."""
 
-    def __init__(self, path: Path, names: List[str], units: List[str], data: np.ndarray, scales: Optional[Dict[str, float]] = None) -> None:
+    def __init__(self, path: Path, names: list[str], units: list[str], data: np.ndarray, scales: dict[str, float] | None = None) -> None:
         self.path, self.names, self.units, self.data = Path(path), names, units, data
         self.scales = scales or {}
 
@@ -88,7 +89,7 @@ def _number(text: str) -> float:
     return float(re.sub(r"(?<=[0-9.])([+-]\d+)$", r"E\1", text))
 
 
-def _header_names(header: str, kind: str, n_columns: int) -> Tuple[List[str], List[str]]:
+def _header_names(header: str, kind: str, n_columns: int) -> tuple[list[str], list[str]]:
     """Returns names and units from the header line, in the first of several readings that fits."""
     found = re.findall(r"([^\s,\[]+)(?:\s*\[([^\]]*)\])?", header)
     wide = [word for word in re.split(r"\s{2,}|\t+", header.strip()) if word]
@@ -111,7 +112,7 @@ def _header_names(header: str, kind: str, n_columns: int) -> Tuple[List[str], Li
 SCALES = {"L": "length", "1/T": "frequency", "rho": "density", "force": "force", "power": "power"}
 
 
-def _scales(line: str) -> Dict[str, float]:
+def _scales(line: str) -> dict[str, float]:
     """Returns {'length': 0.009, 'force': 2e-4, ...} in SI of 'L = 9.0E-03 m, ..., force rho L^4/T^2 = 2.0E-04 N'."""
     scales = {}
     for item in line.split(","):
@@ -131,7 +132,7 @@ def _without_repeats(data: np.ndarray) -> np.ndarray:
     return data[keep]
 
 
-def read_series(path: Union[str, Path]) -> Series:
+def read_series(path: str | Path) -> Series:
     """Reads a .t file. Where a restart began at an earlier time the later rows are kept."""
     path = Path(path)
     try:
@@ -180,7 +181,7 @@ class Snapshot(NamedTuple):
 class Field:
     """One field file; the data are read only when they are needed. Arrays are (z, y, x)."""
 
-    def __init__(self, path: Union[str, Path]) -> None:
+    def __init__(self, path: str | Path) -> None:
         import h5py  # here, so that time series need numpy alone
         self.path = Path(path)
         match = _FIELD_FILE.fullmatch(self.path.name)
@@ -204,7 +205,7 @@ class Field:
         self.viscosity = self._attribute("viscosity", 1, [np.nan])[0]
         self.spacing = self.length / self.n
 
-    def _attribute(self, name: str, size: int, default: Optional[Sequence[float]] = None) -> np.ndarray:
+    def _attribute(self, name: str, size: int, default: Sequence[float] | None = None) -> np.ndarray:
         value = np.ravel(self.data.attrs.get(name, default if default is not None else []))
         if value.size != size:
             raise InputError(f"{self.path}: attribute '{name}' is missing or has not {size} value(s)")
@@ -217,7 +218,7 @@ class Field:
         return self.data[tuple(where)].astype(float)
 
 
-def fields_in(folder: Path) -> Dict[str, Set[str]]:
+def fields_in(folder: Path) -> dict[str, set[str]]:
     """Returns {label: set of prefixes} of the field files of a folder."""
     folder = Path(folder)
     labels: dict[str, set[str]] = {}
@@ -230,13 +231,13 @@ def fields_in(folder: Path) -> Dict[str, Set[str]]:
     return labels
 
 
-def snapshot_times(folder: Path) -> Dict[str, float]:
+def snapshot_times(folder: Path) -> dict[str, float]:
     """Returns {label: time} of a folder."""
     return {label: Field(folder / f"{sorted(prefixes)[0]}_{label}.h5").time
             for label, prefixes in fields_in(folder).items()}
 
 
-def choose_snapshot(folder: Path, time: Optional[float], label: Optional[str]) -> Snapshot:
+def choose_snapshot(folder: Path, time: float | None, label: str | None) -> Snapshot:
     """Returns the snapshot of a folder with that label, nearest to that time, or the last one."""
     labels = fields_in(folder)
     if label is not None:

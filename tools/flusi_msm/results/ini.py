@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from typing import Dict, List, Mapping
+from collections.abc import Mapping
 
 _SECTION = re.compile(r"\s*\[([^\]]+)\]")
 _KEY = re.compile(r"\s*([\w:]+)\s*=\s*([^;]*)")
 
 
-def values_of(text: str) -> Dict[str, Dict[str, str]]:
+def values_of(text: str) -> dict[str, dict[str, str]]:
     """Returns {section: {key: value}} without comments; values are text."""
     values: dict[str, dict[str, str]] = {}
     section = ""
@@ -47,7 +47,7 @@ def with_values(text: str, changes: Mapping[str, Mapping[str, object]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def differences(before: Mapping[str, Mapping[str, str]], after: Mapping[str, Mapping[str, str]]) -> List[str]:
+def differences(before: Mapping[str, Mapping[str, str]], after: Mapping[str, Mapping[str, str]]) -> list[str]:
     """Lists the differences between two results of values_of: '[Time] CFL: 0.45, now 0.4'."""
     found = []
     for section in sorted({*before, *after}):

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import argparse
 import io
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Iterator, Tuple
 
 import matplotlib
 
@@ -48,7 +48,7 @@ HEADINGS = {"loads": "Measured and simulated deformation", "parameters": "The pa
             "readings": "Single readings"}
 
 
-def pictures_of(training: Training) -> Iterator[Tuple[str, str, str, Figure]]:
+def pictures_of(training: Training) -> Iterator[tuple[str, str, str, Figure]]:
     """Returns (name, heading, caption, figure) in the order of the page."""
     made = []
     if training.is_complete:

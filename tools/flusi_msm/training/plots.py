@@ -2,7 +2,7 @@
 """Draws the numbers of a training: convergence, parameters with their intervals, profiles, scalar readings."""
 from __future__ import annotations
 
-from typing import List, Mapping, Optional, Sequence, Tuple
+from collections.abc import Mapping, Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -21,12 +21,12 @@ THRESHOLD_90 = 2.705543454095404  # 90 % of chi^2 with one degree of freedom
 
 # ---- convergence ---------------------------------------------------------------------------------
 
-def cost_scale(training: Training) -> Tuple[float, str]:
+def cost_scale(training: Training) -> tuple[float, str]:
     """Returns (factor, label) of the cost."""
     return (1e6, "h [µm]") if training.cost == "h" else (1.0, r"$\chi^2$")
 
 
-def runs_of(training: Training) -> List[slice]:
+def runs_of(training: Training) -> list[slice]:
     """Returns slices of the generations that belong to one run of one stage."""
     g = training.generations
     change = np.flatnonzero((np.diff(g["stage"]) != 0) | (np.diff(g["run"]) != 0)) + 1
@@ -134,7 +134,7 @@ def draw_polish(training: Training, axes: Axes) -> None:
 
 # ---- parameters ----------------------------------------------------------------------------------
 
-def groups_of(parameters: Sequence[Parameter]) -> List[List[Parameter]]:
+def groups_of(parameters: Sequence[Parameter]) -> list[list[Parameter]]:
     """Groups parameters of one unit and one scale, which share an axis."""
     groups: dict[tuple[str, bool], list[Parameter]] = {}
     for p in parameters:
@@ -204,7 +204,7 @@ def has_profile(p: Parameter) -> bool:
     return p.interval is not None and p.profile is not None and len(p.profile) > 1
 
 
-def draw_profiles(training: Training) -> Optional[Figure]:
+def draw_profiles(training: Training) -> Figure | None:
     """Draws how the best possible fit becomes worse if one parameter is held at other values; None without profiles."""
     chosen = [p for p in training.parameters if has_profile(p)]
     if not chosen:
@@ -258,7 +258,7 @@ def draw_profile(axes: Axes, p: Parameter) -> None:
     axes.set_title(p.label, loc="left", fontsize=9)
 
 
-def between_points(x: np.ndarray, y: np.ndarray, best: float, is_log: bool) -> Tuple[np.ndarray, np.ndarray]:
+def between_points(x: np.ndarray, y: np.ndarray, best: float, is_log: bool) -> tuple[np.ndarray, np.ndarray]:
     """Returns a profile between its points: the root of the sum of squares, which is straight for linear problems, is
     interpolated linearly."""
     at = np.log(x) if is_log else x
@@ -269,7 +269,7 @@ def between_points(x: np.ndarray, y: np.ndarray, best: float, is_log: bool) -> T
 
 # ---- scalar observations -------------------------------------------------------------------------
 
-def draw_readings(training: Training) -> Optional[Figure]:
+def draw_readings(training: Training) -> Figure | None:
     """Draws scalar observations with their 90 % errors and the values of the trained wing; None without any."""
     if training.readings is None:
         return None

@@ -2,8 +2,8 @@
 """Writes the report of a training as one HTML page that needs no other file: verdicts first, then pictures, then the log."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
-from typing import List, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -15,7 +15,7 @@ WORDS = {"determined": "determined", "roughly": "roughly known", "lower": "only 
          "unknown": "not examined"}
 
 
-def numbers_of(training: Training) -> List[Tuple[str, str]]:
+def numbers_of(training: Training) -> list[tuple[str, str]]:
     """Returns (value, description) of the boxes at the top."""
     out, loads = training.outcome, training.loads
     boxes = []
@@ -66,7 +66,7 @@ def warning_box(training: Training) -> str:
             + "".join(f"<li>{escape(text)}</li>" for text in found) + "</ul></div>")
 
 
-def page(training: Training, pictures: Sequence[Tuple[str, str, Union[bytes, List[bytes]]]]) -> str:
+def page(training: Training, pictures: Sequence[tuple[str, str, bytes | list[bytes]]]) -> str:
     """Returns the whole page. `pictures` are (heading, caption, png bytes)."""
     title = f"Training report: {training.name}"
     boxes = "".join(f"<li><b>{escape(value)}</b><span>{escape(text)}</span></li>"

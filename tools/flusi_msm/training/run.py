@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Tuple, Union
+from typing import Any
 
 import h5py
 import numpy as np
@@ -19,7 +19,7 @@ PREFIXES = {9: "G", 6: "M", 3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p"}
 ROUGHLY = 1.25  # an interval whose ends are farther than this factor from its middle determines only roughly
 
 
-def prefix_of(value: float, unit: str) -> Tuple[float, str]:
+def prefix_of(value: float, unit: str) -> tuple[float, str]:
     """Returns (factor, unit with prefix) that make `value` a number from 1 to 1000."""
     if unit in ("", "1") or not np.isfinite(value) or value == 0:
         return 1.0, "" if unit == "1" else unit
@@ -58,8 +58,8 @@ class Parameter:
     low: float                        # bounds of the search
     high: float
     value: float = np.nan             # of the trained wing
-    interval: Optional[Interval] = None
-    profile: Optional[np.ndarray] = None  # (n, 2) value, sum of squares above its minimum
+    interval: Interval | None = None
+    profile: np.ndarray | None = None  # (n, 2) value, sum of squares above its minimum
     is_complete: bool = True
 
     @property
@@ -95,7 +95,7 @@ class Parameter:
         assert self.interval is not None
         return self.interval
 
-    def text(self, value: Optional[float] = None) -> str:
+    def text(self, value: float | None = None) -> str:
         """Writes a value with its unit, with the digits that the interval justifies."""
         value = self.value if value is None else value
         one = self.interval
@@ -165,7 +165,7 @@ class Load:
     rows: np.ndarray                  # (n, 4) x, y, measured, simulated deformation [m]
     point: np.ndarray                 # [m]
     force: float                      # [N]
-    direction: Optional[np.ndarray] = None
+    direction: np.ndarray | None = None
     chi2: float = np.nan
     is_solved: bool = True
     is_excluded: bool = False         # the shape lies in one of the excluded zones
@@ -188,8 +188,8 @@ class Load:
 @dataclass
 class Readings:
     """Scalar observations: rows of load number, measured, simulated, sd, 1 for rotations."""
-    names: List[str]
-    loads: List[str]
+    names: list[str]
+    loads: list[str]
     rows: np.ndarray
 
 
@@ -198,15 +198,15 @@ class Training:
     path: Path
     name: str
     cost: str                         # h or chi2
-    parameters: List[Parameter]
-    generations: Dict[str, np.ndarray] = field(default_factory=dict)  # columns by name
-    outcome: Dict[str, Any] = field(default_factory=dict)  # numbers by name; empty if the training has not ended
-    polish: Optional[np.ndarray] = None  # (n, 3) evaluations, sum of squares of the data and of the priors
-    covariance: Optional[np.ndarray] = None
-    singular_values: Optional[np.ndarray] = None  # of the derivatives in units of the declared errors
-    loads: List[Load] = field(default_factory=list)
-    readings: Optional[Readings] = None
-    wing: Optional[Wing] = None
+    parameters: list[Parameter]
+    generations: dict[str, np.ndarray] = field(default_factory=dict)  # columns by name
+    outcome: dict[str, Any] = field(default_factory=dict)  # numbers by name; empty if the training has not ended
+    polish: np.ndarray | None = None  # (n, 3) evaluations, sum of squares of the data and of the priors
+    covariance: np.ndarray | None = None
+    singular_values: np.ndarray | None = None  # of the derivatives in units of the declared errors
+    loads: list[Load] = field(default_factory=list)
+    readings: Readings | None = None
+    wing: Wing | None = None
     wing_path: str = ""
     measurement: str = ""
     log: str = ""
@@ -225,7 +225,7 @@ def text_of(value: object) -> str:
     return value.decode() if isinstance(value, bytes) else str(value)
 
 
-def find_history(place: Union[str, Path], name: Optional[str] = None) -> Path:
+def find_history(place: str | Path, name: str | None = None) -> Path:
     """Returns the one history in a folder, that of `name`, or the file itself."""
     place = Path(place)
     if place.is_file():
@@ -323,7 +323,7 @@ def read_outcome(file: h5py.File, training: Training) -> None:
         training.readings = Readings(names, loads, made[:])
 
 
-def correlated_pairs(training: Training, limit: float = 0.95) -> List[Tuple[str, str, float]]:
+def correlated_pairs(training: Training, limit: float = 0.95) -> list[tuple[str, str, float]]:
     """Returns (name, name, correlation) of parameters of which the data determine only a combination."""
     c = training.covariance
     if c is None or len(c) != len(training.parameters):
@@ -337,7 +337,7 @@ def correlated_pairs(training: Training, limit: float = 0.95) -> List[Tuple[str,
             if known[i] and known[j] and abs(r[i, j]) > limit]
 
 
-def warnings_of(training: Training) -> List[str]:
+def warnings_of(training: Training) -> list[str]:
     """Lists what a reader must know to judge the table."""
     found, out = [], training.outcome
     if not training.is_complete:

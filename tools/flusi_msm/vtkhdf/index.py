@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Tuple
+from typing import NamedTuple
 
 import h5py
 
@@ -16,14 +16,14 @@ class Source(NamedTuple):
 
     file: str
     dataset: str
-    shape: Tuple[int, ...]
+    shape: tuple[int, ...]
     precision: int
 
 
 class Quantity(NamedTuple):
     """A quantity on the points or, if not `on_points`, on the cells; a vector of the flow has a source for each component."""
 
-    sources: Tuple[Source, ...]
+    sources: tuple[Source, ...]
     on_points: bool
 
 
@@ -32,12 +32,12 @@ class Step(NamedTuple):
     x)."""
 
     time: float
-    quantities: Dict[str, Quantity]
-    points: Optional[Source] = None
-    triangles: Optional[Source] = None
-    origin: Tuple[float, ...] = ()
-    spacing: Tuple[float, ...] = ()
-    shape: Tuple[int, ...] = ()
+    quantities: dict[str, Quantity]
+    points: Source | None = None
+    triangles: Source | None = None
+    origin: tuple[float, ...] = ()
+    spacing: tuple[float, ...] = ()
+    shape: tuple[int, ...] = ()
 
 
 def _part(element: ElementTree.Element, name: str) -> ElementTree.Element:
@@ -54,7 +54,7 @@ def _attribute(element: ElementTree.Element, name: str) -> str:
     return value
 
 
-def _numbers(element: ElementTree.Element) -> Tuple[float, ...]:
+def _numbers(element: ElementTree.Element) -> tuple[float, ...]:
     return tuple(float(word) for word in (element.text or "").split())
 
 
@@ -69,7 +69,7 @@ def _quantity(attribute: ElementTree.Element) -> Quantity:
     return Quantity(tuple(map(_source, parts)), attribute.get("Center") == "Node")
 
 
-def _step(grid: ElementTree.Element) -> Optional[Step]:
+def _step(grid: ElementTree.Element) -> Step | None:
     topology, geometry = grid.find("Topology"), grid.find("Geometry")
     if grid.get("GridType") != "Uniform" or topology is None or geometry is None:
         return None
@@ -84,7 +84,7 @@ def _step(grid: ElementTree.Element) -> Optional[Step]:
     return None
 
 
-def read_index(path: Path) -> List[Step]:
+def read_index(path: Path) -> list[Step]:
     """Returns the steps of an index in the order of time; none if it is of another kind (the shapes of `flusi --solid` and
     `--static`). Raises an InputError where it cannot be read."""
     try:
@@ -100,7 +100,7 @@ def read_index(path: Path) -> List[Step]:
     return [] if len(steps) < len(grids) else sorted(steps, key=lambda step: step.time)
 
 
-def check_sources(folder: Path, steps: List[Step], problems: Problems) -> None:
+def check_sources(folder: Path, steps: list[Step], problems: Problems) -> None:
     """Reports every file and dataset that does not exist or does not agree with the index."""
     for step in steps:
         wanted = [source for quantity in step.quantities.values() for source in quantity.sources]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import List, Tuple
 
 import h5py
 import numpy as np
@@ -26,7 +25,7 @@ def behind_each_other(counts: np.ndarray) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(counts)[:-1]]).astype("i8")
 
 
-def write_triangles(group: h5py.Group, meshes: List[np.ndarray]) -> None:
+def write_triangles(group: h5py.Group, meshes: list[np.ndarray]) -> None:
     """Writes triangles of all steps, one part each."""
     count = np.array([len(mesh) for mesh in meshes], dtype="i8")
     none = np.zeros(len(meshes), dtype="i8")
@@ -44,7 +43,7 @@ def write_triangles(group: h5py.Group, meshes: List[np.ndarray]) -> None:
     group["Steps/ConnectivityIdOffsets"] = 3 * offsets
 
 
-def quantities_of(steps: List[Step], path: str) -> List[Tuple[str, bool]]:
+def quantities_of(steps: list[Step], path: str) -> list[tuple[str, bool]]:
     """Returns (name, whether it is on the points). Raises an InputError if they change with time."""
     found = [{(name, quantity.on_points) for name, quantity in step.quantities.items()} for step in steps]
     for step, have in zip(steps, found):
@@ -54,7 +53,7 @@ def quantities_of(steps: List[Step], path: str) -> List[Tuple[str, bool]]:
     return [(name, quantity.on_points) for name, quantity in steps[0].quantities.items()]
 
 
-def write_surface(path: str, steps: List[Step]) -> List[str]:
+def write_surface(path: str, steps: list[Step]) -> list[str]:
     """Writes the file and returns the names of its quantities. The sources are in its folder."""
     folder = Path(path).parent
     quantities = quantities_of(steps, path)

@@ -2,9 +2,9 @@
 """Draws deformed wings, as `flusi --static` and `flusi --solid` save them: map of deflection, side view, sections."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Optional, Sequence, Union
 
 import h5py
 import matplotlib.pyplot as plt
@@ -33,7 +33,7 @@ class Shape:
     rest_veins: list         # the same at rest
 
 
-def read_shape(path: Union[str, Path]) -> Shape:
+def read_shape(path: str | Path) -> Shape:
     """Reads a shape file; lengths in mm."""
     try:
         with h5py.File(path, "r") as file:
@@ -111,9 +111,9 @@ class Sheet:
                 self.BOTTOM + self.height + self.TITLE + (self.BOTTOM + self.chord + self.TITLE if has_map else 0))
         self.figure = plt.figure(figsize=size)
         self.side = self.panel(self.LEFT, self.BOTTOM, self.WIDTH, self.height)
-        self.map: Optional[Axes] = None          # nothing of these without triangles
-        self.sections: Optional[Axes] = None
-        self.bar: Optional[Axes] = None
+        self.map: Axes | None = None          # nothing of these without triangles
+        self.sections: Axes | None = None
+        self.bar: Axes | None = None
         if has_map:
             right, top = self.LEFT + self.WIDTH + self.GAP, self.BOTTOM + self.height + self.TITLE + self.BOTTOM
             self.sections = self.panel(right, self.BOTTOM, self.chord, self.height)

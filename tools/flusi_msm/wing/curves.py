@@ -6,14 +6,15 @@ Wing frame: x from root to tip, y toward the leading edge, z their right-handed 
 
 from __future__ import annotations
 
-from typing import Callable, Dict, Iterable, List, Sequence, Tuple, Union
+from collections.abc import Iterable, Sequence
+from typing import Callable, Union
 
 from flusi_msm.wing.triangulate import Point, Triangulation, distance
 
 DENSE = 40  # pieces of a curve between two of its control points, when it is measured
 
 Control = Union[str, Point]                  # of a curve: the name of a place, or a point
-Chain = Tuple[List[int], List[float]]        # points of a curve, and their arc lengths
+Chain = tuple[list[int], list[float]]        # points of a curve, and their arc lengths
 
 
 def pair(values: Iterable[float]) -> Point:
@@ -22,7 +23,7 @@ def pair(values: Iterable[float]) -> Point:
     return x, y
 
 
-def spline(controls: Sequence[Point]) -> Tuple[List[Point], List[int]]:
+def spline(controls: Sequence[Point]) -> tuple[list[Point], list[int]]:
     """Computes dense points on a smooth curve through the controls (cubic Hermite, slopes by chord length).
 
     Returns the points and the index of every control among them.
@@ -79,10 +80,10 @@ class SizeField:
 class Branch:
     """A piece of a curve between two named places, as dense points."""
 
-    def __init__(self, curve: str, first: str, last: str, points: List[Point]) -> None:
+    def __init__(self, curve: str, first: str, last: str, points: list[Point]) -> None:
         self.curve, self.ends, self.first, self.last, self.points = curve, {first, last}, first, last, points
 
-    def divide(self, size: Callable[[Point], float]) -> Tuple[List[Point], List[float]]:
+    def divide(self, size: Callable[[Point], float]) -> tuple[list[Point], list[float]]:
         """Returns points that divide the branch into edges of the size wanted, and their arc length from its start."""
         lengths, counts = [0.0], [0.0]
         for a, b in zip(self.points, self.points[1:]):
@@ -124,10 +125,10 @@ class Drawing:
         self.curves = {k: [c if isinstance(c, str) else (c[0] * sx, c[1] * sy) for c in cs]
                        for k, cs in self.curves.items()}
 
-    def dense(self, name: str) -> Tuple[List[Point], List[int]]:
+    def dense(self, name: str) -> tuple[list[Point], list[int]]:
         return spline([self.position(c) for c in self.curves[name]])
 
-    def branches(self) -> List[Branch]:
+    def branches(self) -> list[Branch]:
         found = []
         for name, controls in self.curves.items():
             points, at = self.dense(name)
@@ -136,7 +137,7 @@ class Drawing:
                 found.append(Branch(name, first, last, points[at[i]:at[j] + 1]))
         return found
 
-    def mesh(self, edge: float, sweeps: int = 24) -> Tuple[List[Point], List[Tuple[int, int, int]], Dict[str, Chain], Dict[str, int]]:
+    def mesh(self, edge: float, sweeps: int = 24) -> tuple[list[Point], list[tuple[int, int, int]], dict[str, Chain], dict[str, int]]:
         """Returns a mesh of the region that the curves enclose, with all curves as edges.
 
         These are points [mm], triangles, and for every curve its point numbers, their arc lengths [mm], and the point numbers of

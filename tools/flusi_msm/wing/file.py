@@ -6,7 +6,7 @@ import argparse
 from dataclasses import dataclass, field
 from math import pi
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Tuple, Union
+from typing import Any
 
 import h5py
 import numpy as np
@@ -27,7 +27,7 @@ class WingMass:
     law: str                                         # of the membrane, of LAWS
     membrane: float                                  # mass of the membrane [kg]
     source: str                                      # where this comes from, for readers
-    weights: Tuple[float, float, float] = (1.0, 0.0, 0.0)  # bilinear: areal density ~ w1 + w2 x + w3 y [-], [1/m], [1/m]
+    weights: tuple[float, float, float] = (1.0, 0.0, 0.0)  # bilinear: areal density ~ w1 + w2 x + w3 y [-], [1/m], [1/m]
     vein_density: float = 1300.0                     # [kg/m^3]
 
 
@@ -35,12 +35,12 @@ class WingMass:
 class Wing:
     points: np.ndarray                               # (n, 3) [m]
     triangles: np.ndarray                            # (m, 3)
-    veins: Dict[str, Tuple[List[int], np.ndarray]] = field(default_factory=dict)  # name: (nodes, diameters [m])
-    joints: Dict[str, Tuple[Any, ...]] = field(default_factory=dict)  # name: (vein, node) or (node, node, node)
-    root: List[int] = field(default_factory=list)
+    veins: dict[str, tuple[list[int], np.ndarray]] = field(default_factory=dict)  # name: (nodes, diameters [m])
+    joints: dict[str, tuple[Any, ...]] = field(default_factory=dict)  # name: (vein, node) or (node, node, node)
+    root: list[int] = field(default_factory=list)
     title: str = ""
     z_side: str = ""                                 # which side of which wing +z points to, of Z_SIDES; "": not stated
-    mass: Optional[WingMass] = None                  # None: not stated
+    mass: WingMass | None = None                  # None: not stated
 
     def areas(self) -> np.ndarray:
         """Returns the area of every triangle in the x, y plane [m^2], negative if clockwise."""
@@ -58,7 +58,7 @@ class Wing:
             smallest = min(smallest, np.degrees(np.arccos(np.clip(cosine, -1, 1))).min())
         return smallest
 
-    def edges(self) -> Tuple[np.ndarray, np.ndarray]:
+    def edges(self) -> tuple[np.ndarray, np.ndarray]:
         """Returns unique edges (k, 2), smaller point first, sorted; and the number of triangles at each."""
         pairs = np.sort(np.concatenate([self.triangles[:, [0, 1]], self.triangles[:, [1, 2]],
                                         self.triangles[:, [2, 0]]]), axis=1)
@@ -120,9 +120,9 @@ def sorted_wing(wing: Wing) -> Wing:
                 sorted(int(number[i]) for i in wing.root), wing.title, wing.z_side, wing.mass)
 
 
-def write_wing(path: Union[str, Path], wing: Wing) -> None:
+def write_wing(path: str | Path, wing: Wing) -> None:
     """Writes a wing file with a seal in the layout of HDF5 1.8, whose metadata carry checksums."""
-    def dataset(group: h5py.Group, name: str, values: Any, kind: str, units: Optional[str] = None) -> h5py.Dataset:
+    def dataset(group: h5py.Group, name: str, values: Any, kind: str, units: str | None = None) -> h5py.Dataset:
         made = group.create_dataset(name, data=np.asarray(values, kind), track_times=False)
         if units:
             made.attrs["units"] = np.bytes_(units)
@@ -161,7 +161,7 @@ def write_wing(path: Union[str, Path], wing: Wing) -> None:
         raise InputError(f"{path}: cannot be written: {error}") from None
 
 
-def read_wing(path: Union[str, Path]) -> Wing:
+def read_wing(path: str | Path) -> Wing:
     """Reads a wing file; it is checked only as far as needed to draw it, not as strictly as by the solver."""
     def text(value: object) -> str:
         return value.decode() if isinstance(value, bytes) else str(value)

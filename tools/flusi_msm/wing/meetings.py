@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import List, Optional, Tuple
 
 import numpy as np
 
@@ -20,9 +19,9 @@ OUTLINE = -1         # number of the outline among the carriers
 @dataclass
 class Attachments:
     """Places on carriers (the outline and the pieces) that are joined to nodes."""
-    carrier: List[int] = field(default_factory=list)
-    s: List[float] = field(default_factory=list)
-    parent: List[int] = field(default_factory=list)
+    carrier: list[int] = field(default_factory=list)
+    s: list[float] = field(default_factory=list)
+    parent: list[int] = field(default_factory=list)
     soft: set = field(default_factory=set)           # round corners: they are replaced by an end that is near
 
     def add(self, carrier: int, s: float) -> int:
@@ -48,7 +47,7 @@ class Meetings(VeinLines):
         super().__init__(trace, snap, problems)
         self.att = Attachments()
 
-    def place(self, carrier: int, s: float, merge: Optional[float] = None, is_soft: bool = False) -> int:
+    def place(self, carrier: int, s: float, merge: float | None = None, is_soft: bool = False) -> int:
         """Returns the attachment of a carrier at `s`, or near it, made if there is none; soft ones are replaced by others."""
         merge = self.snap if merge is None else merge
         best, found = merge, -1
@@ -138,7 +137,7 @@ class Meetings(VeinLines):
                         self.problems.error(f"{self.trace.veins[a.vein].where}: runs along vein '{self.trace.veins[b.vein].name}' "
                                             f"from {self.place_text(points[i])} to {self.place_text(points[j])}: draw what they share in one of them")
 
-    def attach_corners(self, lines: List[Tuple[int, Polyline]]) -> None:
+    def attach_corners(self, lines: list[tuple[int, Polyline]]) -> None:
         for number, line in lines:
             turns = []
             for s in line.s[(0 if line.closed else 1):-1]:

@@ -8,7 +8,6 @@ reported to the user as mistakes. All lengths are metres in the wing frame.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 
@@ -32,17 +31,17 @@ class Branch:
 @dataclass
 class Network:
     nodes: np.ndarray                                # (k, 2)
-    branches: List[Branch]
-    outline: List[int]                               # its branches in counter-clockwise order, all forward
-    veins: Dict[str, List[Tuple[int, bool]]]         # branches of a vein in order; False: from last to first
-    joints: Dict[str, Tuple[Tuple[str, ...], int]]   # ((vein,) or (vein, vein)), node
-    root: List[int]                                  # branches of the outline that are held
+    branches: list[Branch]
+    outline: list[int]                               # its branches in counter-clockwise order, all forward
+    veins: dict[str, list[tuple[int, bool]]]         # branches of a vein in order; False: from last to first
+    joints: dict[str, tuple[tuple[str, ...], int]]   # ((vein,) or (vein, vein)), node
+    root: list[int]                                  # branches of the outline that are held
 
 
 class _Builder(Meetings):
     """Makes the network of a trace: the held part of the outline, joints, nodes, branches."""
 
-    def root_stretch(self) -> Optional[Tuple[float, float]]:
+    def root_stretch(self) -> tuple[float, float] | None:
         """Returns the held part of the outline: from, to, counter-clockwise."""
         root = self.trace.root
         if root is None and self.trace.root_part <= 0:
@@ -65,7 +64,7 @@ class _Builder(Meetings):
             return None
         return (float(on[0]), float(on[-1])) if travelled > 0 else (float(on[-1]), float(on[0]))
 
-    def stretch_where(self, flags: np.ndarray, s: np.ndarray, where: str) -> Optional[Tuple[float, float]]:
+    def stretch_where(self, flags: np.ndarray, s: np.ndarray, where: str) -> tuple[float, float] | None:
         if flags.all() or not flags.any():
             self.problems.error(f"{where}: holds {'all' if flags.any() else 'nothing'} of the outline: draw a line along the part "
                                 "that is held")
@@ -78,7 +77,7 @@ class _Builder(Meetings):
         i, j = ((k + shift) % len(flags) for k in found[0])
         return float(s[i]), float(s[j])
 
-    def attach_joints(self) -> List[Tuple[int, int]]:
+    def attach_joints(self) -> list[tuple[int, int]]:
         """Returns (number of the joint, attachment) of the joints that lie on a vein."""
         found = []
         for k, joint in enumerate(self.trace.joints):
@@ -125,9 +124,9 @@ class _Builder(Meetings):
         part = (s - begin + 1e-6 * whole) % self.outline.length - 1e-6 * whole
         return part / whole
 
-    def node_positions(self) -> Tuple[np.ndarray, Dict[int, int]]:
+    def node_positions(self) -> tuple[np.ndarray, dict[int, int]]:
         """Returns the position of every node; and the number of the node of every top attachment."""
-        groups: Dict[int, List[int]] = {}
+        groups: dict[int, list[int]] = {}
         for k in range(len(self.att.s)):
             groups.setdefault(self.att.top(k), []).append(k)
         places, number = [], {}
@@ -147,7 +146,7 @@ class _Builder(Meetings):
     def line_of(self, carrier: int) -> Polyline:
         return self.outline if carrier == OUTLINE else self.carriers[carrier].line
 
-    def cut(self, carrier: int, nodes: np.ndarray, number: Dict[int, int], branches: List[Branch]) -> List[int]:
+    def cut(self, carrier: int, nodes: np.ndarray, number: dict[int, int], branches: list[Branch]) -> list[int]:
         """Adds the branches of a carrier and returns their numbers in order."""
         line = self.line_of(carrier)
         stops = sorted({(self.att.s[k], number[self.att.top(k)]) for k in range(len(self.att.s))
@@ -168,7 +167,7 @@ class _Builder(Meetings):
             branches.append(Branch(a, b, points))
         return made
 
-    def build(self) -> Optional[Network]:
+    def build(self) -> Network | None:
         crossed = self.outline.crosses_itself()
         if crossed:
             self.problems.error(f"{self.trace.outline_where}: the outline crosses itself at {self.place_text(crossed[0])}: move its nodes apart")
@@ -193,11 +192,11 @@ class _Builder(Meetings):
             gap, a = max(gaps)
             self.att.add(OUTLINE, (a + gap / 2) % self.outline.length)
         nodes, number = self.node_positions()
-        branches: List[Branch] = []
+        branches: list[Branch] = []
         outline = self.cut(OUTLINE, nodes, number, branches)
         own = {piece.number: self.cut(piece.number, nodes, number, branches) for piece in self.carriers}
 
-        def stretch(a: int, b: int) -> List[int]:
+        def stretch(a: int, b: int) -> list[int]:
             """Returns branches of the outline from one node to another, counter-clockwise."""
             i = next(i for i, k in enumerate(outline) if branches[k].first == a)
             found: list[int] = []
@@ -206,10 +205,10 @@ class _Builder(Meetings):
             return found
 
         node_of = [number[self.att.top(k)] for k in range(len(self.att.s))]
-        veins: Dict[str, List[Tuple[int, bool]]] = {}
+        veins: dict[str, list[tuple[int, bool]]] = {}
         ends = {id(piece): at for piece, at in margin}
         for vein, parts in zip(self.trace.veins, self.parts):
-            chain: List[Tuple[int, bool]] = []
+            chain: list[tuple[int, bool]] = []
             for piece in parts:
                 if not isinstance(piece, Stretch):
                     chain += [(k, True) for k in own[piece.number]]
@@ -224,7 +223,7 @@ class _Builder(Meetings):
             if len(set(passed)) < len(passed) or not chain:
                 self.problems.error(f"{vein.where}: comes back to a place where it has been, within the snapping distance of "
                                     f"{self.length_text(self.snap)}: choose --snap smaller, or redraw it")
-        owner: Dict[int, Line] = {}
+        owner: dict[int, Line] = {}
         for vein in self.trace.veins:
             for k, _ in veins[vein.name]:
                 if owner.setdefault(k, vein) is not vein:
@@ -271,7 +270,7 @@ class _Builder(Meetings):
             net.joints[joint.name] = (tuple(veins), node)
 
 
-def chain_nodes(net: Network, chain: List[Tuple[int, bool]]) -> List[int]:
+def chain_nodes(net: Network, chain: list[tuple[int, bool]]) -> list[int]:
     """Returns the nodes on a vein, in order."""
     stops: list[int] = []
     for k, forward in chain:
@@ -281,7 +280,7 @@ def chain_nodes(net: Network, chain: List[Tuple[int, bool]]) -> List[int]:
     return stops
 
 
-def build_network(trace: Trace, snap: float, problems: Problems) -> Optional[Network]:
+def build_network(trace: Trace, snap: float, problems: Problems) -> Network | None:
     """Returns the network of a trace with lines joined within `snap` [m]. Mistakes are added to `problems`; None if there are
     any."""
     net = _Builder(trace, snap, problems).build()

@@ -5,7 +5,8 @@ The same numbers give the same wing to the last bit on every machine.
 """
 from __future__ import annotations
 
-from typing import Any, Sequence
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 

@@ -11,12 +11,13 @@ bit on every machine with IEEE arithmetic.
 from __future__ import annotations
 
 import heapq
+from collections.abc import Iterable, Sequence
 from math import sqrt
-from typing import Callable, Iterable, List, Optional, Sequence, Set, Tuple
+from typing import Callable
 
-Point = Tuple[float, float]
-Edge = Tuple[int, int]
-Corners = Tuple[int, int, int]
+Point = tuple[float, float]
+Edge = tuple[int, int]
+Corners = tuple[int, int, int]
 Size = Callable[[Point], float]   # the edge length wanted at a point
 LARGEST_RADIUS = 0.75  # of a circumcircle by the edge length wanted; 0.577 is the equilateral triangle
 
@@ -87,11 +88,11 @@ class Triangulation:
     def remove(self, a: int, b: int, c: int) -> None:
         del self.across[a, b], self.across[b, c], self.across[c, a]
 
-    def triangles(self) -> List[Corners]:
+    def triangles(self) -> list[Corners]:
         """Returns all triangles, smallest corner first, sorted."""
         return sorted((a, b, c) for (a, b), c in self.across.items() if a < b and a < c)
 
-    def locate(self, p: Point, start: Optional[Edge] = None) -> Optional[Corners]:
+    def locate(self, p: Point, start: Edge | None = None) -> Corners | None:
         """Returns a triangle that contains p, by going from neighbour to neighbour, at first that at the edge `start`; None if the path leaves the region."""
         a, b = start or next(iter(self.across))
         c = self.across[a, b]
@@ -107,7 +108,7 @@ class Triangulation:
                 return a, b, c
         return None
 
-    def insert(self, i: int, triangle: Optional[Corners] = None) -> List[Corners]:
+    def insert(self, i: int, triangle: Corners | None = None) -> list[Corners]:
         """Inserts point i by replacing the triangles whose circles contain it; returns the new ones."""
         triangle = triangle or self.locate(self.points[i])
         if triangle is None:
@@ -127,7 +128,7 @@ class Triangulation:
                 stack += [(u, w), (w, v)]
         return made
 
-    def recover(self, a: int, b: int, done: Set[Edge]) -> None:
+    def recover(self, a: int, b: int, done: set[Edge]) -> None:
         """Makes a-b an edge by flipping the edges that cross it, none of which may be in `done`."""
         p, q = self.points[a], self.points[b]
         waiting = self.crossing(a, b)
@@ -149,7 +150,7 @@ class Triangulation:
                 waiting.append((w, x))
         raise ValueError(f"segment {a}-{b} cannot be made an edge")
 
-    def crossing(self, a: int, b: int) -> List[Edge]:
+    def crossing(self, a: int, b: int) -> list[Edge]:
         """Returns the edges between a and b in the order in which the segment crosses them."""
         if (a, b) in self.across or (b, a) in self.across:
             return []

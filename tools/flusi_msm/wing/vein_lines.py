@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Union
 
 import numpy as np
 
@@ -21,8 +20,8 @@ class Piece:
     """A stretch of a vein inside the wing, as a line of its own."""
     vein: int
     line: Polyline
-    start: Optional[float] = None                    # arc lengths on the outline where its ends are fixed to it
-    stop: Optional[float] = None
+    start: float | None = None                    # arc lengths on the outline where its ends are fixed to it
+    stop: float | None = None
     number: int = 0                                  # among the carriers
 
 
@@ -41,9 +40,9 @@ class VeinLines:
     def __init__(self, trace: Trace, snap: float, problems: Problems) -> None:
         self.trace, self.snap, self.problems = trace, snap, problems
         self.outline = Polyline(trace.outline, closed=True)
-        self.parts: List[List[Union[Piece, Stretch]]] = []
-        self.carriers: List[Piece] = []
-        self.lost: Dict[str, Polyline] = {}          # veins that are left out after a mistake
+        self.parts: list[list[Piece | Stretch]] = []
+        self.carriers: list[Piece] = []
+        self.lost: dict[str, Polyline] = {}          # veins that are left out after a mistake
 
     def length_text(self, length: float) -> str:
         return f"{1e3 * length:.3g} {self.trace.unit}"
@@ -74,15 +73,15 @@ class VeinLines:
         for piece in self.carriers:
             self.trim(piece)
 
-    def split(self, k: int, vein: Line) -> List[Union[Piece, Stretch]]:
+    def split(self, k: int, vein: Line) -> list[Piece | Stretch]:
         """Divides a vein into stretches inside the wing and along its margin."""
         line = Polyline(vein.points)
         points, s = line.samples(self.snap / 2)
         distance, on = self.outline.project(points)
-        found: List[Union[Piece, Stretch]] = []
+        found: list[Piece | Stretch] = []
         done, fixed = 0.0, None
 
-        def own(begin: float, end: float, start: Optional[float], stop: Optional[float]) -> None:
+        def own(begin: float, end: float, start: float | None, stop: float | None) -> None:
             piece = line.piece(begin, end)
             if start is not None:
                 piece[0] = self.outline.at(start)
