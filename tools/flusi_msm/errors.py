@@ -20,10 +20,12 @@ class Problems:
         self.notices: list[str] = []
 
     def error(self, text: str) -> None:
+        """Adds a mistake, once."""
         if text not in self.errors:
             self.errors.append(text)
 
     def notice(self, text: str) -> None:
+        """Adds a notice, once."""
         if text not in self.notices:
             self.notices.append(text)
 

@@ -61,6 +61,7 @@ def content_of(folder: Path, fields: list[str]) -> dict[str, Any]:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     from scipy.io import savemat
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, help="of the run")
@@ -77,4 +78,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("to_mat", main)

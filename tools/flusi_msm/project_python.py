@@ -39,6 +39,7 @@ def program(name: str) -> Path:
 
 
 def use_project_python() -> None:
+    """Goes on with the Python of the project if this one lacks packages."""
     was_begun_again = os.environ.pop(BEGUN, "") != ""
     missing = [name for name in PACKAGES if find_spec(name) is None]
     script = Path(sys.argv[0])

@@ -46,6 +46,7 @@ def write_seal(path: str | Path) -> None:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(
         prog="seal", description="Seals wing and measurement files, so that damage is found when they are read: a line with "
         "the checksum of all bytes is put behind the end of each, where HDF5 does not look. What our tools write has a seal; "
@@ -70,4 +71,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("seal", main)

@@ -16,6 +16,7 @@ COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 
 
 def use_style() -> None:
+    """Makes the style that of all following figures."""
     matplotlib.rcParams.update({
         "font.size": 10, "axes.titlesize": 10, "legend.fontsize": 9, "legend.frameon": False,
         "axes.linewidth": 0.8, "lines.linewidth": 1.3, "xtick.direction": "in", "ytick.direction": "in",

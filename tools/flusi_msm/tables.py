@@ -190,6 +190,7 @@ class Diagnosis:
 
     @property
     def sentence(self) -> str:
+        """Returns the verdict in a sentence."""
         return self.data["verdict"]["sentence"]
 
     def parameters(self) -> "pandas.DataFrame":

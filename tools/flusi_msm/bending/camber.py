@@ -86,9 +86,11 @@ class Camber:
         return g, h
 
     def add_gradient(self, u: np.ndarray, g: np.ndarray) -> None:
+        """Adds the gradient of the energy to g (nodes, 3)."""
         np.add.at(g, self.nodes.ravel(), self.derivatives(u, False)[0].reshape(-1, 3))
 
     def hessian(self, u: np.ndarray) -> np.ndarray:
+        """Returns the part of the Hessian that is added to the plate's own, as blocks (pairs, 3, 3)."""
         _, h = self.derivatives(u)
         assert h is not None
         return h.transpose(0, 1, 3, 2, 4).reshape(-1, 3, 3)

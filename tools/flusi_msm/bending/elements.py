@@ -42,9 +42,11 @@ class Springs:
         return (du * (self.d0 + d)).sum(1) / (length + self.l0), length, d / length[:, None]
 
     def energy(self, u: np.ndarray) -> float:
+        """Returns the energy of all springs [J]."""
         return 0.5 * (self.k * self.state(u)[0]**2).sum()
 
     def forces(self, u: np.ndarray) -> np.ndarray:
+        """Returns the axial forces [N], positive where a spring is stretched."""
         return self.k * self.state(u)[0]
 
     def forces_after(self, u: np.ndarray, step: np.ndarray) -> np.ndarray:
@@ -53,6 +55,7 @@ class Springs:
         return self.k * (stretch + (t * (step[self.ends[:, 1]] - step[self.ends[:, 0]])).sum(1))
 
     def add_gradient(self, u: np.ndarray, g: np.ndarray) -> None:
+        """Adds the gradient of the energy to g (nodes, 3)."""
         stretch, _, t = self.state(u)
         pull = (self.k * stretch)[:, None] * t
         np.add.at(g, self.ends[:, 1], pull)
@@ -135,6 +138,7 @@ class Turns:
         return [np.full(len(which), q) for q in self.normal] if self.bent[which[0]] else None
 
     def energy(self, u: np.ndarray) -> float:
+        """Returns the energy of all hinges [J]."""
         total = 0.0
         for which, e, f, area in self._groups(u):
             normal = self._normal(which, None if area is None else list(area.T))
@@ -161,10 +165,12 @@ class Turns:
         return g, h
 
     def add_gradient(self, u: np.ndarray, g: np.ndarray) -> None:
+        """Adds the gradient of the energy to g (nodes, 3)."""
         local, _ = self.derivatives(u, with_hessian=False)
         np.add.at(g, self.local.ravel(), local.reshape(-1, 3))
 
     def hessian(self, u: np.ndarray) -> np.ndarray:
+        """Returns the Hessian as blocks (pairs, 3, 3)."""
         _, h = self.derivatives(u)
         assert h is not None
         return h.transpose(0, 1, 3, 2, 4).reshape(-1, 3, 3)
@@ -265,11 +271,14 @@ class Plate:
         return weight[:, None, None] * q[:, :, None] * q[:, None, :], nodes
 
     def energy(self, u: np.ndarray) -> float:
+        """Returns the energy of bending [J]."""
         local = u[self.nodes]
         return 0.5 * (local * np.einsum("eij,ejk->eik", self.blocks, local)).sum()
 
     def add_gradient(self, u: np.ndarray, g: np.ndarray) -> None:
+        """Adds the gradient of the energy to g (nodes, 3)."""
         np.add.at(g, self.nodes.ravel(), np.einsum("eij,ejk->eik", self.blocks, u[self.nodes]).reshape(-1, 3))
 
     def hessian(self) -> np.ndarray:
+        """Returns the Hessian, which is the same for all displacements, as blocks (pairs, 3, 3)."""
         return self.blocks.reshape(-1)[:, None, None] * ONE

@@ -71,6 +71,7 @@ def through(x: Number, f0: np.ndarray, f1: Callable[[], np.ndarray], f2: Callabl
 
 
 def value(x: Jet | np.ndarray) -> np.ndarray:
+    """Returns the value of a jet, or the plain values themselves."""
     return x.v if isinstance(x, Jet) else x
 
 
@@ -81,14 +82,17 @@ def inverse_root(x: Number) -> Number:
 
 
 def dot(a: Sequence[Number], b: Sequence[Number]) -> Number:
+    """Returns the scalar product of two vectors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def cross(a: Sequence[Number], b: Sequence[Number]) -> list[Number]:
+    """Returns the vector product of two vectors."""
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
 def unit(a: Sequence[Number]) -> list[Number]:
+    """Returns the vector divided by its length."""
     scale = inverse_root(dot(a, a))
     return [c * scale for c in a]
 

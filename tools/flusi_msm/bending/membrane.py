@@ -32,6 +32,7 @@ class Family:
         raise NotImplementedError
 
     def energy(self, u: np.ndarray) -> float:
+        """Returns the energy of all elements [J]."""
         return self._law(list(np.concatenate(self._vectors(u), 1).T)).sum()
 
     def derivatives(self, u: np.ndarray, with_hessian: bool = True) -> tuple[np.ndarray, np.ndarray | None]:
@@ -41,9 +42,11 @@ class Family:
         return gather(out, *self._basis(u))
 
     def add_gradient(self, u: np.ndarray, g: np.ndarray) -> None:
+        """Adds the gradient of the energy to g (nodes, 3)."""
         np.add.at(g, self.local.ravel(), self.derivatives(u, False)[0].reshape(-1, 3))
 
     def hessian(self, u: np.ndarray) -> np.ndarray:
+        """Returns the Hessian as blocks (pairs, 3, 3)."""
         _, h = self.derivatives(u)
         assert h is not None
         return h.transpose(0, 1, 3, 2, 4).reshape(-1, 3, 3)

@@ -61,6 +61,7 @@ class Edges:
 
 
 def find_edges(triangles: np.ndarray) -> Edges:
+    """Returns the edges of triangles (m, 3)."""
     m = len(triangles)
     if m == 0:
         return Edges(np.zeros((0, 2), int), np.zeros((0, 3), int), np.zeros((0, 2), int), {})

@@ -212,10 +212,12 @@ class Model:
     # ---- energy and its derivatives -------------------------------------------------------------
 
     def energy(self, u: np.ndarray) -> float:
+        """Returns the elastic energy [J]."""
         return self.springs.energy(u) + self.turns.energy(u) + self.bending.energy(u) + \
             sum(family.energy(u) for family in self.extras)
 
     def gradient(self, u: np.ndarray) -> np.ndarray:
+        """Returns the gradient of the energy (nodes, 3) [N]."""
         g = np.zeros(u.shape, u.dtype)
         self.springs.add_gradient(u, g)
         self.turns.add_gradient(u, g)
@@ -258,6 +260,7 @@ class Model:
         return sparse.csc_matrix((data.reshape(-1)[self._order], self._indices, self._starts), shape=(n, n))
 
     def zeros(self) -> np.ndarray:
+        """Returns the displacements (nodes, 3) of the resting wing."""
         return np.zeros((self.n_nodes, 3))
 
     def weights(self, gravity: Sequence[float], vein_density: float, areal_density: float) -> np.ndarray:
@@ -304,12 +307,14 @@ def rest_shape(flat: Wing, camber: Sequence[float], places: np.ndarray) -> tuple
 
 
 def cambered(flat: Wing, camber: Sequence[float]) -> Wing:
+    """Returns the flat wing raised to its shape without a load."""
     points = flat.points.copy()
     points[:, 2] += rest_shape(flat, camber, flat.points)[0]
     return Wing(points, flat.triangles, flat.veins, flat.joints, flat.root, flat.title)
 
 
 def check_stiffness(wing: Wing, s: Stiffness) -> None:
+    """Raises an InputError if the stiffness does not fit the wing, or makes no sense."""
     for name in s.joints:
         if name not in wing.joints:
             raise InputError(f"no joint {name}; the wing has {', '.join(sorted(wing.joints)) or 'none'}")

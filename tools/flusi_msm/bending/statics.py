@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Report:
+    """Whether and how a loading path has reached its end."""
     converged: bool = False
     residual: float = np.inf  # of the load
     factorisations: int = 0
@@ -63,6 +64,7 @@ class Factors:
         return self
 
     def solve(self, b: np.ndarray) -> np.ndarray:
+        """Returns the solution of the factorised system."""
         x = np.empty_like(b)
         x[self.order] = self.lu.solve(b[self.order])
         return x

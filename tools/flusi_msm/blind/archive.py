@@ -32,6 +32,7 @@ def program_digest(root: str | Path) -> str:
 
 
 def rounded(value: Any) -> Any:
+    """Returns the same with all numbers rounded to DIGITS."""
     if isinstance(value, float):
         return float(f"{value:.{DIGITS}g}")
     if isinstance(value, dict):
@@ -126,4 +127,5 @@ class ArchivedStudy(Study):
         self.archive = archive
 
     def truth(self, number: int) -> dict[str, Any]:
+        """Returns the truth of a case, from the archive if it is there."""
         return self.archive.rows[number]["truth"] if number in self.archive.rows else super().truth(number)

@@ -70,6 +70,7 @@ def try_on_even(cases: Sequence[Case]) -> dict[str, Any]:
 
 
 def table_of(tried: dict[str, Any]) -> str:
+    """Describes the maps and the errors with and without them, in words."""
     if not tried["even"]:
         return "  no even cases to try a map of probabilities on"
     words = [f"{word} ({len(knots)} knots)" for word, knots in tried["maps"].items()] or [f"none (fewer than {LEAST} of each kind)"]

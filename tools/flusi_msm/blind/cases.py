@@ -89,6 +89,7 @@ class Individual:
         """Adds further measurements to the content of a bending test; here there are none."""
 
     def case(self, mesh: str, noise: Noise, fringe: tuple[float, float, float] = NO_FRINGE) -> Any:
+        """Returns the case of this wing without hidden effects."""
         return replace(self.design, refine=MESHES[mesh], noise=noise, stiffness=self.stiffness,
                        hidden=replace(self.design.hidden, fringe=fringe))
 
@@ -139,6 +140,7 @@ class Individual:
         return ratio
 
     def oracle(self, mesh: str, rig: str, case: Any) -> Oracle:
+        """Returns what computes how visible effects are, on a mesh with a rig."""
         if (mesh, rig) not in self.oracles:
             other = next((m for m in self.clean if m != mesh), mesh)  # only one mesh: no error of discretisation
             true = declare(replace(case, declared={}))
@@ -148,6 +150,7 @@ class Individual:
 
 
 def rig_noise(design: Case, rig: str) -> Noise:
+    """Returns the errors of a rig."""
     if rig == "quiet":
         return design.noise
     least = min(float(np.linalg.norm(vector)) for _, vector in design.loads) * min(map(abs, design.protocol.levels))

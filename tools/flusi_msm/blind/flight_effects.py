@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 
 def part(case: Case, section: str, **changes: Any) -> Case:
+    """Returns the case with other keys of a section."""
     return replace(case, **{section: replace(getattr(case, section), **changes)})
 
 
@@ -37,57 +38,70 @@ def vector(name: str, section: str, key: str, place: tuple[int, int], size: floa
 # ---- in the catalogue -----------------------------------------------------------------------------
 
 def stroke_amplitude(rng: np.random.Generator, case: Case) -> Effect:
+    """Changes the stroke amplitude."""
     return plain("stroke_amplitude", "hidden", "stroke", 0.02, 0.3, sign_of(rng), 1.0, True)
 
 
 def pitch_amplitude(rng: np.random.Generator, case: Case) -> Effect:
+    """Changes the amplitude of the pitch."""
     return plain("pitch_amplitude", "hidden", "pitch", 0.02, 0.4, sign_of(rng), 1.0, True)
 
 
 def pitch_lead(rng: np.random.Generator, case: Case) -> Effect:
+    """Lets the pitch lead or lag."""
     return plain("pitch_lead", "hidden", "lead", 2.0, 40.0, sign_of(rng))
 
 
 def pitch_mean(rng: np.random.Generator, case: Case) -> Effect:
+    """Changes the mean angle of the chord."""
     return plain("pitch_mean", "hidden", "mean_angle", 1.0, 20.0, sign_of(rng))
 
 
 def stroke_plane(rng: np.random.Generator, case: Case) -> Effect:
+    """Turns the stroke plane."""
     return plain("balance_turn", "hidden", "plane", 1.0, 25.0, sign_of(rng), also=("stroke_plane",))
 
 
 def beat_frequency(rng: np.random.Generator, case: Case) -> Effect:
+    """Changes the frequency of the beat."""
     return plain("beat_frequency", "hidden", "frequency", 0.01, 0.25, sign_of(rng), 1.0, True)
 
 
 def phase_lag(rng: np.random.Generator, case: Case) -> Effect:
+    """Shifts the motion against the record."""
     return plain("balance_delay", "hidden", "phase", 0.003, 0.1, sign_of(rng))
 
 
 def wind(rng: np.random.Generator, case: Case) -> Effect:
+    """Adds a wind along one axis."""
     speed = np.pi * case.kinematics.frequency * case.kinematics.stroke
     return vector("wind", "hidden", "wind", (int(rng.integers(2)), 2), speed, 0.02, 0.4, sign_of(rng))
 
 
 def viscosity(rng: np.random.Generator, case: Case) -> Effect:
+    """Changes the viscosity of the fluid."""
     return plain("viscosity", "hidden", "viscosity", 0.05, 0.6, sign_of(rng), 1.0, True)
 
 
 def balance_gain(rng: np.random.Generator, case: Case) -> Effect:
+    """Multiplies the signals of the balance."""
     return plain("balance_gain", "balance", "gain", 0.02, 0.5, sign_of(rng), 1.0, True)
 
 
 def balance_offset(rng: np.random.Generator, case: Case) -> Effect:
+    """Adds a constant to one component of the balance."""
     speed = np.pi * case.kinematics.frequency * case.kinematics.stroke
     size = 0.5 * case.fluid.density * speed**2 * case.wing.chord
     return vector("balance_offset", "balance", "offset", (int(rng.integers(2)), 3), size, 0.05, 1.0, sign_of(rng))
 
 
 def balance_turn(rng: np.random.Generator, case: Case) -> Effect:
+    """Turns the axes of the balance."""
     return plain("balance_turn", "balance", "misalignment", 1.0, 25.0, sign_of(rng), also=("stroke_plane",))
 
 
 def cross_talk(rng: np.random.Generator, case: Case) -> Effect:
+    """Mixes one component of the balance into the other."""
     return vector("cross_talk", "balance", "cross_talk", (int(rng.integers(2)), 2), 1.0, 0.02, 0.4, sign_of(rng))
 
 
@@ -100,6 +114,7 @@ def balance_lowpass(rng: np.random.Generator, case: Case) -> Effect:
 
 
 def balance_delay(rng: np.random.Generator, case: Case) -> Effect:
+    """Delays the signals of the balance."""
     return plain("balance_delay", "balance", "delay", 0.003 / case.kinematics.frequency, 0.1 / case.kinematics.frequency, 1.0)
 
 
@@ -112,23 +127,28 @@ def wing_inertia(rng: np.random.Generator, case: Case) -> Effect:
 # ---- outside the catalogue -------------------------------------------------------------------------
 
 def deviation(rng: np.random.Generator, case: Case) -> Effect:
+    """Lets the path of the hinge be an eight."""
     return plain("deviation", "hidden", "deviation", 0.02 * case.wing.chord, 0.5 * case.wing.chord, sign_of(rng),
                  is_known=False)
 
 
 def wing_area(rng: np.random.Generator, case: Case) -> Effect:
+    """Changes the chord."""
     return plain("wing_area", "hidden", "chord", 0.02, 0.25, sign_of(rng), 1.0, True, is_known=False)
 
 
 def free_play(rng: np.random.Generator, case: Case) -> Effect:
+    """Gives the pitch a free play."""
     return plain("free_play", "hidden", "free_play", 2.0, 25.0, 1.0, is_known=False)
 
 
 def asymmetry(rng: np.random.Generator, case: Case) -> Effect:
+    """Makes one half stroke faster than the other."""
     return plain("asymmetry", "hidden", "asymmetry", 0.03, 0.5, sign_of(rng), is_known=False)
 
 
 def third_harmonic(rng: np.random.Generator, case: Case) -> Effect:
+    """Adds a third harmonic to the stroke."""
     return plain("third_harmonic", "hidden", "third_harmonic", 0.01, 0.15, sign_of(rng), is_known=False)
 
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 
 def mix_of(text: str) -> dict[str, float]:
+    """Returns {kind: share} of the text of --mix."""
     from flusi_msm.blind.cases import KINDS
     mix = {}
     for part in text.split(","):
@@ -42,6 +43,7 @@ def mix_of(text: str) -> dict[str, float]:
 
 
 def check_options(options: argparse.Namespace) -> None:
+    """Raises an InputError for impossible options."""
     if options.fixed is None and options.cases < 1 or options.individuals < 1 or options.jobs < 1:
         raise InputError("--cases, --individuals and --jobs must be at least 1")
     if not 0 < options.snr[0] < options.snr[1]:
@@ -51,6 +53,7 @@ def check_options(options: argparse.Namespace) -> None:
 
 
 def make_flights(options: argparse.Namespace, choice: Options, tell: Callable[[str], None]) -> None:
+    """Makes a batch of flights."""
     from flusi_msm.blind import flights
     from flusi_msm.measurement.flight import read_case
     if options.fixed is not None:
@@ -59,6 +62,7 @@ def make_flights(options: argparse.Namespace, choice: Options, tell: Callable[[s
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("design", metavar="DESIGN", help="JSON file")
     parser.add_argument("folder", metavar="FOLDER", type=Path, help="of the batch")
@@ -89,9 +93,11 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("blind_generate", main)
 
 
 def old_command() -> None:
+    """Runs the tool under its old name."""
     tell_new_name("blindgen", "blind_generate")
     command()

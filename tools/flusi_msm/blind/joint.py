@@ -46,6 +46,7 @@ class JointIndividual(Individual):
         super().__init__(JointCase(**vars(design)), seed, number)
 
     def menu(self, kind: str) -> Sequence[DrawEffect]:
+        """Returns the effects that a case of this kind can have."""
         return OUTSIDE if kind == "outside" else KNOWN
 
     def finish(self, content: dict[str, Any], case: Any, mesh: str) -> None:

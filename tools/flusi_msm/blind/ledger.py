@@ -22,10 +22,12 @@ SCHEMA, VERSION = "flusi-msm blind cases", 1
 
 
 def digest(data: bytes | str) -> str:
+    """Returns the SHA-256 of bytes, or of a text."""
     return hashlib.sha256(data if isinstance(data, bytes) else data.encode()).hexdigest()
 
 
 def dump(data: Any) -> str:
+    """Returns the text of a JSON file."""
     return json.dumps(data, indent=1, sort_keys=True, default=lambda value: value.tolist()) + "\n"
 
 
@@ -40,6 +42,7 @@ def write(path: Path, text: str) -> None:
 
 
 def read(path: Path) -> Any:
+    """Returns what a JSON file holds."""
     try:
         return json.loads(path.read_text())
     except OSError as error:
@@ -49,6 +52,8 @@ def read(path: Path) -> Any:
 
 
 class Ledger:
+    """The ledger of a folder."""
+
     def __init__(self, folder: str | Path) -> None:
         self.folder, self.path = Path(folder), Path(folder) / "ledger.json"
         self.cases, self.facts = {}, {}
@@ -70,6 +75,7 @@ class Ledger:
         self.save()
 
     def save(self) -> None:
+        """Writes ledger.json."""
         write(self.path, dump({"schema": SCHEMA, "version": VERSION, "facts": self.facts,
                                "cases": [self.cases[name] for name in sorted(self.cases)]}))
 
@@ -109,6 +115,7 @@ class Ledger:
         return {name: (self.truth(name), read(verdicts[name])) for name in sorted(self.cases)}
 
     def truth(self, name: str) -> dict[str, Any]:
+        """Returns the truth of a case, after its seal and its measurement have been checked."""
         row, sealed = self.cases[name], read(self.folder / "sealed" / f"{name}.json")
         if digest(sealed["salt"] + sealed["truth"]) != row["truth_sha256"]:
             raise InputError(f"case {name}: the truth is not the one that was sealed")

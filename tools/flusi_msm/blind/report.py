@@ -64,6 +64,7 @@ def gain_of(oracles: Mapping[str, dict[str, Any]], cases: Sequence[Case]) \
 
 
 def table_of(title: str, scores: dict[str, Any]) -> str:
+    """Returns the shares of a group of cases as a table of text."""
     lines = [f"{title}: {scores['cases']} cases", f"  {'':58} {'share':>7} {'of':>5}  {'95 % bounds':>15}  bar"]
     for row in scores["shares"].values():
         if not row["n"]:
@@ -104,6 +105,7 @@ def causes_table(cases: Sequence[Case]) -> str:
 
 
 def snr_table(scores: dict[str, Any]) -> str:
+    """Returns verdicts by signal-to-noise ratio as a table of text."""
     lines = [f"  {'one cause of the catalogue, SNR':32} {'n':>4} {'found':>6} {'named':>6} {'in set':>6} {'wrong name':>10}"]
     for row in scores["by_snr"]:
         if row["n"]:

@@ -26,6 +26,7 @@ def verdicts_in(folder: Path) -> dict[str, Path]:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="FOLDER", type=Path, help="of the batch")
     parser.add_argument("--verdicts", type=Path, metavar="DIR", help="default: FOLDER/verdicts")
@@ -56,10 +57,12 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     os.environ.setdefault("MPLBACKEND", "Agg")
     run_command("blind_score", main)
 
 
 def old_command() -> None:
+    """Runs the tool under its old name."""
     tell_new_name("blindscore", "blind_score")
     command()

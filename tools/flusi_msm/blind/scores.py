@@ -69,9 +69,11 @@ class Case:
             raise InputError(f"case {name}: {self.verdict}, but no cause has a name")
 
     def is_found(self) -> bool:
+        """Returns whether the verdict says that something is there."""
         return self.verdict in FOUND
 
     def holds(self, name: str) -> bool:
+        """Returns whether a cause is named, alone or in a set."""
         return self.verdict in ("named", "consistent_with_set") and any(name in names for names in self.sets)
 
     def is_named(self, name: str) -> bool:
@@ -117,6 +119,7 @@ SHARES = {
 
 
 def shares_of(cases: Sequence[Case]) -> dict[str, dict[str, Any]]:
+    """Returns all SHARES with their bounds."""
     result = {}
     for key, (title, bar, is_low, counts, hit) in SHARES.items():
         chosen = [case for case in cases if counts(case)]

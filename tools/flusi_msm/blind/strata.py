@@ -10,6 +10,7 @@ WHOLE = (2.0, 30.0)  # signal-to-noise ratios
 
 @dataclass(frozen=True)
 class Stratum:
+    """Cases of one kind and one range of visibility."""
     name: str
     count: int      # in the whole study
     kind: str

@@ -47,12 +47,15 @@ class Study:
         self.latest: tuple[tuple[str, int], Any] | None = None
 
     def made(self, number: int) -> bool:
+        """Returns whether a case exists."""
         return (self.folder / "sealed" / f"{number:04d}.json").exists()
 
     def measurement(self, number: int) -> Path:
+        """Returns the path of a measurement."""
         return self.folder / "measured" / f"{number:04d}.h5"
 
     def truth(self, number: int) -> dict[str, Any]:
+        """Returns the truth of a case, after its measurement has been checked."""
         sealed = read(self.folder / "sealed" / f"{number:04d}.json")
         if digest(self.measurement(number).read_bytes()) != sealed["measurement_sha256"]:
             raise InputError(f"{self.measurement(number)}: is not the measurement that was made")

@@ -41,10 +41,12 @@ class Rig:
 
     @property
     def has_modes(self) -> bool:
+        """Returns whether natural modes are measured."""
         return self.name != "record"
 
     @property
     def has_record(self) -> bool:
+        """Returns whether a record of motion is measured."""
         return self.name != "modes"
 
 
@@ -69,6 +71,7 @@ class Individual:
         self.oracles: dict[tuple[str, str], Oracle] = {}
 
     def oracle(self, mesh: str, rig: str) -> Oracle:
+        """Returns what computes how visible effects are, on a mesh with a rig."""
         if (mesh, rig) not in self.oracles:
             self.oracles[mesh, rig] = Oracle(self.base, mesh, self.rigs[rig])
         return self.oracles[mesh, rig]

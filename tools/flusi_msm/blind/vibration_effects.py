@@ -18,18 +18,23 @@ if TYPE_CHECKING:
 
 
 def mass(subject: Subject, **changes: Any) -> Subject:
+    """Returns the subject with other keys of its mass."""
     return replace(subject, mass=replace(subject.mass, **changes))
 
 
 def damping(subject: Subject, **changes: Any) -> Subject:
+    """Returns the subject with other keys of its damping."""
     return replace(subject, damping=replace(subject.damping, **changes))
 
 
 def unstated(subject: Subject, **changes: Any) -> Subject:
+    """Returns the subject with other unstated disturbances."""
     return replace(subject, unstated=replace(subject.unstated, **changes))
 
 
 def factor_of_mass(key: str, parameter: str, sign: float) -> Effect:
+    """Returns an effect that multiplies a part of the mass."""
+
     def value(s: float) -> float:
         return float(np.exp(sign * s))
     return Effect(parameter, lambda subject, s: mass(subject, **{key: value(s)}), lambda s: {parameter: value(s)}, 0.05, np.log(8))
@@ -38,14 +43,17 @@ def factor_of_mass(key: str, parameter: str, sign: float) -> Effect:
 # ---- in the catalogue ----------------------------------------------------------------------------
 
 def vein_mass(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
+    """Changes the mass of the veins."""
     return factor_of_mass("veins", "vein_mass", sign_of(rng))
 
 
 def membrane_mass(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
+    """Changes the mass of the membrane."""
     return factor_of_mass("membrane", "membrane_mass", sign_of(rng))
 
 
 def membrane_gradient(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
+    """Lets the mass of the membrane grow or fall from root to tip."""
     return plain("membrane_gradient", mass, 0.05, 4.0, sign_of(rng))
 
 
@@ -63,15 +71,18 @@ def point_mass(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect
 
 
 def stiffness_damping(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
+    """Adds damping in proportion to the stiffness."""
     effect = plain("rayleigh_stiffness", damping, 2e-6, 1e-3, 1.0)
     return replace(effect, name="stiffness_damping")
 
 
 def joint_friction(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
+    """Adds friction in the joints."""
     return plain("joint_friction", damping, 1e-5, 5e-3, 1.0)
 
 
 def viscoelasticity(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
+    """Lets the stiffness relax."""
     tau = float(10**rng.uniform(-4.3, -3.0))
     return Effect("viscoelasticity", lambda subject, s: damping(subject, relaxation=s, relaxation_time=tau),
                   lambda s: {"relaxation": s}, 0.02, 3.0)

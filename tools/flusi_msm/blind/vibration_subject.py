@@ -59,10 +59,12 @@ def meshed(subject: Any, mesh: str) -> tuple[Wing, Wing | None, Stiffness]:
 
 
 def modes_case(subject: Any, stiffness: Stiffness, count: int = MODES) -> modes.Case:
+    """Returns the case of make_modes for a subject."""
     return modes.Case(subject.wing, modes=count, stiffness=stiffness, mass=subject.mass, air_ratio=subject.air_ratio)
 
 
 def record_case(subject: Subject, stiffness: Stiffness, medium: str, steps: int = STEPS) -> series.Case:
+    """Returns the case of make_series for a subject."""
     return series.Case(subject.wing, point=RELEASE, size=FORCE, places=PLACES, rate=RATE, samples=SAMPLES, steps=steps, medium=medium,
                        air_ratio=subject.air_ratio, stiffness=stiffness, mass=subject.mass, damping=subject.damping,
                        lowpass=1 / (2 * np.pi * subject.unstated.lag) if subject.unstated.lag > 0 else 0.0)

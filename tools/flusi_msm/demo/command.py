@@ -49,6 +49,7 @@ def open_page(page: Path) -> bool:
 
 
 def demo(options: argparse.Namespace) -> None:
+    """Runs the demonstration."""
     if options.ranks < 1:
         raise InputError(f"--ranks must be 1 or more, not {options.ranks}")
     folder = Path(options.folder)
@@ -70,6 +71,7 @@ def demo(options: argparse.Namespace) -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     parser = argparse.ArgumentParser(prog="demo", description=TEXT, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="FOLDER", help="where it runs, for instance runs/demo")
     parser.add_argument("--ranks", type=int, default=2, metavar="N", help="MPI ranks of the programs (default 2)")

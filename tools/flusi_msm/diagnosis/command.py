@@ -83,6 +83,7 @@ def outline_of(diagnosis: dict[str, Any], folder: Path) -> list[np.ndarray]:
 
 
 def draw_outline(ax: Axes, lines: Sequence[np.ndarray]) -> None:
+    """Draws edge and veins of the wing below a map."""
     for line in lines:
         ax.plot(line[:, 0], line[:, 1], color="0.6", lw=0.6, zorder=0.5)
     ax.set_aspect("equal")
@@ -246,6 +247,7 @@ def pictures_of(diagnosis: dict[str, Any], loads: Loads, unknown: dict[str, np.n
 
 
 def write_picture(options: argparse.Namespace, name: str, data: bytes) -> None:
+    """Writes a picture into the folder that the user wants."""
     options.pictures.mkdir(parents=True, exist_ok=True)
     (options.pictures / f"{options.json.stem}_{name}.png").write_bytes(data)
 
@@ -261,6 +263,7 @@ def drawn(figure: Figure, options: argparse.Namespace, *names: str) -> bytes:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("json", type=Path)
     parser.add_argument("-o", "--output", type=Path)
@@ -289,4 +292,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_diagnosis", main)

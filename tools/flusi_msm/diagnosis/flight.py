@@ -54,6 +54,7 @@ def draw_flights(runs: Sequence[Chosen]) -> bytes:
 
 
 def table_of_changes(runs: Sequence[Chosen], rows: Sequence[Row]) -> str:
+    """Returns a table of means and peaks of both runs as HTML."""
     cycle = runs[0][1][0]
     lines = []
     for name, unit, values, _, si, change in rows:

@@ -64,10 +64,12 @@ def one_in(p: float) -> str:
 
 
 def titles_of(diagnosis: dict[str, Any]) -> dict[str, str]:
+    """Returns {name: title} of all effects."""
     return {e["name"]: e["title"] for e in diagnosis["effects"]}
 
 
 def is_together(verdict: dict[str, Any]) -> bool:
+    """Returns whether the verdict says that several causes are there at once."""
     return verdict["is_together"] or (verdict["word"] == "named" and len(verdict["causes"]) > 1)
 
 
@@ -284,6 +286,7 @@ def candidates(diagnosis: dict[str, Any]) -> str:
 
 
 def questions(diagnosis: dict[str, Any]) -> str:
+    """Lists the plain questions and their answers; '' without any."""
     rows = [(pretty(q["name"]), power(q["p"]), pretty(q["sentence"])) for q in diagnosis["questions"]]
     return ("<h2>Plain questions to what the baseline leaves</h2><p>p is how often noise alone would answer so clearly. All checks "
             "together may alarm in 1 % of wings without a cause: one of them counts if its p times their number is below 0.01.</p>"
@@ -291,6 +294,7 @@ def questions(diagnosis: dict[str, Any]) -> str:
 
 
 def next_measurement(diagnosis: dict[str, Any]) -> str:
+    """Lists the measurements that would separate the causes best; '' without any."""
     if not diagnosis["next_measurements"]:
         return ""
     rows = [(pretty(f"once more: {n['repeat']}"), f"{n['separation_sd']:.1f} sd") for n in diagnosis["next_measurements"][:5]]
@@ -305,6 +309,7 @@ def next_measurement(diagnosis: dict[str, Any]) -> str:
 
 
 def rivals(diagnosis: dict[str, Any]) -> str:
+    """Tells how far other causes are from the first; '' without any."""
     titles = titles_of(diagnosis)
     near = [f"{pretty(titles[r['effect']])}{' (' + pretty(r['variant']) + ')' if r['variant'] else ''} by "
             f"{r['separation_now_sd']:.1f} sd" for r in diagnosis.get("rivals", [])[:4]]
@@ -322,6 +327,7 @@ def flight_html(flight: tuple[str, bytes] | None) -> str:
 
 
 def warnings_of(diagnosis: dict[str, Any]) -> str:
+    """Writes the warnings about the data; '' without any."""
     noise = diagnosis["noise"]
     warning, tails = noise["warning"], noise.get("heavy_tails")  # files of earlier versions have none
     if tails and tails["is_found"]:

@@ -37,6 +37,7 @@ def grams(unit: str, value: float) -> tuple[str, float]:
 
 
 def in_text(name: str, value: float) -> str:
+    """Writes a name and a number."""
     return f"{label_of(name)} {value:.3g}"
 
 
@@ -48,6 +49,7 @@ class Value:
 
     @classmethod
     def of(cls, facts: dict[str, Any], interval: dict[str, Any] | None = None) -> Value:
+        """Returns the value of facts of the JSON file, with their interval."""
         unit, value = grams(facts["unit"], facts["value"])
         made = Parameter(facts["name"], unit, 1.0 if facts.get("is_log") else -np.inf, np.inf, value)
         if interval is not None:
@@ -61,9 +63,11 @@ class Value:
         return self.parameter.verdict
 
     def word(self) -> str:
+        """Returns the word of the badge."""
         return WORDS[self.kind]
 
     def shown(self) -> str:
+        """Writes the value for a table."""
         return self.parameter.shown()
 
     def interval(self) -> str:

@@ -60,6 +60,7 @@ class Fit:
 
 
 def columns_of(x: np.ndarray, harmonics: int) -> np.ndarray:
+    """Returns the values of a Fourier series' functions at x (n, 2 harmonics + 1)."""
     k = 2 * np.pi * np.arange(1, harmonics + 1)
     return np.hstack([np.ones((len(x), 1)), np.cos(np.multiply.outer(x, k)), np.sin(np.multiply.outer(x, k))])
 

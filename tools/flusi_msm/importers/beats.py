@@ -18,11 +18,13 @@ class Folded:
     beats: np.ndarray        # (beats, n, k), NaN where unknown
 
     def mean(self) -> np.ndarray:
+        """Returns the mean beat (n, k); NaN where fewer than two beats are known."""
         count = self.count()
         total = np.nansum(self.beats, axis=0)
         return np.where(count >= 2, total / np.maximum(count, 1), np.nan)
 
     def count(self) -> np.ndarray:
+        """Returns how many beats are known (n, k)."""
         return np.isfinite(self.beats).sum(axis=0)
 
     def spread(self) -> np.ndarray:

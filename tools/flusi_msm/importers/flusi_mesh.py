@@ -41,6 +41,7 @@ class Folder:
             raise InputError(f"{path}: no such folder")
 
     def wrong(self, text: str) -> None:
+        """Adds a mistake."""
         self.mistakes.append(text)
 
     def table(self, names: Sequence[str], columns: tuple[int, int], needed: bool = True) -> tuple[np.ndarray | None, str]:
@@ -84,6 +85,7 @@ class Folder:
 
 
 def read_points(folder: Folder) -> np.ndarray | None:
+    """Returns the points (n, 3) in the unit of the set; None after a mistake."""
     rows, name = folder.table(["points_coor"], (4, 4))
     if rows is None or not folder.check_index(rows, name):
         return None
@@ -95,6 +97,7 @@ def read_points(folder: Folder) -> np.ndarray | None:
 
 
 def read_triangles(folder: Folder, xyz: np.ndarray | None) -> np.ndarray | None:
+    """Returns the triangles (m, 3), counter-clockwise; None after a mistake."""
     rows, name = folder.table(["mesh_triangle_elements", "triangle_elements"], (5, 5))
     if rows is None or xyz is None:
         return None
@@ -170,6 +173,7 @@ def check_springs(folder: Folder, wing: Wing) -> None:
 
 
 def check_veins(folder: Folder, wing: Wing) -> dict[tuple[int, ...], str]:
+    """Returns {segment: vein}; every segment must be an edge, and of one vein."""
     edges = {tuple(e) for e in wing.edges()[0].tolist()}
     seen: dict[tuple[int, ...], str] = {}
     for name, (nodes, _) in wing.veins.items():
@@ -183,6 +187,7 @@ def check_veins(folder: Folder, wing: Wing) -> dict[tuple[int, ...], str]:
 
 
 def read_joints(folder: Folder, wing: Wing, segments: Mapping[tuple[int, ...], str]) -> None:
+    """Adds the joints of the set to the wing."""
     rows, name = folder.table(["vein_connectors", "joints"], (4, 8), needed=False)
     if rows is None:
         folder.notes.append("no vein_connectors: the veins are not joined in bending")
@@ -222,6 +227,7 @@ def import_mesh(folder: Folder, unit: float, root_diameters: Sequence[float], di
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="FOLDER", help="with the .dat files")
     parser.add_argument("wing", metavar="WING", help="wing file to write")
@@ -253,4 +259,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("import_flusi_mesh", main)

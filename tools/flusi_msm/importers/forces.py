@@ -45,10 +45,12 @@ UNITS = {kind: unit_choices(symbol) for kind, (symbol, _) in KINDS.items()}
 
 
 def kind_of(component: str) -> str:
+    """Returns force, torque or power for a component."""
     return next(kind for kind, (_, names) in KINDS.items() if component in names.split())
 
 
 def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
+    """Returns the options of the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("forces", metavar="FORCES.csv")
     parser.add_argument("-o", "--output", required=True, metavar="FILE", help="measurement file to write")
@@ -126,6 +128,7 @@ def scales(components: Sequence[str], options: argparse.Namespace, problems: Pro
 
 
 def check_options(options: argparse.Namespace, problems: Problems) -> None:
+    """Adds numbers that are out of range to the mistakes."""
     for key, is_right in (("frequency", options.frequency > 0), ("samples", options.samples >= 4), ("skip", options.skip >= 0),
                           ("correlation-time", (options.correlation_time or 0) >= 0)):
         if not is_right:
@@ -196,6 +199,7 @@ def record_of(found: Folded, options: argparse.Namespace) -> tuple[dict[str, np.
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     options, problems = parse(), Problems()
     check_options(options, problems)
     time, values, components, is_per_length, spelling = read_samples(options, problems)
@@ -223,4 +227,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("import_forces", main)

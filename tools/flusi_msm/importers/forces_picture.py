@@ -20,6 +20,7 @@ MOST_BEATS = 60
 
 
 def draw(found: Folded, components: Sequence[str], units: Sequence[str], path: Path) -> None:
+    """Draws every component in a panel of its own."""
     use_style()
     figure, axes = plt.subplots(len(components), 1, figsize=(8, 2.2 * len(components) + 0.6), sharex=True, squeeze=False)
     mean, spread = found.mean(), found.spread()

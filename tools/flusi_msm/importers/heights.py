@@ -136,6 +136,7 @@ def find_all_outliers(found: HeightSet, height_sd: float) -> tuple[dict[str, np.
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
+    """Adds all options to the parser."""
     parser.add_argument("list", metavar="LIST.csv|FOLDER")
     parser.add_argument("-o", "--output", required=True, metavar="FILE", help="measurement file to write")
     parser.add_argument("--height-units", required=True, choices=LENGTHS, help="of z")
@@ -210,6 +211,7 @@ def notes_of(found: HeightSet) -> list[str]:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add_options(parser)
     options = parser.parse_args()
@@ -257,6 +259,7 @@ def main() -> None:
 def tell(options: argparse.Namespace, found: HeightSet, loads: Mapping[str, tuple[np.ndarray, dict[str, Any]]],
          registration: Registration, notes: Iterable[str], notices: Iterable[str], dropped: int, outliers: Mapping[str, np.ndarray],
          is_turned: bool) -> None:
+    """Prints how the files were understood, and what was written."""
     unloaded = found.z[REFERENCE]
     known = np.isfinite(unloaded)
     for text in notes:
@@ -281,4 +284,5 @@ def tell(options: argparse.Namespace, found: HeightSet, loads: Mapping[str, tupl
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("import_heights", main)

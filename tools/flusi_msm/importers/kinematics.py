@@ -173,6 +173,7 @@ def fit_angles(x: np.ndarray, angles: Mapping[str, np.ndarray], options: argpars
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", metavar="ANGLES.csv")
     parser.add_argument("-o", "--output", required=True, metavar="BEAT.ini", help="motion file to write")
@@ -241,4 +242,5 @@ def write_motions(path: Path, spelling: str, motions: Mapping[str, Measured], op
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("import_kinematics", main)

@@ -53,6 +53,7 @@ def read_csv_map(path: Path, pixels: Pixels) -> Map:
 
 
 def number_of(path: Path, table: Table, j: int, i: int, cell: str, wrong: list[str]) -> float:
+    """Returns the number in a cell, or NaN and one mistake more."""
     try:
         return table.number(cell)
     except ValueError:

@@ -102,6 +102,7 @@ def write_readings(path: str | Path, loadings: Sequence[np.ndarray], sd: float) 
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="FOLDER")
     parser.add_argument("--wing", required=True, metavar="FILE", help="wing file to write")
@@ -124,4 +125,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("import_prepazy", main)

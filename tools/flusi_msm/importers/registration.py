@@ -30,6 +30,7 @@ class Registration:
         return np.asarray(points) @ self.turn.T + self.shift
 
     def inverse(self, points: np.ndarray) -> np.ndarray:
+        """Returns places of the scan for points in the wing's frame."""
         return (np.asarray(points) - self.shift) @ self.turn
 
     def angle(self) -> float:
@@ -41,6 +42,7 @@ class Registration:
         return float(np.sqrt((self.residuals**2).sum(1).mean())) if self.residuals is not None else 0.0
 
     def report(self) -> list[str]:
+        """Describes the transformation and its residuals, in lines."""
         lines = [f"registration: {self.how}, turned by {np.degrees(self.angle()):.3f} degrees, shifted by "
                  f"({1e3 * self.shift[0]:.4f}, {1e3 * self.shift[1]:.4f}) mm"]
         if self.residuals is not None:
@@ -51,6 +53,7 @@ class Registration:
 
 
 def turn_by(angle: float) -> np.ndarray:
+    """Returns the matrix of a rotation in the plane."""
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 

@@ -24,6 +24,7 @@ class Table:
     has_decimal_comma: bool
 
     def spelling(self) -> str:
+        """Describes how the text was understood."""
         return f"cells separated by {NAMES[self.separator]}, decimal {'comma' if self.has_decimal_comma else 'point'}"
 
     def number(self, text: str) -> float:
@@ -53,6 +54,7 @@ def read_text(path: Path) -> str:
 
 
 def split(line: str, separator: str) -> list[str]:
+    """Returns the cells of a line."""
     if separator == " ":
         return line.split()
     return next(csv.reader([line], delimiter=separator, skipinitialspace=True))

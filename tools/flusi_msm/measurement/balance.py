@@ -57,6 +57,7 @@ def check_names(text: str) -> tuple[str, ...]:
 
 
 def units_of(names: Iterable[str], is_per_length: bool) -> list[str]:
+    """Returns the units of components."""
     return [PER_LENGTH[OF_A_WING[name]] if is_per_length else OF_A_WING[name] for name in names]
 
 

@@ -52,6 +52,7 @@ class Protocol:
 
 @dataclass
 class Case:
+    """A bending test."""
     wing: str
     loads: list[Any]                 # of (x, y, force along z) or {point, force, direction}; of a PointLoad after `check`
     seed: int = 1
@@ -80,6 +81,7 @@ def read_case(path: str | Path, changes: Sequence[str] = (), drop: Sequence[str]
 
 
 def check(case: Case) -> None:
+    """Raises an InputError for values that make no sense, and converts the loads."""
     check_noise(case.noise)
     if case.refine not in (0, 1):
         raise InputError("refine is 0 or 1")

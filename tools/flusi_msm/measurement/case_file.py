@@ -95,4 +95,5 @@ def convert(owner: type[Any], key: str, value: Any, name: str) -> Any:
 
 
 def is_number(value: object) -> bool:
+    """Returns whether a value is a finite number."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and bool(np.isfinite(value))

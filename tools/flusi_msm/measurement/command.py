@@ -20,6 +20,7 @@ from flusi_msm.errors import InputError, run_command
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("case", metavar="CASE", help="JSON file")
     parser.add_argument("-o", "--output", metavar="FILE", required=True, help="measurement file to write")
@@ -55,4 +56,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("make_measurement", main)

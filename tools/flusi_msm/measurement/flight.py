@@ -40,6 +40,7 @@ class Motion:
 
 @dataclass
 class Fluid:
+    """The fluid as it is stated."""
     density: float = 1.2              # [kg/m^3]
     viscosity: float = 1.5e-5         # [m^2/s]
     wind: tuple[float, ...] = (0.0, 0.0)  # [m/s] along y and z
@@ -77,6 +78,7 @@ class Flow:
 
 @dataclass
 class Case:
+    """A record of a flapping section."""
     seed: int = 1
     title: str = ""
     name: str = "hover"               # of the record
@@ -101,6 +103,7 @@ def read_case(path: str | Path, changes: Sequence[str] = ()) -> Case:
 
 
 def check(case: Case) -> None:
+    """Raises an InputError for values that make no sense."""
     check_names(case.components)
     if case.state not in ("spread", "sd"):
         raise InputError(f"state is spread or sd, not {case.state}")
@@ -171,6 +174,7 @@ def in_last_beat(case: Case, exact: Mapping[str, np.ndarray], values: np.ndarray
 
 
 def section_of(case: Case) -> Section:
+    """Returns the section that flies, including its hidden deviations."""
     wing, fluid, hidden = case.wing, case.fluid, case.hidden
     return Section(wing.chord * hidden.chord, wing.thickness, wing.hinge + hidden.hinge, fluid.viscosity * hidden.viscosity,
                    fluid.density, tuple(np.add(fluid.wind, hidden.wind)))

@@ -22,18 +22,22 @@ if TYPE_CHECKING:
 
 
 def load() -> tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]:
+    """Returns what `make_part` needs."""
     from flusi_msm.measurement.flight import read_case, synthesise, write_flight
     return read_case, synthesise, write_flight
 
 
 def tell(case: Case, record: dict[str, Any]) -> Iterator[str]:
+    """Yields a line for each component."""
     for name, mean, sd in zip(case.components.split(","), record["mean"].T, record["sd"].T):
         yield f"{case.name}  {name.strip():5s}  mean {mean.mean():10.3e}  rms {(mean**2).mean()**0.5:10.3e}  sd {sd.mean():9.2e}"
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     make_part(__doc__, ".flight.json", "the record to what", "hidden.lead=5", load, tell)
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("make_flight", main)

@@ -48,6 +48,7 @@ class Noise:
 
 @dataclass
 class Case:
+    """A test of natural modes."""
     wing: str
     refine: int = 0
     seed: int = 1
@@ -82,6 +83,7 @@ def read_case(path: str | Path, changes: Sequence[str] = ()) -> Case:
 
 
 def is_loaded(case: Case) -> bool:
+    """Returns whether forces or the weight bend the wing."""
     return bool(case.loads) or any(case.gravity)
 
 
@@ -111,6 +113,7 @@ def densities(wing: Wing, mass: Mass) -> tuple[float, Density]:
 
 
 def triangle_areas(wing: Wing) -> np.ndarray:
+    """Returns the areas of all triangles [m^2]."""
     a, b, c = (wing.points[np.asarray(wing.triangles)[:, k], :2] for k in range(3))
     return 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
 

@@ -22,18 +22,22 @@ if TYPE_CHECKING:
 
 
 def load() -> tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]:
+    """Returns what `make_part` needs."""
     from flusi_msm.measurement.modes import read_case, synthesise, write_modes
     return read_case, synthesise, write_modes
 
 
 def tell(case: Case, modes: Iterable[Measured]) -> Iterator[str]:
+    """Yields a line for each mode."""
     for name, frequency, sd, *_ in modes:
         yield f"{name}  {frequency:10.3f} Hz +- {sd:.3f}"
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     make_part(__doc__, ".modes.json", "the modes to the bending tests that", "mass.point=[8e-3,-0.5e-3,1e-8]", load, tell)
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("make_modes", main)

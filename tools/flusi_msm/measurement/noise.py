@@ -31,6 +31,7 @@ class Noise:
 
 
 def check_noise(noise: Noise) -> None:
+    """Raises an InputError for values that make no sense."""
     for name, value in vars(noise).items():
         if not value >= 0:
             raise InputError(f"noise.{name} = {value}: must not be negative")
@@ -85,6 +86,7 @@ class HeightErrors:
         return sum((self.one_scan(-k - 1) for k in range(n)), np.zeros(self.shape)) / n
 
     def outliers(self, scan: int) -> np.ndarray:
+        """Returns the errors of outliers (ny, nx) [m] of a scan."""
         rng = self.streams("outliers", scan)
         hit = rng.random(self.shape) < self.noise.outliers
         return hit * self.noise.outlier_scale * rng.standard_t(3, self.shape)
@@ -110,4 +112,5 @@ class HeightErrors:
                                                                                           scan).standard_normal()
 
     def shift(self, scan: int) -> np.ndarray:
+        """Returns the shift (2) [m] of a scan."""
         return self.noise.shift * self.streams("shift", scan).standard_normal(2)

@@ -47,6 +47,7 @@ class Noise:
 
 @dataclass
 class Case:
+    """A record of a vibrating wing."""
     wing: str
     refine: int = 0
     seed: int = 1
@@ -117,6 +118,7 @@ class Motion:
 
     @staticmethod
     def tangent(model: Model) -> sparse.csc_matrix:
+        """Returns the stiffness of the resting wing."""
         return sparse.csc_matrix(model.tangent(model.zeros(), np.zeros(len(model.springs.k))))
 
     def at(self, point: Sequence[float], direction: Sequence[float]) -> np.ndarray:

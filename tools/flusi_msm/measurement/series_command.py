@@ -22,18 +22,22 @@ if TYPE_CHECKING:
 
 
 def load() -> tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]:
+    """Returns what `make_part` needs."""
     from flusi_msm.measurement.series import read_case, synthesise, write_series
     return read_case, synthesise, write_series
 
 
 def tell(case: Case, record: dict[str, Any]) -> Iterator[str]:
+    """Yields a line about the record."""
     samples, points = record["values"].shape
     yield f"{case.name}  {samples} samples of {points} points, sd {record['sigma'].max():.3g}"
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     make_part(__doc__, ".series.json", "the record to what", "damping.relaxation=0.1", load, tell)
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("make_series", main)

@@ -159,6 +159,7 @@ class Bench:
         return model.wing.points + u[:model.n_points], moved, report, turn
 
     def weight(self, model: Model) -> np.ndarray:
+        """Returns the forces (nodes, 3) [N] of the weight."""
         hidden = self.case.hidden
         return model.weights(hidden.gravity, hidden.vein_density, hidden.areal_density)
 
@@ -172,6 +173,7 @@ class Bench:
 
 
 def soft_name(k: int) -> str:
+    """Returns the name of the joint at a soft place."""
     return f"soft{k + 1}"
 
 

@@ -45,6 +45,7 @@ def fingerprint(text: str) -> dict[str, dict[str, str]]:
 
 
 def read_text(path: str | Path) -> str:
+    """Returns the text of a file; raises an InputError if there is none."""
     try:
         return Path(path).read_text(encoding="utf-8")
     except OSError as error:
@@ -102,12 +103,14 @@ class Case:
             raise InputError(f"{path}: damaged: {error}") from None
 
     def note(self, **news: Any) -> None:
+        """Adds news to what is noted about the flight."""
         state = {"name": self.name, **self.state(), **news, "input": self.input}
         part = self.folder / (STATE + ".part")
         part.write_text(json.dumps(state, indent=1) + "\n", encoding="utf-8")
         part.replace(self.folder / STATE)
 
     def is_finished(self) -> bool:
+        """Returns whether the flight has been made with this input."""
         return self.state().get("status") == "finished" and not self.changed()
 
     def changed(self) -> list[str]:
@@ -120,6 +123,7 @@ class Case:
             section: {key: str(value) for key, value in keys.items()} for section, keys in self.input.items()})))
 
     def has_backup(self) -> bool:
+        """Returns whether the flight can be continued."""
         return any(self.folder.glob("runtime_backup*.h5"))
 
     def set_aside(self) -> Path:
@@ -142,6 +146,7 @@ class Variant(Case):
         self.folder, self.speed = Path(folder) / name, speed
 
     def changes(self) -> Values:
+        """Returns the values that differ from the file, those of the study included."""
         changes = super().changes()
         changes["Saving"] |= {"tsave": 9e9, "iSaveVorticity": 0, "iSaveWingSides": 0}
         del changes["Saving"]["tsave_first"]

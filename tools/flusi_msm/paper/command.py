@@ -38,6 +38,7 @@ GRIDS = [96, 128, 160, 192]
 
 
 def arguments() -> argparse.Namespace:
+    """Returns the options of the command line, checked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--grids", nargs="+", type=int, metavar="N", help="N x N x N/2 points (default 96 128 160 192)")
     parser.add_argument("--beats", type=int, default=4, help="of every flight (default 4); the last two are averaged")
@@ -121,6 +122,7 @@ def print_plan(studies: Sequence[Study], estimate: Estimate, hours: float) -> No
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     options = arguments()
     from flusi_msm.paper.cases import refuse_changed
     from flusi_msm.paper.flights import Estimate, Flusi, fly_all
@@ -150,4 +152,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("reproduce_paper", main)

@@ -30,6 +30,7 @@ WORDS = dict(zip(COLUMNS, ("lift", "drag", "power", "lift to drag", "lift to pow
 
 
 def done_of(found: dict[str, Any]) -> list[dict[str, Any]]:
+    """Returns the members that have flown."""
     return [member for member in found["members"] if "means" in member]
 
 
@@ -84,6 +85,7 @@ def correlations(found: dict[str, Any], folder: Path) -> Picture:
 
 
 def all_pictures(found: dict[str, Any], folder: Path) -> list[Picture]:
+    """Returns all pictures; none before enough members have flown."""
     if "spread" not in found:
         return []
     folder.mkdir(parents=True, exist_ok=True)
@@ -93,6 +95,7 @@ def all_pictures(found: dict[str, Any], folder: Path) -> list[Picture]:
 # ---- words -------------------------------------------------------------------------------------------
 
 def sentences(found: dict[str, Any]) -> list[str]:
+    """Returns what the ensemble says, in sentences."""
     done = done_of(found)
     made = [f"{len(done)} of {len(found['members'])} members have flown."]
     if "spread" not in found:
@@ -118,6 +121,7 @@ def sentences(found: dict[str, Any]) -> list[str]:
 
 
 def choice(found: dict[str, Any]) -> str:
+    """Describes how the stiffness is drawn, as HTML."""
     between = (f" Two of the drawn numbers have a rank correlation of {found['design_correlation']:.2f} at most among the members that "
                "have flown.") if "design_correlation" in found else ""
     return f"""<ul>
@@ -132,6 +136,7 @@ same for any number of members.{between}</li></ul>"""
 
 
 def member_table(found: dict[str, Any]) -> str:
+    """Returns what was drawn and the means of all members as HTML."""
     names = list(found["members"][0]["drawn"])
     heads: list[Head] = ["member", ("E [GPa]", True), *((f"{name.removeprefix('joint:')} / input", True) for name in names[1:]),
              *((LABELS[key], True) for key in COLUMNS)]
@@ -145,6 +150,7 @@ def member_table(found: dict[str, Any]) -> str:
 
 
 def spread_table(found: dict[str, Any]) -> str:
+    """Returns the spreads as HTML."""
     heads: list[Head] = ["", *((head, True) for head in ("median", "whiskers", "all members", f"{NINE} members, usually", "paper, nine individuals"))]
     rows = [[LABELS[key], f"{s['median']:.3f}", f"{s['whiskers_percent']:.1f} %", f"{s['all_percent']:.1f} %",
              f"{s['nine_percent']:.1f} %" if "nine_percent" in s else "–", f"{found['paper_spread_percent'][OWN[key]]} %"]
@@ -153,6 +159,7 @@ def spread_table(found: dict[str, Any]) -> str:
 
 
 def page(found: dict[str, Any], pictures: Sequence[Picture]) -> str:
+    """Returns the whole page."""
     notes = [f"Not finished yet: {', '.join(found['missing'])}."] if found["missing"] else []
     if len(found["versions"]) > 1:
         notes.append(f"Flights were made by several versions of the program: {', '.join(found['versions'])}.")

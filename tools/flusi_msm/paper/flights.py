@@ -108,9 +108,11 @@ class Estimate:
         return self._measured("steps per beat and point", measure)
 
     def steps(self, case: Case) -> float:
+        """Returns the number of time steps of a flight."""
         return self.steps_per_beat_and_point() * case.points * case.beats * case.speed
 
     def seconds_per_step(self, case: Case) -> float:
+        """Returns the seconds of one time step of a flight."""
         done = steps_of(case)
         if done is not None and done[0] > 2 * TIMED_STEPS:
             return done[1]

@@ -43,6 +43,7 @@ PAPER: dict[str, Any] = {"table_2": TABLE_2, "change_percent": change(TABLE_2[RI
 
 
 def last_two(run: FlappingRun) -> list[int]:
+    """Returns the last two beats of a run."""
     return run.cycles()[-2:]
 
 
@@ -106,6 +107,7 @@ def shapes_of(case: Case) -> dict[str, CyclicSignal]:
 
 
 def average(signal: CyclicSignal, cycles: Sequence[int]) -> np.ndarray:
+    """Returns the mean over beats at PHASES."""
     return np.mean([signal.at(n, PHASES) for n in cycles], axis=0)
 
 
@@ -133,6 +135,7 @@ def snapshot_at(case: Case, phase: float) -> Snapshot | None:
 
 
 def surface_time(path: Path) -> float | None:
+    """Returns the time of a surface file; None if it cannot be read."""
     import h5py
     try:
         with h5py.File(path, "r") as file:
@@ -198,6 +201,7 @@ def individual_runs(cases: Mapping[str, Case]) -> list[Chosen]:
 
 
 def spread_over(cases: Mapping[str, Case]) -> dict[str, Any]:
+    """Returns means of the individuals and their spread."""
     table = table_of(individual_runs(cases))
     return {"points": next(iter(cases.values())).points, "flights": {label: case.name for label, case in cases.items()},
             "means": {name: dict(zip(cases, map(float, values))) for name, values in table.items()},

@@ -45,11 +45,13 @@ def table(name: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str
 
 
 def number(value: float, half: float | None = None) -> str:
+    """Writes a number, with half its range in brackets."""
     text = f"{value:.3f}" if abs(value) < 10 else f"{value:.2f}"
     return text + (f" ({half:.3f})" if half is not None else "")
 
 
 def table_2(grids: Sequence[dict[str, Any]]) -> str:
+    """Returns Table 2 of the paper and ours as HTML."""
     rows = []
     for kind in KINDS:
         rows.append([f"paper, {kind}", *(number(TABLE_2[kind][key]) for key in COLUMNS)])
@@ -65,12 +67,14 @@ def table_2(grids: Sequence[dict[str, Any]]) -> str:
 
 
 def statement_table(statements: Sequence[dict[str, Any]]) -> str:
+    """Returns what agrees and what does not as HTML."""
     rows = "\n".join(f'<tr><td><span class="verdict {WORDS[s["agrees"]]}">{WORDS[s["agrees"]]}</span></td>'
                      f'<td class=name>{escape(s["topic"])}</td><td>{escape(s["sentence"])}</td></tr>' for s in statements)
     return f"<div class=scroll><table id=statements><tbody>\n{rows}\n</tbody></table></div>"
 
 
 def shape_table(grids: Sequence[dict[str, Any]]) -> str:
+    """Returns the deformation on all grids as HTML; '' without any."""
     there = [grid for grid in grids if "deformation" in grid]
     if not there:
         return ""
@@ -83,6 +87,7 @@ def shape_table(grids: Sequence[dict[str, Any]]) -> str:
 
 
 def case_table(grids: Sequence[dict[str, Any]]) -> str:
+    """Returns facts about the flights as HTML."""
     rows = []
     for grid in grids:
         for kind in (k for k in KINDS if k in grid):
@@ -95,6 +100,7 @@ def case_table(grids: Sequence[dict[str, Any]]) -> str:
 
 
 def individual_table(individuals: dict[str, Any]) -> str:
+    """Returns the individuals and their spread as HTML."""
     means, spreads = individuals["means"], individuals["spread_percent"]
     rows = [[label, *(f"{values[label]:.4g}" for values in means.values())] for label in individuals["flights"]]
     rows.append(["spread", *(f"{spreads[name]:.1f} %" if name in spreads else "" for name in means)])
@@ -104,6 +110,7 @@ def individual_table(individuals: dict[str, Any]) -> str:
 
 
 def page(found: dict[str, Any], pictures: Sequence[Picture], missing: Sequence[str]) -> str:
+    """Returns the whole page."""
     grids, statements = found["grids"], statements_of(found)
     versions = sorted({v for grid in grids for kind in KINDS if kind in grid for v in grid[kind]["versions"]})
     beats = sorted({str(grid[kind]["beats"]) for grid in grids for kind in KINDS if kind in grid})

@@ -45,6 +45,7 @@ LABELS = ("lift [mN]", "drag [mN]", "power [mW]", "lift / drag", "lift / power [
 
 @contextlib.contextmanager
 def quietly() -> Iterator[None]:
+    """Prints nothing inside."""
     with contextlib.redirect_stdout(io.StringIO()):
         yield
 
@@ -161,6 +162,7 @@ def pressure(case: Case, folder: Path) -> Picture | None:
 
 
 def individuals(cases: Mapping[str, Case], folder: Path) -> Picture:
+    """Draws the means and curves of all individuals."""
     runs = individual_runs(cases)
     path = folder / "individuals.png"
     compare_individuals.draw(runs, compare_individuals.table_of(runs), path)

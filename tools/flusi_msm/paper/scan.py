@@ -104,6 +104,7 @@ class Scan:
 
     @property
     def cases(self) -> list[Case]:
+        """Returns all flights."""
         return [case for _, pair in self.points for case in pair.values()]
 
 
@@ -128,6 +129,7 @@ def distance(point: dict[str, Any]) -> float:
 
 
 def has_both_signs(point: dict[str, Any]) -> bool:
+    """Returns whether bending changes both ratios at a point in the paper's direction."""
     return all((point["change_percent"][key] or 0) * PAPER["change_percent"][key] > 0 for key in CHANGES)
 
 

@@ -29,6 +29,7 @@ downstroke: the chord then makes a smaller angle with the stroke plane in the do
 
 
 def range_table(found: dict[str, Any]) -> str:
+    """Returns the paper's numbers and the range of the scan as HTML."""
     heads: list[Head] = ["", *((head, True) for head in ("paper", "shipped", "nearest point", "lowest", "highest")), "within the scan"]
     rows = [[escape(name_of(row["quantity"])), *(value_text(row["quantity"], row[key])
                                                  for key in ("paper", "shipped", "nearest", "lowest", "highest")),
@@ -53,6 +54,7 @@ def slope_table(found: dict[str, Any]) -> str:
 
 
 def point_table(found: dict[str, Any]) -> str:
+    """Returns all points as HTML, the nearest to the paper first."""
     heads: list[Head] = ["mean pitch, amplitude, tilt [°]", *((f"{LABELS[key]}, {kind}", True) for kind in (RIGID, FLEXIBLE) for key in COLUMNS),
              *((f"change of {LABELS[key].split(' [')[0]} [%]", True) for key in CHANGES), ("away from the paper [%]", True)]
     rows = []
@@ -64,6 +66,7 @@ def point_table(found: dict[str, Any]) -> str:
 
 
 def page(found: dict[str, Any], pictures: Sequence[Picture]) -> str:
+    """Returns the whole page."""
     notes = [f"Not finished yet: {len(found['missing'])} flights."] if found["missing"] else []
     if len(found["versions"]) > 1:
         notes.append(f"Flights were made by several versions of the program: {', '.join(found['versions'])}.")

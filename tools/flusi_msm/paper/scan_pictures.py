@@ -62,6 +62,7 @@ def colours_of(quantity: Quantity, fields: Sequence[np.ndarray], paper: float) -
 
 def draw_cell_numbers(ax: Axes, places: tuple[Sequence[float], Sequence[float]], values: np.ndarray, colours: Colormap, norm: Normalize,
                       is_change: bool) -> None:
+    """Writes the numbers of a map into its cells."""
     for (v, u), value in zip(((v, u) for v in places[1] for u in places[0]), values.ravel()):
         if not np.isfinite(value):
             ax.text(u, v, "–", ha="center", va="center", color="0.4")

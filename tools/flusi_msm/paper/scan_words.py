@@ -18,22 +18,26 @@ def place_of(point: dict[str, Any]) -> str:
 
 
 def name_of(quantity: Quantity) -> str:
+    """Returns the name of a quantity for readers."""
     kind, key = quantity
     return f"change of {NAMES[key]}" if kind == "change" else f"{NAMES[key]}, {kind} wings"
 
 
 def value_text(quantity: Quantity, value: float | None) -> str:
+    """Writes a value; a dash if there is none."""
     if value is None:
         return "–"
     return f"{value:+.0f} %" if quantity[0] == "change" else f"{value:.3f}" if abs(value) < 10 else f"{value:.1f}"
 
 
 def size_of_scan(found: dict[str, Any]) -> str:
+    """Tells how many points have both wings."""
     here, flown = len(found["scan"]), len(complete(found))
     return f"{flown} of {here} points of the scan have both wings" if flown < here else f"All {here} points of the scan have both wings"
 
 
 def nearest_sentence(found: dict[str, Any]) -> str:
+    """Tells which point is nearest to the paper."""
     point, shipped = found["nearest"], shipped_of(found)
     text = (f"Nearest to the paper is {place_of(point)}: lift, drag and power of both wings are {100 * point['distance']:.0f} % away "
             "from the paper's (root mean square of the six)")
@@ -45,6 +49,7 @@ def nearest_sentence(found: dict[str, Any]) -> str:
 
 
 def changes_text(point: dict[str, Any]) -> str:
+    """Tells what bending changes at a point."""
     parts = []
     for key in CHANGES:
         here = point["change_percent"][key]
@@ -54,6 +59,7 @@ def changes_text(point: dict[str, Any]) -> str:
 
 
 def sign_sentence(found: dict[str, Any]) -> str:
+    """Tells at how many points bending changes both ratios in the paper's direction."""
     points = complete(found)
     both = [point for point in points if has_both_signs(point)]
     paper = " and ".join(f"{NAMES[key]} {PAPER['change_percent'][key]:+.0f} %" for key in CHANGES)
@@ -73,6 +79,7 @@ def undefined_sentence(found: dict[str, Any]) -> str:
 
 
 def sentences(found: dict[str, Any]) -> list[str]:
+    """Returns what the scan says, in sentences."""
     made = [size_of_scan(found) + "."]
     if complete(found):
         made += [nearest_sentence(found), sign_sentence(found), undefined_sentence(found), range_sentence(found)]

@@ -17,6 +17,7 @@ WORDS = {True: "agrees", False: "differs", None: "open"}
 
 
 def statement(topic: str, paper: str, here: str, agrees: object, sentence: str) -> dict[str, Any]:
+    """Returns a statement as it is stored; `agrees` is None if it is open."""
     return {"topic": topic, "paper": paper, "here": here, "agrees": None if agrees is None else bool(agrees),
             "sentence": sentence}
 
@@ -27,6 +28,7 @@ def pairs_of(found: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def signed(value: float) -> str:
+    """Writes a change with its sign."""
     return f"{value:+.0f} %"
 
 
@@ -55,6 +57,7 @@ def sign_statements(pairs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def value_statements(pairs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """States how near all values are to the paper's."""
     made = []
     for kind in (RIGID, FLEXIBLE):
         for key, name in NAMES.items():
@@ -67,6 +70,7 @@ def value_statements(pairs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def convergence_statement(pairs: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """States by how much the two finest grids differ."""
     if len(pairs) < 2:
         return statement("grid", "1024 points", f"{pairs[-1]['points']} points", None,
                          "One grid alone tells nothing about convergence.")
@@ -81,6 +85,7 @@ def convergence_statement(pairs: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def force_statements(pairs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """States how the forces over the beat compare."""
     made = []
     finest = pairs[-1]
     rigid, flexible = (finest[kind]["peak_lift_mN"] for kind in (RIGID, FLEXIBLE))
@@ -100,10 +105,12 @@ def force_statements(pairs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def near_reversal(phase: float) -> bool:
+    """Returns whether a phase is near a reversal of the stroke."""
     return min(abs(phase - place) for place in (0.0, 0.5, 1.0)) <= REVERSAL
 
 
 def shape_statements(grid: dict[str, Any]) -> list[dict[str, Any]]:
+    """States how the deformation compares."""
     shape = grid["deformation"]
     tip, twist, trailing = shape["tip"], shape["twist_75"], shape["trailing_edge_50"]
     low, high = TIP_DEFLECTION
@@ -138,6 +145,7 @@ def shape_statements(grid: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def pressure_statements(pressure: dict[str, Any]) -> list[dict[str, Any]]:
+    """States how the pressure compares; nothing without pressure."""
     if not pressure:
         return []
     down, up = (pressure[str(phase)] for phase in (MID_DOWN, MID_UP))
@@ -153,6 +161,7 @@ def pressure_statements(pressure: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def individual_statements(individuals: dict[str, Any]) -> list[dict[str, Any]]:
+    """States how the spread over individuals compares."""
     made, paper = [], PAPER["spread_of_individuals_percent"]
     here = individuals["spread_percent"]
     largest = max(QUANTITIES[:3], key=here.get)

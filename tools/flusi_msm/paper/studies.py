@@ -40,11 +40,13 @@ class Comparison:
         self.cases = list({case.name: case for case in [*self.pairs, *self.individuals.values()]}.values())
 
     def write_page(self) -> Path:
+        """Writes the page; returns its path."""
         from flusi_msm.paper.page import write_page
         return write_page(self.folder, self.pairs, self.individuals)
 
 
 class EnsembleStudy:
+    """Flexible wings whose stiffness is drawn."""
     lines = False
 
     def __init__(self, folder: Path, ini: Path, grid: int, members: int, beats: int, joint_factor: float) -> None:
@@ -52,11 +54,13 @@ class EnsembleStudy:
         self.name, self.cases = self.ensemble.name, self.ensemble.cases
 
     def write_page(self) -> Path:
+        """Writes the page; returns its path."""
         from flusi_msm.paper.ensemble_page import write_page
         return write_page(self.folder, self.ensemble)
 
 
 class ScanStudy:
+    """A scan of the kinematics."""
     lines = False
 
     def __init__(self, folder: Path, ini: Path, grid: int, sizes: Sequence[int], steps: Sequence[float], beats: int) -> None:
@@ -64,6 +68,7 @@ class ScanStudy:
         self.name, self.cases = self.scan.name, self.scan.cases
 
     def write_page(self) -> Path:
+        """Writes the page; returns its path."""
         from flusi_msm.paper.scan_page import write_page
         return write_page(self.folder, self.scan)
 
@@ -84,5 +89,6 @@ class Pages:
             self.last = self.clock()
 
     def write_all(self) -> None:
+        """Writes all pages and prints where they are."""
         for study in self.studies:
             print(study.write_page(), flush=True)

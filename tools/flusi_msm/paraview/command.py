@@ -67,6 +67,7 @@ def script_of(folder: Path, levels: Sequence[float] | None, frequency: float) ->
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="RUN", type=Path, help="folder of a run")
     parser.add_argument("--levels", help="of |omega|, separated by commas (default: as tools/render)")
@@ -86,4 +87,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("open_in_paraview", main)

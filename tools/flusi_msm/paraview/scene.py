@@ -23,6 +23,7 @@ VECTOR = "{0}x*iHat + {0}y*jHat + {0}z*kHat"
 
 
 def path_of(name: str) -> str:
+    """Returns the path of a file of the run."""
     return os.path.join(FOLDER, name)
 
 
@@ -44,6 +45,7 @@ def magnitude(flow: Any) -> Any:
 
 
 def coloured(source: Any, view: Any, colour: str, opacity: float) -> Any:
+    """Shows a source in one colour."""
     shown = pv.Show(source, view)
     shown.ColorArrayName = ["POINTS", ""]  # one colour
     shown.DiffuseColor = shown.AmbientColor = [int(colour[i:i + 2], 16) / 255 for i in (1, 3, 5)]
@@ -52,6 +54,7 @@ def coloured(source: Any, view: Any, colour: str, opacity: float) -> Any:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     view = pv.GetActiveViewOrCreate("RenderView")
     view.ViewSize = [1200, 900]
     view.Background = [1.0, 1.0, 1.0]

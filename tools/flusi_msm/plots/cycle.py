@@ -39,6 +39,7 @@ def span(cycles: Sequence[int]) -> str:
 
 
 def mean_text(run: FlappingRun, quantity: str, cycles: list[int], spread: bool = True) -> str:
+    """Writes a mean with its spread, and in SI where its unit is known."""
     mean, half = run.means(quantity, cycles)
     text = f"{mean:.4g}"
     if spread and len(cycles) > 1:
@@ -48,6 +49,7 @@ def mean_text(run: FlappingRun, quantity: str, cycles: list[int], spread: bool =
 
 
 def print_means(runs: Sequence[Chosen]) -> None:
+    """Prints the means of all runs."""
     for run, cycles, label in runs:
         print(f"{label}, {span(cycles)}:")
         for quantity in QUANTITIES:
@@ -84,6 +86,7 @@ def write_csv(path: str | Path, runs: Sequence[Chosen]) -> None:
 # ---- drawing -------------------------------------------------------------------------------------
 
 def draw(runs: Sequence[Chosen], out: str | Path) -> None:
+    """Draws all runs in one picture."""
     shown = [(main, extra) for main, extra in PANELS if any(main in run.signals for run, _, _ in runs)]
     use_style()
     figure, axes = plt.subplots(len(shown), 1, sharex=True, squeeze=False,
@@ -109,6 +112,7 @@ def stroke_of(runs: Sequence[Chosen]) -> np.ndarray | None:
 
 
 def shade(ax: Axes, down: np.ndarray | None, labelled: bool) -> None:
+    """Shades up- and downstroke."""
     if down is None:
         return
     ends = np.concatenate([[0], 1 + np.flatnonzero(np.diff(down.astype(int))), [len(down)]])
@@ -144,6 +148,7 @@ def starts_suddenly(run: FlappingRun, cycles: Sequence[int], quantity: str) -> b
 
 
 def draw_panel(ax: Axes, runs: Sequence[Chosen], main: str, extra: Sequence[str]) -> None:
+    """Draws one quantity of all runs, with thin lines for what belongs to it."""
     ax.axhline(0, color="0.6", linewidth=0.6)
     strong = []
     for number, (run, cycles, label) in enumerate(runs):
@@ -190,6 +195,7 @@ def best_curve(run: FlappingRun, quantity: str, cycles: list[int]) -> tuple[np.n
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folders", nargs="+", metavar="DIR", help="folder of a run")
     parser.add_argument("--cycles", default="last", help="cycles to average and draw strongly: last (default), all, "
@@ -221,4 +227,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_cycle", main)

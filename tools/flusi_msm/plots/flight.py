@@ -56,6 +56,7 @@ def draw_path(ax: Axes, time: np.ndarray, states: np.ndarray, across: int, names
 
 
 def draw_lines(ax: Axes, time: np.ndarray, columns: np.ndarray, names: Sequence[str], label: str, title: str) -> None:
+    """Draws columns over time."""
     for i, (values, name) in enumerate(zip(columns.T, names)):
         ax.plot(time, values, color=COLOURS[i], label=name)
     ax.axhline(0, color="0.7", linewidth=0.6, zorder=0)
@@ -73,6 +74,7 @@ def smooth(time: np.ndarray, values: np.ndarray, period: float) -> tuple[np.ndar
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", help="folder of a run")
     parser.add_argument("--frequency", type=float, default=1.0, help="wing beats per unit of time (default 1)")
@@ -106,4 +108,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_flight", main)

@@ -47,6 +47,7 @@ def spread_of(values: np.ndarray) -> tuple[float, float]:
 
 
 def text_of(runs: Sequence[Chosen], table: Mapping[str, np.ndarray]) -> str:
+    """Returns the table of all individuals as text."""
     lines = ["normalised by rho R^4 f^2 and rho R^5 f^3; " + ", ".join(sorted({span(c) for _, c, _ in runs})), "",
              f"{'':16}" + "".join(f"{name:>20}" for name in table)]
     for n, (_, _, label) in enumerate(runs):
@@ -76,6 +77,7 @@ def write(path: Path, runs: Sequence[Chosen], table: Mapping[str, np.ndarray]) -
 
 
 def draw(runs: Sequence[Chosen], table: Mapping[str, np.ndarray], out: Path) -> None:
+    """Draws box plots of the means and the curves over the beat."""
     use_style()
     figure, axes = plt.subplots(len(QUANTITIES), 2, figsize=(8.4, 2.3 * len(QUANTITIES)), layout="constrained",
                                 width_ratios=(1, 3.2))
@@ -103,6 +105,7 @@ def draw(runs: Sequence[Chosen], table: Mapping[str, np.ndarray], out: Path) -> 
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folders", metavar="DIR", nargs="+", type=Path, help="folders of the runs, two or more")
     parser.add_argument("--cycles", help="as in plot_cycle (default: the last two)")
@@ -136,4 +139,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("compare_individuals", main)

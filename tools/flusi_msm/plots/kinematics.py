@@ -64,6 +64,7 @@ def keys_of(text: str) -> dict[str, str]:
 
 
 def motion_of_series(path: Path, text: str) -> Motion:
+    """Returns the motion of a section [kinematics]."""
     keys = keys_of(text)
 
     def numbers(key: str, n: int) -> np.ndarray:
@@ -97,6 +98,7 @@ def motion_of_series(path: Path, text: str) -> Motion:
 
 
 def motion_of_table(path: Path, text: str) -> Motion:
+    """Returns the motion of a table of kinematics_loader."""
     lines = [re.split(r"[;#!%]", line)[0].split() for line in text.splitlines()]
     try:
         rows = [[float(word) for word in line] for line in lines if line]
@@ -114,6 +116,7 @@ def motion_of_table(path: Path, text: str) -> Motion:
 
 
 def fourier(mean: float, a: np.ndarray, b: np.ndarray) -> Angle:
+    """Returns the function of a Fourier series."""
     k = 2 * np.pi * np.arange(1, len(a) + 1)
     return lambda x: mean + np.cos(np.multiply.outer(x, k)) @ a + np.sin(np.multiply.outer(x, k)) @ b
 
@@ -161,6 +164,7 @@ def half_strokes(phi: np.ndarray) -> np.ndarray:
 # ---- drawing -------------------------------------------------------------------------------------
 
 def draw(path: str | Path, eta: float, pitch: float, count: int, out: str | Path) -> None:
+    """Draws the motion of a file."""
     motion = read_motion(path)
     x = np.linspace(0, motion.length, 1 + max(400, int(400 * motion.length)))
     angles = motion(x)
@@ -182,6 +186,7 @@ def draw(path: str | Path, eta: float, pitch: float, count: int, out: str | Path
 
 
 def draw_angles(ax: Axes, x: np.ndarray, angles: Mapping[str, np.ndarray]) -> None:
+    """Draws the angles over the cycle."""
     down = half_strokes(angles["phi"])
     edges = np.flatnonzero(np.diff(np.concatenate([[False], down, [False]]).astype(int)))
     for begin, end in edges.reshape(-1, 2):
@@ -236,6 +241,7 @@ def draw_lollipops(ax: Axes, motion: Motion, begin: float, end: float, down: boo
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("file", help="kinematics file (.ini) or table (.dat)")
     parser.add_argument("--eta", type=float, default=-90.0, help="stroke-plane angle in degrees (default -90: the "
@@ -251,4 +257,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_kinematics", main)

@@ -36,6 +36,7 @@ def read_fit(path: str | Path) -> tuple[dict[str, tuple[float, ...]], dict[str, 
 
 
 def draw(unknowns: Mapping[str, tuple[float, ...]], loadings: Mapping[str, np.ndarray]) -> Figure:
+    """Draws readings, fit and residuals."""
     use_style()
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(6.0, 6.0), sharex=True, height_ratios=(3, 2))
     stiffness, low, high = unknowns["EI"]
@@ -60,6 +61,7 @@ def draw(unknowns: Mapping[str, tuple[float, ...]], loadings: Mapping[str, np.nd
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("fit", metavar="FIT.txt", help="what bench_prepazy printed")
     parser.add_argument("-o", "--output", required=True, metavar="PICTURE")
@@ -68,4 +70,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_prepazy", main)

@@ -57,6 +57,7 @@ def rows_of(runs: Sequence[Chosen]) -> list[Row]:
 
 
 def text_of(runs: Sequence[Chosen], rows: Sequence[Row]) -> str:
+    """Returns the comparison as text."""
     labels = [label for _, _, label in runs]
     lines = [f"{label}: {run.folder}, {span(cycles)}" for run, cycles, label in runs]
     head = f"{'':24}" + "".join(f"{label[:20]:>22}" for label in labels) + f"{'change':>10}"
@@ -91,6 +92,7 @@ def write(path: Path, runs: Sequence[Chosen], rows: Sequence[Row]) -> None:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("rigid", metavar="RIGID", help="folder of the run to compare with")
     parser.add_argument("flexible", metavar="FLEXIBLE", help="folder of the other run")
@@ -121,4 +123,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("compare_runs", main)

@@ -55,12 +55,14 @@ def panels_of(series: Series, wanted: Sequence[str]) -> list[tuple[str, list[int
 
 
 def with_unit(label: str, series: Series, columns: Sequence[int]) -> str:
+    """Returns the label with the unit of its columns, if they have one in common."""
     units = {series.units[i] for i in columns}
     unit = units.pop() if len(units) == 1 else ""
     return f"{label} [{unit}]" if unit and "[" not in label else label
 
 
 def draw(files: Sequence[str | Path], wanted: Sequence[str], out: str | Path) -> None:
+    """Draws all files in one picture."""
     all_series = [read_series(path) for path in files]
     for series in all_series:
         if len(series.data) < 2:
@@ -85,6 +87,7 @@ def draw(files: Sequence[str | Path], wanted: Sequence[str], out: str | Path) ->
 
 
 def draw_panel(ax: Axes, content: Sequence[tuple[Series, list[int]]], label: str) -> None:
+    """Draws columns of one or more files in one panel."""
     lines = ("-", "--", ":", "-.")
     n_curves = sum(len(columns) for _, columns in content)
     for number, (series, columns) in enumerate(content):
@@ -121,6 +124,7 @@ def limit_axis(ax: Axes, curves: Sequence[np.ndarray]) -> None:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", nargs="+", metavar="FILE.t")
     parser.add_argument("--columns", help="names of columns, separated by commas")
@@ -133,4 +137,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_series", main)

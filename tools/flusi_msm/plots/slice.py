@@ -89,6 +89,7 @@ def colour_range(values: np.ndarray, outside: np.ndarray, quantity: str, limit: 
 
 def draw(snapshot: Snapshot, quantity: str | None, plane: str | None, index: int | None, position: float | None, limit: float | None,
          out: str | Path | None) -> None:
+    """Draws a quantity on a plane."""
     labels = fields_in(snapshot.folder)[snapshot.label]
     reference = load_field(snapshot, quantity if quantity in labels else sorted(labels)[0])
     is_middle = index is None and position is None
@@ -136,11 +137,13 @@ def picture_size(ratio: float) -> tuple[float, float]:
 
 
 def extent_of(values: np.ndarray, low: float, high: float) -> str:
+    """Returns at which ends values go beyond the colour scale."""
     below, above = bool(np.nanmin(values) < low), bool(np.nanmax(values) > high)
     return {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")
 
 
 def title(field: Field, axis: int, index: int) -> str:
+    """Returns the title: time, place, viscosity, grid."""
     place = field.origin[axis] + index * field.spacing[axis]
     parts = [f"$t = {field.time:.4g}$"] if np.isfinite(field.time) else []
     if field.n[axis] > 1:
@@ -152,6 +155,7 @@ def title(field: Field, axis: int, index: int) -> str:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("sources", nargs="+", metavar="DIR|FILE", help="folder of a run, or field files")
     parser.add_argument("--time", type=float, help="the snapshot nearest to this time")
@@ -188,4 +192,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_slice", main)

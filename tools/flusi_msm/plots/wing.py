@@ -38,6 +38,7 @@ CUTICLE = LinearSegmentedColormap.from_list("cuticle", ["#D9A441", "#A8642A", "#
 
 
 def outline_edges(wing: Wing) -> np.ndarray:
+    """Returns the edges (k, 2) that belong to one triangle."""
     edges, count = wing.edges()
     return edges[count == 1]
 
@@ -101,6 +102,7 @@ def draw_joints(axes: Axes, wing: Wing, xy: np.ndarray) -> list[str]:
 
 
 def field_of(path: str | Path, dataset: str, n: int) -> np.ndarray:
+    """Returns the values of a dataset at the points of the wing."""
     try:
         with h5py.File(path, "r") as file:
             values = np.asarray(file[dataset][:], float)
@@ -184,6 +186,7 @@ def beside(path: str | Path, kind: str) -> Path:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("wing", metavar="WING", nargs="?", help="wing file")
     parser.add_argument("-o", "--output", metavar="PNG", help="picture to write (default: beside the last file, "
@@ -210,4 +213,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_wing", main)

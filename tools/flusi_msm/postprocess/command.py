@@ -88,6 +88,7 @@ def run(arguments: list[str]) -> None:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     run_command("postprocess", lambda: run(sys.argv[1:]))
 
 

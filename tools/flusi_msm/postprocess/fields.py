@@ -59,6 +59,7 @@ class Field:
 
     @property
     def time(self) -> float | None:
+        """Returns the time of the field; None if the file does not state it."""
         return float(np.ravel(self.attributes["time"])[0]) if "time" in self.attributes else None
 
     def number(self, name: str) -> float:
@@ -79,10 +80,12 @@ class Field:
 
     @property
     def origin(self) -> np.ndarray:
+        """Returns the place of the first point."""
         return np.ravel(self.attributes.get("origin", np.zeros(3))).astype(float)
 
     @property
     def spacing(self) -> np.ndarray:
+        """Returns the distances of the points."""
         return self.length / self.n
 
     def read(self, box: Box | None = None) -> np.ndarray:
@@ -138,10 +141,12 @@ def open_fields(paths: Sequence[str], same_time: bool = False) -> list[Field]:
 
 
 def points(n: Sequence[int]) -> str:
+    """Writes a number of points."""
     return " x ".join(str(value) for value in n)
 
 
 def box_text(size: np.ndarray) -> str:
+    """Writes the size of a box."""
     return " x ".join(f"{value:g}" for value in np.ravel(size))
 
 

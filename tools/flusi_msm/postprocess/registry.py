@@ -24,9 +24,11 @@ class Call:
     options: dict[str, list[str]]
 
     def has(self, option: str) -> bool:
+        """Returns whether an option was given."""
         return option in self.options
 
     def number(self, option: str, default: float | None = None) -> float | None:
+        """Returns the number of an option, or the default."""
         return as_number(self.options[option][0], f"--{option}") if option in self.options else default
 
     def fields(self, paths: Sequence[str], outputs: Sequence[str] = (), same_time: bool = False) -> list[Field]:
@@ -43,6 +45,7 @@ class Call:
         return Output(path, like, kind, self.tool.name, shape, **attributes)
 
     def save(self, path: str, like: Field, values: np.ndarray, **attributes: Any) -> None:
+        """Writes a field file and prints its range."""
         with self.output(path, like, values.shape, **attributes) as out:
             out.write(values)
         print(f"{path}: {dataset_name(Path(path))}, {' x '.join(map(str, values.shape[::-1]))} points, "
@@ -84,6 +87,7 @@ def tool(name: str, words: str, about: str, memory: str = "slabs", options: dict
 
 
 def as_number(text: str, what: str) -> float:
+    """Returns a number; raises an InputError if the text is none."""
     try:
         value = float(text)
     except ValueError:
@@ -94,6 +98,7 @@ def as_number(text: str, what: str) -> float:
 
 
 def as_count(text: str, what: str, least: int = 0) -> int:
+    """Returns a whole number; raises an InputError if the text is none."""
     try:
         value = int(text)
     except ValueError:

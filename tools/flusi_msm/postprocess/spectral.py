@@ -48,6 +48,7 @@ def add_derivative(out: np.ndarray, field: Field, direction: int, factor: float 
 
 
 def derivative(field: Field, direction: int, scheme: str = "spectral") -> np.ndarray:
+    """Returns the derivative of a field along a direction."""
     out = np.zeros(field.shape)
     add_derivative(out, field, direction, 1.0, scheme)
     return out
@@ -138,6 +139,7 @@ def inverse_curl(w: Sequence[Field], c: int) -> np.ndarray:
 
 
 def laplacian(field: Field) -> np.ndarray:
+    """Returns the Laplacian of a field."""
     k2 = square(wavenumbers(field.n, field.length))
     return np.fft.irfftn(-k2 * np.fft.rfftn(field.read()), s=field.shape, axes=(0, 1, 2))
 

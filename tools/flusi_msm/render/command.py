@@ -83,6 +83,7 @@ def colours_of(n: int) -> tuple[Sequence[str | tuple[float, ...]], Sequence[floa
 
 
 def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Returns unit normals at the points of a surface."""
     a, b, c = (points[triangles[:, n]] for n in range(3))
     face = np.cross(b - a, c - a)
     normals = np.zeros_like(points)
@@ -115,9 +116,11 @@ class Scene:
             self.wings = [iso_surface(self.mask, 0.5, self.origin, self.spacing)]
 
     def fluid(self) -> np.ndarray:
+        """Returns which points are in the fluid."""
         return np.isfinite(self.values) if self.mask is None else np.isfinite(self.values) & (self.mask < 0.01)
 
     def surfaces(self, levels: Sequence[float]) -> list[Surface]:
+        """Returns everything that is drawn, with iso-surfaces of these levels."""
         found = [Surface(*wing, to_rgb(WING), 1.0) for wing in self.wings]
         found += [Surface(*body, to_rgb(BODY), 1.0) for body in self.body]
         found += [Surface(*twin, to_rgb(TWIN), TWIN_OPACITY) for twin in self.twins]
@@ -146,6 +149,7 @@ class Scene:
 # ---- drawing -------------------------------------------------------------------------------------
 
 def compose(pixels: np.ndarray, scene: Scene, levels: Sequence[float], camera: Camera, out: Path) -> None:
+    """Draws the picture with its legend."""
     use_style()
     height, width = pixels.shape[:2]
     dpi = height / 6
@@ -207,6 +211,7 @@ def drawable(folder: Path) -> list[str]:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", metavar="DIR", type=Path, help="folder of a run")
     which = parser.add_mutually_exclusive_group()
@@ -285,4 +290,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("render", main)

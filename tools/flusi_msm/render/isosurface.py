@@ -105,5 +105,6 @@ def _gradient(values: np.ndarray, ends: np.ndarray, place: np.ndarray, spacing: 
 
 
 def area(points: np.ndarray, triangles: np.ndarray) -> float:
+    """Returns the area of a surface."""
     a, b, c = (points[triangles[:, n]] for n in range(3))
     return float(np.sum(np.linalg.norm(np.cross(b - a, c - a), axis=1)) / 2)

@@ -41,6 +41,7 @@ def write_movie(pictures: Sequence[Path], out: Path, rate: float) -> None:
 
 
 def write_mp4(frames: Sequence[Image.Image], out: Path, rate: float) -> None:
+    """Writes a movie with ffmpeg."""
     with tempfile.TemporaryDirectory() as folder:
         for number, frame in enumerate(frames):
             frame.save(Path(folder) / f"{number:06d}.png")

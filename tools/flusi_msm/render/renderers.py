@@ -43,6 +43,7 @@ class Camera:
 
     @property
     def position(self) -> np.ndarray:
+        """Returns the place of the camera."""
         return self.focus + self.distance * self.backward
 
     def project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -174,6 +175,7 @@ def why_no_pyvista() -> str:
 
 
 def render_pyvista(surfaces: Sequence[Surface], camera: Camera, height: int) -> np.ndarray:
+    """Returns the picture (height, width, 4) that PyVista draws."""
     import pyvista
     import vtk
     vtk.vtkLogger.SetStderrVerbosity(vtk.vtkLogger.VERBOSITY_OFF)

@@ -45,9 +45,11 @@ class WingSurface:
             raise InputError(f"{path}: a triangle names a point that is not there")
 
     def in_wing_frame(self, points: np.ndarray | None = None) -> np.ndarray:
+        """Returns points in the frame of the wing."""
         return ((self.points if points is None else points) - self.hinge) @ self.matrix.T
 
     def in_space(self, points: np.ndarray) -> np.ndarray:
+        """Returns points in space."""
         return np.asarray(points) @ self.matrix + self.hinge
 
     def length(self) -> float:
@@ -89,10 +91,12 @@ def load_body(snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray] | None:
 
 
 def surface_path(snapshot: Snapshot, side: str) -> Path:
+    """Returns the path of the surface of a wing."""
     return snapshot.folder / f"wing_{side}_{snapshot.label}.h5"
 
 
 def load_surface(snapshot: Snapshot, side: str) -> WingSurface:
+    """Reads the surface of a wing."""
     return WingSurface(surface_path(snapshot, side), side)
 
 

@@ -38,6 +38,7 @@ class CyclicSignal:
         return phase, np.concatenate([ends[:1], self.values[inside], ends[1:]])
 
     def at(self, number: int, phases: np.ndarray) -> np.ndarray:
+        """Returns the values at phases of a cycle."""
         return np.interp(phases, *self.cycle(number))
 
     def mean(self, number: int) -> float:
@@ -62,6 +63,7 @@ class FlappingRun:
 
     @property
     def name(self) -> str:
+        """Returns the name of the folder."""
         return self.folder.resolve().name
 
     def _read(self, name: str) -> Series | None:

@@ -51,6 +51,7 @@ class Series:
 
     @property
     def time(self) -> np.ndarray:
+        """Returns the times."""
         return self.data[:, 0]
 
     def index(self, name: str) -> int:
@@ -254,14 +255,17 @@ def choose_snapshot(folder: Path, time: float | None, label: str | None) -> Snap
 
 
 def field_path(snapshot: Snapshot, name: str) -> Path:
+    """Returns the path of a field."""
     return snapshot.folder / f"{name}_{snapshot.label}.h5"
 
 
 def has_field(snapshot: Snapshot, name: str) -> bool:
+    """Returns whether a field was saved."""
     return field_path(snapshot, name).is_file()
 
 
 def load_field(snapshot: Snapshot, name: str) -> Field:
+    """Opens a field."""
     return Field(field_path(snapshot, name))
 
 

@@ -69,6 +69,7 @@ def sections_of(snapshot: Snapshot, wing: WingSurface, fractions: Sequence[float
 
 
 def draw_sections(snapshot: Snapshot, side: str, fractions: Sequence[float], limit: float | None, out: str | Path | None) -> None:
+    """Draws sections of a wing next to each other, and prints their range."""
     wing = load_surface(snapshot, side)
     name = "mask" if has_field(snapshot, "mask") else "vorx" if has_field(snapshot, "vorx") else "ux"
     sections = sections_of(snapshot, wing, fractions, load_field(snapshot, name).spacing.min())
@@ -104,6 +105,7 @@ def draw_sections(snapshot: Snapshot, side: str, fractions: Sequence[float], lim
 
 
 def draw_section(ax: Axes, section: Section, limit: float) -> AxesImage:
+    """Draws one section."""
     y, z = section.y, section.z
     half = (y[1] - y[0]) / 2
     image = ax.imshow(section.vorticity, origin="lower", cmap="RdBu_r", vmin=-limit, vmax=limit, aspect="equal",

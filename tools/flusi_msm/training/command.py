@@ -66,6 +66,7 @@ def pictures_of(training: Training) -> Iterator[tuple[str, str, str, Figure]]:
 
 
 def png_of(figure: Figure) -> bytes:
+    """Returns a figure as PNG."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", bbox_inches="tight", pad_inches=0.05)
     plt.close(figure)
@@ -73,6 +74,7 @@ def png_of(figure: Figure) -> bytes:
 
 
 def write(path: Path, content: bytes) -> None:
+    """Writes a file; raises an InputError if that is not possible."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)
@@ -82,6 +84,7 @@ def write(path: Path, content: bytes) -> None:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="RUN_FOLDER", help="where msm_train ran, or a NAME_history.h5")
     parser.add_argument("--name", metavar="NAME", help="which training, if the folder holds several")
@@ -104,4 +107,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_training", main)

@@ -73,6 +73,7 @@ def draw_loads(training: Training) -> list[Figure]:
 
 
 def draw_page(training: Training, loads: Sequence[Load]) -> Figure:
+    """Draws the maps of some loads on one page."""
     low, high = frame_of(training)
     width = 3.55
     height = width * (high - low)[1] / (high - low)[0]

@@ -157,6 +157,7 @@ def draw_parameters(training: Training) -> Figure:
 
 
 def draw_parameter(axes: Axes, y: float, p: Parameter) -> None:
+    """Draws one row: range, value and interval."""
     colour = VERDICT_COLOURS.get(p.verdict, OPEN)
     axes.plot([p.low, p.high], [y, y], color=PALE, lw=7, solid_capstyle="butt", zorder=1)
     if p.verdict in ("determined", "roughly"):
@@ -201,6 +202,7 @@ def dress_parameters(axes: Axes, group: Sequence[Parameter]) -> None:
 # ---- profiles ------------------------------------------------------------------------------------
 
 def has_profile(p: Parameter) -> bool:
+    """Returns whether there is a profile to draw."""
     return p.interval is not None and p.profile is not None and len(p.profile) > 1
 
 
@@ -226,6 +228,7 @@ def draw_profiles(training: Training) -> Figure | None:
 
 
 def draw_profile(axes: Axes, p: Parameter) -> None:
+    """Draws the profile of one parameter."""
     assert p.profile is not None
     rows = p.profile[np.argsort(p.profile[:, 0])]
     colour = VERDICT_COLOURS.get(p.verdict, OPEN)

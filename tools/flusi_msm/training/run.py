@@ -53,6 +53,7 @@ class Interval:
 
 @dataclass
 class Parameter:
+    """A parameter that was searched."""
     name: str
     unit: str
     low: float                        # bounds of the search
@@ -64,6 +65,7 @@ class Parameter:
 
     @property
     def is_log(self) -> bool:
+        """Returns whether its logarithm was searched."""
         return bool(self.low > 0)
 
     @property
@@ -113,6 +115,7 @@ class Parameter:
         return "not determined" if verdict == "open" else "–"
 
     def interval_text(self) -> str:
+        """Writes both ends of the interval; a dash if they are not known."""
         if self.verdict not in ("determined", "roughly"):
             return "–"
         factor, unit = prefix_of(self.known.best, self.unit)
@@ -161,6 +164,7 @@ class Parameter:
 
 @dataclass
 class Load:
+    """A load, and how well it is fitted."""
     name: str
     rows: np.ndarray                  # (n, 4) x, y, measured, simulated deformation [m]
     point: np.ndarray                 # [m]
@@ -177,6 +181,7 @@ class Load:
 
     @property
     def rms(self) -> float:
+        """Returns the root mean square difference [m]."""
         return float(np.sqrt(np.mean(self.difference**2)))
 
     @property
@@ -195,6 +200,7 @@ class Readings:
 
 @dataclass
 class Training:
+    """Everything that a history file holds."""
     path: Path
     name: str
     cost: str                         # h or chi2
@@ -218,10 +224,12 @@ class Training:
 
     @property
     def is_complete(self) -> bool:
+        """Returns whether the training has ended."""
         return bool(self.outcome)
 
 
 def text_of(value: object) -> str:
+    """Returns a value of HDF5 as text."""
     return value.decode() if isinstance(value, bytes) else str(value)
 
 
@@ -271,6 +279,7 @@ def read_training(path: Path) -> Training:
 
 
 def parts_of(file: h5py.File, path: Path) -> Training:
+    """Reads the parts of a history file."""
     names = text_of(file.attrs["unknowns"]).split()
     units = [unit.strip() for unit in text_of(file.attrs["units"]).split(",")]
     low, high = np.ravel(file.attrs["lower"]), np.ravel(file.attrs["upper"])
@@ -288,6 +297,7 @@ def parts_of(file: h5py.File, path: Path) -> Training:
 
 
 def read_outcome(file: h5py.File, training: Training) -> None:
+    """Reads what exists when the training has ended."""
     group = file["outcome"]
     for name, value in group.attrs.items():
         if isinstance(value, (bytes, str)):
@@ -321,83 +331,3 @@ def read_outcome(file: h5py.File, training: Training) -> None:
         made = file["readings"]
         names, loads = (text_of(made.attrs[name]).split() for name in ("names", "loads"))
         training.readings = Readings(names, loads, made[:])
-
-
-def correlated_pairs(training: Training, limit: float = 0.95) -> list[tuple[str, str, float]]:
-    """Returns (name, name, correlation) of parameters of which the data determine only a combination."""
-    c = training.covariance
-    if c is None or len(c) != len(training.parameters):
-        return []
-    sd = np.sqrt(np.diag(c))
-    names = [p.label for p in training.parameters]
-    known = [p.verdict in ("determined", "roughly") for p in training.parameters]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        r = c / np.outer(sd, sd)
-    return [(names[i], names[j], float(r[i, j])) for i in range(len(names)) for j in range(i)
-            if known[i] and known[j] and abs(r[i, j]) > limit]
-
-
-def warnings_of(training: Training) -> list[str]:
-    """Lists what a reader must know to judge the table."""
-    found, out = [], training.outcome
-    if not training.is_complete:
-        found.append("The training has not reached its end: there is no trained wing yet. Go on with "
-                     "msm_train --restart.")
-    elif all(p.interval is None for p in training.parameters):
-        found.append("There are no intervals: whether the measurements determine these numbers is not known. "
-                     "Train with polish = yes and intervals = yes in [Polish].")
-    ratio = error_ratio(training)
-    if ratio > 1.5:
-        found.append(f"Simulation and measurement differ {ratio:.2g} times as much as the declared errors allow: the "
-                     "wing model or the declared errors miss something, and the intervals are too narrow.")
-    elif is_beyond_chance(training):
-        found.append(f"The differences are larger than chance allows (χ² = {out['chi2']:.0f} of {out['residuals']:.0f} "
-                     "values; with independent errors as declared that happens in less than 1 of 100 cases): the errors "
-                     "may be larger than declared, or the search may have ended in a minimum that is not the lowest. "
-                     "Train again with another seed and compare χ².")
-    elif ratio < 2 / 3:
-        found.append(f"Simulation and measurement differ {1 / ratio:.2g} times less than the declared errors: the "
-                     "declared errors are larger than the true ones, and the intervals are too wide.")
-    for p in training.parameters:
-        if p.verdict in ("determined", "roughly", "unknown") and is_at_bound(p):
-            found.append(f"{p.label} lies at a bound of the search: a wider range may give another value.")
-    for load in training.loads:
-        if not load.is_solved:
-            found.append(f"Load {load.name}: no equilibrium was found at the final values.")
-        elif load.is_excluded:
-            found.append(f"Load {load.name}: the final shape lies in an excluded zone.")
-    if training.is_complete and out.get("cold_difference", 0) > 0.1 * out.get("h", np.inf) > 0:
-        found.append("Solved again from the unloaded wing, the shapes differ by "
-                     f"{in_words(out['cold_difference'], 'm')}: the equilibrium may not be the only one.")
-    if training.generations:
-        share = (training.generations["failed"].sum() / max(1, training.evaluations))
-        if share > 0.2:
-            found.append(f"{100 * share:.0f} % of the candidates had no solution: the bounds may be too wide, or the "
-                         "forces too large.")
-    for one, other, r in correlated_pairs(training):
-        found.append(f"{one} and {other} are determined only together (correlation {r:+.2f}): a larger value of one "
-                     f"goes with a {'larger' if r > 0 else 'smaller'} value of the other.")
-    found += [f"The log says: {line.strip()}" for line in training.log.splitlines() if line.startswith("failed ")]
-    return found
-
-
-def is_beyond_chance(training: Training) -> bool:
-    """Returns whether chi^2 exceeds its 99 % point; for many values it is normal with the variance 2 n."""
-    n, chi2 = training.outcome.get("residuals", 0), training.outcome.get("chi2", 0)
-    return bool(n > 0 and chi2 - n > 2.326 * np.sqrt(2 * n))
-
-
-def is_at_bound(p: Parameter) -> bool:
-    """Returns whether a value is within a thousandth of the range of the search from one of its ends."""
-    if not np.isfinite(p.value):
-        return False
-    low, value, high = (np.log([p.low, p.value, p.high]) if p.is_log and p.value > 0 else (p.low, p.value, p.high))
-    return bool(min(value - low, high - value) < 1e-3 * (high - low))
-
-
-def error_ratio(training: Training) -> float:
-    """Returns the root of the mean squared difference in units of the declared errors, or NaN."""
-    out = training.outcome
-    if not out.get("residuals"):
-        return np.nan
-    return float(np.sqrt(out["chi2"] / out["residuals"]))

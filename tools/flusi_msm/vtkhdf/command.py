@@ -64,6 +64,7 @@ def write(path: Path, steps: list[Step]) -> None:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(prog="to_vtkhdf", description=__doc__)
     parser.add_argument("folder", metavar="RUN", type=Path, help="folder of a run with its *.xmf")
     parser.add_argument("--no-vectors", action="store_true", help="leave the vectors u and vor out, which are read much slower than "

@@ -16,6 +16,7 @@ TRIANGLES = CELLS.index("Polygons")
 
 
 def read(folder: Path, source: Source) -> np.ndarray:
+    """Returns the array of a source."""
     with h5py.File(folder / source.file, "r") as file:
         return file[source.dataset][...]
 

@@ -23,6 +23,7 @@ SMALL = 0.03                  # a deflection below this part of the span is draw
 
 @dataclass
 class Shape:
+    """A deformed wing."""
     path: Path
     title: str
     time: float              # [s], or NaN
@@ -121,6 +122,7 @@ class Sheet:
             self.bar = self.panel(self.LEFT + self.WIDTH + 0.2, top, 0.15, self.chord)
 
     def panel(self, x: float, y: float, width: float, height: float) -> Axes:
+        """Returns a panel at a place [inches]."""
         all_x, all_y = self.figure.get_size_inches()
         return self.figure.add_axes([x / all_x, y / all_y, width / all_x, height / all_y])
 

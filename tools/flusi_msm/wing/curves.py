@@ -112,23 +112,29 @@ class Drawing:
         self.curves: dict[str, Sequence[Control]] = {}
 
     def place(self, name: str, x: float, y: float) -> None:
+        """Adds a place."""
         self.places[name] = (x, y)
 
     def curve(self, name: str, *controls: Control) -> None:
+        """Adds a curve through places and points."""
         self.curves[name] = controls
 
     def position(self, control: Control) -> Point:
+        """Returns the point of a place, or the point itself."""
         return self.places[control] if isinstance(control, str) else control
 
     def scale(self, sx: float, sy: float) -> None:
+        """Multiplies all coordinates."""
         self.places = {k: (p[0] * sx, p[1] * sy) for k, p in self.places.items()}
         self.curves = {k: [c if isinstance(c, str) else (c[0] * sx, c[1] * sy) for c in cs]
                        for k, cs in self.curves.items()}
 
     def dense(self, name: str) -> tuple[list[Point], list[int]]:
+        """Returns dense points on a curve, and the index of every control among them."""
         return spline([self.position(c) for c in self.curves[name]])
 
     def branches(self) -> list[Branch]:
+        """Returns the pieces of all curves between named places."""
         found = []
         for name, controls in self.curves.items():
             points, at = self.dense(name)
@@ -173,6 +179,7 @@ class Drawing:
 
 
 def polygon_area(points: Sequence[Point]) -> float:
+    """Returns the area; it is positive if the polygon is counter-clockwise."""
     total = 0.0
     for a, b in zip(points, [*points[1:], *points[:1]]):
         total += a[0] * b[1] - a[1] * b[0]

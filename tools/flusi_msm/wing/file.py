@@ -33,6 +33,7 @@ class WingMass:
 
 @dataclass
 class Wing:
+    """A wing: points, membrane, veins, joints and what holds it."""
     points: np.ndarray                               # (n, 3) [m]
     triangles: np.ndarray                            # (m, 3)
     veins: dict[str, tuple[list[int], np.ndarray]] = field(default_factory=dict)  # name: (nodes, diameters [m])
@@ -83,6 +84,7 @@ class Wing:
         return mass
 
     def summary(self) -> str:
+        """Describes the wing in lines."""
         text = f"{len(self.points)} points, {len(self.triangles)} triangles, {len(self.veins)} veins, " \
                f"{len(self.joints)} joints, {len(self.root)} root points"
         if len(self.triangles):

@@ -25,17 +25,20 @@ class Attachments:
     soft: set = field(default_factory=set)           # round corners: they are replaced by an end that is near
 
     def add(self, carrier: int, s: float) -> int:
+        """Adds a place; returns its number."""
         self.carrier.append(carrier)
         self.s.append(s)
         self.parent.append(len(self.parent))
         return len(self.parent) - 1
 
     def top(self, k: int) -> int:
+        """Returns the attachment that stands for all that are joined with this one."""
         while self.parent[k] != k:
             k = self.parent[k]
         return k
 
     def join(self, a: int, b: int) -> None:
+        """Joins two attachments."""
         a, b = self.top(a), self.top(b)
         self.parent[max(a, b)] = min(a, b)
 
@@ -67,9 +70,11 @@ class Meetings(VeinLines):
         return found
 
     def half_width(self, piece: Piece) -> float:
+        """Returns half the largest diameter of a vein."""
         return max(d for _, d in self.trace.veins[piece.vein].diameters or ()) / 2
 
     def attach_ends(self) -> None:
+        """Joins the ends of all pieces with what they meet."""
         ends = []
         for piece in self.carriers:
             for s, fixed in ((0.0, piece.start), (piece.line.length, piece.stop)):
@@ -82,6 +87,7 @@ class Meetings(VeinLines):
                 self.attach_end(piece, s, k)
 
     def attach_end(self, piece: Piece, s: float, k: int) -> None:
+        """Joins the end of a piece with the lines near it."""
         vein = self.trace.veins[piece.vein]
         p = piece.line.at(s)
         near = []
@@ -110,6 +116,7 @@ class Meetings(VeinLines):
         return any(line.project(p)[0][0] <= reach for line in self.lost.values())
 
     def attach_crossings(self) -> None:
+        """Joins lines where they cross."""
         for a in self.carriers:
             for s, r in a.line.crossings(self.outline):
                 if min(s, a.line.length - s) > self.snap:
@@ -128,6 +135,7 @@ class Meetings(VeinLines):
                                              f"{self.place_text(a.line.at(s))}: they are joined there")
 
     def check_overlaps(self) -> None:
+        """Reports veins that run along each other."""
         for a in self.carriers:
             points, s = a.line.samples(self.snap / 4)
             for b in self.carriers[a.number + 1:]:
@@ -138,6 +146,7 @@ class Meetings(VeinLines):
                                             f"from {self.place_text(points[i])} to {self.place_text(points[j])}: draw what they share in one of them")
 
     def attach_corners(self, lines: list[tuple[int, Polyline]]) -> None:
+        """Adds the corners of lines."""
         for number, line in lines:
             turns = []
             for s in line.s[(0 if line.closed else 1):-1]:

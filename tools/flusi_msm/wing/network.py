@@ -30,6 +30,7 @@ class Branch:
 
 @dataclass
 class Network:
+    """Lines between nodes, and what veins, joints and root are made of."""
     nodes: np.ndarray                                # (k, 2)
     branches: list[Branch]
     outline: list[int]                               # its branches in counter-clockwise order, all forward

@@ -15,6 +15,7 @@ FLAT = 20.0             # degrees; smaller angles are counted
 
 @dataclass
 class VeinFacts:
+    """Numbers of a vein."""
     nodes: int
     length: float                  # m
     diameters: tuple[float, float]  # m, smallest and largest
@@ -23,6 +24,7 @@ class VeinFacts:
 
 @dataclass
 class Quality:
+    """Numbers by which a mesh is judged."""
     angles: np.ndarray             # (m, 3) degrees
     edges: np.ndarray              # m
     worst: np.ndarray              # (2,) m, middle of the triangle with the smallest angle
@@ -34,6 +36,7 @@ class Quality:
 
     @property
     def vein_mass(self) -> float:
+        """Returns the mass of all veins [kg]."""
         return sum(v.mass for v in self.veins.values())
 
 

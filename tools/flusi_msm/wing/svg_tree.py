@@ -36,6 +36,7 @@ class Node:
     text: str = ""
 
     def child_text(self, tag: str) -> str:
+        """Returns the texts of all children with this tag."""
         return " ".join(child.text.strip() for child in self.children if child.tag == tag)
 
 
@@ -81,6 +82,7 @@ class Shape:
 
 @dataclass
 class SvgDrawing:
+    """A drawing that was read."""
     shapes: list[Shape]
     title: str
     unit: float                                # one unit of the file in pixels of the page; nan: two different ones

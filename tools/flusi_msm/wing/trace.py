@@ -34,6 +34,7 @@ class Line:
 
 @dataclass
 class JointMark:
+    """The mark of a joint in a drawing."""
     name: str
     place: np.ndarray                          # (2,) in units of the drawing
     radius: float

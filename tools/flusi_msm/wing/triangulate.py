@@ -33,6 +33,7 @@ def orientation(a: Point, b: Point, c: Point) -> float:
 
 
 def distance(a: Point, b: Point) -> float:
+    """Returns the distance of two points."""
     return sqrt((b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]))
 
 
@@ -44,6 +45,7 @@ def in_circle(a: Point, b: Point, c: Point, p: Point) -> float:
 
 
 def circumcentre(a: Point, b: Point, c: Point) -> Point:
+    """Returns the centre of the circle through three points."""
     bx, by, cx, cy = b[0] - a[0], b[1] - a[1], c[0] - a[0], c[1] - a[1]
     d = 2 * (bx * cy - by * cx)
     bb, cc = bx * bx + by * by, cx * cx + cy * cy
@@ -83,9 +85,11 @@ class Triangulation:
         del self.points[self.fixed:]
 
     def add(self, a: int, b: int, c: int) -> None:
+        """Adds a triangle."""
         self.across[a, b], self.across[b, c], self.across[c, a] = c, a, b
 
     def remove(self, a: int, b: int, c: int) -> None:
+        """Removes a triangle."""
         del self.across[a, b], self.across[b, c], self.across[c, a]
 
     def triangles(self) -> list[Corners]:

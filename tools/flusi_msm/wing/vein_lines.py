@@ -45,9 +45,11 @@ class VeinLines:
         self.lost: dict[str, Polyline] = {}          # veins that are left out after a mistake
 
     def length_text(self, length: float) -> str:
+        """Writes a length in the unit of messages."""
         return f"{1e3 * length:.3g} {self.trace.unit}"
 
     def place_text(self, p: np.ndarray) -> str:
+        """Writes a place in the unit of messages."""
         return f"({1e3 * p[0]:.3g}, {1e3 * p[1]:.3g}) {self.trace.unit}"
 
     def lines(self) -> None:
@@ -115,6 +117,7 @@ class VeinLines:
         return far > near and (far > self.snap / 4 or far - near > LEAVING * step)
 
     def check_inside(self, vein: Line) -> bool:
+        """Returns whether a vein lies inside the wing; otherwise there is one mistake more."""
         points, _ = Polyline(vein.points).samples(self.snap)
         out = ~self.outline.contains(points)
         distance, _ = self.outline.project(points)
@@ -162,5 +165,6 @@ class VeinLines:
                     self.share_margin(self.trace.veins[margin[i].vein], self.trace.veins[margin[j].vein])
 
     def share_margin(self, one: Line, other: Line) -> None:
+        """Reports two veins that are the same stretch of the margin."""
         self.problems.error(f"{one.where}: runs along the margin where vein '{other.name}' does, too: draw what they share in one "
                             "of them")
