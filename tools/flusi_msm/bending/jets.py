@@ -13,6 +13,7 @@ import numpy as np
 class Jet:
     """A value (n,), its gradient (n, m) and, unless it is left out, its Hessian (n, m, m) with respect to m variables."""
     __slots__ = ("v", "g", "h")
+    __array_ufunc__ = None  # so that an array leaves its product and difference with a jet to the jet
 
     def __init__(self, v: np.ndarray, g: np.ndarray, h: np.ndarray | None) -> None:
         self.v, self.g, self.h = v, g, h
@@ -26,6 +27,9 @@ class Jet:
         if isinstance(other, Jet):
             return Jet(self.v - other.v, self.g - other.g, None if self.h is None else self.h - other.h)
         return Jet(self.v - other, self.g, self.h)
+
+    def __rsub__(self, other: np.ndarray | float) -> Jet:
+        return self * -1.0 + other
 
     def __mul__(self, other: Jet | np.ndarray | float) -> Jet:
         if not isinstance(other, Jet):
