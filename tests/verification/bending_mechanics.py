@@ -94,6 +94,17 @@ class Derivatives(unittest.TestCase):
             np.add.at(want, part.local.ravel(), shifted.imag.reshape(-1, 3) / 1e-30)
             self.assertLess(np.abs(total - want).max(), 1e-11 * np.abs(want).max())
 
+    def test_bent_vein(self):
+        """A vein that is bent at rest, without a membrane that carries its normal."""
+        wing = chain(4)
+        wing.points[3:, 1] = 3e-4
+        turns = Model(wing, Stiffness()).turns
+        u, d = self.u[:len(turns.positions)], self.direction[:len(turns.positions)]
+        g = np.zeros(u.shape)
+        turns.add_gradient(u, g)
+        step = turns.energy(u + 1e-30j * d).imag / 1e-30
+        self.assertLess(abs(step - (g * d).sum()), 1e-11 * np.abs(g * d).sum())
+
     def test_angle(self):
         """(2 asin sqrt s)^2 and its derivatives: series and closed form agree where one takes over, up to the
         cancellation in the closed form, eps/s of the second derivative."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from typing import Callable, List
+from typing import Callable
 
 from flusi_msm.project_python import PACKAGES, stop_without
 
@@ -16,14 +16,16 @@ class Problems:
     """Collects mistakes, so that the user sees all of them at once."""
 
     def __init__(self) -> None:
-        self.errors: List[str] = []
-        self.notices: List[str] = []
+        self.errors: list[str] = []
+        self.notices: list[str] = []
 
     def error(self, text: str) -> None:
+        """Adds a mistake, once."""
         if text not in self.errors:
             self.errors.append(text)
 
     def notice(self, text: str) -> None:
+        """Adds a notice, once."""
         if text not in self.notices:
             self.notices.append(text)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import re
 from pathlib import Path
-from typing import Any, Dict, List
+from typing import Any
 
 import numpy as np
 
@@ -25,9 +25,9 @@ def identifier(text: str) -> str:
     return name if name[:1].isalpha() else f"x{name}"[:LONGEST]
 
 
-def unique(names: List[str]) -> List[str]:
+def unique(names: list[str]) -> list[str]:
     """Returns identifiers of all names, numbered if two are the same."""
-    found: List[str] = []
+    found: list[str] = []
     for name in map(identifier, names):
         number, made = 1, name
         while made in found:
@@ -37,7 +37,7 @@ def unique(names: List[str]) -> List[str]:
     return found
 
 
-def content_of(folder: Path, fields: List[str]) -> Dict[str, Any]:
+def content_of(folder: Path, fields: list[str]) -> dict[str, Any]:
     """Returns the variables by name: all series of the folder, and the fields of these quantities."""
     paths = sorted(folder.glob("*.t"))
     chosen = sorted(path for name in fields for path in folder.glob(f"{name}_*.h5") if re.fullmatch(rf"{re.escape(name)}_\d+", path.stem))
@@ -45,7 +45,7 @@ def content_of(folder: Path, fields: List[str]) -> Dict[str, Any]:
     if not folder.is_dir() or lacking or not paths + chosen:
         raise InputError(f"{folder}: " + ("no such folder" if not folder.is_dir() else
                          f"no fields of {', '.join(lacking)}" if lacking else "no time series (*.t) in this folder"))
-    content: Dict[str, Any] = {}
+    content: dict[str, Any] = {}
     for path in paths:
         series = read_series(path)
         names = unique(series.names)
@@ -61,6 +61,7 @@ def content_of(folder: Path, fields: List[str]) -> Dict[str, Any]:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     from scipy.io import savemat
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, help="of the run")
@@ -77,4 +78,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("to_mat", main)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Sequence
 from html import escape
-from typing import List, Sequence, Tuple, Union
+from typing import Union
 
 STYLE = """
 :root { color-scheme: light; }
@@ -48,28 +49,30 @@ summary { cursor: pointer; margin: 1rem 0 .4rem; }
 @media print { body { max-width: none; } figure, tr { break-inside: avoid; } }
 """
 
+Head = Union[str, tuple[str, bool]]  # of a column: its text, or the text and whether the column has numbers
 
-def figure_html(picture: Tuple[str, str, Union[bytes, List[bytes]]]) -> str:
+
+def figure_html(picture: tuple[str, str, bytes | list[bytes]]) -> str:
     """Returns (heading, caption, png) as HTML; the picture is part of the page. Several pngs, in a list, are placed next to each
     other if there is room."""
     heading, caption, pngs = picture
-    pngs = pngs if isinstance(pngs, list) else [pngs]
+    every = pngs if isinstance(pngs, list) else [pngs]
     images = "".join(f'<img alt="{escape(heading or caption)}" src="data:image/png;base64,{base64.b64encode(png).decode()}">'
-                     for png in pngs)
-    images = f"<div class=gallery>{images}</div>" if len(pngs) > 1 else images
+                     for png in every)
+    images = f"<div class=gallery>{images}</div>" if len(every) > 1 else images
     return (f"<h2>{escape(heading)}</h2>\n" if heading else "") + \
         f"<figure>{images}<figcaption>{escape(caption)}</figcaption></figure>"
 
 
-def table_html(heads: Sequence[Union[str, Tuple[str, bool]]], rows: Sequence[Sequence[str]], name: str = "") -> str:
+def table_html(heads: Sequence[Head], rows: Sequence[Sequence[str]], name: str = "") -> str:
     """Returns a table of HTML cells, of which the first is a name. Heads are (text, whether the column has numbers); a head that
     is a plain text has words in its column. On a phone each row becomes a block, with the heads before its cells."""
-    heads = [(head, False) if isinstance(head, str) else head for head in heads]
-    top = "".join(f"<th{' class=number' if is_number else ''}>{escape(head)}</th>" for head, is_number in heads)
+    columns = [(head, False) if isinstance(head, str) else head for head in heads]
+    top = "".join(f"<th{' class=number' if is_number else ''}>{escape(head)}</th>" for head, is_number in columns)
     lines = []
     for row in rows:
         cells = []
-        for k, ((head, is_number), cell) in enumerate(zip(heads, row)):
+        for k, ((head, is_number), cell) in enumerate(zip(columns, row)):
             kind = " class=name" if k == 0 else " class=number" if is_number else ""
             cells.append(f'<td{kind}{f""" data-label="{escape(head)}" """.rstrip() if head else ""}>{cell}</td>')
         lines.append("<tr>" + "".join(cells) + "</tr>")

@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Mapping, Optional, Sequence, Union
+from typing import Union
 
 import numpy as np
 
@@ -65,7 +66,7 @@ def text_of_input(sections: Sections) -> str:
     return "\n".join(lines) + "\n"
 
 
-def prepare(source: Source, folder: Optional[Union[str, os.PathLike]], name: str) -> tuple:
+def prepare(source: Source, folder: str | os.PathLike | None, name: str) -> tuple:
     """Makes the folder to run in, and returns it and the path of the input. Sections are written to `name` there; files that
     they name are searched in this folder. An existing input file is used where it is."""
     if isinstance(source, Mapping):
@@ -81,7 +82,7 @@ def prepare(source: Source, folder: Optional[Union[str, os.PathLike]], name: str
     return where, str(path)
 
 
-def run(name: str, arguments: Sequence[str], folder: Path, ranks: int = 1, good: Sequence[int] = (0,), timeout: Optional[float] = None,
+def run(name: str, arguments: Sequence[str], folder: Path, ranks: int = 1, good: Sequence[int] = (0,), timeout: float | None = None,
         echo: bool = False) -> Finished:
     """Runs a program in `folder` to its end. Exit code 2 becomes an InputError with all mistakes; any other that is not in
     `good` becomes a RunError. With `echo` the output is printed immediately."""

@@ -2,10 +2,10 @@
 """Starts a tool again with the Python of tools/quickstart if this one lacks packages. Every tool imports it first."""
 import os
 import sys
+from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
 from shutil import which
-from typing import Iterable
 
 EVERYWHERE = ("numpy", "h5py", "matplotlib")
 PACKAGES = (*EVERYWHERE, "scipy", "svgelements")  # of requirements.txt; the last two bend wings and read drawings
@@ -39,6 +39,7 @@ def program(name: str) -> Path:
 
 
 def use_project_python() -> None:
+    """Goes on with the Python of the project if this one lacks packages."""
     was_begun_again = os.environ.pop(BEGUN, "") != ""
     missing = [name for name in PACKAGES if find_spec(name) is None]
     script = Path(sys.argv[0])

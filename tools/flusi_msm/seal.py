@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import zlib
 from pathlib import Path
-from typing import Optional, Tuple, Union
 
 from flusi_msm.errors import InputError, run_command
 
@@ -18,7 +17,7 @@ LENGTH = 64
 MARK = b"\nflusi-msm seal 1 crc32 "
 
 
-def split(data: bytes) -> Tuple[bytes, Optional[bytes]]:
+def split(data: bytes) -> tuple[bytes, bytes | None]:
     """Returns the bytes of a file, and its seal if it has one."""
     if len(data) > LENGTH and data[-LENGTH:].startswith(MARK):
         return data[:-LENGTH], data[-LENGTH:]
@@ -30,7 +29,7 @@ def seal_of(data: bytes) -> bytes:
     return (MARK + b"%08x bytes %016d" % (zlib.crc32(data), len(data))).ljust(LENGTH - 1) + b"\n"
 
 
-def check_seal(path: Union[str, Path]) -> bool:
+def check_seal(path: str | Path) -> bool:
     """Returns whether a file has a seal; raises an InputError if the file is damaged."""
     data, seal = split(Path(path).read_bytes())
     if seal is not None and seal != seal_of(data):
@@ -38,7 +37,7 @@ def check_seal(path: Union[str, Path]) -> bool:
     return seal is not None
 
 
-def write_seal(path: Union[str, Path]) -> None:
+def write_seal(path: str | Path) -> None:
     """Seals a closed file; raises an InputError for a damaged one."""
     if not check_seal(path):
         seal = seal_of(Path(path).read_bytes())
@@ -47,6 +46,7 @@ def write_seal(path: Union[str, Path]) -> None:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(
         prog="seal", description="Seals wing and measurement files, so that damage is found when they are read: a line with "
         "the checksum of all bytes is put behind the end of each, where HDF5 does not look. What our tools write has a seal; "
@@ -71,4 +71,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("seal", main)

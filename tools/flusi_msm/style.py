@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Union
 
 import matplotlib
 import matplotlib.pyplot as plt
@@ -17,6 +16,7 @@ COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 
 
 def use_style() -> None:
+    """Makes the style that of all following figures."""
     matplotlib.rcParams.update({
         "font.size": 10, "axes.titlesize": 10, "legend.fontsize": 9, "legend.frameon": False,
         "axes.linewidth": 0.8, "lines.linewidth": 1.3, "xtick.direction": "in", "ytick.direction": "in",
@@ -32,7 +32,7 @@ def name_of(*parts: object) -> str:
     return re.sub(r"[^\w.+,=-]+", "-", words)
 
 
-def save(figure: Figure, path: Union[str, Path]) -> None:
+def save(figure: Figure, path: str | Path) -> None:
     """Writes the figure and prints its path."""
     try:
         figure.savefig(path, bbox_inches="tight", pad_inches=0.05)

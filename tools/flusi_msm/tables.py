@@ -8,7 +8,7 @@ import os
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 Place = Union[str, os.PathLike]
 UNIT = re.compile(r"(rho|rad|L|T)(?:\^(\d+))?")
-POWERS: Dict[str, Tuple[Optional[str], int]] = {"L": ("length", 1), "rho": ("density", 1), "T": ("frequency", -1), "rad": (None, 0)}
+POWERS: dict[str, tuple[str | None, int]] = {"L": ("length", 1), "rho": ("density", 1), "T": ("frequency", -1), "rad": (None, 0)}
 SI = {"L": "m", "rho": "kg/m^3", "T": "s"}
 
 
@@ -31,13 +31,13 @@ def read_series(path: Place) -> "pandas.DataFrame":
     """Reads a time series (*.t) with one column for each quantity, indexed by time. `attrs['units']` has the unit of every
     column and of the index, `attrs['scales']` the units of the run in SI: length [m], frequency [1/s], density [kg/m^3]."""
     import pandas
-    found = read_columns(path)
+    found = read_columns(Path(path))
     table = pandas.DataFrame(found.data[:, 1:], index=pandas.Index(found.time, name=found.names[0]), columns=found.names[1:])
     table.attrs.update(units=dict(zip(found.names, found.units)), scales=dict(found.scales), path=str(path))
     return table
 
 
-def si_factor(unit: str, scales: Dict[str, float]) -> float:
+def si_factor(unit: str, scales: dict[str, float]) -> float:
     """Returns the factor to SI of a number in a unit of L, T and rho; raises an InputError for other words."""
     above, _, below = unit.replace("(", "").replace(")", "").partition("/")
     factor = 1.0
@@ -76,7 +76,7 @@ def si_name(unit: str) -> str:
     return re.sub(r"\b(rho|L|T)\b", lambda match: SI[match[1]], unit)
 
 
-def stroke_average(table: "pandas.DataFrame", period: float = 1.0, first: Optional[int] = None) -> "pandas.DataFrame":
+def stroke_average(table: "pandas.DataFrame", period: float = 1.0, first: int | None = None) -> "pandas.DataFrame":
     """Returns means over whole beats, one row for each, by the trapezoidal rule between the rows, with interpolated ends.
     `period` is in the unit of the index; `first` leaves earlier beats out (the start of a flow). Raises an InputError if there
     is no whole beat."""
@@ -101,15 +101,15 @@ def stroke_average(table: "pandas.DataFrame", period: float = 1.0, first: Option
 def read_field(path: Place) -> "xarray.DataArray":
     """Reads a field file (ux_000500.h5) with the axes z, y, x."""
     import xarray
-    found = Field(path)
+    found = Field(Path(path))
     axes = {name: found.origin[k] + found.spacing[k] * np.arange(found.n[k]) for k, name in enumerate("xyz")}
     return xarray.DataArray(found.data[...], dims=("z", "y", "x"), coords=axes, name=found.name,
                             attrs={"time": found.time, "viscosity": found.viscosity, "path": str(path)})
 
 
-def list_fields(folder: Place, *names: str) -> Dict[str, List[Path]]:
+def list_fields(folder: Place, *names: str) -> dict[str, list[Path]]:
     """Returns {quantity: its files in the order of their labels} of a folder, all or those of `names`."""
-    found: Dict[str, List[Path]] = {}
+    found: dict[str, list[Path]] = {}
     for label, prefixes in sorted(fields_in(Path(folder)).items(), key=lambda one: int(one[0])):
         for prefix in sorted(prefixes):
             if not names or prefix in names:
@@ -123,11 +123,11 @@ class Measurement:
     path: Path
     x: np.ndarray
     y: np.ndarray
-    reference: Optional[np.ndarray]                 # heights of the unloaded wing
-    heights: Dict[str, np.ndarray]                  # of the loads that have heights
-    facts: Dict[str, Dict[str, Any]]                # attributes of the loads: force, direction, point, ...
-    accuracy: Dict[str, float] = field(default_factory=dict)
-    calibration: Dict[str, int] = field(default_factory=dict)
+    reference: np.ndarray | None                 # heights of the unloaded wing
+    heights: dict[str, np.ndarray]                  # of the loads that have heights
+    facts: dict[str, dict[str, Any]]                # attributes of the loads: force, direction, point, ...
+    accuracy: dict[str, float] = field(default_factory=dict)
+    calibration: dict[str, int] = field(default_factory=dict)
     title: str = ""
 
     def loads(self) -> "pandas.DataFrame":
@@ -164,7 +164,7 @@ def read_measurement(path: Place) -> Measurement:
         with h5py.File(path, "r") as file:
             if plain(file.attrs.get("schema", "")) != "flusi-msm measurement":
                 raise InputError(f"{path}: not a measurement file")
-            def attributes(part: str) -> Dict[str, Any]:
+            def attributes(part: str) -> dict[str, Any]:
                 return {key: plain(v) for key, v in file[part].attrs.items()} if part in file else {}
 
             groups = file.get("loads", {})
@@ -181,7 +181,7 @@ def read_measurement(path: Place) -> Measurement:
 class Diagnosis:
     """The results of msm_diagnose; `data` is all of diagnosis.json (docs/formats/diagnosis.schema.json)."""
     path: Path
-    data: Dict[str, Any]
+    data: dict[str, Any]
 
     @property
     def verdict(self) -> str:
@@ -190,6 +190,7 @@ class Diagnosis:
 
     @property
     def sentence(self) -> str:
+        """Returns the verdict in a sentence."""
         return self.data["verdict"]["sentence"]
 
     def parameters(self) -> "pandas.DataFrame":

@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Dict, List, Optional, Union
+from typing import TYPE_CHECKING, Union
 
 import numpy as np
 
@@ -58,7 +58,7 @@ class DiagnosisResult(tables.Diagnosis):
     """The results of a diagnosis that has ended; `extended` is the wing with the cause that was found, for [include], or None."""
     folder: Path = Path()
     baseline: Path = Path()
-    extended: Optional[Path] = None
+    extended: Path | None = None
     exit_code: int = 0
     output: str = ""
 
@@ -69,7 +69,7 @@ class FlightResult:
     folder: Path
     output: str = ""
 
-    def names(self) -> List[str]:
+    def names(self) -> list[str]:
         """Returns the names of the time series."""
         return sorted(path.stem for path in self.folder.glob("*.t"))
 
@@ -77,18 +77,18 @@ class FlightResult:
         """Returns a time series: forces, energy, aero_power, kinematics, ...: see names()."""
         return tables.read_series(self.folder / f"{name}.t")
 
-    def fields(self) -> Dict[str, List[Path]]:
+    def fields(self) -> dict[str, list[Path]]:
         """Returns {quantity: files}; read one with tables.read_field."""
         return tables.list_fields(self.folder)
 
 
-def _names(where: Path, path: str, section: str, **defaults: str) -> Dict[str, str]:
+def _names(where: Path, path: str, section: str, **defaults: str) -> dict[str, str]:
     """Returns keys of an input file, as far as the file itself states them."""
     given = values_of((where / path).read_text()).get(section, {})
     return {key: given.get(key, default) for key, default in defaults.items()}
 
 
-def train(source: Source, folder: Optional[Place] = None, ranks: int = 1, timeout: Optional[float] = None, echo: bool = False) -> TrainingResult:
+def train(source: Source, folder: Place | None = None, ranks: int = 1, timeout: float | None = None, echo: bool = False) -> TrainingResult:
     """Runs msm_train for one individual in `folder`; without it, in that of the input file."""
     where, path = prepare(source, folder, "train.ini")
     named = _names(where, path, "Saving", name="train", result="trained.ini")
@@ -99,7 +99,7 @@ def train(source: Source, folder: Optional[Place] = None, ranks: int = 1, timeou
     return TrainingResult(where, where / named["result"], read_training(history), done.output)
 
 
-def diagnose(source: Source, folder: Optional[Place] = None, ranks: int = 1, timeout: Optional[float] = None,
+def diagnose(source: Source, folder: Place | None = None, ranks: int = 1, timeout: float | None = None,
              echo: bool = False) -> DiagnosisResult:
     """Runs msm_diagnose. Every verdict is a result, also the one that the data are too few."""
     where, path = prepare(source, folder, "diagnose.ini")
@@ -111,7 +111,7 @@ def diagnose(source: Source, folder: Optional[Place] = None, ranks: int = 1, tim
                            done.code, done.output)
 
 
-def fly(source: Source, folder: Optional[Place] = None, ranks: int = 1, timeout: Optional[float] = None, echo: bool = False) -> FlightResult:
+def fly(source: Source, folder: Place | None = None, ranks: int = 1, timeout: float | None = None, echo: bool = False) -> FlightResult:
     """Runs flusi: a flow with or without wings."""
     where, path = prepare(source, folder, "fly.ini")
     done: Finished = run("flusi", [path], where, ranks, timeout=timeout, echo=echo)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The package reads what the programs write, into tables with units, and finds and starts the programs."""
+import ast
 import json
 import os
 import stat
@@ -188,6 +189,20 @@ def test_everything_public_is_typed_and_there():
         assert {*arguments, "return"} <= set(function.__annotations__), function
     with pytest.raises(AttributeError):
         flusi_msm.nothing
+
+
+def test_every_function_has_hints():
+    """Read from the sources, so that nothing heavy is imported. Whether hints are right is for mypy."""
+    lacking = []
+    for path in sorted((SOURCE / "tools/flusi_msm").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+                own = node.args
+                named = [*own.posonlyargs, *own.args, *own.kwonlyargs, *filter(None, (own.vararg, own.kwarg))]
+                bare = [one.arg for one in named if one.annotation is None and one.arg not in ("self", "cls")]
+                if bare or node.returns is None:
+                    lacking.append(f"{path.relative_to(SOURCE)}:{node.lineno}: {node.name}: {', '.join(bare) or 'what it returns'}")
+    assert not lacking, "without hints:\n" + "\n".join(lacking)
 
 
 def test_import_is_light():

@@ -15,7 +15,8 @@ from flusi_msm.training import command as plot_training  # noqa: F401  (chooses 
 from flusi_msm.training.maps import edges_of, grid_of
 from flusi_msm.training.plots import draw_parameters, runs_of
 from flusi_msm.training.report import page
-from flusi_msm.training.run import in_words, read_training, warnings_of
+from flusi_msm.training.judgement import warnings_of
+from flusi_msm.training.run import in_words, read_training
 from browser import find_browser, look_at
 from synthetic import picture, run_tool
 

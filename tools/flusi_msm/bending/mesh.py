@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes of the synthetic bending tests: their refinement, their edges, and the pairs of vein segments that bend against each
 other."""
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,13 +11,16 @@ import numpy as np
 from flusi_msm.results.files import InputError
 from flusi_msm.wing.file import Wing
 
+Arm = tuple[str, int, float]     # a segment at a point: its vein, its other end, the diameter [m] at the point
+Half = tuple[str, float, float]  # vein, half-length [m], diameter [m] at the hinge
 
-def refine(wing):
+
+def refine(wing: Wing) -> Wing:
     """Returns the same wing with every triangle divided into four and every vein segment into two. Diameters are interpolated
     linearly, a joint stays at its point, and the middle of an edge between two root points is a root point."""
     made, points = {}, [tuple(p) for p in wing.points]
 
-    def middle(a, b):
+    def middle(a: int, b: int) -> int:
         key = (min(a, b), max(a, b))
         if key not in made:
             made[key] = len(points)
@@ -46,15 +52,16 @@ class Edges:
     ends: np.ndarray      # (k, 2)
     of_triangle: np.ndarray  # (m, 3) the edge opposite each corner
     sides: np.ndarray     # (k, 2) triangles at the edge, -1 where there is none
-    number: dict          # (a, b): k
+    number: dict[tuple[int, int], int]  # (a, b): k
 
-    def triangles_at(self, a, b):
+    def triangles_at(self, a: int, b: int) -> list[int]:
         """Returns the triangles at the edge between two points; none if it is no edge."""
         k = self.number.get((min(a, b), max(a, b)))
         return [] if k is None else [int(t) for t in self.sides[k] if t >= 0]
 
 
-def find_edges(triangles):
+def find_edges(triangles: np.ndarray) -> Edges:
+    """Returns the edges of triangles (m, 3)."""
     m = len(triangles)
     if m == 0:
         return Edges(np.zeros((0, 2), int), np.zeros((0, 3), int), np.zeros((0, 2), int), {})
@@ -71,32 +78,33 @@ def find_edges(triangles):
 @dataclass
 class Hinge:
     """Two segments a-b and b-c that resist bending; half of each segment belongs to the hinge."""
-    nodes: tuple          # (a, b, c)
-    halves: tuple         # ((vein, half-length, diameter at b), (...)); half-length 0 on a clamped side
+    nodes: tuple[int, int, int]  # (a, b, c)
+    halves: tuple[Half, Half]    # half-length 0 on a clamped side
     joint: str = ""
     at_root: bool = False
 
 
-def plan_hinges(wing):
+def plan_hinges(wing: Wing) -> tuple[list[Hinge], np.ndarray]:
     """Returns the hinges of a wing, and the positions of ghost points, which are numbered after the points of the wing: a vein
     that ends at the clamped root is prolonged backwards. Where veins meet, joints come first, and then a spanning tree of the
     arms, straightest pairs first."""
     clamped, points = set(wing.root), wing.points
     names = sorted(wing.veins)
-    ghosts, hinges = [], []
-    arms = {}  # point: list of (vein, neighbour, diameter)
+    ghosts: list[np.ndarray] = []
+    hinges: list[Hinge] = []
+    arms: dict[int, list[Arm]] = {}  # by point
     for name in names:
         nodes, diameters = wing.veins[name]
         for k, node in enumerate(nodes):
             for other in ([nodes[k - 1]] if k > 0 else []) + ([nodes[k + 1]] if k + 1 < len(nodes) else []):
                 arms.setdefault(node, []).append((name, other, float(diameters[k])))
 
-    def half(node, arm):
+    def half(node: int, arm: Arm) -> Half:
         name, other, diameter = arm
         fixed = node in clamped and other in clamped
         return name, 0.0 if fixed else float(np.linalg.norm(points[other] - points[node])) / 2, diameter
 
-    def add(node, one, other, joint=""):
+    def add(node: int, one: Arm, other: Arm, joint: str = "") -> None:
         halves = half(node, one), half(node, other)
         still = [h[1] == 0 for h in halves]
         if not all(still):
@@ -131,15 +139,15 @@ def plan_hinges(wing):
     return hinges, np.array(ghosts).reshape(-1, 3)
 
 
-def _listed_twice(wing, node):
+def _listed_twice(wing: Wing, node: int) -> bool:
     return sum(nodes.count(node) for nodes, _ in wing.veins.values()) > 1
 
 
-def _span(node, arms, hinges, add, points):
+def _span(node: int, arms: Sequence[Arm], hinges: Sequence[Hinge], add: Callable[[int, Arm, Arm], None], points: np.ndarray) -> None:
     """Connects the arms at a point that no hinge connects yet, pairs with the smallest turning angle first."""
     group = list(range(len(arms)))
 
-    def unite(a, b):
+    def unite(a: int, b: int) -> None:
         old, new = group[b], group[a]
         group[:] = [new if g == old else g for g in group]
 
@@ -157,11 +165,11 @@ def _span(node, arms, hinges, add, points):
             unite(a, b)
 
 
-def locate(points, triangles, place):
+def locate(points: np.ndarray, triangles: np.ndarray, place: Sequence[float] | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Returns the triangle of the unloaded wing that contains (x, y), and the barycentric weights of its corners."""
     a, b, c = (points[triangles[:, k], :2] for k in range(3))
 
-    def turn(p, q, r):
+    def turn(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
         return (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0])
 
     spot = np.broadcast_to(np.asarray(place, float), a.shape)

@@ -1,16 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The mechanics of the synthetic bending tests: a wing of springs, hinges and a bending membrane, written for
 `make_measurement` alone. Nothing here is shared with the solver in src or with what is fitted to the data."""
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import pi
+from typing import Any
 
 import numpy as np
 from scipy import sparse
 
 from flusi_msm.bending.camber import Camber, heights
 from flusi_msm.bending.elements import Plate, Springs, Turns
-from flusi_msm.bending.membrane import Film, Twists
-from flusi_msm.bending.mesh import find_edges, locate, plan_hinges
+from flusi_msm.bending.membrane import Family, Film, Twists
+from flusi_msm.bending.mesh import Edges, Hinge, find_edges, locate, plan_hinges
 from flusi_msm.results.files import InputError
 from flusi_msm.wing.file import Wing
 
@@ -30,27 +34,27 @@ class Stiffness:
     cross_springs: bool = False
     poisson: float = -1 / 3           # of the membrane's bending; see docs/guide/synthetic-measurements.md
     plate: str = "morley"             # or edges
-    veins: dict = field(default_factory=dict)   # name: factor on E
-    joints: dict = field(default_factory=dict)  # name: [N m/rad]; the others bend as their vein
+    veins: dict[str, float] = field(default_factory=dict)   # name: factor on E
+    joints: dict[str, float] = field(default_factory=dict)  # name: [N m/rad]; the others bend as their vein
     # Properties that a usual model does not know:
     E_gradient: float = 0.0           # E exp(g (x/R - 1/2)), x from the root, R the wing's length
-    E_wave: tuple = ()                # (vein, a, length [m]): E (1 + a sin(2 pi s/length)), s from the vein's beginning
-    camber: tuple = (0.0, 0.0, 0.0)   # [m] arch, bend and twist of the unloaded wing; see bending/camber.py
+    E_wave: tuple[Any, ...] = ()      # (vein, a, length [m]): E (1 + a sin(2 pi s/length)), s from the vein's beginning
+    camber: tuple[float, ...] = (0.0, 0.0, 0.0)  # [m] arch, bend and twist of the unloaded wing; see bending/camber.py
     orthotropy: float = 0.0           # k_membrane (1 + a cos 2 phi), phi the angle of the spring to x
     pretension: float = 0.0           # [N/m] of the membrane in the unloaded wing
     torsion: float = 0.0              # GJ/EI of veins and joints
-    D_wave: tuple = ()                # (a, x length, y length [m]): D (1 + a sin(2 pi (x/lx + y/ly))); 0: no wave along it
+    D_wave: tuple[float, ...] = ()    # (a, x length, y length [m]): D (1 + a sin(2 pi (x/lx + y/ly))); 0: no wave along it
     joint_hardening: float = 0.0      # [1/rad^2] M = k Theta (1 + h Theta^2) in the joints
     cuticle_hardening: float = 0.0    # [m^2] M = E I kappa (1 + c kappa^2) in all other hinges of veins
-    one_way: tuple = ()               # (joint, ratio): so many times stiffer when bent toward +z than toward -z
-    damage: tuple = ()                # (x, y, radius, factor) [m]: all stiffness in a disc
-    root_compliance: tuple = (0.0, 0.0)  # [rad/(N m)] of the clamp: flapping about y, twisting about x
+    one_way: tuple[Any, ...] = ()     # (joint, ratio): so many times stiffer when bent toward +z than toward -z
+    damage: tuple[float, ...] = ()    # (x, y, radius, factor) [m]: all stiffness in a disc
+    root_compliance: tuple[float, ...] = (0.0, 0.0)  # [rad/(N m)] of the clamp: flapping about y, twisting about x
 
 
 class Model:
     """A wing with its stiffness. Nodes are the points, the ghost points, and the slopes of the membrane's edges."""
 
-    def __init__(self, wing, stiffness, mean_diameter=None, vein_springs=1.0):
+    def __init__(self, wing: Wing, stiffness: Stiffness, mean_diameter: float | None = None, vein_springs: float = 1.0) -> None:
         """`mean_diameter` [m] and `vein_springs` (a factor on k_vein) are those of the wing before refinement, so that
         a refined wing is the same structure."""
         check_stiffness(wing, stiffness)
@@ -83,7 +87,7 @@ class Model:
         self.moves = moves
         self._pattern()
 
-    def damaged(self, places):
+    def damaged(self, places: np.ndarray) -> np.ndarray:
         """Returns the factor on the stiffness at places (n, 3): that of the damage inside its disc, whose rim is a tenth of its
         radius wide, and 1 elsewhere."""
         factor = np.ones(len(places))
@@ -94,7 +98,7 @@ class Model:
             factor *= 1 - (1 - remains) * rim * rim * (3 - 2 * rim)
         return factor
 
-    def _plate_stiffness(self, places):
+    def _plate_stiffness(self, places: np.ndarray) -> np.ndarray:
         """Returns D [N m] at places (n, 3)."""
         d = self.stiffness.D * self.damaged(places)
         if self.stiffness.D_wave:
@@ -103,8 +107,9 @@ class Model:
             d = d * (1 + a * np.sin(2 * pi * waves))
         return d
 
-    def _extras(self, hinges, edges):
-        s, families = self.stiffness, []
+    def _extras(self, hinges: Sequence[Hinge], edges: Edges) -> list[Family]:
+        s = self.stiffness
+        families: list[Family] = []
         if s.pretension:
             families.append(Film(self.positions, self.triangles, s.pretension))
         if s.torsion:
@@ -119,7 +124,7 @@ class Model:
             families.append(Twists(self.positions, self.turns.nodes[shown], corners, s.torsion * self.turns.k[shown]))
         return families
 
-    def _rest_heights(self, flat, first_slope):
+    def _rest_heights(self, flat: Wing, first_slope: int) -> np.ndarray:
         """Returns z0 of the points and, as the plate's unknowns, its slopes across the middles of the edges."""
         a, b = (flat.points[self.edges.ends[:, k], :2] for k in range(2))
         side = b - a
@@ -129,9 +134,9 @@ class Model:
         z0[first_slope:] = (dx * side[:, 1] - dy * side[:, 0]) / np.sqrt((side**2).sum(1)) * self.plate.scale
         return z0
 
-    def _springs(self, edges, vein_springs):
+    def _springs(self, edges: Edges, vein_springs: float) -> Springs:
         s, ends, k = self.stiffness, [], []
-        in_vein = set()
+        in_vein: set[tuple[int, int]] = set()
         for name in sorted(self.wing.veins):
             nodes = self.wing.veins[name][0]
             for pair in zip(nodes[:-1], nodes[1:]):
@@ -150,10 +155,10 @@ class Model:
                 if two >= 0:
                     ends.append((self.triangles[one].sum() - a - b, self.triangles[two].sum() - a - b))
                     k.append(s.k_cross)
-        ends = np.array(ends, int).reshape(-1, 2)
-        return Springs(self.positions, ends, np.array(k) * self.damaged(self.positions[ends].mean(1)))
+        pairs = np.array(ends, int).reshape(-1, 2)
+        return Springs(self.positions, pairs, np.array(k) * self.damaged(self.positions[pairs].mean(1)))
 
-    def young(self, vein, node):
+    def young(self, vein: str, node: int) -> float:
         """Returns E [Pa] of a vein at one of its points."""
         s, x = self.stiffness, self.wing.points[node, 0]
         young = s.E * s.veins.get(vein, 1.0)
@@ -165,7 +170,7 @@ class Model:
             young *= 1 + s.E_wave[1] * np.sin(2 * pi * steps.sum() / s.E_wave[2])
         return young
 
-    def hinge_stiffness(self, hinge, with_joint=True):
+    def hinge_stiffness(self, hinge: Hinge, with_joint: bool = True) -> float:
         """Returns the stiffness [N m/rad]: 1/(sum of l/(2 E I)) over both halves, or that of the joint."""
         s = self.stiffness
         if with_joint and hinge.joint in s.joints and s.joints[hinge.joint] >= 0:
@@ -176,7 +181,7 @@ class Model:
             bends += length / (self.young(vein, hinge.nodes[1]) * moment)
         return (s.root if hinge.at_root else 1.0) / bends
 
-    def _turns(self, hinges, edges):
+    def _turns(self, hinges: Sequence[Hinge], edges: Edges) -> Turns:
         nodes = np.array([h.nodes for h in hinges], int).reshape(-1, 3)
         k = np.array([self.hinge_stiffness(h) for h in hinges])
         k *= self.damaged(self.positions[nodes[:, 1]])
@@ -206,11 +211,13 @@ class Model:
 
     # ---- energy and its derivatives -------------------------------------------------------------
 
-    def energy(self, u):
+    def energy(self, u: np.ndarray) -> float:
+        """Returns the elastic energy [J]."""
         return self.springs.energy(u) + self.turns.energy(u) + self.bending.energy(u) + \
             sum(family.energy(u) for family in self.extras)
 
-    def gradient(self, u):
+    def gradient(self, u: np.ndarray) -> np.ndarray:
+        """Returns the gradient of the energy (nodes, 3) [N]."""
         g = np.zeros(u.shape, u.dtype)
         self.springs.add_gradient(u, g)
         self.turns.add_gradient(u, g)
@@ -218,7 +225,7 @@ class Model:
             family.add_gradient(u, g)
         return g
 
-    def _pattern(self):
+    def _pattern(self) -> None:
         """Finds the places of all element blocks in one symmetric matrix over the moving nodes."""
         number = np.cumsum(self.moves) - 1
         changing = [self.springs.pairs, self.turns.pairs, *(family.pairs for family in self.extras)]
@@ -239,11 +246,11 @@ class Model:
         self._constant = self._block_of[:, n_changing:] @ self.plate.hessian().reshape(-1, 9)
         self._changing = self._block_of[:, :n_changing].tocsr() if self.is_flat else self._block_of
 
-    def tangent(self, u, axial, shift=0.0):
+    def tangent(self, u: np.ndarray, axial: np.ndarray, shift: float = 0.0) -> sparse.csc_matrix:
         """Returns the Hessian over the moving nodes as a sparse matrix, with the springs' axial forces [N] in its geometric
         part, plus `shift` [N/m] on the diagonal."""
         parts = [self.springs.hessian(u, axial), self.turns.hessian(u), *(family.hessian(u) for family in self.extras)]
-        if not self.is_flat:
+        if isinstance(self.bending, Camber):
             parts.append(self.bending.hessian(u))
         blocks = np.concatenate(parts).reshape(-1, 9)
         data = self._changing @ blocks + self._constant
@@ -252,10 +259,11 @@ class Model:
         n = 3 * self.n_moving
         return sparse.csc_matrix((data.reshape(-1)[self._order], self._indices, self._starts), shape=(n, n))
 
-    def zeros(self):
+    def zeros(self) -> np.ndarray:
+        """Returns the displacements (nodes, 3) of the resting wing."""
         return np.zeros((self.n_nodes, 3))
 
-    def weights(self, gravity, vein_density, areal_density):
+    def weights(self, gravity: Sequence[float], vein_density: float, areal_density: float) -> np.ndarray:
         """Returns the forces (nodes, 3) [N] of the weight under gravity(3) [m/s^2]: veins are conical pieces, divided between
         their ends so that the centre of mass is kept, and the membrane has an even mass per area."""
         mass = np.zeros(self.n_nodes)
@@ -270,7 +278,7 @@ class Model:
         np.add.at(mass, self.triangles.ravel(), np.repeat(areal_density * self.plate.area / 3, 3))
         return mass[:, None] * np.asarray(gravity, float)
 
-    def point_load(self, place, force):
+    def point_load(self, place: Sequence[float] | np.ndarray, force: Sequence[float] | np.ndarray) -> np.ndarray:
         """Returns the forces (nodes, 3) [N] of a force(3) at (x, y) [m] of the unloaded wing."""
         loads = self.zeros()
         corners, shares = locate(self.wing.points, self.triangles, place)
@@ -278,7 +286,7 @@ class Model:
         return loads
 
 
-def plane_normal(wing):
+def plane_normal(wing: Wing) -> np.ndarray | None:
     """Returns the unit normal of the flat wing of the wing file; nothing if it has no membrane."""
     if not len(wing.triangles):
         return None
@@ -290,7 +298,7 @@ def plane_normal(wing):
     return normal
 
 
-def rest_shape(flat, camber, places):
+def rest_shape(flat: Wing, camber: Sequence[float], places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns z0 [m] and its derivatives in x and y at places (n, 2 or 3) of the flat wing."""
     root = flat.points[list(flat.root), 0].mean()
     low, size = flat.points[:, 1].min(), np.ptp(flat.points[:, :2], axis=0)
@@ -298,13 +306,15 @@ def rest_shape(flat, camber, places):
     return z, dx / size[0], dy / size[1]
 
 
-def cambered(flat, camber):
+def cambered(flat: Wing, camber: Sequence[float]) -> Wing:
+    """Returns the flat wing raised to its shape without a load."""
     points = flat.points.copy()
     points[:, 2] += rest_shape(flat, camber, flat.points)[0]
     return Wing(points, flat.triangles, flat.veins, flat.joints, flat.root, flat.title)
 
 
-def check_stiffness(wing, s):
+def check_stiffness(wing: Wing, s: Stiffness) -> None:
+    """Raises an InputError if the stiffness does not fit the wing, or makes no sense."""
     for name in s.joints:
         if name not in wing.joints:
             raise InputError(f"no joint {name}; the wing has {', '.join(sorted(wing.joints)) or 'none'}")

@@ -5,7 +5,10 @@ The load grows from zero. A stage extrapolates the last two shapes and corrects 
 residual. There the axial forces of the springs are independent unknowns: otherwise springs 1e5 times stiffer than the bending
 would allow only tiny steps. The signs of the pivots show whether a shape is stable. Where the path turns back, the next stable
 shape is found by minimising the potential from the last stable one."""
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from scipy.sparse import csc_matrix
@@ -13,9 +16,13 @@ from scipy.sparse.linalg import splu
 
 from flusi_msm.results.files import InputError
 
+if TYPE_CHECKING:
+    from flusi_msm.bending.model import Model
+
 
 @dataclass
 class Report:
+    """Whether and how a loading path has reached its end."""
     converged: bool = False
     residual: float = np.inf  # of the load
     factorisations: int = 0
@@ -30,14 +37,14 @@ class NoEquilibrium(InputError):
 class Factors:
     """Triangular factors of symmetric matrices of one pattern; the order of elimination is determined only once."""
 
-    def __init__(self):
-        self.order = None
+    def __init__(self) -> None:
+        self.order: np.ndarray | None = None
 
-    def __getstate__(self):
+    def __getstate__(self) -> dict[str, Any]:
         """Returns the state without the factors, which cannot be stored."""
         return {key: value for key, value in vars(self).items() if key != "lu"}
 
-    def __call__(self, matrix):
+    def __call__(self, matrix: csc_matrix) -> Factors:
         """Factorises a matrix: makes `solve`; `is_stable` says whether all pivots are positive."""
         if self.order is None:
             first = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
@@ -56,7 +63,8 @@ class Factors:
         self.is_stable = bool((self.lu.perm_r == self.lu.perm_c).all() and (self.lu.U.diagonal() > 0).all())
         return self
 
-    def solve(self, b):
+    def solve(self, b: np.ndarray) -> np.ndarray:
+        """Returns the solution of the factorised system."""
         x = np.empty_like(b)
         x[self.order] = self.lu.solve(b[self.order])
         return x
@@ -66,14 +74,14 @@ class Path:
     """Follows the loading path of one wing; `tolerance` is the final residual relative to the load, `largest` is the longest
     movement in a stage relative to the wing's size."""
 
-    def __init__(self, model, tolerance=1e-9, largest=0.025, limit=600):
+    def __init__(self, model: Model, tolerance: float = 1e-9, largest: float = 0.025, limit: int = 600) -> None:
         self.model, self.tolerance, self.limit = model, tolerance, limit
         self.factors = Factors()
         self.size = float(np.linalg.norm(np.ptp(model.positions, axis=0)))
         self.largest = largest * self.size
         self.moves = model.moves
 
-    def solve(self, load, start=None):
+    def solve(self, load: np.ndarray, start: np.ndarray | None = None) -> tuple[np.ndarray, Report]:
         """Returns the displacements (nodes, 3) under load (nodes, 3), and a report. With `start`, the shape for a similar load
         or stiffness, the path leads from there in one stage if possible; the unbalanced forces are removed in proportion."""
         self.report, self.force = Report(), load
@@ -111,7 +119,8 @@ class Path:
         self.report.converged = True
         return u, self.report
 
-    def _stage(self, u, axial, previous, t, ahead, outside):
+    def _stage(self, u: np.ndarray, axial: np.ndarray, previous: tuple[np.ndarray, np.ndarray, float] | None, t: float, ahead: float,
+               outside: np.ndarray) -> tuple[str, np.ndarray, np.ndarray, int]:
         """Solves for the load `outside` by Newton's method; returns the outcome, shape, axial forces and iterations."""
         m, is_last = self.model, ahead == 1
         w, tension = u, axial
@@ -141,7 +150,7 @@ class Path:
             return "done", w, tension, iteration
         return "slow", w, tension, iteration
 
-    def _descend(self, u, outside, target):
+    def _descend(self, u: np.ndarray, outside: np.ndarray, target: float) -> np.ndarray:
         """Finds a minimum of the potential below that of the shape u: Newton steps with tension-only springs and a growing shift
         of the diagonal where the tangent is not definite, and with a search along each step."""
         m = self.model
@@ -178,23 +187,23 @@ class Path:
             u, potential = trial, value
             shift = 0.0 if shift < unit else shift / 10
 
-    def _factorise(self, u, axial, shift=0.0):
+    def _factorise(self, u: np.ndarray, axial: np.ndarray, shift: float = 0.0) -> None:
         if self.report.factorisations >= self.limit:
             self._give_up(f"no shape after {self.limit} factorisations")
         self.report.factorisations += 1
         self.factors(self.model.tangent(u, axial, shift))
 
-    def _step(self, forces):
+    def _step(self, forces: np.ndarray) -> np.ndarray:
         step = self.model.zeros()
         step[self.moves] = self.factors.solve(forces[self.moves].ravel()).reshape(-1, 3)
         return step
 
-    def _residual(self, u, outside):
+    def _residual(self, u: np.ndarray, outside: np.ndarray) -> float:
         return float(np.linalg.norm((self.model.gradient(u) - outside)[self.moves])) / self.scale
 
-    def _longest(self, u):
+    def _longest(self, u: np.ndarray) -> float:
         return float(np.sqrt((u[:self.model.n_points]**2).sum(1).max()))
 
-    def _give_up(self, reason):
+    def _give_up(self, reason: str) -> NoReturn:
         self.report.reason = reason
         raise NoEquilibrium(reason)

@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Keeps everything that a study has found in one file, a line per case. The study can be scored again from it, or continued on
 another machine, without its measurements."""
+from __future__ import annotations
+
 import fcntl
 import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from flusi_msm.blind.ledger import digest, read, write
 from flusi_msm.blind.study import Study
@@ -18,7 +22,7 @@ DETAILS = ("causes", "global_p", "log_global_p", "is_together", "posterior_none"
 LEADER = ("name", "variant", "log_evidence", "p", "posterior", "retained")
 
 
-def program_digest(root):
+def program_digest(root: str | Path) -> str:
     """Returns a digest of everything that decides about verdicts: the sources of the programs with the map of probabilities, and
     the code that reads their files. It shows whether verdicts on two machines are those of one program, if that was built from
     these sources."""
@@ -27,7 +31,8 @@ def program_digest(root):
     return digest(b"".join(path.read_bytes() for path in sorted(files)))
 
 
-def rounded(value):
+def rounded(value: Any) -> Any:
+    """Returns the same with all numbers rounded to DIGITS."""
     if isinstance(value, float):
         return float(f"{value:.{DIGITS}g}")
     if isinstance(value, dict):
@@ -35,7 +40,7 @@ def rounded(value):
     return [rounded(one) for one in value] if isinstance(value, list) else value
 
 
-def short(record):
+def short(record: dict[str, Any]) -> dict[str, Any]:
     """Returns the part of a diagnosis' record that scores and readers need."""
     kept = {key: record[key] for key in RECORD if key in record}
     if "details" in record:
@@ -45,11 +50,11 @@ def short(record):
     return kept
 
 
-def read_lines(path):
+def read_lines(path: Path) -> tuple[dict[str, Any], dict[int, dict[str, Any]]]:
     """Returns (facts, {number: row}) of an archive."""
     try:
-        facts, *rows = map(json.loads, path.read_text().splitlines())
-        rows = {row["number"]: row for row in rows}
+        facts, *lines = map(json.loads, path.read_text().splitlines())
+        rows = {row["number"]: row for row in lines}
         kind = facts["schema"], facts["version"]
     except (OSError, ValueError, KeyError, TypeError):
         raise InputError(f"{path}: not an archive of a study") from None
@@ -62,12 +67,14 @@ class Archive:
     """The lines of the file, {number: {"truth", "record", "oracle" if there is one}}, and the facts about their study. They are
     empty without a file, or if it does not exist yet."""
 
-    def __init__(self, path):
-        self.path, self.facts, self.rows = path, {}, {}
+    def __init__(self, path: Path | None) -> None:
+        self.path = path
+        self.facts: dict[str, Any] = {}
+        self.rows: dict[int, dict[str, Any]] = {}
         if path is not None and path.exists():
             self.facts, self.rows = read_lines(path)
 
-    def begin(self, facts):
+    def begin(self, facts: dict[str, Any]) -> None:
         """Checks that the archive is of the same study and program."""
         if self.path is not None and not self.path.parent.is_dir():
             raise InputError(f"{self.path.parent}: there is no such folder")
@@ -76,9 +83,10 @@ class Archive:
                 raise InputError(f"{self.path}: holds verdicts of another {key}; give another file, or --only score")
         self.facts = {"schema": SCHEMA, "version": VERSION, **facts}
 
-    def save(self, study, folder, count):
+    def save(self, study: Study, folder: Path, count: int) -> list[str]:
         """Adds everything that is finished in the folder to the present contents of the file. A line is complete when the gain
         of the true cause, where it is wanted, has been computed. Returns a sentence for each case that could not be archived."""
+        assert self.path is not None  # there is a file to save to
         problems = []
         for number in range(1, count + 1):
             place, other = folder / f"{number:04d}.json", folder / f"{number:04d}.oracle.json"
@@ -114,9 +122,10 @@ class Archive:
 class ArchivedStudy(Study):
     """A study some of whose cases are known from an archive only."""
 
-    def __init__(self, folder, designs, seed, archive, kind="bending"):
+    def __init__(self, folder: Path, designs: Mapping[str, Any], seed: int, archive: Archive, kind: str = "bending") -> None:
         super().__init__(folder, designs, seed, kind)
         self.archive = archive
 
-    def truth(self, number):
+    def truth(self, number: int) -> dict[str, Any]:
+        """Returns the truth of a case, from the archive if it is there."""
         return self.archive.rows[number]["truth"] if number in self.archive.rows else super().truth(number)

@@ -2,55 +2,65 @@
 """Corrects the probability that a verdict states by the share of such verdicts that are right. The correction is an isotonic
 regression with one map for each kind of verdict; it is learned from the odd cases of a study and tested on the even ones, and
 can be written as a Fortran module."""
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from flusi_msm.blind.scores import calibration_error
 
+if TYPE_CHECKING:
+    from flusi_msm.blind.scores import Case
+
 CODES = {"adequate": 0, "named": 10, "consistent_with_set": 11, "unknown_cause": 12}  # data_insufficient states no probability
+Maps = dict[str, list[tuple[float, float]]]  # verdict: (stated, corrected probability), ascending
 LEAST = 20  # odd cases that a kind needs to get a map
 
 
-def pool(stated, right):
+def pool(stated: Sequence[float], right: Sequence[int]) -> list[tuple[float, int, int]]:
     """Pool-adjacent-violators algorithm: returns [(mean stated probability, right verdicts, verdicts)] of blocks whose shares of
     right verdicts grow from block to block. Equal probabilities are one block."""
-    blocks = []
+    blocks: list[tuple[float, int, int]] = []  # sum of stated probabilities, right verdicts, verdicts
     for p in sorted(set(stated)):
         same = [r for q, r in zip(stated, right) if q == p]
-        blocks.append([p * len(same), sum(same), len(same)])
+        blocks.append((p * len(same), sum(same), len(same)))
         while len(blocks) > 1 and blocks[-2][1] * blocks[-1][2] >= blocks[-1][1] * blocks[-2][2]:
-            last = blocks.pop()
-            blocks[-1] = [a + b for a, b in zip(blocks[-1], last)]
+            total, hits, n = blocks.pop()
+            blocks[-1] = blocks[-1][0] + total, blocks[-1][1] + hits, blocks[-1][2] + n
     return [(total / n, hits, n) for total, hits, n in blocks]
 
 
-def knots_of(stated, right):
+def knots_of(stated: Sequence[float], right: Sequence[int]) -> list[tuple[float, float]]:
     """Returns [(stated probability, corrected probability)], both ascending. Half a right and half a wrong verdict are added to
     a block (Jeffreys' prior), so that a few verdicts do not give certainty."""
-    knots = []
+    knots: list[tuple[float, float]] = []
     for p, hits, n in pool(stated, right):
         value = (hits + 0.5) / (n + 1)
         knots.append((p, max(value, knots[-1][1]) if knots else value))
     return knots
 
 
-def learn(cases):
+def learn(cases: Sequence[Case]) -> Maps:
     """Returns {verdict: knots} from the cases with odd numbers; kinds of fewer than LEAST cases are left out."""
     maps = {}
     for word in CODES:
         chosen = [case for case in cases if case.verdict == word and case.raw is not None and int(case.name) % 2 == 1]
         if len(chosen) >= LEAST:
-            maps[word] = knots_of([case.raw for case in chosen], [int(case.is_right()) for case in chosen])
+            maps[word] = knots_of([case.raw for case in chosen if case.raw is not None], [int(case.is_right()) for case in chosen])
     return maps
 
 
-def apply(maps, case):
+def apply(maps: Maps, case: Case) -> float | None:
     """Returns the corrected probability: straight lines between knots, as in inference_probability.f90."""
-    if case.verdict not in maps:
+    if case.raw is None or case.verdict not in maps:
         return case.raw
-    return float(np.interp(case.raw, *zip(*maps[case.verdict])))
+    stated, corrected = zip(*maps[case.verdict])
+    return float(np.interp(case.raw, stated, corrected))
 
 
-def try_on_even(cases):
+def try_on_even(cases: Sequence[Case]) -> dict[str, Any]:
     """Returns the maps of the odd cases, and the calibration errors of the even ones without and with them."""
     maps = learn(cases)
     even = [case for case in cases if int(case.name) % 2 == 0 and case.raw is not None and case.verdict in CODES]
@@ -59,7 +69,8 @@ def try_on_even(cases):
             "ece_mapped": calibration_error(even, lambda case: apply(maps, case))[0]}
 
 
-def table_of(tried):
+def table_of(tried: dict[str, Any]) -> str:
+    """Describes the maps and the errors with and without them, in words."""
     if not tried["even"]:
         return "  no even cases to try a map of probabilities on"
     words = [f"{word} ({len(knots)} knots)" for word, knots in tried["maps"].items()] or [f"none (fewer than {LEAST} of each kind)"]
@@ -67,12 +78,12 @@ def table_of(tried):
             f"cases {tried['ece_raw']:.3f} without, {tried['ece_mapped']:.3f} with it (bar 0.05)")
 
 
-def fortran_of(tried, facts):
+def fortran_of(tried: dict[str, Any], facts: dict[str, Any]) -> str:
     """Returns the source of src/inference/probability/inference_probability_table.f90. facts: {"seed": .., "program": ..,
     "cases": ..}."""
     rows = [(CODES[word], p, value) for word, knots in tried["maps"].items() for p, value in knots]
 
-    def array(values):
+    def array(values: Iterable[object]) -> str:
         return "[ &\n" + ", &\n".join(f"             {value}" for value in values) + "]"
 
     ints = array([row[0] for row in rows]) if rows else "[integer ::]"

@@ -1,23 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws blind cases, makes their effects as strong as wanted, and computes what the experiment then shows."""
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 from zlib import crc32
 
 import numpy as np
 
 from flusi_msm.bending.statics import NoEquilibrium
-from flusi_msm.blind.effects import KNOWN, OUTSIDE
+from flusi_msm.blind.effects import KNOWN, OUTSIDE, DrawEffect, Effect
 from flusi_msm.blind.oracle import Base, Oracle
+from flusi_msm.measurement.case import Case
 from flusi_msm.measurement.grid import grid_lines
 from flusi_msm.measurement.noise import Noise
-from flusi_msm.measurement.synthesis import Bench, declare, observe
+from flusi_msm.measurement.synthesis import Bench, Shape, declare, observe
 from flusi_msm.results.files import InputError
 
 MESHES = {"same": 0, "finer": 1}  # refine
 # Errors of the two rigs in addition to those of the design; sd, or fractions. Those of the second rig are declared with errors up
 # to STATED.
-QUIET = {}
-BUSY = {"height": 8e-6, "correlated": 6e-6, "tilt": 5e-4, "piston": 5e-6, "force_gain": 0.01, "position": 3e-5,
+QUIET: dict[str, float] = {}
+BUSY: dict[str, Any] = {"height": 8e-6, "correlated": 6e-6, "tilt": 5e-4, "piston": 5e-6, "force_gain": 0.01, "position": 3e-5,
         "missing": 0.1}
 NONLINEAR = 5e-6    # [m] rms change by the best-fitting stiffness, from which second derivatives matter (0.04 um)
 STEPS, LONGEST = 3, 0.5  # to the best-fitting stiffness; of a logarithm
@@ -33,13 +38,13 @@ DRAWS = 40          # of effects, before a case is given up
 @dataclass
 class Options:
     """The options from which a batch is drawn."""
-    mix: dict
-    snr: tuple = (2.0, 30.0)
+    mix: dict[str, float]  # kind: share
+    snr: tuple[float, float] = (2.0, 30.0)
     individuals: int = 8
-    meshes: tuple = ("same", "finer")
+    meshes: tuple[str, ...] = ("same", "finer")
 
 
-def numbers(seed, *words):
+def numbers(seed: int, *words: object) -> np.random.Generator:
     """Returns an independent random stream for every purpose."""
     return np.random.default_rng([int(seed)] + [crc32(str(word).encode()) for word in words])
 
@@ -47,7 +52,7 @@ def numbers(seed, *words):
 class Individual:
     """One wing: its stiffness, and on each mesh its shapes without hidden effects."""
 
-    def __init__(self, design, seed, number, meshes=tuple(MESHES)):
+    def __init__(self, design: Case, seed: int, number: int, meshes: Sequence[str] = tuple(MESHES)) -> None:
         self.design, self.meshes = design, meshes
         for attempt in range(20):
             rng = numbers(seed, "individual", number, attempt)
@@ -58,7 +63,7 @@ class Individual:
                 continue
         raise InputError("20 wings in a row snap under the loads of the design: make the forces smaller")
 
-    def _draw(self, rng):
+    def _draw(self, rng: np.random.Generator) -> None:
         design = self.design
         plain = Bench(replace(design, stiffness=replace(design.stiffness, joints={}))).model()
         s = design.stiffness
@@ -74,20 +79,21 @@ class Individual:
             self.bases[mesh] = Base(bench, x, y)
             self.clean[mesh] = self.deformations(mesh, bench.case)
             self.plain[mesh] = self.latest
-        self.oracles = {}
+        self.oracles: dict[tuple[str, str], Oracle] = {}
 
-    def menu(self, kind):
+    def menu(self, kind: str) -> Sequence[DrawEffect]:
         """Returns the effects that a case of this kind can have."""
         return OUTSIDE if kind == "outside" else KNOWN
 
-    def finish(self, content, case, mesh):
+    def finish(self, content: dict[str, Any], case: Any, mesh: str) -> None:
         """Adds further measurements to the content of a bending test; here there are none."""
 
-    def case(self, mesh, noise, fringe=NO_FRINGE):
+    def case(self, mesh: str, noise: Noise, fringe: tuple[float, float, float] = NO_FRINGE) -> Any:
+        """Returns the case of this wing without hidden effects."""
         return replace(self.design, refine=MESHES[mesh], noise=noise, stiffness=self.stiffness,
                        hidden=replace(self.design.hidden, fringe=fringe))
 
-    def bend(self, mesh, case):
+    def bend(self, mesh: str, case: Any) -> tuple[Bench, list[Shape]]:
         """Returns the shapes of a case that is near the base; raises NoEquilibrium if the wing snaps."""
         bench, shapes = Bench(case), []
         for load in bench.loads():
@@ -97,7 +103,7 @@ class Individual:
             shapes.append(shape)
         return bench, shapes
 
-    def deformations(self, mesh, case):
+    def deformations(self, mesh: str, case: Any) -> np.ndarray:
         """Returns the deformations (loads, ny, nx) [m] without any random error; `latest` keeps the shapes, `latest_case` the
         case."""
         quiet = replace(case, noise=Noise(height=0.0), declared={"height": 1e-6},
@@ -107,7 +113,7 @@ class Individual:
         content, _ = observe(bench, bench.loads(), shapes, bench.rest())
         return np.stack([load["z"] - content["z"] for load in content["loads"]])
 
-    def visibility(self, mesh, rig, case, seen, least=0.0):
+    def visibility(self, mesh: str, rig: str, case: Any, seen: np.ndarray, least: float = 0.0) -> float:
         """Returns the signal-to-noise ratio of the part of an effect's deformations that a usual model cannot explain. The
         derivatives are those at the wing without the effect. Where second derivatives matter, shapes with the best-fitting
         stiffness are computed, which is found in a few steps; this is left out if the ratio is already below `least`."""
@@ -133,7 +139,8 @@ class Individual:
         self.latest = latest
         return ratio
 
-    def oracle(self, mesh, rig, case):
+    def oracle(self, mesh: str, rig: str, case: Any) -> Oracle:
+        """Returns what computes how visible effects are, on a mesh with a rig."""
         if (mesh, rig) not in self.oracles:
             other = next((m for m in self.clean if m != mesh), mesh)  # only one mesh: no error of discretisation
             true = declare(replace(case, declared={}))
@@ -142,21 +149,22 @@ class Individual:
         return self.oracles[mesh, rig]
 
 
-def rig_noise(design, rig):
+def rig_noise(design: Case, rig: str) -> Noise:
+    """Returns the errors of a rig."""
     if rig == "quiet":
         return design.noise
     least = min(float(np.linalg.norm(vector)) for _, vector in design.loads) * min(map(abs, design.protocol.levels))
     return replace(design.noise, **BUSY, force=BUSY_FORCE * least)
 
 
-def stated(rng, case):
+def stated(rng: np.random.Generator, case: Any) -> dict[str, float]:
     """Returns the errors that the experimenter declares: every sd is up to 20 % wrong."""
     true = declare(replace(case, declared={}))
     return {key: value * float(rng.uniform(1 - STATED, 1 + STATED)) for key, value in true.items()
             if value > 0 and key != "correlation_length"}
 
 
-def next_strength(tried, s, snr, wanted, factors):
+def next_strength(tried: list[tuple[float, float]], s: float, snr: float, wanted: float, factors: tuple[float, float]) -> float:
     """Returns the strength that should have the wanted signal-to-noise ratio, after strength s had `snr`: it lies on the
     straight line of their logarithms through the last two of `tried`, within the least and the largest of `factors` of s. (s,
     snr) is added to `tried`."""
@@ -167,10 +175,11 @@ def next_strength(tried, s, snr, wanted, factors):
     return s * float(np.clip((wanted / snr)**(1 / slope), *factors))
 
 
-def make_strong(individual, mesh, rig, case, effect, wanted, bounds=(0.0, np.inf)):
+def make_strong(individual: Individual, mesh: str, rig: str, case: Any, effect: Effect, wanted: float,
+                bounds: tuple[float, float] = (0.0, np.inf)) -> tuple[float, float] | None:
     """Returns (strength, snr) near the wanted snr and within bounds, or None if there is no such strength; the individual's
     `latest` are then its shapes. The first estimate is made on the mesh of the wing file."""
-    tried = []
+    tried: list[tuple[float, float]] = []
     s, on = effect.first, "same"
     for _ in range(5):
         s = min(s, effect.most)
@@ -193,16 +202,17 @@ def make_strong(individual, mesh, rig, case, effect, wanted, bounds=(0.0, np.inf
     return None
 
 
-def draw_effects(rng, individual, mesh, rig, case, kind, options, bounds=(0.0, np.inf)):
+def draw_effects(rng: np.random.Generator, individual: Individual, mesh: str, rig: str, case: Any, kind: str, options: Options,
+                 bounds: tuple[float, float] = (0.0, np.inf)) -> list[tuple[Effect, float, float]]:
     """Returns the effects of a case of this kind, [(effect, strength, snr)]. Each strength is chosen by the effect's own
     signal-to-noise ratio, which lies within bounds."""
     wing = Bench(case).coarse
-    found = []
+    found: list[tuple[Effect, float, float]] = []
     for _ in range(DRAWS):
         if len(found) == (2 if kind == "double" else 1):
             return found
         menu = individual.menu(kind)
-        effect = menu[rng.integers(len(menu))](rng, wing, case)
+        effect = menu[int(rng.integers(len(menu)))](rng, wing, case)
         wanted = float(np.exp(rng.uniform(*np.log(options.snr))))
         if any(effect.name == other.name for other, _, _ in found):
             continue
@@ -213,7 +223,7 @@ def draw_effects(rng, individual, mesh, rig, case, kind, options, bounds=(0.0, n
                      "large?")
 
 
-def draw_head(seed, number, options):
+def draw_head(seed: int, number: int, options: Options) -> tuple[np.random.Generator, dict[str, Any]]:
     """Returns the random stream of a case, and what is drawn from it first: kind, mesh, rig, individual, seed of its errors."""
     rng = numbers(seed, "case", number)
     kinds = list(options.mix)
@@ -223,7 +233,7 @@ def draw_head(seed, number, options):
                  "errors": int(rng.integers(2**53))}
 
 
-def make_case(seed, number, individual, options):
+def make_case(seed: int, number: int, individual: Individual, options: Options) -> tuple[dict[str, Any], dict[str, Any]]:
     """Makes case `number` of an individual: returns the content for `write_test`, and the truth. A case is drawn again if its
     wing snaps under the errors of its loads."""
     rng, head = draw_head(seed, number, options)
@@ -236,7 +246,8 @@ def make_case(seed, number, individual, options):
     raise InputError(f"{DRAWS} wings in a row snap: are the forces of the design too large?")
 
 
-def fill_case(rng, seed, number, head, individual, options, bounds=(0.0, np.inf)):
+def fill_case(rng: np.random.Generator, seed: int, number: int, head: dict[str, Any], individual: Individual, options: Options,
+              bounds: tuple[float, float] = (0.0, np.inf)) -> tuple[dict[str, Any], dict[str, Any]]:
     """Makes the rest of a case whose kind, mesh, rig, individual and seed are drawn."""
     kind, mesh, rig = head["kind"], head["mesh"], head["rig"]
     case = individual.case(mesh, rig_noise(individual.design, rig), BUSY_FRINGE if rig == "busy" else NO_FRINGE)

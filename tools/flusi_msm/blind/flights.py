@@ -1,13 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes blind flights: records of make_flight that hide one effect, two or none, in a batch with sealed truths."""
+from __future__ import annotations
+
 import json
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from flusi_msm.blind.batch import begin_batch, described, end_batch, salt_of, workers
-from flusi_msm.blind.cases import CLOSE, DRAWS, STATED, numbers
+from flusi_msm.blind.cases import CLOSE, DRAWS, STATED, Options, numbers
+from flusi_msm.blind.effects import Effect
 from flusi_msm.blind.flight_effects import KNOWN, OUTSIDE
 from flusi_msm.blind.ledger import digest, dump, write
 from flusi_msm.errors import InputError
@@ -21,25 +27,25 @@ BUSY = {"amplitude": 0.02, "timing": 0.002}
 
 
 @lru_cache(maxsize=8)
-def _flight(text):
+def _flight(text: str) -> dict[str, np.ndarray]:
     """Computes the forces on the wing of a case; the key contains everything that they depend on."""
     return clean(build(Case, json.loads(text), ""))
 
 
-def flight_of(case):
+def flight_of(case: Case) -> dict[str, np.ndarray]:
     """Returns the same as clean(case), but computes a flight only once."""
     sections = {key: asdict(getattr(case, key)) for key in FLOWN}
     return _flight(json.dumps({**sections, "balance": {"reference": list(case.balance.reference)}}, sort_keys=True))
 
 
-def curve(case):
+def curve(case: Case) -> np.ndarray:
     """Returns the values (n, k) that the balance shows at the phases of the record, without noise."""
     exact = flight_of(case)
     seen = shown(exact, case.balance)
     return np.stack([in_last_beat(case, exact, seen[name]) for name in check_names(case.components)], 1)
 
 
-def visibility(case, base):
+def visibility(case: Case, base: Case) -> float:
     """Returns sqrt(d C^-1 d), where d is the change of the record and C is the covariance of its errors, including the error of
     the model."""
     before, noise = curve(base), base.noise
@@ -54,7 +60,7 @@ def visibility(case, base):
     return float(np.sqrt(total))
 
 
-def make_strong(case, effect, wanted):
+def make_strong(case: Case, effect: Effect, wanted: float) -> tuple[float, float] | None:
     """Returns (strength, snr) near the wanted ratio, measured against the case as it is so far, or None if there is no such
     strength."""
     s = effect.first
@@ -74,7 +80,7 @@ def make_strong(case, effect, wanted):
     return None
 
 
-def individual(design, seed, number, count):
+def individual(design: Case, seed: int, number: int, count: int) -> Case:
     """Returns the design, or, if there are several individuals, a section with another motion that is stated in the files."""
     if count == 1:
         return design
@@ -83,15 +89,16 @@ def individual(design, seed, number, count):
                                               lead=float(rng.uniform(-10, 10))))
 
 
-def draw(seed, number, design, options):
+def draw(seed: int, number: int, design: Case, options: Options) -> tuple[Case, dict[str, Any]]:
     """Draws the hidden effects and the noise of a case; returns the case and its truth so far."""
     rng = numbers(seed, "flight", number)
     kinds = list(options.mix)
     shares = np.array([options.mix[kind] for kind in kinds], float)
-    head = {"kind": str(rng.choice(kinds, p=shares / shares.sum())), "mesh": "same", "rig": str(rng.choice(["quiet", "busy"])),
+    head: dict[str, Any] = {"kind": str(rng.choice(kinds, p=shares / shares.sum())), "mesh": "same", "rig": str(rng.choice(["quiet", "busy"])),
             "individual": int(rng.integers(options.individuals)), "errors": int(rng.integers(2**53))}
     base = individual(design, seed, head["individual"], options.individuals)
-    case, found = base, []
+    case = base
+    found: list[tuple[Effect, float, float]] = []
     menu = OUTSIDE if head["kind"] == "outside" else KNOWN
     wanted_count = {"null": 0, "double": 2}.get(head["kind"], 1)
     for _ in range(DRAWS):
@@ -114,7 +121,7 @@ def draw(seed, number, design, options):
                               "parameters": effect.parameters(s), "place": []} for effect, s, snr in found]}
 
 
-def _make(task):
+def _make(task: tuple[Case, int, int, Options, Path]) -> tuple[str, dict[str, Any]]:
     design, seed, number, options, folder = task
     case, truth = draw(seed, number, design, options)
     record, generator = synthesise(case, flight_of(case))
@@ -125,7 +132,8 @@ def _make(task):
     return f"{number:04d}", {"case": f"{number:04d}", "seed": int(seed), **truth, "generator": generator}
 
 
-def make_flights(design, folder, count, seed, options, jobs, tell):
+def make_flights(design: Case, folder: Path, count: int, seed: int | None, options: Options, jobs: int, tell: Callable[[str], None]) \
+        -> None:
     """Makes those of the cases 1 to `count` that do not exist yet."""
     ledger, seed = begin_batch(folder, seed, {"design": digest(dump(asdict(design))), "kind": "flight", "options": described(options)})
     tasks = [(design, seed, number, options, folder) for number in range(1, count + 1) if f"{number:04d}" not in ledger.cases]

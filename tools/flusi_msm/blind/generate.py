@@ -11,14 +11,22 @@ with the programs that fit or diagnose. Without --seed the operating system give
 that was interrupted is completed, and a larger N adds cases to it. --fixed makes the cases in the design's section "fixed", with
 open truths. docs/results/blind-tests.md describes all of this.
 """
+from __future__ import annotations
+
 import argparse
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import flusi_msm.one_thread  # noqa: F401  (before numpy)
 from flusi_msm.errors import InputError, run_command, tell_new_name
 
+if TYPE_CHECKING:
+    from flusi_msm.blind.cases import Options
 
-def mix_of(text):
+
+def mix_of(text: str) -> dict[str, float]:
+    """Returns {kind: share} of the text of --mix."""
     from flusi_msm.blind.cases import KINDS
     mix = {}
     for part in text.split(","):
@@ -34,7 +42,8 @@ def mix_of(text):
     return mix
 
 
-def check_options(options):
+def check_options(options: argparse.Namespace) -> None:
+    """Raises an InputError for impossible options."""
     if options.fixed is None and options.cases < 1 or options.individuals < 1 or options.jobs < 1:
         raise InputError("--cases, --individuals and --jobs must be at least 1")
     if not 0 < options.snr[0] < options.snr[1]:
@@ -43,7 +52,8 @@ def check_options(options):
         raise InputError("--seed must not be negative")
 
 
-def make_flights(options, choice, tell):
+def make_flights(options: argparse.Namespace, choice: Options, tell: Callable[[str], None]) -> None:
+    """Makes a batch of flights."""
     from flusi_msm.blind import flights
     from flusi_msm.measurement.flight import read_case
     if options.fixed is not None:
@@ -51,7 +61,8 @@ def make_flights(options, choice, tell):
     flights.make_flights(read_case(options.design), options.folder, options.cases, options.seed, choice, options.jobs, tell)
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("design", metavar="DESIGN", help="JSON file")
     parser.add_argument("folder", metavar="FOLDER", type=Path, help="of the batch")
@@ -82,9 +93,11 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("blind_generate", main)
 
 
 def old_command() -> None:
+    """Runs the tool under its old name."""
     tell_new_name("blindgen", "blind_generate")
     command()

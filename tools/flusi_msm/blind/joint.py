@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blind cases of bending tests and natural modes of the same wing. One stiffness has to explain both."""
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from flusi_msm.blind import effects, vibration, vibration_effects
 from flusi_msm.blind import vibration_subject as subjects
 from flusi_msm.blind.cases import Individual, numbers
+from flusi_msm.blind.effects import DrawEffect
 from flusi_msm.blind.vibration_oracle import paired
 from flusi_msm.measurement import modes, series
 from flusi_msm.measurement.case import Case
@@ -32,26 +38,27 @@ class JointCase(Case):
 class JointIndividual(Individual):
     """One wing; its modes are those in air."""
 
-    def __init__(self, design, seed, number):
+    def __init__(self, design: Case, seed: int, number: int) -> None:
         rng = numbers(seed, "joint", number)
         free = np.setdiff1d(np.arange(len(read_wing(design.wing).points)), list(read_wing(design.wing).root))
         self.vibration = vibration.Rig("modes", "air", np.sort(rng.choice(free, subjects.SITES, replace=False)), ())
-        self.known = {}  # by mesh: modes without effects, and their slopes
+        self.known: dict[str, tuple[subjects.Modes, np.ndarray, np.ndarray]] = {}  # by mesh: modes without effects, and their slopes
         super().__init__(JointCase(**vars(design)), seed, number)
 
-    def menu(self, kind):
+    def menu(self, kind: str) -> Sequence[DrawEffect]:
+        """Returns the effects that a case of this kind can have."""
         return OUTSIDE if kind == "outside" else KNOWN
 
-    def finish(self, content, case, mesh):
+    def finish(self, content: dict[str, Any], case: Any, mesh: str) -> None:
         """Adds the modes to the content of a bending test."""
         errors = np.random.default_rng([case.seed, 1])
         content["modes"] = vibration.measure(errors, case, mesh, self.vibration)[0]
 
-    def residual(self, shown, own):
+    def residual(self, shown: subjects.Modes, own: subjects.Modes) -> np.ndarray:
         """Returns the difference of two sets of modes, in units of its sd."""
         return np.concatenate([part for pair in paired(self.vibration, shown, own) for part in pair])
 
-    def modes_of(self, mesh):
+    def modes_of(self, mesh: str) -> tuple[subjects.Modes, np.ndarray, np.ndarray]:
         """Returns (modes without effects, slopes of the residual with respect to stiffness and air, difference of the meshes)."""
         if mesh not in self.known:
             case = self.case(mesh, self.design.noise)
@@ -68,7 +75,7 @@ class JointIndividual(Individual):
             self.known[mesh] = base, slopes, band
         return self.known[mesh]
 
-    def visibility(self, mesh, rig, case, seen, least=0.0):
+    def visibility(self, mesh: str, rig: str, case: Any, seen: np.ndarray, least: float = 0.0) -> float:
         """Returns the signal-to-noise ratio of the effect whose shapes were computed last: see `Individual.deformations`."""
         oracle = self.oracle(mesh, rig, case)
         base, slopes, band = self.modes_of(mesh)
@@ -85,7 +92,7 @@ class JointIndividual(Individual):
         return float(np.sqrt(max(0.0, square)))
 
 
-def write_joint(path, content):
+def write_joint(path: str | Path, content: dict[str, Any]) -> None:
     """Writes bending tests and modes in one file."""
     write_test(path, content)
     modes.write_modes(path, modes.Case(""), content["modes"])

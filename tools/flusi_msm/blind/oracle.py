@@ -13,12 +13,18 @@ change of all heights between the two meshes (sd 1). Derivatives are exact: forc
 gives the change of a shape with the forces. Where stiffness explains much of d, shapes with that stiffness replace the
 derivatives (Individual.visibility). For example, other stiffness explains a gain of 1.1 up to 0.4 um, but the second derivatives
 are 2.6 um."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from flusi_msm.bending.mesh import locate
 from flusi_msm.bending.statics import NoEquilibrium, Path
+from flusi_msm.measurement.noise import Noise
 from flusi_msm.measurement.scan import look
+from flusi_msm.measurement.synthesis import Bench, Load
 from flusi_msm.results.files import InputError
 
 STEP = 1e-5  # [m] of a load's place, for its derivative
@@ -29,17 +35,18 @@ MEMBRANE_SD = 0.1  # of ln D: the value that a measurement of one wing on one me
 class Base:
     """The wing of an experiment without hidden effects under all loads: its shapes, and the derivatives of its heights."""
 
-    def __init__(self, bench, x=None, y=None):
+    def __init__(self, bench: Bench, x: np.ndarray | None = None, y: np.ndarray | None = None) -> None:
         """Computes the shapes; without grid lines x, y there are no derivatives."""
         self.x, self.y = x, y
         self.model = bench.model()
         self.path = Path(self.model)
         self.loads = bench.loads()
-        self.shapes, self.columns = {}, {}  # by the name of the load
+        self.shapes: dict[str, np.ndarray] = {}   # by the name of the load
+        self.columns: dict[str, np.ndarray] = {}
         for load in sorted(self.loads, key=lambda load: (load.point, abs(load.level))):
             self._solve(load)
 
-    def _solve(self, load):
+    def _solve(self, load: Load) -> None:
         m = self.model
         force = m.point_load(load.point, load.vector)
         start = self._start(load)
@@ -47,7 +54,7 @@ class Base:
         if report.snaps:
             raise NoEquilibrium(f"load {load.name}: the wing snaps")
         self.shapes[load.name] = u
-        if self.x is None:
+        if self.x is None or self.y is None:
             return
         local, _ = m.turns.derivatives(u, with_hessian=False)
         numbers = [k for k, h in enumerate(m.hinge_plan) if h.joint]
@@ -71,7 +78,8 @@ class Base:
         columns = np.full(z.shape + (len(sides) + 3,), np.nan)
         for (j, i) in rows:
             corners = m.triangles[seen[j, i]]
-            a, e, f = positions[corners[0]], *(positions[corners[1:]] - positions[corners[0]])
+            a = positions[corners[0]]
+            e, f = positions[corners[1:]] - a
             gx, gy = self.x[i] - a[0], self.y[j] - a[1]
             n = np.cross(e, f)
             one, two = (gx * f[1] - gy * f[0]) / n[2], (gy * e[0] - gx * e[1]) / n[2]
@@ -80,7 +88,7 @@ class Base:
             columns[j, i] = np.concatenate([normal @ mixed, [self.y[j], -self.x[i], 1.0]])
         self.columns[load.name] = columns
 
-    def _start(self, load):
+    def _start(self, load: Load) -> np.ndarray | None:
         """Returns the known shape under a similar force at the same place, mirrored if the force was the opposite one."""
         solved = [other for other in self.loads if other.name in self.shapes and other.point == load.point]
         if not solved:
@@ -93,7 +101,7 @@ class Base:
             u[:, 2] *= -1
         return u
 
-    def _moved(self, load, step):
+    def _moved(self, load: Load, step: np.ndarray) -> np.ndarray:
         """Returns the change of the forces per distance when the force acts elsewhere; near the edge the difference is
         one-sided."""
         places, here = [], np.array(load.point)
@@ -113,8 +121,10 @@ class Oracle:
     `band` is the same on the other mesh; both are deformations (loads, ny, nx). `fringe` has the amplitude, length and direction
     of waves with another phase in every scan."""
 
-    def __init__(self, base, noise, declared, clean, band, fringe=(0.0, 1.0, 0.0)):
+    def __init__(self, base: Base, noise: Noise, declared: Mapping[str, float], clean: np.ndarray, band: np.ndarray,
+                 fringe: tuple[float, float, float] = (0.0, 1.0, 0.0)) -> None:
         self.clean, n_loads = clean, len(base.loads)
+        assert base.x is not None and base.y is not None  # an oracle needs derivatives
         columns = np.stack([base.columns[load.name] for load in base.loads])
         self.known = np.isfinite(clean) & np.isfinite(columns).all(3) & np.isfinite(band)
         y, x = np.meshgrid(base.y, base.x, indexing="ij")
@@ -156,7 +166,7 @@ class Oracle:
         self.stiff_sd = sd[:n_stiff]
 
     @staticmethod
-    def _covariance(noise, places, fringe):
+    def _covariance(noise: Noise, places: np.ndarray, fringe: tuple[float, float, float]) -> np.ndarray:
         c = noise.height**2 * np.eye(len(places))
         if noise.correlated > 0:
             square = ((places[:, None] - places[None])**2).sum(2)
@@ -167,7 +177,7 @@ class Oracle:
             c += 0.5 * amplitude**2 * np.cos(along[:, None] - along[None])
         return c
 
-    def weigh(self, d):
+    def weigh(self, d: np.ndarray) -> np.ndarray:
         """Returns C^-1 d for columns d."""
         parts, first = [], 0
         total = np.zeros((self.size, d.shape[1]))
@@ -181,12 +191,12 @@ class Oracle:
             parts[k] = parts[k] - cho_solve(factor, correction[rows])
         return np.concatenate(parts)
 
-    def change(self, seen):
+    def change(self, seen: np.ndarray) -> np.ndarray:
         """Returns the change of deformations (loads, ny, nx) at all places of the usual wing; not a number where `seen` has no
         value."""
         return seen[self.known] - self.clean[self.known]
 
-    def filled(self, d):
+    def filled(self, d: np.ndarray) -> np.ndarray:
         """Fills in the change where it is not seen: there it gets the value that explains it elsewhere, so that it adds no
         information."""
         unseen = ~np.isfinite(d)
@@ -196,18 +206,18 @@ class Oracle:
                 d[unseen] = self.a[unseen] @ cho_solve(self.matrix, self.weighted.T @ d)
         return d
 
-    def explain(self, d):
+    def explain(self, d: np.ndarray) -> np.ndarray:
         """Returns the changes of ln E, ln k of the joints and ln D in the best explanation of a change d."""
         return cho_solve(self.matrix, self.weighted.T @ self.filled(d))[:self.n_stiff] * self.stiff_sd
 
-    def snr(self, d):
+    def snr(self, d: np.ndarray) -> float:
         """Returns the signal-to-noise ratio of a change d."""
         d = self.filled(d)[:, None]
         weighted = self.weigh(d)
         g = self.weighted.T @ d
         return float(np.sqrt(max(0.0, (d * weighted).sum() - (g * cho_solve(self.matrix, g)).sum())))
 
-    def band_snr(self):
+    def band_snr(self) -> float:
         """Returns the signal-to-noise ratio of the difference of the meshes against noise alone, that is, the visibility of an
         error of discretisation."""
         keep = np.arange(self.a.shape[1]) != self.band_column

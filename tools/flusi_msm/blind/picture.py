@@ -1,6 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws the confusion matrix of blind cases."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
 import matplotlib
+
+from flusi_msm.blind.scores import Case
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -10,7 +17,7 @@ from flusi_msm.blind.scores import confusion_of
 from flusi_msm.style import save, use_style
 
 
-def draw_confusion(path, cases):
+def draw_confusion(path: Path, cases: Sequence[Case]) -> None:
     """Draws the counts of cases by true cause and verdict; colours are shares of the row."""
     rows, columns, counts = confusion_of(cases)
     use_style()

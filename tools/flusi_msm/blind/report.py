@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Prints the results of a study: targets with point estimates and bounds, the errors for each cause, and the last line in JSON.
 """
+from __future__ import annotations
+
 import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,14 +15,24 @@ from flusi_msm.blind.calibration import table_of as calibration_table
 from flusi_msm.blind.ledger import dump, read, write
 from flusi_msm.blind.scores import Case, calibration_error, confusion_of, scores_of
 
+if TYPE_CHECKING:
+    from flusi_msm.blind.archive import ArchivedStudy
+
 KEYS = ("false_alarm_rate", "detection_snr5", "right_or_in_set_snr8", "single_right_snr8", "wrong_single_name_rate",
         "wrong_single_name_outside", "unknown_called_snr12")
 REPEATS = 2000  # of the bootstrap
 
 
-def collect(study, folder, count):
-    """Returns (cases, records, oracles) of all that is finished; a program that failed counts as a verdict of data_insufficient.
-    """
+class StudyCase(Case):
+    """A case of a study; a program that failed counts as a verdict of data_insufficient."""
+
+    def __init__(self, name: str, truth: dict[str, Any], record: dict[str, Any]) -> None:
+        super().__init__(name, truth, record.get("verdict") or {"verdict": "data_insufficient"})
+        self.stratum, self.wing, self.record, self.truth = truth["stratum"], truth["wing"], record, truth
+
+
+def collect(study: ArchivedStudy, folder: Path, count: int) -> tuple[list[StudyCase], dict[str, dict[str, Any]], dict[str, dict[str, Any]]]:
+    """Returns (cases, records, oracles) of all that is finished."""
     cases, records, oracles = [], {}, {}
     for number in range(1, count + 1):
         path, place = (folder / f"{number:04d}{end}.json" for end in ("", ".oracle"))
@@ -25,8 +40,7 @@ def collect(study, folder, count):
         if not row and not path.exists():
             continue
         record, truth = row.get("record") or read(path), study.truth(number)
-        case = Case(f"{number:04d}", truth, record.get("verdict") or {"verdict": "data_insufficient"})
-        case.stratum, case.wing, case.record, case.truth = truth["stratum"], truth["wing"], record, truth
+        case = StudyCase(f"{number:04d}", truth, record)
         cases.append(case)
         records[case.name] = record
         if "oracle" in row or not row and place.exists():
@@ -34,7 +48,8 @@ def collect(study, folder, count):
     return cases, records, oracles
 
 
-def gain_of(oracles, cases):
+def gain_of(oracles: Mapping[str, dict[str, Any]], cases: Sequence[Case]) \
+        -> tuple[float | None, tuple[float, float] | tuple[None, None], int]:
     """Returns (gain of all extensions over that of all true causes, 95 % bounds by bootstrap over cases, number of cases); the
     first is None if there is no gain. An extension whose verdict names no cause counts as no gain."""
     says = {case.name: case.verdict in ("named", "consistent_with_set") for case in cases}
@@ -45,10 +60,11 @@ def gain_of(oracles, cases):
     rng = np.random.default_rng(1)
     sums = rows[rng.integers(len(rows), size=(REPEATS, len(rows)))].sum(1)
     ends = np.quantile(sums[:, 0] / np.maximum(sums[:, 1], 1e-300), (0.025, 0.975))
-    return float(rows[:, 0].sum() / rows[:, 1].sum()), tuple(map(float, ends)), len(rows)
+    return float(rows[:, 0].sum() / rows[:, 1].sum()), (float(ends[0]), float(ends[1])), len(rows)
 
 
-def table_of(title, scores):
+def table_of(title: str, scores: dict[str, Any]) -> str:
+    """Returns the shares of a group of cases as a table of text."""
     lines = [f"{title}: {scores['cases']} cases", f"  {'':58} {'share':>7} {'of':>5}  {'95 % bounds':>15}  bar"]
     for row in scores["shares"].values():
         if not row["n"]:
@@ -69,9 +85,9 @@ def table_of(title, scores):
     return "\n".join(lines)
 
 
-def causes_table(cases):
+def causes_table(cases: Sequence[Case]) -> str:
     """Returns the verdicts on each hidden cause at signal-to-noise ratios of at least 8."""
-    rows = {}
+    rows: dict[str, list[Case]] = {}
     for case in cases:
         if case.kind in ("single", "outside") and case.snr >= 8:
             rows.setdefault(("outside: " if case.kind == "outside" else "") + case.causes[0]["name"], []).append(case)
@@ -88,7 +104,8 @@ def causes_table(cases):
     return "\n".join(lines)
 
 
-def snr_table(scores):
+def snr_table(scores: dict[str, Any]) -> str:
+    """Returns verdicts by signal-to-noise ratio as a table of text."""
     lines = [f"  {'one cause of the catalogue, SNR':32} {'n':>4} {'found':>6} {'named':>6} {'in set':>6} {'wrong name':>10}"]
     for row in scores["by_snr"]:
         if row["n"]:
@@ -98,7 +115,7 @@ def snr_table(scores):
     return "\n".join(lines)
 
 
-def costs(cases):
+def costs(cases: Sequence[StudyCase]) -> str:
     """Returns the CPU seconds of the stages."""
     lines = []
     for title, chosen in (("small wing, its mesh", [c for c in cases if c.wing == "small" and c.mesh == "same"]),
@@ -114,7 +131,7 @@ def costs(cases):
     return "\n".join(lines)
 
 
-def print_report(study, folder, count, figure=None, map_file=None):
+def print_report(study: ArchivedStudy, folder: Path, count: int, figure: Path | None = None, map_file: Path | None = None) -> None:
     """Prints everything, the machine-readable line last; scores.json in the folder of verdicts has all of it. The map of
     probabilities goes to `map_file`."""
     cases, records, oracles = collect(study, folder, count)
@@ -132,7 +149,7 @@ def print_report(study, folder, count, figure=None, map_file=None):
     print(snr_table(scores["all"]))
     print(causes_table(cases))
     fraction, ends, n = gain_of(oracles, cases)
-    if fraction is not None:
+    if fraction is not None and ends[0] is not None:
         print(f"  gain on locations left out over that of the true cause, SNR >= 8: {100 * fraction:.1f} % of {n} cases "
               f"({100 * ends[0]:.1f} to {100 * ends[1]:.1f}; bar 90)")
     tried = try_on_even(cases)

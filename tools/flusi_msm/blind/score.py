@@ -8,6 +8,8 @@ usage: blind_score FOLDER [--verdicts FOLDER/verdicts] [-o scores.json] [--figur
 The verdict of case NNNN is NNNN.json in the folder of verdicts, or NNNN/diagnosis.json there; docs/results/blind-tests.md lists
 the values that are read from it.
 """
+from __future__ import annotations
+
 import argparse
 import json
 import os
@@ -16,14 +18,15 @@ from pathlib import Path
 from flusi_msm.errors import InputError, run_command, tell_new_name
 
 
-def verdicts_in(folder):
+def verdicts_in(folder: Path) -> dict[str, Path]:
     """Returns the verdicts in a folder as {case: path}."""
     found = {path.stem: path for path in folder.glob("[0-9]*.json")}
     found.update({path.parent.name: path for path in folder.glob("[0-9]*/diagnosis.json")})
     return found
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="FOLDER", type=Path, help="of the batch")
     parser.add_argument("--verdicts", type=Path, metavar="DIR", help="default: FOLDER/verdicts")
@@ -54,10 +57,12 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     os.environ.setdefault("MPLBACKEND", "Agg")
     run_command("blind_score", main)
 
 
 def old_command() -> None:
+    """Runs the tool under its old name."""
     tell_new_name("blindscore", "blind_score")
     command()

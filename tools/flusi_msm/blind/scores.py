@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Computes scores of verdicts on blind cases, with bounds for shares of few cases."""
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from math import sqrt
+from typing import Any
 
 import numpy as np
 from scipy.stats import beta
@@ -13,7 +17,7 @@ FOUND = ("named", "consistent_with_set", "unknown_cause")
 BINS = 10  # of probabilities
 
 
-def wilson(hits, n, z=1.959963984540054):
+def wilson(hits: int, n: int, z: float = 1.959963984540054) -> tuple[float, float]:
     """Returns 95 % bounds of Wilson for a share."""
     if n == 0:
         return float("nan"), float("nan")
@@ -22,7 +26,7 @@ def wilson(hits, n, z=1.959963984540054):
     return max(0.0, middle - half), min(1.0, middle + half)
 
 
-def clopper_pearson(hits, n, level=0.95):
+def clopper_pearson(hits: int, n: int, level: float = 0.95) -> tuple[float, float]:
     """Returns exact bounds of a share."""
     if n == 0:
         return float("nan"), float("nan")
@@ -34,7 +38,7 @@ def clopper_pearson(hits, n, level=0.95):
 class Case:
     """A truth and the verdict on it."""
 
-    def __init__(self, name, truth, verdict):
+    def __init__(self, name: str, truth: dict[str, Any], verdict: dict[str, Any]) -> None:
         verdict = flat_verdict(verdict)
         self.name, self.kind, self.mesh, self.rig, self.snr = name, truth["kind"], truth["mesh"], truth["rig"], \
             truth["snr"]
@@ -45,13 +49,14 @@ class Case:
         if self.causes and not self.true_names:
             self.kind = "outside"
         same = {other: cause["name"] for cause in self.causes for other in cause.get("also", ())}
-        self.verdict = verdict.get("verdict")
-        if self.verdict not in VERDICTS:
-            raise InputError(f"case {name}: the verdict is {self.verdict!r}; known are {', '.join(VERDICTS)}")
+        word = verdict.get("verdict")
+        if word not in VERDICTS:
+            raise InputError(f"case {name}: the verdict is {word!r}; known are {', '.join(VERDICTS)}")
+        self.verdict: str = word
         try:
-            raw = [{str(n) for n in cause["names"]} for cause in verdict.get("causes") or []]
-            self.sets = [sorted({same.get(n, n) for n in names}) for names in raw]
-            self.only_same = [len(names) > 1 and len(one) == 1 for names, one in zip(raw, self.sets)]
+            stated = [{str(n) for n in cause["names"]} for cause in verdict.get("causes") or []]
+            self.sets = [sorted({same.get(n, n) for n in names}) for names in stated]
+            self.only_same = [len(names) > 1 and len(one) == 1 for names, one in zip(stated, self.sets)]
             self.probability = None if verdict.get("probability") is None else float(verdict["probability"])
             raw = verdict.get("probability_raw", self.probability)
             self.raw = None if raw is None else float(raw)
@@ -63,22 +68,24 @@ class Case:
         if self.verdict in ("named", "consistent_with_set") and not any(self.sets):
             raise InputError(f"case {name}: {self.verdict}, but no cause has a name")
 
-    def is_found(self):
+    def is_found(self) -> bool:
+        """Returns whether the verdict says that something is there."""
         return self.verdict in FOUND
 
-    def holds(self, name):
+    def holds(self, name: str) -> bool:
+        """Returns whether a cause is named, alone or in a set."""
         return self.verdict in ("named", "consistent_with_set") and any(name in names for names in self.sets)
 
-    def is_named(self, name):
+    def is_named(self, name: str) -> bool:
         """Returns whether the verdict names this cause alone, or in a set of names that mean the same."""
         return self.verdict == "named" and [name] in self.sets or self.verdict == "consistent_with_set" and \
             any(is_same and names == [name] for is_same, names in zip(self.only_same, self.sets))
 
-    def names_wrongly(self):
+    def names_wrongly(self) -> bool:
         """Returns whether the verdict gives a single name that is not a cause."""
         return self.verdict == "named" and any(len(names) == 1 and names[0] not in self.true_names for names in self.sets)
 
-    def is_right(self):
+    def is_right(self) -> bool:
         """Returns whether the verdict as a whole is right."""
         if self.kind == "null":
             return self.verdict == "adequate"
@@ -111,7 +118,8 @@ SHARES = {
 }
 
 
-def shares_of(cases):
+def shares_of(cases: Sequence[Case]) -> dict[str, dict[str, Any]]:
+    """Returns all SHARES with their bounds."""
     result = {}
     for key, (title, bar, is_low, counts, hit) in SHARES.items():
         chosen = [case for case in cases if counts(case)]
@@ -122,7 +130,8 @@ def shares_of(cases):
     return result
 
 
-def calibration_error(cases, stated=lambda case: case.probability):
+def calibration_error(cases: Sequence[Case], stated: Callable[[Case], float | None] = lambda case: case.probability) \
+        -> tuple[float, float] | tuple[None, None]:
     """Returns the expected calibration error over bins of the stated probability, and the Brier score; None without any."""
     chosen = [case for case in cases if stated(case) is not None]
     if not chosen:
@@ -134,7 +143,7 @@ def calibration_error(cases, stated=lambda case: case.probability):
     return float(error), float(((p - right)**2).mean())
 
 
-def gain_fraction(cases, least=8.0):
+def gain_fraction(cases: Sequence[Case], least: float = 8.0) -> tuple[float | None, int]:
     """Returns which part of the misfit on data that the model never saw is removed by the extension. It is a ratio of sums over
     cases with a known cause and at least this signal-to-noise ratio. A perfect model has a misfit of one per residual."""
     removed = missed = n = 0
@@ -146,7 +155,7 @@ def gain_fraction(cases, least=8.0):
     return (removed / missed if missed > 0 else None), n
 
 
-def interval_coverage(cases):
+def interval_coverage(cases: Sequence[Case]) -> tuple[int, int]:
     """Returns (hits, n) of intervals with an end whose parameter belongs to a cause of the case."""
     hits = n = 0
     for case in cases:
@@ -161,7 +170,7 @@ def interval_coverage(cases):
     return hits, n
 
 
-def scores_of(cases):
+def scores_of(cases: Sequence[Case]) -> dict[str, Any]:
     """Returns all scores as one dictionary."""
     error, brier = calibration_error(cases)
     fraction, n_gain = gain_fraction(cases)
@@ -174,7 +183,7 @@ def scores_of(cases):
             "by_snr": by_snr(cases)}
 
 
-def by_snr(cases, edges=(2, 4, 6, 8, 12, 20, 1e9)):
+def by_snr(cases: Sequence[Case], edges: Sequence[float] = (2, 4, 6, 8, 12, 20, 1e9)) -> list[dict[str, Any]]:
     """Returns the verdicts on cases with one known cause, by signal-to-noise ratio."""
     rows = []
     for low, high in zip(edges[:-1], edges[1:]):
@@ -187,13 +196,13 @@ def by_snr(cases, edges=(2, 4, 6, 8, 12, 20, 1e9)):
     return rows
 
 
-def confusion_of(cases):
+def confusion_of(cases: Sequence[Case]) -> tuple[list[str], list[str], np.ndarray]:
     """Returns (rows, columns, counts): true cause by verdict. A case of two causes is in no row."""
-    def row_of(case):
+    def row_of(case: Case) -> str:
         return {"null": "none", "outside": "outside: "}.get(case.kind, "") + \
             ("" if case.kind == "null" else case.causes[0]["name"].split(":")[0])
 
-    def column_of(case):
+    def column_of(case: Case) -> str:
         if case.verdict == "named":
             return " + ".join(sorted({n.split(":")[0] for names in case.sets for n in names}))
         if case.verdict == "consistent_with_set":

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Defines the cases of a study: fixed numbers of cases of each kind and visibility. They are mixed so that the first cases have
 about the same proportions as all of them."""
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 WHOLE = (2.0, 30.0)  # signal-to-noise ratios
@@ -8,10 +10,11 @@ WHOLE = (2.0, 30.0)  # signal-to-noise ratios
 
 @dataclass(frozen=True)
 class Stratum:
+    """Cases of one kind and one range of visibility."""
     name: str
     count: int      # in the whole study
     kind: str
-    snr: tuple = WHOLE
+    snr: tuple[float, float] = WHOLE
     wing: str = "small"
 
 
@@ -29,12 +32,12 @@ JOINT = (Stratum("null", 50, "null"), Stratum("outside", 25, "outside", (3.0, 30
 STRATA = {"bending": BENDING, "vibration": VIBRATION, "joint": JOINT}
 
 
-def whole_study(kind="bending"):
+def whole_study(kind: str = "bending") -> int:
     """Returns the number of cases in the whole study of this kind."""
     return sum(stratum.count for stratum in STRATA[kind])
 
 
-def plan(count, kind="bending"):
+def plan(count: int, kind: str = "bending") -> list[tuple[Stratum, int]]:
     """Returns [(stratum, how many of it came before)] of the cases 1 to count: the next case is always of the stratum that is
     most behind."""
     strata, whole = STRATA[kind], whole_study(kind)

@@ -1,18 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes the cases of a study of msm_diagnose, each with its own random numbers: of bending, of vibration, or of both on the same
 wing."""
+from __future__ import annotations
+
 import hashlib
 import os
 import pickle
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from flusi_msm.bending.statics import NoEquilibrium
 from flusi_msm.blind import joint, vibration
 from flusi_msm.blind.cases import Individual, Options, fill_case, numbers
 from flusi_msm.blind.ledger import digest, dump, read, write
+from flusi_msm.blind.strata import Stratum
+from flusi_msm.measurement.case import Case
 from flusi_msm.measurement.file import write_test
 from flusi_msm.results.files import InputError
 
@@ -21,7 +27,7 @@ INDIVIDUALS = 8
 DRAWS = 10
 
 
-def sources_digest(kind="bending"):
+def sources_digest(kind: str = "bending") -> str:
     """Returns a digest of the generator: of all files that decide about the bytes of a case."""
     files = [path for folder in ("bending", "measurement") for path in (PACKAGE / folder).glob("*.py")]
     files += [PACKAGE / "wing/file.py", *(PACKAGE / f"blind/{part}.py" for part in ("cases", "effects", "oracle", "strata", "study"))]
@@ -35,28 +41,31 @@ def sources_digest(kind="bending"):
 class Study:
     """The measurements and sealed truths of a study in a folder."""
 
-    def __init__(self, folder, designs, seed, kind="bending"):
+    def __init__(self, folder: Path, designs: Mapping[str, Any], seed: int, kind: str = "bending") -> None:
         """designs: {"small": design, "large": design}."""
         self.folder, self.designs, self.seed, self.kind = folder, designs, seed, kind
-        self.latest = None, None
+        self.latest: tuple[tuple[str, int], Any] | None = None
 
-    def made(self, number):
+    def made(self, number: int) -> bool:
+        """Returns whether a case exists."""
         return (self.folder / "sealed" / f"{number:04d}.json").exists()
 
-    def measurement(self, number):
+    def measurement(self, number: int) -> Path:
+        """Returns the path of a measurement."""
         return self.folder / "measured" / f"{number:04d}.h5"
 
-    def truth(self, number):
+    def truth(self, number: int) -> dict[str, Any]:
+        """Returns the truth of a case, after its measurement has been checked."""
         sealed = read(self.folder / "sealed" / f"{number:04d}.json")
         if digest(self.measurement(number).read_bytes()) != sealed["measurement_sha256"]:
             raise InputError(f"{self.measurement(number)}: is not the measurement that was made")
         return sealed["truth"]
 
-    def wants_oracle(self, truth):
+    def wants_oracle(self, truth: dict[str, Any]) -> bool:
         """Returns whether the gain of the true cause is to be computed."""
         return self.kind == "bending" and truth["kind"] == "single" and truth["snr"] >= 8
 
-    def make(self, number, stratum, before):
+    def make(self, number: int, stratum: Stratum, before: int) -> None:
         """Makes a case unless it exists: the measurement first, then its truth, each completely or not at all."""
         if self.made(number):
             return
@@ -78,13 +87,13 @@ class Study:
         write(self.folder / "sealed" / f"{number:04d}.json",
               dump({"truth": truth, "measurement_sha256": hashlib.sha256(path.read_bytes()).hexdigest()}))
 
-    def _whose(self, stratum, before):
+    def _whose(self, stratum: Stratum, before: int) -> int:
         """Returns the number of the individual of a case."""
         if self.kind == "vibration":
             return vibration.number_of(before)
         return 0 if stratum.wing == "large" else before // 4 % INDIVIDUALS
 
-    def _drawn(self, number, stratum, before, individual):
+    def _drawn(self, number: int, stratum: Stratum, before: int, individual: Individual) -> tuple[dict[str, Any], dict[str, Any]]:
         """Returns content and truth; a case is drawn again if its wing snaps under the errors of its loads."""
         is_large = stratum.wing == "large"
         bounds = stratum.snr if stratum.kind == "single" else (0.0, float("inf"))
@@ -99,9 +108,9 @@ class Study:
                 continue
         raise InputError(f"{DRAWS} wings in a row snap")
 
-    def individual(self, wing, who):
+    def individual(self, wing: str, who: int) -> Any:
         """Returns the individual; a wing whose shapes are already known is read from its file."""
-        if self.latest[0] == (wing, who):
+        if self.latest is not None and self.latest[0] == (wing, who):
             return self.latest[1]
         path = self.folder / "individuals" / f"{wing}{who}.pickle"
         if path.exists():
@@ -114,7 +123,7 @@ class Study:
         self.latest = (wing, who), individual
         return individual
 
-    def _bent(self, wing, who):
+    def _bent(self, wing: str, who: int) -> Individual | vibration.Individual:
         """Makes an individual, with the shapes from which its cases begin."""
         if self.kind == "vibration":
             return vibration.Individual(self.designs[wing], self.seed, who)
@@ -123,7 +132,7 @@ class Study:
         return Individual(self.designs[wing], self.seed, who, ("same",) if wing == "large" else ("same", "finer"))
 
 
-def designs_of(design):
+def designs_of(design: Case) -> dict[str, Case]:
     """Returns the design on its own wing, and on the wing with about a thousand points in the same folder."""
     large = Path(design.wing).with_name(Path(design.wing).name.replace("_small", ""))
     if large == Path(design.wing) or not large.exists():

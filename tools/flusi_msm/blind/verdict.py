@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Converts the output of msm_diagnose to the verdict that blind cases are scored by (docs/results/blind-tests.md)."""
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
 
 SCHEMA = "flusi-msm diagnosis"
 
 
-def flat_verdict(data):
+def flat_verdict(data: Any) -> Any:
     """Reads the verdict in a JSON file: that of msm_diagnose is converted to the flat form, any other is left as it is."""
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         return data
@@ -33,13 +37,13 @@ def flat_verdict(data):
     return flat
 
 
-def density_gain(base, other):
+def density_gain(base: dict[str, Any], other: dict[str, Any]) -> float:
     """Returns the sum, over the locations that both predict, of the gain of `other` in log predictive density."""
     one, two = (dict(zip(folds["location"], folds["log_density"])) for folds in (base, other))
     return float(sum(two[place] - one[place] for place in one if place in two))
 
 
-def effect_lines(truth):
+def effect_lines(truth: dict[str, Any]) -> dict[str, dict[str, str]] | None:
     """Returns lines for the input of msm_diagnose that give its wing or instrument the true effects of a case; None if that is
     not possible."""
     wing, instrument, sections = [], [], {}
@@ -68,7 +72,7 @@ def effect_lines(truth):
         else:
             instrument += values.items()
 
-    def pairs(rows):
+    def pairs(rows: Iterable[tuple[str, float]]) -> str:
         return ", ".join(f"{name} {value!r}" for name, value in rows)
 
     if wing:

@@ -1,16 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blind cases of vibration: natural modes, a record after a release, or both, of a wing that hides one effect or none."""
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from flusi_msm.bending.model import Model
 from flusi_msm.blind import vibration_subject as subjects
 from flusi_msm.blind.cases import CLOSE, DRAWS, next_strength, numbers
+from flusi_msm.blind.effects import Effect
+from flusi_msm.blind.strata import Stratum
 from flusi_msm.blind.vibration_effects import menu
 from flusi_msm.blind.vibration_oracle import Oracle
 from flusi_msm.errors import InputError
 from flusi_msm.measurement import modes, series
+from flusi_msm.measurement.case import Case
 from flusi_msm.wing.file import read_wing
 
 INDIVIDUALS = 4
@@ -24,7 +32,7 @@ class Rig:
     name: str
     medium: str               # of the record; modes are those in air
     sites: np.ndarray         # points at which modes are seen
-    missing: tuple            # numbers of modes that are not measured
+    missing: tuple[int, ...]  # numbers of modes that are not measured
     frequency: float = 0.003
     shape: float = 0.02
     motion: float = 0.01
@@ -32,18 +40,20 @@ class Rig:
     trigger: float = 5.0e-6   # [s]
 
     @property
-    def has_modes(self):
+    def has_modes(self) -> bool:
+        """Returns whether natural modes are measured."""
         return self.name != "record"
 
     @property
-    def has_record(self):
+    def has_record(self) -> bool:
+        """Returns whether a record of motion is measured."""
         return self.name != "modes"
 
 
 class Individual:
     """One wing without hidden effects; it can compute how visible effects are on it."""
 
-    def __init__(self, design, seed, number):
+    def __init__(self, design: Case, seed: int, number: int) -> None:
         rng = numbers(seed, "vibration", number)
         s = design.stiffness
         # E is fitted, and the joints are known from the input: they are those of the veins with its E. Other joints would be a
@@ -58,17 +68,19 @@ class Individual:
         sites = np.sort(rng.choice(free, subjects.SITES, replace=False))
         missing = (int(rng.integers(2, subjects.MODES)),) if number % 2 else ()
         self.rigs = {name: Rig(name, ("air", "vacuum")[number // 2 % 2], sites, missing) for name in RIGS}
-        self.oracles = {}
+        self.oracles: dict[tuple[str, str], Oracle] = {}
 
-    def oracle(self, mesh, rig):
+    def oracle(self, mesh: str, rig: str) -> Oracle:
+        """Returns what computes how visible effects are, on a mesh with a rig."""
         if (mesh, rig) not in self.oracles:
             self.oracles[mesh, rig] = Oracle(self.base, mesh, self.rigs[rig])
         return self.oracles[mesh, rig]
 
 
-def make_strong(oracle, effect, wanted, bounds):
+def make_strong(oracle: Oracle, effect: Effect, wanted: float, bounds: tuple[float, float]) -> tuple[float, float] | None:
     """Returns (strength, snr) near the wanted ratio and within bounds, or None if there is no such strength."""
-    tried, s = [], effect.first
+    tried: list[tuple[float, float]] = []
+    s = effect.first
     for _ in range(8):
         s = min(s, effect.most)
         snr = oracle.snr(oracle.show(effect.apply(oracle.base, s)))
@@ -82,7 +94,8 @@ def make_strong(oracle, effect, wanted, bounds):
     return None
 
 
-def fill_case(rng, seed, number, head, individual, snr, bounds):
+def fill_case(rng: np.random.Generator, seed: int, number: int, head: dict[str, Any], individual: Individual, snr: tuple[float, float],
+              bounds: tuple[float, float]) -> tuple[Callable[[Path], None], dict[str, Any]]:
     """Returns (write, truth) of a case whose kind and individual are drawn; write(path) makes the measurement."""
     oracle = individual.oracle(head["mesh"], head["rig"])
     subject, chosen = individual.base, None
@@ -97,12 +110,13 @@ def fill_case(rng, seed, number, head, individual, snr, bounds):
     rig = individual.rigs[head["rig"]]
     parts = measure(np.random.default_rng(head["errors"]), subject, head["mesh"], rig)
 
-    def write(path):
+    def write(path: Path) -> None:
         write_parts(path, subject, rig, *parts)
     return write, truth
 
 
-def draw_effect(rng, individual, oracle, kind, snr, bounds):
+def draw_effect(rng: np.random.Generator, individual: Individual, oracle: Oracle, kind: str, snr: tuple[float, float],
+                bounds: tuple[float, float]) -> tuple[Effect, float, float]:
     """Draws an effect: returns (effect, strength, its signal-to-noise ratio)."""
     wing, effects = read_wing(individual.base.wing), menu(kind, oracle.rig.has_record)
     for _ in range(DRAWS):
@@ -113,7 +127,7 @@ def draw_effect(rng, individual, oracle, kind, snr, bounds):
     raise InputError(f"{DRAWS} effects in a row cannot be made as visible as wanted")
 
 
-def measure(rng, subject, mesh, rig):
+def measure(rng: np.random.Generator, subject: subjects.Subject, mesh: str, rig: Rig) -> tuple[list[modes.Measured], dict[str, Any] | None]:
     """Returns modes as `write_modes` takes them, and a record as `write_series` does; none where the rig has none."""
     found, record = [], None
     if rig.has_modes:
@@ -133,7 +147,8 @@ def measure(rng, subject, mesh, rig):
     return found, record
 
 
-def write_parts(path, subject, rig, found, record):
+def write_parts(path: str | Path, subject: subjects.Subject, rig: Rig, found: Sequence[modes.Measured], record: dict[str, Any] | None) \
+        -> None:
     """Writes a measurement file, or adds to one that exists."""
     if found:
         modes.write_modes(path, subjects.modes_case(subject, subject.stiffness), found)
@@ -143,7 +158,8 @@ def write_parts(path, subject, rig, found, record):
         series.write_series(path, replace(case, noise=series.Noise(rig.motion, rig.trigger, rig.size)), record)
 
 
-def draw_case(study_seed, number, stratum, before, individual):
+def draw_case(study_seed: int, number: int, stratum: Stratum, before: int, individual: Individual) \
+        -> tuple[Callable[[Path], None], dict[str, Any]]:
     """Draws a case of a study: returns (write, truth)."""
     rng = numbers(study_seed, "vibration study", number)
     turn = before // len(RIGS)
@@ -154,6 +170,6 @@ def draw_case(study_seed, number, stratum, before, individual):
     return fill_case(rng, study_seed, number, head, individual, stratum.snr, bounds)
 
 
-def number_of(before):
+def number_of(before: int) -> int:
     """Returns the number of the individual of a case, given how many cases of its stratum precede it."""
     return before // len(RIGS) % INDIVIDUALS

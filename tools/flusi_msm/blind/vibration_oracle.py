@@ -7,7 +7,11 @@ model cannot explain. snr^2 is the smallest sum of squares, priors included, ove
 
 found by the method of Gauss and Newton, since a record depends nonlinearly on the frequency. The wing with these values is that
 without the effect in its lowest modes (Ritz), so that thousands of evaluations need little time."""
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING, Optional
 
 import numpy as np
 from scipy import linalg, sparse
@@ -16,6 +20,10 @@ from scipy.sparse.linalg import eigsh
 from flusi_msm.blind import vibration_subject as subjects
 from flusi_msm.measurement.series import Motion
 
+if TYPE_CHECKING:
+    from flusi_msm.blind.vibration import Rig
+
+Shown = tuple[Optional[subjects.Modes], Optional[np.ndarray]]  # modes, record
 BASIS = 50       # modes in which the wing moves
 STEP, STEPS, LONGEST = 1e-4, 6, 0.5
 PRIORS = {"E": np.log(10), "D": 0.1, "air": 0.3, "damping": np.log(10), "size": 1.0, "trigger": 1.0, "band": 1.0}
@@ -24,13 +32,13 @@ PRIORS = {"E": np.log(10), "D": 0.1, "air": 0.3, "damping": np.log(10), "size": 
 class Ritz:
     """The wing of a subject in its lowest modes, for any E, D, air and damping in proportion to its mass."""
 
-    def __init__(self, subject, mesh, medium):
+    def __init__(self, subject: subjects.Subject, mesh: str, medium: str) -> None:
         wing, coarse, stiffness = subjects.meshed(subject, mesh)
         motion = Motion(wing, subjects.record_case(subject, stiffness, "vacuum"), coarse)
         heavy = motion.m + 1e-12 * motion.m.diagonal().max() * sparse.identity(motion.n)
         _, phi = eigsh(motion.k, BASIS, heavy, sigma=0.0, v0=np.ones(motion.n))
 
-        def small(matrix):
+        def small(matrix: sparse.csc_matrix) -> np.ndarray:
             return phi.T @ (matrix @ phi)
         self.k, self.m, self.d = small(motion.k), small(motion.m), subject.damping
         parts = []
@@ -49,12 +57,12 @@ class Ritz:
         self.points = np.zeros((n_points, 3, BASIS))
         self.points[moving] = nodes[motion.place[moving]]
 
-    def matrices(self, q):
+    def matrices(self, q: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
         """Returns stiffness and mass for the logarithms q."""
         k = self.k + np.expm1(q.get("E", 0.0)) * self.k_veins + np.expm1(q.get("D", 0.0)) * self.k_membrane
         return k, self.m + np.exp(q.get("air", 0.0)) * self.air
 
-    def modes(self, q, count):
+    def modes(self, q: Mapping[str, float], count: int) -> subjects.Modes:
         """Returns the modes in the form of `shown_modes`."""
         values, vectors = linalg.eigh(*self.matrices(q))
         found = []
@@ -66,7 +74,7 @@ class Ritz:
                 break
         return found
 
-    def record(self, q):
+    def record(self, q: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
         """Returns the record in the form of `shown_record`, and its derivative in time; the solution in time is exact."""
         k, m = self.matrices(q)
         n, d = len(k), self.d
@@ -85,7 +93,7 @@ class Ritz:
 class Oracle:
     """Computes signal-to-noise ratios for one wing on one mesh in one kind of experiment."""
 
-    def __init__(self, base, mesh, rig):
+    def __init__(self, base: subjects.Subject, mesh: str, rig: Rig) -> None:
         self.base, self.mesh, self.rig = base, mesh, rig
         self.air = Ritz(base, mesh, "air") if rig.has_modes else None
         self.still = Ritz(base, mesh, rig.medium) if rig.has_record else None
@@ -94,35 +102,36 @@ class Oracle:
             self.names.append("air")
         if rig.has_record:
             self.names += ["damping", "size", "trigger"]
-        self.offset = 0.0
-        if rig.has_record:  # difference between the sum of few modes and the steps in time
+        self.offset: np.ndarray | float = 0.0
+        self.sd_record = 1.0
+        if self.still is not None:  # difference between the sum of few modes and the steps in time
             self.offset = subjects.shown_record(base, mesh, rig.medium) - self.still.record({})[0]
-        self.sd_record = rig.motion * np.abs(self.still.record({})[0]).max() if rig.has_record else 1.0
-        self.band = None
+            self.sd_record = rig.motion * np.abs(self.still.record({})[0]).max()
+        self.band: np.ndarray | None = None
         if mesh != "same":
             plain = Oracle(base, "same", rig)
             self.band = self.residual(plain.show(base), {})
             self.names.append("band")
 
-    def show(self, subject):
+    def show(self, subject: subjects.Subject) -> Shown:
         """Returns what the experiment would show without errors: (modes or None, record or None)."""
         return (subjects.shown_modes(subject, self.mesh) if self.rig.has_modes else None,
                 subjects.shown_record(subject, self.mesh, self.rig.medium) if self.rig.has_record else None)
 
-    def residual(self, shown, q):
+    def residual(self, shown: Shown, q: Mapping[str, float]) -> np.ndarray:
         """Returns the difference between what is shown and the wing with q, in units of the sd."""
         rig, rows = self.rig, []
-        if rig.has_modes:
+        if self.air is not None and shown[0] is not None:
             own = self.air.modes(q, subjects.MODES + 2)
             rows += [part for pair in paired(rig, shown[0], own) for part in pair]
-        if rig.has_record:
+        if self.still is not None and shown[1] is not None:
             seen, speed = self.still.record(q)
             seen = (seen + self.offset) * (1 + rig.size * q.get("size", 0.0)) + speed * rig.trigger * q.get("trigger", 0.0)
             rows.append((shown[1] - seen).ravel() / self.sd_record)
         whole = np.concatenate(rows)
         return whole if self.band is None else whole - q.get("band", 0.0) * self.band
 
-    def snr(self, shown):
+    def snr(self, shown: Shown) -> float:
         """Returns the signal-to-noise ratio of a measurement of a subject with an effect."""
         sd = np.array([PRIORS[name] for name in self.names])
         at, best = np.zeros(len(sd)), np.inf
@@ -140,8 +149,7 @@ class Oracle:
         return float(np.sqrt(best))
 
 
-
-def paired(rig, shown, own):
+def paired(rig: Rig, shown: subjects.Modes, own: subjects.Modes) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Returns (ln of frequencies, part of the shape across the other one) of the modes that are measured, as differences in
     units of their sd."""
     left = list(range(len(own)))

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The wing of a blind case of vibration with its hidden effects, and what an experiment without errors would show of it: natural
 modes and a record after a release. The mechanics are those of make_modes and make_series."""
+from __future__ import annotations
+
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +15,10 @@ from flusi_msm.measurement.case import Hidden
 from flusi_msm.measurement.synthesis import soft_name, with_soft_places
 from flusi_msm.wing.file import read_wing
 
+if TYPE_CHECKING:
+    from flusi_msm.wing.file import Wing
+
+Modes = list[tuple[float, np.ndarray]]  # frequency [Hz], shape (points)
 MODES, SITES = 6, 24  # of a test of modes
 RELEASE, PLACES = (8.0e-3, -0.6e-3), ((8.4e-3, -0.7e-3), (6.5e-3, 0.1e-3), (5.5e-3, -1.6e-3))
 FORCE, RATE, SAMPLES = 2.0e-5, 10000.0, 100  # of a record
@@ -21,7 +28,7 @@ STEPS = 64  # of time in a sample: with 8 the error of time has a signal-to-nois
 @dataclass
 class Unstated:
     """Disturbances of a record that no file states."""
-    shake: tuple = (0.0, 300.0)  # [m/s^2] and [Hz] of the clamp, which continues to move after the release
+    shake: tuple[float, float] = (0.0, 300.0)  # [m/s^2] and [Hz] of the clamp, which continues to move after the release
     lag: float = 0.0             # [s] of a filter of first order
 
 
@@ -37,7 +44,7 @@ class Subject:
     air_ratio: float = 0.8
 
 
-def meshed(subject, mesh):
+def meshed(subject: Any, mesh: str) -> tuple[Wing, Wing | None, Stiffness]:
     """Returns (wing on that mesh, wing of the wing file if it is another one, stiffness with that of soft places)."""
     plain = read_wing(subject.wing)
     wing = with_soft_places(plain, subject)
@@ -51,24 +58,26 @@ def meshed(subject, mesh):
     return fine, wing, stiffness
 
 
-def modes_case(subject, stiffness, count=MODES):
+def modes_case(subject: Any, stiffness: Stiffness, count: int = MODES) -> modes.Case:
+    """Returns the case of make_modes for a subject."""
     return modes.Case(subject.wing, modes=count, stiffness=stiffness, mass=subject.mass, air_ratio=subject.air_ratio)
 
 
-def record_case(subject, stiffness, medium, steps=STEPS):
+def record_case(subject: Subject, stiffness: Stiffness, medium: str, steps: int = STEPS) -> series.Case:
+    """Returns the case of make_series for a subject."""
     return series.Case(subject.wing, point=RELEASE, size=FORCE, places=PLACES, rate=RATE, samples=SAMPLES, steps=steps, medium=medium,
                        air_ratio=subject.air_ratio, stiffness=stiffness, mass=subject.mass, damping=subject.damping,
                        lowpass=1 / (2 * np.pi * subject.unstated.lag) if subject.unstated.lag > 0 else 0.0)
 
 
-def shown_modes(subject, mesh):
+def shown_modes(subject: Any, mesh: str) -> Modes:
     """Returns [(frequency, shape (points))] of more modes than are measured, so that modes which change their order are still
     among them."""
     wing, coarse, stiffness = meshed(subject, mesh)
     return modes.find_modes(wing, modes_case(subject, stiffness, MODES + 2), coarse)
 
 
-def shown_record(subject, mesh, medium, steps=STEPS, late=0.0):
+def shown_record(subject: Subject, mesh: str, medium: str, steps: int = STEPS, late: float = 0.0) -> np.ndarray:
     """Returns the record (samples, places) [m], which begins `late` [s] after the release."""
     wing, coarse, stiffness = meshed(subject, mesh)
     case = record_case(subject, stiffness, medium, steps)

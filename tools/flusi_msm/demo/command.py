@@ -10,7 +10,6 @@ import sys
 import time
 import webbrowser
 from pathlib import Path
-from typing import List
 
 from flusi_msm.demo.runner import Runner, last_lines
 from flusi_msm.demo.steps import STEPS, copies
@@ -35,7 +34,7 @@ def prepare(folder: Path) -> None:
             shutil.copyfile(source, place)
 
 
-def verdict(folder: Path) -> List[str]:
+def verdict(folder: Path) -> list[str]:
     """Returns the verdict that msm_diagnose has printed, without its names of files."""
     text = (folder / "logs/diagnose.log").read_text(encoding="utf-8")
     lines = last_lines(text, "verdict")
@@ -50,6 +49,7 @@ def open_page(page: Path) -> bool:
 
 
 def demo(options: argparse.Namespace) -> None:
+    """Runs the demonstration."""
     if options.ranks < 1:
         raise InputError(f"--ranks must be 1 or more, not {options.ranks}")
     folder = Path(options.folder)
@@ -71,6 +71,7 @@ def demo(options: argparse.Namespace) -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     parser = argparse.ArgumentParser(prog="demo", description=TEXT, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="FOLDER", help="where it runs, for instance runs/demo")
     parser.add_argument("--ranks", type=int, default=2, metavar="N", help="MPI ranks of the programs (default 2)")

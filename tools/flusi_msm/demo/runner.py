@@ -7,8 +7,9 @@ import shlex
 import subprocess
 import sys
 import time
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Iterable, List, Optional, Sequence, TextIO
+from typing import TextIO
 
 from flusi_msm.demo.steps import Step
 from flusi_msm.errors import InputError
@@ -66,7 +67,7 @@ class Runner:
         stamp = self.stamp(step, what)
         return stamp.exists() and stamp.read_text() == key
 
-    def words(self, step: Step, key: str) -> List[str]:
+    def words(self, step: Step, key: str) -> list[str]:
         """Returns the command. A run that was killed continues; a run with other inputs begins again."""
         words = shlex.split(step.command)
         if words[0] == "mpirun":
@@ -79,7 +80,7 @@ class Runner:
         return words
 
     @staticmethod
-    def resolved(words: Sequence[str]) -> List[str]:
+    def resolved(words: Sequence[str]) -> list[str]:
         """Replaces names of programs and tools by their paths in this tree."""
         if words[0] == "mpirun":
             return [*words[:3], str(program(words[3])), *words[4:]]
@@ -128,7 +129,7 @@ class Runner:
         return self.logs / f"{step.name}.log"
 
 
-def last_lines(text: str, first: str, n_lines: Optional[int] = None) -> List[str]:
+def last_lines(text: str, first: str, n_lines: int | None = None) -> list[str]:
     """Returns the lines from the one that begins with `first` on, at most n_lines; nothing if there is none."""
     lines = text.split("\n")
     for at, line in enumerate(lines):

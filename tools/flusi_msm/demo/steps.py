@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Tuple
 
 DONE = (0,)
 VERDICTS = (0, 10, 11, 12)  # of msm_diagnose: it has ended with a verdict
@@ -17,11 +16,11 @@ class Step:
     name: str
     title: str
     command: str
-    reads: Tuple[str, ...]
-    makes: Tuple[str, ...]
+    reads: tuple[str, ...]
+    makes: tuple[str, ...]
     folder: str = "."
     backups: str = ""  # pattern of the checkpoints that a killed run leaves; empty where a run begins again by itself
-    good_codes: Tuple[int, ...] = DONE
+    good_codes: tuple[int, ...] = DONE
 
 
 def flight(name: str, wing: str) -> Step:
@@ -55,7 +54,7 @@ STEPS = (
 )
 
 
-def copies(root: Path) -> Tuple[Tuple[Path, str], ...]:
+def copies(root: Path) -> tuple[tuple[Path, str], ...]:
     """Returns the files that the folder of the demo begins with, from the source or from an installation, and their places
     there."""
     return (*((path, path.name) for path in sorted((root / "ini/demo").iterdir())),

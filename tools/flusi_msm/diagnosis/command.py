@@ -7,13 +7,19 @@ usage: plot_diagnosis NAME.json [-o HTML] [--pictures FOLDER] [--flight BASELINE
 The page is NAME_report.html in the folder of NAME.json, and pictures are NAME_<picture>.png. NAME.h5 must be in the same folder.
 --flight adds the changes of lift, drag and power by the cause: two folders of runs, which ini/diagnose-flight.ini describes.
 """
+from __future__ import annotations
+
 import argparse
 import io
 import json
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import h5py
 import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -24,16 +30,17 @@ from matplotlib.patches import Circle
 from flusi_msm.diagnosis.flight import flight_section
 from flusi_msm.diagnosis.modes import draw_modes, read_modes
 from flusi_msm.diagnosis.report import page
-from flusi_msm.diagnosis.series import draw_record, read_series
+from flusi_msm.diagnosis.series import Record, draw_record, read_series
 from flusi_msm.errors import InputError, run_command
 from flusi_msm.style import COLOURS, use_style
 from flusi_msm.wing.file import read_wing
 
 SHOWN_LOADS = 6
+Loads = dict[str, tuple[np.ndarray, np.ndarray, float]]  # table of heights, point [m], force [N]
 LIMIT = 4.0  # sd, of the colours of residuals
 
 
-def read(path):
+def read(path: Path) -> tuple[dict[str, Any], Loads, dict[str, np.ndarray]]:
     """Reads the JSON file, and the tables of the HDF5 file in the same folder."""
     try:
         diagnosis = json.loads(path.read_text())
@@ -54,12 +61,12 @@ def read(path):
     return diagnosis, loads, unknown
 
 
-def table_of(values):
+def table_of(values: np.ndarray) -> np.ndarray:
     """Returns the rows of a table, in whichever form it was stored."""
     return values if values.shape[1] in (4, 7) else values.T
 
 
-def outline_of(diagnosis, folder):
+def outline_of(diagnosis: dict[str, Any], folder: Path) -> list[np.ndarray]:
     """Returns the lines (n, 2) [mm] of the edge and the veins of the wing, if its file still exists."""
     places = [folder / diagnosis["wing"], Path(diagnosis["wing"])]
     path = next((place for place in places if place.is_file()), None)
@@ -75,17 +82,18 @@ def outline_of(diagnosis, folder):
     return [points[edge] for edge in edges[counts == 1]] + [points[nodes] for nodes, _ in wing.veins.values()]
 
 
-def draw_outline(ax, lines):
+def draw_outline(ax: Axes, lines: Sequence[np.ndarray]) -> None:
+    """Draws edge and veins of the wing below a map."""
     for line in lines:
         ax.plot(line[:, 0], line[:, 1], color="0.6", lw=0.6, zorder=0.5)
     ax.set_aspect("equal")
     ax.margins(0.06, 0.12)
 
 
-def draw_residuals(loads, outline, is_extended):
+def draw_residuals(loads: Loads, outline: Sequence[np.ndarray], is_extended: bool) -> list[tuple[str, Figure]]:
     """Returns [(load, figure)]: residuals of the baseline and the extended wing, in units of their sd, for the loads that show
     the cause best, or that fit worst."""
-    def weight(name):
+    def weight(name: str) -> float:
         rows = table_of(loads[name][0])
         return float(np.sum((rows[:, 5] - rows[:, 6])**2 if is_extended else rows[:, 5]**2))
 
@@ -93,7 +101,7 @@ def draw_residuals(loads, outline, is_extended):
             for name in sorted(sorted(loads, key=weight, reverse=True)[:SHOWN_LOADS])]
 
 
-def draw_load(name, table, point, force, outline, is_extended):
+def draw_load(name: str, table: np.ndarray, point: np.ndarray, force: float, outline: Sequence[np.ndarray], is_extended: bool) -> Figure:
     """Draws the maps of one load; they are narrow enough for a phone."""
     rows = table_of(table)
     on = (rows[:, 0] != 0) | (rows[:, 1] != 0)
@@ -120,7 +128,7 @@ def draw_load(name, table, point, force, outline, is_extended):
     return figure
 
 
-def draw_unknown(name, values, outline, region=None):
+def draw_unknown(name: str, values: np.ndarray, outline: Sequence[np.ndarray], region: dict[str, Any] | None = None) -> Figure:
     """Draws where stiffness or forces would have to differ; places in the region of an unknown cause have a thick edge."""
     figure, ax = plt.subplots(figsize=(6.2, 3.4), layout="constrained")
     rows = table_of(values)
@@ -141,7 +149,7 @@ def draw_unknown(name, values, outline, region=None):
     return figure
 
 
-def nearest_distance(places):
+def nearest_distance(places: np.ndarray) -> float:
     """Returns the median distance of a place to its nearest neighbour; 1 for one place."""
     if len(places) < 2:
         return 1.0
@@ -149,7 +157,7 @@ def nearest_distance(places):
     return float(np.median(np.min(between + np.diag(np.full(len(places), np.inf)), axis=1))) or 1.0
 
 
-def draw_evidence(effects):
+def draw_evidence(effects: Sequence[dict[str, Any]]) -> Figure:
     """Draws the evidence of all candidates that were tested."""
     tested = sorted((e for e in effects if e["status"] == "tested"), key=lambda e: e["log_evidence"])
     figure, ax = plt.subplots(figsize=(6.2, 0.8 + 0.24 * len(tested)), layout="constrained")
@@ -164,17 +172,17 @@ def draw_evidence(effects):
     return figure
 
 
-def places_of(loads):
+def places_of(loads: Loads) -> list[np.ndarray]:
     """Returns the places (x, y) [m] at which loads act, in the order of the loads' names: these are the locations of the
     validation."""
-    places = []
+    places: list[np.ndarray] = []
     for name in sorted(loads):
         if not any(np.allclose(loads[name][1], place, rtol=0, atol=1e-9) for place in places):
             places.append(loads[name][1])
     return places
 
 
-def draw_folds(validation, loads):
+def draw_folds(validation: dict[str, Any], loads: Loads) -> Figure:
     """Draws the log predictive density of every location that was left out."""
     base, extended = validation["baseline"], validation["extended"]
     common = [f for f in base["location"] if f in extended["location"]]
@@ -193,7 +201,9 @@ def draw_folds(validation, loads):
     return figure
 
 
-def pictures_of(diagnosis, loads, unknown, outline, modes=(), records=()):
+def pictures_of(diagnosis: dict[str, Any], loads: Loads, unknown: dict[str, np.ndarray], outline: Sequence[np.ndarray],
+                modes: Sequence[tuple[dict[str, Any], np.ndarray]] = (), records: Sequence[Record] = ()) \
+        -> list[tuple[str, str, str, list[tuple[str, Figure]]]]:
     """Returns the pictures as (name, heading, caption, [(part, figure)])."""
     made = []
     if loads:
@@ -236,12 +246,13 @@ def pictures_of(diagnosis, loads, unknown, outline, modes=(), records=()):
     return made
 
 
-def write_picture(options, name, data):
+def write_picture(options: argparse.Namespace, name: str, data: bytes) -> None:
+    """Writes a picture into the folder that the user wants."""
     options.pictures.mkdir(parents=True, exist_ok=True)
     (options.pictures / f"{options.json.stem}_{name}.png").write_bytes(data)
 
 
-def drawn(figure, options, *names):
+def drawn(figure: Figure, options: argparse.Namespace, *names: str) -> bytes:
     """Returns the figure as PNG; it is also written as a file if the user wants pictures."""
     data = io.BytesIO()
     figure.savefig(data, format="png", dpi=130)
@@ -251,7 +262,8 @@ def drawn(figure, options, *names):
     return data.getvalue()
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("json", type=Path)
     parser.add_argument("-o", "--output", type=Path)
@@ -280,4 +292,5 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_diagnosis", main)

@@ -1,28 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Shows how a diagnosed cause changes a flight: two runs of flusi, with the baseline and with the extended wing, as a section of
 the report."""
+from __future__ import annotations
+
 import io
+from collections.abc import Sequence
 from html import escape
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 from flusi_msm.page_parts import table_html
-from flusi_msm.plots.runs import ROWS, rows_of
+from flusi_msm.plots.cycle import Chosen
+from flusi_msm.plots.runs import ROWS, Row, rows_of
 from flusi_msm.results.cycles import PHASES, FlappingRun
 from flusi_msm.style import COLOURS
 
 LABELS = ("baseline", "extended")
 
 
-def read_flights(folders):
+def read_flights(folders: Sequence[Path]) -> list[Chosen]:
     """Returns [(run, cycles, label)] of the last cycle that both runs have."""
     runs = [FlappingRun(folder) for folder in folders]
     common = sorted(set(runs[0].cycles()) & set(runs[1].cycles()))[-1:]
     return [(run, run.choose(",".join(map(str, common))), label) for run, label in zip(runs, LABELS)]
 
 
-def sentence_of(rows):
+def sentence_of(rows: Sequence[Row]) -> str:
     """Describes the changes of the means in words."""
     changes = {name: change for name, _, _, _, _, change in rows}
     parts = [f"{name} by {100 * changes['mean ' + name]:+.1f} %" for name in ROWS]
@@ -30,7 +35,7 @@ def sentence_of(rows):
            f"{parts[-1]} change."
 
 
-def draw_flights(runs):
+def draw_flights(runs: Sequence[Chosen]) -> bytes:
     """Draws lift, drag and power of both runs over the beat."""
     figure, axes = plt.subplots(1, len(ROWS), figsize=(10, 2.8), layout="constrained")
     for ax, quantity in zip(axes, ROWS):
@@ -48,7 +53,8 @@ def draw_flights(runs):
     return data.getvalue()
 
 
-def table_of_changes(runs, rows):
+def table_of_changes(runs: Sequence[Chosen], rows: Sequence[Row]) -> str:
+    """Returns a table of means and peaks of both runs as HTML."""
     cycle = runs[0][1][0]
     lines = []
     for name, unit, values, _, si, change in rows:
@@ -58,7 +64,7 @@ def table_of_changes(runs, rows):
     return table_html((f"beat {cycle}", ("baseline", True), ("extended", True), ("change", True)), lines, "flight")
 
 
-def flight_section(folders):
+def flight_section(folders: Sequence[Path]) -> tuple[str, bytes]:
     """Returns (html without the picture, picture) of two folders of runs, baseline first."""
     runs = read_flights(folders)
     rows = rows_of(runs)

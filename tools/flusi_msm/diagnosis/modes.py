@@ -1,15 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws measured natural modes and those of the baseline and of the extended wing, for the report of a diagnosis."""
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
 import h5py
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from flusi_msm.style import COLOURS
 
 LIMIT = 4.0  # sd
 
 
-def read_modes(tables, diagnosis):
+def read_modes(tables: Path, diagnosis: dict[str, Any]) -> list[tuple[dict[str, Any], np.ndarray]]:
     """Returns [(facts of the JSON file, table (places, 6): x y measured sigma baseline extended)], in the order of frequencies.
     """
     modes = []
@@ -22,12 +30,13 @@ def read_modes(tables, diagnosis):
     return modes
 
 
-def label(facts):
+def label(facts: dict[str, Any]) -> str:
     """Name of a mode; one about a loaded shape says so."""
     return facts["name"] + (" (loaded)" if facts.get("is_loaded") else "")
 
 
-def draw_modes(modes, outline, draw_outline, is_extended):
+def draw_modes(modes: Sequence[tuple[dict[str, Any], np.ndarray]], outline: Sequence[np.ndarray],
+               draw_outline: Callable[[Axes, Sequence[np.ndarray]], None], is_extended: bool) -> Figure:
     """Draws the frequencies of both models against measured ones, and for each mode its shape and the residuals of the models."""
     columns = 3 if is_extended else 2
     figure = plt.figure(figsize=(2.9 * columns, 1.6 + 1.25 * len(modes)), layout="constrained")

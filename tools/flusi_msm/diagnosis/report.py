@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writes the report of a diagnosis as one HTML page that needs no other file: the verdict in words with its probability, the
 extension of the model, pictures, candidates, tests of the residuals, and recommendations for the next measurement."""
+from __future__ import annotations
+
 import math
 import re
+from collections.abc import Sequence
 from html import escape
+from typing import Any
 
 from flusi_msm.diagnosis.values import Value, in_text, said_of
 from flusi_msm.page_parts import badge, document, figure_html, table_html
@@ -31,17 +35,17 @@ REASONS = {"alias": "Another cause does nearly the same to the wing, so that the
            "no_gain": "With it the model predicts loads that the fit has not seen no better than without."}
 
 
-def pretty(text):
+def pretty(text: str) -> str:
     """Replaces signs that the program writes in ASCII by those used in print."""
     return escape(re.sub(r"(?<=\d )u(?=(m|N|g)\b)", "µ", re.sub(r"\buN m\b", "µN m", text)).replace("m/s^2", "m/s²"))
 
 
-def share(p):
+def share(p: float) -> str:
     """Writes a probability in per cent; never as 100."""
     return f"{100 * p:.0f} %" if p < 0.995 else "over 99 %"
 
 
-def power(p):
+def power(p: float | None) -> str:
     """Writes a p-value in full."""
     if p is None:
         return "–"
@@ -50,7 +54,7 @@ def power(p):
     return "below 10<sup>−300</sup>" if p <= 0 else f"10<sup>{str(math.floor(math.log10(p))).replace('-', '−')}</sup>"
 
 
-def one_in(p):
+def one_in(p: float) -> str:
     """Writes how rarely something happens by chance: '1 in 300'."""
     if p >= 0.1:
         return f"{100 * p:.0f} of 100"
@@ -59,15 +63,17 @@ def one_in(p):
     return "less than 1 in 10<sup>300</sup>" if p <= 0 else f"less than 1 in 10<sup>{math.floor(-math.log10(p))}</sup>"
 
 
-def titles_of(diagnosis):
+def titles_of(diagnosis: dict[str, Any]) -> dict[str, str]:
+    """Returns {name: title} of all effects."""
     return {e["name"]: e["title"] for e in diagnosis["effects"]}
 
 
-def is_together(verdict):
+def is_together(verdict: dict[str, Any]) -> bool:
+    """Returns whether the verdict says that several causes are there at once."""
     return verdict["is_together"] or (verdict["word"] == "named" and len(verdict["causes"]) > 1)
 
 
-def lead(diagnosis):
+def lead(diagnosis: dict[str, Any]) -> str:
     """Writes the verdict in one to three sentences."""
     verdict, word = diagnosis["verdict"], diagnosis["verdict"]["word"]
     titles = titles_of(diagnosis)
@@ -86,7 +92,7 @@ def lead(diagnosis):
     return text
 
 
-def meaning(diagnosis):
+def meaning(diagnosis: dict[str, Any]) -> str:
     """Describes the causes in general."""
     verdict = diagnosis["verdict"]
     if verdict["word"] not in ("named", "consistent_with_set"):
@@ -97,7 +103,7 @@ def meaning(diagnosis):
     return "".join(f"<p>{pretty(text)}</p>" for text in sentences)
 
 
-def sureness(diagnosis):
+def sureness(diagnosis: dict[str, Any]) -> str:
     """Writes the stated probability, what it refers to, and the reasons why the answer is not more certain."""
     verdict, word = diagnosis["verdict"], diagnosis["verdict"]["word"]
     if word not in SURE:
@@ -112,7 +118,7 @@ def sureness(diagnosis):
     return f"<p class=sure>{text}</p>"
 
 
-def hidden_cause(diagnosis):
+def hidden_cause(diagnosis: dict[str, Any]) -> str:
     """Explains why a sum of squares that agrees with noise can hide a cause; '' where it does not agree, or nothing was found."""
     verdict, base = diagnosis["verdict"], diagnosis["baseline"]
     n, chi2 = base.get("observations", 0), base.get("chi2", 0)
@@ -124,7 +130,7 @@ def hidden_cause(diagnosis):
             f"that look along these combinations find it at {verdict['snr']:.0f} times the noise.</p>")
 
 
-def boxes_of(diagnosis):
+def boxes_of(diagnosis: dict[str, Any]) -> list[tuple[str, str]]:
     """Returns (value, description) of the boxes at the top."""
     verdict, validation = diagnosis["verdict"], diagnosis["validation"]
     if verdict["word"] == "data_insufficient":
@@ -145,7 +151,7 @@ def boxes_of(diagnosis):
     return boxes
 
 
-def unknown_html(verdict):
+def unknown_html(verdict: dict[str, Any]) -> str:
     """Describes where an unknown cause is, and which known causes come nearest to it; '' for other verdicts."""
     text, region = "", verdict.get("region")
     if region:
@@ -168,7 +174,7 @@ def unknown_html(verdict):
     return text
 
 
-def extension(diagnosis):
+def extension(diagnosis: dict[str, Any]) -> str:
     """Lists what was added to the model: value, interval and sentence of each parameter, but no value of a parameter that is not
     determined."""
     extended = diagnosis["extended"]
@@ -193,7 +199,7 @@ def extension(diagnosis):
             + table_html(("parameter", ("value", True), ("90 % interval", True), "verdict", "in words"), rows, "added"))
 
 
-def alternatives(diagnosis):
+def alternatives(diagnosis: dict[str, Any]) -> str:
     """Lists the causes that the data cannot distinguish; '' if the verdict is no set."""
     verdict = diagnosis["verdict"]
     if verdict["word"] != "consistent_with_set" or verdict["is_together"]:
@@ -212,7 +218,7 @@ def alternatives(diagnosis):
             + table_html(("cause", "standing", "in words", "what it would be"), rows, "set") + note)
 
 
-def shifts(diagnosis):
+def shifts(diagnosis: dict[str, Any]) -> str:
     """Lists the usual parameters of the model with the cause; '' if the model was not extended. A parameter that the data do not
     determine has no value."""
     if not diagnosis["extended"]["is_found"]:
@@ -229,7 +235,7 @@ def shifts(diagnosis):
             + table_html(("parameter", ("without the cause", True), ("with it", True)), rows, "shifts"))
 
 
-def standing(effect, diagnosis):
+def standing(effect: dict[str, Any], diagnosis: dict[str, Any]) -> tuple[str, str]:
     """Returns (class, words) that describe the role of an entry of the catalogue in this verdict."""
     verdict = diagnosis["verdict"]
     if effect["status"] != "tested":
@@ -246,7 +252,7 @@ def standing(effect, diagnosis):
     return ("open", "explains less") if verdict["word"] != "adequate" else ("open", "not needed")
 
 
-def smallest(effect):
+def smallest(effect: dict[str, Any]) -> str:
     """Writes from which strength on the data would show an effect."""
     if "shows_from" in effect:
         return pretty(effect["shows_from"]) or "at no strength"
@@ -255,7 +261,7 @@ def smallest(effect):
     return escape("; ".join(found)) or "–"
 
 
-def candidates(diagnosis):
+def candidates(diagnosis: dict[str, Any]) -> str:
     """Lists all entries of the catalogue, the most probable first, and their tests in numbers."""
     order = {"tested": 0, "absorbed": 1, "not_testable": 2}
     rows, numbers = [], []
@@ -279,14 +285,16 @@ def candidates(diagnosis):
             + table_html(("cause", "standing", "would show from, or what is missing", "in words"), rows, "candidates") + detail)
 
 
-def questions(diagnosis):
+def questions(diagnosis: dict[str, Any]) -> str:
+    """Lists the plain questions and their answers; '' without any."""
     rows = [(pretty(q["name"]), power(q["p"]), pretty(q["sentence"])) for q in diagnosis["questions"]]
     return ("<h2>Plain questions to what the baseline leaves</h2><p>p is how often noise alone would answer so clearly. All checks "
             "together may alarm in 1 % of wings without a cause: one of them counts if its p times their number is below 0.01.</p>"
             + table_html(("question", ("p", True), "answer"), rows, "questions") if rows else "")
 
 
-def next_measurement(diagnosis):
+def next_measurement(diagnosis: dict[str, Any]) -> str:
+    """Lists the measurements that would separate the causes best; '' without any."""
     if not diagnosis["next_measurements"]:
         return ""
     rows = [(pretty(f"once more: {n['repeat']}"), f"{n['separation_sd']:.1f} sd") for n in diagnosis["next_measurements"][:5]]
@@ -300,7 +308,8 @@ def next_measurement(diagnosis):
             "above 3 they can.</p>" + table_html(("measurement", ("it then differs by", True)), rows, "next"))
 
 
-def rivals(diagnosis):
+def rivals(diagnosis: dict[str, Any]) -> str:
+    """Tells how far other causes are from the first; '' without any."""
     titles = titles_of(diagnosis)
     near = [f"{pretty(titles[r['effect']])}{' (' + pretty(r['variant']) + ')' if r['variant'] else ''} by "
             f"{r['separation_now_sd']:.1f} sd" for r in diagnosis.get("rivals", [])[:4]]
@@ -308,7 +317,7 @@ def rivals(diagnosis):
             + ".</p>" if near else "")
 
 
-def flight_html(flight):
+def flight_html(flight: tuple[str, bytes] | None) -> str:
     """Describes how the cause changes a flight; '' without flights."""
     if flight is None:
         return ""
@@ -317,7 +326,8 @@ def flight_html(flight):
         ("", "Lift, drag and aerodynamic power over the last beat.", picture))
 
 
-def warnings_of(diagnosis):
+def warnings_of(diagnosis: dict[str, Any]) -> str:
+    """Writes the warnings about the data; '' without any."""
     noise = diagnosis["noise"]
     warning, tails = noise["warning"], noise.get("heavy_tails")  # files of earlier versions have none
     if tails and tails["is_found"]:
@@ -340,7 +350,8 @@ unknown smooth cause.</dd>
 </dl>"""
 
 
-def page(diagnosis, pictures, flight=None):
+def page(diagnosis: dict[str, Any], pictures: Sequence[tuple[str, str, bytes | list[bytes]]], flight: tuple[str, bytes] | None = None) \
+        -> str:
     """Returns the whole page. `pictures` are (heading, caption, png bytes or a list of them)."""
     verdict = diagnosis["verdict"]
     boxes = "".join(f"<li><b>{value}</b><span>{escape(what)}</span></li>" for value, what in boxes_of(diagnosis))

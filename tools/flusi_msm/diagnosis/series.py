@@ -1,16 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws records of motion and those of the baseline and of the extended wing, for the report of a diagnosis."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
 import h5py
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from flusi_msm.style import COLOURS
 
 UNITS = {"m": (1e6, "displacement [µm]"), "m/s": (1e3, "velocity [mm/s]")}
+Traces = dict[int, tuple[np.ndarray, np.ndarray]]  # number of the trace: table, place
+Record = tuple[dict[str, Any], Traces]             # facts of the JSON file, traces
 SHOWN = 4  # traces of a record, from the one that fits worst
 
 
-def read_series(tables, diagnosis):
+def read_series(tables: Path, diagnosis: dict[str, Any]) -> list[Record]:
     """Returns [(facts of the JSON file, {trace: table (samples, 5): time measured sigma baseline extended, place})]."""
     records = []
     if diagnosis.get("series") and tables.exists():
@@ -25,11 +33,11 @@ def read_series(tables, diagnosis):
     return records
 
 
-def draw_record(facts, traces, is_extended):
+def draw_record(facts: dict[str, Any], traces: Traces, is_extended: bool) -> Figure:
     """Draws each trace over time, and below it the residuals of the models."""
     factor, title = UNITS[facts["units"]]
 
-    def misfit(number):
+    def misfit(number: int) -> float:
         table = traces[number][0]
         return float(np.nansum(((table[:, 3] - table[:, 1]) / table[:, 2])**2))
     shown = sorted(sorted(traces, key=misfit, reverse=True)[:SHOWN])

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writes parameters of a diagnosis as text: with units and errors, and without a value if the data do not determine one."""
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +22,7 @@ NAMES = {"E": "E of all veins", "E_gradient": "E toward the tip, logarithm", "D"
          "one_way": "stiffness upward over downward,", "hardening": "hardening of joint"}
 
 
-def label_of(name):
+def label_of(name: str) -> str:
     """Returns the name of a parameter for readers."""
     kind, _, rest = name.partition(":")
     known = {"joint": "joint", "E": "E of vein", "zero": "zero of"}
@@ -28,12 +31,13 @@ def label_of(name):
     return NAMES.get(name, name.replace("_", " "))
 
 
-def grams(unit, value):
+def grams(unit: str, value: float) -> tuple[str, float]:
     """Converts masses to grams, whose prefixes readers know."""
     return ("g", 1e3 * value) if unit == "kg" else (unit, value)
 
 
-def in_text(name, value):
+def in_text(name: str, value: float) -> str:
+    """Writes a name and a number."""
     return f"{label_of(name)} {value:.3g}"
 
 
@@ -44,31 +48,34 @@ class Value:
     parameter: Parameter
 
     @classmethod
-    def of(cls, facts, interval=None):
+    def of(cls, facts: dict[str, Any], interval: dict[str, Any] | None = None) -> Value:
+        """Returns the value of facts of the JSON file, with their interval."""
         unit, value = grams(facts["unit"], facts["value"])
         made = Parameter(facts["name"], unit, 1.0 if facts.get("is_log") else -np.inf, np.inf, value)
         if interval is not None:
-            ends = [np.nan if end is None else grams(facts["unit"], end)[1] for end in interval["lower_best_upper"]]
-            made.interval = Interval(*ends, interval["has_lower"], interval["has_upper"])
+            lower, best, upper = (np.nan if end is None else grams(facts["unit"], end)[1] for end in interval["lower_best_upper"])
+            made.interval = Interval(lower, best, upper, interval["has_lower"], interval["has_upper"])
         return cls(label_of(facts["name"]), made)
 
     @property
-    def kind(self):
+    def kind(self) -> str:
         """Returns the class of the badge."""
         return self.parameter.verdict
 
-    def word(self):
+    def word(self) -> str:
+        """Returns the word of the badge."""
         return WORDS[self.kind]
 
-    def shown(self):
+    def shown(self) -> str:
+        """Writes the value for a table."""
         return self.parameter.shown()
 
-    def interval(self):
+    def interval(self) -> str:
         """Writes both ends of the interval, or none."""
         return self.parameter.interval_text()
 
 
-def said_of(facts):
+def said_of(facts: dict[str, Any]) -> str:
     """Writes a fitted parameter: '8.01 GPa ± 2 %', 'about 30 µN m/rad (within a factor of 1.6)', or 'not determined'. It is not
     determined if its sd is above 1/√2 of that of its prior, or if the data leave it a range of a factor of ten."""
     sd, prior = facts.get("sd"), facts.get("prior_sd", 0)

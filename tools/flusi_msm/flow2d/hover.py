@@ -26,6 +26,7 @@ class Section:
 
 @dataclass
 class Effort:
+    """How finely the flow is computed."""
     steps: int = 0           # of time in a beat; 0: as many as are stable
     resolution: Resolution = field(default_factory=Resolution)
 

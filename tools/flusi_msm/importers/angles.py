@@ -5,8 +5,8 @@ FLUSI's matrix from the stroke plane to the (left) wing is Ry(alpha) Rz(theta) R
 """
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Dict
 
 import numpy as np
 
@@ -26,7 +26,7 @@ ORDERS = {"phi-theta-alpha": ("phi", "theta", "alpha"), "phi-alpha-theta": ("phi
 AXIS = {"phi": 0, "alpha": 1, "theta": 2}
 
 
-def matrices(angles: Dict[str, np.ndarray], order) -> np.ndarray:
+def matrices(angles: dict[str, np.ndarray], order: Iterable[str]) -> np.ndarray:
     """Returns the matrices from the stroke plane to the wing (n, 3, 3), turned by the angles one after another in this order."""
     total = np.eye(3)[None]
     for name in order:
@@ -34,7 +34,7 @@ def matrices(angles: Dict[str, np.ndarray], order) -> np.ndarray:
     return total
 
 
-def flusi_angles(m: np.ndarray) -> Dict[str, np.ndarray]:
+def flusi_angles(m: np.ndarray) -> dict[str, np.ndarray]:
     """Returns the angles of Ry(alpha) Rz(theta) Rx(phi) = m, theta within 90 degrees, phi and alpha without jumps."""
     theta = -np.arcsin(np.clip(m[:, 1, 0], -1, 1))
     phi = np.arctan2(m[:, 1, 2], m[:, 1, 1])
@@ -53,13 +53,14 @@ class Fit:
     b: np.ndarray
     residual: float      # sd of the residuals, with the degrees of freedom
 
-    def __call__(self, x):
+    def __call__(self, x: np.ndarray) -> np.ndarray:
         if self.kind == FOURIER:
             return fourier(self.mean, self.a, self.b)(x)
         return cubic(np.arange(len(self.a) + 1) / len(self.a), np.append(self.a, self.a[0]), np.append(self.b, self.b[0]), True)(x)
 
 
 def columns_of(x: np.ndarray, harmonics: int) -> np.ndarray:
+    """Returns the values of a Fourier series' functions at x (n, 2 harmonics + 1)."""
     k = 2 * np.pi * np.arange(1, harmonics + 1)
     return np.hstack([np.ones((len(x), 1)), np.cos(np.multiply.outer(x, k)), np.sin(np.multiply.outer(x, k))])
 
@@ -99,9 +100,9 @@ def fit_hermite(x: np.ndarray, values: np.ndarray, nodes: int) -> Fit:
     return Fit(HERMITE, 0.0, solution[:nodes], solution[nodes:], float(residual))
 
 
-def motion_text(fits: Dict[str, Fit], head: str) -> str:
+def motion_text(fits: dict[str, Fit], head: str) -> str:
     """Returns the text of a motion file; `head` is its comment."""
-    def words(values):
+    def words(values: Iterable[float]) -> str:
         return " ".join(f"{v:.10g}" for v in values)
 
     lines = [f"; {line}".rstrip() for line in head.split("\n")]

@@ -18,11 +18,13 @@ class Folded:
     beats: np.ndarray        # (beats, n, k), NaN where unknown
 
     def mean(self) -> np.ndarray:
+        """Returns the mean beat (n, k); NaN where fewer than two beats are known."""
         count = self.count()
         total = np.nansum(self.beats, axis=0)
         return np.where(count >= 2, total / np.maximum(count, 1), np.nan)
 
     def count(self) -> np.ndarray:
+        """Returns how many beats are known (n, k)."""
         return np.isfinite(self.beats).sum(axis=0)
 
     def spread(self) -> np.ndarray:
@@ -89,11 +91,11 @@ def best_frequency(time: np.ndarray, values: np.ndarray, frequency: float, start
 def strongest_frequency(time: np.ndarray, values: np.ndarray) -> float:
     """Returns the strongest frequency in the spectrum of all components."""
     even = np.linspace(time[0], time[-1], len(time))
-    power = 0.0
+    power: np.ndarray | float = 0.0
     for column in values.T:
         known = np.isfinite(column)
         if known.sum() < 8:
             continue
         series = np.interp(even, time[known], column[known])
         power = power + np.abs(np.fft.rfft(series - series.mean()))**2 / max(series.var(), 1e-300)
-    return float((np.argmax(power[1:]) + 1) / (time[-1] - time[0])) if np.ndim(power) else 0.0
+    return float((np.argmax(power[1:]) + 1) / (time[-1] - time[0])) if isinstance(power, np.ndarray) else 0.0

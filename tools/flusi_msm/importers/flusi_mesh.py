@@ -15,7 +15,10 @@ triangles) and files of masses, which follow from diameters and area. Stored res
 follow from triangles and veins. The span of the set must be along its x, the membrane in its x-y plane (or x-z, newer branch).
 The wing is clamped at the first point of the root vein.
 """
+from __future__ import annotations
+
 import argparse
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -30,15 +33,18 @@ AREAL_DENSITY = 3e-3  # of a membrane [kg/m^2] if nothing is known: about 2.5 um
 class Folder:
     """The tables of one wing; all mistakes are collected in `mistakes`."""
 
-    def __init__(self, path, number):
-        self.path, self.number, self.mistakes, self.notes = Path(path), number, [], []
+    def __init__(self, path: str | Path, number: int) -> None:
+        self.path, self.number = Path(path), number
+        self.mistakes: list[str] = []
+        self.notes: list[str] = []
         if not self.path.is_dir():
             raise InputError(f"{path}: no such folder")
 
-    def wrong(self, text):
+    def wrong(self, text: str) -> None:
+        """Adds a mistake."""
         self.mistakes.append(text)
 
-    def table(self, names, columns, needed=True):
+    def table(self, names: Sequence[str], columns: tuple[int, int], needed: bool = True) -> tuple[np.ndarray | None, str]:
         """Returns the rows of a table without those that only fill it up (first column 0); None if there is no such file."""
         for name in names:
             file = self.path / f"{name}{self.number}.dat"
@@ -47,7 +53,7 @@ class Folder:
         else:
             if needed:
                 self.wrong(f"{self.path}: no file {names[0]}{self.number}.dat")
-            return None, None
+            return None, ""
         try:
             rows = [[float(word.replace("D", "E").replace("d", "e")) for word in line.split()]
                     for line in file.read_text().splitlines() if line.strip()]
@@ -58,10 +64,10 @@ class Folder:
             if len(row) < columns[0] or len(row) > columns[1] or not np.isfinite(row).all():
                 self.wrong(f"{file.name}: row {i} has {len(row)} numbers; {columns[0]} to {columns[1]} expected")
                 return None, file.name
-        rows = np.array([row[:columns[0]] for row in rows]).reshape(-1, columns[0])
-        return rows[rows[:, 0] != 0], file.name
+        table = np.array([row[:columns[0]] for row in rows]).reshape(-1, columns[0])
+        return table[table[:, 0] != 0], file.name
 
-    def integers(self, rows, name, columns):
+    def integers(self, rows: np.ndarray, name: str, columns: Sequence[int]) -> np.ndarray:
         """Returns columns of a table as integers."""
         part = rows[:, columns]
         if np.any(part != np.rint(part)):
@@ -69,7 +75,7 @@ class Folder:
                        "of a point belongs")
         return np.rint(part).astype(int)
 
-    def check_index(self, rows, name):
+    def check_index(self, rows: np.ndarray, name: str) -> bool:
         """Checks that rows are counted 1, 2, 3 ...; otherwise several veins are mixed in one table."""
         if np.array_equal(rows[:, 0], np.arange(1, len(rows) + 1)):
             return True
@@ -78,7 +84,8 @@ class Folder:
         return False
 
 
-def read_points(folder):
+def read_points(folder: Folder) -> np.ndarray | None:
+    """Returns the points (n, 3) in the unit of the set; None after a mistake."""
     rows, name = folder.table(["points_coor"], (4, 4))
     if rows is None or not folder.check_index(rows, name):
         return None
@@ -89,7 +96,8 @@ def read_points(folder):
     return xyz
 
 
-def read_triangles(folder, xyz):
+def read_triangles(folder: Folder, xyz: np.ndarray | None) -> np.ndarray | None:
+    """Returns the triangles (m, 3), counter-clockwise; None after a mistake."""
     rows, name = folder.table(["mesh_triangle_elements", "triangle_elements"], (5, 5))
     if rows is None or xyz is None:
         return None
@@ -110,7 +118,7 @@ def read_triangles(folder, xyz):
     return triangles
 
 
-def in_range(folder, numbers, n, name):
+def in_range(folder: Folder, numbers: np.ndarray, n: int, name: str) -> bool:
     """Returns whether all points exist."""
     bad = (numbers < 0) | (numbers >= n)
     if bad.any():
@@ -118,7 +126,7 @@ def in_range(folder, numbers, n, name):
     return not bad.any()
 
 
-def read_vein(folder, kind, n):
+def read_vein(folder: Folder, kind: str, n: int | None) -> list[int] | None:
     """Returns the points of the vein veins<kind>, checked against its springs."""
     rows, name = folder.table([f"veins{kind}"], (2, 2))
     if rows is None or n is None or not folder.check_index(rows, name):
@@ -140,10 +148,10 @@ def read_vein(folder, kind, n):
     return nodes.tolist()
 
 
-def check_springs(folder, wing):
+def check_springs(folder: Folder, wing: Wing) -> None:
     """Checks that springs of the membrane lie on edges of the mesh; in the wing file every edge has a spring."""
     edges = {tuple(e) for e in wing.edges()[0].tolist()}
-    listed = {}
+    listed: dict[tuple[int, ...], int] = {}
     for names in (["membranes_extension"], ["membrane_edge", "membranes_edge"]):
         rows, name = folder.table(names, (3, 5), needed=False)
         if rows is None:
@@ -164,8 +172,10 @@ def check_springs(folder, wing):
         folder.notes.append(f"{len(edges - listed.keys())} edges have no spring in the set, one in the wing file")
 
 
-def check_veins(folder, wing):
-    edges, seen = {tuple(e) for e in wing.edges()[0].tolist()}, {}
+def check_veins(folder: Folder, wing: Wing) -> dict[tuple[int, ...], str]:
+    """Returns {segment: vein}; every segment must be an edge, and of one vein."""
+    edges = {tuple(e) for e in wing.edges()[0].tolist()}
+    seen: dict[tuple[int, ...], str] = {}
     for name, (nodes, _) in wing.veins.items():
         for pair in (tuple(sorted(p)) for p in zip(nodes, nodes[1:])):
             if pair not in edges:
@@ -176,7 +186,8 @@ def check_veins(folder, wing):
     return seen
 
 
-def read_joints(folder, wing, segments):
+def read_joints(folder: Folder, wing: Wing, segments: Mapping[tuple[int, ...], str]) -> None:
+    """Adds the joints of the set to the wing."""
     rows, name = folder.table(["vein_connectors", "joints"], (4, 8), needed=False)
     if rows is None:
         folder.notes.append("no vein_connectors: the veins are not joined in bending")
@@ -191,30 +202,32 @@ def read_joints(folder, wing, segments):
             folder.wrong(f"{name}: row {i} (points {a + 1}, {b + 1}, {c + 1}) does not join two segments of veins")
 
 
-def import_mesh(folder, unit, root_diameters, diameters):
+def import_mesh(folder: Folder, unit: float, root_diameters: Sequence[float], diameters: Sequence[float]) -> Wing:
     """Returns the wing, in metres. Raises InputError with all mistakes."""
     xyz = read_points(folder)
     n = None if xyz is None else len(xyz)
     triangles = read_triangles(folder, xyz)
-    chains = {"root_vein": read_vein(folder, "_BC", n), "vein": read_vein(folder, "", n)}
-    if not folder.mistakes:
+    root_vein, vein = read_vein(folder, "_BC", n), read_vein(folder, "", n)
+    wing = None
+    if not folder.mistakes and xyz is not None and triangles is not None and root_vein is not None and vein is not None:
         veins = {}
-        for (name, nodes), (first, last) in zip(chains.items(), (root_diameters, diameters)):
+        for name, nodes, (first, last) in (("root_vein", root_vein, root_diameters), ("vein", vein, diameters)):
             at = np.concatenate([[0], np.cumsum(np.sqrt((np.diff(xyz[nodes], axis=0)**2).sum(1)))])
             veins[name] = (nodes, 1e-6 * (first + (last - first) * at / at[-1]))
-        wing = Wing(unit * xyz, triangles, veins, {}, [chains["root_vein"][0]], f"Imported from {folder.path.name}")
+        wing = Wing(unit * xyz, triangles, veins, {}, [root_vein[0]], f"Imported from {folder.path.name}")
         segments = check_veins(folder, wing)
         read_joints(folder, wing, segments)
         check_springs(folder, wing)
-        unused = np.setdiff1d(np.arange(n), triangles)
+        unused = np.setdiff1d(np.arange(len(xyz)), triangles)
         if len(unused):
             folder.wrong(f"point {unused[0] + 1} and {len(unused) - 1} more belong to no triangle")
-    if folder.mistakes:
+    if folder.mistakes or wing is None:
         raise InputError("\n  ".join([f"{folder.path}: the set cannot be imported:"] + folder.mistakes))
     return wing
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="FOLDER", help="with the .dat files")
     parser.add_argument("wing", metavar="WING", help="wing file to write")
@@ -246,4 +259,5 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("import_flusi_mesh", main)

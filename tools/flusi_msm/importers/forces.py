@@ -12,14 +12,17 @@ at the time --start, in the --time-units of the file, and last 1/frequency. The 
 spread, and the time in which the correlation of errors falls by the factor e. Samples of a two-dimensional section have units per
 metre: N/m, Nm/m, W/m. docs/guide/import-data.md explains all of this.
 """
+from __future__ import annotations
+
 import argparse
 import difflib
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from flusi_msm.errors import InputError, Problems, run_command
-from flusi_msm.importers.beats import DRIFT, REPEATS, best_frequency, fold, strongest_frequency
+from flusi_msm.importers.beats import DRIFT, REPEATS, Folded, best_frequency, fold, strongest_frequency
 from flusi_msm.importers.kinematics import read_columns
 from flusi_msm.measurement.balance import OF_A_WING, units_of
 from flusi_msm.measurement.flight_file import write_record
@@ -33,7 +36,7 @@ MOST = 20000   # numbers of a measurement file
 SAME = 1e-6    # of the largest force: a component with smaller changes was not measured
 
 
-def unit_choices(symbol):
+def unit_choices(symbol: str) -> dict[str, tuple[float, bool]]:
     """Returns {unit: (size in SI, whether it is per metre)}."""
     return {f"{prefix}{symbol}{end}": (size, bool(end)) for end in ("", "/m") for prefix, size in PREFIXES.items()}
 
@@ -41,11 +44,13 @@ def unit_choices(symbol):
 UNITS = {kind: unit_choices(symbol) for kind, (symbol, _) in KINDS.items()}
 
 
-def kind_of(component):
+def kind_of(component: str) -> str:
+    """Returns force, torque or power for a component."""
     return next(kind for kind, (_, names) in KINDS.items() if component in names.split())
 
 
-def parse(arguments=None):
+def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
+    """Returns the options of the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("forces", metavar="FORCES.csv")
     parser.add_argument("-o", "--output", required=True, metavar="FILE", help="measurement file to write")
@@ -68,7 +73,7 @@ def parse(arguments=None):
     return parser.parse_args(arguments)
 
 
-def assign(names, options, problems):
+def assign(names: Sequence[str], options: argparse.Namespace, problems: Problems) -> dict[str, tuple[str, float]]:
     """Returns {column: (component, sign)} of the columns of a file other than the time."""
     lower = {component.lower(): component for component in OF_A_WING}
     stated = {}
@@ -89,7 +94,7 @@ def assign(names, options, problems):
         if name == "time" or name in ignored:
             continue
         if name in stated or name in lower:
-            found[name] = stated.get(name, (lower.get(name), 1.0))
+            found[name] = stated[name] if name in stated else (lower[name], 1.0)
             continue
         near = difflib.get_close_matches(name, ["time", *lower], 1)
         problems.error(f"column {name}: is no component" + (f"; did you mean {lower.get(near[0], near[0])}?" if near else "")
@@ -102,7 +107,7 @@ def assign(names, options, problems):
     return found
 
 
-def scales(components, options, problems):
+def scales(components: Sequence[str], options: argparse.Namespace, problems: Problems) -> tuple[dict[str, float], bool]:
     """Returns the size of the unit of each component in SI, and whether all are per metre."""
     sizes, per_length = {}, {}
     for kind in KINDS:
@@ -122,14 +127,15 @@ def scales(components, options, problems):
     return sizes, any(per_length.values())
 
 
-def check_options(options, problems):
+def check_options(options: argparse.Namespace, problems: Problems) -> None:
+    """Adds numbers that are out of range to the mistakes."""
     for key, is_right in (("frequency", options.frequency > 0), ("samples", options.samples >= 4), ("skip", options.skip >= 0),
                           ("correlation-time", (options.correlation_time or 0) >= 0)):
         if not is_right:
             problems.error(f"--{key}: is out of range")
 
 
-def read_samples(options, problems):
+def read_samples(options: argparse.Namespace, problems: Problems) -> tuple[np.ndarray, np.ndarray, list[str], bool, str]:
     """Returns times [s], values (n, k) in SI, names of the components, and whether they are per metre."""
     path = Path(options.forces)
     columns, spelling = read_columns(path, problems)
@@ -148,7 +154,7 @@ def read_samples(options, problems):
     return time, np.stack([by_component[c] for c in components], 1), components, is_per_length, spelling
 
 
-def check_beats(time, values, options, problems):
+def check_beats(time: np.ndarray, values: np.ndarray, options: argparse.Namespace, problems: Problems) -> Folded:
     """Refuses records that cannot be divided into equal beats."""
     f, start = options.frequency, options.start * TIMES[options.time_units]
     span = (time[-1] - time[0]) * f
@@ -176,7 +182,7 @@ def check_beats(time, values, options, problems):
     return found
 
 
-def record_of(found, options):
+def record_of(found: Folded, options: argparse.Namespace) -> tuple[dict[str, np.ndarray], float]:
     """Returns the data of the record, and the way in which it states its errors."""
     mean, spread, count = found.mean(), found.spread(), found.count()
     smallest = SAME * np.nanmax(np.abs(mean), axis=0)
@@ -192,7 +198,8 @@ def record_of(found, options):
     return data, own if options.correlation_time is None else options.correlation_time
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     options, problems = parse(), Problems()
     check_options(options, problems)
     time, values, components, is_per_length, spelling = read_samples(options, problems)
@@ -220,4 +227,5 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("import_forces", main)

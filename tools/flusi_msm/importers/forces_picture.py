@@ -1,5 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws imported forces: all beats at the same phases, their mean and spread."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 import matplotlib
 
 matplotlib.use("Agg")
@@ -7,10 +13,14 @@ import matplotlib.pyplot as plt
 
 from flusi_msm.style import COLOURS, save, use_style
 
+if TYPE_CHECKING:
+    from flusi_msm.importers.beats import Folded
+
 MOST_BEATS = 60
 
 
-def draw(found, components, units, path):
+def draw(found: Folded, components: Sequence[str], units: Sequence[str], path: Path) -> None:
+    """Draws every component in a panel of its own."""
     use_style()
     figure, axes = plt.subplots(len(components), 1, figsize=(8, 2.2 * len(components) + 0.6), sharex=True, squeeze=False)
     mean, spread = found.mean(), found.spread()

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Callable, Dict, List, Optional, Tuple
+from typing import Any, Callable, TypeVar
 
 import numpy as np
 
 from flusi_msm.errors import InputError, Problems
 from flusi_msm.importers.maps import READERS, Map, Pixels, read_map
-from flusi_msm.importers.tables import read_table
+from flusi_msm.importers.tables import Table, read_table
 
 NEEDED = ["id", "file", "force", "direction_x", "direction_y", "direction_z", "point_x", "point_y"]
 OPTIONAL = ["order", "time", "hold", "replicate"]
@@ -19,21 +19,24 @@ REFERENCE = "reference"
 LIST, LOADS, LANDMARKS = "list.csv", "loads.csv", "landmarks.csv"
 SAME_GRID = 0.005  # of the distance of grid lines: by so much those of two maps may differ, since coordinates are rounded
 
+Result = TypeVar("Result")
+Listed = tuple[list[Path], dict[str, Path], dict[str, dict]]  # files of the reference and of the loads, facts of the loads
+
 
 @dataclass
 class HeightSet:
     """Maps of one wing on one grid, in the units of the files. `sigma` exists where the files have it."""
     x: np.ndarray
     y: np.ndarray
-    z: Dict[str, np.ndarray]                      # also of `reference`
-    sigma: Dict[str, np.ndarray]
-    facts: Dict[str, dict]                        # attributes of the loads: force, direction, point, ...
+    z: dict[str, np.ndarray]                      # also of `reference`
+    sigma: dict[str, np.ndarray]
+    facts: dict[str, dict]                        # attributes of the loads: force, direction, point, ...
     scans: np.ndarray                             # number of scans of the unloaded wing that have a height here
-    landmarks: Optional[Path] = None              # of the folder
-    notes: Dict[str, List[str]] = field(default_factory=dict)
+    landmarks: Path | None = None              # of the folder
+    notes: dict[str, list[str]] = field(default_factory=dict)
 
 
-def attempt(problems: Problems, what: Callable):
+def attempt(problems: Problems, what: Callable[[], Result]) -> Result | None:
     """Returns the result of what(), or None if it fails; its mistakes are collected."""
     try:
         return what()
@@ -43,18 +46,19 @@ def attempt(problems: Problems, what: Callable):
         return None
 
 
-def read_rows(path: Path, needed: List[str], problems: Problems) -> Tuple[List[dict], object]:
-    """Returns the lines of a table with names of columns as dictionaries of texts."""
+def read_rows(path: Path, needed: list[str], problems: Problems) -> tuple[list[dict], Table]:
+    """Returns the lines of a table with names of columns as dictionaries of texts, and the table; no lines if there is a mistake."""
+    nothing = Table([], [], ",", False)
     table = attempt(problems, lambda: read_table(path))
     if table is None:
-        return [], None
+        return [], nothing
     names = table.rows[0]
     known = needed + [name for name in OPTIONAL if name not in needed]
     wrong = [f"no column {name}" for name in needed if name not in names]
     wrong += [f"unknown column {name}" for name in names if name not in known]
     if wrong or len(table.rows) < 2:
         problems.error(f"{path}: {'; '.join(wrong) or 'lists nothing'} ({table.spelling()}); columns are {', '.join(known)}")
-        return [], None
+        return [], nothing
     rows = []
     for number, cells in zip(table.lines[1:], table.rows[1:]):
         if len(cells) > len(names):
@@ -63,9 +67,9 @@ def read_rows(path: Path, needed: List[str], problems: Problems) -> Tuple[List[d
     return rows, table
 
 
-def facts_of(row: dict, table, path: Path, problems: Problems) -> dict:
+def facts_of(row: dict, table: Table, path: Path, problems: Problems) -> dict:
     """Returns the attributes of a load in the units of the list."""
-    def number(name, kind):
+    def number(name: str, kind: type[float] | type[int]) -> float:
         try:
             value = table.number(row[name])
             if not np.isfinite(value) or (kind is int and value != int(value)):
@@ -75,7 +79,7 @@ def facts_of(row: dict, table, path: Path, problems: Problems) -> dict:
             problems.error(f"{path}:{row['line']}: {row['id']}: {name} is {row[name]!r}, not {'a whole' if kind is int else 'a'} number")
             return kind(1)
 
-    facts = {"force": number("force", float), "direction": [number("direction_" + a, float) for a in "xyz"],
+    facts: dict[str, Any] = {"force": number("force", float), "direction": [number("direction_" + a, float) for a in "xyz"],
              "point": [number("point_" + a, float) for a in "xy"]}
     if not any(facts["direction"]):
         problems.error(f"{path}:{row['line']}: {row['id']}: the direction is 0 0 0")
@@ -87,7 +91,7 @@ def facts_of(row: dict, table, path: Path, problems: Problems) -> dict:
     return facts
 
 
-def in_list(path: Path, problems: Problems):
+def in_list(path: Path, problems: Problems) -> Listed:
     """Returns the files of reference and loads, and the loads' attributes, of a list."""
     rows, table = read_rows(path, NEEDED, problems)
     references, files, facts = [], {}, {}
@@ -110,7 +114,7 @@ def in_list(path: Path, problems: Problems):
     return references, files, facts
 
 
-def in_folder(folder: Path, problems: Problems):
+def in_folder(folder: Path, problems: Problems) -> Listed:
     """Returns the same for a folder with loads.csv, reference.* or reference_1.*, reference_2.*, ..., and a map ID.* for every
     load."""
     if (folder / LIST).exists():
@@ -119,7 +123,7 @@ def in_folder(folder: Path, problems: Problems):
     if not path.exists():
         problems.error(f"{folder}: has neither {LIST} nor {LOADS}")
         return [], {}, {}
-    maps: Dict[str, List[Path]] = {}
+    maps: dict[str, list[Path]] = {}
     for file in sorted(folder.iterdir()):
         if file.suffix.lower() in READERS and file.name not in (LOADS, LANDMARKS):
             maps.setdefault(file.stem, []).append(file)
@@ -147,14 +151,14 @@ def in_folder(folder: Path, problems: Problems):
     return references, files, facts
 
 
-def read_height_set(path: Path, pixels: Pixels, problems: Problems) -> Optional[HeightSet]:
+def read_height_set(path: Path, pixels: Pixels, problems: Problems) -> HeightSet | None:
     """Reads all maps of a list or folder; every mistake of every file is added to `problems`. Scans of the unloaded wing are
     averaged."""
     is_folder = path.is_dir()
     references, files, facts = (in_folder if is_folder else in_list)(path, problems)
-    maps: Dict[str, Map] = {}
-    first: Optional[Map] = None
-    scans: List[Map] = []
+    maps: dict[str, Map] = {}
+    first: Map | None = None
+    scans: list[Map] = []
     for name, file in [(REFERENCE, file) for file in references] + sorted(files.items()):
         found = attempt(problems, lambda: read_map(file, pixels))
         if found is None:

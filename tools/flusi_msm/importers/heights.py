@@ -22,20 +22,24 @@ Coordinates of the maps are those of the wing file (x from root to tip, y toward
 --landmarks or --outline with --wing turn and shift the scan into that frame. Check the picture that shows the result.
 docs/guide/import-data.md explains all of this.
 """
+from __future__ import annotations
+
 import argparse
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from flusi_msm.errors import InputError, Problems, run_command
-from flusi_msm.importers.height_sets import REFERENCE, attempt, read_height_set
+from flusi_msm.importers.height_sets import REFERENCE, HeightSet, attempt, read_height_set
 from flusi_msm.importers.landmarks import read_landmarks
 from flusi_msm.importers.maps import Pixels
 from flusi_msm.importers.registration import Registration, by_landmarks, by_outline, find_outliers, is_inside, outline_of, resampled
 from flusi_msm.measurement.file import write_measurement
 from flusi_msm.measurement.grid import grid_lines
-from flusi_msm.wing.file import read_wing
+from flusi_msm.wing.file import Wing, read_wing
 
 LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
 FORCES = {"N": 1.0, "mN": 1e-3, "uN": 1e-6}
@@ -43,7 +47,7 @@ FACTS = ["force_by_weight", "height_by_gauge", "position_by_marks", "order_is_ra
 STILL = 1e-9  # of the extent: a rotation that moves no point by more is ignored
 
 
-def calibration_of(texts, problems):
+def calibration_of(texts: Iterable[str], problems: Problems) -> dict[str, int]:
     """Returns the facts `name=0` or `name=1` that are known."""
     facts = {}
     for text in texts:
@@ -55,7 +59,7 @@ def calibration_of(texts, problems):
     return facts
 
 
-def in_si(found, options, height_sd):
+def in_si(found: HeightSet, options: argparse.Namespace, height_sd: float) -> HeightSet:
     """Returns the set in SI units, after --flip, and with the sd of every height."""
     axis, height = LENGTHS[options.axis_units], LENGTHS[options.height_units]
     signs = {"x": 1.0, "y": 1.0, "z": 1.0, **{name: -1.0 for name in options.flip}}
@@ -70,10 +74,10 @@ def in_si(found, options, height_sd):
                    z={name: signs["z"] * height * z[order] for name, z in found.z.items()}, sigma=sigma, facts=facts)
 
 
-def register(found, wing, options, problems):
+def register(found: HeightSet, wing: Wing | None, options: argparse.Namespace, problems: Problems) -> Registration:
     """Returns how the scan lies on the wing."""
     landmarks = options.landmarks or found.landmarks
-    if options.outline:
+    if options.outline and wing is not None:
         return by_outline(found.x, found.y, np.isfinite(found.z[REFERENCE]), wing, problems)
     if not landmarks:
         return Registration()
@@ -83,7 +87,7 @@ def register(found, wing, options, problems):
     return by_landmarks(names, scan * [-1 if a in options.flip else 1 for a in "xy"], places, problems)
 
 
-def mask_outside(found, line, registration):
+def mask_outside(found: HeightSet, line: np.ndarray, registration: Registration) -> tuple[HeightSet, int]:
     """Removes the heights outside the wing; returns how many of them the unloaded wing had."""
     gx, gy = np.meshgrid(found.x, found.y)
     inside = is_inside(line, registration(np.stack([gx.ravel(), gy.ravel()], 1))).reshape(gx.shape)
@@ -91,7 +95,7 @@ def mask_outside(found, line, registration):
     return replace(found, z={name: np.where(inside, z, np.nan) for name, z in found.z.items()}), dropped
 
 
-def placed(found, registration, line, options):
+def placed(found: HeightSet, registration: Registration, line: np.ndarray | None, options: argparse.Namespace) -> tuple[HeightSet, bool]:
     """Returns the set on grid lines of the wing's frame. Heights are only interpolated if the scan is turned."""
     extent = np.hypot(np.ptp(found.x), np.ptp(found.y))
     facts = {}
@@ -119,7 +123,7 @@ def placed(found, registration, line, options):
     return replace(found, x=x, y=y, z=z, sigma=sigma, facts=facts), True
 
 
-def find_all_outliers(found, height_sd):
+def find_all_outliers(found: HeightSet, height_sd: float) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Returns the marks of the outliers of every map and their places (n, 2) [m]. For maps of loads the changes of the heights
     are tested, where they are known."""
     rest = found.z[REFERENCE]
@@ -131,7 +135,8 @@ def find_all_outliers(found, height_sd):
     return marks, {name: np.stack([gx[mark], gy[mark]], 1) for name, mark in marks.items()}
 
 
-def add_options(parser):
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Adds all options to the parser."""
     parser.add_argument("list", metavar="LIST.csv|FOLDER")
     parser.add_argument("-o", "--output", required=True, metavar="FILE", help="measurement file to write")
     parser.add_argument("--height-units", required=True, choices=LENGTHS, help="of z")
@@ -170,7 +175,7 @@ def add_options(parser):
     group.add_argument("--no-picture", action="store_true")
 
 
-def accuracy_of(options, problems):
+def accuracy_of(options: argparse.Namespace, problems: Problems) -> dict[str, float]:
     """Returns the declared errors in SI units."""
     height, axis = LENGTHS[options.height_units], LENGTHS[options.axis_units]
     accuracy = {"height": height * options.height_sd, "force": FORCES[options.force_units] * options.force_sd,
@@ -184,7 +189,7 @@ def accuracy_of(options, problems):
     return accuracy
 
 
-def check_options(options, problems):
+def check_options(options: argparse.Namespace, problems: Problems) -> tuple[Wing | None, Pixels]:
     """Checks that options do not contradict each other; returns the wing or None, and the data that pictures do not contain."""
     wing = attempt(problems, lambda: read_wing(options.wing)) if options.wing else None
     if options.outline and not options.wing:
@@ -197,15 +202,16 @@ def check_options(options, problems):
     return wing, Pixels(size, options.height_per_count, options.zero_count, options.missing_count)
 
 
-def notes_of(found):
+def notes_of(found: HeightSet) -> list[str]:
     """Describes how the files were understood, in one line for maps that are alike."""
-    by_note = {}
+    by_note: dict[str, list[str]] = {}
     for name, notes in found.notes.items():
         by_note.setdefault(", ".join(notes), []).append(name)
     return [f"{', '.join(names[:4])}{' and others' if len(names) > 4 else ''}: {note}" for note, names in by_note.items() if note]
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add_options(parser)
     options = parser.parse_args()
@@ -215,6 +221,7 @@ def main():
     wing, pixels = check_options(options, problems)
     found = read_height_set(Path(options.list), pixels, problems)
     problems.stop_if_any()
+    assert found is not None  # without it there are mistakes
     raw = found
     found = in_si(found, options, accuracy["height"])
     registration = register(found, wing, options, problems)
@@ -249,7 +256,10 @@ def main():
                      {name: np.array(facts["point"]) for name, (_, facts) in loads.items()}, outliers, line, registration)
 
 
-def tell(options, found, loads, registration, notes, notices, dropped, outliers, is_turned):
+def tell(options: argparse.Namespace, found: HeightSet, loads: Mapping[str, tuple[np.ndarray, dict[str, Any]]],
+         registration: Registration, notes: Iterable[str], notices: Iterable[str], dropped: int, outliers: Mapping[str, np.ndarray],
+         is_turned: bool) -> None:
+    """Prints how the files were understood, and what was written."""
     unloaded = found.z[REFERENCE]
     known = np.isfinite(unloaded)
     for text in notes:
@@ -274,4 +284,5 @@ def tell(options, found, loads, registration, notes, notices, dropped, outliers,
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("import_heights", main)

@@ -19,7 +19,10 @@ Both wings are described as mirror images: the same angles are the same motion. 
 fit, the chords of a beat and the path of the tips: check that the leading edge goes first, and that the wing goes down in the
 downstroke.
 """
+from __future__ import annotations
+
 import argparse
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +34,7 @@ from flusi_msm.importers.angles import (
     HERMITE,
     MOST_HARMONICS,
     ORDERS,
+    Fit,
     choose_harmonics,
     fit_fourier,
     fit_hermite,
@@ -43,9 +47,11 @@ from flusi_msm.plots.kinematics import ANGLES
 
 SIDES = ("left", "right")
 CLOCKS = ("phase", "time")
+Rule = tuple[str, float, float]  # column, factor, offset
+Measured = tuple[np.ndarray, dict[str, np.ndarray], dict[str, Fit]]  # phases, angles [degrees], their fits
 
 
-def read_columns(path, problems):
+def read_columns(path: Path, problems: Problems) -> tuple[dict[str, np.ndarray], str]:
     """Returns {column: numbers}, NaN where a cell is empty; and how the text was understood."""
     table = read_table(path)
     names = [name.lower() for name in table.rows[0]]
@@ -61,7 +67,8 @@ def read_columns(path, problems):
     return dict(zip(names, values.T)), table.spelling()
 
 
-def sides_of(path, columns, convention, negate, problems):
+def sides_of(path: Path, columns: Mapping[str, np.ndarray], convention: str, negate: Sequence[str], problems: Problems) \
+        -> dict[str, dict[str, Rule]]:
     """Returns {side: {FLUSI's angle: (column, factor, offset)}}, or {"": ...} if both wings move alike."""
     rules = CONVENTIONS[convention]
     bases = [column for column, _, _ in rules.values()]
@@ -73,7 +80,7 @@ def sides_of(path, columns, convention, negate, problems):
         if name not in columns:
             problems.error(f"--negate {name}: there is no such column")
     sides = [side for side in SIDES if any(f"{base}_{side}" in columns for base in bases)] or [""]
-    found = {}
+    found: dict[str, dict[str, Rule]] = {}
     for side in sides:
         found[side] = {}
         for angle, (base, factor, offset) in rules.items():
@@ -86,7 +93,7 @@ def sides_of(path, columns, convention, negate, problems):
     return found
 
 
-def phase_of(path, columns, frequency, problems):
+def phase_of(path: Path, columns: Mapping[str, np.ndarray], frequency: float | None, problems: Problems) -> np.ndarray | None:
     """Returns the phase of every line within its beat."""
     clocks = [name for name in CLOCKS if name in columns]
     if len(clocks) != 1:
@@ -112,7 +119,7 @@ def phase_of(path, columns, frequency, problems):
     return values % 1.0
 
 
-def check_angles(path, side, angles, unit, problems):
+def check_angles(path: Path, side: str, angles: Mapping[str, np.ndarray], unit: str, problems: Problems) -> None:
     """Returns doubts about units, signs and zeros of FLUSI's angles (degrees) in the order of the phase."""
     name = f" of the {side} wing" if side else ""
     stroke = np.ptp(angles["phi"])
@@ -127,7 +134,7 @@ def check_angles(path, side, angles, unit, problems):
                         "is it the rotation of --convention stroke-dorsal?")
 
 
-def check_tilt(side, fits, problems):
+def check_tilt(side: str, fits: Mapping[str, Fit], problems: Problems) -> None:
     """Checks that the leading edge is tilted into the stroke, as in most flights: alpha is larger in the downstroke, in which
     phi falls."""
     x = np.linspace(0, 1, 200, endpoint=False)
@@ -138,9 +145,9 @@ def check_tilt(side, fits, problems):
                         "one (--negate, --convention)? See the picture")
 
 
-def fit_angles(x, angles, options, problems):
+def fit_angles(x: np.ndarray, angles: Mapping[str, np.ndarray], options: argparse.Namespace, problems: Problems) -> dict[str, Fit]:
     """Fits a function to each angle."""
-    fits = {}
+    fits: dict[str, Fit] = {}
     gap = np.diff(np.concatenate([np.sort(x), [np.sort(x)[0] + 1]])).max()
     most = max(1, min(MOST_HARMONICS, int(0.5 / gap), (len(x) - 2) // 4))
     if gap > 0.25 or len(x) < 6:
@@ -165,7 +172,8 @@ def fit_angles(x, angles, options, problems):
     return fits
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", metavar="ANGLES.csv")
     parser.add_argument("-o", "--output", required=True, metavar="BEAT.ini", help="motion file to write")
@@ -190,6 +198,7 @@ def main():
     rules = sides_of(path, columns, options.convention, options.negate, problems)
     phase = phase_of(path, columns, options.frequency, problems)
     problems.stop_if_any()
+    assert phase is not None  # without it there are mistakes
     motions = {}
     for side, rule in rules.items():
         unit = 1.0 if options.angles == "degrees" else 180 / np.pi
@@ -209,7 +218,7 @@ def main():
     write_motions(path, spelling, motions, options, problems)
 
 
-def write_motions(path, spelling, motions, options, problems):
+def write_motions(path: Path, spelling: str, motions: Mapping[str, Measured], options: argparse.Namespace, problems: Problems) -> None:
     """Writes the files, the residuals of every angle, and the picture."""
     print(f"{path}: {spelling}")
     output = Path(options.output)
@@ -233,4 +242,5 @@ def write_motions(path, spelling, motions, options, problems):
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("import_kinematics", main)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Dict, Optional, Tuple
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from flusi_msm.wing.file import Wing
 COLUMNS = ("name", "x", "y", "wing_x", "wing_y")
 
 
-def places_of(wing: Wing) -> Dict[str, np.ndarray]:
+def places_of(wing: Wing) -> dict[str, np.ndarray]:
     """Returns the places of a wing that have names, (2) [m]: root, tip, joint:NAME, vein:NAME:first, vein:NAME:last."""
     xy = wing.points[:, :2]
     root = xy[list(wing.root)].mean(0)
@@ -26,10 +25,10 @@ def places_of(wing: Wing) -> Dict[str, np.ndarray]:
     return places
 
 
-def read_landmarks(path: Path, wing: Optional[Wing], unit: float, problems: Problems) -> Tuple[list, np.ndarray, np.ndarray]:
+def read_landmarks(path: Path, wing: Wing | None, unit: float, problems: Problems) -> tuple[list, np.ndarray, np.ndarray]:
     """Returns names, places in the scan and on the wing (n, 2) [m]; `unit` is that of the file [m]. All mistakes are added to
     `problems`."""
-    nothing = [], np.zeros((0, 2)), np.zeros((0, 2))
+    nothing: tuple[list, np.ndarray, np.ndarray] = [], np.zeros((0, 2)), np.zeros((0, 2))
     try:
         table = read_table(path)
     except InputError as error:
@@ -42,7 +41,8 @@ def read_landmarks(path: Path, wing: Optional[Wing], unit: float, problems: Prob
         problems.error(f"{path}: {'; '.join(wrong)}; columns are {', '.join(COLUMNS)}")
         return nothing
     known = places_of(wing) if wing else {}
-    names, scan, places = [], [], []
+    names, scan = [], []
+    places: list[np.ndarray] = []
     for line, cells in zip(table.lines[1:], table.rows[1:]):
         row = {**dict.fromkeys(COLUMNS, ""), **dict(zip(columns, cells))}
         name = row["name"]
@@ -54,7 +54,7 @@ def read_landmarks(path: Path, wing: Optional[Wing], unit: float, problems: Prob
             problems.error(f"{path}:{line}: {name}: its coordinates are no numbers ({table.spelling()})")
             continue
         if np.isfinite(stated).all():
-            places.append(stated)
+            places.append(np.array(stated))
         elif name in known:
             places.append(known[name])
         else:

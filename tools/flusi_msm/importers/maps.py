@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Callable, Dict, List, Optional, Tuple
+from typing import Callable
 
 import numpy as np
 
 from flusi_msm.errors import InputError
-from flusi_msm.importers.tables import read_table
+from flusi_msm.importers.tables import Table, read_table
 
 
 @dataclass
 class Pixels:
     """Properties of a picture that its file does not contain; in the units of axes and heights."""
-    size: Optional[Tuple[float, float]] = None  # of one pixel along x and y
-    count: Optional[float] = None               # height of one step of an integer
+    size: tuple[float, float] | None = None  # of one pixel along x and y
+    count: float | None = None               # height of one step of an integer
     zero: float = 0.0                           # the integer that means height 0
-    missing: Optional[float] = None             # the number that means no height
+    missing: float | None = None             # the number that means no height
 
 
 @dataclass
@@ -27,8 +27,8 @@ class Map:
     x: np.ndarray
     y: np.ndarray
     z: np.ndarray
-    sigma: Optional[np.ndarray] = None
-    notes: List[str] = field(default_factory=list)  # how the file was understood
+    sigma: np.ndarray | None = None
+    notes: list[str] = field(default_factory=list)  # how the file was understood
 
 
 def read_csv_map(path: Path, pixels: Pixels) -> Map:
@@ -52,7 +52,8 @@ def read_csv_map(path: Path, pixels: Pixels) -> Map:
     return Map(values[0, 1:], values[1:, 0], values[1:, 1:], None, [table.spelling()])
 
 
-def number_of(path, table, j, i, cell, wrong) -> float:
+def number_of(path: Path, table: Table, j: int, i: int, cell: str, wrong: list[str]) -> float:
+    """Returns the number in a cell, or NaN and one mistake more."""
     try:
         return table.number(cell)
     except ValueError:
@@ -60,16 +61,16 @@ def number_of(path, table, j, i, cell, wrong) -> float:
         return np.nan
 
 
-def stop_if(path, wrong) -> None:
+def stop_if(path: Path, wrong: list[str]) -> None:
     """Raises an error with the first five mistakes, if there are any."""
     if wrong:
         more = [f"{path}: and {len(wrong) - 5} more of this kind"] if len(wrong) > 5 else []
         raise InputError("\n".join(wrong[:5] + more))
 
 
-def from_points(path, table, names) -> Map:
+def from_points(path: Path, table: Table, names: list[str]) -> Map:
     """Returns a map of lines x, y, z; places without a line have no height."""
-    wrong: List[str] = []
+    wrong: list[str] = []
     short = [table.lines[j] for j, row in enumerate(table.rows) if len(row) < len(names)]
     if short:
         raise InputError(f"{path}: line {short[0]} has less cells than the first one ({table.spelling()})")
@@ -112,16 +113,16 @@ def read_mat_map(path: Path, pixels: Pixels) -> Map:
     return found
 
 
-def from_arrays(path, arrays: Dict[str, np.ndarray]) -> Map:
+def from_arrays(path: Path, arrays: dict[str, np.ndarray]) -> Map:
     """Returns a map of arrays; x and y are lines, or matrices of meshgrid."""
     missing = [name for name in "xyz" if name not in arrays]
     if missing:
         raise InputError(f"{path}: has no array {', '.join(missing)}; it has {', '.join(sorted(arrays)) or 'none'}")
     try:
-        values: Dict[str, np.ndarray] = {name: np.asarray(arrays[name], float) for name in ("x", "y", "z", "sigma") if name in arrays}
+        values: dict[str, np.ndarray] = {name: np.asarray(arrays[name], float) for name in ("x", "y", "z", "sigma") if name in arrays}
     except (TypeError, ValueError):
         raise InputError(f"{path}: x, y, z must be numbers") from None
-    axes: Dict[str, np.ndarray] = {}
+    axes: dict[str, np.ndarray] = {}
     for name, along in (("x", 1), ("y", 0)):
         axis = values[name]
         if axis.ndim == 2 and 1 in axis.shape:
@@ -166,7 +167,7 @@ def read_tiff_map(path: Path, pixels: Pixels) -> Map:
     return Map(width * np.arange(z.shape[1]), height * np.arange(z.shape[0]), z[::-1], None, [note])
 
 
-READERS: Dict[str, Callable[[Path, Pixels], Map]] = {
+READERS: dict[str, Callable[[Path, Pixels], Map]] = {
     ".csv": read_csv_map, ".txt": read_csv_map, ".tsv": read_csv_map, ".xyz": read_csv_map, ".npz": read_npz_map,
     ".tif": read_tiff_map, ".tiff": read_tiff_map, ".mat": read_mat_map}
 

@@ -3,18 +3,24 @@
 sides."""
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 
 from flusi_msm.plots.kinematics import ANGLES, NAMES, Motion, draw_lollipops, half_strokes, left_wing
 from flusi_msm.style import COLOURS, save, use_style
 
+if TYPE_CHECKING:
+    from flusi_msm.importers.kinematics import Measured
+
 SIDE_COLOURS = {"": COLOURS[6], "left": COLOURS[0], "right": COLOURS[1]}
 
 
-def draw_motions(path: Path, motions: dict, eta: float) -> None:
+def draw_motions(path: Path, motions: Mapping[str, Measured], eta: float) -> None:
     """Draws all motions. `motions`: {side: (phase, angles, fits)}, the side "" for both wings."""
     use_style()
     figure = plt.figure(figsize=(9.0, 6.4), layout="constrained")
@@ -42,7 +48,7 @@ def draw_motions(path: Path, motions: dict, eta: float) -> None:
     save(figure, path)
 
 
-def draw_tips(axis, motions: dict, eta: float, x: np.ndarray) -> None:
+def draw_tips(axis: Axes, motions: Mapping[str, Measured], eta: float, x: np.ndarray) -> None:
     """Draws both tips from above, the head at the top: the right wing is the mirror image."""
     for side in ("left", "right"):
         _, _, fits = motions.get(side) or next(iter(motions.values()))

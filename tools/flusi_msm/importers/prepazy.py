@@ -10,7 +10,10 @@ second moment of area 1e-10 m^4, so that E [Pa] is 1e10 times the bending stiffn
 Without --sd the standard deviation of a reading is taken from the readings themselves: the differences between two
 loadings at equal masses would be constant if readings were exact.
 """
+from __future__ import annotations
+
 import argparse
+from collections.abc import Sequence
 from math import pi
 from pathlib import Path
 
@@ -30,7 +33,7 @@ NAMES = ["first", "second", "third", "fourth", "fifth", "sixth"]
 SAME_MASS = 1e-6     # [kg]
 
 
-def read_loadings(path):
+def read_loadings(path: Path) -> list[np.ndarray]:
     """Returns arrays (n, 2) of mass [kg] and reading [m], one for each loading."""
     try:
         rows = np.loadtxt(path, ndmin=2)
@@ -47,7 +50,7 @@ def read_loadings(path):
     return np.split(rows, begins[1:])
 
 
-def repeatability(loadings):
+def repeatability(loadings: Sequence[np.ndarray]) -> tuple[float, int]:
     """Returns the standard deviation of a reading [m] from equal masses in the first two loadings, and the number of such pairs.
     """
     if len(loadings) < 2:
@@ -59,7 +62,7 @@ def repeatability(loadings):
     return np.std([a - b for a, b in pairs], ddof=1) / np.sqrt(2), len(pairs)
 
 
-def beam():
+def beam() -> Wing:
     """Returns the cantilever as a chain."""
     points = np.zeros((SEGMENTS + 1, 3))
     points[:, 0] = np.linspace(0, LENGTH, SEGMENTS + 1)
@@ -68,7 +71,7 @@ def beam():
                 {}, [0], "Pre-Pazy wing as one vein, I = 1e-10 m^4")
 
 
-def write_readings(path, loadings, sd):
+def write_readings(path: str | Path, loadings: Sequence[np.ndarray], sd: float) -> None:
     """Writes loads and observations; the offset of a loading is named after the loading."""
     try:
         with h5py.File(path, "w", libver=("v108", "v108")) as file:
@@ -98,7 +101,8 @@ def write_readings(path, loadings, sd):
         raise InputError(f"{path}: cannot be written: {error}") from error
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="FOLDER")
     parser.add_argument("--wing", required=True, metavar="FILE", help="wing file to write")
@@ -121,4 +125,5 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("import_prepazy", main)

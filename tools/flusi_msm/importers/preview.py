@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Dict, Optional
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -16,8 +15,8 @@ MOST = 24  # panels
 ARROWS = 20.0  # residuals are drawn so many times as long
 
 
-def draw_preview(path: Path, x: np.ndarray, y: np.ndarray, heights: Dict[str, np.ndarray], points: Dict[str, np.ndarray],
-                 outliers: Dict[str, np.ndarray], outline: Optional[np.ndarray], registration: Registration) -> None:
+def draw_preview(path: Path, x: np.ndarray, y: np.ndarray, heights: dict[str, np.ndarray], points: dict[str, np.ndarray],
+                 outliers: dict[str, np.ndarray], outline: np.ndarray | None, registration: Registration) -> None:
     """Draws one panel for every map: heights of `reference` and changes from it (ny, nx) [m] in mm and um, its outliers (n, 2)
     [m], and the place where the force acts."""
     use_style()
@@ -46,7 +45,7 @@ def draw_preview(path: Path, x: np.ndarray, y: np.ndarray, heights: Dict[str, np
             axis.scatter(*(1e3 * far.T), s=22, facecolors="none", edgecolors="black", linewidths=0.8)
         if name in points:
             axis.plot(*(1e3 * points[name]), marker="+", ms=10, mew=1.6, color="black")
-        if name == "reference" and registration.names:
+        if name == "reference" and registration.names and registration.places is not None and registration.residuals is not None:
             places, gaps = 1e3 * registration.places, 1e3 * registration.residuals
             axis.scatter(*places.T, s=18, color=OUTLINE, zorder=4)
             axis.quiver(*places.T, *(ARROWS * gaps.T), angles="xy", scale_units="xy", scale=1, color=OUTLINE, width=0.006, zorder=5)

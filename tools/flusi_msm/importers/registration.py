@@ -3,8 +3,8 @@
 found from landmarks or from the outline. It also resamples heights on the lines of a grid in that frame. SI units."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import List, Optional, Tuple
 
 import numpy as np
 
@@ -22,14 +22,15 @@ class Registration:
     turn: np.ndarray = field(default_factory=lambda: np.eye(2))
     shift: np.ndarray = field(default_factory=lambda: np.zeros(2))
     how: str = "axes as they are"
-    residuals: Optional[np.ndarray] = None    # (n, 2) [m], residuals at landmarks or points of the outline
-    places: Optional[np.ndarray] = None       # (n, 2) [m], their places in the wing's frame
-    names: Tuple[str, ...] = ()
+    residuals: np.ndarray | None = None    # (n, 2) [m], residuals at landmarks or points of the outline
+    places: np.ndarray | None = None       # (n, 2) [m], their places in the wing's frame
+    names: tuple[str, ...] = ()
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         return np.asarray(points) @ self.turn.T + self.shift
 
     def inverse(self, points: np.ndarray) -> np.ndarray:
+        """Returns places of the scan for points in the wing's frame."""
         return (np.asarray(points) - self.shift) @ self.turn
 
     def angle(self) -> float:
@@ -40,7 +41,8 @@ class Registration:
         """Returns the root mean square of the residuals [m]."""
         return float(np.sqrt((self.residuals**2).sum(1).mean())) if self.residuals is not None else 0.0
 
-    def report(self) -> List[str]:
+    def report(self) -> list[str]:
+        """Describes the transformation and its residuals, in lines."""
         lines = [f"registration: {self.how}, turned by {np.degrees(self.angle()):.3f} degrees, shifted by "
                  f"({1e3 * self.shift[0]:.4f}, {1e3 * self.shift[1]:.4f}) mm"]
         if self.residuals is not None:
@@ -51,10 +53,11 @@ class Registration:
 
 
 def turn_by(angle: float) -> np.ndarray:
+    """Returns the matrix of a rotation in the plane."""
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
-def best_turn(scan: np.ndarray, wing: np.ndarray, is_mirrored: bool = False) -> Tuple[np.ndarray, np.ndarray, float]:
+def best_turn(scan: np.ndarray, wing: np.ndarray, is_mirrored: bool = False) -> tuple[np.ndarray, np.ndarray, float]:
     """Returns rotation (or reflection), shift and residual (rms) of the least squares fit of points to points (Kabsch)."""
     a, b = scan - scan.mean(0), wing - wing.mean(0)
     u, _, v = np.linalg.svd(a.T @ b)
@@ -64,7 +67,7 @@ def best_turn(scan: np.ndarray, wing: np.ndarray, is_mirrored: bool = False) -> 
     return turn, shift, float(np.sqrt(((scan @ turn.T + shift - wing)**2).sum(1).mean()))
 
 
-def by_landmarks(names, scan: np.ndarray, wing: np.ndarray, problems: Problems) -> Registration:
+def by_landmarks(names: Sequence[str], scan: np.ndarray, wing: np.ndarray, problems: Problems) -> Registration:
     """Finds the transformation from two or more places that are known in both frames. Problems are added to the errors of
     `problems`."""
     if len(names) < 2:
@@ -120,7 +123,7 @@ def outline_of(wing: Wing) -> np.ndarray:
     return best
 
 
-def margin_of(x: np.ndarray, y: np.ndarray, known: np.ndarray) -> Tuple[np.ndarray, float]:
+def margin_of(x: np.ndarray, y: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, float]:
     """Returns the points (n, 2) half-way between two neighbours of which only one has a height, and the area with heights. Holes
     and specks are ignored."""
     from scipy import ndimage
@@ -161,7 +164,7 @@ def by_outline(x: np.ndarray, y: np.ndarray, known: np.ndarray, wing: Wing, prob
     few = margin[::max(1, len(margin) // 250)]
     middle = line[:-1].mean(0)
 
-    def gaps(unknowns, points):
+    def gaps(unknowns: np.ndarray, points: np.ndarray) -> np.ndarray:
         angle, *shift = unknowns
         return to_line((points - margin.mean(0)) @ turn_by(angle).T + shift, line)
 
@@ -197,7 +200,8 @@ def is_inside(line: np.ndarray, points: np.ndarray) -> np.ndarray:
     return Polygon(line).contains_points(points)
 
 
-def resampled(x, y, z, sd, x_new, y_new, registration: Registration, is_correlated: bool) -> Tuple[np.ndarray, np.ndarray]:
+def resampled(x: np.ndarray, y: np.ndarray, z: np.ndarray, sd: np.ndarray, x_new: np.ndarray, y_new: np.ndarray,
+              registration: Registration, is_correlated: bool) -> tuple[np.ndarray, np.ndarray]:
     """Returns heights on other grid lines, in the wing's frame, by bilinear interpolation, and their standard deviations. The
     latter follow from those (`sd`, an array) of the four heights, whose errors are independent or all the same. NaN where one of
     the four is missing."""

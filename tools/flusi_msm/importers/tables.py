@@ -7,7 +7,6 @@ import csv
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import List
 
 from flusi_msm.errors import InputError
 
@@ -19,12 +18,13 @@ DECIMAL_COMMA = re.compile(r"^[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?$")
 @dataclass
 class Table:
     """The cells of a file line by line, and how they were recognised."""
-    rows: List[List[str]]
-    lines: List[int]            # number of the line of each row
+    rows: list[list[str]]
+    lines: list[int]            # number of the line of each row
     separator: str
     has_decimal_comma: bool
 
     def spelling(self) -> str:
+        """Describes how the text was understood."""
         return f"cells separated by {NAMES[self.separator]}, decimal {'comma' if self.has_decimal_comma else 'point'}"
 
     def number(self, text: str) -> float:
@@ -53,13 +53,14 @@ def read_text(path: Path) -> str:
     raise InputError(f"{path}: is not a text file")
 
 
-def split(line: str, separator: str) -> List[str]:
+def split(line: str, separator: str) -> list[str]:
+    """Returns the cells of a line."""
     if separator == " ":
         return line.split()
     return next(csv.reader([line], delimiter=separator, skipinitialspace=True))
 
 
-def find_separator(lines: List[str]) -> str:
+def find_separator(lines: list[str]) -> str:
     """Finds the separator: a semicolon or tab wherever there is one, otherwise commas, unless blanks separate numbers with
     decimal commas."""
     for candidate in (";", "\t"):

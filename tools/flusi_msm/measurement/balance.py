@@ -1,11 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Computes the signals of a synthetic force balance from the forces on a flapping section, with errors that differ from beat to
 beat."""
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flusi_msm.errors import InputError
+
+if TYPE_CHECKING:
+    from flusi_msm.measurement.flight import Case
 
 COMPONENTS = {"Fy": "N/m", "Fz": "N/m", "Mx": "N", "power": "W/m"}          # of a section, per metre of span
 OF_A_WING = {"Fx": "N", "Fy": "N", "Fz": "N", "Mx": "N m", "My": "N m", "Mz": "N m", "power": "W"}
@@ -20,10 +27,10 @@ class Balance:
     delay: float = 0.0                # [s]
     lowpass: float = 0.0              # [Hz] cut-off of a filter of first order; 0: none
     misalignment: float = 0.0         # [deg] the axes of the balance are turned from y toward z
-    cross_talk: tuple = (0.0, 0.0)    # share of Fz in Fy, and of Fy in Fz
+    cross_talk: tuple[float, ...] = (0.0, 0.0)  # share of Fz in Fy, and of Fy in Fz
     gain: float = 1.0
-    offset: tuple = (0.0, 0.0, 0.0)   # [N/m, N/m, N] of Fy, Fz, Mx
-    reference: tuple = (0.0, 0.0, 0.0)  # [m] point about which the torque is
+    offset: tuple[float, ...] = (0.0, 0.0, 0.0)  # [N/m, N/m, N] of Fy, Fz, Mx
+    reference: tuple[float, ...] = (0.0, 0.0, 0.0)  # [m] point about which the torque is
 
 
 @dataclass
@@ -38,7 +45,7 @@ class Scatter:
     model: float = 0.0                # of rms: adds to the stated sd, not to the data; difference of two simulations of one flow
 
 
-def check_names(text):
+def check_names(text: str) -> tuple[str, ...]:
     """Returns the names in a list such as `Fy, Fz`."""
     names = tuple(word.strip() for word in text.split(","))
     for name in names:
@@ -49,11 +56,12 @@ def check_names(text):
     return names
 
 
-def units_of(names, is_per_length):
+def units_of(names: Iterable[str], is_per_length: bool) -> list[str]:
+    """Returns the units of components."""
     return [PER_LENGTH[OF_A_WING[name]] if is_per_length else OF_A_WING[name] for name in names]
 
 
-def filtered(time, values, cut_off):
+def filtered(time: np.ndarray, values: np.ndarray, cut_off: float) -> np.ndarray:
     """Returns the output of a filter of first order whose input was 0 before the first time; values between the times are
     interpolated linearly."""
     if not cut_off:
@@ -71,7 +79,7 @@ def filtered(time, values, cut_off):
     return out
 
 
-def shown(exact, balance):
+def shown(exact: Mapping[str, np.ndarray], balance: Balance) -> dict[str, np.ndarray]:
     """Returns the signal of the balance for each component over the whole flight."""
     time = exact["time"]
     rows = np.stack([exact["Fy"], exact["Fz"], exact["Mx"]], 1)
@@ -88,7 +96,8 @@ def shown(exact, balance):
     return {**out, "power": exact["power"]}
 
 
-def one_beat(random, noise, beats, values, phase, period, rms):
+def one_beat(random: np.random.Generator, noise: Scatter, beats: np.ndarray, values: np.ndarray, phase: np.ndarray, period: float,
+             rms: np.ndarray) -> np.ndarray:
     """Returns one beat with its errors, at the phases of the last beat of the flight; values(beats) (n, k) are those of the
     flight."""
     last = np.floor(beats[-1] + 0.5) - 1
@@ -105,7 +114,7 @@ def one_beat(random, noise, beats, values, phase, period, rms):
     return out
 
 
-def averaged(case, beats, values, phase):
+def averaged(case: Case, beats: np.ndarray, values: np.ndarray, phase: np.ndarray) -> dict[str, np.ndarray]:
     """Returns mean, spread and sd of many beats, {mean, spread, sd: (n, k)}, and all beats (beats, n, k). The spread is that of
     the beats at each phase; the sd is one number for a component, from all phases."""
     noise, random = case.noise, np.random.default_rng(case.seed)

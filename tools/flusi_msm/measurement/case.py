@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads the description of a synthetic bending test from a JSON file: sections, keys, defaults and checks."""
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -10,34 +14,36 @@ from flusi_msm.errors import InputError
 from flusi_msm.measurement.case_file import build, read_json
 from flusi_msm.measurement.noise import Noise, check_noise
 
+PointLoad = tuple[tuple[float, ...], np.ndarray]  # point (2) [m] and force (3) [N]
+
 
 @dataclass
 class Hidden:
     """Properties that a usual model of the test does not know, in addition to the last keys of `stiffness`."""
     force_gain: float = 1.0          # applied over stated force
     force_offset: float = 0.0        # [N] added along the force
-    force_tilt: tuple = (0.0, 0.0)   # [rad] turns of the direction about x and about y
+    force_tilt: tuple[float, ...] = (0.0, 0.0)   # [rad] turns of the direction about x and about y
     drift: float = 0.0               # relative change of all stiffness from one scan to the next, in their order
     drift_veins: float = 0.0         # the same of the veins' E alone
-    creep: tuple = (0.0, 1.0)        # (a, tau [s]): stiffness over 1 + a log10(1 + hold/tau)
-    gravity: tuple = (0.0, 0.0, 0.0)  # [m/s^2] it bends the unloaded wing, too
+    creep: tuple[float, ...] = (0.0, 1.0)        # (a, tau [s]): stiffness over 1 + a log10(1 + hold/tau)
+    gravity: tuple[float, ...] = (0.0, 0.0, 0.0)  # [m/s^2] it bends the unloaded wing, too
     vein_density: float = 1300.0     # [kg/m^3] for the weight
     areal_density: float = 3.0e-3    # [kg/m^2] of the membrane
-    load_shift: tuple = (0.0, 0.0)   # [m] common to all points of application
+    load_shift: tuple[float, ...] = (0.0, 0.0)   # [m] common to all points of application
     height_scale: float = 1.0        # of the profilometer
-    map_shift: tuple = (0.0, 0.0)    # [m] of all height maps
-    tilt: tuple = (0.0, 0.0)         # [rad] common to all loaded scans, about x and about y
+    map_shift: tuple[float, ...] = (0.0, 0.0)    # [m] of all height maps
+    tilt: tuple[float, ...] = (0.0, 0.0)         # [rad] common to all loaded scans, about x and about y
     piston: float = 0.0              # [m] common to all loaded scans
     memory: float = 0.0              # fraction of the deformation in the previous scan that remains
     bow: float = 0.0                 # [m] from one scan to the next: heights grow by this times (x/R)^2
-    fringe: tuple = (0.0, 1e-3, 0.0)  # amplitude, length [m] and direction [rad] of waves in all scans
-    soft_places: tuple = ()          # (vein, share of its length, N m/rad): hinges that the wing file does not have
+    fringe: tuple[float, ...] = (0.0, 1e-3, 0.0)  # amplitude, length [m] and direction [rad] of waves in all scans
+    soft_places: tuple[tuple[str, float, float], ...] = ()  # (vein, share of its length, N m/rad): hinges that the wing file does not have
 
 
 @dataclass
 class Protocol:
     """The loads that are applied, and how."""
-    levels: tuple = (1.0,)           # every load is applied with these multiples of its force; negative: the other way
+    levels: tuple[float, ...] = (1.0,)  # every load is applied with these multiples of its force; negative: the other way
     repeats: int = 1
     random_order: bool = False
     interval: float = 120.0          # [s] between two scans
@@ -46,8 +52,9 @@ class Protocol:
 
 @dataclass
 class Case:
+    """A bending test."""
     wing: str
-    loads: list                      # of (x, y, force along z) or {point, force, direction}
+    loads: list[Any]                 # of (x, y, force along z) or {point, force, direction}; of a PointLoad after `check`
     seed: int = 1
     refine: int = 0                  # 1: every triangle into four
     spacing: float = 1e-4            # [m] of the height maps
@@ -55,8 +62,8 @@ class Case:
     protocol: Protocol = field(default_factory=Protocol)
     noise: Noise = field(default_factory=Noise)
     hidden: Hidden = field(default_factory=Hidden)
-    declared: dict = field(default_factory=dict)     # sd to state in place of the true ones
-    calibration: dict = field(default_factory=dict)  # 0 or 1 by name
+    declared: dict[str, float] = field(default_factory=dict)   # sd to state in place of the true ones
+    calibration: dict[str, int] = field(default_factory=dict)  # 0 or 1 by name
     title: str = "Synthetic bending test"
 
 
@@ -64,7 +71,7 @@ ACCURACY = ("height", "correlation_length", "force", "force_gain", "position", "
 CALIBRATION = ("force_by_weight", "height_by_gauge", "position_by_marks", "order_is_random")
 
 
-def read_case(path, changes=(), drop=()):
+def read_case(path: str | Path, changes: Sequence[str] = (), drop: Sequence[str] = ()) -> Case:
     """Returns the case in a JSON file, with changes `section.key=value` and without the sections `drop`. The path of the wing is
     relative to the file's folder."""
     case = build(Case, read_json(path, changes, drop), "")
@@ -73,7 +80,8 @@ def read_case(path, changes=(), drop=()):
     return case
 
 
-def check(case):
+def check(case: Case) -> None:
+    """Raises an InputError for values that make no sense, and converts the loads."""
     check_noise(case.noise)
     if case.refine not in (0, 1):
         raise InputError("refine is 0 or 1")
@@ -98,7 +106,7 @@ def check(case):
             raise InputError("hidden.soft_places: rows of [vein, share of its length in (0, 1), N m/rad]")
 
 
-def load_of(row, number):
+def load_of(row: Any, number: int) -> PointLoad:
     """Returns (point, force vector) of a row x, y, force along z or of a dictionary."""
     try:
         if isinstance(row, dict):

@@ -1,13 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The common part of the commands make_modes and make_series, which make a part of a measurement file from a case."""
+from __future__ import annotations
+
 import argparse
 import json
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 from flusi_msm.errors import InputError
 
 
-def make_part(description, suffix, added, example, load, tell):
+def make_part(description: str | None, suffix: str, added: str, example: str,
+              load: Callable[[], tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]], tell: Callable[..., Iterable[str]]) \
+        -> None:
     """Reads the case of the command line, writes the measurement file and its truth, and prints what tell(case, part) yields.
 
     suffix is that of the truth; added says what --add adds, example is a change of a key. load() imports and returns

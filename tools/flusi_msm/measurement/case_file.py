@@ -1,18 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads descriptions of synthetic experiments from JSON files, changes their keys, and converts them to dataclasses."""
+from __future__ import annotations
+
 import difflib
 import json
+from collections.abc import Sequence
 from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
+from typing import Any, TypeVar, cast, get_origin, get_type_hints
 
 import numpy as np
 
 from flusi_msm.errors import InputError
 
+Described = TypeVar("Described")  # a dataclass
 NAMED = ("E_wave", "one_way")  # keys whose first value is a name
 
 
-def read_json(path, changes=(), drop=()):
+def read_json(path: str | Path, changes: Sequence[str] = (), drop: Sequence[str] = ()) -> Any:
     """Returns the dictionary in a JSON file, without the sections `drop` and with changes `section.key=value`."""
     try:
         data = json.loads(Path(path).read_text())
@@ -40,12 +45,13 @@ def read_json(path, changes=(), drop=()):
     return data
 
 
-def build(kind, data, section):
+def build(kind: type[Described], data: Any, section: str) -> Described:
     """Makes a dataclass from a dictionary; unknown keys and values of another kind are refused."""
     if not isinstance(data, dict):
         raise InputError(f"{section or 'the case'}: must be a section {{...}}")
     section += "." if section else ""
-    known = {f.name: f for f in fields(kind)}
+    owner: type[Any] = kind
+    known = {f.name: f for f in fields(owner)}
     for key in data:
         if key not in known:
             near = difflib.get_close_matches(key, known, 1)
@@ -53,21 +59,27 @@ def build(kind, data, section):
                                                           f"; known are {', '.join(known)}"))
     values = {}
     for key, value in data.items():
-        values[key] = convert(known[key], value, section + key)
+        values[key] = convert(owner, key, value, section + key)
     for name, item in known.items():
         if name not in values and item.default is MISSING and item.default_factory is MISSING:
             raise InputError(f"{section}{name}: required")
     return kind(**values)
 
 
-def convert(item, value, name):
-    kind = item.type
-    if is_dataclass(kind):
+def kinds_of(kind: type[Any]) -> dict[str, Any]:
+    """Returns the kind of each field of a dataclass: float, tuple, dict, another dataclass, ...; what a tuple holds is left out."""
+    return {name: get_origin(hint) or hint for name, hint in get_type_hints(kind).items()}
+
+
+def convert(owner: type[Any], key: str, value: Any, name: str) -> Any:
+    """Returns the value for the field `key` of the dataclass `owner`; `name` is the key in messages."""
+    item, kind = owner.__dataclass_fields__[key], kinds_of(owner)[key]
+    if isinstance(kind, type) and is_dataclass(kind):
         return build(kind, value, name)
     if kind is float and is_number(value):
         return float(value)
     if kind is tuple and isinstance(value, list):
-        size = len(item.default)
+        size = len(cast(tuple, item.default))
         if name.endswith(("shift", "tilt", "creep", "compliance", "gravity", "fringe")) and len(value) != size:
             raise InputError(f"{name}: needs {size} numbers")
         rows = [v if isinstance(v, list) else [v] for v in (value[1:] if item.name in NAMED else value)]
@@ -82,5 +94,6 @@ def convert(item, value, name):
     raise InputError(f"{name} = {value!r}: must be {'a list' if kind is tuple else kind.__name__}")
 
 
-def is_number(value):
+def is_number(value: object) -> bool:
+    """Returns whether a value is a finite number."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and bool(np.isfinite(value))

@@ -9,6 +9,8 @@ usage: make_measurement CASE.json -o measurement.h5 [--truth truth.json] [--seed
 The mechanics share nothing with flusi or with the programs that fit measurements. All keys of a case are in
 docs/guide/synthetic-measurements.md. The same case and seed give the same numbers.
 """
+from __future__ import annotations
+
 import argparse
 import json
 from pathlib import Path
@@ -17,7 +19,8 @@ import flusi_msm.one_thread  # noqa: F401  (before numpy)
 from flusi_msm.errors import InputError, run_command
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("case", metavar="CASE", help="JSON file")
     parser.add_argument("-o", "--output", metavar="FILE", required=True, help="measurement file to write")
@@ -53,4 +56,5 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("make_measurement", main)

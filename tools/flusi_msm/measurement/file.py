@@ -1,5 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writes measurement files (docs/formats/measurement-format.md), in SI units."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
 import h5py
 import numpy as np
 
@@ -9,19 +15,21 @@ from flusi_msm.seal import write_seal
 SCHEMA, VERSION = "flusi-msm measurement", 1
 
 
-def write_measurement(path, x, y, unloaded, loads, accuracy, calibration=None, title="", unloaded_sigma=None,
-                      sigmas=None):
+def write_measurement(path: str | Path, x: np.ndarray | None, y: np.ndarray | None, unloaded: np.ndarray | None,
+                      loads: Mapping[str, tuple[np.ndarray | None, Mapping[str, Any]]], accuracy: Mapping[str, float],
+                      calibration: Mapping[str, int] | None = None, title: str = "", unloaded_sigma: np.ndarray | None = None,
+                      sigmas: Mapping[str, np.ndarray] | None = None) -> None:
     """Writes a measurement file with a seal in the layout of HDF5 1.8, whose metadata carry checksums.
 
     x (nx), y (ny), unloaded (ny, nx) [m]; loads: {name: (heights (ny, nx) [m], {attribute: value})}; without heights (None)
     it is the plan of an experiment;
     accuracy, calibration: {attribute: value}; unloaded_sigma (ny, nx), sigmas: {name: (ny, nx)} [m] where they are known.
     """
-    def dataset(name, values):
+    def dataset(name: str, values: np.ndarray) -> None:
         made = file.create_dataset(name, data=np.asarray(values, "<f8"), track_times=False)
         made.attrs["units"] = np.bytes_("m")
 
-    def attributes(name, values):
+    def attributes(name: str, values: Mapping[str, Any]) -> None:
         group = file.require_group(name)
         for key, value in values.items():
             whole = isinstance(value, (int, np.integer))
@@ -52,7 +60,7 @@ def write_measurement(path, x, y, unloaded, loads, accuracy, calibration=None, t
         raise InputError(f"{path}: cannot be written: {error}") from error
 
 
-def write_test(path, content):
+def write_test(path: str | Path, content: dict[str, Any]) -> None:
     """Writes the result of `observe` or `plan` of measurement/synthesis.py."""
     sigma = None
     if content["reference_scans"] > 1:

@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes records of forces on a synthetic flapping section with the errors of an experiment, for `make_flight` alone. Its plane
 flow and its balance share nothing with the solver in src or with what is fitted to the data."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,14 +35,15 @@ class Motion:
     pitch: float = 45.0               # [deg]
     lead: float = 0.0                 # [deg]
     mean_angle: float = 90.0          # [deg]
-    centre: tuple = (0.0, 0.0)        # [m] y and z
+    centre: tuple[float, ...] = (0.0, 0.0)  # [m] y and z
 
 
 @dataclass
 class Fluid:
+    """The fluid as it is stated."""
     density: float = 1.2              # [kg/m^3]
     viscosity: float = 1.5e-5         # [m^2/s]
-    wind: tuple = (0.0, 0.0)          # [m/s] along y and z
+    wind: tuple[float, ...] = (0.0, 0.0)  # [m/s] along y and z
 
 
 @dataclass
@@ -51,7 +57,7 @@ class Hidden:
     deviation: float = 0.0            # [m] sin(4 pi s) of this size along z: the path is an eight
     frequency: float = 1.0            # factor
     phase: float = 0.0                # of the beat: the wing is ahead of the record by this
-    wind: tuple = (0.0, 0.0)          # [m/s] more
+    wind: tuple[float, ...] = (0.0, 0.0)  # [m/s] more
     viscosity: float = 1.0            # factor
     chord: float = 1.0                # factor
     hinge: float = 0.0                # [chords] more
@@ -72,6 +78,7 @@ class Flow:
 
 @dataclass
 class Case:
+    """A record of a flapping section."""
     seed: int = 1
     title: str = ""
     name: str = "hover"               # of the record
@@ -88,14 +95,15 @@ class Case:
     flow: Flow = field(default_factory=Flow)
 
 
-def read_case(path, changes=()):
+def read_case(path: str | Path, changes: Sequence[str] = ()) -> Case:
     """Returns the case in a JSON file, with changes `section.key=value`."""
     case = build(Case, read_json(path, changes), "")
     check(case)
     return case
 
 
-def check(case):
+def check(case: Case) -> None:
+    """Raises an InputError for values that make no sense."""
     check_names(case.components)
     if case.state not in ("spread", "sd"):
         raise InputError(f"state is spread or sd, not {case.state}")
@@ -121,7 +129,7 @@ def check(case):
         raise InputError("hidden: asymmetry between -1 and 1, free_play not negative")
 
 
-def follow(wanted, play):
+def follow(wanted: np.ndarray, play: float) -> np.ndarray:
     """Returns the motion of a part that is driven with play: it stands still until a stop pushes it. The values are one beat of
     a periodic motion."""
     out, here = np.empty_like(wanted), wanted[0]
@@ -132,46 +140,47 @@ def follow(wanted, play):
     return out
 
 
-def beat_of(case):
+def beat_of(case: Case) -> Beat:
     """Returns the motion including its hidden deviations."""
     k, hidden = case.kinematics, case.hidden
     tilt = np.radians(hidden.plane)
 
-    def drive(s):
+    def drive(s: np.ndarray) -> np.ndarray:
         s = s + hidden.phase
         return 2 * np.pi * s + hidden.asymmetry * (1 - np.cos(2 * np.pi * s))
 
-    def place(s):
+    def place(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         w = drive(s)
         along = k.stroke / 2 * hidden.stroke * (np.cos(w) + hidden.third_harmonic * np.cos(3 * w))
         across = hidden.deviation * np.sin(2 * w)
         return (k.centre[0] + along * np.cos(tilt) - across * np.sin(tilt),
                 k.centre[1] + along * np.sin(tilt) + across * np.cos(tilt))
 
-    def angle(s):
+    def angle(s: np.ndarray) -> np.ndarray:
         turn = k.pitch * hidden.pitch * np.sin(drive(s) + np.radians(k.lead + hidden.lead))
         return np.radians(k.mean_angle + hidden.mean_angle + hidden.plane + follow(turn, hidden.free_play))
 
     return Beat(place, angle, 1 / (k.frequency * hidden.frequency))
 
 
-def beats_of(case, exact):
+def beats_of(case: Case, exact: Mapping[str, np.ndarray]) -> np.ndarray:
     """Returns the times of a flight in beats."""
     return exact["time"] * case.kinematics.frequency * case.hidden.frequency
 
 
-def in_last_beat(case, exact, values):
+def in_last_beat(case: Case, exact: Mapping[str, np.ndarray], values: np.ndarray) -> np.ndarray:
     """Returns values at the phases of the record."""
     return np.interp(case.flow.beats - 1 + np.arange(case.samples) / case.samples, beats_of(case, exact), values)
 
 
-def section_of(case):
+def section_of(case: Case) -> Section:
+    """Returns the section that flies, including its hidden deviations."""
     wing, fluid, hidden = case.wing, case.fluid, case.hidden
     return Section(wing.chord * hidden.chord, wing.thickness, wing.hinge + hidden.hinge, fluid.viscosity * hidden.viscosity,
                    fluid.density, tuple(np.add(fluid.wind, hidden.wind)))
 
 
-def clean(case):
+def clean(case: Case) -> dict[str, np.ndarray]:
     """Returns the output of a perfect balance from the start on: times [s] and, by name, Fy, Fz [N/m], Mx [N], power [W/m]; and
     the motion."""
     flow = case.flow
@@ -186,7 +195,7 @@ def clean(case):
             "place": found["place"], "acceleration": found["acceleration"]}
 
 
-def synthesise(case, exact=None):
+def synthesise(case: Case, exact: Mapping[str, np.ndarray] | None = None) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Returns the measured record, and the truth. `exact` is clean(case), if it is known."""
     names = check_names(case.components)
     exact = clean(case) if exact is None else exact
@@ -201,7 +210,7 @@ def synthesise(case, exact=None):
     return {"time": phase, **record}, truth
 
 
-def write_flight(path, case, record):
+def write_flight(path: str | Path, case: Case, record: Mapping[str, np.ndarray]) -> None:
     """Writes a measurement file, or adds the record to one that exists (docs/formats/measurement-format.md)."""
     from flusi_msm.measurement.flight_file import write_record
     names = check_names(case.components)

@@ -1,5 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writes records of forces over the beat to measurement files (docs/formats/measurement-format.md)."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 
 from flusi_msm.errors import InputError
@@ -9,7 +15,7 @@ WORDS = ("components", "units", "frame")
 WHOLE = ("beats", "per_length")
 
 
-def write_record(path, name, attributes, data):
+def write_record(path: str | Path, name: str, attributes: Mapping[str, Any], data: Mapping[str, np.ndarray]) -> None:
     """Makes a measurement file, or adds the record `name` to one that exists, and seals it."""
     import h5py
     try:

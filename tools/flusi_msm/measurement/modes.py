@@ -2,9 +2,13 @@
 """Makes natural modes of a synthetic wing with the errors of an experiment, for `make_modes` alone. It uses the stiffness of the
 synthetic bending tests, and masses assembled here. Nothing is shared with the solver in src or with what is fitted to the data.
 """
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from math import pi
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -16,7 +20,10 @@ from flusi_msm.bending.statics import Path as LoadingPath
 from flusi_msm.errors import InputError
 from flusi_msm.measurement.case import load_of
 from flusi_msm.measurement.case_file import build, read_json
-from flusi_msm.wing.file import read_wing
+from flusi_msm.wing.file import Wing, read_wing
+
+Density = Callable[[np.ndarray], np.ndarray]  # areal density [kg/m^2] at places (n, 2)
+Measured = tuple[str, float, float, np.ndarray, np.ndarray, np.ndarray]  # name, frequency, its sd, places, shape, its sd
 
 
 @dataclass
@@ -27,8 +34,8 @@ class Mass:
     veins: float = 1.0                # factors on both
     membrane: float = 1.0
     membrane_gradient: float = 0.0    # g: exp(g (x/R - 1/2)) on the mass of the membrane
-    membrane_wave: tuple = ()         # (a, x length, y length [m]): 1 + a sin(2 pi (x/lx + y/ly)) on it
-    point: tuple = ()                 # (x, y [m], mass [kg]) on the wing
+    membrane_wave: tuple[float, ...] = ()  # (a, x length, y length [m]): 1 + a sin(2 pi (x/lx + y/ly)) on it
+    point: tuple[float, ...] = ()     # (x, y [m], mass [kg]) on the wing
     consistent: bool = False          # masses of linear elements in the place of lumped ones
 
 
@@ -41,25 +48,26 @@ class Noise:
 
 @dataclass
 class Case:
+    """A test of natural modes."""
     wing: str
     refine: int = 0
     seed: int = 1
     title: str = ""
     modes: int = 5                    # number of modes across the wing that are measured, the lowest ones
-    missing: tuple = ()               # numbers of modes among these that are not detected
+    missing: tuple[int, ...] = ()     # numbers of modes among these that are not detected
     sites: int = 24                   # places of the wing that are measured
     medium: str = "air"
     air_density: float = 1.2          # [kg/m^3]
     air_ratio: float = 0.8            # of the air that moves with the wing to that of strip theory
-    loads: list = field(default_factory=list)  # forces that bend the wing while it vibrates, as in make_measurement
-    gravity: tuple = (0.0, 0.0, 0.0)  # [m/s^2] acceleration; the weight bends the wing, too
+    loads: list[Any] = field(default_factory=list)  # forces that bend the wing while it vibrates, as in make_measurement
+    gravity: tuple[float, ...] = (0.0, 0.0, 0.0)  # [m/s^2] acceleration; the weight bends the wing, too
     name: str = "mode"                # the names of modes in the file are this and a number
     stiffness: Stiffness = field(default_factory=Stiffness)
     mass: Mass = field(default_factory=Mass)
     noise: Noise = field(default_factory=Noise)
 
 
-def read_case(path, changes=()):
+def read_case(path: str | Path, changes: Sequence[str] = ()) -> Case:
     """Returns the case in a JSON file, with changes `section.key=value`; the path of the wing is relative to the file's folder.
     """
     case = build(Case, read_json(path, changes), "")
@@ -74,11 +82,12 @@ def read_case(path, changes=()):
     return case
 
 
-def is_loaded(case):
+def is_loaded(case: Case) -> bool:
+    """Returns whether forces or the weight bend the wing."""
     return bool(case.loads) or any(case.gravity)
 
 
-def densities(wing, mass):
+def densities(wing: Wing, mass: Mass) -> tuple[float, Density]:
     """Returns the density of the veins [kg/m^3], and the areal density [kg/m^2] of the membrane as a function of places (n, 2).
     """
     stated = wing.mass
@@ -89,12 +98,12 @@ def densities(wing, mass):
     triangles = np.asarray(wing.triangles)
     middle = wing.points[triangles].mean(1)[:, :2]
 
-    def law(places):
+    def law(places: np.ndarray) -> np.ndarray:
         return weights[0] + weights[1] * places[:, 0] + weights[2] * places[:, 1]
     scale = total / (law(middle) * triangle_areas(wing)).sum()
     root, span = wing.points[list(wing.root), 0].mean(), np.ptp(wing.points[:, 0])
 
-    def areal(places):
+    def areal(places: np.ndarray) -> np.ndarray:
         value = mass.membrane * scale * law(places) * np.exp(mass.membrane_gradient * ((places[:, 0] - root) / span - 0.5))
         if mass.membrane_wave:
             a, *lengths = mass.membrane_wave
@@ -103,18 +112,19 @@ def densities(wing, mass):
     return mass.veins * vein, areal
 
 
-def triangle_areas(wing):
+def triangle_areas(wing: Wing) -> np.ndarray:
+    """Returns the areas of all triangles [m^2]."""
     a, b, c = (wing.points[np.asarray(wing.triangles)[:, k], :2] for k in range(3))
     return 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
 
 
-def mass_matrix(wing, case, n_nodes):
+def mass_matrix(wing: Wing, case: Any, n_nodes: int) -> tuple[sparse.csc_matrix, sparse.csc_matrix]:
     """Returns the mass [kg] between nodes for motion in the plane and across it, sparse (n_nodes, n_nodes) each."""
     mass, triangles = case.mass, np.asarray(wing.triangles)
     vein, areal = densities(wing, mass)
     rows, columns, values = [], [], []
 
-    def element(nodes, matrix):
+    def element(nodes: np.ndarray, matrix: np.ndarray) -> None:
         nodes = np.asarray(nodes)
         rows.append(np.repeat(nodes, nodes.shape[-1], axis=-1).ravel())
         columns.append(np.tile(nodes, (1,) * (nodes.ndim - 1) + (nodes.shape[-1],)).ravel())
@@ -123,7 +133,7 @@ def mass_matrix(wing, case, n_nodes):
     midpoints = [(wing.points[triangles[:, k], :2] + wing.points[triangles[:, (k + 1) % 3], :2]) / 2 for k in range(3)]
     shape = 0.5 * np.array([[1, 1, 0], [0, 1, 1], [1, 0, 1]])  # of the corners at the midpoints of the sides
 
-    def membrane(density):
+    def membrane(density: Density) -> np.ndarray:
         out = np.zeros((len(triangles), 3, 3))
         for k in range(3):
             weight = area / 3 * density(midpoints[k])
@@ -143,7 +153,7 @@ def mass_matrix(wing, case, n_nodes):
         corners, shares = locate(wing.points, triangles, mass.point[:2])
         element(np.asarray(corners)[None], mass.point[2] * np.diag(shares))
 
-    def assemble():
+    def assemble() -> sparse.csc_matrix:
         return sparse.csc_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), (n_nodes, n_nodes))
     plane = assemble()
     if case.medium == "air":
@@ -154,7 +164,7 @@ def mass_matrix(wing, case, n_nodes):
     return plane, plane
 
 
-def strips(wing):
+def strips(wing: Wing) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns stations x [m], and the lower and upper ends y [m] of the wing there."""
     points, triangles = wing.points, np.asarray(wing.triangles)
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
@@ -171,14 +181,14 @@ def strips(wing):
     return x, low, high
 
 
-def carried(places, chord):
+def carried(places: np.ndarray, chord: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
     """Returns the mass of air per area over its density [m]: the jump of the potential of a plate that moves normal to itself."""
     x, low, high = chord
     below, above = np.interp(places[:, 0], x, low), np.interp(places[:, 0], x, high)
     return 2 * np.sqrt(np.maximum(0, (above - places[:, 1]) * (places[:, 1] - below)))
 
 
-def loaded_shape(wing, model, case, plane):
+def loaded_shape(wing: Wing, model: Model, case: Case, plane: sparse.csc_matrix) -> np.ndarray:
     """Returns the displacements (nodes, 3) [m] under the loads and the weight of the masses `plane`, which contain no air."""
     if not is_loaded(case):
         return model.zeros()
@@ -189,7 +199,7 @@ def loaded_shape(wing, model, case, plane):
     return LoadingPath(model).solve(force)[0]
 
 
-def find_modes(wing, case, coarse=None):
+def find_modes(wing: Wing, case: Case, coarse: Wing | None = None) -> list[tuple[float, np.ndarray]]:
     """Returns [(frequency [Hz], shape along z (points))] of the lowest modes that move across the wing. The wing vibrates about
     its shape under the loads of the case, or about rest if there are none. The largest value of each shape is 1 or -1."""
     every = np.concatenate([d for _, d in (coarse or wing).veins.values()])
@@ -218,7 +228,7 @@ def find_modes(wing, case, coarse=None):
     return found[:case.modes]
 
 
-def synthesise(case):
+def synthesise(case: Case) -> tuple[list[Measured], dict[str, Any]]:
     """Returns the measured modes, [(name, frequency, sd, places, shape, sd)], and the truth."""
     wing = read_wing(case.wing)
     coarse = wing if case.refine else None
@@ -244,7 +254,7 @@ def synthesise(case):
     return modes, truth
 
 
-def write_modes(path, case, modes):
+def write_modes(path: str | Path, case: Case, modes: Iterable[Measured]) -> None:
     """Writes a measurement file, or adds the modes to one that exists (docs/formats/measurement-format.md)."""
     import h5py
     try:

@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Simulates a profilometer above a deformed wing, which measures the upper surface at the points of a regular grid."""
+from __future__ import annotations
+
 import numpy as np
 
 
-def scan(positions, triangles, x, y):
+def scan(positions: np.ndarray, triangles: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Returns the heights (ny, nx) [m] of the surface of triangles over the grid lines x, y, NaN outside the wing. Where the
     surface is folded over itself the upper sheet is measured; vertical triangles are ignored."""
     return look(positions, triangles, x, y)[0]
 
 
-def look(positions, triangles, x, y):
+def look(positions: np.ndarray, triangles: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Returns the same heights, and the number of the triangle that is seen (ny, nx), -1 outside the wing."""
     heights, seen = np.full((len(y), len(x)), -np.inf), np.full((len(y), len(x)), -1)
     corners = positions[triangles]                       # (m, 3, 3)

@@ -2,8 +2,12 @@
 """Makes records of a freely vibrating synthetic wing with the errors of an experiment, for `make_series` alone. It uses the
 stiffness of the synthetic bending tests, the masses of the synthetic modes, and an integration in time of all nodes (trapezoidal
 rule, Newmark 1959). Nothing is shared with the solver in src or with what is fitted to the data."""
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
@@ -15,6 +19,9 @@ from flusi_msm.errors import InputError
 from flusi_msm.measurement.case_file import build, read_json
 from flusi_msm.measurement.modes import Mass, mass_matrix
 from flusi_msm.wing.file import read_wing
+
+if TYPE_CHECKING:
+    from flusi_msm.wing.file import Wing
 
 UNITS = {"release": "N", "tap": "N s"}
 
@@ -40,17 +47,18 @@ class Noise:
 
 @dataclass
 class Case:
+    """A record of a vibrating wing."""
     wing: str
     refine: int = 0
     seed: int = 1
     title: str = ""
     name: str = "ring"                # of the record
     excitation: str = "release"       # release, tap or base
-    point: tuple = (0.0, 0.0)         # [m] where the wing is held or tapped
-    direction: tuple = (0.0, 0.0, 1.0)
+    point: tuple[float, ...] = (0.0, 0.0)  # [m] where the wing is held or tapped
+    direction: tuple[float, ...] = (0.0, 0.0, 1.0)
     size: float = 1.0e-5              # [N] or [N s]; of a moving base [m/s2], the sd of a random acceleration
-    places: tuple = ()                # (x, y) [m] that are measured
-    axis: tuple = (0.0, 0.0, 1.0)
+    places: tuple[tuple[float, ...], ...] = ()  # (x, y) [m] that are measured
+    axis: tuple[float, ...] = (0.0, 0.0, 1.0)
     units: str = "m"                  # or m/s
     rate: float = 10000.0             # [Hz]
     samples: int = 120
@@ -67,7 +75,7 @@ class Case:
     noise: Noise = field(default_factory=Noise)
 
 
-def read_case(path, changes=()):
+def read_case(path: str | Path, changes: Sequence[str] = ()) -> Case:
     """Returns the case in a JSON file, with changes `section.key=value`; the path of the wing is relative to the file's folder.
     """
     case = build(Case, read_json(path, changes), "")
@@ -85,7 +93,7 @@ def read_case(path, changes=()):
 class Motion:
     """A wing that moves near its rest position: M u'' + C u' + K (u + g z) = f, z' = u' - z/tau."""
 
-    def __init__(self, wing, case, coarse=None):
+    def __init__(self, wing: Wing, case: Case, coarse: Wing | None = None) -> None:
         every = np.concatenate([d for _, d in (coarse or wing).veins.values()])
         mean, springs = float(np.mean(every)), 2.0 if coarse is not None else 1.0
         model = Model(wing, case.stiffness, mean, springs)
@@ -109,10 +117,11 @@ class Motion:
         self.wing, self.case, self.n = wing, case, n
 
     @staticmethod
-    def tangent(model):
+    def tangent(model: Model) -> sparse.csc_matrix:
+        """Returns the stiffness of the resting wing."""
         return sparse.csc_matrix(model.tangent(model.zeros(), np.zeros(len(model.springs.k))))
 
-    def at(self, point, direction):
+    def at(self, point: Sequence[float], direction: Sequence[float]) -> np.ndarray:
         """Returns the weights (n) of the unknowns in the displacement of a place along a direction."""
         unit = np.asarray(direction, float) / np.linalg.norm(direction)
         corners, shares = locate(self.wing.points, np.asarray(self.wing.triangles), point)
@@ -122,14 +131,14 @@ class Motion:
                 out[3 * self.place[corner] + np.arange(3)] += share * unit
         return out
 
-    def inertial(self, b):
+    def inertial(self, b: np.ndarray) -> np.ndarray:
         """Returns M^-1 b of the unknowns that have a mass; the others are not accelerated."""
         heavy = np.flatnonzero(self.m.diagonal() > 0)
         out = np.zeros(self.n)
         out[heavy] = splu(self.m[heavy][:, heavy].tocsc()).solve(b[heavy])
         return out
 
-    def record(self, base=None):
+    def record(self, base: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Returns times, and values (times, places) at every step of time."""
         case, d = self.case, self.case.damping
         h = 1 / (case.rate * case.steps)
@@ -144,7 +153,7 @@ class Motion:
         elif case.excitation == "tap":
             v = self.inertial(case.size * self.at(case.point, case.direction))
 
-        def pull(step):
+        def pull(step: int) -> np.ndarray:
             return 0 * weights if base is None else -weights * np.interp(step * h * case.rate, np.arange(len(base)), base)
         lumped = np.asarray(self.m.sum(1)).ravel()
         a = self.inertial(pull(0) - self.c @ v - self.k @ u)
@@ -163,7 +172,7 @@ class Motion:
         return np.arange(count) * h, seen
 
 
-def filtered(case, times, seen):
+def filtered(case: Case, times: np.ndarray, seen: np.ndarray) -> np.ndarray:
     """Returns the output of a low-pass filter: of first order, or Butterworth's of second, by the trapezoidal rule. Before the
     record its input was the constant bent shape."""
     if not case.lowpass:
@@ -184,7 +193,7 @@ def filtered(case, times, seen):
     return out
 
 
-def synthesise(case):
+def synthesise(case: Case) -> tuple[dict[str, Any], dict[str, Any]]:
     """Returns the measurement: values (samples, places), sd (places), the stated size and its sd, the record of the base; and
     the truth."""
     wing = read_wing(case.wing)
@@ -209,7 +218,7 @@ def synthesise(case):
     return {"values": values, "sigma": sd, "size": stated, "size_sigma": case.noise.size * stated, "base": base}, truth
 
 
-def write_series(path, case, record):
+def write_series(path: str | Path, case: Case, record: dict[str, Any]) -> None:
     """Writes a measurement file, or adds the record to one that exists (docs/formats/measurement-format.md)."""
     import h5py
     try:

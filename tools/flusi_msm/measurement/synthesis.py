@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes synthetic bending tests: shapes under loads, measured in an imperfect experiment."""
-from dataclasses import asdict, dataclass, replace
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from multiprocessing import Pool
+from typing import Any
 
 import numpy as np
 
-from flusi_msm.bending.mesh import locate, refine
+from flusi_msm.bending.mesh import Hinge, locate, refine
 from flusi_msm.bending.model import Model
-from flusi_msm.bending.statics import NoEquilibrium, Path
-from flusi_msm.measurement.case import ACCURACY
+from flusi_msm.bending.statics import NoEquilibrium, Path, Report
+from flusi_msm.measurement.case import ACCURACY, Case
 from flusi_msm.measurement.grid import grid_lines
 from flusi_msm.measurement.noise import HeightErrors, Streams
 from flusi_msm.measurement.scan import scan
@@ -17,23 +21,26 @@ from flusi_msm.wing.file import Wing, read_wing
 
 ROOT_TOLERANCE = 1e-11  # [rad] of the rotation of a compliant clamp
 
+# Positions of a bent wing's points, displacement of the loaded place along the force, report, turn of the clamp.
+Shape = tuple[np.ndarray, float, Report, np.ndarray]
+
 
 @dataclass
 class Load:
     """One measurement as it is stated, and as it really was."""
     name: str
-    point: tuple        # [m] stated
+    point: tuple[float, ...]  # [m] stated
     vector: np.ndarray  # [N] stated
     replicate: int
     level: float
     order: int = 0
-    true_point: tuple = ()
-    true_vector: np.ndarray = None
+    true_point: tuple[float, ...] = ()
+    true_vector: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
     factor: float = 1.0        # on all stiffness
     factor_veins: float = 1.0  # on E of the veins, in addition to it
 
 
-def rotation(v):
+def rotation(v: np.ndarray) -> np.ndarray:
     """Returns the matrix of a rotation vector."""
     angle = float(np.linalg.norm(v))
     m = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
@@ -42,7 +49,7 @@ def rotation(v):
     return np.eye(3) + np.sin(angle) / angle * m + (1 - np.cos(angle)) / angle**2 * (m @ m)
 
 
-def rest_on_clamp(model, path, load, start=None):
+def rest_on_clamp(model: Model, path: Path, load: np.ndarray, start: np.ndarray | None = None) -> tuple[np.ndarray, Report, np.ndarray]:
     """Returns displacements under load (nodes, 3) of a wing whose clamp turns about y and x by its compliance times the moment,
     and a report. The clamped wing is solved in the frame of the turned clamp until the angles no longer change."""
     flap, twist = model.stiffness.root_compliance
@@ -73,16 +80,16 @@ def rest_on_clamp(model, path, load, start=None):
 class Bench:
     """The experiment: a wing and the loads on it."""
 
-    def __init__(self, case):
+    def __init__(self, case: Case) -> None:
         self.case, wing = case, with_soft_places(read_wing(case.wing), case)
         if len(wing.triangles) == 0:
             raise InputError(f"{case.wing}: has no triangles, so it has no surface to measure")
         self.mean_diameter = float(np.mean(np.concatenate([d for _, d in wing.veins.values()]))) if wing.veins else None
         self.coarse, self.wing = wing, refine(wing) if case.refine else wing
         self.streams = Streams(case.seed)
-        self._bent = None, None  # factors on the stiffness, and the loading path of the wing with them
+        self._bent: tuple[tuple[float, float], Path] | None = None  # factors on the stiffness, and the loading path of the wing with them
 
-    def model(self, factor=1.0, factor_veins=1.0):
+    def model(self, factor: float = 1.0, factor_veins: float = 1.0) -> Model:
         """Returns the wing with all its bending stiffness, and with that of its veins, multiplied by factors."""
         s = self.case.stiffness
         joints = {**s.joints, **{soft_name(k): row[2] for k, row in enumerate(self.case.hidden.soft_places)}}
@@ -90,7 +97,7 @@ class Bench:
         s = replace(s, E=s.E * factor * factor_veins, D=s.D * factor, joints=joints)
         return Model(self.wing, s, self.mean_diameter, 2.0**self.case.refine)
 
-    def loads(self):
+    def loads(self) -> list[Load]:
         """Returns all measurements in the order of their names, with their true forces and places."""
         case, hidden, noise, result = self.case, self.case.hidden, self.case.noise, []
         for k, (point, vector) in enumerate(case.loads):
@@ -117,7 +124,7 @@ class Bench:
                 raise InputError("hidden.drift: leaves no stiffness")
         return result
 
-    def true_point(self, load, number):
+    def true_point(self, load: Load, number: int) -> tuple[float, ...]:
         """Returns the place where the force really acts; a place off the wing is drawn again."""
         rng, wing = self.streams("position", number), self.wing
         try:
@@ -135,11 +142,11 @@ class Bench:
             raise InputError(f"load {load.name}: {error}") from None
         raise InputError(f"load {load.name}: its place is too close to the edge for noise.position")
 
-    def bend(self, load, start=None):
+    def bend(self, load: Load, start: np.ndarray | None = None) -> Shape:
         """Returns positions of the bent wing's points, the displacement of the loaded place along the force, and a report.
         `start` are displacements of all nodes for nearly this load and this wing."""
         factors = load.factor, load.factor_veins
-        if self._bent[0] != factors:
+        if self._bent is None or self._bent[0] != factors:
             self._bent = factors, Path(self.model(*factors))
         path = self._bent[1]
         model = path.model
@@ -151,11 +158,12 @@ class Bench:
         moved = float((force * u).sum() / np.linalg.norm(load.true_vector))
         return model.wing.points + u[:model.n_points], moved, report, turn
 
-    def weight(self, model):
+    def weight(self, model: Model) -> np.ndarray:
+        """Returns the forces (nodes, 3) [N] of the weight."""
         hidden = self.case.hidden
         return model.weights(hidden.gravity, hidden.vein_density, hidden.areal_density)
 
-    def rest(self):
+    def rest(self) -> np.ndarray:
         """Returns positions of the points of the wing without a load: as in the wing file, with its camber, bent by its weight.
         """
         model = self.model()
@@ -164,11 +172,12 @@ class Bench:
         return model.wing.points + rest_on_clamp(model, Path(model), self.weight(model))[0][:model.n_points]
 
 
-def soft_name(k):
+def soft_name(k: int) -> str:
+    """Returns the name of the joint at a soft place."""
     return f"soft{k + 1}"
 
 
-def with_soft_places(wing, case):
+def with_soft_places(wing: Wing, case: Any) -> Wing:
     """Returns the wing with additional hinges at hidden places; each is at the point inside the vein that is nearest to the
     given part of its length."""
     joints = dict(wing.joints)
@@ -187,12 +196,12 @@ def with_soft_places(wing, case):
     return Wing(wing.points, wing.triangles, wing.veins, joints, wing.root, wing.title)
 
 
-def _bend(task):
+def _bend(task: tuple[Bench, Load]) -> Shape:
     bench, load = task
     return bench.bend(load)
 
 
-def synthesise(case, jobs=1, tell=lambda text: None):
+def synthesise(case: Case, jobs: int = 1, tell: Callable[[str], None] = lambda text: None) -> tuple[dict[str, Any], dict[str, Any]]:
     """Makes the test: returns a dictionary for `write_test`, and the truth about it."""
     bench = Bench(case)
     loads = bench.loads()
@@ -206,7 +215,7 @@ def synthesise(case, jobs=1, tell=lambda text: None):
     return observe(bench, loads, shapes, bench.rest())
 
 
-def plan(bench, loads):
+def plan(bench: Bench, loads: Sequence[Load]) -> dict[str, Any]:
     """Returns what is stated before anything is measured: a dictionary for `write_test`."""
     case = bench.case
     low, high = bench.wing.points.min(0), bench.wing.points.max(0)
@@ -221,7 +230,7 @@ def plan(bench, loads):
             "title": case.title, "reference_scans": case.noise.reference_scans}
 
 
-def observe(bench, loads, shapes, unloaded):
+def observe(bench: Bench, loads: Sequence[Load], shapes: Sequence[Shape], unloaded: np.ndarray) -> tuple[dict[str, Any], dict[str, Any]]:
     """Simulates the measurement of the shapes (as from `bend`) and of the positions of the unloaded wing: returns a dictionary
     for `write_test`, and the truth about it."""
     case, hidden = bench.case, bench.case.hidden
@@ -230,7 +239,7 @@ def observe(bench, loads, shapes, unloaded):
     errors = HeightErrors(case.noise, x, y, bench.streams)
     rest = scan(unloaded, bench.wing.triangles, x - hidden.map_shift[0], y - hidden.map_shift[1])
     content["z"] = rest * hidden.height_scale + errors.reference() + fringes(bench, x, y, 0)
-    truth = {"case": asdict(case), "mesh": {"points": len(bench.wing.points), "triangles": len(bench.wing.triangles)},
+    truth: dict[str, Any] = {"case": asdict(case), "mesh": {"points": len(bench.wing.points), "triangles": len(bench.wing.triangles)},
              "joints": joint_truth(bench), "loads": []}
     # A part of the previous deformation remains at every point of the wing, also at points that were not measured then.
     remains, past = {}, 0.0
@@ -258,7 +267,7 @@ def observe(bench, loads, shapes, unloaded):
     return content, truth
 
 
-def fringes(bench, x, y, scan_number):
+def fringes(bench: Bench, x: np.ndarray, y: np.ndarray, scan_number: int) -> np.ndarray | float:
     """Returns the waves of a profilometer's light on the grid, with another phase in every scan; scan 0 is the unloaded wing."""
     amplitude, length, angle = bench.case.hidden.fringe
     if amplitude == 0:
@@ -270,15 +279,15 @@ def fringes(bench, x, y, scan_number):
 class _Alone:
     """A pool with one worker, which is this process."""
 
-    def __enter__(self):
+    def __enter__(self) -> _Alone:
         self.imap = map
         return self
 
-    def __exit__(self, *_):
-        return False
+    def __exit__(self, *_: object) -> None:
+        """Leaves exceptions as they are."""
 
 
-def declare(case):
+def declare(case: Case) -> dict[str, float]:
     """Returns the declared accuracy: the true sd unless `declared` has another one."""
     n = case.noise
     true = {"height": float(np.hypot(n.height, n.correlated)),
@@ -290,11 +299,11 @@ def declare(case):
     return stated
 
 
-def joint_truth(bench):
+def joint_truth(bench: Bench) -> dict[str, dict[str, float]]:
     """Returns the stiffness of all joints [N m/rad]: on the mesh of the computation, and the stiffness that a hinge of the wing
     file's mesh needs for the same bending of the vein around it."""
     fine, coarse = bench.model(), Model(bench.coarse, replace(bench.case.stiffness, joints={}))
-    def compliance(hinge, model):
+    def compliance(hinge: Hinge, model: Model) -> float:
         return 1 / model.hinge_stiffness(hinge, with_joint=False)
 
     plain = {h.joint: compliance(h, coarse) for h in coarse.hinge_plan if h.joint}

@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Defines the flights of the comparison with Truong et al.: their inputs, and the state that their folders show."""
+from __future__ import annotations
+
 import hashlib
 import json
 import re
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from flusi_msm.results.files import InputError
 from flusi_msm.results.ini import differences, values_of, with_values
@@ -13,14 +17,16 @@ INI = "wing.ini"
 STATE = "case.json"
 SNAPSHOT_PHASES = (0.25, 0.5, 0.75, 1.0)  # of the last beat, when fields and surfaces are saved
 
+Values = dict[str, dict[str, Any]]  # {section: {key: value}} of an input
 
-def _resolved(text, folder):
+
+def _resolved(text: str, folder: Path) -> str:
     """Returns the input with absolute names of the files that it reads."""
     text = re.sub(r"(from_file::)(?!/)([^;\s]+)", lambda m: m[1] + str((folder / m[2]).resolve()), text)
     return re.sub(r"(?m)^(\s*file\s*=\s*)(?!/)([^;\s]+)", lambda m: m[1] + str((folder / m[2]).resolve()), text)
 
 
-def _digest_of(word):
+def _digest_of(word: str) -> str:
     """Returns the name of a file with the digest of its content instead of the folder, so that folders may be moved."""
     path = Path(word.split("from_file::")[-1])
     if not path.is_file():
@@ -28,7 +34,7 @@ def _digest_of(word):
     return f"{path.name} {hashlib.sha256(path.read_bytes()).hexdigest()[:16]}"
 
 
-def fingerprint(text):
+def fingerprint(text: str) -> dict[str, dict[str, str]]:
     """Returns the values of an input, files by their content: they are equal for two inputs that give the same flight."""
     values = values_of(text)
     for section, keys in values.items():
@@ -38,7 +44,8 @@ def fingerprint(text):
     return values
 
 
-def read_text(path):
+def read_text(path: str | Path) -> str:
+    """Returns the text of a file; raises an InputError if there is none."""
     try:
         return Path(path).read_text(encoding="utf-8")
     except OSError as error:
@@ -50,7 +57,7 @@ class Case:
     speed of the wings divided by that in the file."""
     speed = 1.0
 
-    def __init__(self, folder, ini, kind, points, beats):
+    def __init__(self, folder: str | Path, ini: str | Path, kind: str, points: int, beats: float) -> None:
         self.kind, self.points, self.beats = kind, points, beats
         self.label = Path(ini).stem if kind == INDIVIDUAL else kind
         self.name = f"{kind}_{self.label}_{points}" if kind == INDIVIDUAL else f"{kind}_{points}"
@@ -59,7 +66,7 @@ class Case:
         self.text = with_values(self.base, self.changes())
         self.input = fingerprint(self.text)
 
-    def changes(self):
+    def changes(self) -> Values:
         """Returns the values of this flight that differ from its file: grid, sponge of the same length, times, and what is
         saved."""
         own = values_of(self.base)
@@ -71,7 +78,7 @@ class Case:
         except (KeyError, ValueError) as error:
             raise InputError(f"the input must have nx, ny, nz and the frequency of the beat: {error}") from None
         scale = self.points / before["nx"]
-        values = {"Resolution": {key: round(n * scale / 2) * 2 for key, n in before.items()},
+        values: Values = {"Resolution": {key: round(n * scale / 2) * 2 for key, n in before.items()},
                   "Time": {"Tmax": f"{self.beats * beat:.12g}"},
                   "Saving": {"tsave": f"{beat / 4:.12g}", "tsave_first": f"{(self.beats - 0.9) * beat:.12g}",
                              "tintegral": f"{beat / 100:.12g}", "iSaveVelocity": 0, "iSavePress": 0, "iSaveMagVorticity": 0,
@@ -85,7 +92,7 @@ class Case:
 
     # ---- what is in the folder ---------------------------------------------------------------------
 
-    def state(self):
+    def state(self) -> dict[str, Any]:
         """Returns what was noted about the flight, {} if it was never begun."""
         path = self.folder / STATE
         if not path.is_file():
@@ -95,16 +102,18 @@ class Case:
         except ValueError as error:
             raise InputError(f"{path}: damaged: {error}") from None
 
-    def note(self, **news):
+    def note(self, **news: Any) -> None:
+        """Adds news to what is noted about the flight."""
         state = {"name": self.name, **self.state(), **news, "input": self.input}
         part = self.folder / (STATE + ".part")
         part.write_text(json.dumps(state, indent=1) + "\n", encoding="utf-8")
         part.replace(self.folder / STATE)
 
-    def is_finished(self):
+    def is_finished(self) -> bool:
+        """Returns whether the flight has been made with this input."""
         return self.state().get("status") == "finished" and not self.changed()
 
-    def changed(self):
+    def changed(self) -> list[str]:
         """Returns the values in which the input differs from that of the flight in the folder; empty if there are none."""
         if not self.folder.exists() or not any(self.folder.iterdir()):
             return []
@@ -113,10 +122,11 @@ class Case:
         return differences(self.state()["input"], json.loads(json.dumps({
             section: {key: str(value) for key, value in keys.items()} for section, keys in self.input.items()})))
 
-    def has_backup(self):
+    def has_backup(self) -> bool:
+        """Returns whether the flight can be continued."""
         return any(self.folder.glob("runtime_backup*.h5"))
 
-    def set_aside(self):
+    def set_aside(self) -> Path:
         """Renames an earlier flight to NAME.1, NAME.2, ..."""
         number = 1
         while (aside := self.folder.with_name(f"{self.name}.{number}")).exists():
@@ -128,13 +138,15 @@ class Case:
 class Variant(Case):
     """A flight of a study: `values`, {section: {key: value}}, replace those of its file. It saves time series only."""
 
-    def __init__(self, folder, ini, kind, points, beats, name, values, speed=1.0):
+    def __init__(self, folder: str | Path, ini: str | Path, kind: str, points: int, beats: float, name: str, values: Values,
+                 speed: float = 1.0) -> None:
         self.values = values
         super().__init__(folder, ini, kind, points, beats)
         self.name = self.label = name
         self.folder, self.speed = Path(folder) / name, speed
 
-    def changes(self):
+    def changes(self) -> Values:
+        """Returns the values that differ from the file, those of the study included."""
         changes = super().changes()
         changes["Saving"] |= {"tsave": 9e9, "iSaveVorticity": 0, "iSaveWingSides": 0}
         del changes["Saving"]["tsave_first"]
@@ -143,14 +155,15 @@ class Variant(Case):
         return changes
 
 
-def pair_cases(folder, ini, grids, beats):
+def pair_cases(folder: str | Path, ini: str | Path, grids: Iterable[int], beats: float) -> list[Case]:
     """Returns rigid and flexible wings on every grid, the coarsest first."""
     return [Case(folder, ini, kind, n, beats) for n in sorted(grids) for kind in (RIGID, FLEXIBLE)]
 
 
-def individual_cases(folder, inis, points, beats):
+def individual_cases(folder: str | Path, inis: Iterable[str | Path], points: int, beats: float) -> dict[str, Case]:
     """Returns {label: case}; individuals whose inputs are the same share one flight, that of the first."""
-    cases, flown = {}, []
+    cases = {}
+    flown: list[Case] = []
     for ini in inis:
         case = Case(folder, ini, INDIVIDUAL, points, beats)
         case_like_it = next((other for other in flown if other.input == case.input), case)
@@ -160,7 +173,7 @@ def individual_cases(folder, inis, points, beats):
     return cases
 
 
-def refuse_changed(cases, anew):
+def refuse_changed(cases: Iterable[Case], anew: bool) -> None:
     """Ends with a message if a flight was made with another input; with `anew` that flight is kept under another name."""
     problems = []
     for case in cases:

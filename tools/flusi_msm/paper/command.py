@@ -17,19 +17,28 @@ last backup when the same command is given again. Ctrl-C stops with a backup, an
 The page is written after every flight, those of --ensemble and --kinematics every five minutes. Exit code: 0 done, 2 mistake,
 3 a flight failed, 4 stopped.
 """
+from __future__ import annotations
+
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import flusi_msm.one_thread  # noqa: F401  (before numpy)
 from flusi_msm.errors import InputError, run_command
 from flusi_msm.project_python import INSTALLED, ROOT, program
 
+if TYPE_CHECKING:
+    from flusi_msm.paper.flights import Estimate
+    from flusi_msm.paper.studies import Study
+
 NINE = [ROOT / f"ini/individuals/{number}.ini" for number in range(1, 10)]
 GRIDS = [96, 128, 160, 192]
 
 
-def arguments():
+def arguments() -> argparse.Namespace:
+    """Returns the options of the command line, checked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--grids", nargs="+", type=int, metavar="N", help="N x N x N/2 points (default 96 128 160 192)")
     parser.add_argument("--beats", type=int, default=4, help="of every flight (default 4); the last two are averaged")
@@ -61,7 +70,7 @@ def arguments():
     return options
 
 
-def check(options):
+def check(options: argparse.Namespace) -> None:
     """Refuses impossible numbers and decides whether the pairs are flown."""
     for key in ("beats", "ranks", "individuals", "members", "scan_beats"):
         value = getattr(options, key)
@@ -76,10 +85,10 @@ def check(options):
         raise InputError("--joint-factor must be 1 or more")
 
 
-def studies_of(options, folder):
+def studies_of(options: argparse.Namespace, folder: Path) -> list[Study]:
     """What is flown, each with `cases`, `lines` (whether each flight has a line in the plan) and `write_page`."""
     from flusi_msm.paper import studies
-    made = []
+    made: list[Study] = []
     if options.grids or options.individuals:
         made.append(studies.Comparison(folder, options.ini, set(options.grids), options.beats, NINE, options.individuals))
     if options.ensemble:
@@ -90,7 +99,7 @@ def studies_of(options, folder):
     return made
 
 
-def print_plan(studies, estimate, hours):
+def print_plan(studies: Sequence[Study], estimate: Estimate, hours: float) -> None:
     """The flights and how long each takes; refuses what takes too long."""
     from flusi_msm.paper.flights import in_hours
     print(f"{estimate.flusi.version}, {estimate.flusi.ranks} ranks; about "
@@ -112,7 +121,8 @@ def print_plan(studies, estimate, hours):
                          "--hours")
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     options = arguments()
     from flusi_msm.paper.cases import refuse_changed
     from flusi_msm.paper.flights import Estimate, Flusi, fly_all
@@ -142,4 +152,5 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("reproduce_paper", main)

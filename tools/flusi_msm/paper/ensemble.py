@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Flexible wings whose stiffness is drawn from what Truong et al. state of their nine individuals."""
+from __future__ import annotations
+
 import itertools
 import re
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from statistics import NormalDist
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +18,9 @@ from flusi_msm.results.cycles import FlappingRun
 from flusi_msm.results.files import InputError
 from flusi_msm.results.ini import values_of
 from flusi_msm.wing.file import read_wing
+
+if TYPE_CHECKING:
+    from flusi_msm.wing.file import Wing
 
 SCHEMA = "flusi-msm ensemble of stiffnesses"
 E_MEAN, E_DEVIATION = 12.58e9, 3.03e9  # Pa, over the paper's nine individuals
@@ -27,7 +34,7 @@ OWN = {"lift_mN": "lift", "drag_mN": "drag", "power_mW": "aerodynamic power"}
 
 # ---- the design ------------------------------------------------------------------------------------
 
-def uniform_design(members, dimensions):
+def uniform_design(members: int, dimensions: int) -> np.ndarray:
     """(members, dimensions) numbers between 0 and 1 that fill the cube evenly: row k is (1/2 + k sqrt(p)) mod 1, with one prime p
     per column, for any number of members. Between two of eleven columns the rank correlation is 0.27 at most among 27 members, where
     random numbers have 0.47 and Sobol's sequence 0.7."""
@@ -35,29 +42,29 @@ def uniform_design(members, dimensions):
     return (0.5 + np.arange(1, members + 1)[:, None] * np.sqrt(primes)) % 1.0
 
 
-def _primes_above(number):
+def _primes_above(number: int) -> Iterator[int]:
     return (n for n in itertools.count(number + 1) if all(n % k for k in range(2, int(n**0.5) + 1)))
 
 
-def young_modulus(u):
+def young_modulus(u: float) -> float:
     """Pa; normal with the paper's mean and deviation, of which only what is positive."""
     law = NormalDist(E_MEAN, E_DEVIATION)
     none = law.cdf(0.0)
     return max(law.inv_cdf(_inside(none + u * (1 - none))), 1e-3 * E_MEAN)
 
 
-def joint_ratio(u, factor):
+def joint_ratio(u: float, factor: float) -> float:
     """Log-normal: two thirds within `factor` of 1, 95 % within its square."""
     return float(factor**NormalDist().inv_cdf(_inside(u)))
 
 
-def _inside(u):
+def _inside(u: float) -> float:
     return min(max(float(u), 1e-9), 1 - 1e-9)
 
 
 # ---- the wing of the input ---------------------------------------------------------------------------
 
-def scaled_wing(ini):
+def scaled_wing(ini: str | Path) -> Wing:
     """The wing of an input at the size that it asks for."""
     own = values_of(read_text(ini)).get("Wing", {})
     if "file" not in own:
@@ -77,7 +84,7 @@ def scaled_wing(ini):
     return wing
 
 
-def number(text, key):
+def number(text: str, key: str) -> float:
     """Returns the number that a key of [Wing] states; Fortran's exponents with d are numbers, too."""
     try:
         return float(text.lower().replace("d", "e"))
@@ -85,7 +92,7 @@ def number(text, key):
         raise InputError(f"[Wing] {key}: '{text}' is not a number") from None
 
 
-def parameters_of(own):
+def parameters_of(own: Mapping[str, str]) -> dict[str, float]:
     """{name: value} of the list of [Wing] parameters."""
     found = {}
     for pair in filter(str.strip, own.get("parameters", "").split(",")):
@@ -98,7 +105,7 @@ def parameters_of(own):
     return found
 
 
-def joints_of(ini):
+def joints_of(ini: str | Path) -> dict[str, float]:
     """{joint: stiffness in the input [N m/rad]}: its own value, joint_stiffness, or that of the vein without the joint."""
     try:
         from flusi_msm.bending.model import Model, Stiffness
@@ -118,7 +125,7 @@ def joints_of(ini):
 class Ensemble:
     """`drawn` is a list of {"E": Pa, "joint:NAME": N m/rad}; `cases` are the flights of the members, in the same order."""
 
-    def __init__(self, folder, ini, grid, members, beats, joint_factor):
+    def __init__(self, folder: str | Path, ini: str | Path, grid: int, members: int, beats: float, joint_factor: float) -> None:
         self.name, self.grid, self.beats, self.joint_factor = f"ensemble_{grid}", grid, beats, joint_factor
         self.folder = Path(folder) / self.name
         self.joints, given = joints_of(ini), parameters_of(values_of(read_text(ini)).get("Wing", {}))
@@ -136,38 +143,38 @@ class Ensemble:
 
 # ---- numbers -----------------------------------------------------------------------------------------
 
-def ranks(values):
+def ranks(values: Sequence[float] | np.ndarray) -> np.ndarray:
     """From 0; equal values share their mean rank."""
     values = np.asarray(values, float)
     return np.array([(np.sum(values < x) + np.sum(values <= x) - 1) / 2 for x in values])
 
 
-def rank_correlation(x, y):
+def rank_correlation(x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray) -> float:
     """Spearman's; 0 if one of them does not vary."""
     a, b = (r - r.mean() for r in (ranks(x), ranks(y)))
     size = np.sqrt((a @ a) * (b @ b))
     return float(a @ b / size) if size > 0 else 0.0
 
 
-def largest_correlation(rows):
+def largest_correlation(rows: Sequence[Sequence[float]] | np.ndarray) -> float:
     """The largest |rank correlation| between two columns."""
     columns = np.array([ranks(column) for column in np.transpose(rows)])
     return float(np.max(np.abs(np.corrcoef(columns) - np.eye(len(columns))))) if len(columns) > 1 else 0.0
 
 
-def chance(members):
+def chance(members: int) -> float:
     """What |rank correlation| has in one of twenty samples without any relation."""
     return 1.96 / np.sqrt(members - 1)
 
 
-def whiskers(values):
+def whiskers(values: np.ndarray) -> tuple[float, float]:
     """The ends of the whiskers of a box plot: what is farthest within 1.5 boxes of the box."""
     low, high = np.percentile(values, [25, 75])
     inside = values[(values >= low - 1.5 * (high - low)) & (values <= high + 1.5 * (high - low))]
     return float(inside.min()), float(inside.max())
 
 
-def spread(values):
+def spread(values: Sequence[float] | np.ndarray) -> dict[str, float | None]:
     """Percent of the median: from end to end of the whiskers, over all members, and what nine members usually have."""
     values = np.asarray(values, float)
     median, over_all = spread_of(values)
@@ -179,11 +186,11 @@ def spread(values):
     return found
 
 
-def collect(ensemble):
+def collect(ensemble: Ensemble) -> dict[str, Any]:
     """What goes into the JSON file, of the flights that are finished."""
     members = []
     for number, (case, drawn) in enumerate(zip(ensemble.cases, ensemble.drawn), 1):
-        member = {"member": number, "drawn": drawn}
+        member: dict[str, Any] = {"member": number, "drawn": drawn}
         if case.is_finished():
             run = FlappingRun(case.folder)
             member["means"] = means_of(run, last_two(run))[0]

@@ -1,31 +1,42 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The ensemble of stiffnesses as one HTML page that needs nothing else, and its numbers as JSON."""
+from __future__ import annotations
+
+from collections.abc import Sequence
 from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import matplotlib
+
+from flusi_msm.paper.study_files import Picture
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from flusi_msm.page_parts import STYLE, figure_html, table_html
+from flusi_msm.page_parts import STYLE, Head, figure_html, table_html
 from flusi_msm.paper.ensemble import E_DEVIATION, E_MEAN, NINE, OWN, chance, collect
 from flusi_msm.paper.numbers import COLUMNS, TABLE_2
 from flusi_msm.paper.study_files import write_study
 from flusi_msm.style import COLOURS, save, use_style
+
+if TYPE_CHECKING:
+    from flusi_msm.paper.ensemble import Ensemble
 
 TITLE = "Blowfly wings whose stiffness is drawn"
 LABELS = dict(zip(COLUMNS, ("lift [mN]", "drag [mN]", "power [mW]", "lift / drag", "lift / power [mN/mW]")))
 WORDS = dict(zip(COLUMNS, ("lift", "drag", "power", "lift to drag", "lift to power")))
 
 
-def done_of(found):
+def done_of(found: dict[str, Any]) -> list[dict[str, Any]]:
+    """Returns the members that have flown."""
     return [member for member in found["members"] if "means" in member]
 
 
 # ---- pictures ----------------------------------------------------------------------------------------
 
-def boxes(found, folder):
+def boxes(found: dict[str, Any], folder: Path) -> Picture:
     """Box plots of the means, with the members as points, and the paper's flexible wings."""
     use_style()
     done = done_of(found)
@@ -50,7 +61,7 @@ def boxes(found, folder):
             "paper's Table 2 (individual 8).", path)
 
 
-def correlations(found, folder):
+def correlations(found: dict[str, Any], folder: Path) -> Picture:
     """Rank correlations of the means with what was drawn."""
     use_style()
     table, members = found["rank_correlation"], len(done_of(found))
@@ -73,7 +84,8 @@ def correlations(found, folder):
             f"below {chance(members):.2f}, which chance alone exceeds once in twenty times.", path)
 
 
-def all_pictures(found, folder):
+def all_pictures(found: dict[str, Any], folder: Path) -> list[Picture]:
+    """Returns all pictures; none before enough members have flown."""
     if "spread" not in found:
         return []
     folder.mkdir(parents=True, exist_ok=True)
@@ -82,7 +94,8 @@ def all_pictures(found, folder):
 
 # ---- words -------------------------------------------------------------------------------------------
 
-def sentences(found):
+def sentences(found: dict[str, Any]) -> list[str]:
+    """Returns what the ensemble says, in sentences."""
     done = done_of(found)
     made = [f"{len(done)} of {len(found['members'])} members have flown."]
     if "spread" not in found:
@@ -107,7 +120,8 @@ def sentences(found):
     return made
 
 
-def choice(found):
+def choice(found: dict[str, Any]) -> str:
+    """Describes how the stiffness is drawn, as HTML."""
     between = (f" Two of the drawn numbers have a rank correlation of {found['design_correlation']:.2f} at most among the members that "
                "have flown.") if "design_correlation" in found else ""
     return f"""<ul>
@@ -121,9 +135,10 @@ each is drawn log-normally about its value in the input (most often that of the 
 same for any number of members.{between}</li></ul>"""
 
 
-def member_table(found):
+def member_table(found: dict[str, Any]) -> str:
+    """Returns what was drawn and the means of all members as HTML."""
     names = list(found["members"][0]["drawn"])
-    heads = ["member", ("E [GPa]", True), *((f"{name.removeprefix('joint:')} / input", True) for name in names[1:]),
+    heads: list[Head] = ["member", ("E [GPa]", True), *((f"{name.removeprefix('joint:')} / input", True) for name in names[1:]),
              *((LABELS[key], True) for key in COLUMNS)]
     rows = []
     for member in found["members"]:
@@ -134,15 +149,17 @@ def member_table(found):
     return f"<div class=scroll>{table_html(heads, rows, 'members')}</div>"
 
 
-def spread_table(found):
-    heads = ["", *((head, True) for head in ("median", "whiskers", "all members", f"{NINE} members, usually", "paper, nine individuals"))]
+def spread_table(found: dict[str, Any]) -> str:
+    """Returns the spreads as HTML."""
+    heads: list[Head] = ["", *((head, True) for head in ("median", "whiskers", "all members", f"{NINE} members, usually", "paper, nine individuals"))]
     rows = [[LABELS[key], f"{s['median']:.3f}", f"{s['whiskers_percent']:.1f} %", f"{s['all_percent']:.1f} %",
              f"{s['nine_percent']:.1f} %" if "nine_percent" in s else "–", f"{found['paper_spread_percent'][OWN[key]]} %"]
             for key, s in found["spread"].items()]
     return table_html(heads, rows, "spread")
 
 
-def page(found, pictures):
+def page(found: dict[str, Any], pictures: Sequence[Picture]) -> str:
+    """Returns the whole page."""
     notes = [f"Not finished yet: {', '.join(found['missing'])}."] if found["missing"] else []
     if len(found["versions"]) > 1:
         notes.append(f"Flights were made by several versions of the program: {', '.join(found['versions'])}.")
@@ -169,7 +186,7 @@ tools/reproduce_paper --ensemble. {escape(', '.join(found['versions']))}.</p>
 """
 
 
-def write_page(folder, ensemble):
+def write_page(folder: Path, ensemble: Ensemble) -> Path:
     """Writes NAME.json and NAME.html of the members that are finished, and pictures into the folder of the ensemble."""
     found = collect(ensemble)
     found["sentences"] = sentences(found)

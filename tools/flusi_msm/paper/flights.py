@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Runs the flights of the comparison with Truong et al.: estimates how long they will take, makes them one after the other, and
 continues those that were interrupted."""
+from __future__ import annotations
+
 import json
 import os
 import re
 import shutil
 import subprocess
 import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +24,7 @@ EXIT_STOPPED = 4
 WHY = {2: "a mistake in its input", 3: "a numerical failure", EXIT_STOPPED: "it was stopped, with a backup"}
 
 
-def in_hours(seconds):
+def in_hours(seconds: float) -> str:
     """Writes a time as '45 s', '12 min', '5 h 10 min'."""
     if seconds < 90:
         return f"{seconds:.0f} s"
@@ -29,7 +32,7 @@ def in_hours(seconds):
     return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60:02d} min"
 
 
-def mpi_environment():
+def mpi_environment() -> dict[str, str]:
     """Returns the environment of a run: one thread per rank, and ranks of two runs never bound to the same core. For root, which
     usually means a container, MPI must be told to run."""
     wanted = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
@@ -45,7 +48,7 @@ def mpi_environment():
 class Flusi:
     """The program and how it is started."""
 
-    def __init__(self, program, ranks):
+    def __init__(self, program: str | Path, ranks: int) -> None:
         self.program, self.ranks = Path(program).resolve(), ranks
         if not os.access(self.program, os.X_OK):
             raise InputError(f"{program}: no such program; 'tools/quickstart build' makes it, or name one with --flusi")
@@ -53,13 +56,13 @@ class Flusi:
                                env=mpi_environment()).stdout.splitlines()
         self.version = first[0].strip() if first else "of unknown version"
 
-    def start(self, folder, *options):
+    def start(self, folder: Path, *options: str) -> subprocess.Popen[str]:
         """Starts a run in its own session: Ctrl-C does not reach it, so that it can write a backup when it is asked to stop."""
         command = [os.environ.get("MPIEXEC", "mpirun"), "-n", str(self.ranks), str(self.program), INI, *options]
         return subprocess.Popen(command, cwd=folder, env=mpi_environment(), stdout=subprocess.PIPE,
                                 stderr=subprocess.STDOUT, text=True, start_new_session=True)
 
-    def run(self, folder, text):
+    def run(self, folder: Path, text: str) -> None:
         """Makes a short run from its beginning to its end."""
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
@@ -78,7 +81,7 @@ class Estimate:
     there are. All results are kept in `folder`/estimate.json and not measured again. Steps that a flight has already made have
     priority."""
 
-    def __init__(self, flusi, folder, ini):
+    def __init__(self, flusi: Flusi, folder: str | Path, ini: str | Path) -> None:
         self.flusi, self.folder, self.ini = flusi, Path(folder), ini
         self.path = self.folder / "estimate.json"
         try:
@@ -86,7 +89,7 @@ class Estimate:
         except ValueError:
             self.kept = {}
 
-    def _measured(self, key, measure):
+    def _measured(self, key: str, measure: Callable[[Path], float]) -> float:
         key = f"{key}, {self.flusi.ranks} ranks, {self.flusi.version}"
         if key not in self.kept:
             place = self.folder / "estimate"
@@ -95,30 +98,32 @@ class Estimate:
             self.path.write_text(json.dumps(self.kept, indent=1) + "\n", encoding="utf-8")
         return self.kept[key]
 
-    def steps_per_beat_and_point(self):
+    def steps_per_beat_and_point(self) -> float:
         """Returns the number of steps of a beat over the number of points along x: the CFL number makes it equal on all grids.
         In the first half of the first beat the wings accelerate, and steps are longer."""
-        def measure(place):
+        def measure(place: Path) -> float:
             self.flusi.run(place, with_values(Case(self.folder, self.ini, RIGID, PILOT_POINTS, 1.5).text, {
                 "Saving": {"tsave": 9e9, "iDoBackup": 0}}))
             return int(np.sum(read_series(place / "timesteps_info.t").time >= 0.5)) / PILOT_POINTS
         return self._measured("steps per beat and point", measure)
 
-    def steps(self, case):
+    def steps(self, case: Case) -> float:
+        """Returns the number of time steps of a flight."""
         return self.steps_per_beat_and_point() * case.points * case.beats * case.speed
 
-    def seconds_per_step(self, case):
+    def seconds_per_step(self, case: Case) -> float:
+        """Returns the seconds of one time step of a flight."""
         done = steps_of(case)
         if done is not None and done[0] > 2 * TIMED_STEPS:
             return done[1]
 
-        def measure(place):
+        def measure(place: Path) -> float:
             self.flusi.run(place, with_values(case.text, {"Time": {"nt": TIMED_STEPS},
                                                           "Saving": {"tsave": 9e9, "iDoBackup": 0}}))
             return float(np.median(read_series(place / "timesteps_info.t").data[2:, 1]))
         return self._measured(f"seconds per step, {case.kind}, {case.points} points", measure)
 
-    def left(self, case):
+    def left(self, case: Case) -> float:
         """Returns the seconds that the flight will still take; 0 for a finished one."""
         if case.is_finished():
             return 0.0
@@ -126,7 +131,7 @@ class Estimate:
         return self.seconds_per_step(case) * max(self.steps(case) - (done[0] if done else 0), 0)
 
 
-def steps_of(case):
+def steps_of(case: Case) -> tuple[int, float] | None:
     """Returns (steps made, seconds of one) of the flight in its folder, or None."""
     try:
         series = read_series(case.folder / "timesteps_info.t")
@@ -137,7 +142,7 @@ def steps_of(case):
 
 # ---- the flights -----------------------------------------------------------------------------------
 
-def fly(flusi, case, tell):
+def fly(flusi: Flusi, case: Case, tell: Callable[[str], None]) -> int:
     """Makes the flight or continues it. `tell` is called with flusi's lines about progress. Returns the exit code; 4 if it was
     stopped by Ctrl-C, with a backup."""
     restart = case.has_backup()
@@ -153,7 +158,7 @@ def fly(flusi, case, tell):
     with open(case.folder / "run.log", "a", encoding="utf-8") as log:
         while True:
             try:
-                for line in process.stdout:
+                for line in process.stdout or ():
                     log.write(line)
                     log.flush()
                     if line.startswith("step "):
@@ -169,7 +174,7 @@ def fly(flusi, case, tell):
     return code
 
 
-def progress_of(line):
+def progress_of(line: str) -> tuple[str, float, float] | tuple[str, None, None]:
     """Returns ('t 1.2, 30 %, 0.1 s a step', seconds of a step, part done) for a line of flusi's about progress; (line, None,
     None) for another one."""
     match = re.search(r"t\s+(\S+)\s.*s/step\s+(\S+)\s+(\S+) %", line)
@@ -179,10 +184,10 @@ def progress_of(line):
     return f"t {float(match[1]):.3f}, {percent:g} %, {seconds:.3g} s a step", seconds, percent / 100
 
 
-def fly_all(flusi, cases, estimate, after_each):
+def fly_all(flusi: Flusi, cases: Sequence[Case], estimate: Estimate, after_each: Callable[[], None]) -> tuple[list[str], bool]:
     """Makes all flights that are not finished, in order. A flight that fails is reported, and the next ones are made. Returns
     the names of those that failed, and whether all have been stopped."""
-    failed = []
+    failed: list[str] = []
     for number, case in enumerate(cases, 1):
         head = f"{number} of {len(cases)}, {case.name}"
         if case.is_finished():
@@ -191,10 +196,10 @@ def fly_all(flusi, cases, estimate, after_each):
         later = sum(estimate.left(other) for other in cases[number:])
         print(f"{head}: {'goes on' if case.has_backup() else 'begins'}, about {in_hours(estimate.left(case))}", flush=True)
 
-        def tell(line, head=head, later=later, steps=estimate.steps(case)):
+        def tell(line: str, head: str = head, later: float = later, steps: float = estimate.steps(case)) -> None:
             # flusi's own estimate of the remaining time is wrong while the wings accelerate and steps are long.
             text, seconds, part = progress_of(line)
-            left = f", all done in about {in_hours(seconds * steps * (1 - part) + later)}" if seconds else ""
+            left = f", all done in about {in_hours(seconds * steps * (1 - part) + later)}" if seconds and part is not None else ""
             print(f"{head}: {text}{left}", flush=True)
 
         code = fly(flusi, case, tell)

@@ -1,17 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Collects numbers of the flights and those of Truong et al., "An experimental data-driven mass-spring model of flexible
 Calliphora wings": their Table 2, the shapes of the wings, and the spread over individuals."""
+from __future__ import annotations
+
 import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from flusi_msm.paper.cases import FLEXIBLE, RIGID
+from flusi_msm.paper.cases import FLEXIBLE, RIGID, Case
+from flusi_msm.plots.cycle import Chosen
 from flusi_msm.plots.individuals import PAPER as PAPER_SPREADS
 from flusi_msm.plots.individuals import QUANTITIES, spread_of, table_of
-from flusi_msm.plots.runs import numbers
+from flusi_msm.plots.runs import Number, numbers
 from flusi_msm.render.wing_surface import UPPER_SIDE, surface_path
 from flusi_msm.results.cycles import PHASES, CyclicSignal, FlappingRun
-from flusi_msm.results.files import InputError, choose_snapshot, read_series
+from flusi_msm.results.files import InputError, Snapshot, choose_snapshot, read_series
 
 KINDS = (RIGID, FLEXIBLE)
 # Names in the JSON file, and the rows of compare_runs.
@@ -27,37 +33,38 @@ SHAPES = {"tip": "tip uz, wing frame", **{f"{what.replace(' ', '_')}_{span}": f"
                                           for what in ("trailing edge", "twist", "camber") for span in (25, 50, 75)}}
 
 
-def change(rigid, flexible):
+def change(rigid: Mapping[str, float], flexible: Mapping[str, float]) -> dict[str, float]:
     """Returns {column: the change by bending, in %}."""
     return {key: 100 * (flexible[key] / rigid[key] - 1) if rigid[key] else float("nan") for key in rigid}
 
 
-PAPER = {"table_2": TABLE_2, "change_percent": change(TABLE_2[RIGID], TABLE_2[FLEXIBLE]), "peak_lift_mN": PEAK_LIFT,
+PAPER: dict[str, Any] = {"table_2": TABLE_2, "change_percent": change(TABLE_2[RIGID], TABLE_2[FLEXIBLE]), "peak_lift_mN": PEAK_LIFT,
          "spread_of_individuals_percent": PAPER_SPREADS}
 
 
-def last_two(run):
+def last_two(run: FlappingRun) -> list[int]:
+    """Returns the last two beats of a run."""
     return run.cycles()[-2:]
 
 
-def open_run(case):
+def open_run(case: Case) -> Chosen:
     """Returns (run, its last two beats, label) of a finished flight."""
     run = FlappingRun(case.folder)
     return run, last_two(run), case.label
 
 
-def means_of(run, cycles):
+def means_of(run: FlappingRun, cycles: list[int]) -> tuple[dict[str, Any], dict[str, Number], dict[str, float]]:
     """(row of Table 2, the table of compare_runs, its factors to SI)."""
     table = numbers(run, cycles)
     si = {name: value[2] or 1.0 for name, value in table.items()}
     return {key: table[name][0] * si[name] for key, name in COLUMNS.items()}, table, si
 
 
-def row_of(case):
+def row_of(case: Case) -> dict[str, Any]:
     """Returns the flight's own row of Table 2, with half the range over its beats, and numbers about its accuracy."""
     run, cycles, _ = open_run(case)
     row, table, si = means_of(run, cycles)
-    row["half_range"] = {key: table[name][1] * si[name] for key, name in COLUMNS.items() if table[name][1] is not None}
+    row["half_range"] = {key: half * si[name] for key, name in COLUMNS.items() if (half := table[name][1]) is not None}
     row["peak_lift_mN"] = table["peak lift"][0] * si["peak lift"]
     row["lift_in_downstroke"] = lift_in_downstroke(run, cycles)
     row["beats"] = cycles
@@ -66,16 +73,16 @@ def row_of(case):
     return row | quality_of(case.folder)
 
 
-def lift_in_downstroke(run, cycles):
+def lift_in_downstroke(run: FlappingRun, cycles: list[int]) -> float | None:
     """Returns the part of the lift impulse of a beat that belongs to the downstroke, or None."""
     down, lift = run.downstroke(cycles[-1]), run.phase_average("lift", cycles)
     return float(lift[down].sum() / lift.sum()) if down is not None and lift.sum() else None
 
 
-def quality_of(folder):
+def quality_of(folder: Path) -> dict[str, float]:
     """Returns the steps per beat, the mean slip, and the ratio of the power that the wings lose to the power that the flow
     receives, from the last beat."""
-    found = {}
+    found: dict[str, float] = {}
     try:
         text = (folder / "summary.txt").read_text(encoding="utf-8", errors="replace")
         times = read_series(folder / "timesteps_info.t").time
@@ -91,7 +98,7 @@ def quality_of(folder):
 
 # ---- shapes ----------------------------------------------------------------------------------------
 
-def shapes_of(case):
+def shapes_of(case: Case) -> dict[str, CyclicSignal]:
     """Returns {name: CyclicSignal} of the left wing, positive to its dorsal side; lengths in R, twist in rad, camber in chords.
     """
     series = read_series(case.folder / "bending_left.t")
@@ -99,11 +106,12 @@ def shapes_of(case):
     return {name: CyclicSignal(series.time, sign.get(name, 1) * series.column(column)) for name, column in SHAPES.items()}
 
 
-def average(signal, cycles):
+def average(signal: CyclicSignal, cycles: Sequence[int]) -> np.ndarray:
+    """Returns the mean over beats at PHASES."""
     return np.mean([signal.at(n, PHASES) for n in cycles], axis=0)
 
 
-def deformation_of(case):
+def deformation_of(case: Case) -> dict[str, dict[str, float]]:
     """Returns {name: extremes over the mean of the last two beats, their phases, and the middles of both strokes}."""
     cycles, found = open_run(case)[1], {}
     for name, signal in shapes_of(case).items():
@@ -116,7 +124,7 @@ def deformation_of(case):
     return found
 
 
-def snapshot_at(case, phase):
+def snapshot_at(case: Case, phase: float) -> Snapshot | None:
     """Returns what is saved at a phase of the last beat, or None."""
     try:
         snapshot = choose_snapshot(case.folder, case.beats - 1 + phase, None)
@@ -126,7 +134,8 @@ def snapshot_at(case, phase):
     return snapshot if time is not None and abs(time - (case.beats - 1 + phase)) < 0.06 else None
 
 
-def surface_time(path):
+def surface_time(path: Path) -> float | None:
+    """Returns the time of a surface file; None if it cannot be read."""
     import h5py
     try:
         with h5py.File(path, "r") as file:
@@ -135,7 +144,7 @@ def surface_time(path):
         return None
 
 
-def side_pressures(snapshot, side="left"):
+def side_pressures(snapshot: Snapshot, side: str = "left") -> tuple[np.ndarray, np.ndarray] | None:
     """Returns (dorsal, ventral) pressure of the triangles, normalised by rho R^2 f^2, or None if the surface has none."""
     import h5py
     with h5py.File(surface_path(snapshot, side), "r") as file:
@@ -143,14 +152,14 @@ def side_pressures(snapshot, side="left"):
         return tuple(file[name][...] for name in names) if all(name in file for name in names) else None
 
 
-def pressure_numbers(case):
+def pressure_numbers(case: Case) -> dict[str, dict[str, float]]:
     """Returns {phase: lowest on the dorsal side, mean difference ventral - dorsal, part of the area with p <= -10} or {}."""
     from flusi_msm.render.wing_surface import load_surface
     found = {}
     for phase in (MID_DOWN, MID_UP):
         snapshot = snapshot_at(case, phase)
-        pressures = snapshot and side_pressures(snapshot)
-        if not pressures:
+        pressures = side_pressures(snapshot) if snapshot else None
+        if snapshot is None or pressures is None:
             return {}
         wing = load_surface(snapshot, "left")
         a, b, c = (wing.points[wing.triangles[:, k]] for k in range(3))
@@ -164,12 +173,12 @@ def pressure_numbers(case):
 
 # ---- all of it -------------------------------------------------------------------------------------
 
-def collect(pairs, individuals):
+def collect(pairs: Sequence[Case], individuals: Mapping[str, Case]) -> dict[str, Any]:
     """Returns the contents of the JSON file, from the flights that are finished. `pairs` are cases; `individuals` {label: case}.
     """
     grids = []
     for points in sorted({case.points for case in pairs}):
-        grid = {"points": points}
+        grid: dict[str, Any] = {"points": points}
         for case in (c for c in pairs if c.points == points and c.is_finished()):
             grid[case.kind] = row_of(case)
             if case.kind == FLEXIBLE:
@@ -185,13 +194,14 @@ def collect(pairs, individuals):
     return found
 
 
-def individual_runs(cases):
+def individual_runs(cases: Mapping[str, Case]) -> list[Chosen]:
     """Returns (run, beats, label) of every individual; those that share a flight share the run."""
     opened = {case.name: open_run(case) for case in cases.values()}
     return [(*opened[case.name][:2], label) for label, case in cases.items()]
 
 
-def spread_over(cases):
+def spread_over(cases: Mapping[str, Case]) -> dict[str, Any]:
+    """Returns means of the individuals and their spread."""
     table = table_of(individual_runs(cases))
     return {"points": next(iter(cases.values())).points, "flights": {label: case.name for label, case in cases.items()},
             "means": {name: dict(zip(cases, map(float, values))) for name, values in table.items()},

@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writes the comparison with Truong et al. as one HTML page that needs no other file, and its numbers as JSON."""
+from __future__ import annotations
+
 import json
+from collections.abc import Mapping, Sequence
 from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from flusi_msm.page_parts import STYLE, figure_html
 from flusi_msm.paper.cases import FLEXIBLE
@@ -10,6 +15,10 @@ from flusi_msm.paper.numbers import COLUMNS, KINDS, PAPER, SHAPES, TABLE_2, coll
 from flusi_msm.paper.pictures import all_pictures
 from flusi_msm.paper.statements import WORDS, pairs_of, signed, statements_of, verdict_of
 from flusi_msm.results.files import InputError
+
+if TYPE_CHECKING:
+    from flusi_msm.paper.cases import Case
+    from flusi_msm.paper.study_files import Picture
 
 HEADS = ("lift [mN]", "drag [mN]", "power [mW]", "lift / drag", "lift / power [mN/mW]")
 OWN_STYLE = """
@@ -26,7 +35,7 @@ thickness, and the force is that of their markers on the flow.</li>
 <li>Nothing was fitted to bring numbers nearer to the paper's.</li></ul>"""
 
 
-def table(name, heads, rows):
+def table(name: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Returns a table. Rows are lists of text; a row that begins with 'paper' is shaded."""
     head = "".join(f"<th{' class=number' if k else ''}>{escape(text)}</th>" for k, text in enumerate(heads))
     body = "\n".join(f"<tr{' class=paper' if row[0].startswith('paper') else ''}>"
@@ -35,12 +44,14 @@ def table(name, heads, rows):
     return f"<div class=scroll><table id={name}><thead><tr>{head}</tr></thead><tbody>\n{body}\n</tbody></table></div>"
 
 
-def number(value, half=None):
+def number(value: float, half: float | None = None) -> str:
+    """Writes a number, with half its range in brackets."""
     text = f"{value:.3f}" if abs(value) < 10 else f"{value:.2f}"
     return text + (f" ({half:.3f})" if half is not None else "")
 
 
-def table_2(grids):
+def table_2(grids: Sequence[dict[str, Any]]) -> str:
+    """Returns Table 2 of the paper and ours as HTML."""
     rows = []
     for kind in KINDS:
         rows.append([f"paper, {kind}", *(number(TABLE_2[kind][key]) for key in COLUMNS)])
@@ -55,13 +66,15 @@ def table_2(grids):
     return table("table2", ("", *HEADS), rows)
 
 
-def statement_table(statements):
+def statement_table(statements: Sequence[dict[str, Any]]) -> str:
+    """Returns what agrees and what does not as HTML."""
     rows = "\n".join(f'<tr><td><span class="verdict {WORDS[s["agrees"]]}">{WORDS[s["agrees"]]}</span></td>'
                      f'<td class=name>{escape(s["topic"])}</td><td>{escape(s["sentence"])}</td></tr>' for s in statements)
     return f"<div class=scroll><table id=statements><tbody>\n{rows}\n</tbody></table></div>"
 
 
-def shape_table(grids):
+def shape_table(grids: Sequence[dict[str, Any]]) -> str:
+    """Returns the deformation on all grids as HTML; '' without any."""
     there = [grid for grid in grids if "deformation" in grid]
     if not there:
         return ""
@@ -73,7 +86,8 @@ def shape_table(grids):
             + table("shapes", ("", *(f"{grid['points']} points" for grid in there)), rows))
 
 
-def case_table(grids):
+def case_table(grids: Sequence[dict[str, Any]]) -> str:
+    """Returns facts about the flights as HTML."""
     rows = []
     for grid in grids:
         for kind in (k for k in KINDS if k in grid):
@@ -85,7 +99,8 @@ def case_table(grids):
                            "power lost by the wings / received by the flow"), rows)
 
 
-def individual_table(individuals):
+def individual_table(individuals: dict[str, Any]) -> str:
+    """Returns the individuals and their spread as HTML."""
     means, spreads = individuals["means"], individuals["spread_percent"]
     rows = [[label, *(f"{values[label]:.4g}" for values in means.values())] for label in individuals["flights"]]
     rows.append(["spread", *(f"{spreads[name]:.1f} %" if name in spreads else "" for name in means)])
@@ -94,7 +109,8 @@ def individual_table(individuals):
     return "<p>Normalised by rho R^4 f^2 and rho R^5 f^3.</p>" + table("individuals", ("individual", *means), rows)
 
 
-def page(found, pictures, missing):
+def page(found: dict[str, Any], pictures: Sequence[Picture], missing: Sequence[str]) -> str:
+    """Returns the whole page."""
     grids, statements = found["grids"], statements_of(found)
     versions = sorted({v for grid in grids for kind in KINDS if kind in grid for v in grid[kind]["versions"]})
     beats = sorted({str(grid[kind]["beats"]) for grid in grids for kind in KINDS if kind in grid})
@@ -135,7 +151,7 @@ change if it has the paper's sign.</p>
 """
 
 
-def write_page(folder, pairs, individuals):
+def write_page(folder: Path, pairs: Sequence[Case], individuals: Mapping[str, Case]) -> Path:
     """Writes paper.json and paper.html from the flights that are finished; returns the path of the page."""
     found = collect(pairs, individuals)
     found["statements"], found["verdict"] = statements_of(found), verdict_of(found)

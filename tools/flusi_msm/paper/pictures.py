@@ -1,10 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws the pictures of the comparison with Truong et al. and writes them to files. Each function returns (heading, caption,
 path), or None if there is nothing to draw."""
+from __future__ import annotations
+
 import contextlib
 import io
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import matplotlib
+
+from flusi_msm.paper.cases import Case
+from flusi_msm.paper.study_files import Picture
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -36,12 +44,13 @@ LABELS = ("lift [mN]", "drag [mN]", "power [mW]", "lift / drag", "lift / power [
 
 
 @contextlib.contextmanager
-def quietly():
+def quietly() -> Iterator[None]:
+    """Prints nothing inside."""
     with contextlib.redirect_stdout(io.StringIO()):
         yield
 
 
-def convergence(grids, folder):
+def convergence(grids: Sequence[dict[str, Any]], folder: Path) -> Picture:
     """Draws all numbers of Table 2 over the grids."""
     use_style()
     figure, axes = plt.subplots(1, len(COLUMNS), figsize=(12.5, 2.9), layout="constrained")
@@ -65,7 +74,7 @@ def convergence(grids, folder):
             "paper, on 1024 x 1024 x 512 points with a sheet of four cells.", path)
 
 
-def forces(cases, folder):
+def forces(cases: Sequence[Case], folder: Path) -> Picture:
     """Draws lift, drag and power over the beat, rigid and flexible."""
     runs = [open_run(case) for case in cases]
     path = folder / "forces.png"
@@ -75,7 +84,7 @@ def forces(cases, folder):
             "Dotted: means; dashed: inertial power.", path)
 
 
-def deformation(case, folder):
+def deformation(case: Case, folder: Path) -> Picture:
     """Draws tip, twist and camber of the left flexible wing over the beat."""
     run, cycles, _ = open_run(case)
     signals = shapes_of(case)
@@ -110,7 +119,7 @@ def deformation(case, folder):
             path)
 
 
-def sections(case, phase, folder):
+def sections(case: Case, phase: float, folder: Path) -> Picture | None:
     """Draws the spanwise vorticity around the left wing at a phase of the last beat."""
     snapshot = snapshot_at(case, phase)
     if snapshot is None or not (snapshot.folder / f"vorx_{snapshot.label}.h5").is_file():
@@ -124,11 +133,10 @@ def sections(case, phase, folder):
             + ("; black: the bent wing, blue: the rigid one." if case.kind == FLEXIBLE else "."), path)
 
 
-def pressure(case, folder):
+def pressure(case: Case, folder: Path) -> Picture | None:
     """Draws the pressure on both sides of the left wing at the phases that are saved, as in the paper's Figure 10."""
     snapshots = [snapshot_at(case, phase) for phase in SNAPSHOT_PHASES]
-    found = [(snapshot, side_pressures(snapshot)) for snapshot in snapshots if snapshot]
-    found = [(snapshot, sides) for snapshot, sides in found if sides]
+    found = [(snapshot, sides) for snapshot in snapshots if snapshot and (sides := side_pressures(snapshot))]
     if not found:
         return None
     use_style()
@@ -153,7 +161,8 @@ def pressure(case, folder):
             "edge up. The paper's Figure 10 has p <= -10 on a large part of the dorsal side in the downstroke.", path)
 
 
-def individuals(cases, folder):
+def individuals(cases: Mapping[str, Case], folder: Path) -> Picture:
+    """Draws the means and curves of all individuals."""
     runs = individual_runs(cases)
     path = folder / "individuals.png"
     compare_individuals.draw(runs, compare_individuals.table_of(runs), path)
@@ -161,11 +170,11 @@ def individuals(cases, folder):
             "averages over the beat. Individuals whose files are the same are one flight.", path)
 
 
-def all_pictures(found, pairs, individual_cases, folder):
+def all_pictures(found: dict[str, Any], pairs: Sequence[Case], individual_cases: Mapping[str, Case], folder: Path) -> list[Picture]:
     """Returns [(heading, caption, path)] of all pictures that are possible; sections and the like are on the finest grid that
     has both wings."""
     folder.mkdir(parents=True, exist_ok=True)
-    made = []
+    made: list[Picture | None] = []
     with quietly():
         done = [grid for grid in found["grids"] if any(kind in grid for kind in KIND_COLOURS)]
         if done:

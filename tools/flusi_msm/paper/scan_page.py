@@ -1,14 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scan of the kinematics as one HTML page that needs nothing else, and its numbers as JSON."""
-from html import escape
+from __future__ import annotations
 
-from flusi_msm.page_parts import STYLE, figure_html, table_html
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from flusi_msm.page_parts import STYLE, Head, figure_html, table_html
 from flusi_msm.paper.cases import FLEXIBLE, RIGID
 from flusi_msm.paper.numbers import COLUMNS
 from flusi_msm.paper.scan import AXES, CHANGES, collect, complete
 from flusi_msm.paper.scan_pictures import LABELS, all_maps
 from flusi_msm.paper.scan_words import name_of, place_of, ranges, sentences, slopes, value_text
 from flusi_msm.paper.study_files import write_study
+
+if TYPE_CHECKING:
+    from flusi_msm.paper.scan import Scan
+    from flusi_msm.paper.study_files import Picture
 
 TITLE = "Blowfly wings over the angles that the paper does not print"
 MEANING = """<ul>
@@ -19,21 +28,22 @@ downstroke: the chord then makes a smaller angle with the stroke plane in the do
 <li>Nothing is tuned: the shipped kinematics stay what they are.</li></ul>"""
 
 
-def range_table(found):
-    heads = ["", *((head, True) for head in ("paper", "shipped", "nearest point", "lowest", "highest")), "within the scan"]
+def range_table(found: dict[str, Any]) -> str:
+    """Returns the paper's numbers and the range of the scan as HTML."""
+    heads: list[Head] = ["", *((head, True) for head in ("paper", "shipped", "nearest point", "lowest", "highest")), "within the scan"]
     rows = [[escape(name_of(row["quantity"])), *(value_text(row["quantity"], row[key])
                                                  for key in ("paper", "shipped", "nearest", "lowest", "highest")),
              "yes" if row["inside"] else "no"] for row in ranges(found)]
     return table_html(heads, rows, "ranges")
 
 
-def slope_table(found):
+def slope_table(found: dict[str, Any]) -> str:
     """What one step of each angle does, at the shipped values of the others."""
     steps = {axis: values[1] - values[0] for axis, values in found["values"].items() if len(values) > 1}
     if not steps:
         return ""
     names = {"pitch": "mean pitch", "stroke": "amplitude", "tilt": "tilt"}
-    heads = ["", *((f"{names[axis]} {step:+g}°", True) for axis, step in steps.items())]
+    heads: list[Head] = ["", *((f"{names[axis]} {step:+g}°", True) for axis, step in steps.items())]
     rows = []
     for quantity, by_axis in slopes(found).items():
         unit = " [%]" if quantity[0] == "change" else ""
@@ -43,8 +53,9 @@ def slope_table(found):
             "of steps.</p>" + table_html(heads, rows, "slopes"))
 
 
-def point_table(found):
-    heads = ["mean pitch, amplitude, tilt [°]", *((f"{LABELS[key]}, {kind}", True) for kind in (RIGID, FLEXIBLE) for key in COLUMNS),
+def point_table(found: dict[str, Any]) -> str:
+    """Returns all points as HTML, the nearest to the paper first."""
+    heads: list[Head] = ["mean pitch, amplitude, tilt [°]", *((f"{LABELS[key]}, {kind}", True) for kind in (RIGID, FLEXIBLE) for key in COLUMNS),
              *((f"change of {LABELS[key].split(' [')[0]} [%]", True) for key in CHANGES), ("away from the paper [%]", True)]
     rows = []
     for point in sorted(complete(found), key=lambda point: point["distance"]):
@@ -54,7 +65,8 @@ def point_table(found):
     return f"<div class=scroll>{table_html(heads, rows, 'scan')}</div>"
 
 
-def page(found, pictures):
+def page(found: dict[str, Any], pictures: Sequence[Picture]) -> str:
+    """Returns the whole page."""
     notes = [f"Not finished yet: {len(found['missing'])} flights."] if found["missing"] else []
     if len(found["versions"]) > 1:
         notes.append(f"Flights were made by several versions of the program: {', '.join(found['versions'])}.")
@@ -81,7 +93,7 @@ averaged, by tools/reproduce_paper --kinematics. {escape(', '.join(found['versio
 """
 
 
-def write_page(folder, scan):
+def write_page(folder: Path, scan: Scan) -> Path:
     """Writes NAME.json and NAME.html of the flights that are finished, and pictures into the folder of the scan."""
     found = collect(scan)
     found["sentences"] = sentences(found)

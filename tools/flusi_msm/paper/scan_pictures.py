@@ -1,6 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Maps of the scan of the kinematics: small multiples over two angles, one column for each value of the third."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
 import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.colors import Colormap, Normalize
+from matplotlib.figure import Figure
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -11,25 +20,29 @@ from flusi_msm.paper.numbers import COLUMNS
 from flusi_msm.paper.scan import AXES, complete, quantities
 from flusi_msm.style import save, use_style
 
+if TYPE_CHECKING:
+    from flusi_msm.paper.scan import Quantity, ValueOf
+    from flusi_msm.paper.study_files import Picture
+
 LABELS = dict(zip(COLUMNS, ("lift [mN]", "drag [mN]", "power [mW]", "lift / drag", "lift / power [mN/mW]")))
 CHANGE_LABELS = {"lift_to_drag": "lift / drag [%]", "lift_to_power": "lift / power [%]"}
 NAMES = {"pitch": "mean pitch [°]", "stroke": "amplitude [°]", "tilt": "tilt [°]"}
 PAPER_COLOUR, SHIPPED_COLOUR = "#D55E00", "#000000"
 
 
-def axes_of(found):
+def axes_of(found: dict[str, Any]) -> list[str]:
     """(x, y, axis of the columns): angles that have several values first, in the order of AXES."""
     return sorted(AXES, key=lambda axis: len(found["values"][axis]) == 1)
 
 
-def field(found, value, column):
+def field(found: dict[str, Any], value: ValueOf, column: float) -> np.ndarray:
     """(values of y, values of x) of a quantity in one column; NaN where there is none."""
     x, y, third = axes_of(found)
     at = {(point[y], point[x]): value(point) for point in found["scan"] if point[third] == column}
     return np.array([[np.nan if at.get((v, u)) is None else at[v, u] for u in found["values"][x]] for v in found["values"][y]], float)
 
 
-def edges(values):
+def edges(values: Sequence[float]) -> np.ndarray:
     """Of the cells about the values."""
     if len(values) == 1:
         return np.array([values[0] - 0.5, values[0] + 0.5])
@@ -37,7 +50,7 @@ def edges(values):
     return np.append(np.asarray(values) - half, values[-1] + half)
 
 
-def colours_of(quantity, fields, paper):
+def colours_of(quantity: Quantity, fields: Sequence[np.ndarray], paper: float) -> tuple[str, Normalize]:
     """(colour map, norm): changes are white at 0; the others have the paper's value in their range."""
     there = np.concatenate([f[np.isfinite(f)] for f in fields] + [[paper]])
     if quantity[0] == "change":
@@ -47,7 +60,9 @@ def colours_of(quantity, fields, paper):
     return "viridis", matplotlib.colors.Normalize(low, high if high > low else low + 1)
 
 
-def draw_cell_numbers(ax, places, values, colours, norm, is_change):
+def draw_cell_numbers(ax: Axes, places: tuple[Sequence[float], Sequence[float]], values: np.ndarray, colours: Colormap, norm: Normalize,
+                      is_change: bool) -> None:
+    """Writes the numbers of a map into its cells."""
     for (v, u), value in zip(((v, u) for v in places[1] for u in places[0]), values.ravel()):
         if not np.isfinite(value):
             ax.text(u, v, "–", ha="center", va="center", color="0.4")
@@ -58,7 +73,8 @@ def draw_cell_numbers(ax, places, values, colours, norm, is_change):
         ax.text(u, v, text, ha="center", va="center", color="w" if dark else "k", fontsize=8.5, zorder=4)
 
 
-def draw_map(ax, places, quantity, values, paper, colours, norm):
+def draw_map(ax: Axes, places: tuple[Sequence[float], Sequence[float]], quantity: Quantity, values: np.ndarray, paper: float,
+             colours: Colormap, norm: Normalize) -> None:
     """One panel; `places` are the values of x and y."""
     ax.pcolormesh(*map(edges, places), np.ma.masked_invalid(values), cmap=colours, norm=norm)
     draw_cell_numbers(ax, places, values, colours, norm, quantity[0] == "change")
@@ -72,7 +88,7 @@ def draw_map(ax, places, quantity, values, paper, colours, norm):
     ax.tick_params(length=0)
 
 
-def mark(ax, found, column):
+def mark(ax: Axes, found: dict[str, Any], column: float) -> None:
     """A frame about the shipped kinematics, one about the nearest point."""
     x, y, third = axes_of(found)
     width, height = (np.ptp(edges(found["values"][axis])) / len(found["values"][axis]) for axis in (x, y))
@@ -83,7 +99,7 @@ def mark(ax, found, column):
                                        fill=False, edgecolor=colour, linestyle=style, linewidth=1.6, zorder=3))
 
 
-def panels(rows, columns):
+def panels(rows: int, columns: int) -> tuple[Figure, np.ndarray]:
     """(figure, axes [row, column]): quantities below each other; beside each other if there is one column."""
     if columns > 1:
         shape, size = (rows, columns), (1.9 + 2.3 * columns, 0.6 + 1.75 * rows)
@@ -93,7 +109,7 @@ def panels(rows, columns):
     return figure, axes if columns > 1 else axes.T
 
 
-def maps(found, kind, folder):
+def maps(found: dict[str, Any], kind: str, folder: Path) -> Path:
     """The map of all quantities of one kind, 'rigid', 'flexible' or 'change'."""
     use_style()
     rows = [row for row in quantities() if row[0][0] == kind]
@@ -123,7 +139,7 @@ def maps(found, kind, folder):
     return path
 
 
-def all_maps(found, folder):
+def all_maps(found: dict[str, Any], folder: Path) -> list[Picture]:
     """[(heading, caption, path)]; nothing before a point has both wings."""
     if not complete(found):
         return []

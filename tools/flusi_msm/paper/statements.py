@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writes in plain words, from the numbers of `numbers.collect`, what agrees with Truong et al. and what does not."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
 from flusi_msm.paper.cases import FLEXIBLE, RIGID
 from flusi_msm.paper.numbers import COLUMNS, MID_DOWN, MID_UP, PAPER, PEAK_LIFT, SUCTION, TABLE_2, TIP_DEFLECTION
 from flusi_msm.results.cycles import QUANTITIES
@@ -11,21 +16,23 @@ REVERSAL = 0.12   # of a beat, about 0 and 0.5
 WORDS = {True: "agrees", False: "differs", None: "open"}
 
 
-def statement(topic, paper, here, agrees, sentence):
+def statement(topic: str, paper: str, here: str, agrees: object, sentence: str) -> dict[str, Any]:
+    """Returns a statement as it is stored; `agrees` is None if it is open."""
     return {"topic": topic, "paper": paper, "here": here, "agrees": None if agrees is None else bool(agrees),
             "sentence": sentence}
 
 
-def pairs_of(found):
+def pairs_of(found: dict[str, Any]) -> list[dict[str, Any]]:
     """Returns the grids on which both kinds of wings have flown."""
     return [grid for grid in found["grids"] if "change_percent" in grid]
 
 
-def signed(value):
+def signed(value: float) -> str:
+    """Writes a change with its sign."""
     return f"{value:+.0f} %"
 
 
-def sign_statements(pairs):
+def sign_statements(pairs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """States whether bending changes every quantity in the same direction as in the paper."""
     made = []
     for key, name in NAMES.items():
@@ -49,7 +56,8 @@ def sign_statements(pairs):
     return made
 
 
-def value_statements(pairs):
+def value_statements(pairs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """States how near all values are to the paper's."""
     made = []
     for kind in (RIGID, FLEXIBLE):
         for key, name in NAMES.items():
@@ -61,21 +69,23 @@ def value_statements(pairs):
     return made
 
 
-def convergence_statement(pairs):
+def convergence_statement(pairs: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """States by how much the two finest grids differ."""
     if len(pairs) < 2:
         return statement("grid", "1024 points", f"{pairs[-1]['points']} points", None,
                          "One grid alone tells nothing about convergence.")
     coarse, fine = pairs[-2:]
     moved = {f"{name} of the {kind} wings": 100 * abs(fine[kind][key] / coarse[kind][key] - 1)
              for kind in (RIGID, FLEXIBLE) for key, name in NAMES.items()}
-    worst = max(moved, key=moved.get)
+    worst = max(moved, key=moved.__getitem__)
     agrees = moved[worst] <= CONVERGED
     return statement("grid", "1024 points", f"{coarse['points']} and {fine['points']} points", agrees,
                      f"From {coarse['points']} to {fine['points']} points the largest change is {moved[worst]:.1f} %, in {worst}: "
                      f"{'' if agrees else 'not '}converged to {CONVERGED:.0f} %.")
 
 
-def force_statements(pairs):
+def force_statements(pairs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """States how the forces over the beat compare."""
     made = []
     finest = pairs[-1]
     rigid, flexible = (finest[kind]["peak_lift_mN"] for kind in (RIGID, FLEXIBLE))
@@ -94,11 +104,13 @@ def force_statements(pairs):
     return made
 
 
-def near_reversal(phase):
+def near_reversal(phase: float) -> bool:
+    """Returns whether a phase is near a reversal of the stroke."""
     return min(abs(phase - place) for place in (0.0, 0.5, 1.0)) <= REVERSAL
 
 
-def shape_statements(grid):
+def shape_statements(grid: dict[str, Any]) -> list[dict[str, Any]]:
+    """States how the deformation compares."""
     shape = grid["deformation"]
     tip, twist, trailing = shape["tip"], shape["twist_75"], shape["trailing_edge_50"]
     low, high = TIP_DEFLECTION
@@ -132,7 +144,8 @@ def shape_statements(grid):
     return made
 
 
-def pressure_statements(pressure):
+def pressure_statements(pressure: dict[str, Any]) -> list[dict[str, Any]]:
+    """States how the pressure compares; nothing without pressure."""
     if not pressure:
         return []
     down, up = (pressure[str(phase)] for phase in (MID_DOWN, MID_UP))
@@ -147,7 +160,8 @@ def pressure_statements(pressure):
                       f"downstroke, {up['mean_difference']:.2f} in that of the upstroke.")]
 
 
-def individual_statements(individuals):
+def individual_statements(individuals: dict[str, Any]) -> list[dict[str, Any]]:
+    """States how the spread over individuals compares."""
     made, paper = [], PAPER["spread_of_individuals_percent"]
     here = individuals["spread_percent"]
     largest = max(QUANTITIES[:3], key=here.get)
@@ -161,7 +175,7 @@ def individual_statements(individuals):
     return made
 
 
-def statements_of(found):
+def statements_of(found: dict[str, Any]) -> list[dict[str, Any]]:
     """Returns all statements, for the finest grid on which both kinds of wings have flown; none if there is no such grid."""
     pairs, made = pairs_of(found), []
     if pairs:
@@ -172,7 +186,7 @@ def statements_of(found):
     return made
 
 
-def verdict_of(found):
+def verdict_of(found: dict[str, Any]) -> str:
     """Answers in two sentences whether bending helps, as the paper says."""
     pairs = pairs_of(found)
     if not pairs:

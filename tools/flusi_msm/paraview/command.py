@@ -13,8 +13,8 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Dict, Optional, Sequence, Set, Tuple
 
 from matplotlib.colors import to_hex
 
@@ -27,7 +27,7 @@ PARTS = ("_left", "_right", "_body")
 SCRIPT = Path(__file__).with_name("scene.py")
 
 
-def indices_of(folder: Path) -> Tuple[str, Dict[str, str]]:
+def indices_of(folder: Path) -> tuple[str, dict[str, str]]:
     """Returns (index of the flow, {index of a surface: colour})."""
     surfaces = {}
     flows = []
@@ -42,7 +42,7 @@ def indices_of(folder: Path) -> Tuple[str, Dict[str, str]]:
     return flows[0], surfaces
 
 
-def source_of(have: Set[str]) -> str:
+def source_of(have: set[str]) -> str:
     """Returns the stored quantities from which the magnitude of the vorticity is computed."""
     for kind, names in (("vorabs", {"vorabs"}), ("vorticity", VORTICITY), ("velocity", VELOCITY)):
         if have.issuperset(names):
@@ -50,7 +50,7 @@ def source_of(have: Set[str]) -> str:
     raise InputError("neither vorabs, nor vorx, vory and vorz, nor ux, uy and uz were saved")
 
 
-def script_of(folder: Path, levels: Sequence[float], frequency: Optional[float]) -> str:
+def script_of(folder: Path, levels: Sequence[float] | None, frequency: float) -> str:
     """Returns the text of the script."""
     flow, surfaces = indices_of(folder)
     label = drawable(folder)[-1]
@@ -67,6 +67,7 @@ def script_of(folder: Path, levels: Sequence[float], frequency: Optional[float])
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="RUN", type=Path, help="folder of a run")
     parser.add_argument("--levels", help="of |omega|, separated by commas (default: as tools/render)")
@@ -86,4 +87,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("open_in_paraview", main)

@@ -4,12 +4,16 @@
 paraview --script=open_in_paraview.py; pvpython open_in_paraview.py picture.png [TIME] draws without a window."""
 import os
 import sys
+from typing import Any
 
 from paraview import simple as pv
 
 # FACTS: what open_in_paraview knows of the run
-FOLDER, FLOW, SURFACES, SOURCE = "", "", {}, "vorticity"
-LEVELS, COLOURS, OPACITIES = [], [], []
+FOLDER, FLOW, SOURCE = "", "", "vorticity"
+SURFACES: dict = {}  # name of an index: colour
+LEVELS: list = []
+COLOURS: list = []
+OPACITIES: list = []
 # END OF FACTS
 try:
     FOLDER = os.path.dirname(os.path.abspath(__file__))
@@ -19,17 +23,18 @@ VECTOR = "{0}x*iHat + {0}y*jHat + {0}z*kHat"
 
 
 def path_of(name: str) -> str:
+    """Returns the path of a file of the run."""
     return os.path.join(FOLDER, name)
 
 
-def opened(name: str) -> object:
+def opened(name: str) -> Any:
     """Returns the reader of an index, with its name in the browser of ParaView."""
     reader = pv.XDMFReader(FileNames=[path_of(name)])
     pv.RenameSource(name, reader)
     return reader
 
 
-def magnitude(flow: object) -> object:
+def magnitude(flow: Any) -> Any:
     """Returns the magnitude of the vorticity as the point data "vorticity"."""
     if SOURCE == "velocity":
         flow = pv.Calculator(Input=flow, ResultArrayName="u", Function=VECTOR.format("u"))
@@ -39,7 +44,8 @@ def magnitude(flow: object) -> object:
     return pv.Calculator(Input=flow, ResultArrayName="vorticity", Function=function)
 
 
-def coloured(source: object, view: object, colour: str, opacity: float) -> object:
+def coloured(source: Any, view: Any, colour: str, opacity: float) -> Any:
+    """Shows a source in one colour."""
     shown = pv.Show(source, view)
     shown.ColorArrayName = ["POINTS", ""]  # one colour
     shown.DiffuseColor = shown.AmbientColor = [int(colour[i:i + 2], 16) / 255 for i in (1, 3, 5)]
@@ -48,6 +54,7 @@ def coloured(source: object, view: object, colour: str, opacity: float) -> objec
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     view = pv.GetActiveViewOrCreate("RenderView")
     view.ViewSize = [1200, 900]
     view.Background = [1.0, 1.0, 1.0]

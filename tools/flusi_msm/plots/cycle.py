@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws lift, drag and power of flapping wings over the normalised cycle, with their means; two or more folders are drawn in one
 picture. Reads forces.t, aero_power.t (or wing_left.t, wing_right.t) and kinematics.t."""
+from __future__ import annotations
+
 import argparse
 import csv
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
+from matplotlib.axes import Axes
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -20,11 +24,12 @@ PANELS = (("lift", ()), ("drag", ()), ("aerodynamic power", ("inertial power",))
 NORMALS = {"lift": r"lift / $\rho R^4 f^2$", "drag": r"drag / $\rho R^4 f^2$",
            "aerodynamic power": r"power / $\rho R^5 f^3$"}
 DOWN_SHADE, UP_SHADE = "0.90", "0.97"
+Chosen = tuple[FlappingRun, list[int], str]  # a run, its cycles that are drawn or averaged, its name for readers
 
 
 # ---- numbers -------------------------------------------------------------------------------------
 
-def span(cycles):
+def span(cycles: Sequence[int]) -> str:
     """Writes numbers of cycles as 'cycle 4', 'cycles 3-4', 'cycles 1, 3'."""
     if len(cycles) == 1:
         return f"cycle {cycles[0]}"
@@ -33,7 +38,8 @@ def span(cycles):
     return f"cycles {', '.join(map(str, cycles))}"
 
 
-def mean_text(run, quantity, cycles, spread=True):
+def mean_text(run: FlappingRun, quantity: str, cycles: list[int], spread: bool = True) -> str:
+    """Writes a mean with its spread, and in SI where its unit is known."""
     mean, half = run.means(quantity, cycles)
     text = f"{mean:.4g}"
     if spread and len(cycles) > 1:
@@ -42,7 +48,8 @@ def mean_text(run, quantity, cycles, spread=True):
     return text + (f" = {factor * mean:.4g} {unit}" if factor else "")
 
 
-def print_means(runs):
+def print_means(runs: Sequence[Chosen]) -> None:
+    """Prints the means of all runs."""
     for run, cycles, label in runs:
         print(f"{label}, {span(cycles)}:")
         for quantity in QUANTITIES:
@@ -50,7 +57,7 @@ def print_means(runs):
                 print(f"  mean {quantity:<18} {mean_text(run, quantity, cycles)}")
 
 
-def write_csv(path, runs):
+def write_csv(path: str | Path, runs: Sequence[Chosen]) -> None:
     """Writes phase averages of all runs in units of the run, and in SI where the units are known."""
     columns, notes = [("phase [1]", PHASES)], []
     for run, cycles, label in runs:
@@ -78,7 +85,8 @@ def write_csv(path, runs):
 
 # ---- drawing -------------------------------------------------------------------------------------
 
-def draw(runs, out):
+def draw(runs: Sequence[Chosen], out: str | Path) -> None:
+    """Draws all runs in one picture."""
     shown = [(main, extra) for main, extra in PANELS if any(main in run.signals for run, _, _ in runs)]
     use_style()
     figure, axes = plt.subplots(len(shown), 1, sharex=True, squeeze=False,
@@ -93,7 +101,7 @@ def draw(runs, out):
     save(figure, out)
 
 
-def stroke_of(runs):
+def stroke_of(runs: Sequence[Chosen]) -> np.ndarray | None:
     """Returns the downstroke of the first run that knows it."""
     for run, cycles, _ in runs:
         down = run.downstroke(cycles[-1])
@@ -103,11 +111,12 @@ def stroke_of(runs):
     return None
 
 
-def shade(ax, down, labelled):
+def shade(ax: Axes, down: np.ndarray | None, labelled: bool) -> None:
+    """Shades up- and downstroke."""
     if down is None:
         return
     ends = np.concatenate([[0], 1 + np.flatnonzero(np.diff(down.astype(int))), [len(down)]])
-    widest = {}
+    widest: dict[bool, tuple[int, float]] = {}
     for begin, end in zip(ends[:-1], ends[1:]):
         moves_down = bool(down[begin])
         ax.axvspan(begin / len(down), end / len(down), color=DOWN_SHADE if moves_down else UP_SHADE, linewidth=0)
@@ -123,22 +132,23 @@ START = 0.1  # of the first cycle, in which the flow starts: the peaks in summar
 NOTE = f"axes and peaks leave out t/T < {START:g} of cycle 1, in which the flow starts"
 
 
-def settled(phases, values, cycles):
+def settled(phases: np.ndarray, values: np.ndarray, cycles: Sequence[int]) -> np.ndarray:
     """Returns the record without the start of the flow, next to which all other values would be small."""
     chosen = phases >= START if 1 in cycles else np.full(len(phases), True)
     return values[chosen] if chosen.any() else values
 
 
-def starts_suddenly(run, cycles, quantity):
+def starts_suddenly(run: FlappingRun, cycles: Sequence[int], quantity: str) -> bool:
     """Returns whether the start of the flow in cycle 1 is higher than all later values."""
     if 1 not in cycles:
         return False
     phases, values = run.signals[quantity].cycle(1)
     rest = settled(phases, values, [1])
-    return np.ptp(np.append(values, 0.0)) > 1.02 * np.ptp(np.append(rest, 0.0))
+    return bool(np.ptp(np.append(values, 0.0)) > 1.02 * np.ptp(np.append(rest, 0.0)))
 
 
-def draw_panel(ax, runs, main, extra):
+def draw_panel(ax: Axes, runs: Sequence[Chosen], main: str, extra: Sequence[str]) -> None:
+    """Draws one quantity of all runs, with thin lines for what belongs to it."""
     ax.axhline(0, color="0.6", linewidth=0.6)
     strong = []
     for number, (run, cycles, label) in enumerate(runs):
@@ -172,19 +182,20 @@ def draw_panel(ax, runs, main, extra):
         right.spines["right"].set_visible(True)
 
 
-def moving(run, quantities):
+def moving(run: FlappingRun, quantities: Sequence[str]) -> list[str]:
     """Returns the quantities that exist and are not always zero, as is the inertial power of wings without mass."""
     return [q for q in quantities if q in run.signals and np.any(run.signals[q].values)]
 
 
-def best_curve(run, quantity, cycles):
+def best_curve(run: FlappingRun, quantity: str, cycles: list[int]) -> tuple[np.ndarray, np.ndarray]:
     """Returns the record itself if it is one cycle, else the average at equal phases."""
     if len(cycles) == 1:
         return run.signals[quantity].cycle(cycles[0])
     return PHASES, run.phase_average(quantity, cycles)
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folders", nargs="+", metavar="DIR", help="folder of a run")
     parser.add_argument("--cycles", default="last", help="cycles to average and draw strongly: last (default), all, "
@@ -216,4 +227,5 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_cycle", main)

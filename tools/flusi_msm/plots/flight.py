@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws a free flight: its path from the side and from above, velocity, attitude, and the weight and the force of the flow.
 Reads rigidsolidsolver.t, free_flight.t in the folder of the run."""
+from __future__ import annotations
+
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
+from matplotlib.axes import Axes
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -17,7 +21,7 @@ from flusi_msm.style import COLOURS, save, use_style
 BODY = 0.15  # length of the line that shows the attitude, over the longest way drawn
 
 
-def read(folder):
+def read(folder: str | Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns time, states (13 columns) and loads (21 columns) of a run."""
     states = read_series(Path(folder) / "rigidsolidsolver.t")
     loads = read_series(Path(folder) / "free_flight.t")
@@ -29,13 +33,13 @@ def read(folder):
     return states.data[:n, 0], states.data[:n, 1:14], loads.data[:n, 1:22]
 
 
-def heading(states):
+def heading(states: np.ndarray) -> np.ndarray:
     """Returns the direction of the body's x axis in space."""
     q0, q1, q2, q3 = states[:, 6:10].T
     return np.array([q0**2 + q1**2 - q2**2 - q3**2, 2 * (q1 * q2 + q0 * q3), 2 * (q1 * q3 - q0 * q2)]).T
 
 
-def draw_path(ax, time, states, across, names):
+def draw_path(ax: Axes, time: np.ndarray, states: np.ndarray, across: int, names: str) -> None:
     """Draws the path in the plane of x and the axis `across`, with the body at ten times."""
     x, y = states[:, 0], states[:, across]
     ax.plot(x, y, color=COLOURS[0])
@@ -51,7 +55,8 @@ def draw_path(ax, time, states, across, names):
     ax.set_title(names)
 
 
-def draw_lines(ax, time, columns, names, label, title):
+def draw_lines(ax: Axes, time: np.ndarray, columns: np.ndarray, names: Sequence[str], label: str, title: str) -> None:
+    """Draws columns over time."""
     for i, (values, name) in enumerate(zip(columns.T, names)):
         ax.plot(time, values, color=COLOURS[i], label=name)
     ax.axhline(0, color="0.7", linewidth=0.6, zorder=0)
@@ -61,14 +66,15 @@ def draw_lines(ax, time, columns, names, label, title):
     ax.legend(loc="best", ncols=3, handlelength=1.2)
 
 
-def smooth(time, values, period):
+def smooth(time: np.ndarray, values: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
     """Returns the mean over the period before each time, where there is one."""
     integral = np.concatenate([[0], np.cumsum(np.diff(time) * (values[1:] + values[:-1]) / 2)])
     late = time >= time[0] + period
     return time[late], (integral[late] - np.interp(time[late] - period, time, integral)) / period
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", help="folder of a run")
     parser.add_argument("--frequency", type=float, default=1.0, help="wing beats per unit of time (default 1)")
@@ -102,4 +108,5 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_flight", main)

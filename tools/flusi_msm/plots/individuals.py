@@ -2,11 +2,16 @@
 """Compares flights of several individuals, usually the nine of ini/individuals: normalised lift, drag and power of all, means
 over the last cycles, and the spread over the individuals, (largest - smallest)/median, compared with that of Truong et al.
 Writes text, CSV and one picture: box plots of the means and the curves over the wing beat."""
+from __future__ import annotations
+
 import argparse
 import csv
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import matplotlib
+
+from flusi_msm.plots.cycle import Chosen
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -21,12 +26,12 @@ QUANTITIES = ("lift", "drag", "aerodynamic power")
 PAPER = {"lift": 5.12, "drag": 45.16, "aerodynamic power": 5.14}  # %, spread of the nine flexible pairs
 
 
-def last_cycles(run, wanted):
+def last_cycles(run: FlappingRun, wanted: str | None) -> list[int]:
     """Returns the given cycles, by default the last two (or the only one)."""
     return run.cycles()[-2:] if wanted is None else run.choose(wanted)
 
 
-def table_of(runs):
+def table_of(runs: Sequence[Chosen]) -> dict[str, np.ndarray]:
     """Returns {quantity: means of the runs}, with both ratios."""
     table = {quantity: np.array([run.means(quantity, cycles)[0] for run, cycles, _ in runs]) for quantity in QUANTITIES}
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -35,13 +40,14 @@ def table_of(runs):
     return table
 
 
-def spread_of(values):
+def spread_of(values: np.ndarray) -> tuple[float, float]:
     """Returns (median, (largest - smallest)/median in %)."""
     median = float(np.median(values))
     return median, 100 * float(np.ptp(values)) / abs(median) if median else float("nan")
 
 
-def text_of(runs, table):
+def text_of(runs: Sequence[Chosen], table: Mapping[str, np.ndarray]) -> str:
+    """Returns the table of all individuals as text."""
     lines = ["normalised by rho R^4 f^2 and rho R^5 f^3; " + ", ".join(sorted({span(c) for _, c, _ in runs})), "",
              f"{'':16}" + "".join(f"{name:>20}" for name in table)]
     for n, (_, _, label) in enumerate(runs):
@@ -54,7 +60,7 @@ def text_of(runs, table):
     return "\n".join(lines) + "\n"
 
 
-def write(path, runs, table):
+def write(path: Path, runs: Sequence[Chosen], table: Mapping[str, np.ndarray]) -> None:
     """Writes the means of all individuals as CSV."""
     try:
         with open(path, "w", newline="", encoding="utf-8") as file:
@@ -70,7 +76,8 @@ def write(path, runs, table):
     print(path)
 
 
-def draw(runs, table, out):
+def draw(runs: Sequence[Chosen], table: Mapping[str, np.ndarray], out: Path) -> None:
+    """Draws box plots of the means and the curves over the beat."""
     use_style()
     figure, axes = plt.subplots(len(QUANTITIES), 2, figsize=(8.4, 2.3 * len(QUANTITIES)), layout="constrained",
                                 width_ratios=(1, 3.2))
@@ -97,7 +104,8 @@ def draw(runs, table, out):
     save(figure, out)
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folders", metavar="DIR", nargs="+", type=Path, help="folders of the runs, two or more")
     parser.add_argument("--cycles", help="as in plot_cycle (default: the last two)")
@@ -131,4 +139,5 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("compare_individuals", main)

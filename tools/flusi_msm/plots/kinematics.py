@@ -2,12 +2,16 @@
 """Draws a wing motion: its angles over the cycle, the path of the wing tips and the wing chord seen from the
 side ("lollipops", the dot is the leading edge). Takes FLUSI's kinematics files: [kinematics] with Fourier or
 Hermite coefficients, or a table of kinematics_loader."""
+from __future__ import annotations
+
 import argparse
 import re
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -18,6 +22,7 @@ from flusi_msm.style import COLOURS, save, use_style
 ANGLES = ("phi", "alpha", "theta")
 NAMES = {"phi": r"position $\phi$", "alpha": r"feathering $\alpha$", "theta": r"deviation $\theta$"}
 DOWN, UP, SHADE = COLOURS[0], COLOURS[1], "0.92"
+Angle = Callable[[np.ndarray], np.ndarray]  # degrees over the cycle number
 
 
 # ---- reading -------------------------------------------------------------------------------------
@@ -25,14 +30,14 @@ DOWN, UP, SHADE = COLOURS[0], COLOURS[1], "0.92"
 class Motion:
     """Angles of one wing in degrees, in FLUSI's convention, as functions of the cycle number."""
 
-    def __init__(self, functions, length, periodic):
+    def __init__(self, functions: Mapping[str, Angle], length: float, periodic: bool) -> None:
         self.functions, self.length, self.periodic = functions, length, periodic
 
-    def __call__(self, x):
+    def __call__(self, x: Sequence[float] | np.ndarray) -> dict[str, np.ndarray]:
         return {angle: self.functions[angle](np.asarray(x, dtype=float)) for angle in ANGLES}
 
 
-def read_motion(path):
+def read_motion(path: str | Path) -> Motion:
     """Reads the motion in a file of either kind."""
     path = Path(path)
     try:
@@ -44,9 +49,10 @@ def read_motion(path):
     return motion_of_table(path, text)
 
 
-def keys_of(text):
+def keys_of(text: str) -> dict[str, str]:
     """Returns {key: value} of the section [kinematics]."""
-    keys, inside = {}, False
+    keys: dict[str, str] = {}
+    inside = False
     for line in text.splitlines():
         line = line.strip()
         if line.startswith("["):
@@ -57,10 +63,11 @@ def keys_of(text):
     return keys
 
 
-def motion_of_series(path, text):
+def motion_of_series(path: Path, text: str) -> Motion:
+    """Returns the motion of a section [kinematics]."""
     keys = keys_of(text)
 
-    def numbers(key, n):
+    def numbers(key: str, n: int) -> np.ndarray:
         try:
             values = [float(word.replace("d", "e").replace("D", "e"))
                       for word in keys.get(key, "").replace(",", " ").split()]
@@ -90,7 +97,8 @@ def motion_of_series(path, text):
     return Motion(functions, 1.0, True)
 
 
-def motion_of_table(path, text):
+def motion_of_table(path: Path, text: str) -> Motion:
+    """Returns the motion of a table of kinematics_loader."""
     lines = [re.split(r"[;#!%]", line)[0].split() for line in text.splitlines()]
     try:
         rows = [[float(word) for word in line] for line in lines if line]
@@ -107,14 +115,15 @@ def motion_of_table(path, text):
     return Motion(functions, x[-1], False)
 
 
-def fourier(mean, a, b):
+def fourier(mean: float, a: np.ndarray, b: np.ndarray) -> Angle:
+    """Returns the function of a Fourier series."""
     k = 2 * np.pi * np.arange(1, len(a) + 1)
     return lambda x: mean + np.cos(np.multiply.outer(x, k)) @ a + np.sin(np.multiply.outer(x, k)) @ b
 
 
-def cubic(nodes, values, slopes, periodic):
+def cubic(nodes: np.ndarray, values: np.ndarray, slopes: np.ndarray, periodic: bool) -> Angle:
     """Returns cubic Hermite pieces between the nodes."""
-    def evaluate(x):
+    def evaluate(x: np.ndarray) -> np.ndarray:
         x = x % 1.0 if periodic else x
         i = np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, len(nodes) - 2)
         h = nodes[i + 1] - nodes[i]
@@ -128,7 +137,7 @@ def cubic(nodes, values, slopes, periodic):
 
 # ---- geometry ------------------------------------------------------------------------------------
 
-def rotation(axis, degrees):
+def rotation(axis: int, degrees: Sequence[float] | np.ndarray | float) -> np.ndarray:
     """Returns passive rotations about an axis, one for each angle: (n, 3, 3)."""
     angle = np.radians(np.atleast_1d(degrees))
     i, j = (axis + 1) % 3, (axis + 2) % 3
@@ -140,21 +149,22 @@ def rotation(axis, degrees):
     return matrix
 
 
-def left_wing(angles, eta, pitch):
+def left_wing(angles: Mapping[str, Sequence[float] | np.ndarray], eta: float, pitch: float) -> tuple[np.ndarray, np.ndarray]:
     """Returns unit vectors (n, 3) from the hinge to the tip and from trailing to leading edge, in space."""
     m = (rotation(1, angles["alpha"]) @ rotation(2, angles["theta"]) @ rotation(0, angles["phi"])
          @ rotation(1, eta) @ rotation(1, pitch))
     return m[:, 1, :], m[:, 0, :]
 
 
-def half_strokes(phi):
+def half_strokes(phi: np.ndarray) -> np.ndarray:
     """Returns True where the wing moves down, phi decreasing."""
     return np.gradient(phi) < 0
 
 
 # ---- drawing -------------------------------------------------------------------------------------
 
-def draw(path, eta, pitch, count, out):
+def draw(path: str | Path, eta: float, pitch: float, count: int, out: str | Path) -> None:
+    """Draws the motion of a file."""
     motion = read_motion(path)
     x = np.linspace(0, motion.length, 1 + max(400, int(400 * motion.length)))
     angles = motion(x)
@@ -175,7 +185,8 @@ def draw(path, eta, pitch, count, out):
     save(figure, out)
 
 
-def draw_angles(ax, x, angles):
+def draw_angles(ax: Axes, x: np.ndarray, angles: Mapping[str, np.ndarray]) -> None:
+    """Draws the angles over the cycle."""
     down = half_strokes(angles["phi"])
     edges = np.flatnonzero(np.diff(np.concatenate([[False], down, [False]]).astype(int)))
     for begin, end in edges.reshape(-1, 2):
@@ -192,7 +203,7 @@ def draw_angles(ax, x, angles):
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
 
 
-def draw_path(ax, tip, down):
+def draw_path(ax: Axes, tip: np.ndarray, down: np.ndarray) -> None:
     """Draws both tips from above; the head is at the top."""
     for side in (1, -1):
         for part, colour, line in ((down, DOWN, "-"), (~down, UP, (0, (4, 3)))):
@@ -207,7 +218,7 @@ def draw_path(ax, tip, down):
     ax.set_title("tips from above", loc="left")
 
 
-def draw_lollipops(ax, motion, begin, end, down, attitude, count):
+def draw_lollipops(ax: Axes, motion: Motion, begin: float, end: float, down: bool, attitude: tuple[float, float], count: int) -> None:
     """Draws the chord at the tip seen from the left: forward is left, as for a fly in a wind from the left."""
     x = np.linspace(begin, end, 2001)
     inside = np.flatnonzero(half_strokes(motion(x)["phi"]) == down)
@@ -229,7 +240,8 @@ def draw_lollipops(ax, motion, begin, end, down, attitude, count):
     ax.set_title("downstroke" if down else "upstroke", loc="left", color=colour)
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("file", help="kinematics file (.ini) or table (.dat)")
     parser.add_argument("--eta", type=float, default=-90.0, help="stroke-plane angle in degrees (default -90: the "
@@ -245,4 +257,5 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_kinematics", main)

@@ -3,18 +3,23 @@
 
 usage: bench_prepazy prepazy.h5 measurement.h5 > fit.txt; plot_prepazy fit.txt -o prepazy.png
 """
+from __future__ import annotations
+
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from flusi_msm.errors import InputError, run_command
 from flusi_msm.style import COLOURS, plt, save, use_style
 
 
-def read_fit(path):
+def read_fit(path: str | Path) -> tuple[dict[str, tuple[float, ...]], dict[str, np.ndarray]]:
     """Returns {unknown: (value, lower, upper)} and {loading: array (n, 4) of force [N], reading, computed, sd [m]}."""
-    unknowns, loadings = {}, {}
+    unknowns: dict[str, tuple[float, ...]] = {}
+    loadings: dict[str, list[list[float]]] = {}
     try:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
         for line in lines:
@@ -30,7 +35,8 @@ def read_fit(path):
     return unknowns, {name: np.array(rows) for name, rows in loadings.items()}
 
 
-def draw(unknowns, loadings):
+def draw(unknowns: Mapping[str, tuple[float, ...]], loadings: Mapping[str, np.ndarray]) -> Figure:
+    """Draws readings, fit and residuals."""
     use_style()
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(6.0, 6.0), sharex=True, height_ratios=(3, 2))
     stiffness, low, high = unknowns["EI"]
@@ -54,7 +60,8 @@ def draw(unknowns, loadings):
     return figure
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("fit", metavar="FIT.txt", help="what bench_prepazy printed")
     parser.add_argument("-o", "--output", required=True, metavar="PICTURE")
@@ -63,4 +70,5 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_prepazy", main)

@@ -1,23 +1,31 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Compares two flights, usually rigid against flexible wings: a table of mean and peak lift, drag and power with
 lift/drag and lift/power, as text and CSV, and both over the wing beat in one picture."""
+from __future__ import annotations
+
 import argparse
 import csv
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Optional
 
 import numpy as np
 
 from flusi_msm.errors import InputError, run_command
-from flusi_msm.plots.cycle import draw, span
+from flusi_msm.plots.cycle import Chosen, draw, span
 from flusi_msm.results.cycles import FlappingRun
 from flusi_msm.style import name_of
 
 ROWS = ("lift", "drag", "aerodynamic power")
+Number = tuple[float, Optional[float], Optional[float], str]  # value, half its range over the cycles, factor to SI, SI unit
+# Name, unit, values in units of the run, their half ranges, values in SI, change from the first run to the second.
+Row = tuple[str, str, list[float], list[Optional[float]], Optional[list[float]], float]
 
 
-def numbers(run, cycles):
+def numbers(run: FlappingRun, cycles: list[int]) -> dict[str, Number]:
     """Returns {row: (value, spread or None, factor to SI, unit)} of one run."""
-    table, means = {}, {}
+    table: dict[str, Number] = {}
+    means = {}
     for quantity in ROWS:
         if quantity not in run.signals:
             raise InputError(f"{run.name}: {quantity} is not in its series")
@@ -34,21 +42,22 @@ def numbers(run, cycles):
     return table
 
 
-def rows_of(runs):
+def rows_of(runs: Sequence[Chosen]) -> list[Row]:
     """Returns (name, unit, values in units of the run, values in SI or None, change) for every row."""
     tables = [numbers(run, cycles) for run, cycles, _ in runs]
     rows = []
     for name in tables[0]:
         values = [table[name][0] for table in tables]
         factors = [table[name][2] for table in tables]
-        si = [v * f for v, f in zip(values, factors)] if all(factors) else None
+        si = [v * f for v, f in zip(values, factors) if f] if all(factors) else None
         base = (si or values)[0]
         change = ((si or values)[1] / base - 1) if base else float("nan")
         rows.append((name, tables[0][name][3], values, [table[name][1] for table in tables], si, change))
     return rows
 
 
-def text_of(runs, rows):
+def text_of(runs: Sequence[Chosen], rows: Sequence[Row]) -> str:
+    """Returns the comparison as text."""
     labels = [label for _, _, label in runs]
     lines = [f"{label}: {run.folder}, {span(cycles)}" for run, cycles, label in runs]
     head = f"{'':24}" + "".join(f"{label[:20]:>22}" for label in labels) + f"{'change':>10}"
@@ -65,7 +74,7 @@ def text_of(runs, rows):
     return "\n".join(lines) + "\n"
 
 
-def write(path, runs, rows):
+def write(path: Path, runs: Sequence[Chosen], rows: Sequence[Row]) -> None:
     """Writes the table as CSV."""
     labels = [label for _, _, label in runs]
     try:
@@ -82,7 +91,8 @@ def write(path, runs, rows):
     print(path)
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("rigid", metavar="RIGID", help="folder of the run to compare with")
     parser.add_argument("flexible", metavar="FLEXIBLE", help="folder of the other run")
@@ -113,4 +123,5 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("compare_runs", main)

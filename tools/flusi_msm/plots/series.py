@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws time series (*.t): the important columns of each file, or the given ones."""
+from __future__ import annotations
+
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
+
+from flusi_msm.results.files import Series
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -14,7 +20,7 @@ from flusi_msm.results.files import InputError, read_series
 from flusi_msm.style import COLOURS, name_of, save, use_style
 
 # The panels of each known file, as (label of the axis, column numbers).
-PANELS = {
+PANELS: dict[str, list[tuple[str, tuple[int, ...]]]] = {
     "forces": [("force", (1, 2, 3)), ("moment", (7, 8, 9))],
     "energy": [("kinetic energy", (1, 2, 3, 4)), ("dissipation rate", (5,))],
     "ekin": [("kinetic energy", (1,))],
@@ -28,11 +34,11 @@ WING_PANELS = [("displacement", (1, 2, 3, 4)), ("energy", (5, 6, 7)), ("work and
 MOST_COLUMNS = 8  # in one panel of an unknown file
 
 
-def panels_of(series, wanted):
+def panels_of(series: Series, wanted: Sequence[str]) -> list[tuple[str, list[int]]]:
     """Returns [(label of the axis, column numbers)] to draw from a file."""
     n = len(series.names)
     if wanted:
-        by_unit = {}
+        by_unit: dict[str, list[int]] = {}
         for name in wanted:
             i = series.index(name)
             by_unit.setdefault(series.units[i], []).append(i)
@@ -48,20 +54,22 @@ def panels_of(series, wanted):
     return known or [("", list(range(1, min(n, MOST_COLUMNS + 1))))]
 
 
-def with_unit(label, series, columns):
+def with_unit(label: str, series: Series, columns: Sequence[int]) -> str:
+    """Returns the label with the unit of its columns, if they have one in common."""
     units = {series.units[i] for i in columns}
     unit = units.pop() if len(units) == 1 else ""
     return f"{label} [{unit}]" if unit and "[" not in label else label
 
 
-def draw(files, wanted, out):
+def draw(files: Sequence[str | Path], wanted: Sequence[str], out: str | Path) -> None:
+    """Draws all files in one picture."""
     all_series = [read_series(path) for path in files]
     for series in all_series:
         if len(series.data) < 2:
             raise InputError(f"{series.path}: {len(series.data)} line(s) of numbers, nothing to draw yet")
 
-    panels = {}  # (kind of file, number of panel) -> [(series, columns)]
-    labels = {}
+    panels: dict[tuple[str, int], list[tuple[Series, list[int]]]] = {}  # by the kind of file and the number of the panel
+    labels: dict[tuple[str, int], str] = {}
     for series in all_series:
         for number, (label, columns) in enumerate(panels_of(series, wanted)):
             panels.setdefault((series.kind, number), []).append((series, columns))
@@ -78,7 +86,8 @@ def draw(files, wanted, out):
     save(figure, out)
 
 
-def draw_panel(ax, content, label):
+def draw_panel(ax: Axes, content: Sequence[tuple[Series, list[int]]], label: str) -> None:
+    """Draws columns of one or more files in one panel."""
     lines = ("-", "--", ":", "-.")
     n_curves = sum(len(columns) for _, columns in content)
     for number, (series, columns) in enumerate(content):
@@ -96,7 +105,7 @@ def draw_panel(ax, content, label):
         ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
-def limit_axis(ax, curves):
+def limit_axis(ax: Axes, curves: Sequence[np.ndarray]) -> None:
     """Limits an axis: if a few values, such as those of an impulsive start, make it ten times longer, they are cut off, and the
     axis says so."""
     values = np.concatenate(curves)
@@ -114,7 +123,8 @@ def limit_axis(ax, curves):
             f"{values.max():.3g}", transform=ax.transAxes, ha="right", va="top", fontsize="x-small", color="0.4")
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", nargs="+", metavar="FILE.t")
     parser.add_argument("--columns", help="names of columns, separated by commas")
@@ -127,4 +137,5 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_series", main)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws a plane of a field: by default the vorticity normal to the mid plane, at the last time. With --section it
 draws the vorticity along the span of a wing on planes normal to it."""
+from __future__ import annotations
+
 import argparse
 from pathlib import Path
 
@@ -21,12 +23,13 @@ VELOCITY = ("ux", "uy", "uz")
 SYMBOLS = {"vorx": r"$\omega_x$", "vory": r"$\omega_y$", "vorz": r"$\omega_z$", "vorabs": r"$|\omega|$",
            "ux": "$u_x$", "uy": "$u_y$", "uz": "$u_z$", "speed": "$|u|$", "p": "$p$", "mask": r"$\chi$",
            "usx": "$u_{s,x}$", "usy": "$u_{s,y}$", "usz": "$u_{s,z}$"}
-COMPUTED = {"vorx": 0, "vory": 1, "vorz": 2, "vorabs": None, "speed": None}
+COMPONENTS = {"vorx": 0, "vory": 1, "vorz": 2}
+COMPUTED = (*COMPONENTS, "vorabs", "speed")  # from the velocity
 
 
 # ---- what to draw --------------------------------------------------------------------------------
 
-def choose_plane(field, plane, index, position):
+def choose_plane(field: Field, plane: str | None, index: int | None, position: float | None) -> tuple[int, int]:
     """Returns (axis, index) of the plane to draw."""
     axis = AXES.index(plane) if plane else (0 if field.n[0] == 1 else 2)
     n = int(field.n[axis])
@@ -39,14 +42,14 @@ def choose_plane(field, plane, index, position):
     return axis, index
 
 
-def vorticity(snapshot, component, axis, index):
+def vorticity(snapshot: Snapshot, component: int, axis: int, index: int) -> np.ndarray:
     """Returns a component of curl u on a plane, with the derivatives of the solver."""
     one, two = (component + 1) % 3, (component + 2) % 3
     return (derivative_on_plane(load_field(snapshot, VELOCITY[two]), one, axis, index)
             - derivative_on_plane(load_field(snapshot, VELOCITY[one]), two, axis, index))
 
 
-def values_on_plane(snapshot, quantity, axis, index):
+def values_on_plane(snapshot: Snapshot, quantity: str, axis: int, index: int) -> np.ndarray:
     """Returns the quantity on the plane, from its file or else computed from the velocity."""
     if has_field(snapshot, quantity):
         return load_field(snapshot, quantity).plane(axis, index)
@@ -57,16 +60,16 @@ def values_on_plane(snapshot, quantity, axis, index):
         parts = [values_on_plane(snapshot, f"vor{c}", axis, index) for c in AXES]
         return np.sqrt(sum(part**2 for part in parts))
     lacking = [u for u in VELOCITY if not has_field(snapshot, u)
-               and not (quantity in ("vorx", "vory", "vorz") and u == VELOCITY[COMPUTED[quantity]])]
+               and not (quantity in COMPONENTS and u == VELOCITY[COMPONENTS[quantity]])]
     if lacking:
         raise InputError(f"{quantity} needs {field_path(snapshot, quantity)} or the velocity; "
                          f"missing: {', '.join(lacking)}")
     if quantity == "speed":
         return np.sqrt(sum(load_field(snapshot, u).plane(axis, index)**2 for u in VELOCITY))
-    return vorticity(snapshot, COMPUTED[quantity], axis, index)
+    return vorticity(snapshot, COMPONENTS[quantity], axis, index)
 
 
-def colour_range(values, outside, quantity, limit):
+def colour_range(values: np.ndarray, outside: np.ndarray, quantity: str, limit: float | None) -> tuple[str, float, float]:
     """Returns (colour map, lowest, highest): robust against a few extreme points, symmetric if signed."""
     sample = values[outside & np.isfinite(values)]
     if sample.size == 0:
@@ -84,7 +87,9 @@ def colour_range(values, outside, quantity, limit):
 
 # ---- drawing -------------------------------------------------------------------------------------
 
-def draw(snapshot, quantity, plane, index, position, limit, out):
+def draw(snapshot: Snapshot, quantity: str | None, plane: str | None, index: int | None, position: float | None, limit: float | None,
+         out: str | Path | None) -> None:
+    """Draws a quantity on a plane."""
     labels = fields_in(snapshot.folder)[snapshot.label]
     reference = load_field(snapshot, quantity if quantity in labels else sorted(labels)[0])
     is_middle = index is None and position is None
@@ -125,18 +130,20 @@ def draw(snapshot, quantity, plane, index, position, limit, out):
     save(figure, out or snapshot.folder / f"{name}.png")
 
 
-def picture_size(ratio):
+def picture_size(ratio: float) -> tuple[float, float]:
     """Returns the size of a figure in inches, for a domain with this ratio of height to width."""
     width = min(6.4, max(3.6, 5.2 / max(ratio, 1e-3)))
     return width, min(9.0, max(1.8, 0.85 * width * ratio + 0.7))
 
 
-def extent_of(values, low, high):
+def extent_of(values: np.ndarray, low: float, high: float) -> str:
+    """Returns at which ends values go beyond the colour scale."""
     below, above = bool(np.nanmin(values) < low), bool(np.nanmax(values) > high)
     return {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")
 
 
-def title(field, axis, index):
+def title(field: Field, axis: int, index: int) -> str:
+    """Returns the title: time, place, viscosity, grid."""
     place = field.origin[axis] + index * field.spacing[axis]
     parts = [f"$t = {field.time:.4g}$"] if np.isfinite(field.time) else []
     if field.n[axis] > 1:
@@ -147,7 +154,8 @@ def title(field, axis, index):
     return ",  ".join(parts)
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("sources", nargs="+", metavar="DIR|FILE", help="folder of a run, or field files")
     parser.add_argument("--time", type=float, help="the snapshot nearest to this time")
@@ -184,4 +192,5 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_slice", main)

@@ -9,10 +9,17 @@ The FILEs of --shape are those that `flusi --static` (static_01.h5) and `flusi -
 several the map shows the last one, and the side view shows all. With --field the membrane is coloured by a dataset of an HDF5
 file with one value per point (or three, of which the last one, the deflection normal to the wing, is taken).
 """
+from __future__ import annotations
+
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from flusi_msm.wing.file import Wing
 
 matplotlib.use("Agg")
 import h5py
@@ -30,12 +37,13 @@ MEMBRANE, MESH, INK, JOINT, ROOT = "#F6F1E4", "#CFC4AC", "#3A2A18", "#0072B2", "
 CUTICLE = LinearSegmentedColormap.from_list("cuticle", ["#D9A441", "#A8642A", "#6B3A1E", "#2B1810"])
 
 
-def outline_edges(wing):
+def outline_edges(wing: Wing) -> np.ndarray:
+    """Returns the edges (k, 2) that belong to one triangle."""
     edges, count = wing.edges()
     return edges[count == 1]
 
 
-def vein_polygons(xy, nodes, diameters):
+def vein_polygons(xy: np.ndarray, nodes: Sequence[int], diameters: Sequence[float] | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Returns one quadrilateral per segment, as wide as the vein at both ends; and the mean diameters."""
     p, d = xy[nodes], np.asarray(diameters)
     along = np.diff(p, axis=0)
@@ -45,7 +53,7 @@ def vein_polygons(xy, nodes, diameters):
     return quads, (d[:-1] + d[1:]) / 2
 
 
-def draw_veins(axes, wing, xy, norm):
+def draw_veins(axes: Axes, wing: Wing, xy: np.ndarray, norm: Normalize) -> None:
     """Draws thick veins over thin ones; round points where they meet."""
     for nodes, diameters in sorted(wing.veins.values(), key=lambda vein: max(vein[1])):
         quads, means = vein_polygons(xy, nodes, 1e3 * np.asarray(diameters))
@@ -56,7 +64,7 @@ def draw_veins(axes, wing, xy, norm):
                                       snap=False, zorder=3))
 
 
-def name_veins(axes, wing, xy, span):
+def name_veins(axes: Axes, wing: Wing, xy: np.ndarray, span: float) -> None:
     """Writes names at the longest stretch of each vein, on the side with more room."""
     for name, (nodes, _) in wing.veins.items():
         p = xy[nodes]
@@ -77,7 +85,7 @@ def name_veins(axes, wing, xy, span):
                   bbox=None if is_front else {"boxstyle": "round,pad=0.12", "fc": MEMBRANE, "ec": "none", "alpha": 0.75})
 
 
-def draw_joints(axes, wing, xy):
+def draw_joints(axes: Axes, wing: Wing, xy: np.ndarray) -> list[str]:
     """Draws numbered joints; a joint into another vein is marked on that vein, at some distance from the place where it begins.
     """
     lines = []
@@ -93,7 +101,8 @@ def draw_joints(axes, wing, xy):
     return lines
 
 
-def field_of(path, dataset, n):
+def field_of(path: str | Path, dataset: str, n: int) -> np.ndarray:
+    """Returns the values of a dataset at the points of the wing."""
     try:
         with h5py.File(path, "r") as file:
             values = np.asarray(file[dataset][:], float)
@@ -106,7 +115,7 @@ def field_of(path, dataset, n):
     return values
 
 
-def draw_membrane(axes, wing, xy, values, label):
+def draw_membrane(axes: Axes, wing: Wing, xy: np.ndarray, values: np.ndarray | None, label: str) -> None:
     """Draws the membrane in one colour, or coloured by values at the points."""
     if not len(wing.triangles):
         return
@@ -124,7 +133,7 @@ def draw_membrane(axes, wing, xy, values, label):
     bar.outline.set_linewidth(0.5)
 
 
-def draw(wing, mesh=True, names=True, values=None, label=""):
+def draw(wing: Wing, mesh: bool = True, names: bool = True, values: np.ndarray | None = None, label: str = "") -> Figure:
     """Draws the figure; lengths in mm."""
     xy = 1e3 * wing.points[:, :2]
     low, high = xy.min(0), xy.max(0)
@@ -171,12 +180,13 @@ def draw(wing, mesh=True, names=True, values=None, label=""):
     return figure
 
 
-def beside(path, kind):
+def beside(path: str | Path, kind: str) -> Path:
     """Returns where the picture of a file is written; NAME.png is that of tools/make_wing."""
     return Path(path).with_name(f"{Path(path).stem}_{kind}.png")
 
 
-def main():
+def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("wing", metavar="WING", nargs="?", help="wing file")
     parser.add_argument("-o", "--output", metavar="PNG", help="picture to write (default: beside the last file, "
@@ -203,4 +213,5 @@ def main():
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_wing", main)

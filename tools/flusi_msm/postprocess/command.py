@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 import sys
-from typing import Dict, List, Tuple
 
 from flusi_msm.errors import InputError, run_command
 
@@ -46,7 +45,7 @@ def find(name: str) -> Tool:
     return TOOLS[key]
 
 
-def parse(entry: Tool, arguments: List[str]) -> Call:
+def parse(entry: Tool, arguments: list[str]) -> Call:
     """Returns the arguments and options of a call after a check of their number."""
     known = {**entry.options, **({name: (0, "") for name in PRECISIONS} if entry.writes_fields else {})}
     words, options, rest = [], {}, list(arguments)
@@ -68,14 +67,14 @@ def parse(entry: Tool, arguments: List[str]) -> Call:
     return Call(entry, words, options)
 
 
-def _take(entry: Tool, name: str, known: Dict[str, Tuple[int, str]], rest: List[str]) -> Tuple[List[str], List[str]]:
+def _take(entry: Tool, name: str, known: dict[str, tuple[int, str]], rest: list[str]) -> tuple[list[str], list[str]]:
     count = known[name][0]
     if len(rest) < count:
         raise InputError(f"{entry.name}: --{name} needs {count} value{'s' * (count > 1)}")
     return rest[:count], rest[count:]
 
 
-def run(arguments: List[str]) -> None:
+def run(arguments: list[str]) -> None:
     if not arguments or arguments[0] in ("--help", "-h", "help"):
         print(overview())
         return
@@ -89,6 +88,7 @@ def run(arguments: List[str]) -> None:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     run_command("postprocess", lambda: run(sys.argv[1:]))
 
 

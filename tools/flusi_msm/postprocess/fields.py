@@ -7,8 +7,9 @@ the name of the file when the file is complete.
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any
 
 import h5py
 import numpy as np
@@ -17,7 +18,7 @@ from flusi_msm.errors import InputError
 
 SLAB_BYTES = 32 * 2**20  # of doubles read at a time
 XYZ = "xyz"
-Box = Tuple[slice, slice, slice]
+Box = tuple[slice, slice, slice]
 
 
 def dataset_name(path: Path) -> str:
@@ -40,9 +41,9 @@ class Field:
             data = self._find(file)
             self.dataset: str = data.name
             self._rank = data.ndim
-            self.shape: Tuple[int, int, int] = (tuple(data.shape) + (1, 1))[:3]  # slices have no x
+            self.shape: tuple[int, int, int] = (tuple(data.shape) + (1, 1))[:3]  # slices have no x
             self.precision = np.dtype("f8") if data.dtype.itemsize == 8 else np.dtype("f4")
-            self.attributes: Dict[str, object] = dict(data.attrs)
+            self.attributes: dict[str, Any] = dict(data.attrs)
         self.n = tuple(self.shape[::-1])  # points along x, y, z
 
     def _find(self, file: h5py.File) -> h5py.Dataset:
@@ -57,7 +58,8 @@ class Field:
         return sets[name]
 
     @property
-    def time(self) -> Optional[float]:
+    def time(self) -> float | None:
+        """Returns the time of the field; None if the file does not state it."""
         return float(np.ravel(self.attributes["time"])[0]) if "time" in self.attributes else None
 
     def number(self, name: str) -> float:
@@ -78,13 +80,15 @@ class Field:
 
     @property
     def origin(self) -> np.ndarray:
+        """Returns the place of the first point."""
         return np.ravel(self.attributes.get("origin", np.zeros(3))).astype(float)
 
     @property
     def spacing(self) -> np.ndarray:
+        """Returns the distances of the points."""
         return self.length / self.n
 
-    def read(self, box: Optional[Box] = None) -> np.ndarray:
+    def read(self, box: Box | None = None) -> np.ndarray:
         """Returns the values of a box of indices (z, y, x), or all of them, in double precision."""
         box = box or (slice(None),) * 3
         try:
@@ -112,7 +116,7 @@ def slabs_of(shape: Sequence[int], axis: int = 0) -> Iterator[Box]:
         yield box[0], box[1], box[2]
 
 
-def open_fields(paths: Sequence[str], same_time: bool = False) -> List[Field]:
+def open_fields(paths: Sequence[str], same_time: bool = False) -> list[Field]:
     """Returns the fields in files, which must have the same points in the same box; with `same_time` also the same time."""
     problems, fields = [], []
     for path in paths:
@@ -127,28 +131,30 @@ def open_fields(paths: Sequence[str], same_time: bool = False) -> List[Field]:
         if other.n != first.n:
             raise InputError(f"{other.path} has {points(other.n)} points, but {first.path} has {points(first.n)}: bring one to the "
                              f"size of the other with postprocess upsample")
-        sizes = [f.attributes.get("domain_size") for f in (first, other)]
-        if all(size is not None for size in sizes) and not np.allclose(*sizes, rtol=1e-6, atol=0):
-            raise InputError(f"{other.path} and {first.path} are of different boxes (domain_size {box_text(sizes[1])} and "
-                             f"{box_text(sizes[0])})")
-        if same_time and None not in (first.time, other.time) and abs(other.time - first.time) > 1e-6 * max(1, abs(first.time)):
+        here, there = (f.attributes.get("domain_size") for f in (first, other))
+        if here is not None and there is not None and not np.allclose(here, there, rtol=1e-6, atol=0):
+            raise InputError(f"{other.path} and {first.path} are of different boxes (domain_size {box_text(there)} and "
+                             f"{box_text(here)})")
+        if same_time and first.time is not None and other.time is not None and abs(other.time - first.time) > 1e-6 * max(1, abs(first.time)):
             raise InputError(f"{other.path} is of time {other.time:g}, but {first.path} of {first.time:g}: give files of one time")
     return fields
 
 
 def points(n: Sequence[int]) -> str:
+    """Writes a number of points."""
     return " x ".join(str(value) for value in n)
 
 
-def box_text(size: object) -> str:
+def box_text(size: np.ndarray) -> str:
+    """Writes the size of a box."""
     return " x ".join(f"{value:g}" for value in np.ravel(size))
 
 
 class Output:
     """A field file that is being written. The attributes are those of `like`, except for the given ones. Use it in a `with`."""
 
-    def __init__(self, path: str, like: Field, precision: np.dtype, tool: str, shape: Optional[Sequence[int]] = None,
-                 **attributes: object) -> None:
+    def __init__(self, path: str, like: Field, precision: np.dtype, tool: str, shape: Sequence[int] | None = None,
+                 **attributes: Any) -> None:
         self.path, self.shape = Path(path), tuple(shape or like.shape)
         self._part = self.path.with_name(self.path.name + ".part")
         kept = {name: value for name, value in like.attributes.items() if name not in ("nxyz", "program")}
@@ -173,7 +179,7 @@ class Output:
         else:
             self._part.unlink()
 
-    def write(self, values: np.ndarray, box: Optional[Box] = None) -> None:
+    def write(self, values: np.ndarray, box: Box | None = None) -> None:
         """Stores the values of a box, or of the whole field."""
         try:
             with np.errstate(over="ignore"):

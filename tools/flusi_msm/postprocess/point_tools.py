@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Callable, List
+from typing import Any, Callable
 
 import numpy as np
 
@@ -15,7 +15,7 @@ OPERATIONS = {"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide,
               "add": np.add, "subtract": np.subtract, "multiply": np.multiply, "divide": np.divide}
 
 
-def by_points(call: Call, path: str, fields: List[Field], function: Callable[..., np.ndarray], **attributes: object) -> None:
+def by_points(call: Call, path: str, fields: list[Field], function: Callable[..., np.ndarray], **attributes: Any) -> None:
     """Writes function(values of the first field, of the second, ...)."""
     low, high = np.inf, -np.inf
     with call.output(path, fields[0], **attributes) as out:
@@ -79,13 +79,16 @@ def operation(call: Call) -> None:
       options={"time": (1, "time to write into OUT (0)"), "trapezoidal": (0, "weights from the times of the files by the trapezoidal "
                                                                          "rule, for times that are not evenly spaced")})
 def time_average(call: Call) -> None:
+    def time_of(f: Field) -> float:
+        return np.nan if f.time is None else f.time
+
     fields = _series(call)
     weights = np.full(len(fields), 1 / len(fields))
     if call.has("trapezoidal"):
         if any(f.time is None for f in fields) or len(fields) < 2:
             raise InputError("time-avg: --trapezoidal needs two files or more, all with the attribute time")
-        fields.sort(key=lambda f: f.time)
-        steps = np.diff([f.time for f in fields])
+        fields.sort(key=time_of)
+        steps = np.diff([time_of(f) for f in fields])
         if steps.min() <= 0:
             raise InputError("time-avg: --trapezoidal needs files of different times")
         weights = 0.5 * (np.r_[0, steps] + np.r_[steps, 0]) / steps.sum()
@@ -99,7 +102,7 @@ def largest(call: Call) -> None:
     _over_time(call, _series(call), lambda total, f, values: np.maximum(total, np.abs(values)))
 
 
-def _over_time(call: Call, fields: List[Field], add: Callable[[np.ndarray, Field, np.ndarray], np.ndarray], **attributes: object) -> None:
+def _over_time(call: Call, fields: list[Field], add: Callable[[np.ndarray, Field, np.ndarray], np.ndarray], **attributes: Any) -> None:
     """Writes the result of `add(so far, field, its values)`, applied to one field after the other and beginning with 0. It needs
     the memory of two slabs, however many fields there are."""
     low, high, path = np.inf, -np.inf, call.words[-1]
@@ -113,10 +116,10 @@ def _over_time(call: Call, fields: List[Field], add: Callable[[np.ndarray, Field
     print(f"{path}: {' x '.join(map(str, fields[0].n))} points, from {low:.6g} to {high:.6g}")
 
 
-def _series(call: Call) -> List[Field]:
+def _series(call: Call) -> list[Field]:
     """Returns the fields that are named by the arguments, or by the lines of a text file, whose names are relative to the
     working folder."""
-    paths: List[str] = []
+    paths: list[str] = []
     for word in call.words[:-1]:
         if word.endswith(".h5"):
             paths.append(word)

@@ -2,9 +2,10 @@
 """Describes a tool of postprocess: its arguments, its options, its use of memory, and the function that does its work."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Callable
 
 import numpy as np
 
@@ -19,16 +20,18 @@ ORDERS = ("second-order", "fourth-order", "second-order-nonper")
 class Call:
     """The call of a tool with its arguments and options."""
     tool: "Tool"
-    words: List[str]
-    options: Dict[str, List[str]]
+    words: list[str]
+    options: dict[str, list[str]]
 
     def has(self, option: str) -> bool:
+        """Returns whether an option was given."""
         return option in self.options
 
-    def number(self, option: str, default: Optional[float] = None) -> Optional[float]:
+    def number(self, option: str, default: float | None = None) -> float | None:
+        """Returns the number of an option, or the default."""
         return as_number(self.options[option][0], f"--{option}") if option in self.options else default
 
-    def fields(self, paths: Sequence[str], outputs: Sequence[str] = (), same_time: bool = False) -> List[Field]:
+    def fields(self, paths: Sequence[str], outputs: Sequence[str] = (), same_time: bool = False) -> list[Field]:
         """Opens the inputs, which must fit together, after a check that none of them would be overwritten."""
         refuse_to_overwrite(paths, outputs)
         for path in outputs:
@@ -36,12 +39,13 @@ class Call:
                 raise InputError(f"{path}: files of fields end in .h5, like vorx_000500.h5")
         return open_fields(paths, same_time)
 
-    def output(self, path: str, like: Field, shape: Optional[Sequence[int]] = None, **attributes: object) -> Output:
+    def output(self, path: str, like: Field, shape: Sequence[int] | None = None, **attributes: Any) -> Output:
         """Returns a field file to write, in the precision of the input or in the one that the user wants."""
         kind = np.dtype("f4") if self.has(PRECISIONS[0]) else np.dtype("f8") if self.has(PRECISIONS[1]) else like.precision
         return Output(path, like, kind, self.tool.name, shape, **attributes)
 
-    def save(self, path: str, like: Field, values: np.ndarray, **attributes: object) -> None:
+    def save(self, path: str, like: Field, values: np.ndarray, **attributes: Any) -> None:
+        """Writes a field file and prints its range."""
         with self.output(path, like, values.shape, **attributes) as out:
             out.write(values)
         print(f"{path}: {dataset_name(Path(path))}, {' x '.join(map(str, values.shape[::-1]))} points, "
@@ -52,12 +56,12 @@ class Call:
 class Tool:
     """A tool: `words` are names of its arguments ('...' after one that may be repeated)."""
     name: str
-    words: Tuple[str, ...]
+    words: tuple[str, ...]
     about: str
     memory: str
     run: Callable[[Call], None]
-    options: Dict[str, Tuple[int, str]] = field(default_factory=dict)
-    other_names: Tuple[str, ...] = ()
+    options: dict[str, tuple[int, str]] = field(default_factory=dict)
+    other_names: tuple[str, ...] = ()
     optional: int = 0  # how many arguments may be missing: those in brackets, or else the last ones
     writes_fields: bool = True
 
@@ -68,10 +72,10 @@ class Tool:
             f" [--{name}{' VALUE' * count}]" for name, (count, _) in self.options.items())
 
 
-TOOLS: Dict[str, Tool] = {}
+TOOLS: dict[str, Tool] = {}
 
 
-def tool(name: str, words: str, about: str, memory: str = "slabs", options: Optional[Dict[str, Tuple[int, str]]] = None,
+def tool(name: str, words: str, about: str, memory: str = "slabs", options: dict[str, tuple[int, str]] | None = None,
          other_names: Sequence[str] = (), optional: int = 0, writes_fields: bool = True) -> Callable:
     """Adds the decorated function to the list of tools."""
     def enter(run: Callable[[Call], None]) -> Callable[[Call], None]:
@@ -83,6 +87,7 @@ def tool(name: str, words: str, about: str, memory: str = "slabs", options: Opti
 
 
 def as_number(text: str, what: str) -> float:
+    """Returns a number; raises an InputError if the text is none."""
     try:
         value = float(text)
     except ValueError:
@@ -93,6 +98,7 @@ def as_number(text: str, what: str) -> float:
 
 
 def as_count(text: str, what: str, least: int = 0) -> int:
+    """Returns a whole number; raises an InputError if the text is none."""
     try:
         value = int(text)
     except ValueError:

@@ -2,8 +2,6 @@
 """Tools that change the points of a field, or the attributes of its file."""
 from __future__ import annotations
 
-from typing import List
-
 import h5py
 import numpy as np
 
@@ -35,14 +33,14 @@ def index_range(text: str, n: int, what: str) -> range:
     return range(first, min(last, n - 1) + 1, step)
 
 
-def subset(call: Call, ranges: List[str]) -> None:
+def subset(call: Call, ranges: list[str]) -> None:
     f, = call.fields(call.words[:1], call.words[1:2])
     chosen = [index_range(text, m, f"{call.tool.name} {c}") for c, text, m in zip(XYZ, ranges, f.n)]
     spacing = f.spacing
-    box = tuple(slice(r.start, r.stop, r.step) for r in reversed(chosen))
+    z, y, x = (slice(r.start, r.stop, r.step) for r in reversed(chosen))
     length = [len(r) * r.step * h for r, h in zip(chosen, spacing)]
     origin = [o + r.start * h for o, r, h in zip(f.origin, chosen, spacing)]
-    call.save(call.words[1], f, f.read(box), domain_size=np.array(length), origin=np.array(origin))
+    call.save(call.words[1], f, f.read((z, y, x)), domain_size=np.array(length), origin=np.array(origin))
 
 
 @tool("extract-subset", "FIELD OUT X Y Z", "points FIRST:STEP:LAST of each direction, counted from 0, both ends included",

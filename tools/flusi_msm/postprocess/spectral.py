@@ -5,7 +5,8 @@ Derivatives work line by line, so that slabs of the input suffice. Arrays have t
 """
 from __future__ import annotations
 
-from typing import Callable, List, Sequence, Tuple
+from collections.abc import Iterable, Sequence
+from typing import Callable
 
 import numpy as np
 
@@ -47,6 +48,7 @@ def add_derivative(out: np.ndarray, field: Field, direction: int, factor: float 
 
 
 def derivative(field: Field, direction: int, scheme: str = "spectral") -> np.ndarray:
+    """Returns the derivative of a field along a direction."""
     out = np.zeros(field.shape)
     add_derivative(out, field, direction, 1.0, scheme)
     return out
@@ -72,14 +74,14 @@ def q_criterion(u: Sequence[Field], scheme: str = "spectral") -> np.ndarray:
 
 # ---- modes ---------------------------------------------------------------------------------------
 
-def mode_numbers(n: Sequence[int]) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+def mode_numbers(n: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns numbers jx, jy, jz of the modes of rfftn, as arrays that broadcast to (nz, ny, nx/2+1)."""
     jx = np.arange(n[0] // 2 + 1.0)
     jy, jz = (np.fft.fftfreq(m, 1 / m) for m in n[1:])
     return jx[None, None, :], jy[None, :, None], jz[:, None, None]
 
 
-def wavenumbers(n: Sequence[int], length: Sequence[float], odd: bool = False) -> List[np.ndarray]:
+def wavenumbers(n: Sequence[int], length: np.ndarray, odd: bool = False) -> list[np.ndarray]:
     """Returns kx, ky, kz; with `odd` the highest mode of an even number of points is 0, as first derivatives need it."""
     ks = []
     for j, m, edge in zip(mode_numbers(n), n, length):
@@ -88,23 +90,25 @@ def wavenumbers(n: Sequence[int], length: Sequence[float], odd: bool = False) ->
     return ks
 
 
+def square(parts: Iterable[np.ndarray]) -> np.ndarray:
+    """Returns the sum of the squares of the components of a vector."""
+    return sum((part**2 for part in parts), np.zeros(()))
+
+
 def is_kept(n: Sequence[int]) -> np.ndarray:
     """Returns which modes the truncation of the solver keeps (iDealias = 1): those inside of an ellipsoid."""
-    radius = sum((j / (2 / 3 * (m / 2 - 1)))**2 for j, m in zip(mode_numbers(n), n) if m > 2)
+    radius = square(j / (2 / 3 * (m / 2 - 1)) for j, m in zip(mode_numbers(n), n) if m > 2)
     return np.broadcast_to(radius < 1 - 1e-12, (n[2], n[1], n[0] // 2 + 1))
 
 
-def pressure(u: Sequence[Field], force: Callable[[int], np.ndarray] = None, truncate: bool = True) -> np.ndarray:
+def pressure(u: Sequence[Field], force: Callable[[int], np.ndarray] | None = None, truncate: bool = True) -> np.ndarray:
     """Returns p/density with -laplace p = d_i d_j u_i u_j - div f, periodic; its mean is -mean |u|^2/2, as in a run. force(i) is
-    component i of the force f per mass on the fluid. With `truncate`, p has the modes that the solver keeps.
-
-    force(i): component i of the force f per mass on the fluid. With `truncate`, p has the modes that the solver keeps.
-    """
+    component i of the force f per mass on the fluid. With `truncate`, p has the modes that the solver keeps."""
     n, shape = u[0].n, u[0].shape
     odd = wavenumbers(n, u[0].length, odd=True)
-    k2 = sum(k**2 for k in wavenumbers(n, u[0].length))
+    k2 = square(wavenumbers(n, u[0].length))
     k2[0, 0, 0] = 1
-    total = np.zeros(k2.shape, dtype=complex)
+    total = np.zeros(k2.shape, complex)
     energy = 0.0
     product = np.empty(shape)
     for i in range(3):
@@ -127,7 +131,7 @@ def inverse_curl(w: Sequence[Field], c: int) -> np.ndarray:
     """Returns component c of the velocity without divergence and mean whose curl is w (the law of Biot and Savart)."""
     n, a, b = w[0].n, (c + 1) % 3, (c + 2) % 3
     odd = wavenumbers(n, w[0].length, odd=True)
-    k2 = sum(k**2 for k in wavenumbers(n, w[0].length))
+    k2 = square(wavenumbers(n, w[0].length))
     k2[0, 0, 0] = 1
     u = 1j * odd[a] * np.fft.rfftn(w[b].read())
     u -= 1j * odd[b] * np.fft.rfftn(w[a].read())
@@ -135,7 +139,8 @@ def inverse_curl(w: Sequence[Field], c: int) -> np.ndarray:
 
 
 def laplacian(field: Field) -> np.ndarray:
-    k2 = sum(k**2 for k in wavenumbers(field.n, field.length))
+    """Returns the Laplacian of a field."""
+    k2 = square(wavenumbers(field.n, field.length))
     return np.fft.irfftn(-k2 * np.fft.rfftn(field.read()), s=field.shape, axes=(0, 1, 2))
 
 
@@ -147,7 +152,7 @@ def shell_width(field: Field) -> float:
 def shell_energies(field: Field) -> np.ndarray:
     """Returns the part of the mean of f^2/2 in each shell i = 0, 1, ...: that of the modes whose |k|/dk is nearest to i."""
     n, total = field.n, float(np.prod(field.n, dtype=float))
-    k = np.sqrt(sum(k**2 for k in wavenumbers(n, field.length)))
+    k = np.sqrt(square(wavenumbers(n, field.length)))
     shells = np.floor(k / shell_width(field) + 0.5).astype(int)
     energy = np.abs(np.fft.rfftn(field.read()) / total)**2
     jx = np.arange(n[0] // 2 + 1)

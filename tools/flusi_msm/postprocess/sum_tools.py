@@ -2,7 +2,8 @@
 """Tools that compute numbers or tables from fields: norms, spectra, distributions, scales of a turbulent flow."""
 from __future__ import annotations
 
-from typing import Callable, List, Sequence
+from collections.abc import Sequence
+from typing import Callable
 
 import numpy as np
 
@@ -64,7 +65,7 @@ def density(call: Call) -> None:
     if not low < high:
         raise InputError(f"{f.path}: all values are {low:g}, or --range is empty: there is nothing to distribute")
     edges = np.linspace(low, high, bins + 1)
-    counts = sum(np.histogram(f.read(box), edges)[0] for box in f.slabs())
+    counts = np.sum([np.histogram(f.read(box), edges)[0] for box in f.slabs()], axis=0)
     values = counts / np.prod(f.n, dtype=float) / np.diff(edges)
     lines = ["% value (middle of the bin)  probability density"]
     lines += [f"{0.5 * (a + b):24.16e}{v:24.16e}" for a, b, v in zip(edges[:-1], edges[1:], values)]
@@ -118,12 +119,12 @@ def _write_profile(path: str, f: Field, c: str, reduce: Callable[..., np.ndarray
     print(f"{path}: {len(values)} planes, from {values.min():.6g} to {values.max():.6g}")
 
 
-def _energy_and_enstrophy(u: List[Field]) -> tuple:
+def _energy_and_enstrophy(u: list[Field]) -> tuple:
     energy = _mean(u, lambda x, y, z: 0.5 * (x * x + y * y + z * z))
     return energy, sum(0.5 * float(np.mean(curl_component(u, c)**2)) for c in range(3))
 
 
-def _viscosity(call: Call, text: str, u: List[Field]) -> float:
+def _viscosity(call: Call, text: str, u: list[Field]) -> float:
     nu = as_number(text, f"{call.tool.name} NU") if text else u[0].number("viscosity" if "viscosity" in u[0].attributes else "nu")
     if nu <= 0:
         raise InputError(f"{call.tool.name}: the viscosity is {nu:g}, but must be positive")
@@ -152,7 +153,7 @@ def turbulence(call: Call) -> None:
     if enstrophy <= 0:
         raise InputError(f"{u[0].path}: the flow is at rest, or uniform: it has no scales")
     eps, rms = 2 * nu * enstrophy, np.sqrt(2 / 3 * energy)
-    shells = sum(shell_energies(f) for f in u)
+    shells = np.sum([shell_energies(f) for f in u], axis=0)
     k = shell_width(u[0]) * np.arange(len(shells))
     integral = np.pi / (2 * rms**2) * float(np.sum(shells[1:] / k[1:]))
     taylor, eta = np.sqrt(15 * nu * rms**2 / eps), (nu**3 / eps)**0.25

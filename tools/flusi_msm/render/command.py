@@ -9,9 +9,9 @@ import argparse
 import io
 import sys
 import tempfile
+from collections.abc import Sequence
 from contextlib import redirect_stdout
 from pathlib import Path
-from typing import List, Optional, Sequence, Tuple, Union
 
 import matplotlib
 
@@ -59,7 +59,7 @@ def round_two(value: float) -> float:
     return float(f"{value:.1e}")
 
 
-def choose_levels(values: np.ndarray, fluid: np.ndarray, frequency: float) -> Tuple[float, ...]:
+def choose_levels(values: np.ndarray, fluid: np.ndarray, frequency: float) -> tuple[float, ...]:
     """Returns the levels of the paper if enough of the flow reaches them, else three levels of the same proportions, the highest
     of which encloses a thousandth of the fluid."""
     high = float(np.quantile(values[fluid], 0.999)) if fluid.any() else 0.0
@@ -70,7 +70,7 @@ def choose_levels(values: np.ndarray, fluid: np.ndarray, frequency: float) -> Tu
     return tuple(round_two(level / LEVELS[-1] * high) for level in LEVELS)
 
 
-def colours_of(n: int) -> Tuple[Sequence[Union[str, Tuple[float, ...]]], Sequence[float]]:
+def colours_of(n: int) -> tuple[Sequence[str | tuple[float, ...]], Sequence[float]]:
     """Returns (colours, opacities) of n levels, the lowest first."""
     if n == 1:
         return COLOURS[1:2], (0.8,)
@@ -83,6 +83,7 @@ def colours_of(n: int) -> Tuple[Sequence[Union[str, Tuple[float, ...]]], Sequenc
 
 
 def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Returns unit normals at the points of a surface."""
     a, b, c = (points[triangles[:, n]] for n in range(3))
     face = np.cross(b - a, c - a)
     normals = np.zeros_like(points)
@@ -94,7 +95,7 @@ def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 class Scene:
     """Fields and wings of one snapshot, at every `stride`-th point of the grid."""
 
-    def __init__(self, snapshot: Snapshot, stride: Optional[int], twins: bool = True) -> None:
+    def __init__(self, snapshot: Snapshot, stride: int | None, twins: bool = True) -> None:
         self.snapshot = snapshot
         field = load_field(snapshot, vorticity_files(snapshot)[0])
         self.stride = stride or max(1, int(np.ceil((field.data.size / MOST_CELLS)**(1 / 3))))
@@ -115,9 +116,11 @@ class Scene:
             self.wings = [iso_surface(self.mask, 0.5, self.origin, self.spacing)]
 
     def fluid(self) -> np.ndarray:
+        """Returns which points are in the fluid."""
         return np.isfinite(self.values) if self.mask is None else np.isfinite(self.values) & (self.mask < 0.01)
 
-    def surfaces(self, levels: Sequence[float]) -> List[Surface]:
+    def surfaces(self, levels: Sequence[float]) -> list[Surface]:
+        """Returns everything that is drawn, with iso-surfaces of these levels."""
         found = [Surface(*wing, to_rgb(WING), 1.0) for wing in self.wings]
         found += [Surface(*body, to_rgb(BODY), 1.0) for body in self.body]
         found += [Surface(*twin, to_rgb(TWIN), TWIN_OPACITY) for twin in self.twins]
@@ -146,6 +149,7 @@ class Scene:
 # ---- drawing -------------------------------------------------------------------------------------
 
 def compose(pixels: np.ndarray, scene: Scene, levels: Sequence[float], camera: Camera, out: Path) -> None:
+    """Draws the picture with its legend."""
     use_style()
     height, width = pixels.shape[:2]
     dpi = height / 6
@@ -185,7 +189,7 @@ def draw_axes(ax: Axes, camera: Camera, width: float, height: float) -> None:
         ax.text(*(centre + 1.35 * size * direction), f"${name}$", ha="center", va="center", color="0.3")
 
 
-def view_of(text: str) -> Tuple[float, float]:
+def view_of(text: str) -> tuple[float, float]:
     """Returns (azimuth, elevation) of a name or of '-60,30'."""
     if text in VIEWS:
         return VIEWS[text]
@@ -196,7 +200,7 @@ def view_of(text: str) -> Tuple[float, float]:
     return azimuth, elevation
 
 
-def drawable(folder: Path) -> List[str]:
+def drawable(folder: Path) -> list[str]:
     """Returns labels of the snapshots from which the vorticity is known, in the order of time."""
     times = snapshot_times(folder)
     labels = [label for label, have in fields_in(folder).items()
@@ -207,6 +211,7 @@ def drawable(folder: Path) -> List[str]:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", metavar="DIR", type=Path, help="folder of a run")
     which = parser.add_mutually_exclusive_group()
@@ -242,10 +247,10 @@ def main() -> None:
     if not 100 <= a.height <= 10000:
         raise InputError("--height takes 100 to 10000 pixels")
     try:
-        levels = sorted(float(word) for word in a.levels.split(",")) if a.levels else None
+        wanted = sorted(float(word) for word in a.levels.split(",")) if a.levels else []
     except ValueError:
         raise InputError(f"--levels takes numbers like 100,150,200, not '{a.levels}'") from None
-    if levels and levels[0] <= 0:
+    if wanted and wanted[0] <= 0:
         raise InputError("--levels must be positive")
 
     movie = choose_movie(a.folder, a.output) if a.movie else None
@@ -255,7 +260,7 @@ def main() -> None:
     else:
         chosen = [choose_snapshot(a.folder, a.time, a.label)]
     last = Scene(chosen[-1], a.stride, not a.no_twin)
-    levels = [] if a.wings else levels or choose_levels(last.values, last.fluid(), a.frequency)
+    levels: Sequence[float] = [] if a.wings else wanted or choose_levels(last.values, last.fluid(), a.frequency)
     surfaces = last.surfaces(levels)
     if not surfaces:
         raise InputError(f"nothing to draw: |omega| is at most {np.nanmax(last.values):.4g} and there are no wings")
@@ -280,9 +285,10 @@ def main() -> None:
                 compose(render(scene.surfaces(levels), camera, a.height), scene, levels, camera, drawn[-1])
             if not scene.wings and not scene.body:
                 print(f"note: no wing surfaces and no mask at {snapshot.label}", file=sys.stderr)
-        if a.movie:
+        if movie:
             write_movie(drawn, movie, a.rate)
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("render", main)

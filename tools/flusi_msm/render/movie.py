@@ -5,15 +5,15 @@ from __future__ import annotations
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Optional, Sequence, Union
 
 from PIL import Image
 
 from flusi_msm.errors import InputError
 
 
-def choose_movie(folder: Union[str, Path], output: Optional[Path]) -> Path:
+def choose_movie(folder: str | Path, output: Path | None) -> Path:
     """Returns the file to write: `output`, or movie.mp4 in the folder, or movie.gif without ffmpeg."""
     if output is None:
         return Path(folder) / ("movie.mp4" if shutil.which("ffmpeg") else "movie.gif")
@@ -27,7 +27,8 @@ def choose_movie(folder: Union[str, Path], output: Optional[Path]) -> Path:
 def write_movie(pictures: Sequence[Path], out: Path, rate: float) -> None:
     """Writes the pictures in order, all as large as the first, at `rate` per second."""
     frames = [Image.open(path).convert("RGB") for path in pictures]
-    size = tuple(2 * (length // 2) for length in frames[0].size)  # MP4 needs even numbers
+    width, height = frames[0].size
+    size = (2 * (width // 2), 2 * (height // 2))  # MP4 needs even numbers
     frames = [frame if frame.size == size else frame.resize(size, Image.Resampling.LANCZOS) for frame in frames]
     try:
         if out.suffix == ".gif":
@@ -40,6 +41,7 @@ def write_movie(pictures: Sequence[Path], out: Path, rate: float) -> None:
 
 
 def write_mp4(frames: Sequence[Image.Image], out: Path, rate: float) -> None:
+    """Writes a movie with ffmpeg."""
     with tempfile.TemporaryDirectory() as folder:
         for number, frame in enumerate(frames):
             frame.save(Path(folder) / f"{number:06d}.png")

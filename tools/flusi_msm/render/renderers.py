@@ -7,7 +7,8 @@ import os
 import subprocess
 import sys
 from collections import namedtuple
-from typing import Callable, Sequence, Tuple
+from collections.abc import Sequence
+from typing import Callable
 
 import numpy as np
 
@@ -42,9 +43,10 @@ class Camera:
 
     @property
     def position(self) -> np.ndarray:
+        """Returns the place of the camera."""
         return self.focus + self.distance * self.backward
 
-    def project(self, points: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    def project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Returns (x, y) in the picture, y from -1 to 1, x from -aspect to aspect; and the distance along the view."""
         seen = points - self.position
         depth = -(seen @ self.backward)
@@ -63,7 +65,7 @@ def shaded(surface: Surface, camera: Camera) -> np.ndarray:
     return np.clip(np.asarray(surface.colour) * bright[:, None], 0, 1)
 
 
-def merged(surfaces: Sequence[Surface], camera: Camera) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+def merged(surfaces: Sequence[Surface], camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns several surfaces as one: (points, triangles, colours with opacity of the points)."""
     first = np.cumsum([0] + [len(s.points) for s in surfaces])
     return (np.concatenate([s.points for s in surfaces]),
@@ -106,7 +108,7 @@ def render_numpy(surfaces: Sequence[Surface], camera: Camera, height: int) -> np
     return np.clip(image, 0, 1)
 
 
-def fragments(points: np.ndarray, triangles: np.ndarray, camera: Camera, rows: int, columns: int) -> Tuple[np.ndarray, ...]:
+def fragments(points: np.ndarray, triangles: np.ndarray, camera: Camera, rows: int, columns: int) -> tuple[np.ndarray, ...]:
     """Returns the pixels whose middle a triangle covers: number of the pixel, depth, the points (3, m) of the triangle and their
     weights (3, m)."""
     place, depth = camera.project(points)
@@ -173,11 +175,12 @@ def why_no_pyvista() -> str:
 
 
 def render_pyvista(surfaces: Sequence[Surface], camera: Camera, height: int) -> np.ndarray:
+    """Returns the picture (height, width, 4) that PyVista draws."""
     import pyvista
     import vtk
     vtk.vtkLogger.SetStderrVerbosity(vtk.vtkLogger.VERBOSITY_OFF)
-    plotter = pyvista.Plotter(off_screen=True, window_size=(int(round(camera.aspect * height)), height))
-    plotter.set_background("black")
+    plotter = pyvista.Plotter(off_screen=True, window_size=[int(round(camera.aspect * height)), height])
+    plotter.set_background("black")  # type: ignore[arg-type]  # PyVista's decorator hides that it is a method
     for solid in (True, False):
         chosen = [s for s in surfaces if (s.opacity >= 1) == solid and len(s.triangles)]
         if chosen:
@@ -192,13 +195,13 @@ def render_pyvista(surfaces: Sequence[Surface], camera: Camera, height: int) -> 
     plotter.camera.position, plotter.camera.focal_point = camera.position, camera.focus
     plotter.camera.up, plotter.camera.view_angle = camera.up, FIELD_OF_VIEW
     plotter.reset_camera_clipping_range()
-    pixels = plotter.screenshot(return_img=True, transparent_background=True) / 255
+    pixels = np.asarray(plotter.screenshot(return_img=True, transparent_background=True)) / 255
     plotter.close()
     pixels[..., :3] /= np.maximum(pixels[..., 3:], 1 / 255)  # it is already blended with the black background
     return np.clip(pixels, 0, 1)
 
 
-def choose_renderer(wanted: str) -> Tuple[Callable[..., np.ndarray], str]:
+def choose_renderer(wanted: str) -> tuple[Callable[..., np.ndarray], str]:
     """Returns (function, note which one is used) for auto, pyvista or numpy."""
     if wanted == "numpy":
         return render_numpy, "drawn with numpy"

@@ -6,7 +6,6 @@ upper side of the right one (docs/guide/kinematics.md)."""
 from __future__ import annotations
 
 from pathlib import Path
-from typing import List, Optional, Tuple
 
 import numpy as np
 
@@ -45,17 +44,19 @@ class WingSurface:
         if self.triangles.min(initial=0) < 0 or self.triangles.max(initial=0) >= len(self.points):
             raise InputError(f"{path}: a triangle names a point that is not there")
 
-    def in_wing_frame(self, points: Optional[np.ndarray] = None) -> np.ndarray:
+    def in_wing_frame(self, points: np.ndarray | None = None) -> np.ndarray:
+        """Returns points in the frame of the wing."""
         return ((self.points if points is None else points) - self.hinge) @ self.matrix.T
 
     def in_space(self, points: np.ndarray) -> np.ndarray:
+        """Returns points in space."""
         return np.asarray(points) @ self.matrix + self.hinge
 
     def length(self) -> float:
         """Returns the length from the hinge to the outermost point along the span."""
         return self.in_wing_frame()[:, 0].max()
 
-    def cut(self, x: float, points: Optional[np.ndarray] = None) -> np.ndarray:
+    def cut(self, x: float, points: np.ndarray | None = None) -> np.ndarray:
         """Returns the cut of the wing, or of its rigid twin if `points` are rigid_points, with the plane normal to the span at
         x: segments (k, 2, 2) of ends (y, z)."""
         corners = self.in_wing_frame(points)[self.triangles]
@@ -72,7 +73,7 @@ class WingSurface:
         return segments[through][hit[through]].reshape(-1, 2, 2)
 
 
-def load_body(snapshot: Snapshot) -> Optional[Tuple[np.ndarray, np.ndarray]]:
+def load_body(snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray] | None:
     """Returns (points (n, 3), triangles (m, 3)) of body_<label>.h5, the surface of a body, or None if there is none."""
     import h5py
     path = snapshot.folder / f"body_{snapshot.label}.h5"
@@ -90,13 +91,15 @@ def load_body(snapshot: Snapshot) -> Optional[Tuple[np.ndarray, np.ndarray]]:
 
 
 def surface_path(snapshot: Snapshot, side: str) -> Path:
+    """Returns the path of the surface of a wing."""
     return snapshot.folder / f"wing_{side}_{snapshot.label}.h5"
 
 
 def load_surface(snapshot: Snapshot, side: str) -> WingSurface:
+    """Reads the surface of a wing."""
     return WingSurface(surface_path(snapshot, side), side)
 
 
-def surfaces_of(snapshot: Snapshot) -> List[WingSurface]:
+def surfaces_of(snapshot: Snapshot) -> list[WingSurface]:
     """Returns the surfaces that exist."""
     return [load_surface(snapshot, side) for side in SIDES if surface_path(snapshot, side).is_file()]

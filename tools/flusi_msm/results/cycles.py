@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Dict, List, Optional, Tuple, Union
 
 import numpy as np
 
@@ -22,7 +21,7 @@ class CyclicSignal:
         good = np.isfinite(x) & np.isfinite(values)
         self.x, self.values = x[good], values[good]
 
-    def cycles(self) -> List[int]:
+    def cycles(self) -> list[int]:
         """Returns numbers of the cycles that the record contains from end to end; at both ends one time step may be missing."""
         if len(self.x) < 2:
             return []
@@ -30,7 +29,7 @@ class CyclicSignal:
         first, last = int(np.ceil(self.x[0] - gap)), int(np.floor(self.x[-1] + gap))
         return list(range(first + 1, last + 1))
 
-    def cycle(self, number: int) -> Tuple[np.ndarray, np.ndarray]:
+    def cycle(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Returns (phase, value) of a cycle with its ends."""
         begin = number - 1
         inside = (self.x > begin) & (self.x < number)
@@ -39,6 +38,7 @@ class CyclicSignal:
         return phase, np.concatenate([ends[:1], self.values[inside], ends[1:]])
 
     def at(self, number: int, phases: np.ndarray) -> np.ndarray:
+        """Returns the values at phases of a cycle."""
         return np.interp(phases, *self.cycle(number))
 
     def mean(self, number: int) -> float:
@@ -51,21 +51,22 @@ class FlappingRun:
     """The series of a run folder. signals: {quantity: CyclicSignal}; scales: SI value of one unit of the run; down: True for
     each of PHASES in which the wing moves down, or None without kinematics.t."""
 
-    def __init__(self, folder: Union[str, Path], frequency: float = 1.0, wind: str = "x") -> None:
+    def __init__(self, folder: str | Path, frequency: float = 1.0, wind: str = "x") -> None:
         self.folder = Path(folder)
         if not self.folder.is_dir():
             raise InputError(f"{folder}: not the folder of a run")
         self.frequency = frequency
-        self.scales = {}
+        self.scales: dict[str, float] = {}
         self.signals = self._forces(wind)
         self.signals.update(self._power())
         self.phi = self._position()
 
     @property
     def name(self) -> str:
+        """Returns the name of the folder."""
         return self.folder.resolve().name
 
-    def _read(self, name: str) -> Optional[Series]:
+    def _read(self, name: str) -> Series | None:
         path = self.folder / name
         if not path.is_file():
             return None
@@ -77,7 +78,7 @@ class FlappingRun:
     def _signal(self, series: Series, values: np.ndarray) -> CyclicSignal:
         return CyclicSignal(series.time * self.frequency, values)
 
-    def _forces(self, wind: str) -> Dict[str, CyclicSignal]:
+    def _forces(self, wind: str) -> dict[str, CyclicSignal]:
         series = self._read("forces.t")
         if series is None:
             have = ", ".join(sorted(path.name for path in self.folder.glob("*.t"))) or "no time series"
@@ -88,7 +89,7 @@ class FlappingRun:
         sign = -1 if wind.startswith("-") else 1
         return {"lift": self._signal(series, force("z")), "drag": self._signal(series, sign * force(wind[-1]))}
 
-    def _power(self) -> Dict[str, CyclicSignal]:
+    def _power(self) -> dict[str, CyclicSignal]:
         """Reads the power from aero_power.t or else the sum over the wings; nothing if neither exists."""
         total = self._read("aero_power.t")
         parts = [total] if total else [s for s in map(self._read, ("wing_left.t", "wing_right.t")) if s]
@@ -101,11 +102,11 @@ class FlappingRun:
                 found[quantity] = CyclicSignal(x, sum(np.interp(x, s.x, s.values) for s in signals))
         return found
 
-    def _position(self) -> Optional[CyclicSignal]:
+    def _position(self) -> CyclicSignal | None:
         series = self._read("kinematics.t")
-        return series and self._signal(series, series.column("phi_l", "phi left"))
+        return self._signal(series, series.column("phi_l", "phi left")) if series else None
 
-    def cycles(self) -> List[int]:
+    def cycles(self) -> list[int]:
         """Returns numbers of the complete cycles that all quantities have."""
         common = set.intersection(*(set(signal.cycles()) for signal in self.signals.values()))
         if not common:
@@ -114,14 +115,14 @@ class FlappingRun:
                              f"{signal.x[-1]:.4g}; is --frequency right?")
         return sorted(common)
 
-    def choose(self, wanted: str) -> List[int]:
+    def choose(self, wanted: str) -> list[int]:
         """Returns the cycles that 'last', 'all', '4', '3-4' or '1,3' mean."""
         have = self.cycles()
         if wanted == "all":
             return have
         if wanted == "last":
             return have[-1:]
-        chosen = []
+        chosen: list[int] = []
         for part in wanted.split(","):
             match = re.fullmatch(r"\s*(\d+)\s*(?:-\s*(\d+)\s*)?", part)
             if not match:
@@ -133,11 +134,11 @@ class FlappingRun:
                              f"{', '.join(map(str, have))}")
         return sorted(set(chosen))
 
-    def phase_average(self, quantity: str, cycles: List[int]) -> np.ndarray:
+    def phase_average(self, quantity: str, cycles: list[int]) -> np.ndarray:
         """Returns the quantity at PHASES, averaged over the cycles."""
         return np.mean([self.signals[quantity].at(n, PHASES) for n in cycles], axis=0)
 
-    def means(self, quantity: str, cycles: List[int]) -> Tuple[float, float]:
+    def means(self, quantity: str, cycles: list[int]) -> tuple[float, float]:
         """Returns (average over the cycles, half the range of the averages of the single cycles). Values that are only rounding
         errors of the sum are set to zero."""
         signal = self.signals[quantity]
@@ -145,7 +146,7 @@ class FlappingRun:
         each[np.abs(each) < 1e-12 * np.max(np.abs(signal.values))] = 0.0
         return float(np.mean(each)), float(np.ptp(each)) / 2
 
-    def downstroke(self, cycle: int) -> Optional[np.ndarray]:
+    def downstroke(self, cycle: int) -> np.ndarray | None:
         """Returns True at each of PHASES where the position angle falls; None if it is not known in this cycle."""
         if self.phi is None or cycle not in self.phi.cycles():
             return None
@@ -153,7 +154,7 @@ class FlappingRun:
         before, after = (self.phi.at(cycle, PHASES + s) for s in (-step, step))
         return after < before
 
-    def si_factor(self, quantity: str) -> Tuple[Optional[float], str]:
+    def si_factor(self, quantity: str) -> tuple[float | None, str]:
         """Returns (factor, unit) from units of the run to mN or mW; (None, '') if its units are not known."""
         kind, unit = ("power", "mW") if "power" in quantity else ("force", "mN")
         scale = self.scales.get(kind)

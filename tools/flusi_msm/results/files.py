@@ -5,9 +5,9 @@ from __future__ import annotations
 import difflib
 import re
 import sys
-from collections import namedtuple
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Dict, List, Optional, Set, Tuple, Union
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,7 +40,7 @@ class Series:
     """A time series: one name, unit (or '') and column of data for each quantity; column 0 is time.
     scales: the units of the run in SI, {'length': 0.009, 'force': 2e-4, ...}, empty if the file has none."""
 
-    def __init__(self, path: Path, names: List[str], units: List[str], data: np.ndarray, scales: Optional[Dict[str, float]] = None) -> None:
+    def __init__(self, path: Path, names: list[str], units: list[str], data: np.ndarray, scales: dict[str, float] | None = None) -> None:
         self.path, self.names, self.units, self.data = Path(path), names, units, data
         self.scales = scales or {}
 
@@ -51,6 +51,7 @@ class Series:
 
     @property
     def time(self) -> np.ndarray:
+        """Returns the times."""
         return self.data[:, 0]
 
     def index(self, name: str) -> int:
@@ -89,7 +90,7 @@ def _number(text: str) -> float:
     return float(re.sub(r"(?<=[0-9.])([+-]\d+)$", r"E\1", text))
 
 
-def _header_names(header: str, kind: str, n_columns: int) -> Tuple[List[str], List[str]]:
+def _header_names(header: str, kind: str, n_columns: int) -> tuple[list[str], list[str]]:
     """Returns names and units from the header line, in the first of several readings that fits."""
     found = re.findall(r"([^\s,\[]+)(?:\s*\[([^\]]*)\])?", header)
     wide = [word for word in re.split(r"\s{2,}|\t+", header.strip()) if word]
@@ -99,7 +100,8 @@ def _header_names(header: str, kind: str, n_columns: int) -> Tuple[List[str], Li
     if len(wide) == n_columns:
         parts = [re.fullmatch(r"(.*?)\s*\[([^\]]*)\]", word) for word in wide]
         if all(parts):
-            return [part[1] for part in parts], [part[2].strip().strip("-") for part in parts]
+            matches = [part for part in parts if part]
+            return [part[1] for part in matches], [part[2].strip().strip("-") for part in matches]
         names = wide
     elif len(known) == n_columns:
         names = known
@@ -111,7 +113,7 @@ def _header_names(header: str, kind: str, n_columns: int) -> Tuple[List[str], Li
 SCALES = {"L": "length", "1/T": "frequency", "rho": "density", "force": "force", "power": "power"}
 
 
-def _scales(line: str) -> Dict[str, float]:
+def _scales(line: str) -> dict[str, float]:
     """Returns {'length': 0.009, 'force': 2e-4, ...} in SI of 'L = 9.0E-03 m, ..., force rho L^4/T^2 = 2.0E-04 N'."""
     scales = {}
     for item in line.split(","):
@@ -131,14 +133,16 @@ def _without_repeats(data: np.ndarray) -> np.ndarray:
     return data[keep]
 
 
-def read_series(path: Union[str, Path]) -> Series:
+def read_series(path: str | Path) -> Series:
     """Reads a .t file. Where a restart began at an earlier time the later rows are kept."""
     path = Path(path)
     try:
         lines = path.read_text(errors="replace").splitlines()
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
-    header, rows, n_bad, scales = "", [], 0, {}
+    header, n_bad = "", 0
+    rows: list[list[float]] = []
+    scales: dict[str, float] = {}
     for line in lines:
         text = line.strip()
         if re.match(r"%\s*units\s*:", text, re.IGNORECASE):
@@ -168,13 +172,17 @@ def read_series(path: Union[str, Path]) -> Series:
 _FIELD_FILE = re.compile(r"(?P<prefix>[A-Za-z][A-Za-z0-9]*)_(?P<label>\d+)\.h5")
 _SURFACES = ("body", "solid", "static")  # files with such names that hold no field
 
-Snapshot = namedtuple("Snapshot", "folder label")
+
+class Snapshot(NamedTuple):
+    """The fields of one time in a folder."""
+    folder: Path
+    label: str
 
 
 class Field:
     """One field file; the data are read only when they are needed. Arrays are (z, y, x)."""
 
-    def __init__(self, path: Union[str, Path]) -> None:
+    def __init__(self, path: str | Path) -> None:
         import h5py  # here, so that time series need numpy alone
         self.path = Path(path)
         match = _FIELD_FILE.fullmatch(self.path.name)
@@ -198,7 +206,7 @@ class Field:
         self.viscosity = self._attribute("viscosity", 1, [np.nan])[0]
         self.spacing = self.length / self.n
 
-    def _attribute(self, name: str, size: int, default: Optional[np.ndarray] = None) -> np.ndarray:
+    def _attribute(self, name: str, size: int, default: Sequence[float] | None = None) -> np.ndarray:
         value = np.ravel(self.data.attrs.get(name, default if default is not None else []))
         if value.size != size:
             raise InputError(f"{self.path}: attribute '{name}' is missing or has not {size} value(s)")
@@ -206,15 +214,15 @@ class Field:
 
     def plane(self, axis: int, index: int) -> np.ndarray:
         """Returns the plane number `index` normal to `axis` (0 x, 1 y, 2 z), in double precision."""
-        where = [slice(None)] * 3
+        where: list[slice | int] = [slice(None)] * 3
         where[2 - axis] = index
         return self.data[tuple(where)].astype(float)
 
 
-def fields_in(folder: Path) -> Dict[str, Set[str]]:
+def fields_in(folder: Path) -> dict[str, set[str]]:
     """Returns {label: set of prefixes} of the field files of a folder."""
     folder = Path(folder)
-    labels = {}
+    labels: dict[str, set[str]] = {}
     for path in folder.glob("*_*.h5"):
         match = _FIELD_FILE.fullmatch(path.name)
         if match and match["prefix"] not in _SURFACES:
@@ -224,13 +232,13 @@ def fields_in(folder: Path) -> Dict[str, Set[str]]:
     return labels
 
 
-def snapshot_times(folder: Path) -> Dict[str, float]:
+def snapshot_times(folder: Path) -> dict[str, float]:
     """Returns {label: time} of a folder."""
     return {label: Field(folder / f"{sorted(prefixes)[0]}_{label}.h5").time
             for label, prefixes in fields_in(folder).items()}
 
 
-def choose_snapshot(folder: Path, time: Optional[float], label: Optional[str]) -> Snapshot:
+def choose_snapshot(folder: Path, time: float | None, label: str | None) -> Snapshot:
     """Returns the snapshot of a folder with that label, nearest to that time, or the last one."""
     labels = fields_in(folder)
     if label is not None:
@@ -247,14 +255,17 @@ def choose_snapshot(folder: Path, time: Optional[float], label: Optional[str]) -
 
 
 def field_path(snapshot: Snapshot, name: str) -> Path:
+    """Returns the path of a field."""
     return snapshot.folder / f"{name}_{snapshot.label}.h5"
 
 
 def has_field(snapshot: Snapshot, name: str) -> bool:
+    """Returns whether a field was saved."""
     return field_path(snapshot, name).is_file()
 
 
 def load_field(snapshot: Snapshot, name: str) -> Field:
+    """Opens a field."""
     return Field(field_path(snapshot, name))
 
 

@@ -4,7 +4,7 @@ else from the velocity with the derivatives of the solver. Only the necessary da
 """
 from __future__ import annotations
 
-from typing import Optional, Tuple
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -24,7 +24,7 @@ class Block:
         self.count = np.minimum(np.floor(place.max(axis=0)).astype(int) + 2 - self.start, self.n)
         self.place = place - self.start
 
-    def read(self, field: Field, whole: Optional[int] = None) -> np.ndarray:
+    def read(self, field: Field, whole: int | None = None) -> np.ndarray:
         """Returns the field in the block, (z, y, x); along the axis `whole` all of it."""
         if tuple(field.n) != tuple(self.n):
             raise InputError(f"{field.path}: {' x '.join(map(str, field.n))} points, unlike the other fields")
@@ -78,7 +78,7 @@ def at_points(snapshot: Snapshot, name: str, points: np.ndarray) -> np.ndarray:
     return block.interpolate(block.read(field))
 
 
-def vorticity_at(snapshot: Snapshot, points: np.ndarray, direction: np.ndarray) -> np.ndarray:
+def vorticity_at(snapshot: Snapshot, points: np.ndarray, direction: Sequence[float] | np.ndarray) -> np.ndarray:
     """Returns omega . direction at points (m, 3)."""
     stored = vorticity_source(snapshot) == "vorticity"
     fields = [load_field(snapshot, name) for name in (VORTICITY if stored else VELOCITY)]
@@ -101,7 +101,7 @@ def every(field: Field, stride: int) -> np.ndarray:
     return np.array(planes, dtype="f4")
 
 
-def vorticity_files(snapshot: Snapshot) -> Tuple[str, ...]:
+def vorticity_files(snapshot: Snapshot) -> tuple[str, ...]:
     """Returns the stored fields from which |omega| is known."""
     if has_field(snapshot, "vorabs"):
         return ("vorabs",)
@@ -114,7 +114,7 @@ def vorticity_magnitude(snapshot: Snapshot, stride: int = 1) -> np.ndarray:
     fields = [load_field(snapshot, name) for name in names]
     if names == ("vorabs",):
         return every(fields[0], stride)
-    square = 0.0
+    square: np.ndarray | float = 0.0
     for c in range(3):
         one, two = (c + 1) % 3, (c + 2) % 3
         if names == VORTICITY:

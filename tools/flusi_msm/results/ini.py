@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import re
-from typing import Dict, List, Mapping
+from collections.abc import Mapping
 
 _SECTION = re.compile(r"\s*\[([^\]]+)\]")
 _KEY = re.compile(r"\s*([\w:]+)\s*=\s*([^;]*)")
 
 
-def values_of(text: str) -> Dict[str, Dict[str, str]]:
+def values_of(text: str) -> dict[str, dict[str, str]]:
     """Returns {section: {key: value}} without comments; values are text."""
-    values, section = {}, ""
+    values: dict[str, dict[str, str]] = {}
+    section = ""
     for line in text.splitlines():
         line = line.split(";")[0] if line.lstrip().startswith(";") else line
         header, key = _SECTION.match(line), _KEY.match(line)
@@ -25,7 +26,8 @@ def values_of(text: str) -> Dict[str, Dict[str, str]]:
 def with_values(text: str, changes: Mapping[str, Mapping[str, object]]) -> str:
     """Returns the text with the values {section: {key: value}} instead of its own, or added if it has none."""
     left = {section: dict(keys) for section, keys in changes.items()}
-    lines, section = [], ""
+    lines: list[str] = []
+    section = ""
 
     def add_missing() -> None:
         lines.extend(f"{key} = {value};" for key, value in left.pop(section, {}).items())
@@ -45,7 +47,7 @@ def with_values(text: str, changes: Mapping[str, Mapping[str, object]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def differences(before: Mapping[str, Mapping[str, str]], after: Mapping[str, Mapping[str, str]]) -> List[str]:
+def differences(before: Mapping[str, Mapping[str, str]], after: Mapping[str, Mapping[str, str]]) -> list[str]:
     """Lists the differences between two results of values_of: '[Time] CFL: 0.45, now 0.4'."""
     found = []
     for section in sorted({*before, *after}):

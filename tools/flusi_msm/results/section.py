@@ -2,8 +2,8 @@
 """Computes the spanwise vorticity around sections of a wing, on planes normal to its span."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import List, Optional, Sequence, Tuple
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -21,7 +21,7 @@ MOST_POINTS = 400  # along the chord
 TWIN = "#0072B2"   # the rigid wing
 
 
-def parse_section(words: Sequence[str]) -> Tuple[str, Tuple[float, ...]]:
+def parse_section(words: Sequence[str]) -> tuple[str, tuple[float, ...]]:
     """Returns ('left', (0.25, 0.5)) for ['left', '0.25', '0.5']."""
     try:
         side, fractions = words[0], tuple(float(word) for word in words[1:])
@@ -38,7 +38,7 @@ class Section:
     if there is one, and the cuts through the wing and through its rigid twin (or None)."""
 
     def __init__(self, snapshot: Snapshot, wing: WingSurface, fraction: float, cut: np.ndarray,
-                 twin: Optional[np.ndarray], y: np.ndarray, z: np.ndarray) -> None:
+                 twin: np.ndarray | None, y: np.ndarray, z: np.ndarray) -> None:
         self.fraction, self.cut, self.twin, self.y, self.z = fraction, cut, twin, y, z
         z, y = np.meshgrid(z, y, indexing="ij")
         x = np.full(y.size, fraction * wing.length())
@@ -51,7 +51,7 @@ class Section:
         return self.vorticity if self.mask is None else self.vorticity[self.mask < 0.5]
 
 
-def sections_of(snapshot: Snapshot, wing: WingSurface, fractions: Sequence[float], spacing: float) -> List[Section]:
+def sections_of(snapshot: Snapshot, wing: WingSurface, fractions: Sequence[float], spacing: float) -> list[Section]:
     """Returns sections in one window, which is wider than all cuts by more than half a chord."""
     cuts = [wing.cut(fraction * wing.length()) for fraction in fractions]
     for fraction, cut in zip(fractions, cuts):
@@ -60,7 +60,7 @@ def sections_of(snapshot: Snapshot, wing: WingSurface, fractions: Sequence[float
     twins = [None if wing.rigid_points is None else wing.cut(fraction * wing.length(), wing.rigid_points)
              for fraction in fractions]
     ends = np.concatenate(cuts + [twin for twin in twins if twin is not None]).reshape(-1, 2)
-    chord = max(np.linalg.norm(np.ptp(cut.reshape(-1, 2), axis=0)) for cut in cuts)
+    chord = max(float(np.linalg.norm(np.ptp(cut.reshape(-1, 2), axis=0))) for cut in cuts)
     low, high = ends.min(axis=0) - (0.6 * chord, 0.9 * chord), ends.max(axis=0) + (0.6 * chord, 0.9 * chord)
     step = max(spacing / 2, (high[0] - low[0]) / MOST_POINTS)
     y, z = (low[i] + step * np.arange(int((high[i] - low[i]) / step) + 2) for i in (0, 1))
@@ -68,7 +68,8 @@ def sections_of(snapshot: Snapshot, wing: WingSurface, fractions: Sequence[float
             for fraction, cut, twin in zip(fractions, cuts, twins)]
 
 
-def draw_sections(snapshot: Snapshot, side: str, fractions: Sequence[float], limit: Optional[float], out: Path) -> None:
+def draw_sections(snapshot: Snapshot, side: str, fractions: Sequence[float], limit: float | None, out: str | Path | None) -> None:
+    """Draws sections of a wing next to each other, and prints their range."""
     wing = load_surface(snapshot, side)
     name = "mask" if has_field(snapshot, "mask") else "vorx" if has_field(snapshot, "vorx") else "ux"
     sections = sections_of(snapshot, wing, fractions, load_field(snapshot, name).spacing.min())
@@ -104,6 +105,7 @@ def draw_sections(snapshot: Snapshot, side: str, fractions: Sequence[float], lim
 
 
 def draw_section(ax: Axes, section: Section, limit: float) -> AxesImage:
+    """Draws one section."""
     y, z = section.y, section.z
     half = (y[1] - y[0]) / 2
     image = ax.imshow(section.vorticity, origin="lower", cmap="RdBu_r", vmin=-limit, vmax=limit, aspect="equal",

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import argparse
 import io
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Iterator, Tuple
 
 import matplotlib
 
@@ -48,7 +48,7 @@ HEADINGS = {"loads": "Measured and simulated deformation", "parameters": "The pa
             "readings": "Single readings"}
 
 
-def pictures_of(training: Training) -> Iterator[Tuple[str, str, str, Figure]]:
+def pictures_of(training: Training) -> Iterator[tuple[str, str, str, Figure]]:
     """Returns (name, heading, caption, figure) in the order of the page."""
     made = []
     if training.is_complete:
@@ -66,6 +66,7 @@ def pictures_of(training: Training) -> Iterator[Tuple[str, str, str, Figure]]:
 
 
 def png_of(figure: Figure) -> bytes:
+    """Returns a figure as PNG."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", bbox_inches="tight", pad_inches=0.05)
     plt.close(figure)
@@ -73,6 +74,7 @@ def png_of(figure: Figure) -> bytes:
 
 
 def write(path: Path, content: bytes) -> None:
+    """Writes a file; raises an InputError if that is not possible."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)
@@ -82,6 +84,7 @@ def write(path: Path, content: bytes) -> None:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="RUN_FOLDER", help="where msm_train ran, or a NAME_history.h5")
     parser.add_argument("--name", metavar="NAME", help="which training, if the folder holds several")
@@ -104,4 +107,5 @@ def main() -> None:
 
 
 def command() -> None:
+    """Runs the tool; mistakes become messages."""
     run_command("plot_training", main)

@@ -2,7 +2,7 @@
 """Draws maps of a training, load by load: the measurement, the trained wing, and the difference."""
 from __future__ import annotations
 
-from typing import List, Optional, Sequence, Tuple
+from collections.abc import Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -18,10 +18,10 @@ from flusi_msm.wing.file import Wing
 INK, PALE = "#3A2A18", "0.85"
 LOADS_A_PICTURE = 5
 
-Lines = Tuple[List[np.ndarray], List[np.ndarray], np.ndarray]  # outline, veins, triangles
+Lines = tuple[list[np.ndarray], list[np.ndarray], np.ndarray]  # outline, veins, triangles
 
 
-def grid_of(load: Load, values: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+def grid_of(load: Load, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns (x, y, values on the grid with NaN where there are none), lengths in mm."""
     x, i = np.unique(load.rows[:, 0], return_inverse=True)
     y, j = np.unique(load.rows[:, 1], return_inverse=True)
@@ -46,7 +46,7 @@ def outline(wing: Wing) -> Lines:
     return lines, veins, 1e3 * wing.points[wing.triangles, :2]
 
 
-def frame_of(training: Training) -> Tuple[np.ndarray, np.ndarray]:
+def frame_of(training: Training) -> tuple[np.ndarray, np.ndarray]:
     """Returns the limits [mm] of all maps."""
     places = [1e3 * load.rows[:, :2] for load in training.loads]
     if training.wing is not None:
@@ -66,13 +66,14 @@ def direction_text(load: Load) -> str:
     return f" along {'+' if load.direction[axis] > 0 else '−'}{'xyz'[axis]}"
 
 
-def draw_loads(training: Training) -> List[Figure]:
+def draw_loads(training: Training) -> list[Figure]:
     """Draws pictures of at most LOADS_A_PICTURE loads each: measured, simulated, difference."""
     pages = [training.loads[k:k + LOADS_A_PICTURE] for k in range(0, len(training.loads), LOADS_A_PICTURE)]
     return [draw_page(training, page) for page in pages]
 
 
 def draw_page(training: Training, loads: Sequence[Load]) -> Figure:
+    """Draws the maps of some loads on one page."""
     low, high = frame_of(training)
     width = 3.55
     height = width * (high - low)[1] / (high - low)[0]
@@ -115,7 +116,7 @@ def height_share(height: float, inches: float) -> float:
     return 1 + inches / height
 
 
-def draw_load(axes: Sequence[Axes], bars: Sequence[Axes], load: Load, lines: Optional[Lines]) -> None:
+def draw_load(axes: Sequence[Axes], bars: Sequence[Axes], load: Load, lines: Lines | None) -> None:
     """Draws the three maps of one load and their colour bars."""
     largest = 1e3 * max(load.largest, float(np.abs(load.rows[:, 3]).max())) or 1.0
     both = 1e3 * load.rows[:, 2:]

@@ -2,7 +2,7 @@
 """Draws the numbers of a training: convergence, parameters with their intervals, profiles, scalar readings."""
 from __future__ import annotations
 
-from typing import List, Mapping, Optional, Sequence, Tuple
+from collections.abc import Mapping, Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -21,12 +21,12 @@ THRESHOLD_90 = 2.705543454095404  # 90 % of chi^2 with one degree of freedom
 
 # ---- convergence ---------------------------------------------------------------------------------
 
-def cost_scale(training: Training) -> Tuple[float, str]:
+def cost_scale(training: Training) -> tuple[float, str]:
     """Returns (factor, label) of the cost."""
     return (1e6, "h [µm]") if training.cost == "h" else (1.0, r"$\chi^2$")
 
 
-def runs_of(training: Training) -> List[slice]:
+def runs_of(training: Training) -> list[slice]:
     """Returns slices of the generations that belong to one run of one stage."""
     g = training.generations
     change = np.flatnonzero((np.diff(g["stage"]) != 0) | (np.diff(g["run"]) != 0)) + 1
@@ -115,6 +115,7 @@ def mark_outcome(training: Training, axes: Axes, factor: float, last: float) -> 
 
 def draw_polish(training: Training, axes: Axes) -> None:
     """Draws the sum of squares over the evaluations of least squares, and marks where a stage with smaller errors begins."""
+    assert training.polish is not None
     n, data, prior, *errors = training.polish.T
     axes.plot(n, data + prior, "o-", color=COLOURS[1], ms=4.5, label="with the priors")
     axes.plot(n, data, ".", color=INK, ms=4, label="of the measurements")
@@ -133,9 +134,9 @@ def draw_polish(training: Training, axes: Axes) -> None:
 
 # ---- parameters ----------------------------------------------------------------------------------
 
-def groups_of(parameters: Sequence[Parameter]) -> List[List[Parameter]]:
+def groups_of(parameters: Sequence[Parameter]) -> list[list[Parameter]]:
     """Groups parameters of one unit and one scale, which share an axis."""
-    groups = {}
+    groups: dict[tuple[str, bool], list[Parameter]] = {}
     for p in parameters:
         groups.setdefault((p.unit, p.is_log), []).append(p)
     return list(groups.values())
@@ -156,24 +157,24 @@ def draw_parameters(training: Training) -> Figure:
 
 
 def draw_parameter(axes: Axes, y: float, p: Parameter) -> None:
+    """Draws one row: range, value and interval."""
     colour = VERDICT_COLOURS.get(p.verdict, OPEN)
     axes.plot([p.low, p.high], [y, y], color=PALE, lw=7, solid_capstyle="butt", zorder=1)
-    one = p.interval
     if p.verdict in ("determined", "roughly"):
-        axes.plot([one.lower, one.upper], [y, y], color=colour, lw=3.2, solid_capstyle="butt", zorder=3)
-        for end in (one.lower, one.upper):
+        axes.plot([p.known.lower, p.known.upper], [y, y], color=colour, lw=3.2, solid_capstyle="butt", zorder=3)
+        for end in (p.known.lower, p.known.upper):
             axes.plot([end, end], [y - 0.22, y + 0.22], color=colour, lw=1.4, zorder=3)
-        axes.plot(one.best, y, "o", ms=6.5, color=colour, mec="white", mew=0.9, zorder=4)
+        axes.plot(p.known.best, y, "o", ms=6.5, color=colour, mec="white", mew=0.9, zorder=4)
     elif p.verdict == "unknown":
         if np.isfinite(p.value):
             axes.plot(p.value, y, "o", ms=6, mfc="white", mec=colour, mew=1.3, zorder=4)
     elif p.verdict != "failed":
-        ends = one.lower if one.has_lower else p.low, one.upper if one.has_upper else p.high
+        ends = p.known.lower if p.known.has_lower else p.low, p.known.upper if p.known.has_upper else p.high
         style = {"lower": "-|>", "upper": "<|-", "open": "<|-|>"}[p.verdict]
         axes.annotate("", xy=(ends[1], y), xytext=(ends[0], y), zorder=3,
                       arrowprops={"arrowstyle": style + ",head_width=0.22,head_length=0.45", "color": OPEN, "lw": 1.8,
                                   "shrinkA": 0, "shrinkB": 0, "ls": "-" if p.verdict != "open" else (0, (3, 2))})
-        for has, end in ((one.has_lower, one.lower), (one.has_upper, one.upper)):
+        for has, end in ((p.known.has_lower, p.known.lower), (p.known.has_upper, p.known.upper)):
             if has:
                 axes.plot([end, end], [y - 0.27, y + 0.27], color=OPEN, lw=2.2, zorder=4)
     text = p.shown() + (f"   {p.uncertainty()}" if p.uncertainty() else "")
@@ -201,10 +202,11 @@ def dress_parameters(axes: Axes, group: Sequence[Parameter]) -> None:
 # ---- profiles ------------------------------------------------------------------------------------
 
 def has_profile(p: Parameter) -> bool:
-    return p.profile is not None and len(p.profile) > 1
+    """Returns whether there is a profile to draw."""
+    return p.interval is not None and p.profile is not None and len(p.profile) > 1
 
 
-def draw_profiles(training: Training) -> Optional[Figure]:
+def draw_profiles(training: Training) -> Figure | None:
     """Draws how the best possible fit becomes worse if one parameter is held at other values; None without profiles."""
     chosen = [p for p in training.parameters if has_profile(p)]
     if not chosen:
@@ -226,10 +228,12 @@ def draw_profiles(training: Training) -> Optional[Figure]:
 
 
 def draw_profile(axes: Axes, p: Parameter) -> None:
+    """Draws the profile of one parameter."""
+    assert p.profile is not None
     rows = p.profile[np.argsort(p.profile[:, 0])]
     colour = VERDICT_COLOURS.get(p.verdict, OPEN)
-    one = p.interval
-    factor, unit = prefix_of(one.best if one else p.value, p.unit)
+    one = p.known
+    factor, unit = prefix_of(one.best, p.unit)
     x, y = factor * rows[:, 0], rows[:, 1]
     ends = factor * one.lower, factor * one.upper
     axes.axvspan(*ends, color=colour, alpha=0.13, lw=0)
@@ -257,7 +261,7 @@ def draw_profile(axes: Axes, p: Parameter) -> None:
     axes.set_title(p.label, loc="left", fontsize=9)
 
 
-def between_points(x: np.ndarray, y: np.ndarray, best: float, is_log: bool) -> Tuple[np.ndarray, np.ndarray]:
+def between_points(x: np.ndarray, y: np.ndarray, best: float, is_log: bool) -> tuple[np.ndarray, np.ndarray]:
     """Returns a profile between its points: the root of the sum of squares, which is straight for linear problems, is
     interpolated linearly."""
     at = np.log(x) if is_log else x
@@ -268,7 +272,7 @@ def between_points(x: np.ndarray, y: np.ndarray, best: float, is_log: bool) -> T
 
 # ---- scalar observations -------------------------------------------------------------------------
 
-def draw_readings(training: Training) -> Optional[Figure]:
+def draw_readings(training: Training) -> Figure | None:
     """Draws scalar observations with their 90 % errors and the values of the trained wing; None without any."""
     if training.readings is None:
         return None

@@ -2,20 +2,21 @@
 """Writes the report of a training as one HTML page that needs no other file: verdicts first, then pictures, then the log."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
-from typing import List, Sequence, Tuple, Union
 
 import numpy as np
 
 from flusi_msm.page_parts import badge, document, figure_html, table_html
-from flusi_msm.training.run import Training, error_ratio, in_words, warnings_of
+from flusi_msm.training.judgement import error_ratio, warnings_of
+from flusi_msm.training.run import Training, in_words
 
 WORDS = {"determined": "determined", "roughly": "roughly known", "lower": "only a lower limit",
          "upper": "only an upper limit", "open": "not determined", "failed": "interval not found",
          "unknown": "not examined"}
 
 
-def numbers_of(training: Training) -> List[Tuple[str, str]]:
+def numbers_of(training: Training) -> list[tuple[str, str]]:
     """Returns (value, description) of the boxes at the top."""
     out, loads = training.outcome, training.loads
     boxes = []
@@ -40,12 +41,14 @@ def numbers_of(training: Training) -> List[Tuple[str, str]]:
 
 
 def verdict_table(training: Training) -> str:
+    """Returns the table of all parameters as HTML."""
     rows = [(escape(p.label), escape(p.shown()), escape(p.interval_text()), badge(p.verdict, WORDS[p.verdict]),
              escape(p.sentence())) for p in training.parameters]
     return table_html(("parameter", ("value", True), ("90 % interval", True), "verdict", "in words"), rows, "verdicts")
 
 
 def load_table(training: Training) -> str:
+    """Returns the table of all loads as HTML."""
     rows = []
     for load in training.loads:
         chi = f"{np.sqrt(load.chi2 / len(load.rows)):.2f}" if np.isfinite(load.chi2) else "–"
@@ -59,6 +62,7 @@ def load_table(training: Training) -> str:
 
 
 def warning_box(training: Training) -> str:
+    """Returns the warnings as HTML."""
     found = warnings_of(training)
     if not found:
         return "<p class=fine>No warnings.</p>"
@@ -66,7 +70,7 @@ def warning_box(training: Training) -> str:
             + "".join(f"<li>{escape(text)}</li>" for text in found) + "</ul></div>")
 
 
-def page(training: Training, pictures: Sequence[Tuple[str, str, Union[bytes, List[bytes]]]]) -> str:
+def page(training: Training, pictures: Sequence[tuple[str, str, bytes | list[bytes]]]) -> str:
     """Returns the whole page. `pictures` are (heading, caption, png bytes)."""
     title = f"Training report: {training.name}"
     boxes = "".join(f"<li><b>{escape(value)}</b><span>{escape(text)}</span></li>"

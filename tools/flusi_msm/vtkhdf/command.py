@@ -6,7 +6,6 @@ from __future__ import annotations
 import argparse
 import os
 from pathlib import Path
-from typing import List
 
 from flusi_msm.errors import InputError, Problems, run_command
 from flusi_msm.vtkhdf.fields import write_fields
@@ -43,13 +42,13 @@ def convert(folder: Path, vectors: bool = True) -> None:
         write(path.with_suffix(".vtkhdf"), steps if vectors else without_vectors(steps))
 
 
-def without_vectors(steps: List[Step]) -> List[Step]:
+def without_vectors(steps: list[Step]) -> list[Step]:
     """Returns the flow without the vectors that are joined from components; surfaces have none of this kind."""
     return [step._replace(quantities={name: quantity for name, quantity in step.quantities.items() if len(quantity.sources) == 1})
             for step in steps]
 
 
-def write(path: Path, steps: List[Step]) -> None:
+def write(path: Path, steps: list[Step]) -> None:
     """Writes one file completely or not at all."""
     part = path.with_name(path.name + ".part")
     is_flow = steps[0].points is None
@@ -65,6 +64,7 @@ def write(path: Path, steps: List[Step]) -> None:
 
 
 def main() -> None:
+    """Does what the command line asks for."""
     parser = argparse.ArgumentParser(prog="to_vtkhdf", description=__doc__)
     parser.add_argument("folder", metavar="RUN", type=Path, help="folder of a run with its *.xmf")
     parser.add_argument("--no-vectors", action="store_true", help="leave the vectors u and vor out, which are read much slower than "

@@ -3,8 +3,6 @@
 the run."""
 from __future__ import annotations
 
-from typing import Dict, List, Tuple
-
 import h5py
 import numpy as np
 
@@ -12,7 +10,7 @@ from flusi_msm.errors import InputError
 from flusi_msm.vtkhdf.index import Quantity, Step
 
 
-def begin(file: h5py.File, kind: str, steps: List[Step]) -> h5py.Group:
+def begin(file: h5py.File, kind: str, steps: list[Step]) -> h5py.Group:
     """Makes the group VTKHDF of a file with the times of the steps."""
     group = file.create_group("VTKHDF")
     group.attrs["Version"] = np.array([2, 0], dtype="i8")
@@ -25,7 +23,7 @@ def begin(file: h5py.File, kind: str, steps: List[Step]) -> h5py.Group:
     return group
 
 
-def grid_of(steps: List[Step], path: str) -> Step:
+def grid_of(steps: list[Step], path: str) -> Step:
     """Returns the first step; raises an InputError if another one has another grid."""
     first = steps[0]
     for step in steps[1:]:
@@ -34,10 +32,10 @@ def grid_of(steps: List[Step], path: str) -> Step:
     return first
 
 
-def virtual(steps: List[Step], name: str, shape: Tuple[int, ...]) -> h5py.VirtualLayout:
+def virtual(steps: list[Step], name: str, shape: tuple[int, ...]) -> h5py.VirtualLayout:
     """Returns the quantity at all times, (time, z, y, x), vectors with (..., component). If there is only one time there is no
     axis of time, because the reader expects none. Where the run did not save it, it is not a number."""
-    known: List[Quantity] = [step.quantities[name] for step in steps if name in step.quantities]
+    known: list[Quantity] = [step.quantities[name] for step in steps if name in step.quantities]
     components = len(known[0].sources)
     one_time = len(steps) == 1
     whole = ((len(steps),) if not one_time else ()) + tuple(shape) + ((components,) if components > 1 else ())
@@ -53,11 +51,11 @@ def virtual(steps: List[Step], name: str, shape: Tuple[int, ...]) -> h5py.Virtua
     return layout
 
 
-def write_fields(path: str, steps: List[Step]) -> List[str]:
+def write_fields(path: str, steps: list[Step]) -> list[str]:
     """Writes the file next to those that it refers to, and returns the names of its quantities. It can be moved only together
     with them. Raises an InputError if the grid changes with time."""
     first = grid_of(steps, path)
-    names: Dict[str, None] = dict.fromkeys(name for step in steps for name in step.quantities)
+    names: dict[str, None] = dict.fromkeys(name for step in steps for name in step.quantities)
     with h5py.File(path, "w", libver=("v110", "v110")) as file:  # virtual datasets are of HDF5 1.10
         group = begin(file, "ImageData", steps)
         group.attrs["WholeExtent"] = np.ravel([(0, n - 1) for n in first.shape[::-1]]).astype("i8")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Tuple
+from typing import NamedTuple
 
 import h5py
 
@@ -16,14 +16,14 @@ class Source(NamedTuple):
 
     file: str
     dataset: str
-    shape: Tuple[int, ...]
+    shape: tuple[int, ...]
     precision: int
 
 
 class Quantity(NamedTuple):
     """A quantity on the points or, if not `on_points`, on the cells; a vector of the flow has a source for each component."""
 
-    sources: Tuple[Source, ...]
+    sources: tuple[Source, ...]
     on_points: bool
 
 
@@ -32,60 +32,75 @@ class Step(NamedTuple):
     x)."""
 
     time: float
-    quantities: Dict[str, Quantity]
-    points: Optional[Source] = None
-    triangles: Optional[Source] = None
-    origin: Tuple[float, ...] = ()
-    spacing: Tuple[float, ...] = ()
-    shape: Tuple[int, ...] = ()
+    quantities: dict[str, Quantity]
+    points: Source | None = None
+    triangles: Source | None = None
+    origin: tuple[float, ...] = ()
+    spacing: tuple[float, ...] = ()
+    shape: tuple[int, ...] = ()
 
 
-def _numbers(element: ElementTree.Element) -> Tuple[float, ...]:
-    return tuple(float(word) for word in element.text.split())
+def _part(element: ElementTree.Element, name: str) -> ElementTree.Element:
+    found = element.find(name)
+    if found is None:
+        raise ValueError(f"a {element.tag} has no {name}")
+    return found
+
+
+def _attribute(element: ElementTree.Element, name: str) -> str:
+    value = element.get(name)
+    if value is None:
+        raise ValueError(f"a {element.tag} has no {name}")
+    return value
+
+
+def _numbers(element: ElementTree.Element) -> tuple[float, ...]:
+    return tuple(float(word) for word in (element.text or "").split())
 
 
 def _source(item: ElementTree.Element) -> Source:
-    file, dataset = item.text.strip().split(":/")
-    return Source(file, dataset, tuple(int(n) for n in item.get("Dimensions").split()), int(item.get("Precision")))
+    file, dataset = (item.text or "").strip().split(":/")
+    return Source(file, dataset, tuple(int(n) for n in _attribute(item, "Dimensions").split()), int(_attribute(item, "Precision")))
 
 
 def _quantity(attribute: ElementTree.Element) -> Quantity:
-    item = attribute.find("DataItem")
+    item = _part(attribute, "DataItem")
     parts = item.findall("DataItem") if item.get("ItemType") == "Function" else [item]
     return Quantity(tuple(map(_source, parts)), attribute.get("Center") == "Node")
 
 
-def _step(grid: ElementTree.Element) -> Optional[Step]:
+def _step(grid: ElementTree.Element) -> Step | None:
     topology, geometry = grid.find("Topology"), grid.find("Geometry")
     if grid.get("GridType") != "Uniform" or topology is None or geometry is None:
         return None
-    time = float(grid.find("Time").get("Value"))
-    quantities = {attribute.get("Name"): _quantity(attribute) for attribute in grid.findall("Attribute")}
+    time = float(_attribute(_part(grid, "Time"), "Value"))
+    quantities = {_attribute(attribute, "Name"): _quantity(attribute) for attribute in grid.findall("Attribute")}
     if topology.get("TopologyType") == "3DCoRectMesh":
         origin, spacing = (_numbers(item)[::-1] for item in geometry.findall("DataItem"))
-        shape = tuple(int(n) for n in topology.get("Dimensions").split())
+        shape = tuple(int(n) for n in _attribute(topology, "Dimensions").split())
         return Step(time, quantities, origin=origin, spacing=spacing, shape=shape)
     if topology.get("TopologyType") == "Triangle":
-        return Step(time, quantities, _source(geometry.find("DataItem")), _source(topology.find("DataItem")))
+        return Step(time, quantities, _source(_part(geometry, "DataItem")), _source(_part(topology, "DataItem")))
     return None
 
 
-def read_index(path: Path) -> List[Step]:
+def read_index(path: Path) -> list[Step]:
     """Returns the steps of an index in the order of time; none if it is of another kind (the shapes of `flusi --solid` and
     `--static`). Raises an InputError where it cannot be read."""
     try:
         series = ElementTree.parse(path).getroot().findall("Domain/Grid")
         if len(series) != 1 or series[0].get("CollectionType") != "Temporal":
             return []
-        steps = [_step(grid) for grid in series[0].findall("Grid")]
+        grids = series[0].findall("Grid")
+        steps = [step for step in map(_step, grids) if step is not None]
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
     except (ElementTree.ParseError, AttributeError, ValueError, TypeError) as error:
         raise InputError(f"{path}: not an index of this program: {error}") from None
-    return [] if None in steps else sorted(steps, key=lambda step: step.time)
+    return [] if len(steps) < len(grids) else sorted(steps, key=lambda step: step.time)
 
 
-def check_sources(folder: Path, steps: List[Step], problems: Problems) -> None:
+def check_sources(folder: Path, steps: list[Step], problems: Problems) -> None:
     """Reports every file and dataset that does not exist or does not agree with the index."""
     for step in steps:
         wanted = [source for quantity in step.quantities.values() for source in quantity.sources]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import List, Sequence, Tuple
 
 import h5py
 import numpy as np
@@ -17,16 +16,17 @@ TRIANGLES = CELLS.index("Polygons")
 
 
 def read(folder: Path, source: Source) -> np.ndarray:
+    """Returns the array of a source."""
     with h5py.File(folder / source.file, "r") as file:
         return file[source.dataset][...]
 
 
-def behind_each_other(counts: Sequence[int]) -> np.ndarray:
+def behind_each_other(counts: np.ndarray) -> np.ndarray:
     """Returns where each of several consecutive blocks begins."""
     return np.concatenate([[0], np.cumsum(counts)[:-1]]).astype("i8")
 
 
-def write_triangles(group: h5py.Group, meshes: List[np.ndarray]) -> None:
+def write_triangles(group: h5py.Group, meshes: list[np.ndarray]) -> None:
     """Writes triangles of all steps, one part each."""
     count = np.array([len(mesh) for mesh in meshes], dtype="i8")
     none = np.zeros(len(meshes), dtype="i8")
@@ -44,7 +44,7 @@ def write_triangles(group: h5py.Group, meshes: List[np.ndarray]) -> None:
     group["Steps/ConnectivityIdOffsets"] = 3 * offsets
 
 
-def quantities_of(steps: List[Step], path: str) -> List[Tuple[str, bool]]:
+def quantities_of(steps: list[Step], path: str) -> list[tuple[str, bool]]:
     """Returns (name, whether it is on the points). Raises an InputError if they change with time."""
     found = [{(name, quantity.on_points) for name, quantity in step.quantities.items()} for step in steps]
     for step, have in zip(steps, found):
@@ -54,12 +54,12 @@ def quantities_of(steps: List[Step], path: str) -> List[Tuple[str, bool]]:
     return [(name, quantity.on_points) for name, quantity in steps[0].quantities.items()]
 
 
-def write_surface(path: str, steps: List[Step]) -> List[str]:
+def write_surface(path: str, steps: list[Step]) -> list[str]:
     """Writes the file and returns the names of its quantities. The sources are in its folder."""
     folder = Path(path).parent
     quantities = quantities_of(steps, path)
-    points = [read(folder, step.points) for step in steps]
-    meshes = [read(folder, step.triangles) for step in steps]
+    points = [read(folder, step.points) for step in steps if step.points]
+    meshes = [read(folder, step.triangles) for step in steps if step.triangles]
     with h5py.File(path, "w", libver=("earliest", "v110")) as file:
         group = begin(file, "PolyData", steps)
         n_points = np.array([len(block) for block in points], dtype="i8")

@@ -2,15 +2,15 @@
 """Draws deformed wings, as `flusi --static` and `flusi --solid` save them: map of deflection, side view, sections."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Sequence, Union
 
 import h5py
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from flusi_msm.results.files import InputError
@@ -23,6 +23,7 @@ SMALL = 0.03                  # a deflection below this part of the span is draw
 
 @dataclass
 class Shape:
+    """A deformed wing."""
     path: Path
     title: str
     time: float              # [s], or NaN
@@ -33,7 +34,7 @@ class Shape:
     rest_veins: list         # the same at rest
 
 
-def read_shape(path: Union[str, Path]) -> Shape:
+def read_shape(path: str | Path) -> Shape:
     """Reads a shape file; lengths in mm."""
     try:
         with h5py.File(path, "r") as file:
@@ -111,7 +112,9 @@ class Sheet:
                 self.BOTTOM + self.height + self.TITLE + (self.BOTTOM + self.chord + self.TITLE if has_map else 0))
         self.figure = plt.figure(figsize=size)
         self.side = self.panel(self.LEFT, self.BOTTOM, self.WIDTH, self.height)
-        self.map = self.sections = self.bar = None
+        self.map: Axes | None = None          # nothing of these without triangles
+        self.sections: Axes | None = None
+        self.bar: Axes | None = None
         if has_map:
             right, top = self.LEFT + self.WIDTH + self.GAP, self.BOTTOM + self.height + self.TITLE + self.BOTTOM
             self.sections = self.panel(right, self.BOTTOM, self.chord, self.height)
@@ -119,11 +122,12 @@ class Sheet:
             self.bar = self.panel(self.LEFT + self.WIDTH + 0.2, top, 0.15, self.chord)
 
     def panel(self, x: float, y: float, width: float, height: float) -> Axes:
+        """Returns a panel at a place [inches]."""
         all_x, all_y = self.figure.get_size_inches()
         return self.figure.add_axes([x / all_x, y / all_y, width / all_x, height / all_y])
 
-    def frame(self, axes: Axes, across: np.ndarray, up: np.ndarray, label: str) -> None:
-        """Sets limits, zero line and labels of a panel that shows coordinates `across` and `up`."""
+    def frame(self, axes: Axes, across: int, up: int, label: bool) -> None:
+        """Sets limits, zero line and labels of a panel that shows coordinates number `across` and `up`."""
         axes.set_xlim(self.low[across], self.high[across])
         axes.set_ylim(self.low[up], self.high[up])
         axes.set_xlabel(f"{'xyz'[across]} [mm]")
@@ -139,6 +143,7 @@ class Sheet:
 def draw_map(sheet: Sheet, shape: Shape) -> None:
     """Draws where the unloaded wing moves, and how far along its normal."""
     axes = sheet.map
+    assert axes is not None
     z = (shape.points - shape.rest)[:, 2]
     largest = np.abs(z).max() or 1.0
     signed = z.min() < -0.05 * largest and z.max() > 0.05 * largest
@@ -174,6 +179,7 @@ def draw_side(axes: Axes, shape: Shape, colour: str, is_only: bool) -> None:
 def draw_sections(sheet: Sheet, shapes: Sequence[Shape], colours: Sequence[str]) -> None:
     """Draws sections across the span, seen from the tip: three of one shape, or one of several shapes."""
     axes = sheet.sections
+    assert axes is not None
     low, high = shapes[-1].rest[:, 0].min(), shapes[-1].rest[:, 0].max()
     if len(shapes) == 1:
         axes.set_title("sections across the span", loc="left")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import List, Optional
 
 from flusi_msm.errors import InputError, Problems, run_command
 from flusi_msm.magnitude import AREAL, DIAMETERS, magnitude_doubt
@@ -27,7 +26,7 @@ USAGE = """make_wing DRAWING.svg [-o wing.h5]        outline and veins traced in
        make_wing strip FILE [--length MM] [--width MM] [--cells N] [--diameter UM]"""
 
 
-def traced_wing(sketch: Sketch, problems: Problems, edge: Optional[float] = None, snap: Optional[float] = None,
+def traced_wing(sketch: Sketch, problems: Problems, edge: float | None = None, snap: float | None = None,
                 mesher: str = "auto") -> Wing:
     """Returns the wing that a sketch describes; lengths in metres, None: the default. Raises InputError with all mistakes."""
     trace = trace_of(sketch, problems)
@@ -70,7 +69,7 @@ def traced_wing(sketch: Sketch, problems: Problems, edge: Optional[float] = None
     return wing
 
 
-def _check_lengths(trace: Trace, edge: Optional[float], snap: float, problems: Problems) -> None:
+def _check_lengths(trace: Trace, edge: float | None, snap: float, problems: Problems) -> None:
     for name, value, least, most in (("edge", edge, 1e-3, 0.5), ("snap", snap, 1e-5, 0.1)):
         if value is not None and not least * trace.length <= value <= most * trace.length:
             problems.error(f"--{name} {1e3 * value:.4g}: is in mm and must lie between {least:g} and {most:g} of the wing's length "
@@ -139,7 +138,7 @@ def _drawing_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def make_from_drawing(arguments: List[str]) -> None:
+def make_from_drawing(arguments: list[str]) -> None:
     parser = _drawing_parser()
     options = parser.parse_args(arguments)
     for name in ("edge", "snap", "metres_per_unit", "length", "membrane_mass", "root_part"):
@@ -160,7 +159,7 @@ def make_from_drawing(arguments: List[str]) -> None:
         save_picture(wing, quality, Path(options.picture or output.with_suffix(".png")))
 
 
-def make_from_numbers(arguments: List[str]) -> None:
+def make_from_numbers(arguments: list[str]) -> None:
     parser = argparse.ArgumentParser(prog="make_wing", usage=USAGE)
     kinds = parser.add_subparsers(dest="kind", required=True)
     fly = kinds.add_parser("calliphora", help="the wing of a blowfly")

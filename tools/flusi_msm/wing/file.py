@@ -6,7 +6,7 @@ import argparse
 from dataclasses import dataclass, field
 from math import pi
 from pathlib import Path
-from typing import Optional, Tuple, Union
+from typing import Any
 
 import h5py
 import numpy as np
@@ -27,20 +27,21 @@ class WingMass:
     law: str                                         # of the membrane, of LAWS
     membrane: float                                  # mass of the membrane [kg]
     source: str                                      # where this comes from, for readers
-    weights: Tuple[float, float, float] = (1.0, 0.0, 0.0)  # bilinear: areal density ~ w1 + w2 x + w3 y [-], [1/m], [1/m]
+    weights: tuple[float, float, float] = (1.0, 0.0, 0.0)  # bilinear: areal density ~ w1 + w2 x + w3 y [-], [1/m], [1/m]
     vein_density: float = 1300.0                     # [kg/m^3]
 
 
 @dataclass
 class Wing:
+    """A wing: points, membrane, veins, joints and what holds it."""
     points: np.ndarray                               # (n, 3) [m]
     triangles: np.ndarray                            # (m, 3)
-    veins: dict = field(default_factory=dict)        # name: (nodes, diameters [m])
-    joints: dict = field(default_factory=dict)       # name: (vein, node) or (node, node, node)
-    root: list = field(default_factory=list)
+    veins: dict[str, tuple[list[int], np.ndarray]] = field(default_factory=dict)  # name: (nodes, diameters [m])
+    joints: dict[str, tuple[Any, ...]] = field(default_factory=dict)  # name: (vein, node) or (node, node, node)
+    root: list[int] = field(default_factory=list)
     title: str = ""
     z_side: str = ""                                 # which side of which wing +z points to, of Z_SIDES; "": not stated
-    mass: Optional[WingMass] = None                  # None: not stated
+    mass: WingMass | None = None                  # None: not stated
 
     def areas(self) -> np.ndarray:
         """Returns the area of every triangle in the x, y plane [m^2], negative if clockwise."""
@@ -58,7 +59,7 @@ class Wing:
             smallest = min(smallest, np.degrees(np.arccos(np.clip(cosine, -1, 1))).min())
         return smallest
 
-    def edges(self) -> Tuple[np.ndarray, np.ndarray]:
+    def edges(self) -> tuple[np.ndarray, np.ndarray]:
         """Returns unique edges (k, 2), smaller point first, sorted; and the number of triangles at each."""
         pairs = np.sort(np.concatenate([self.triangles[:, [0, 1]], self.triangles[:, [1, 2]],
                                         self.triangles[:, [2, 0]]]), axis=1)
@@ -83,6 +84,7 @@ class Wing:
         return mass
 
     def summary(self) -> str:
+        """Describes the wing in lines."""
         text = f"{len(self.points)} points, {len(self.triangles)} triangles, {len(self.veins)} veins, " \
                f"{len(self.joints)} joints, {len(self.root)} root points"
         if len(self.triangles):
@@ -120,9 +122,9 @@ def sorted_wing(wing: Wing) -> Wing:
                 sorted(int(number[i]) for i in wing.root), wing.title, wing.z_side, wing.mass)
 
 
-def write_wing(path: Union[str, Path], wing: Wing) -> None:
+def write_wing(path: str | Path, wing: Wing) -> None:
     """Writes a wing file with a seal in the layout of HDF5 1.8, whose metadata carry checksums."""
-    def dataset(group: h5py.Group, name: str, values: object, kind: object, units: Optional[str] = None) -> h5py.Dataset:
+    def dataset(group: h5py.Group, name: str, values: Any, kind: str, units: str | None = None) -> h5py.Dataset:
         made = group.create_dataset(name, data=np.asarray(values, kind), track_times=False)
         if units:
             made.attrs["units"] = np.bytes_(units)
@@ -151,8 +153,8 @@ def write_wing(path: Union[str, Path], wing: Wing) -> None:
                 dataset(group, "nodes", np.asarray(nodes) + 1, "<i4")
                 dataset(group, "diameters", diameters, "<f8", "m")
             for name, joint in sorted(wing.joints.items()):
-                nodes = joint[1:] if len(joint) == 2 else joint
-                made = dataset(file, "joints/" + name, np.asarray(nodes) + 1, "<i4")
+                places = joint[1:] if len(joint) == 2 else joint
+                made = dataset(file, "joints/" + name, np.asarray(places) + 1, "<i4")
                 if len(joint) == 2:
                     made.attrs["vein"] = np.bytes_(joint[0])
             dataset(file, "root/nodes", np.asarray(wing.root) + 1, "<i4")
@@ -161,7 +163,7 @@ def write_wing(path: Union[str, Path], wing: Wing) -> None:
         raise InputError(f"{path}: cannot be written: {error}") from None
 
 
-def read_wing(path: Union[str, Path]) -> Wing:
+def read_wing(path: str | Path) -> Wing:
     """Reads a wing file; it is checked only as far as needed to draw it, not as strictly as by the solver."""
     def text(value: object) -> str:
         return value.decode() if isinstance(value, bytes) else str(value)
@@ -183,9 +185,9 @@ def read_wing(path: Union[str, Path]) -> Wing:
             root = (file["root/nodes"][:] - base).tolist()
             mass = None
             if "membrane_law" in file.attrs:
-                weights = file.attrs.get("membrane_weights", (1.0, 0.0, 0.0))
+                one, x, y = (float(w) for w in file.attrs.get("membrane_weights", (1.0, 0.0, 0.0)))
                 mass = WingMass(text(file.attrs["membrane_law"]), float(file.attrs["membrane_mass"]),
-                                text(file.attrs["mass_source"]), tuple(float(w) for w in weights),
+                                text(file.attrs["mass_source"]), (one, x, y),
                                 float(file.attrs.get("vein_density", 1300.0)))
             title, z_side = (text(file.attrs.get(name, "")) for name in ("title", "z_side"))
     except (OSError, KeyError, AttributeError, TypeError) as error:

@@ -7,7 +7,6 @@ in FLUSI's wing frame (x_w chordwise, y_w spanwise). Lengths are in wing lengths
 from __future__ import annotations
 
 import re
-from typing import Dict, List
 
 import numpy as np
 
@@ -17,7 +16,7 @@ POINTS = 720
 SERIES = ("ai_wings", "bi_wings")
 
 
-def _entries(path: str) -> Dict[str, str]:
+def _entries(path: str) -> dict[str, str]:
     """Returns keys of [Wing] in small letters with their text; matrices (/ ... /) over several lines are one text."""
     try:
         with open(path, encoding="utf-8", errors="replace") as file:
@@ -41,7 +40,7 @@ def read_fourier_outline(path: str) -> np.ndarray:
     """Returns points (n, 2) of the outline in the wing frame, x from root to tip, y toward the leading edge, counter-clockwise;
     the unit is that of the file. All mistakes are raised at once."""
     entries = _entries(path)
-    wrong: List[str] = []
+    wrong: list[str] = []
     if not entries:
         raise InputError(f"{path}: has no section [Wing]")
     if entries.get("type", "fourier").lower() != "fourier":

@@ -7,7 +7,7 @@ its shared library cannot be loaded, the triangulation of this package is used.
 from __future__ import annotations
 
 from types import ModuleType
-from typing import Callable, Dict, List, Optional, Tuple
+from typing import Callable
 
 import numpy as np
 
@@ -32,13 +32,14 @@ def default_edge(area: float) -> float:
 
 def size_field(net: Network, edge: float) -> Size:
     """Returns the edge length wanted at points (m, 2): `edge`, but less between lines that are close and do not meet."""
-    points, owner = [], []
+    points: list[np.ndarray] = []
+    owners: list[int] = []
     for k, branch in enumerate(net.branches):
         s = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(branch.points, axis=0), axis=1))])
         at = np.linspace(0, s[-1], max(2, int(np.ceil(2 * s[-1] / edge)) + 1))
         points.append(np.stack([np.interp(at, s, branch.points[:, i]) for i in (0, 1)], axis=1))
-        owner += [k] * len(at)
-    p, owner = np.concatenate(points), np.array(owner)
+        owners += [k] * len(at)
+    p, owner = np.concatenate(points), np.array(owners)
     ends = np.array([(b.first, b.last) for b in net.branches])
     meet = (ends[:, None, :, None] == ends[None, :, None, :]).any((2, 3))
     gap = np.full(len(p), np.inf)
@@ -74,8 +75,8 @@ def divide(points: np.ndarray, size: Size, pieces: int = 0) -> np.ndarray:
     return made
 
 
-def fill_with_gmsh(gmsh: ModuleType, points: np.ndarray, loop: List[int], inner: List[Tuple[int, int]], size: Size) \
-        -> Tuple[np.ndarray, np.ndarray]:
+def fill_with_gmsh(gmsh: ModuleType, points: np.ndarray, loop: list[int], inner: list[tuple[int, int]], size: Size) \
+        -> tuple[np.ndarray, np.ndarray]:
     """Returns triangles inside the closed line through the points `loop`, among whose edges are the edges `inner`."""
     scale = float(np.ptp(points, axis=0).max())
     was_running = gmsh.isInitialized()
@@ -121,12 +122,12 @@ def fill_with_gmsh(gmsh: ModuleType, points: np.ndarray, loop: List[int], inner:
     return np.concatenate([points, np.array([where[int(k)] for k in free]).reshape(-1, 2)]), triangles
 
 
-def fill_without_gmsh(points: np.ndarray, segments: List[Tuple[int, int]], size: Size) -> Tuple[np.ndarray, np.ndarray]:
+def fill_without_gmsh(points: np.ndarray, segments: list[tuple[int, int]], size: Size) -> tuple[np.ndarray, np.ndarray]:
     """Returns the same by the triangulation of this package."""
     scale = float(np.ptp(points, axis=0).max())
-    known: Dict[Tuple[int, int], float] = {}
+    known: dict[tuple[int, int], float] = {}
 
-    def cached(p: Tuple[float, float]) -> float:
+    def cached(p: tuple[float, float]) -> float:
         cell = (int(400 * p[0]), int(400 * p[1]))
         if cell not in known:
             known[cell] = float(size((np.array([cell]) + 0.5) / 400 * scale)[0]) / scale
@@ -147,7 +148,7 @@ def fill_without_gmsh(points: np.ndarray, segments: List[Tuple[int, int]], size:
     raise InputError(f"the wing could not be filled with triangles ({why}): install gmsh, or choose another --edge")
 
 
-def load_gmsh(problems: Problems) -> Optional[ModuleType]:
+def load_gmsh(problems: Problems) -> ModuleType | None:
     """Returns the module gmsh, or None with a notice if it cannot be loaded."""
     try:
         import gmsh
@@ -169,7 +170,7 @@ def mesh_wing(trace: Trace, net: Network, edge: float, mesher: str, problems: Pr
         raise InputError(f"an edge length of {1e3 * edge:.3g} mm would give about {estimate:.0f} points: choose --edge larger")
     size = size_field(net, edge)
     lines = [divide(branch.points, size) for branch in net.branches]
-    ends: Dict[Tuple[int, int], List[int]] = {}
+    ends: dict[tuple[int, int], list[int]] = {}
     for k, branch in enumerate(net.branches):
         if len(lines[k]) == 2:
             ends.setdefault((min(branch.first, branch.last), max(branch.first, branch.last)), []).append(k)
@@ -202,11 +203,11 @@ def mesh_wing(trace: Trace, net: Network, edge: float, mesher: str, problems: Pr
     triangles[turned] = triangles[turned][:, ::-1]
     veins = {}
     for vein in trace.veins:
-        nodes: List[int] = []
+        nodes: list[int] = []
         for k, forward in net.veins[vein.name]:
             nodes += (numbers[k] if forward else numbers[k][::-1])[1 if nodes else 0:]
         s = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(xy[nodes], axis=0), axis=1))])
-        veins[vein.name] = (nodes, diameter_at(vein.diameters, s / s[-1]))
+        veins[vein.name] = (nodes, diameter_at(vein.diameters or [], s / s[-1]))
     joints = {}
     for name, (names, node) in net.joints.items():
         joints[name] = (names[0], node) if len(names) == 1 else \
@@ -215,7 +216,7 @@ def mesh_wing(trace: Trace, net: Network, edge: float, mesher: str, problems: Pr
     return sorted_wing(Wing(space, triangles, veins, joints, root, trace.title, trace.z_side))
 
 
-def _check_crossings(trace: Trace, net: Network, points: np.ndarray, numbers: List[List[int]], problems: Problems) -> None:
+def _check_crossings(trace: Trace, net: Network, points: np.ndarray, numbers: list[list[int]], problems: Problems) -> None:
     """Checks that straight edges do not cross where the curves that they replace do not."""
     owner = {k: f"vein '{name}'" for name, chain in net.veins.items() for k, _ in chain}
     pairs = np.array([pair for chain in numbers for pair in zip(chain, chain[1:])])
@@ -241,7 +242,7 @@ def _check_crossings(trace: Trace, net: Network, points: np.ndarray, numbers: Li
         break
 
 
-def _neighbour(nodes: List[int], node: int, is_after: bool) -> int:
+def _neighbour(nodes: list[int], node: int, is_after: bool) -> int:
     """Returns the point of a vein before or after one of its points; the other one where the vein ends."""
     i = nodes.index(node)
     if is_after:
@@ -260,7 +261,7 @@ def _signed_areas(xy: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
 
 
-def missing_edges(wing: Wing) -> List[Tuple[str, np.ndarray]]:
+def missing_edges(wing: Wing) -> list[tuple[str, np.ndarray]]:
     """Returns segments of veins that are no edges of triangles, as vein and place [m]; none in a good mesh."""
     mesh = {tuple(e) for e in wing.edges()[0].tolist()}
     return [(name, wing.points[list(pair), :2].mean(0)) for name, (nodes, _) in wing.veins.items()

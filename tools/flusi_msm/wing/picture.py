@@ -2,8 +2,8 @@
 """Draws a wing as it was made: veins in different colours and as wide as they are, mesh, joints, root, centre."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
-from typing import Dict, List, Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -22,7 +22,7 @@ COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B8860B", "#2F9BD7", "#7
            "#A63603", "#525252", "#8C6BB1"]
 
 
-def vein_polygons(xy: np.ndarray, nodes: Sequence[int], diameters: Sequence[float]) -> np.ndarray:
+def vein_polygons(xy: np.ndarray, nodes: Sequence[int], diameters: np.ndarray) -> np.ndarray:
     """Returns one quadrilateral (4, 2) per segment, as wide as the vein at both ends; the gaps in bends are closed by round
     ends, which are drawn separately."""
     p, d = xy[list(nodes)], np.asarray(diameters)[:, None] / 2
@@ -32,7 +32,7 @@ def vein_polygons(xy: np.ndarray, nodes: Sequence[int], diameters: Sequence[floa
     return np.stack([p[:-1] + normal * d[:-1], p[1:] + normal * d[1:], p[1:] - normal * d[1:], p[:-1] - normal * d[:-1]], axis=1)
 
 
-def _place_names(axes: Axes, wing: Wing, xy: np.ndarray, span: float, colours: Dict[str, str], taken: List[np.ndarray]) -> None:
+def _place_names(axes: Axes, wing: Wing, xy: np.ndarray, span: float, colours: dict[str, str], taken: list[np.ndarray]) -> None:
     """Places a name at its vein, as far as possible from what is already drawn."""
     every = {name: xy[list(nodes)] for name, (nodes, _) in wing.veins.items()}
     gap = 0.019 * span

@@ -2,8 +2,6 @@
 """Lines of straight pieces in the plane: arc length, nearest points, crossings, and the points inside."""
 from __future__ import annotations
 
-from typing import List, Tuple
-
 import numpy as np
 
 
@@ -30,7 +28,7 @@ class Polyline:
         size = float(np.linalg.norm(before) * np.linalg.norm(after))
         return float(before @ after) / size if size > 0 else 1.0
 
-    def project(self, points: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    def project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Returns the distance (m,) and arc length (m,) of the nearest points of the line to `points` (m, 2)."""
         points = np.atleast_2d(points)
         a, along = self.corners[:-1], np.diff(self.corners, axis=0)
@@ -56,13 +54,13 @@ class Polyline:
         inner = (knots > s0 + eps) & (knots < s1 - eps)
         return np.concatenate([[self.at(s0)], corners[inner], [self.at(s1)]])
 
-    def samples(self, spacing: float) -> Tuple[np.ndarray, np.ndarray]:
+    def samples(self, spacing: float) -> tuple[np.ndarray, np.ndarray]:
         """Returns all corners and points between them at most `spacing` apart, and their arc lengths."""
         s = np.concatenate([np.linspace(a, b, max(1, int(np.ceil((b - a) / spacing))) + 1)[:-1]
                             for a, b in zip(self.s, self.s[1:])] + [self.s[-1:]])
         return np.stack([np.interp(s, self.s, self.corners[:, k]) for k in (0, 1)], axis=1), s
 
-    def crossings(self, other: "Polyline") -> List[Tuple[float, float]]:
+    def crossings(self, other: "Polyline") -> list[tuple[float, float]]:
         """Returns arc lengths (on this line, on the other) where the lines cross, touch included, in the order of this line."""
         a, u = self.corners[:-1], np.diff(self.corners, axis=0)
         b, v = other.corners[:-1], np.diff(other.corners, axis=0)
@@ -84,7 +82,7 @@ class Polyline:
         return [(float(p), float(q)) for k, (p, q) in enumerate(found)
                 if k == 0 or abs(p - found[k - 1][0]) > 1e-9 * self.length]
 
-    def crosses_itself(self) -> List[np.ndarray]:
+    def crosses_itself(self) -> list[np.ndarray]:
         """Returns places where pieces cross that are not neighbours."""
         found, n = [], len(self.steps)
         a, u = self.corners[:-1], np.diff(self.corners, axis=0)
@@ -113,7 +111,7 @@ class Polyline:
         return (spans & (x < cut)).sum(1) % 2 == 1
 
 
-def runs(flags: np.ndarray) -> List[Tuple[int, int]]:
+def runs(flags: np.ndarray) -> list[tuple[int, int]]:
     """Returns the first and last index of every run of True, in order."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], np.asarray(flags).astype(int), [0]])))
     return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2])]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
-from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 
@@ -16,25 +15,28 @@ FLAT = 20.0             # degrees; smaller angles are counted
 
 @dataclass
 class VeinFacts:
+    """Numbers of a vein."""
     nodes: int
     length: float                  # m
-    diameters: Tuple[float, float]  # m, smallest and largest
+    diameters: tuple[float, float]  # m, smallest and largest
     mass: float                    # kg, solid conical frustums
 
 
 @dataclass
 class Quality:
+    """Numbers by which a mesh is judged."""
     angles: np.ndarray             # (m, 3) degrees
     edges: np.ndarray              # m
     worst: np.ndarray              # (2,) m, middle of the triangle with the smallest angle
-    veins: Dict[str, VeinFacts]
+    veins: dict[str, VeinFacts]
     area: float                    # m^2
     vein_density: float            # kg/m^3
-    membrane_mass: Optional[float]  # kg
+    membrane_mass: float | None  # kg
     centre: np.ndarray             # (2,) m, of mass; of the veins alone if the mass of the membrane is not known
 
     @property
     def vein_mass(self) -> float:
+        """Returns the mass of all veins [kg]."""
         return sum(v.mass for v in self.veins.values())
 
 
@@ -77,7 +79,7 @@ def quality_of(wing: Wing) -> Quality:
                    wing.mass.membrane if wing.mass else None, moment / weight)
 
 
-def report(wing: Wing, quality: Quality) -> List[str]:
+def report(wing: Wing, quality: Quality) -> list[str]:
     """Returns lines of text for readers."""
     q, mm = quality, 1e3
     span = float(np.ptp(wing.points[:, 0]))

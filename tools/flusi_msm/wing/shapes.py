@@ -5,7 +5,8 @@ The same numbers give the same wing to the last bit on every machine.
 """
 from __future__ import annotations
 
-from typing import Sequence
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -25,8 +26,8 @@ def make_calliphora(edge: float) -> Wing:
     veins = {}
     for name, (nodes, lengths) in chains.items():
         if name not in calliphora.NOT_VEINS:
-            veins[name] = (nodes, [calliphora.diameter(name, s / lengths[-1]) for s in lengths])
-    joints = {}
+            veins[name] = (nodes, np.array([calliphora.diameter(name, s / lengths[-1]) for s in lengths]))
+    joints: dict[str, tuple[Any, ...]] = {}
     for name, (vein, *other, place) in calliphora.JOINTS.items():
         node = number[place]
         if other:
@@ -67,7 +68,7 @@ def make_plate(length: float, chord: float, edge: float, spars: int, diameters: 
     for k in range(spars):
         j, name = rows - k * rows // gaps, f"spar{k + 1}"
         taper = [1e-6 * (diameters[0] + (diameters[1] - diameters[0]) * i / columns) for i in range(columns + 1)]
-        veins[name] = ([number(i, j) for i in range(columns + 1)], taper)
+        veins[name] = ([number(i, j) for i in range(columns + 1)], np.array(taper))
         joints[name + "_middle"] = (name, number(columns // 2, j))
     return sorted_wing(Wing(np.array(points) * MM, np.array(triangles), veins, joints,
                             [number(0, j) for j in range(rows + 1)], "Rectangular plate with spars"))
@@ -86,6 +87,6 @@ def make_strip(length: float, width: float, cells: int, diameter: float) -> Wing
         triangles += [(a, b, b + 1), (a, b + 1, a + 1), (a + 1, b + 1, a + 2), (b + 1, b + 2, a + 2)]
     veins = {}
     for j, share in enumerate((0.5, 1.0, 0.5)):
-        veins[f"spar{j + 1}"] = ([3 * i + j for i in range(cells + 1)], [1e-6 * diameter * share**0.25] * (cells + 1))
+        veins[f"spar{j + 1}"] = ([3 * i + j for i in range(cells + 1)], np.array([1e-6 * diameter * share**0.25] * (cells + 1)))
     return sorted_wing(Wing(np.array(points) * MM, np.array(triangles), veins, {}, [0, 1, 2],
                             "Strip for two-dimensional flows"))

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Optional, Tuple
 
 import numpy as np
 
@@ -30,7 +29,7 @@ def _layer_role(text: str) -> str:
     return name if name in ROLES or name in IGNORED else "scale" if re.match(r"scale\b", name) else ""
 
 
-def _role_of(shape: Shape) -> Tuple[str, str]:
+def _role_of(shape: Shape) -> tuple[str, str]:
     """Returns the meaning of the shape, and its name without the word for it. The meaning is one of ROLES, 'ignored', or ''."""
     found = WORD.fullmatch(shape.label)
     word, rest = (found[1].lower(), (found[2] or "").strip()) if found else ("", "")
@@ -68,7 +67,7 @@ class _Sorter:
     def where(self, shape: Shape, kind: str, name: str) -> str:
         return f"{self.path}:{shape.line}: {kind}" + (f" '{name}'" if name else f" <{shape.tag}>")
 
-    def line(self, shape: Shape, kind: str, name: str) -> Optional[Line]:
+    def line(self, shape: Shape, kind: str, name: str) -> Line | None:
         """Returns the one connected piece of the shape, y up."""
         where = self.where(shape, kind, name)
         if not shape.subpaths:
@@ -84,7 +83,7 @@ class _Sorter:
             return None
         return Line(name, points, where, shape.subpaths[0].closed, shape.stroke_width)
 
-    def middle(self, shape: Shape) -> Tuple[np.ndarray, float]:
+    def middle(self, shape: Shape) -> tuple[np.ndarray, float]:
         low, high = shape.corners()
         return (low + high) / 2 * (1, -1), float(max(high - low)) / 2
 
@@ -96,7 +95,7 @@ class _Sorter:
             self.problems.error(f"{where}: does not say how long it is: call it for instance 'scale 1 mm'")
         elif bar is not None:
             low, high = bar.points.min(0), bar.points.max(0)
-            drawn = max(high - low) if bar.closed else np.linalg.norm(bar.points[-1] - bar.points[0])
+            drawn = float(max(high - low)) if bar.closed else float(np.linalg.norm(bar.points[-1] - bar.points[0]))
             if drawn > 0:
                 self.sketch.scales.append((float(found[1].replace(",", ".")) * METRES[found[2]] / drawn, where))
             else:
@@ -162,7 +161,7 @@ class _Sorter:
         return self.sketch
 
 
-def read_svg(path: str, problems: Problems, metres_per_unit: Optional[float] = None, is_true_size: bool = False) -> Sketch:
+def read_svg(path: str, problems: Problems, metres_per_unit: float | None = None, is_true_size: bool = False) -> Sketch:
     """Returns the wing in an SVG file; mistakes are added to `problems`, or are raised if the file cannot be read at all.
     `metres_per_unit`: of the coordinates in the file; `is_true_size`: the page is as large as the wing."""
     drawing = read_svg_shapes(path)

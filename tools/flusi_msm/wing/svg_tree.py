@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import re
 import xml.sax
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from types import ModuleType
-from typing import Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
 
@@ -30,19 +30,20 @@ MOST_CLONES = 8                                # of clones inside clones
 class Node:
     """An element of the file; names without their name space."""
     tag: str
-    attributes: Dict[str, str]
+    attributes: dict[str, str]
     line: int
-    children: List["Node"] = field(default_factory=list)
+    children: list["Node"] = field(default_factory=list)
     text: str = ""
 
     def child_text(self, tag: str) -> str:
+        """Returns the texts of all children with this tag."""
         return " ".join(child.text.strip() for child in self.children if child.tag == tag)
 
 
 @dataclass
 class Subpath:
     """A connected piece of a path: arrays (2, 2), (3, 2) or (4, 2) of control points, end to end."""
-    curves: List[np.ndarray]
+    curves: list[np.ndarray]
     closed: bool
 
     def flatten(self, tolerance: float) -> np.ndarray:
@@ -67,13 +68,13 @@ class Shape:
     """A visible shape. `page` is the size of one unit of the drawing on the page, in pixels of the page."""
     tag: str
     label: str                                 # the name that the user gave it; "" if it has only automatic names
-    layers: List[str]                          # names of the groups around it, innermost first
+    layers: list[str]                          # names of the groups around it, innermost first
     line: int
-    subpaths: List[Subpath] = field(default_factory=list)
-    stroke_width: Optional[float] = None       # in pixels of the page
+    subpaths: list[Subpath] = field(default_factory=list)
+    stroke_width: float | None = None       # in pixels of the page
     note: str = ""                             # description and the attribute data-diameters
 
-    def corners(self) -> Tuple[np.ndarray, np.ndarray]:
+    def corners(self) -> tuple[np.ndarray, np.ndarray]:
         """Returns the smallest and largest coordinates of the points on it."""
         points = np.concatenate([path.flatten(1e-2) for path in self.subpaths])
         return points.min(0), points.max(0)
@@ -81,24 +82,29 @@ class Shape:
 
 @dataclass
 class SvgDrawing:
-    shapes: List[Shape]
+    """A drawing that was read."""
+    shapes: list[Shape]
     title: str
     unit: float                                # one unit of the file in pixels of the page; nan: two different ones
     is_physical: bool                          # whether the page has a size in mm or another real unit
-    ignored: Dict[str, int]                    # elements that were left out: {tag: number}
+    ignored: dict[str, int]                    # elements that were left out: {tag: number}
 
 
 class _Builder(xml.sax.ContentHandler):
     def __init__(self) -> None:
         super().__init__()
-        self.root: Optional[Node] = None
-        self.stack: List[Node] = []
+        self.root: Node | None = None
+        self.locator: "xml.sax.xmlreader.Locator" | None = None
+        self.stack: list[Node] = []
+
+    def setDocumentLocator(self, locator: "xml.sax.xmlreader.Locator") -> None:
+        self.locator = locator
 
     def startElement(self, name: str, attrs: "xml.sax.xmlreader.AttributesImpl") -> None:
         attributes = {}
         for key, value in attrs.items():
             attributes["label" if key == "inkscape:label" else key.split(":")[-1] if key.startswith("xlink") else key] = value
-        node = Node(name.split(":")[-1], attributes, self._locator.getLineNumber())
+        node = Node(name.split(":")[-1], attributes, (self.locator and self.locator.getLineNumber()) or 0)
         if self.stack:
             self.stack[-1].children.append(node)
         else:
@@ -143,10 +149,10 @@ class _Reader:
 
     def __init__(self, path: str) -> None:
         self.path, self.root, self.lib = path, _read_tree(path), _svgelements()
-        self.shapes: List[Shape] = []
-        self.ignored: Dict[str, int] = {}
+        self.shapes: list[Shape] = []
+        self.ignored: dict[str, int] = {}
         self.named = {node.attributes["id"]: node for node in self.every(self.root) if "id" in node.attributes}
-        self.classes: Dict[str, Dict[str, str]] = {}
+        self.classes: dict[str, dict[str, str]] = {}
         for node in self.every(self.root):
             if node.tag == "style":
                 for names, body in CLASS.findall(re.sub(r"/\*.*?\*/", "", node.text, flags=re.S)):
@@ -159,7 +165,7 @@ class _Reader:
             yield from self.every(child)
 
     @staticmethod
-    def declarations(text: str) -> Dict[str, str]:
+    def declarations(text: str) -> dict[str, str]:
         pairs = (part.split(":", 1) for part in text.split(";") if ":" in part)
         return {key.strip(): value.strip() for key, value in pairs}
 
@@ -207,7 +213,7 @@ class _Reader:
             sx = sy = max(sx, sy) if "slice" in node.attributes.get("preserveAspectRatio", "") else min(sx, sy)
         return move @ np.array([[sx, 0, -sx * x], [0, sy, -sy * y], [0, 0, 1.0]])
 
-    def style(self, node: Node, inherited: Dict[str, str]) -> Dict[str, str]:
+    def style(self, node: Node, inherited: dict[str, str]) -> dict[str, str]:
         own = {key: node.attributes[key] for key in (*INHERITED, "display") if key in node.attributes}
         for key in [node.tag, *("." + name for name in node.attributes.get("class", "").split()),
                     "#" + node.attributes.get("id", "")]:
@@ -223,7 +229,7 @@ class _Reader:
         text = node.attributes.get("id", "")
         return "" if AUTOMATIC.fullmatch(text) else text
 
-    def curves(self, node: Node) -> List[Subpath]:
+    def curves(self, node: Node) -> list[Subpath]:
         """Returns the geometry of a shape in its own units."""
         try:
             path = self.lib.Path(self.path_data(node))
@@ -231,7 +237,7 @@ class _Reader:
             raise
         except Exception as error:  # svgelements raises plain exceptions of Python
             raise self.complain(node, f"its path data cannot be understood ({error})") from None
-        found: List[Subpath] = []
+        found: list[Subpath] = []
         for part in path:
             kind = type(part).__name__
             if kind == "Move":
@@ -280,7 +286,7 @@ class _Reader:
     def ignore(self, what: str) -> None:
         self.ignored[what] = self.ignored.get(what, 0) + 1
 
-    def visit(self, node: Node, matrix: np.ndarray, inherited: Dict[str, str], layers: List[str], clones: int = 0,
+    def visit(self, node: Node, matrix: np.ndarray, inherited: dict[str, str], layers: list[str], clones: int = 0,
               called: str = "") -> None:
         """Visits a node. `called`: the name of a clone of this node."""
         style = self.style(node, inherited)
@@ -312,7 +318,7 @@ class _Reader:
         else:
             self.ignore(node.tag)
 
-    def add_shape(self, node: Node, matrix: np.ndarray, style: Dict[str, str], layers: List[str], label: str) -> None:
+    def add_shape(self, node: Node, matrix: np.ndarray, style: dict[str, str], layers: list[str], label: str) -> None:
         subpaths = self.curves(node)
         for path in subpaths:
             path.curves = [curve @ matrix[:2, :2].T + matrix[:2, 2] for curve in path.curves]

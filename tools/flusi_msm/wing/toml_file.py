@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Dict, Optional, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +24,7 @@ KEYS = {"outline": {"points", "shape", "fourier", "length"}, "veins": {"points",
         "joints": {"at", "veins"}, "root": {"points", "part"}}
 
 
-def _load(path: str) -> Dict[str, Any]:
+def _load(path: str) -> dict[str, Any]:
     try:
         import tomllib
     except ModuleNotFoundError:
@@ -49,7 +50,7 @@ class _Table:
     def wrong(self, where: str, text: str) -> None:
         self.problems.error(f"{self.path}: {where}: {text}")
 
-    def known(self, where: str, table: Any, names: Sequence[str]) -> Dict[str, Any]:
+    def known(self, where: str, table: Any, names: Sequence[str]) -> dict[str, Any]:
         if not isinstance(table, dict):
             self.wrong(where, f"must be a table [{where}]")
             return {}
@@ -60,7 +61,7 @@ class _Table:
                                                                     f"; there are {', '.join(sorted(names))}"))
         return table
 
-    def number(self, where: str, table: Dict[str, Any], key: str) -> Optional[float]:
+    def number(self, where: str, table: dict[str, Any], key: str) -> float | None:
         value = table.get(key)
         if value is None:
             return None
@@ -69,7 +70,7 @@ class _Table:
             return None
         return float(value)
 
-    def points(self, where: str, value: Any, least: int) -> Optional[np.ndarray]:
+    def points(self, where: str, value: Any, least: int) -> np.ndarray | None:
         try:
             points = np.array(value, float)
         except (TypeError, ValueError):
@@ -82,7 +83,7 @@ class _Table:
             return None
         return points
 
-    def line(self, where: str, table: Dict[str, Any], least: int = 2) -> Optional[np.ndarray]:
+    def line(self, where: str, table: dict[str, Any], least: int = 2) -> np.ndarray | None:
         points = self.points(where, table.get("points"), least)
         shape = table.get("shape", "curve")
         if shape not in ("curve", "polygon"):
@@ -91,7 +92,7 @@ class _Table:
             return points
         return np.array(spline([tuple(p) for p in points.tolist()])[0])
 
-    def diameters(self, where: str, value: Any) -> Optional[DiameterTable]:
+    def diameters(self, where: str, value: Any) -> DiameterTable | None:
         if isinstance(value, (int, float)):
             value = [value]
         try:
@@ -223,7 +224,7 @@ def read_toml(path: str, problems: Problems) -> Sketch:
     return _Table(str(path), problems).read()
 
 
-def read_ini(path: str, problems: Problems, length: Optional[float], root_part: float) -> Sketch:
+def read_ini(path: str, problems: Problems, length: float | None, root_part: float) -> Sketch:
     """Returns a wing without veins from a Fourier outline, scaled to `length` [m], held over `root_part` of its length."""
     points = read_fourier_outline(path)
     sketch = Sketch(path, Path(path).stem, is_in_frame=True, root_part=root_part)

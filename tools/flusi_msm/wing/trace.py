@@ -7,8 +7,8 @@ wing frame, with x from root to tip and y toward the leading edge.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from flusi_msm.errors import Problems
 NAME = re.compile(r"[A-Za-z0-9_+-]{1,64}")
 LARGEST_WING, SMALLEST_WING = 2.0, 5e-5        # m, length
 THICK, TOO_THICK = 0.06, 0.25                  # diameter by length of the wing: unusual, impossible
-DiameterTable = Sequence[Tuple[float, float]]  # (part of the length, diameter [m]), linear in between
+DiameterTable = Sequence[tuple[float, float]]  # (part of the length, diameter [m]), linear in between
 
 
 @dataclass
@@ -27,18 +27,19 @@ class Line:
     points: np.ndarray                         # (n, 2) in units of the drawing, y up
     where: str
     closed: bool = False
-    width: Optional[float] = None              # of the stroke, in units of the drawing
-    diameters: Optional[DiameterTable] = None  # has priority over the width
+    width: float | None = None              # of the stroke, in units of the drawing
+    diameters: DiameterTable | None = None  # has priority over the width
     free_end: bool = False                     # may end inside the membrane
 
 
 @dataclass
 class JointMark:
+    """The mark of a joint in a drawing."""
     name: str
     place: np.ndarray                          # (2,) in units of the drawing
     radius: float
     where: str
-    veins: Tuple[str, ...] = ()                # the hinge, where veins meet: inside one vein, or from one into another
+    veins: tuple[str, ...] = ()                # the hinge, where veins meet: inside one vein, or from one into another
 
 
 @dataclass
@@ -46,21 +47,21 @@ class Sketch:
     """A drawing in its own units, y up. A list that should have one item keeps all that were found."""
     source: str
     title: str = ""
-    outlines: List[Line] = field(default_factory=list)
-    veins: List[Line] = field(default_factory=list)
-    joints: List[JointMark] = field(default_factory=list)
-    roots: List[Line] = field(default_factory=list)
+    outlines: list[Line] = field(default_factory=list)
+    veins: list[Line] = field(default_factory=list)
+    joints: list[JointMark] = field(default_factory=list)
+    roots: list[Line] = field(default_factory=list)
     root_part: float = 0.0                     # > 0: the root is the outline over this part of the length
-    axes: List[Line] = field(default_factory=list)      # from the hinge toward the tip
-    leading: List[np.ndarray] = field(default_factory=list)  # a point on the side of the leading edge
-    scales: List[Tuple[float, str]] = field(default_factory=list)  # metres per unit, and where this is stated
+    axes: list[Line] = field(default_factory=list)      # from the hinge toward the tip
+    leading: list[np.ndarray] = field(default_factory=list)  # a point on the side of the leading edge
+    scales: list[tuple[float, str]] = field(default_factory=list)  # metres per unit, and where this is stated
     is_in_frame: bool = False                  # coordinates are already those of the wing frame
     z_side: str = ""
-    edge: Optional[float] = None               # edge length wanted [m]
-    snap: Optional[float] = None               # distance within which lines are joined [m]
-    membrane_mass: Optional[float] = None      # [kg]
+    edge: float | None = None               # edge length wanted [m]
+    snap: float | None = None               # distance within which lines are joined [m]
+    membrane_mass: float | None = None      # [kg]
     mass_source: str = ""                      # where it comes from
-    notices: List[str] = field(default_factory=list)
+    notices: list[str] = field(default_factory=list)
 
 
 @dataclass
@@ -70,9 +71,9 @@ class Trace:
     source: str
     outline: np.ndarray
     outline_where: str
-    veins: List[Line]                          # points in metres, `diameters` always set
-    joints: List[JointMark]
-    root: Optional[Line]                       # None: `root_part`
+    veins: list[Line]                          # points in metres, `diameters` always set
+    joints: list[JointMark]
+    root: Line | None                       # None: `root_part`
     root_part: float
     length: float                              # extent in x
     faces_viewer: bool                         # +z points to the viewer of the drawing
@@ -86,7 +87,7 @@ def polygon_area(points: np.ndarray) -> float:
     return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
-def parse_diameters(text: str) -> Optional[DiameterTable]:
+def parse_diameters(text: str) -> DiameterTable | None:
     """Reads diameters. '100 78 24': at equal parts of the length; '0:100 0.45:78 1:24': at these parts. Micrometres; None if it
     is neither."""
     words = re.split(r"[\s,;]+", text.strip())
@@ -121,7 +122,7 @@ def _scale_of(sketch: Sketch, problems: Problems) -> float:
     return float(np.mean(values))
 
 
-def _one(kind: str, found: List[Line], source: str, advice: str, problems: Problems) -> Optional[Line]:
+def _one(kind: str, found: list[Line], source: str, advice: str, problems: Problems) -> Line | None:
     if not found:
         problems.error(f"{source}: no {kind}: {advice}")
         return None
@@ -131,7 +132,7 @@ def _one(kind: str, found: List[Line], source: str, advice: str, problems: Probl
     return found[0]
 
 
-def _frame(sketch: Sketch, outline: Line, root: Optional[Line], problems: Problems) -> Tuple[np.ndarray, np.ndarray, bool]:
+def _frame(sketch: Sketch, outline: Line, root: Line | None, problems: Problems) -> tuple[np.ndarray, np.ndarray, bool]:
     """Returns origin (2,) and rows x, y of the wing frame in the drawing; and whether z = x cross y points to the viewer."""
     if sketch.is_in_frame:
         return np.zeros(2), np.eye(2), True
@@ -169,7 +170,7 @@ def _frame(sketch: Sketch, outline: Line, root: Optional[Line], problems: Proble
 
 
 def _check_names(kind: str, items: Sequence, problems: Problems) -> None:
-    seen: Dict[str, str] = {}
+    seen: dict[str, str] = {}
     for item in items:
         if not NAME.fullmatch(item.name):
             problems.error(f"{item.where}: a name of a {kind} has 1 to 64 letters, digits, '_', '+' and '-': rename it")
@@ -199,7 +200,7 @@ def _check_diameters(vein: Line, length: float, problems: Problems) -> None:
                             "wing's length; are strokes as wide as the veins?")
 
 
-def trace_of(sketch: Sketch, problems: Problems) -> Optional[Trace]:
+def trace_of(sketch: Sketch, problems: Problems) -> Trace | None:
     """Returns the sketch in metres in the wing frame; mistakes are added to `problems`. None if there is no outline."""
     for text in sketch.notices:
         problems.notice(text)

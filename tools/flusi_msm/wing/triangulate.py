@@ -11,14 +11,20 @@ bit on every machine with IEEE arithmetic.
 from __future__ import annotations
 
 import heapq
+from collections.abc import Iterable, Sequence
 from math import sqrt
-from typing import Callable, Iterable, List, Optional, Sequence, Set, Tuple
+from typing import Callable
 
-Point = Tuple[float, float]
-Edge = Tuple[int, int]
-Corners = Tuple[int, int, int]
+Point = tuple[float, float]
+Edge = tuple[int, int]
+Corners = tuple[int, int, int]
 Size = Callable[[Point], float]   # the edge length wanted at a point
 LARGEST_RADIUS = 0.75  # of a circumcircle by the edge length wanted; 0.577 is the equilateral triangle
+
+
+def ordered(a: int, b: int) -> Edge:
+    """Returns the edge with its smaller point first."""
+    return (a, b) if a < b else (b, a)
 
 
 def orientation(a: Point, b: Point, c: Point) -> float:
@@ -27,6 +33,7 @@ def orientation(a: Point, b: Point, c: Point) -> float:
 
 
 def distance(a: Point, b: Point) -> float:
+    """Returns the distance of two points."""
     return sqrt((b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]))
 
 
@@ -38,6 +45,7 @@ def in_circle(a: Point, b: Point, c: Point, p: Point) -> float:
 
 
 def circumcentre(a: Point, b: Point, c: Point) -> Point:
+    """Returns the centre of the circle through three points."""
     bx, by, cx, cy = b[0] - a[0], b[1] - a[1], c[0] - a[0], c[1] - a[1]
     d = 2 * (bx * cy - by * cx)
     bb, cc = bx * bx + by * by, cx * cx + cy * cy
@@ -56,10 +64,10 @@ class Triangulation:
     """`across[a, b]` is the third corner of the triangle on the left of the directed edge a -> b."""
 
     def __init__(self, points: Iterable[Sequence[float]], segments: Iterable[Sequence[int]]) -> None:
-        self.points = [tuple(p) for p in points]
+        self.points: list[Point] = [(p[0], p[1]) for p in points]
         self.fixed = len(self.points)
-        self.across = {}
-        self.segments = {tuple(sorted(s)) for s in segments}
+        self.across: dict[Edge, int] = {}
+        self.segments = {ordered(a, b) for a, b in segments}
         self.crossable = True
         xs, ys = [p[0] for p in self.points], [p[1] for p in self.points]
         size, x, y = max(max(xs) - min(xs), max(ys) - min(ys)), min(xs), min(ys)
@@ -68,7 +76,7 @@ class Triangulation:
         self.add(corners, corners + 1, corners + 2)
         for i in range(self.fixed):
             self.insert(i)
-        done = set()
+        done: set[Edge] = set()
         for a, b in sorted(self.segments):
             self.recover(a, b, done)
             done.add((a, b))
@@ -77,17 +85,19 @@ class Triangulation:
         del self.points[self.fixed:]
 
     def add(self, a: int, b: int, c: int) -> None:
+        """Adds a triangle."""
         self.across[a, b], self.across[b, c], self.across[c, a] = c, a, b
 
     def remove(self, a: int, b: int, c: int) -> None:
+        """Removes a triangle."""
         del self.across[a, b], self.across[b, c], self.across[c, a]
 
-    def triangles(self) -> List[Corners]:
+    def triangles(self) -> list[Corners]:
         """Returns all triangles, smallest corner first, sorted."""
         return sorted((a, b, c) for (a, b), c in self.across.items() if a < b and a < c)
 
-    def locate(self, p: Point, start: Optional[Corners] = None) -> Optional[Corners]:
-        """Returns a triangle that contains p, by going from neighbour to neighbour; None if the path leaves the region."""
+    def locate(self, p: Point, start: Edge | None = None) -> Corners | None:
+        """Returns a triangle that contains p, by going from neighbour to neighbour, at first that at the edge `start`; None if the path leaves the region."""
         a, b = start or next(iter(self.across))
         c = self.across[a, b]
         for _ in range(len(self.across)):
@@ -102,7 +112,7 @@ class Triangulation:
                 return a, b, c
         return None
 
-    def insert(self, i: int, triangle: Optional[Corners] = None) -> List[Corners]:
+    def insert(self, i: int, triangle: Corners | None = None) -> list[Corners]:
         """Inserts point i by replacing the triangles whose circles contain it; returns the new ones."""
         triangle = triangle or self.locate(self.points[i])
         if triangle is None:
@@ -113,8 +123,8 @@ class Triangulation:
         while stack:
             u, v = stack.pop()
             w = self.across.get((v, u))
-            blocked = w is None or (not self.crossable and tuple(sorted((u, v))) in self.segments)
-            if blocked or in_circle(self.points[v], self.points[u], self.points[w], self.points[i]) <= 0:
+            blocked = not self.crossable and ordered(u, v) in self.segments
+            if w is None or blocked or in_circle(self.points[v], self.points[u], self.points[w], self.points[i]) <= 0:
                 self.add(u, v, i)
                 made.append((u, v, i))
             else:
@@ -122,12 +132,12 @@ class Triangulation:
                 stack += [(u, w), (w, v)]
         return made
 
-    def recover(self, a: int, b: int, done: Set[Edge]) -> None:
+    def recover(self, a: int, b: int, done: set[Edge]) -> None:
         """Makes a-b an edge by flipping the edges that cross it, none of which may be in `done`."""
         p, q = self.points[a], self.points[b]
         waiting = self.crossing(a, b)
         for u, v in waiting:
-            if tuple(sorted((u, v))) in done:
+            if ordered(u, v) in done:
                 raise ValueError(f"segment {a}-{b} crosses segment {u}-{v}")
         for _ in range(20 * len(waiting) + 20):
             if not waiting:
@@ -144,7 +154,7 @@ class Triangulation:
                 waiting.append((w, x))
         raise ValueError(f"segment {a}-{b} cannot be made an edge")
 
-    def crossing(self, a: int, b: int) -> List[Edge]:
+    def crossing(self, a: int, b: int) -> list[Edge]:
         """Returns the edges between a and b in the order in which the segment crosses them."""
         if (a, b) in self.across or (b, a) in self.across:
             return []
@@ -182,7 +192,7 @@ class Triangulation:
                 continue
             self.remove(a, b, c)
             for u, v in ((a, b), (b, c), (c, a)):
-                if (v, u) in self.across and tuple(sorted((u, v))) not in self.segments:
+                if (v, u) in self.across and ordered(u, v) not in self.segments:
                     stack.append((v, u, self.across[v, u]))
 
     def make_delaunay(self) -> None:
@@ -191,7 +201,7 @@ class Triangulation:
         while stack:
             u, v = stack.pop()
             w, x = self.across.get((u, v)), self.across.get((v, u))
-            if w is None or x is None or tuple(sorted((u, v))) in self.segments:
+            if w is None or x is None or ordered(u, v) in self.segments:
                 continue
             quad = [self.points[k] for k in (u, v, w, x)]
             scale = distance(quad[0], quad[1])
@@ -201,12 +211,12 @@ class Triangulation:
             if orientation(quad[3], quad[1], quad[2]) <= 0 or orientation(quad[2], quad[0], quad[3]) <= 0:
                 continue
             self.flip(u, v)
-            stack += [tuple(sorted(e)) for e in ((u, x), (x, v), (v, w), (w, u))]
+            stack += [ordered(*e) for e in ((u, x), (x, v), (v, w), (w, u))]
 
     def refine(self, size: Size) -> None:
         """Inserts circumcentres while a triangle is too large; size(p) is the edge length wanted at p."""
         nearby = self.segment_finder(size)
-        heap = []
+        heap: list[tuple[float, Corners, Point]] = []
 
         def push(triangle: Corners) -> None:
             a, b, c = (self.points[k] for k in triangle)
@@ -233,7 +243,7 @@ class Triangulation:
     def segment_finder(self, size: Size) -> Callable[[Point, float], bool]:
         """Returns a function that says whether a point is closer to a segment than some limit <= cell."""
         cell = max(size(p) for p in self.points[:self.fixed])
-        table = {}
+        table: dict[tuple[int, int], list[tuple[Point, Point]]] = {}
         for u, v in sorted(self.segments):
             a, b = self.points[u], self.points[v]
             spans = [range(int(min(a[k], b[k]) / cell + 1000) - 1, int(max(a[k], b[k]) / cell + 1000) + 2)
@@ -257,7 +267,7 @@ class Triangulation:
         """Moves the free points to better places, with Delaunay flips between the sweeps."""
         for _ in range(sweeps):
             self.make_delaunay()
-            stars = {}
+            stars: dict[int, list[Edge]] = {}
             for a, b, c in self.triangles():
                 for i, j, k in ((a, b, c), (b, c, a), (c, a, b)):
                     stars.setdefault(i, []).append((j, k))
