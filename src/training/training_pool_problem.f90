@@ -5,7 +5,7 @@ module training_pool_problem
   use base_kinds, only: rp
   use least_squares_problem, only: unknowns_t
   use measurement_evaluation, only: evaluation_t
-  use measurement_problem, only: wing_problem_t, wing_unknowns
+  use measurement_problem, only: wing_point_t, wing_problem_t, wing_unknowns
   use training_case, only: training_case_t
   use training_listener, only: training_listener_t
   use training_objective, only: full_results
@@ -32,22 +32,22 @@ module training_pool_problem
 contains
 
   !> See `wing_problem_t`.
-  subroutine problem_run(self, p)
+  subroutine problem_run(self, p, from, evaluations, shapes)
     class(pool_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)
-    type(evaluation_t), allocatable :: evaluations(:)
-    real(rp), allocatable :: shapes(:, :, :)
+    type(wing_point_t), intent(in) :: from
+    type(evaluation_t), allocatable, intent(out) :: evaluations(:)
+    real(rp), allocatable, intent(out) :: shapes(:, :, :)
     call self%pool%poll()
-    call full_results(self%experiment, self%pool, p, self%is_start .and. .not. self%is_cold, self%shapes, &
-                      evaluations, shapes, self%is_left_out)
-    call move_alloc(evaluations, self%evaluations)
-    call move_alloc(shapes, self%trial_shapes)
-    if (associated(self%log)) call tell_progress(self)
+    call full_results(self%experiment, self%pool, p, from%is_start .and. .not. self%is_cold, from%shapes, evaluations, shapes, &
+                      from%is_left_out)
+    if (associated(self%log)) call tell_progress(self, evaluations)
   end subroutine problem_run
 
-  !> Writes to the log how far the fit is.
-  subroutine tell_progress(self)
+  !> Writes to the log how far the fit is, which has just solved all loads of a point.
+  subroutine tell_progress(self, evaluations)
     type(pool_problem_t), intent(inout) :: self
+    type(evaluation_t), intent(in) :: evaluations(:)
     real(rp) :: chi2
     integer :: l
     self%n_solved = self%n_solved + 1
@@ -56,10 +56,10 @@ contains
       return
     end if
     chi2 = 0
-    do l = 1, size(self%evaluations)
-      if (.not. self%evaluations(l)%is_feasible()) chi2 = huge(chi2)
+    do l = 1, size(evaluations)
+      if (.not. evaluations(l)%is_feasible()) chi2 = huge(chi2)
       if (.not. chi2 < huge(chi2)) exit
-      chi2 = chi2 + sum((self%evaluations(l)%residuals/self%experiment%comparisons(l)%sigma)**2)
+      chi2 = chi2 + sum((evaluations(l)%residuals/self%experiment%comparisons(l)%sigma)**2)
     end do
     self%lowest = min(self%lowest, chi2)
     call self%log%polish_progress(self%kind_of_part, self%part, self%n_parts, self%n_solved, self%lowest, self%begun)

@@ -327,9 +327,8 @@ contains
     unknowns = wing_unknowns(experiment, truth, 1.0_rp)
     n_begun = 0
     do i = 1, N_STARTS
-      problem%is_start = .false.
       start = coordinates(random_uniforms(6_i8, 1_i8, int(i, i8)))
-      call fit_by_continuation(problem, unknowns, start, options, .true., report, path)
+      call fit_by_continuation(problem, unknowns, start, problem%initial_state(), options, .true., report, path)
       if (size(path, 2) == 0) cycle ! the start itself failed
       n_begun = n_begun + 1
       has_ended = has_ended .and. report%is_converged
