@@ -7,6 +7,7 @@ module training_polish
   use cmaes_box, only: bound_side
   use least_squares_problem, only: unknowns_t
   use least_squares_state, only: solver_point_t
+  use measurement_bending_pool, only: bending_pool_t
   use measurement_problem, only: wing_point_t
   use training_agreement, only: agreement_lines, AGREEMENT_LENGTH
   use training_case, only: training_case_t
@@ -16,7 +17,6 @@ module training_polish
   use training_moves, only: try_moves
   use training_objective, only: train_objective_t
   use training_outcome, only: trained_t
-  use training_pool, only: worker_pool_t
   use training_pool_problem, only: make_unknowns, pool_problem_t
   use training_space, only: search_space_t
   implicit none
@@ -34,7 +34,7 @@ contains
   !> minimum, if wanted (training_moves). If the pool is stopped the outcome is not complete.
   subroutine polish_points(settings, pool, space, objective, starts, log, trained)
     class(training_case_t), intent(in), target :: settings
-    type(worker_pool_t), intent(inout), target :: pool
+    type(bending_pool_t), intent(inout), target :: pool
     type(search_space_t), intent(in) :: space
     type(train_objective_t), intent(in) :: objective
     real(rp), intent(in) :: starts(:, :)

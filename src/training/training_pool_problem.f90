@@ -4,12 +4,12 @@
 module training_pool_problem
   use base_kinds, only: rp
   use least_squares_problem, only: unknowns_t
+  use measurement_bending_pool, only: bending_pool_t
   use measurement_evaluation, only: evaluation_t
   use measurement_problem, only: wing_point_t, wing_problem_t, wing_unknowns
   use training_case, only: training_case_t
   use training_listener, only: training_listener_t
   use training_objective, only: full_results
-  use training_pool, only: worker_pool_t
   use training_space, only: search_space_t
   implicit none
   private
@@ -17,7 +17,7 @@ module training_pool_problem
 
   !> The problem of least squares whose loads are solved by the pool. With a log it reports its progress.
   type, extends(wing_problem_t) :: pool_problem_t
-    type(worker_pool_t), pointer :: pool => null()
+    type(bending_pool_t), pointer :: pool => null()
     class(training_listener_t), pointer :: log => null()
     integer :: part = 0, n_parts = 0         !< the present start, move or interval, of so many
     character(:), allocatable :: kind_of_part !< 'start' or 'move', for messages about a fit

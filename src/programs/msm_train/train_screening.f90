@@ -11,12 +11,12 @@ module train_screening
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
+  use measurement_bending_pool, only: bending_pool_t
   use measurement_evaluation, only: evaluation_t
   use measurement_experiment, only: experiment_t
   use solid_params, only: N_COMMON, PARAM_YOUNG
   use train_evaluation, only: print_loads, solve_all_cold
   use train_settings, only: train_settings_t
-  use training_pool, only: worker_pool_t
   implicit none
   private
   public :: prepare_screen, screen_wing
@@ -41,7 +41,7 @@ contains
   !> Prints the ranking and a proposal. `ok` is true if every shape was found. Prints nothing if the pool is stopped on the way.
   subroutine screen_wing(settings, pool, ok)
     type(train_settings_t), intent(in) :: settings
-    type(worker_pool_t), intent(inout) :: pool
+    type(bending_pool_t), intent(inout) :: pool
     logical, intent(out) :: ok
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: rows(:, :), effect(:), remaining(:), moved(:)

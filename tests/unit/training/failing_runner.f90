@@ -4,16 +4,16 @@
 module failing_runner
   use base_checksum, only: checksum_reals
   use base_kinds, only: i8, rp
+  use measurement_bending_runner, only: bending_runner_t
   use measurement_bending_task, only: NOT_SOLVED
   use measurement_evaluation, only: evaluation_t
   use measurement_problem, only: wing_point_t
   use training_pool_problem, only: pool_problem_t
-  use training_task, only: train_runner_t
   implicit none
   private
   public :: counting_problem_t, failing_runner_t, is_to_fail
 
-  type, extends(train_runner_t) :: failing_runner_t
+  type, extends(bending_runner_t) :: failing_runner_t
     integer :: one_of = 0 !< every so many-th task fails; 0: none
   contains
     procedure :: run_task => failing_run_task
@@ -43,7 +43,7 @@ contains
     real(rp), intent(inout) :: output(:)
     integer, intent(out) :: status
     status = NOT_SOLVED
-    if (.not. is_to_fail(input, self%one_of)) call self%train_runner_t%run_task(input, output, status)
+    if (.not. is_to_fail(input, self%one_of)) call self%bending_runner_t%run_task(input, output, status)
   end subroutine failing_run_task
 
   !> See `wing_problem_t`.
