@@ -1,10 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes a 64-bit checksum of words at positions. It does not depend on the order in which ranks add their words.
 !>
-!> Every 64-bit word is scrambled together with its position by a four-round Feistel network (a
-!> bijection of the word for a fixed position: a changed word always changes its term), and the terms
-!> are added modulo 2**64. Ranks therefore sum their own words and add up the sums. It detects
-!> damage, not malice.
+!> Every 64-bit word is scrambled together with its position by a four-round Feistel network (for a fixed position it is a
+!> bijection, so that a changed word always changes its term), and the terms are added modulo 2**64. Ranks therefore sum their own
+!> words and add up the sums. It detects damage, not malice.
 module base_checksum
   use base_kinds, only: rp, i8
   implicit none

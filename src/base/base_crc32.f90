@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The checksum of bytes that gzip, PNG and Python's zlib.crc32 use (ISO 3309, polynomial EDB88320 reflected). It finds every
-!> change of up to 32 neighbouring bits, and any other but for one in 2**32. It detects damage, not malice.
+!> The checksum of bytes that gzip, PNG and Python's zlib.crc32 use (ISO 3309, polynomial EDB88320 reflected). It detects every
+!> change of up to 32 neighbouring bits, and all but one in 2**32 of the other changes. It detects damage, not malice.
 module base_crc32
   use, intrinsic :: iso_fortran_env, only: int8, int32
   implicit none
   private
   public :: crc32_t
 
-  !> A sum that grows with the bytes that are added to it.
+  !> A checksum of all bytes that were added to it.
   type :: crc32_t
     private
     integer(int32) :: state = not(0_int32)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Defines the three kinds of error. Nothing else in the project reports that something went wrong.
+!> Defines the three kinds of errors. The project reports errors in no other way.
 !>
 !> User mistakes are collected in a `message_list_t` and reported together. Numerical failures are
 !> returned as a `failure_t`, which the caller handles. Programmer errors stop the program through

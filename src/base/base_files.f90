@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Does with files what Fortran cannot: it renames them, removes them and forces them to the disk.
+!> Renames files, removes them and forces them to the disk, which Fortran cannot do.
 !>
 !> A file is replaced safely by writing it under a temporary name and calling `replace_file`: whoever
 !> opens the final name finds either the old content or the new one, complete.
@@ -95,19 +95,19 @@ contains
   subroutine make_folder(path, ok)
     character(*), intent(in) :: path
     logical, intent(out) :: ok
-    integer(c_int), parameter :: ALL_RIGHTS = int(o'777', c_int) ! less those that the user's mask takes away
+    integer(c_int), parameter :: ALL_RIGHTS = int(o'777', c_int) ! without the rights that the mask of the user removes
     ok = c_mkdir(path//c_null_char, ALL_RIGHTS) == 0
   end subroutine make_folder
 
-  !> Gives an existing file a second name; `ok` is false if something has that name already. Of several processes, on
-  !> whatever machines, one alone succeeds, also where a network file system does not keep exclusive creation.
+  !> Gives an existing file a second name; `ok` is false if something has that name already. Of several processes, also on different
+  !> machines, only one succeeds, even on a network file system without exclusive creation.
   subroutine link_file(from, to, ok)
     character(*), intent(in) :: from, to
     logical, intent(out) :: ok
     ok = c_link(from//c_null_char, to//c_null_char) == 0
   end subroutine link_file
 
-  !> Makes an existing file empty, also one that is open elsewhere; its space is free at once.
+  !> Makes an existing file empty, even if it is open elsewhere; its space is free at once.
   subroutine empty_file(path, ok)
     character(*), intent(in) :: path
     logical, intent(out) :: ok
@@ -128,9 +128,8 @@ contains
     ok = ok .and. closed
   end subroutine sync_path
 
-  !> Puts the complete file `temporary` in the place of `path`. With `durable`, the content is forced
-  !> to the disk before the rename and the rename after it, so that a power failure finds the old
-  !> file or the new one as well.
+  !> Puts the complete file `temporary` in the place of `path`. With `durable`, the content is forced to the disk before the rename
+  !> and the rename after it, so that either the old or the new file is complete after a power failure.
   subroutine replace_file(temporary, path, durable, ok)
     character(*), intent(in) :: temporary, path
     logical, intent(in) :: durable
@@ -184,7 +183,8 @@ contains
     if (index(stem, ending, back=.true.) > 1) stem = stem(:index(stem, ending, back=.true.) - 1)
   end function stem_of
 
-  !> Returns the one name of an existing file: absolute, without links and dots; `path` itself if there is no such file.
+  !> Returns the canonical name of an existing file, which is absolute and has no links and dots. Returns `path` itself if there is
+  !> no such file.
   function real_path(path) result(real_name)
     character(*), intent(in) :: path
     character(:), allocatable :: real_name

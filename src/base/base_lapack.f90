@@ -94,8 +94,8 @@ module base_lapack
 
 contains
 
-  !> Returns the singular values, largest first, of a matrix, such as the stacked derivatives of all observations; their ratios
-  !> tell which combinations of parameters the data can see.
+  !> Returns the singular values, largest first, of a matrix, such as the stacked derivatives of all observations; their ratios tell
+  !> which combinations of parameters the data determine.
   function singular_values(matrix) result(values)
     real(rp), intent(in) :: matrix(:, :)
     real(rp), allocatable :: values(:), a(:, :), work(:)

@@ -2,13 +2,14 @@
 !> Solves x' = A x at equal intervals of time, exactly but for rounding, and differentiates the solution exactly with respect to
 !> A and x(0).
 !>
-!> x(t + h) = E x(t), E = exp(A h). E is the 2^s-th power of exp(A h/2^s), which is a Taylor polynomial of degree DEGREE at a
-!> norm below REACH, where it leaves 1e-17; a change dA of A is carried through polynomial and squarings: with E_h and D_h known,
-!> E_2h = E_h E_h, D_2h = E_h D_h + D_h E_h (Higham 2008, Functions of Matrices, chapter 10, ISBN 978-0-89871-646-7). Then
-!> dx(t + h) = E dx(t) + D x(t). No integration in time makes an error here that damping could be mistaken for.
+!> x(t + h) = E x(t), E = exp(A h). E is the 2^s-th power of exp(A h/2^s), which is a Taylor polynomial of degree DEGREE at a norm
+!> below REACH, where the remainder is 1e-17. A change dA of A changes the polynomial and the squarings: with E_h and D_h known,
+!> E_2h = E_h E_h, D_2h = E_h D_h + D_h E_h (Higham 2008, Functions of Matrices, chapter 10, ISBN 978-0-89871-646-7). Then dx(t + h)
+!> = E dx(t) + D x(t). Because there is no time integration, there is no numerical damping.
 !>
-!> An input u(t), straight between values at the same intervals, is two states more, the last ones: u, and its change over an
-!> interval, u' = w/h, w' = 0, which A has in it (`join_input`). They are set at the beginning of every interval.
+!> An input u(t) that is linear between values at the same intervals adds two states at the end: u, and its change w over an
+!> interval, with u' = w/h and w' = 0. A contains these equations (`join_input`). The two states are set at the beginning of every
+!> interval.
 module base_linear_flow
   use base_kinds, only: rp
   use base_lapack, only: multiply
@@ -26,7 +27,7 @@ module base_linear_flow
     logical, private :: is_driven = .false.
     integer, private :: squarings = 0
     real(rp), allocatable, private :: a(:, :)        !< A h/2^s
-    real(rp), allocatable, private :: partial(:, :, :) !< (n, n, DEGREE) of Horner's rule, from within
+    real(rp), allocatable, private :: partial(:, :, :) !< (n, n, DEGREE) partial results of Horner's rule, from the innermost
     real(rp), allocatable, private :: powers(:, :, :)  !< (n, n, 0:s) E of h/2^s, .., h
   contains
     procedure :: init => flow_init
@@ -36,8 +37,7 @@ module base_linear_flow
 
 contains
 
-  !> Prepares the flow of a(n, n) [1/s] over an interval [s] >= 0. If the flow `is_driven` the last two states are those of an
-  !> input.
+  !> Prepares the flow of a(n, n) [1/s] over an interval [s] >= 0. If the flow `is_driven`, the last two states belong to an input.
   subroutine flow_init(self, a, interval, is_driven)
     class(linear_flow_t), intent(inout) :: self
     real(rp), intent(in) :: a(:, :), interval

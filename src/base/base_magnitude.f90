@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Warns of numbers that are orders of magnitude off, as happens when a user mixes up units.
+!> Warns of values that are wrong by orders of magnitude, as happens when a user confuses units.
 module base_magnitude
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -14,7 +14,7 @@ contains
 
   !> Returns '' if `value` lies between `least` and `most`, both positive. Otherwise it returns a sentence that names this range,
   !> which is usual for `whose`. If another power of a thousand brings the value into the range, the sentence suggests that unit.
-  !> All numbers are in the same `unit`; without `has_prefixes` the unit has no name for a thousand of it.
+  !> All values are in the same `unit`. Without `has_prefixes` the unit takes no prefixes such as kilo.
   pure function magnitude_doubt(value, least, most, unit, whose, has_prefixes) result(text)
     real(rp), intent(in) :: value, least, most
     character(*), intent(in) :: unit, whose
@@ -31,13 +31,13 @@ contains
     k = minloc(off, 1)
     if (off(k) > log10(most/least)/2) return
     if (has_prefixes) then
-      text = text//'; if it is in '//with_prefix(k, unit)//', write '//shifted(value, POWERS(k))
+      text = text//'; if the value is in '//with_prefix(k, unit)//', write '//shifted(value, POWERS(k))
     else
-      text = text//'; is it in another unit? '//shifted(value, POWERS(k))//' would be usual'
+      text = text//'; is the value in another unit? '//shifted(value, POWERS(k))//' would be usual'
     end if
   end function magnitude_doubt
 
-  !> Returns the positive number `x` with its first `digits` digits; others as they are.
+  !> Returns the positive number `x` rounded to its first `digits` digits; other numbers stay as they are.
   elemental real(rp) function rounded(x, digits) result(y)
     real(rp), intent(in) :: x
     integer, intent(in) :: digits

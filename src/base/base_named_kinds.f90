@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Words that a user may choose from, and the kind that each means: a table for each key, the only place that maps one to the
-!> other. Programs decide by kinds, which are named integer parameters; words are for inputs, outputs and files.
+!> Maps the words of a key to kinds. Each key has one table, and no other code maps words to kinds. Programs decide by kinds, which
+!> are named integer parameters; words are for inputs, outputs and files.
 !>
 !>     integer, parameter :: MEAN_FREE = 1, MEAN_FIXED = 2
 !>     type(named_kind_t), parameter :: MEAN_FLOWS(2) = [named_kind_t('free', MEAN_FREE), named_kind_t('fixed', MEAN_FIXED)]
 !>
-!> Several words may mean the same kind; the first of them is its name in outputs. A word that ends in '*' stands for all that
-!> begin so.
+!> Several words may mean the same kind; the first of them is its name in outputs. A word that ends in '*' stands for all words that
+!> begin with the part before it.
 module base_named_kinds
   implicit none
   private
@@ -19,7 +19,7 @@ module base_named_kinds
 
 contains
 
-  !> Returns the kind that `word` means in the table, 0 if it is not there. Blanks behind a word do not count.
+  !> Returns the kind that `word` means in the table, 0 if it is not there. Trailing blanks do not count.
   pure integer function kind_of(table, word) result(kind)
     type(named_kind_t), intent(in) :: table(:)
     character(*), intent(in) :: word

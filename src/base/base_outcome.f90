@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How a program ended, and the exit code that tells it. Nothing else decides exit codes.
+!> Says how a program ended, and maps this to its exit code. No other module decides exit codes.
 !>
 !> A program has one `outcome_t`. Failures (`failure_t`) say what went wrong; the outcome says what that means for the program.
 !>
@@ -30,7 +30,7 @@ module base_outcome
   type :: outcome_t
     integer :: kind = OUTCOME_DONE
     type(failure_t) :: failure       !< why the program did not reach its end, if a failure is the reason
-    integer :: verdict = 0           !< exit code of the verdict, of OUTCOME_VERDICT
+    integer :: verdict = 0           !< exit code of the verdict, for OUTCOME_VERDICT
     logical, private :: has_cause = .false. !< `failure` has decided the kind
   contains
     procedure :: is_good => outcome_is_good
@@ -42,7 +42,7 @@ module base_outcome
 
 contains
 
-  !> Tells whether the program has reached its end, or may go on to it.
+  !> Tells whether the program has reached its end, or may continue.
   pure logical function outcome_is_good(self) result(is_good)
     class(outcome_t), intent(in) :: self
     is_good = self%kind == OUTCOME_DONE .and. .not. self%failure%failed
@@ -64,7 +64,7 @@ contains
     call self%classify(kind)
   end subroutine outcome_fail
 
-  !> Sets the kind of a failure. If `failure` has been raised since the last call it is of this kind, and decides how the program
+  !> Sets the kind of a failure. If `failure` has been raised since the last call, it gets this kind and decides how the program
   !> ends. Without a failure nothing changes.
   pure subroutine outcome_classify(self, kind)
     class(outcome_t), intent(inout) :: self

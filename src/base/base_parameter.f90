@@ -6,16 +6,17 @@ module base_parameter
   private
   public :: parameter_t, define_parameter, define_effect
 
-  !> The coordinate of a parameter is its natural logarithm if `is_log`, and its value otherwise. `lower`, `upper` and `null` are
-  !> values in a parameter as it is defined, and coordinates in the result of `as_coordinate`.
+  !> The coordinate of a parameter is its natural logarithm if `is_log`, and its value otherwise. In the definition of a parameter
+  !> `lower`, `upper` and `null` are values; in the result of `as_coordinate` they are coordinates.
   type :: parameter_t
-    character(:), allocatable :: name, unit !< '1': of a number without a unit
-    logical :: is_log = .false.      !< to be varied by factors
+    character(:), allocatable :: name, unit !< unit '1': a number without a unit
+    logical :: is_log = .false.      !< varied by factors
     real(rp) :: lower = -huge(1.0_rp), upper = huge(1.0_rp)
     logical :: is_effect = .false.   !< something that the usual model leaves out
-    real(rp) :: null = 0             !< where an effect vanishes; start of any other parameter
-    real(rp) :: prior_sd = 0         !< usual sd of the coordinate about that; 0: not stated
-    !> Value from which fits begin too, where the tangent at null misleads; 0: none. For effects that are not varied by factors.
+    real(rp) :: null = 0             !< value at which an effect vanishes; starting value of any other parameter
+    real(rp) :: prior_sd = 0         !< usual standard deviation of the coordinate about null; 0: not stated
+    !> Additional starting value of fits, for effects whose tangent at null is misleading; 0: none. For effects that are not varied
+    !> by factors.
     real(rp) :: strong = 0
   contains
     procedure :: as_coordinate => parameter_as_coordinate

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Random numbers as a function of a key and a counter: Philox4x32-10 of Salmon, Moraes, Dror and Shaw,
-!> SC'11, DOI 10.1145/2063384.2063405.
+!> Computes random numbers as a function of a key and a counter: Philox4x32-10 of Salmon, Moraes, Dror and Shaw, SC'11, DOI
+!> 10.1145/2063384.2063405.
 !>
-!> There is no state to seed or to share: the n-th number of stream s of seed k is the same on any rank,
-!> in any order and after any restart. 32-bit words are held in 64-bit integers.
+!> There is no state that must be seeded or shared: the n-th number of stream s of seed k is the same on any rank, in any order and
+!> after any restart. 32-bit words are held in 64-bit integers.
 module base_random
   use base_constants, only: TWO_PI
   use base_kinds, only: rp, i8
@@ -111,7 +111,7 @@ contains
   real(rp) function stream_uniform(self) result(u)
     class(random_stream_t), intent(inout) :: self
     real(rp) :: pair(2)
-    ! The partner is not kept: it would be state that the position does not tell.
+    ! The second number is not kept, because it would be a state that the position does not determine.
     pair = random_uniforms(self%seed, self%stream, self%position)
     u = pair(1)
     self%position = self%position + 1

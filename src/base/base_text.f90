@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Strings and numbers as text.
 !>
-!> The readers here are strict and total: any byte sequence gives either a number or a sentence that
-!> says what is wrong with it, never a run-time error and never a floating-point exception.
+!> The readers in this module accept any sequence of bytes. They return either a number or a sentence that says what is wrong. They
+!> never cause a run-time error or a floating-point exception.
 module base_text
   use base_kinds, only: rp
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
@@ -11,7 +11,7 @@ module base_text
   public :: to_lower, next_word, count_words, printable, quoted, edit_distance
   public :: parse_integer, parse_real, parse_reals, number_text
 
-  character(*), parameter, public :: BLANKS = ' '//achar(9) !< what separates words: blank and tab
+  character(*), parameter, public :: BLANKS = ' '//achar(9) !< separators of words: blank and tab
 
   character(*), parameter :: DIGITS = '0123456789'
   character(*), parameter :: LARGEST_DIGITS = '17976931348623157' ! of huge(1.0_rp) = 1.797...e308
@@ -77,7 +77,7 @@ contains
     end do
   end function count_words
 
-  !> Returns `text` fit for a message: control bytes become '?', more than `limit` bytes are cut to '...'.
+  !> Returns `text` in a form for messages: control bytes become '?', and text beyond `limit` bytes becomes '...'.
   pure function printable(text, limit) result(shown)
     character(*), intent(in) :: text
     integer, intent(in) :: limit
@@ -258,7 +258,7 @@ contains
         n_kept = n_kept + 1
         kept(n_kept:n_kept) = text(i:i)
       else if (text(i:i) /= '0') then
-        kept(n_kept:n_kept) = '1' ! only says "a little more", which decides ties
+        kept(n_kept:n_kept) = '1' ! stands for the digits that are left out, which decide ties
       end if
     end do
     well_formed = n_digits > 0
@@ -317,7 +317,7 @@ contains
     text = plain_form(trim(buffer))
   end function real_text
 
-  !> Rewrites d.ddde+ddd as a person would: 0.001, 12.5, 32.0, 1e-5, 1.25e+10.
+  !> Rewrites d.ddde+ddd in the usual form: 0.001, 12.5, 32.0, 1e-5, 1.25e+10.
   pure function plain_form(scientific) result(text)
     character(*), intent(in) :: scientific
     character(:), allocatable :: text, figures, sign

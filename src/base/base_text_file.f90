@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Writes text files, and reports when one cannot be written.
 !>
-!> They go through the C library: the run-time library of gfortran 12 reports success for a WRITE, a
-!> FLUSH and a CLOSE on a full disk.
+!> The files are written through the C library, because the run-time library of gfortran 12 reports success for a WRITE, a FLUSH and
+!> a CLOSE on a full disk.
 module base_text_file
   use base_files, only: replace_file, remove_file
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_size_t, c_null_char, c_null_ptr, c_associated

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Measures where the time goes: named regions with their calls and their elapsed time on this process.
+!> Measures elapsed time: named regions, with the number of calls and the elapsed time of each on this process.
 !>
 !> Regions get a number when a program is set up, and the step uses the number. Regions may nest; the time
 !> of an inner one is part of the outer one.

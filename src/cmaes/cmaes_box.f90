@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Converts between the coordinates of the search, u, and physical parameters. u in [0, 1] is the box; the parameter or its
-!> logarithm is an affine function of u. No other module knows this.
+!> logarithm is an affine function of u. No other module depends on this relation.
 !>
 !>     linear   value = lower + u (upper - lower)
 !>     log      value = lower (upper/lower)^u
@@ -23,7 +23,7 @@ module cmaes_box
 
 contains
 
-  !> Returns what is wrong with the bounds of one parameter: empty, or a sentence.
+  !> Returns a sentence that says what is wrong with the bounds of one parameter; it is empty if they are valid.
   function box_problem(lower, upper, is_log) result(problem)
     real(rp), intent(in) :: lower, upper
     logical, intent(in) :: is_log
@@ -53,7 +53,7 @@ contains
     box%is_log = is_log
   end function make_box
 
-  !> Returns the physical values of the coordinates u(n): exactly the bounds at 0 and 1, and not confined to them.
+  !> Returns the physical values of the coordinates u(n). At 0 and 1 they are exactly the bounds; u may also lie outside of [0, 1].
   pure function box_value(self, u) result(value)
     class(cmaes_box_t), intent(in) :: self
     real(rp), intent(in) :: u(:)
@@ -94,8 +94,8 @@ contains
     clip = min(max(u, 0.0_rp), 1.0_rp)
   end function clip
 
-  !> Returns -1, 0 or 1: u lies at or below the lower bound, inside, at or above the upper one, within `tolerance`. The data do
-  !> not limit such a parameter on that side.
+  !> Returns -1, 0 or 1: u lies at or below the lower bound, inside, at or above the upper bound, within `tolerance`. At a bound the
+  !> data do not limit the parameter on that side.
   pure elemental integer function bound_side(u, tolerance) result(side)
     real(rp), intent(in) :: u, tolerance
     side = 0

@@ -17,7 +17,7 @@ module cmaes_eigen
 
 contains
 
-  !> Finds B, d and both roots for the present C. `condition` is the one before the floor was applied.
+  !> Finds B, d and both roots for the present C. `condition` is the condition number before the floor was applied.
   subroutine decompose(state, work)
     type(cmaes_state_t), intent(inout) :: state
     type(cmaes_work_t), intent(inout) :: work
@@ -58,7 +58,7 @@ contains
     type(cmaes_state_t), intent(in) :: state
     type(cmaes_work_t), intent(inout) :: work
     call build(state%b, state%d, work%root)
-    work%z = 1/state%d ! an expression as argument would be allocated
+    work%z = 1/state%d ! an expression as an argument would allocate memory
     call build(state%b, work%z, work%inverse_root)
   end subroutine build_roots
 

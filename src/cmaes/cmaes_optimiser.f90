@@ -2,8 +2,8 @@
 !> Makes one run of CMA-ES, which minimises f. `ask` gives the candidates of a generation, the caller evaluates them in any way,
 !> and `tell` learns from the values.
 !>
-!> Algorithm and constants: Hansen, The CMA Evolution Strategy: A Tutorial, arXiv:1604.00772v2. With a box
-!> the coordinates are in [0, 1]^n, see `cmaes_box` for what they mean.
+!> Algorithm and constants: Hansen, The CMA Evolution Strategy: A Tutorial, arXiv:1604.00772v2. With a box the coordinates are in
+!> [0, 1]^n; `cmaes_box` defines their meaning.
 module cmaes_optimiser
   use base_errors, only: require
   use base_kinds, only: rp, i8
@@ -66,8 +66,8 @@ contains
     call build_roots(self%state, self%work)
   end subroutine cmaes_restored
 
-  !> Returns the candidates x(n, lambda) of the present generation as they are to be evaluated, that is clipped to the box. It
-  !> changes nothing but work space: after a restart it gives the same again.
+  !> Returns the candidates x(n, lambda) of the present generation for evaluation: they are clipped to the box. It changes the work
+  !> space only, so that it returns the same candidates after a restart.
   subroutine cmaes_ask(self, x)
     class(cmaes_t), intent(inout) :: self
     real(rp), intent(out) :: x(:, :)
@@ -79,11 +79,10 @@ contains
     if (self%has_box) x = clip(x)
   end subroutine cmaes_ask
 
-  !> Learns from f(lambda) of the candidates last asked for, or of x(n, lambda) if present. Candidates
-  !> with violation > 0 are infeasible, and those marked in `has_failed` or with f that is not finite have
-  !> failed; f of both is ignored. If more than half failed the step is halved and the generation will be
-  !> repeated with new random numbers, up to MOST_ATTEMPTS times. state%stop_code says whether the run
-  !> has ended.
+  !> Updates the state from f(lambda) of the candidates that `ask` returned last, or of x(n, lambda) if present. Candidates with
+  !> violation > 0 are infeasible, and those marked in `has_failed` or with f that is not finite have failed; f of both is ignored.
+  !> If more than half failed the step is halved and the generation will be repeated with new random numbers, up to MOST_ATTEMPTS
+  !> times. state%stop_code says whether the run has ended.
   subroutine cmaes_tell(self, f, violation, has_failed, x)
     class(cmaes_t), intent(inout) :: self
     real(rp), intent(in) :: f(:)
@@ -128,7 +127,7 @@ contains
     state%sigma = state%sigma/2
   end subroutine repeat_generation
 
-  !> Keeps the best feasible candidate ever; the first of equals.
+  !> Keeps the best feasible candidate of the run; of equal ones it keeps the first.
   subroutine note_best(state, work, f, has_box)
     type(cmaes_state_t), intent(inout) :: state
     type(cmaes_work_t), intent(in) :: work

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a user may choose about CMA-ES, with the defaults of the tutorial (Hansen, arXiv:1604.00772v2).
+!> Defines the options of CMA-ES, with the defaults of the tutorial (Hansen, arXiv:1604.00772v2).
 module cmaes_options
   use base_kinds, only: rp, i8
   use base_named_kinds, only: kind_of, named_kind_t, word_of
@@ -15,11 +15,11 @@ module cmaes_options
   type(named_kind_t), parameter :: WEIGHTINGS(3) = [named_kind_t('active', WEIGHTS_ACTIVE), &
                                                     named_kind_t('positive', WEIGHTS_POSITIVE), &
                                                     named_kind_t('paper', WEIGHTS_PAPER)]
-  integer, parameter :: CONSTANTS_TUTORIAL = 1, CONSTANTS_PAPER = 2 !< the latter are those of pCMALib
+  integer, parameter :: CONSTANTS_TUTORIAL = 1, CONSTANTS_PAPER = 2 !< the latter: those of pCMALib
   type(named_kind_t), parameter :: CONSTANT_SETS(2) = [named_kind_t('tutorial', CONSTANTS_TUTORIAL), &
                                                        named_kind_t('paper', CONSTANTS_PAPER)]
 
-  real(rp), parameter :: UNSET = -1 !< a constant that follows from n and lambda
+  real(rp), parameter :: UNSET = -1 !< marks a constant that is computed from n and lambda
 
   !> Constants that are UNSET, and lambda or mu of 0, follow from the number of parameters. Lengths are
   !> in the coordinates of the search, in which a box has the side 1. The tolerances of f are relative to
@@ -36,10 +36,10 @@ module cmaes_options
     real(rp) :: c_c = UNSET                !< cumulation of the covariance path
     real(rp) :: c_1 = UNSET                !< learning rate of the rank-one update
     real(rp) :: c_mu = UNSET               !< learning rate of the rank-mu update
-    real(rp) :: alpha_minus = UNSET        !< what the negative weights sum to, sign changed
-    integer(i8) :: seed = 1                !< of all random numbers
+    real(rp) :: alpha_minus = UNSET        !< sum of the absolute values of the negative weights
+    integer(i8) :: seed = 1                !< seed of all random numbers
     real(rp) :: f_target = -huge(1.0_rp)   !< stop at f <= f_target
-    real(rp) :: f_scale = UNSET            !< of f; default: median |f| of the first generation
+    real(rp) :: f_scale = UNSET            !< scale of f; default: median |f| of the first generation
     real(rp) :: tolfun = 1.0e-11_rp        !< range of f in a generation and of the recent best, over f_scale
     real(rp) :: tolfunhist = 1.0e-12_rp    !< range of the recent best f, over f_scale
     real(rp) :: tolx = 1.0e-11_rp          !< standard deviation of every coordinate, over sigma0
@@ -56,7 +56,8 @@ module cmaes_options
 
 contains
 
-  !> Shows to the visitor what a search is, but not how long it goes on. Kinds are shown as words, which files keep.
+  !> Shows the options that define a search to the visitor, but not its limits and tolerances. Kinds are shown as words, which files
+  !> keep.
   subroutine options_visit(self, visitor)
     class(cmaes_options_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor
@@ -88,8 +89,8 @@ contains
     lambda = 4 + int(3*log(real(n, rp)))
   end function default_lambda
 
-  !> Returns what is wrong with the options for n parameters: empty, or a sentence that names the first mistake and what is valid.
-  !> It begins with the name of the component.
+  !> Returns a sentence on the first mistake in the options for n parameters, which begins with the name of the component and says
+  !> what is valid. It is empty if all options are valid.
   function option_problem(options, n) result(problem)
     type(cmaes_options_t), intent(in) :: options
     integer, intent(in) :: n

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The constants of one CMA-ES run, derived from the options, the number of parameters n and the
-!> population lambda: table 1 and equations (49) to (58) of the tutorial, Hansen, arXiv:1604.00772v2.
+!> Derives the constants of one CMA-ES run from the options, the number of parameters n and the population lambda: table 1 and
+!> equations (49) to (58) of the tutorial, Hansen, arXiv:1604.00772v2.
 module cmaes_params
   use base_errors, only: require
   use base_kinds, only: rp
@@ -16,15 +16,15 @@ module cmaes_params
     integer :: mu = 0     !< parents
     real(rp), allocatable :: weights(:) !< lambda numbers, best first; the first mu sum to 1
     real(rp) :: mu_eff = 0        !< variance effective number of parents
-    real(rp) :: mu_eff_minus = 0  !< the same of the negative weights
+    real(rp) :: mu_eff_minus = 0  !< the same for the negative weights
     logical :: is_paper = .false. !< weights of the paper
-    real(rp) :: alpha_minus = 0   !< what the negative weights sum to, sign changed
+    real(rp) :: alpha_minus = 0   !< sum of the absolute values of the negative weights
     real(rp) :: c_m = 1, c_sigma = 0, d_sigma = 1, c_c = 0, c_1 = 0, c_mu = 0
     real(rp) :: chi = 0           !< expected length of a normal vector
     real(rp) :: sigma0 = 0        !< first step size
     integer :: eigen_interval = 1 !< generations between two eigen-decompositions
     integer :: max_iterations = 0
-    integer :: n_recent = 0       !< generations whose best f tolfun and tolfunhist compare
+    integer :: n_recent = 0       !< number of generations whose best f tolfun and tolfunhist compare
     integer :: tolstagnation = 0
   end type cmaes_params_t
 
@@ -33,7 +33,7 @@ module cmaes_params
 contains
 
   !> Returns the constants for n parameters; `lambda` and `sigma0` replace those of the options (restarts). The options must be
-  !> without mistakes.
+  !> valid.
   function derive_params(options, n, lambda, sigma0) result(p)
     type(cmaes_options_t), intent(in) :: options
     integer, intent(in) :: n
@@ -80,8 +80,8 @@ contains
     if (options%tolstagnation > 0) p%tolstagnation = options%tolstagnation
   end function derive_params
 
-  !> Computes w'_i = ln(mu + 1/2) - ln i, which is ln((lambda + 1)/2) - ln i for even lambda and the default mu;
-  !> the paper has ln(mu + 1) - ln i, which is the tutorial's for odd lambda.
+  !> Computes w'_i = ln(mu + 1/2) - ln i, which is ln((lambda + 1)/2) - ln i for even lambda and the default mu; the paper has ln(mu
+  !> + 1) - ln i, which equals the formula of the tutorial for odd lambda.
   pure subroutine raw_weights(is_paper, mu, weights)
     logical, intent(in) :: is_paper
     integer, intent(in) :: mu
@@ -95,8 +95,8 @@ contains
     end do
   end subroutine raw_weights
 
-  !> Returns the weights for a generation of which only size(weights) candidates are valid: those of a population of that size, as
-  !> if the failed ones had not been drawn. At least two are.
+  !> Returns the weights for a generation in which only size(weights) candidates, at least two, are valid. They are the weights of a
+  !> population of this size, as if the failed candidates had not been drawn.
   pure subroutine weights_of_valid(p, weights, mu, mu_eff)
     type(cmaes_params_t), intent(in) :: p
     real(rp), intent(out) :: weights(:)
@@ -149,8 +149,8 @@ contains
     d = 1 + 2*max(0.0_rp, sqrt(max(0.0_rp, (mu_eff - 1)/(n + 1))) - 1) + c_sigma
   end function damping
 
-  !> Scales the positive weights to the sum 1 and the negative ones to the sum -alpha_minus: the largest sum with which C stays
-  !> positive definite and learns no faster than from the positive ones, or 0.
+  !> Scales the positive weights to the sum 1 and the negative ones to the sum -alpha_minus: the largest sum for which C stays
+  !> positive definite and the negative weights do not act faster than the positive ones, or 0.
   pure subroutine scale_weights(alpha_minus, mu, weights)
     real(rp), intent(in) :: alpha_minus
     integer, intent(in) :: mu

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Candidates outside the box [0, 1]^n are evaluated at the nearest point inside and ranked with
+!> Penalises candidates outside the box [0, 1]^n. They are evaluated at the nearest point inside and ranked with
 !>
 !>     f + sum_i gamma_i (x_i - clip(x_i))^2/xi_i,   xi_i = exp(0.9 (log C_ii - mean_j log C_jj)),
 !>
@@ -17,8 +17,8 @@ module cmaes_penalty
 
 contains
 
-  !> Adds the penalty to the keys of feasible candidates; infeasible and failed ones keep theirs.
-  !> work%classes, work%keys and work%x are those of this generation; work%order is overwritten.
+  !> Adds the penalty to the keys of feasible candidates; infeasible and failed ones keep theirs. work%classes, work%keys and work%x
+  !> must belong to this generation; work%order is overwritten.
   subroutine penalise(p, state, work)
     type(cmaes_params_t), intent(in) :: p
     type(cmaes_state_t), intent(inout) :: state

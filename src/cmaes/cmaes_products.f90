@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Multiplies small square matrices, four columns or vectors at a time. Loops over about ten numbers are too short to pay for
+!> Multiplies small square matrices, four columns or vectors at a time. Loops over about ten elements are too short to outweigh
 !> their overhead.
 module cmaes_products
   use base_kinds, only: rp
@@ -30,8 +30,7 @@ contains
     end do
   end subroutine multiply
 
-  !> Adds sum_k weights(k) v_k v_k^T, v_k = v(n, k), to the upper triangle of c(n, n); what is below it is undefined
-  !> afterwards.
+  !> Adds sum_k weights(k) v_k v_k^T, v_k = v(n, k), to the upper triangle of c(n, n); the lower triangle is undefined afterwards.
   pure subroutine add_outers(weights, v, c)
     real(rp), intent(in), contiguous :: weights(:), v(:, :)
     real(rp), intent(inout), contiguous :: c(:, :)

@@ -13,8 +13,8 @@ module cmaes_ranking
 
 contains
 
-  !> Finds the class and the key of every candidate. Infeasible: violation > 0, and then f does not count. Failed: marked so, or f
-  !> (or a violation) that is no finite number.
+  !> Finds the class and the key of every candidate. Infeasible: violation > 0, and then f does not count. Failed: marked as failed,
+  !> or f or the violation is not finite.
   pure subroutine classify(f, violation, has_failed, classes, keys)
     real(rp), intent(in) :: f(:)
     real(rp), intent(in), optional :: violation(:)
@@ -42,8 +42,8 @@ contains
     end do
   end subroutine classify
 
-  !> Ranks the candidates: order(1) is the best one, order(lambda) the worst. `merged` and `bits` are the caller's work space, as
-  !> large.
+  !> Ranks the candidates: order(1) is the best one, order(lambda) the worst. `merged` and `bits` are work space of the caller, of
+  !> the same size.
   pure subroutine rank(classes, keys, order, merged, bits)
     integer, intent(in) :: classes(:)
     real(rp), intent(in) :: keys(:)
@@ -63,7 +63,7 @@ contains
     end do
   end subroutine rank
 
-  !> Puts a few values in rising order (insertion).
+  !> Sorts a few values in ascending order (insertion sort).
   pure subroutine sort_values(values)
     real(rp), intent(inout) :: values(:)
     real(rp) :: value

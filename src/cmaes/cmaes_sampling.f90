@@ -39,8 +39,8 @@ contains
     call fill_gaussians(seed, stream, shiftl(int(candidate, i8), 32), z)
   end subroutine draw_normals
 
-  !> Draws independent numbers in (0, 1) for the start of run `restart`. No candidate has the same numbers, for generations count
-  !> from 1. `purpose` separates different uses.
+  !> Draws independent numbers in (0, 1) for the start of run `restart`. They differ from the numbers of all candidates, whose
+  !> generations count from 1. `purpose` separates different uses.
   pure subroutine draw_uniforms(seed, restart, purpose, u)
     integer(i8), intent(in) :: seed
     integer, intent(in) :: restart, purpose

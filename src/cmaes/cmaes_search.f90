@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes a search: runs of CMA-ES, one after another, which share one budget of evaluations.
+!> Makes a search: successive runs of CMA-ES, which share one budget of evaluations.
 !>
-!> IPOP (Auger and Hansen, CEC 2005): every restart doubles lambda. BIPOP (Hansen, GECCO 2009 workshop):
-!> restarts with a doubled lambda alternate with runs of small populations and steps,
-!> lambda_s = lambda_0 (lambda_l/(2 lambda_0))^(u^2), sigma_s = sigma_0 10^(-2 v), u and v uniform, so that
-!> both kinds spend equally; a small run may spend half of what the last large one did.
+!> IPOP (Auger and Hansen, CEC 2005): every restart doubles lambda. BIPOP (Hansen, GECCO 2009 workshop): restarts with a doubled
+!> lambda alternate with runs of small populations and steps, lambda_s = lambda_0 (lambda_l/(2 lambda_0))^(u^2), sigma_s = sigma_0
+!> 10^(-2 v), u and v uniform. Both kinds use equal numbers of evaluations; a small run may use half the evaluations of the last
+!> large run.
 module cmaes_search
   use base_errors, only: require
   use base_kinds, only: rp, i8
@@ -29,14 +29,14 @@ module cmaes_search
   integer, parameter :: FIRST_RUN = 0, LARGE_RUN = 1, SMALL_RUN = 2
   integer, parameter :: START = 1, SCHEDULE = 2 ! purposes of random numbers
 
-  !> Where runs begin: uniformly distributed between two corners; the first one at `first`, if allocated.
+  !> The starting points of runs: uniformly distributed between two corners. The first run starts at `first`, if allocated.
   type :: start_region_t
     real(rp), allocatable :: lower(:), upper(:) !< of size n
     real(rp), allocatable :: first(:)
     logical :: is_box = .false. !< the search is confined to [0, 1]^n
   end type start_region_t
 
-  !> What the restarts need to remember; part of a checkpoint.
+  !> The state of the restarts, a part of the checkpoint.
   type, extends(visited_t) :: cmaes_search_state_t
     integer :: restart = 0          !< number of the present run, from 0
     integer :: regime = FIRST_RUN
@@ -76,7 +76,7 @@ module cmaes_search
 
 contains
 
-  !> Begins the first run. The options are without mistakes.
+  !> Begins the first run. The options must be valid.
   subroutine search_start(self, options, restarts, max_restarts, region)
     class(cmaes_search_t), intent(out) :: self
     type(cmaes_options_t), intent(in) :: options
@@ -127,7 +127,7 @@ contains
     call self%run%ask(x)
   end subroutine search_ask
 
-  !> Learns as `cmaes_t%tell` does. When the run ends the next one begins, or the search ends: state%stop_code.
+  !> Updates the run as `cmaes_t%tell` does. When the run ends, the next run begins or the search ends (state%stop_code).
   subroutine search_tell(self, f, violation, has_failed)
     class(cmaes_search_t), intent(inout) :: self
     real(rp), intent(in) :: f(:)
@@ -204,7 +204,7 @@ contains
     if (self%state%stop_code == RUNNING) n = n + self%run%state%counts%evaluations
   end function search_evaluations
 
-  !> Returns the best feasible candidate of the whole search, as it was evaluated; the first of equals.
+  !> Returns the best feasible candidate of the whole search, as it was evaluated; of equal ones the first.
   subroutine search_best(self, has_best, f, x, evaluation)
     class(cmaes_search_t), intent(in) :: self
     logical, intent(out) :: has_best
@@ -228,14 +228,14 @@ contains
     character(:), allocatable :: text
     text = stop_text(merge(self%state%last_stop, self%state%stop_code, self%state%stop_code == RUNNING))
     associate (state => self%run%state)
-      if (state%counts%n_repairs + state%counts%n_floored > 0) text = text//'; in the last run the covariance was taken back '// &
+      if (state%counts%n_repairs + state%counts%n_floored > 0) text = text//'; in the last run the covariance was reset '// &
                                                      number_text(state%counts%n_repairs)//' times and raised to its floor '// &
                                                         number_text(state%counts%n_floored)//' times'
     end associate
   end function search_stop_sentence
 
-  !> Stores the search or continues the one that the visitor has; then `start` was called with the same options but for
-  !> budgets and tolerances, and nothing but its failure is defined if that is set.
+  !> Stores the search in the visitor, or restores it from the visitor. Before a restoration `start` must have been called with the
+  !> same options; only budgets and tolerances may differ. If the visitor fails, only its failure is defined.
   subroutine search_visit(self, visitor)
     class(cmaes_search_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor
@@ -244,7 +244,7 @@ contains
     call visitor%visit('search', self%state)
     if (visitor%failure%failed) return
     if (visitor%is_reading) then
-      ! The run has what remains of the present budget; small runs have a limit in addition.
+      ! The run may use the rest of the present budget; small runs have an additional limit.
       left = self%options%max_evaluations - self%state%evaluations
       if (self%state%regime == SMALL_RUN) left = min(left, self%state%run_limit)
       self%state%run_limit = left

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> State of a CMA-ES run, which is what a checkpoint needs, and the work space of a generation.
+!> Holds the state of a CMA-ES run, which a checkpoint stores, and the work space of a generation.
 module cmaes_state
   use base_kinds, only: rp, i8
   use base_lapack, only: symmetric_eigen_work
@@ -11,7 +11,7 @@ module cmaes_state
 
   integer, parameter :: WINDOW = 20 !< generations at both ends of the history that stagnation compares
 
-  !> What has been counted since the run began.
+  !> Counts since the beginning of the run.
   type, extends(visited_t) :: cmaes_counts_t
     integer(i8) :: evaluations = 0              !< reported to the search so far, failed ones included
     integer(i8) :: n_infeasible = 0, n_failed = 0
@@ -24,7 +24,7 @@ module cmaes_state
 
   !> The best feasible candidate so far.
   type, extends(visited_t) :: cmaes_best_t
-    logical :: is_seen = .false.                !< there was one
+    logical :: is_seen = .false.                !< a feasible candidate exists
     real(rp) :: f = huge(1.0_rp)
     real(rp), allocatable :: x(:)               !< as it was evaluated, inside the box
     integer(i8) :: evaluation = 0               !< its number, from 1
@@ -42,31 +42,31 @@ module cmaes_state
     procedure :: visit => history_visit
   end type cmaes_history_t
 
-  !> What leaving the box costs, see `cmaes_penalty`.
+  !> Weights of the penalty for leaving the box, see `cmaes_penalty`.
   type, extends(visited_t) :: cmaes_box_penalty_t
     logical :: is_on = .false.
-    real(rp), allocatable :: weights(:)         !< by coordinate; 0 until it is on
+    real(rp), allocatable :: weights(:)         !< by coordinate; 0 until the penalty begins
     integer :: n = 0                            !< generations put into the ring
     real(rp), allocatable :: spreads(:)         !< ring of interquartile ranges of f, over the sample's variance
   contains
     procedure :: visit => penalty_visit
   end type cmaes_box_penalty_t
 
-  !> After generation `generation`. B and d describe C at its last decomposition: C = B diag(d)^2 B^T.
+  !> The state after generation `generation`. B and d describe C at its last decomposition: C = B diag(d)^2 B^T.
   type, extends(visited_t) :: cmaes_state_t
     ! The normal distribution from which candidates are drawn.
     real(rp), allocatable :: mean(:)            !< m
     real(rp) :: sigma = 0                       !< step size
     real(rp), allocatable :: p_sigma(:), p_c(:) !< evolution paths
     real(rp), allocatable :: c(:, :)            !< covariance matrix over sigma^2
-    real(rp), allocatable :: b(:, :), d(:)      !< eigenvectors, roots of the eigenvalues in rising order
+    real(rp), allocatable :: b(:, :), d(:)      !< eigenvectors, square roots of the eigenvalues in ascending order
     real(rp) :: condition = 1                   !< of C, at its last decomposition
     integer :: last_eigen = 0                   !< generation of the last decomposition
     ! Where the run is.
     integer(i8) :: seed = 0                     !< key of the random numbers
     integer :: restart = 0                      !< number of the run in the search, from 0
     integer :: generation = 0                   !< finished generations
-    integer :: attempt = 0                      !< how often the present generation is being repeated
+    integer :: attempt = 0                      !< number of repetitions of the present generation so far
     integer :: stop_code = 0                    !< of `cmaes_stop`; 0: the run goes on
     type(cmaes_counts_t) :: counts
     type(cmaes_best_t) :: best
@@ -77,7 +77,7 @@ module cmaes_state
     procedure :: visit => state_visit
   end type cmaes_state_t
 
-  !> Contents undefined between two generations, except the two roots, which follow from B and d.
+  !> Work space, undefined between two generations except for the two roots, which follow from B and d.
   type :: cmaes_work_t
     real(rp), allocatable :: root(:, :), inverse_root(:, :) !< B diag(d) B^T, B diag(1/d) B^T
     real(rp), allocatable :: x(:, :)   !< n x lambda candidates as drawn
@@ -89,7 +89,7 @@ module cmaes_state
     integer, allocatable :: classes(:), order(:), merged(:)
     integer(i8), allocatable :: bits(:)
     real(rp) :: window(WINDOW) = 0
-    real(rp), allocatable :: sorted(:) !< a ring to take the median of
+    real(rp), allocatable :: sorted(:) !< copy of a ring buffer, for its median
   contains
     procedure :: allocate => work_allocate
   end type cmaes_work_t
@@ -129,7 +129,7 @@ contains
     self%restart = restart
   end subroutine state_reset
 
-  !> Shows every component to the visitor; the state has been reset with the same parameters.
+  !> Shows every component to the visitor; the state must have been reset with the same parameters.
   subroutine state_visit(self, visitor)
     class(cmaes_state_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor
@@ -197,7 +197,7 @@ contains
     call visitor%visit('spreads', self%spreads)
   end subroutine penalty_visit
 
-  !> Allocates what generations with these parameters need.
+  !> Allocates the work space of generations with these parameters.
   subroutine work_allocate(self, params)
     class(cmaes_work_t), intent(out) :: self
     type(cmaes_params_t), intent(in) :: params

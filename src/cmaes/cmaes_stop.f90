@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Why a run of CMA-ES ends. Names and defaults are those of pycma where it has the criterion; the
-!> tolerances of f are relative to `f_scale`, as f may have any unit.
+!> Decides when a run of CMA-ES ends. Criteria of pycma have their names and defaults of pycma. The tolerances of f are relative to
+!> `f_scale`, because f may have any unit.
 module cmaes_stop
   use base_kinds, only: rp, i8
   use cmaes_options, only: cmaes_options_t
@@ -15,7 +15,7 @@ module cmaes_stop
   integer, parameter, public :: TOLX = 6, TOLFACUPX = 7, TOLUPSIGMA = 8, STAGNATION = 9, FLAT_FITNESS = 10
   integer, parameter, public :: NOEFFECTAXIS = 11, NOEFFECTCOORD = 12, CONDITIONCOV = 13, TOO_MANY_FAILED = 14
   integer, parameter, public :: N_STOPS = 14
-  integer, parameter :: N_HISTORY = 10 ! generations that flat histories are believed after
+  integer, parameter :: N_HISTORY = 10 ! generations after which a flat history counts
 
 contains
 
@@ -31,7 +31,7 @@ contains
     if (code >= 0 .and. code <= N_STOPS) name = trim(NAMES(code))
   end function stop_name
 
-  !> Returns the name and what it means.
+  !> Returns the name of a criterion and its meaning.
   pure function stop_text(code) result(text)
     integer, intent(in) :: code
     character(:), allocatable :: text
@@ -72,8 +72,8 @@ contains
     text = stop_name(code)//': '//text
   end function stop_text
 
-  !> Puts the generation's best and median f into the histories and counts flat generations. `f` as it was
-  !> told; work%order, classes and keys as ranked.
+  !> Puts the generation's best and median f into the histories and counts flat generations. `f` has the values of this generation;
+  !> work%order, classes and keys describe its ranking.
   subroutine note_history(p, state, work, f)
     type(cmaes_params_t), intent(in) :: p
     type(cmaes_state_t), intent(inout) :: state
@@ -96,7 +96,7 @@ contains
 
   contains
 
-    !> Returns f of the candidate of that rank, huge if it is not feasible.
+    !> Returns f of the candidate with this rank; it is huge if the candidate is not feasible.
     real(rp) function f_at(r)
       integer, intent(in) :: r
       f_at = huge(1.0_rp)
@@ -177,8 +177,8 @@ contains
     if (all(work%classes == FEASIBLE)) range = maxval(f) - minval(f)
   end function generation_range
 
-  !> Tells whether the run stagnates: the medians over the newest WINDOW generations are no better than those over WINDOW
-  !> generations tolstagnation before.
+  !> Tells whether the run stagnates: the medians over the newest WINDOW generations are not better than the medians over WINDOW
+  !> generations that lie tolstagnation generations earlier.
   logical function is_stagnant(p, state, work)
     type(cmaes_params_t), intent(in) :: p
     type(cmaes_state_t), intent(in) :: state

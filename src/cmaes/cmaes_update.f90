@@ -8,8 +8,8 @@
 !>     C   <- (1 + c_1 (1 - h) c_c (2 - c_c) - c_1 - c_mu sum w) C + c_1 p_c p_c^T + c_mu sum w'_i y_i y_i^T
 !>     sigma <- sigma exp(min(1, c_s/d_s (|p_s|/chi - 1)))
 !>
-!> with w'_i = w_i n/|C^(-1/2) y_i|^2 for negative weights, and C^(-1/2) before the update. Failed
-!> candidates say nothing about directions: the others get the weights of a population of their number.
+!> with w'_i = w_i n/|C^(-1/2) y_i|^2 for negative weights, and C^(-1/2) before the update. Failed candidates carry no information
+!> about directions, so that the others get the weights of a population of their number.
 module cmaes_update
   use base_kinds, only: rp
   use cmaes_params, only: cmaes_params_t, weights_of_valid

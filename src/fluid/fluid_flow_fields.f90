@@ -9,11 +9,11 @@ module fluid_flow_fields
   private
   public :: flow_field, VORTICITY_MAGNITUDE
 
-  integer, parameter :: VORTICITY_MAGNITUDE = 0 !< in the place of 1 to 3, a component of u, and 4 to 6, one of omega
+  integer, parameter :: VORTICITY_MAGNITUDE = 0 !< other fields: 1 to 3, a component of u; 4 to 6, of omega
 
   type, extends(kernels_t) :: flow_kernels_t
     integer :: which = 1
-    real(rp), allocatable :: kx(:), ky(:), kz(:)                  !< of the sticks, and along them
+    real(rp), allocatable :: kx(:), ky(:), kz(:)                  !< wavenumbers of the sticks, and along them
     complex(rp), allocatable :: stick(:, :)                       !< (nkz, 5) u, omega_x, omega_y
     complex(rp), pointer, contiguous :: u(:, :, :) => null()      !< (nkz, sticks, 3)
     real(rp), pointer, contiguous :: field(:, :, :, :) => null() !< (nx, ny_local, nz_local, 1)

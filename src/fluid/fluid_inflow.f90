@@ -17,8 +17,8 @@ module fluid_inflow
   !> The penalized points of the inflow zone. Among the solids that do not move, only their u_s depends on time.
   type :: inflow_t
     real(rp), private :: growth = 1               !< the growth that `penalty` has at present
-    integer, allocatable, private :: points(:)    !< entries of `penalty`
-    real(rp), allocatable, private :: velocity(:) !< their u_s along y when it has grown, L/T
+    integer, allocatable, private :: points(:)    !< their entries in `penalty`
+    real(rp), allocatable, private :: velocity(:) !< their final u_s along y, L/T
   contains
     procedure :: init => inflow_init
     procedure :: set => inflow_set
@@ -26,7 +26,7 @@ module fluid_inflow
 
 contains
 
-  !> Finds the points of the inflow zone in `penalty`, which has its fixed solids and no overlay yet.
+  !> Finds the points of the inflow zone in `penalty`, which must have its fixed solids and no overlay.
   subroutine inflow_init(self, penalty)
     class(inflow_t), intent(inout) :: self
     type(penalty_t), intent(in) :: penalty

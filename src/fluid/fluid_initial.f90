@@ -60,7 +60,8 @@ contains
       call vorticity_to_velocity(full, u)
       call set_mean(full, params%mean%velocity, u)
     else
-      ! In a box that is no cube the classical field is not solenoidal, and files of single precision are to 1e-7 only.
+      ! In a box that is not a cube the classical field is not solenoidal, and fields from files of single precision are solenoidal
+      ! to 1e-7 only.
       call project(full, u)
     end if
   end subroutine initial_velocity

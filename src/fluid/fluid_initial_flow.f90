@@ -24,7 +24,7 @@ module fluid_initial_flow
 
   type, extends(kernels_t) :: initial_flow_t
     real(rp), allocatable :: fields(:, :, :, :) !< (nx, ny_local, planes, 7) velocity, vorticity, divergence of the planes
-    integer :: first = 0                        !< planes before them; `bring` changes it
+    integer :: first = 0                        !< number of planes before these; `bring` changes it
     integer, private :: last = 0, part = 0, parts = 1, n_planes = 0
     class(transform_t), allocatable, private :: full
     type(sticks_t), private :: sticks           !< of `full`
@@ -67,7 +67,7 @@ contains
     end if
   end subroutine initial_begin
 
-  !> Makes `fields` those of the part that has the local plane `z`. Every pass begins with plane 1 and goes on to the last.
+  !> Fills `fields` for the part that contains the local plane `z`. Every pass begins with plane 1 and proceeds to the last plane.
   !> Collective where a part begins.
   subroutine initial_bring(self, z)
     class(initial_flow_t), intent(inout) :: self

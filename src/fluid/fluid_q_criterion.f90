@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes the Q criterion of a velocity: Q = -1/2 A_ij A_ji with A_ij = d u_i/d x_j.
 !>
-!> For a flow without divergence it is (|W|^2 - |S|^2)/2 of the antisymmetric and the symmetric part of A, and half the
-!> Laplacian of the pressure where no force acts; it is positive where rotation is stronger than strain (Hunt, Wray & Moin
-!> 1988). Derivatives are those of the retained modes. Nine inverse transforms in two rounds, so that no round needs
-!> more room than a time step does.
+!> For a flow without divergence it is (|W|^2 - |S|^2)/2 of the antisymmetric and the symmetric part of A, and half the Laplacian of
+!> the pressure where no force acts; it is positive where rotation is stronger than strain (Hunt, Wray & Moin 1988). Derivatives are
+!> those of the retained modes. The nine inverse transforms are done in two rounds, so that no round needs more memory than a time
+!> step.
 module fluid_q_criterion
   use base_kinds, only: rp
   use spectral_transform, only: kernels_t, transform_t
@@ -12,7 +12,8 @@ module fluid_q_criterion
   private
   public :: q_criterion
 
-  !> Components (i, j) of A that are multiplied in the two rounds: those of the plane x-y with the diagonal, and the others.
+  !> Components (i, j) of A that are multiplied in the two rounds: first the components in the x-y plane and the diagonal, then the
+  !> others.
   integer, parameter :: IN_PLANE(2, 5) = reshape([1, 1, 2, 2, 3, 3, 1, 2, 2, 1], [2, 5])
   integer, parameter :: ACROSS(2, 4) = reshape([1, 3, 3, 1, 2, 3, 3, 2], [2, 4])
 

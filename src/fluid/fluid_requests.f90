@@ -12,11 +12,11 @@ module fluid_requests
   integer, parameter :: PASS_RK_FIRST = 2, PASS_RK_SECOND = 3, PASS_RK_THIRD = 4, PASS_RK_FOURTH = 5
   integer, parameter :: PASS_HEUN_FIRST = 6, PASS_HEUN_SECOND = 7
 
-  !> All of these refer to the state at the beginning of the step.
+  !> What a pass computes in addition, for the state at the beginning of the step.
   type :: request_t
     logical :: integrals = .false. !< volume integrals and the largest divergence
     logical :: fields = .false.    !< keep velocity and vorticity in physical space
-    logical :: flow = .false.      !< keep the velocity's spectrum, for one of these fields at a time
+    logical :: flow = .false.      !< keep the spectrum of the velocity, from which these fields can be computed one at a time
     logical :: pressure = .false.  !< keep the pressure (fluid_pressure)
     logical :: rhs = .false.       !< keep the right-hand side of an evaluation, for a step that begins there
   contains

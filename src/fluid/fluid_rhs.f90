@@ -4,10 +4,10 @@
 !>
 !>   du/dt = P[ u x omega - chi/C_eta (u - u_s) ] + F_sponge + nu lap u,   div u = 0,
 !>
-!> rotational form, P the exact projection in Fourier space. Viscosity is integrated exactly by
-!> E = exp(-nu k^2 dt), with vanishing viscosity (fluid_state) times exp(-rate dt (k/K)^4); E is set to 0 outside the
-!> truncation, which is how aliasing is removed. One pass costs six inverse and three forward transforms (six with a
-!> sponge; one more if it keeps the pressure); in z five inverse ones, since the vorticity along z is made of the velocity.
+!> This is the rotational form; P is the exact projection in Fourier space. Viscosity is integrated exactly by E = exp(-nu k^2 dt),
+!> with vanishing viscosity (fluid_state) times exp(-rate dt (k/K)^4); E is set to 0 outside the truncation, which removes aliasing
+!> errors. One pass costs six inverse and three forward transforms (six forward ones with a sponge, and one more if it keeps the
+!> pressure). In z five inverse transforms suffice, because the vorticity along z is made of the velocity.
 !>
 !> AB2 with variable step: u(n+1) = E [u(n) + b10 N(n) + b11 H], H = E(dt_old) N(n-1),
 !> b10 = dt (dt/2 + dt_old)/dt_old, b11 = -dt^2/(2 dt_old); the first step, and all of Euler's scheme, have b10 = dt, b11 = 0.
@@ -35,13 +35,13 @@ module fluid_rhs
   private
   public :: rhs_t
 
-  !> Maxima and sums over the lines of a pass, one for each place along x.
+  !> Maxima and sums over the lines of a pass, one for each index along x.
   type :: along_x_t
     real(rp), allocatable :: max(:), sum(:, :) !< (nx) largest |u|^2, (nx, 7) sums of |u|^2 and of squares of components
     real(rp), allocatable :: divergence(:)     !< (nx) |div u|
   end type along_x_t
 
-  !> Kernels with everything they work on. Scratch (contents undefined between steps): all but `state`.
+  !> Kernels with all data that they work on. All of it except `state` is scratch: its contents are undefined between steps.
   type, extends(kernels_t) :: rhs_t
     type(world_t) :: world
     type(fluid_params_t) :: params
@@ -59,7 +59,7 @@ module fluid_rhs
     type(sums_t) :: sums
     type(failure_t) :: failure
     type(stepper_t) :: stepper
-    type(pressure_t) :: pressure                     !< what has been kept of it if requested
+    type(pressure_t) :: pressure                     !< what the pass has kept of it if requested
     complex(rp), allocatable :: kept(:, :, :)        !< (nkz, sticks, 3) N of an evaluation that kept it
     real(rp), allocatable :: fields(:, :, :, :)      !< (nx, ny_local, nz_local, 6) u and omega if requested
     complex(rp), allocatable :: past(:, :, :)        !< (nkz, sticks, 3) u at the beginning of the pass, if requested
@@ -226,7 +226,8 @@ contains
       line = y + self%block%count(2)*(z - 1)
       do i = self%penalty%line_first(line), self%penalty%line_last(line)
         associate (x => self%penalty%x(i), chi => self%penalty%chi(i))
-          ! In the fluid's sums every point has the weight (1 - chi)^2, so that the rest of 1 is subtracted here.
+          ! In the sums of the fluid every point has the weight (1 - chi)^2. Here the difference of this weight from 1 is
+          ! subtracted.
           solid_fraction = 1 - (1 - chi)**2
           self%sums%energy_fluid = self%sums%energy_fluid - 0.5_rp*solid_fraction*in(x, 1:3)**2
           self%sums%enstrophy_fluid = self%sums%enstrophy_fluid - solid_fraction*in(x, 4:6)**2
@@ -307,7 +308,7 @@ contains
     end do
   end subroutine rhs_project_and_advance
 
-  !> Makes line i of the right-hand side, that of stick `s`, free of divergence, keeps the pressure, and adds the sponge.
+  !> Makes line i of the right-hand side, which belongs to stick `s`, free of divergence, keeps the pressure, and adds the sponge.
   subroutine project(self, s, i, fields)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: s, i
@@ -335,7 +336,7 @@ contains
                                                                          self%state%u(1, s, :))
   end subroutine advance
 
-  !> Returns the time [T] at which pass `pass` evaluates the right-hand side. dt must be that of its step.
+  !> Returns the time [T] at which pass `pass` evaluates the right-hand side. dt must be the length of its step.
   pure real(rp) function rhs_time_of(self, pass) result(time)
     class(rhs_t), intent(in) :: self
     integer, intent(in) :: pass

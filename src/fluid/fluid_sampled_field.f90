@@ -36,7 +36,7 @@ contains
     allocate (self%lines(block%count(2), block%count(3)))
   end subroutine field_init
 
-  !> Sets `lines` to those near the points of the samples.
+  !> Sets `lines` to the lines near the points of the samples.
   subroutine field_choose_lines(self, samples)
     class(sampled_field_t), intent(inout) :: self
     type(samples_t), intent(in) :: samples(:)

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Interpolates a grid field at arbitrary points of the box, by Peskin's regularized delta function.
 !>
-!> The four-point function (Peskin, Acta Numerica 2002, eq. 6.27, DOI 10.1017/S0962492902000077) in each
-!> direction: its weights are continuous in the point's place and reproduce linear fields exactly.
+!> The four-point function (Peskin, Acta Numerica 2002, eq. 6.27, DOI 10.1017/S0962492902000077) in each direction: its weights are
+!> continuous in the position of the point and reproduce linear fields exactly.
 module fluid_sampling
   use base_errors, only: require
   use base_kinds, only: rp
@@ -42,8 +42,8 @@ contains
     allocate (self%points(3, n), self%values(n), source=0.0_rp)
   end subroutine samples_init
 
-  !> Prepares sampling of fields on this rank's `block` of `grid`, which owns whole lines in x. In a two-dimensional
-  !> box the place along x does not matter: the weights, whose sum is 1, all fall on the one point.
+  !> Prepares sampling of fields on this rank's `block` of `grid`, which owns whole lines in x. In a two-dimensional box the
+  !> position along x does not matter: all weights, whose sum is 1, fall on the single grid point in x.
   subroutine sampler_init(self, world, grid, block)
     class(sampler_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -57,7 +57,7 @@ contains
   end subroutine sampler_init
 
   !> Returns the values (n) of `field` (nx, ny_local, nz_local) at points (3, n) [L], the same on all ranks; the box is periodic.
-  !> Every rank adds what its points contribute; only the n values travel. Collective.
+  !> Every rank adds the contribution of its grid points; the ranks exchange only the n values. Collective.
   subroutine sampler_sample(self, points, field, values)
     class(sampler_t), intent(in) :: self
     real(rp), contiguous, intent(in) :: points(:, :)
@@ -109,7 +109,7 @@ contains
     end do
   end subroutine sampler_select_lines
 
-  !> Returns the weights of the points first - 1 .. first + 2 for the place s, in cells; their sum is 1.
+  !> Returns the weights of the points first - 1 .. first + 2 for the position s, in cells; their sum is 1.
   pure subroutine delta_weights(s, first, w)
     real(rp), intent(in) :: s
     integer, intent(out) :: first

@@ -23,7 +23,7 @@ contains
     width = TWO_PI/maxval(grid%length, mask=grid%n > 1)
   end function shell_width
 
-  !> Returns the number of shells, with that of k = 0, the same on all ranks. Collective.
+  !> Returns the number of shells, including the shell of k = 0, the same on all ranks. Collective.
   integer function count_shells(world, grid, sticks) result(n)
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid

@@ -27,7 +27,7 @@ module fluid_solver
   private
   public :: fluid_t, trial_t
 
-  !> An evaluation with solids that are where they will be when the next step begins. As it is made it is no trial at all.
+  !> A request for an evaluation with the solids at their positions at the beginning of the next step.
   type :: trial_t
     integer(i8), private :: pass = -1
   end type trial_t
@@ -39,14 +39,14 @@ module fluid_solver
     real(rp) :: unsteady_force(3, 0:5) = 0  !< d/dt int chi u_s at the time of `sums`
     real(rp) :: unsteady_moment(3, 0:5) = 0
     type(sums_t) :: sums                    !< integrals of the last pass
-    real(rp) :: sums_time = 0               !< time they belong to
+    real(rp) :: sums_time = 0               !< time of these integrals
     real(rp) :: dt = 0                      !< length of the step that began at that time
-    type(point_forces_t), allocatable :: points !< points at which the flow is sampled and pushed, see `hold_points`
-    type(sampled_field_t), private :: sampled  !< a field where it is sampled, see `hold_samples`
+    type(point_forces_t), allocatable :: points !< points at which the flow is sampled and forces act on it, see `hold_points`
+    type(sampled_field_t), private :: sampled  !< a field near the points where it is sampled, see `hold_samples`
     logical, private :: has_pressure = .false. !< the last pass kept the pressure
-    logical, private :: has_flow = .false.     !< the pass that `sums` are of kept the flow
-    logical, private :: has_begun = .false.    !< the initial flow has served, but for `flow_field`
-    integer(i8), private :: n_passes = 0       !< that have been made; tells whether a trial is the last of them
+    logical, private :: has_flow = .false.     !< the pass that computed `sums` kept the flow
+    logical, private :: has_begun = .false.    !< the initial flow is used by `flow_field` only
+    integer(i8), private :: n_passes = 0       !< passes made; tells whether a trial is the last pass
   contains
     procedure :: init => fluid_init
     procedure :: start => fluid_start
@@ -68,8 +68,8 @@ module fluid_solver
 
 contains
 
-  !> Builds transform, mask and sponge. Fails if there is no such transform or the mask has no sense. The process grid
-  !> must exist (`process_grid`). Collective.
+  !> Builds transform, mask and sponge. Fails if the transform does not exist or the mask cannot be drawn. The process grid must
+  !> exist (`process_grid`). Collective.
   subroutine fluid_init(self, world, params, keeps_fields, failure, keeps_pressure, keeps_rhs)
     class(fluid_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -154,7 +154,7 @@ contains
         if (self%rhs%failure%failed) exit
         call run_pass(self, pass, nothing, moving)
       end do
-      ! What is written after the step belongs to its beginning.
+      ! Results that are written after the step belong to its beginning.
       if (present(moving) .and. .not. self%rhs%failure%failed) call place_solids(self, moving, self%rhs%state%time)
     end if
     if (self%rhs%failure%failed) then
@@ -167,7 +167,7 @@ contains
       state%time = state%time + self%rhs%dt
       state%dt_old = self%rhs%dt
       state%step = state%step + 1
-      ! Sums of dt must not leave the run an epsilon short of its end.
+      ! Because of round-off the sum of dt may end just before t_max.
       if (abs(self%rhs%params%time%t_max - state%time) <= 1.0e-12_rp*self%rhs%params%time%t_max) &
         state%time = self%rhs%params%time%t_max
     end associate
@@ -184,10 +184,10 @@ contains
     call keep_sums(self, moving)
   end subroutine fluid_evaluate
 
-  !> Evaluates the present state with solids that may turn out to be elsewhere: `sums` and what belongs to them
-  !> stay those of the last step, only `pressure_field` and the fields, if requested, are of this trial. The fluid
-  !> must have been built to keep right-hand sides. A step may begin with `trial` if the solids prove to be there. Costs what
-  !> a step costs. Collective.
+  !> Evaluates the present state with provisional positions of the solids. `sums` and the quantities that belong to them stay those
+  !> of the last step; only `pressure_field` and the fields, if requested, belong to this trial. The fluid must have been built to
+  !> keep right-hand sides. A step may begin with `trial` if the positions of the solids prove right. A trial costs as much as a
+  !> step. Collective.
   subroutine fluid_try(self, request, failure, moving, trial)
     class(fluid_t), intent(inout) :: self
     type(request_t), intent(in) :: request
@@ -246,8 +246,8 @@ contains
     deallocate (self%rhs%initial)
   end subroutine drop_initial_flow
 
-  !> Keeps the integrals of a pass and completes them by the rate of change of the solids' momentum: exact for
-  !> solids whose motion is known, by a backward difference for others.
+  !> Keeps the integrals of a pass and adds the rate of change of the momentum of the solids. It is exact for solids whose motion is
+  !> known, and a backward difference for others.
   subroutine keep_sums(self, moving)
     class(fluid_t), intent(inout) :: self
     class(moving_solids_t), intent(inout), optional :: moving
@@ -294,7 +294,7 @@ contains
     end if
   end subroutine fluid_flow_field
 
-  !> Makes room for sampling fields at points; where there is room already, nothing happens.
+  !> Allocates the memory for sampling fields at points, unless this was done before.
   subroutine fluid_hold_samples(self)
     class(fluid_t), intent(inout) :: self
     if (allocated(self%sampled%values)) return
@@ -303,8 +303,8 @@ contains
     end associate
   end subroutine fluid_hold_samples
 
-  !> Samples what `pressure_field` gives at the points of all `samples`. Costs at most what `pressure_field` does, all
-  !> samples together; needs `hold_samples`. Collective.
+  !> Samples the field of `pressure_field` at the points of all `samples`. All samples together cost at most as much as
+  !> `pressure_field`. Needs `hold_samples`. Collective.
   subroutine fluid_sample_pressure(self, samples)
     class(fluid_t), intent(inout) :: self
     type(samples_t), intent(inout) :: samples(:)
@@ -314,7 +314,7 @@ contains
     call self%sampled%sample(samples)
   end subroutine fluid_sample_pressure
 
-  !> The same of what `flow_field` gives. Collective.
+  !> Samples the field of `flow_field` in the same way. Collective.
   subroutine fluid_sample_flow(self, which, samples)
     class(fluid_t), intent(inout) :: self
     integer, intent(in) :: which
@@ -329,7 +329,7 @@ contains
     call self%sampled%sample(samples)
   end subroutine fluid_sample_flow
 
-  !> Samples field `which`, 1 to 6, of those that the last pass was asked to keep. Costs no transform. Collective.
+  !> Samples field `which`, 1 to 6, of the fields that the last pass kept on request. Costs no transform. Collective.
   subroutine fluid_sample_kept_field(self, which, samples)
     class(fluid_t), intent(in) :: self
     integer, intent(in) :: which
@@ -337,7 +337,7 @@ contains
     call self%sampled%sample_other(self%rhs%fields(:, :, :, which), samples)
   end subroutine fluid_sample_kept_field
 
-  !> Makes room for up to `most` points at which other layers sample the flow and push it; `points%place` says where they are.
+  !> Makes room for up to `most` points at which other layers sample the flow and apply forces; `points%place` sets their positions.
   subroutine fluid_hold_points(self, most)
     class(fluid_t), intent(inout) :: self
     integer, intent(in) :: most

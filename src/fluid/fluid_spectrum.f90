@@ -64,7 +64,7 @@ contains
         mode = [sticks%jx(s), sticks%jy(s), sticks%jz(i)]
         k = [sticks%kx(s), sticks%ky(s), sticks%kz(i)]
         shell = shell_of(sticks, s, i, k_min)
-        ! Of a mode and its mirror image only one is drawn, the other is its conjugate.
+        ! Of a mode and its mirror image only one is drawn; the other is its conjugate.
         if (is_mirror(mode)) then
           drawn = uniforms(p%initial%seed, -mode)
           direction = conjg(solenoidal_direction(-k, drawn, p%grid%is_2d))

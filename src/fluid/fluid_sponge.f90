@@ -19,7 +19,7 @@ module fluid_sponge
     real(rp) :: rate = 0                          !< 1/C_sp
     logical, allocatable :: whole_line(:, :)      !< (ny_local, nz_local) lines that lie in the sponge along their whole length
     integer :: low = 0                            !< sponge at x indices 1 .. low of every other line
-    integer :: high = 0                           !< and at the last `high` ones
+    integer :: high = 0                           !< and at the last `high` indices
   contains
     procedure :: damp => sponge_damp
   end type sponge_t

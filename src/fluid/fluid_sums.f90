@@ -14,10 +14,10 @@ module fluid_sums
   type :: lever_t
     real(rp) :: arm(3) = 0  !< of its first point, L
     real(rp) :: spacing = 0 !< of its points, L
-    real(rp) :: period = 0  !< by which the x arm is wrapped, L; 0 for never
+    real(rp) :: period = 0  !< period by which the arm in x is wrapped, L; 0: it is not
   end type lever_t
 
-  !> All integrals are over the box, at the time of the state. `penalty` ones are over the solids.
+  !> Integrals over the box, at the time of the state. Integrals that contain chi are over the solids.
   type :: sums_t
     real(rp) :: kinetic_energy = 0              !< 1/2 int |u|^2, every step
     real(rp) :: force(3, 0:LAST) = 0            !< int chi/C_eta (u - u_s): force on the solid, every step
@@ -52,8 +52,9 @@ contains
     end associate
   end subroutine sums_clear
 
-  !> Adds the penalized points of line `line` of `penalty` to forces, moments and what belongs to the mask; `lever` is that of the
-  !> line. Adds the penalization term of the velocity u to `n`. The sums are not yet multiplied by the cell volume.
+  !> Adds the penalized points of line `line` of `penalty` to the forces, the moments and the integrals over the mask; `lever` has
+  !> the lever arms of the line. Adds the penalization term of the velocity u to `n`. The sums are not yet multiplied by the cell
+  !> volume.
   subroutine sums_add_solid_line(self, penalty, line, c_eta, lever, u, n)
     class(sums_t), intent(inout) :: self
     type(penalty_t), intent(in) :: penalty
@@ -142,7 +143,7 @@ contains
 
   contains
 
-    !> Puts a number behind those that are packed, or takes it from there.
+    !> Appends a number to the packed numbers, or takes the next one from them.
     subroutine move(x)
       real(rp), intent(inout) :: x
       n = n + 1

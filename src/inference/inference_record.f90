@@ -102,7 +102,7 @@ contains
     if (.not. is_valid) then
       z = 0
       residual_square = 0
-      call failure%raise('the wing cannot be computed any more at a point that was fitted: check loads, units and [Wing]')
+      call failure%raise('the wing cannot be computed again at a point that the fit had reached: check loads, units and [Wing]')
       return
     end if
     call design%compress(residuals, q(:simulator%n_baseline), z, residual_square)

@@ -226,7 +226,8 @@ contains
       found = one
     end do
     if (.not. found%is_found) then
-      call failure%raise('the baseline fits from none of its starting values: check the loads, their units and the starting values')
+      call failure%raise('the baseline cannot be fitted from any of its starting values: check the loads, their units and the '// &
+                         'starting values')
       return
     end if
     where (spread < huge(1.0_rp)) spread = spread - least

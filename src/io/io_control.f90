@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Controls a running program through files in its folder, which rank 0 reads.
 !>
-!> A file `STOP` asks for a checkpoint and an end. So does, as in FLUSI, `runtime_control.ini` with
-!> `runtime_control=save_stop;` in its section [runtime_control]. A request is answered once: STOP is
-!> removed and the ini file is set back to `nothing`.
+!> A file `STOP` requests a checkpoint and the end of the run. As in FLUSI, `runtime_control.ini` with `runtime_control=save_stop;`
+!> in its section [runtime_control] requests the same. A request counts once: afterwards STOP is removed, and the ini file is set
+!> back to `nothing`.
 module io_control
   use base_errors, only: message_list_t
   use base_files, only: file_exists, join_path, remove_file
@@ -23,8 +23,8 @@ module io_control
 
 contains
 
-  !> Writes an idle control file, replacing one that an earlier run left. A STOP file that is already
-  !> there is kept, because it asks this run to stop. A folder that cannot be written is a message.
+  !> Writes an idle control file, replacing one that an earlier run left. A STOP file that is already there is kept, because it asks
+  !> this run to stop. If the folder cannot be written, a message says so.
   subroutine prepare_control(directory, messages)
     character(*), intent(in) :: directory
     type(message_list_t), intent(inout) :: messages
@@ -33,9 +33,9 @@ contains
     if (.not. ok) call messages%add(join_path(directory, CONTROL_FILE)//': cannot be written')
   end subroutine prepare_control
 
-  !> Returns the request found in `directory`, CONTROL_NOTHING or CONTROL_SAVE_STOP; to be called by rank 0, which tells the
-  !> others. Costs two file look-ups when nothing is asked for. What cannot be done or understood is a message, and is answered by
-  !> setting the file back.
+  !> Returns the request found in `directory`, CONTROL_NOTHING or CONTROL_SAVE_STOP; rank 0 calls it and informs the others. Without
+  !> a request it costs two file look-ups. An unknown request, or one that cannot be fulfilled, gives a message, and the file is set
+  !> back.
   integer function poll_control(directory, messages) result(request)
     character(*), intent(in) :: directory
     type(message_list_t), intent(inout) :: messages

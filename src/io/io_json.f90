@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Writes JSON (RFC 8259): objects and lists one inside another, built up as text.
+!> Writes JSON (RFC 8259), objects and lists that may be nested, as a text.
 !>
 !>     call json%open_object('')            the outermost object has no key
 !>     call json%put('answer', 42)
 !>     call json%open_list('values'); call json%put('', 1.0_rp); call json%close()
 !>     call json%close()
 !>
-!> Inside lists keys are empty. Numbers that are not finite, and huge ones that stand for none, become null.
+!> Inside lists keys are empty. Numbers that are not finite, and huge numbers, which mean that there is no value, become null.
 module io_json
   use base_errors, only: require
   use base_kinds, only: rp

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Decides when a run stops before its end: wall time, the end of the job, a signal, a control file. Also decides when the next
-!> backup is due.
+!> Decides whether a run stops before its end, because of the wall time, the end of the job, a signal or a control file. It also
+!> decides when the next backup is due.
 module io_stop
   use, intrinsic :: iso_fortran_env, only: error_unit
   use base_errors, only: message_list_t

@@ -56,7 +56,7 @@ contains
       if (is_end) exit
       call try_point(problem, unknowns, options, report, trial)
       if (trial%jumps >= MOST_JUMPS) then
-        report%reason = 'at the end of every further step a wing has snapped to another shape'
+        report%reason = 'at the end of every further step a wing snaps to another shape'
         exit
       end if
       if (trial%ratio(report%cost()) > 1.0e-4_rp) then
@@ -98,7 +98,7 @@ contains
     if (options%is_smooth) report%has_jumped = to%has_jumped()
     if (report%has_jumped) report%jumped = to%jumped
     if (.not. is_valid .or. report%has_jumped) then
-      report%reason = 'the model cannot be computed at the start'
+      report%reason = 'the model cannot be computed at the starting values'
       allocate (report%state, source=from)
       return
     end if

@@ -29,7 +29,7 @@ contains
     logical, intent(in) :: is_log
     type(interval_t), intent(in) :: interval
     character(:), allocatable :: sentence
-    character(*), parameter :: AT_JUMP = ' jump or end, not where they fit no more)'
+    character(*), parameter :: AT_JUMP = ' jump or end, not where the misfit exceeds its limit)'
     if (interval%has_lower .and. interval%has_upper) then
       sentence = name//': '//shown(interval%best)//behind()//', with 90 % confidence between '// &
                  shown(interval%lower)//' and '//shown(interval%upper)//behind()
@@ -39,12 +39,12 @@ contains
       sentence = name//': not determined by these data; only < '//shown(interval%upper)//behind()//' can be said'
     else if (interval%is_complete) then
       sentence = name//': not determined by these data; every value from '//shown(interval%lower)//' to '// &
-                 shown(interval%upper)//behind()//' is as good'
+                 shown(interval%upper)//behind()//' fits as well'
     else
-      sentence = name//': nothing can be said; the search for its interval did not come to its end'
+      sentence = name//': no statement is possible, because the search for its interval did not finish'
       return
     end if
-    if (.not. interval%is_complete) sentence = sentence//' (the search did not come to its end)'
+    if (.not. interval%is_complete) sentence = sentence//' (the search for the interval did not finish)'
     if (interval%is_jump(1)) sentence = sentence//' (the lower end is where shapes'//AT_JUMP
     if (interval%is_jump(2)) sentence = sentence//' (the upper end is where shapes'//AT_JUMP
 

@@ -12,7 +12,7 @@ module parallel_broadcast
 
 contains
 
-  !> Gives the value of rank 0 to all ranks. On the others `value` is on entry as it was declared. Collective.
+  !> Gives the value of rank 0 to all ranks. On the other ranks `value` must be on entry as it was declared. Collective.
   subroutine broadcast_value(world, value)
     type(world_t), intent(in) :: world
     class(visited_t), intent(inout) :: value

@@ -18,8 +18,8 @@ module parallel_exchange
 
 contains
 
-  !> Sends given(q) numbers of each of `n_fields` fields to each rank q and receives taken(q) of each from it. Blocks lie in rank
-  !> order, with room for `room` fields each, and are full from the first field on. Adds what it cost to `traffic`. Collective
+  !> Sends given(q) numbers of each of `n_fields` fields to each rank q and receives taken(q) of each from it. Blocks lie in the
+  !> order of ranks. Each has room for `room` fields, and the first `n_fields` are used. Adds the traffic to `traffic`. Collective
   !> over `comm`.
   subroutine exchange(comm, send, given, receive, taken, n_fields, room, traffic)
     type(MPI_Comm), intent(in) :: comm

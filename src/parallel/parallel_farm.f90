@@ -2,9 +2,9 @@
 !> Distributes tasks: rank 0 gives them one by one to free ranks.
 !>
 !> A task takes a few real numbers and returns a few real numbers and a status. It must depend on nothing but its input and the
-!> shared context. Results are placed by task number, so that everything that rank 0 computes from them is the same to the last
-!> bit for any number of ranks. While many tasks remain, every worker has one more task waiting. If there are few ranks rank 0
-!> works too, on the last tasks of the order, which should be the shortest, so that it soon serves the others again. With one rank
+!> shared context. Results are placed by task number, so that everything that rank 0 computes from them is the same to the last bit
+!> for any number of ranks. While many tasks remain, every worker has one more task waiting. If there are few ranks, rank 0 works
+!> too. It takes the last tasks of the order, which should be the shortest, so that it soon serves the others again. With one rank
 !> everything is serial.
 !>
 !>     if (world%is_root) then
@@ -26,7 +26,7 @@ module parallel_farm
   public :: farm_t, task_runner_t, NOT_RUN
 
   integer, parameter :: NOT_RUN = -1 !< status of a task that was not begun because a stop was wanted
-  integer, parameter :: FEW_RANKS = 8     ! up to here rank 0 works: idle it would cost more than a tenth
+  integer, parameter :: FEW_RANKS = 8     ! up to this number rank 0 works: idle, it would waste over a tenth
   integer, parameter :: SHUT_DOWN = 0, BATCH = 1, SHARING = 2, MEETING = 3 ! commands to workers
   integer, parameter :: TASK_TAG = 71, RESULT_TAG = 72
   integer, parameter :: DEPTH = 2 ! tasks that a worker may hold
@@ -66,12 +66,12 @@ module parallel_farm
     type(MPI_Request) :: request
   end type buffer_t
 
-  !> Sizes and messages. A task is (number, input), number 0 ends a batch; a result is (number, status, seconds, output).
+  !> Sizes and messages. A task is (number, input), where number 0 ends a batch; a result is (number, status, seconds, output).
   type :: farm_t
     type(world_t) :: world
     integer :: n_input = 0, n_output = 0
     logical :: root_works = .true.
-    type(buffer_t), allocatable, private :: tasks(:, :) !< DEPTH for every other rank; rank 0 sends, others receive
+    type(buffer_t), allocatable, private :: tasks(:, :) !< DEPTH tasks for every other rank; rank 0 sends, others receive
     type(buffer_t), private :: results(DEPTH)           !< rank 0 receives with the first, others send
     integer, allocatable, private :: held(:), given(:)  !< tasks that a rank holds, and has been given
   contains
@@ -92,8 +92,8 @@ contains
     wants = self%is_stopping
   end function runner_wants_stop
 
-  !> Fixes the sizes of inputs and outputs; the same on all ranks. `root_works` overrules that rank 0
-  !> works if there are at most eight ranks.
+  !> Fixes the sizes of inputs and outputs; the same on all ranks. `root_works` replaces the rule that rank 0 works if there are at
+  !> most eight ranks.
   subroutine farm_start(self, world, n_input, n_output, root_works)
     class(farm_t), intent(out) :: self
     type(world_t), intent(in) :: world
@@ -168,9 +168,9 @@ contains
     call send_command(self, SHUT_DOWN, 0)
   end subroutine farm_shut_down
 
-  !> Does the tasks 1 .. size(order), begun in that order: inputs(n_input, :), outputs(n, :) with n up to n_output; only these n
-  !> numbers are sent. The output of a task that was not run is 0, and its status NOT_RUN; a failed task leaves the output as the
-  !> runner left it. `seconds` is the duration of each task. On rank 0; the others are in `serve`.
+  !> Does the tasks 1 .. size(order), which begin in this order. The arrays are inputs(n_input, :) and outputs(n, :) with n up to
+  !> n_output; only these n numbers are sent. The output of a task that was not run is 0, and its status NOT_RUN; a failed task
+  !> leaves the output as the runner left it. `seconds` is the duration of each task. On rank 0; the others are in `serve`.
   subroutine farm_run(self, runner, order, inputs, outputs, statuses, seconds)
     class(farm_t), intent(inout) :: self
     class(task_runner_t), intent(inout) :: runner
@@ -284,7 +284,7 @@ contains
     end do
   end subroutine end_batch
 
-  !> Does what rank 0 asks for until it ends the service. On the other ranks.
+  !> Does the work that rank 0 requests until rank 0 ends the service. On the other ranks.
   subroutine farm_serve(self, runner)
     class(farm_t), intent(inout) :: self
     class(task_runner_t), intent(inout) :: runner

@@ -1,15 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Inverts a symmetric positive definite matrix that is too large for one rank. Each rank holds some of its rows.
 !>
-!> The sweep operator inverts the matrix in place, block by block of rows. With A cut into a pivot block I and the rest J it
-!> makes
+!> The sweep operator inverts the matrix in place, block by block of rows. With A divided into a pivot block I and the rest J it
+!> computes
 !>
 !>     A_II <- -P,   A_IJ <- P A_IJ,   A_JI <- A_JI P,   A_JJ <- A_JJ - A_JI P A_IJ,   P = A_II^-1,
 !>
-!> and keeps A symmetric; swept by all blocks, A is minus its inverse (Goodnight 1979, DOI 10.2307/2683825). The rank of a block
-!> sends P A_IJ to all, and every rank updates its own rows with one matrix product: 2 n^3 operations in all, evenly
-!> distributed, and one broadcast for each block. A product with the inverse takes one broadcast and one reduction, where a
-!> product with distributed triangular factors would take one of each for every block.
+!> and keeps A symmetric; after the sweeps of all blocks, A is minus its inverse (Goodnight 1979, DOI 10.2307/2683825). The rank of
+!> a block sends P A_IJ to all, and every rank updates its own rows with one matrix product: 2 n^3 operations in all, evenly
+!> distributed, and one broadcast for each block. A product with the inverse takes one broadcast and one reduction, where a product
+!> with distributed triangular factors would take one of each for every block.
 !>
 !> One rank leads and asks for products, while the others serve:
 !>
@@ -35,7 +35,7 @@ module parallel_inverse
     !> (n, own) rows(:, k) is row own(k): of the matrix before `invert`, of minus its inverse afterwards.
     real(rp), allocatable :: rows(:, :)
     type(world_t), private :: world
-    integer, private :: n = 0, width = 1   !< of the matrix, and of a block
+    integer, private :: n = 0, width = 1   !< number of rows of the matrix, and of a block
     real(rp), allocatable, private :: pivot(:, :)   !< (width, width) P
     real(rp), allocatable, private :: panel(:, :)   !< (n, width) the transpose of P A_IJ
     real(rp), allocatable, private :: column(:, :)  !< (width, own) A_IJ of the own rows J
@@ -84,7 +84,8 @@ contains
     end do
   end subroutine inverse_invert
 
-  !> Computes P and the panel, which has P in the pivot's place. On the rank that holds the pivot block of the rows first .. last.
+  !> Computes P and the panel, which has P at the position of the pivot. On the rank that holds the pivot block of the rows first ..
+  !> last.
   subroutine make_panel(self, first, last, is_positive)
     type(shared_inverse_t), intent(inout) :: self
     integer, intent(in) :: first, last
@@ -107,7 +108,7 @@ contains
     self%panel(first:last, :b) = self%pivot(:b, :b)
   end subroutine make_panel
 
-  !> Gives the panel of rank `owner`, b columns wide, to all ranks, and whether there is one.
+  !> Gives the panel of rank `owner`, b columns wide, to all ranks, and tells whether it exists.
   subroutine send_panel(self, owner, b, is_positive)
     type(shared_inverse_t), intent(inout), target :: self
     integer, intent(in) :: owner, b
@@ -121,7 +122,7 @@ contains
     call self%world%broadcast_reals(flat(:self%n*b), owner)
   end subroutine send_panel
 
-  !> Updates the own rows with the panel of the pivot rows first .. last, which are here if `is_own`.
+  !> Updates the own rows with the panel of the pivot rows first .. last, which are on this rank if `is_own`.
   subroutine sweep(self, first, last, is_own)
     type(shared_inverse_t), intent(inout) :: self
     integer, intent(in) :: first, last

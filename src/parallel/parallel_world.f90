@@ -70,7 +70,7 @@ contains
     call self%adopt(MPI_COMM_SELF)
   end subroutine world_isolate
 
-  !> Makes `part` of those ranks of this world that give the same number `group`, >= 0, in the same order. Collective.
+  !> Makes the world `part` of all ranks of this world that give the same number `group`, >= 0, in the same order. Collective.
   subroutine world_split(self, group, part)
     class(world_t), intent(in) :: self
     integer, intent(in) :: group
@@ -80,7 +80,7 @@ contains
     call part%adopt(comm)
   end subroutine world_split
 
-  !> Releases what `split` has made. Collective over this world.
+  !> Releases a world that `split` has made. Collective over this world.
   subroutine world_release(self)
     class(world_t), intent(inout) :: self
     call MPI_Comm_free(self%comm)

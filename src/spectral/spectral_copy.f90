@@ -51,7 +51,7 @@ contains
     end do
   end subroutine copy_forward
 
-  !> Gives the pipeline the spectrum on these sticks; see kernels_t.
+  !> Passes the spectrum on these sticks to the pipeline; see kernels_t.
   subroutine copy_spectral_in(self, first, count, fields)
     class(copy_kernels_t), intent(inout) :: self
     integer, intent(in) :: first, count

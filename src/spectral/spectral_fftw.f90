@@ -78,7 +78,7 @@ contains
     complex(rp), contiguous, target, intent(inout) :: work(:)
     integer, intent(in) :: sign !< +1 backward (to physical space), -1 forward
     integer(c_int), intent(in) :: flag
-    complex(rp), pointer, contiguous :: same(:) !< FFTW's way to say in place: input and output coincide
+    complex(rp), pointer, contiguous :: same(:) !< FFTW transforms in place if input and output coincide
     integer(c_int) :: length(1)
     same => work
     length(1) = n
@@ -93,7 +93,7 @@ contains
     complex(rp), contiguous, target, intent(inout) :: work(:)
     integer, intent(in) :: sign
     integer(c_int), intent(in) :: flag
-    complex(rp), pointer, contiguous :: same(:) !< FFTW's way to say in place: input and output coincide
+    complex(rp), pointer, contiguous :: same(:) !< FFTW transforms in place if input and output coincide
     integer(c_int) :: length(1)
     same => work
     if (width == 0) return
@@ -196,7 +196,7 @@ contains
     character(*), intent(in) :: text
     integer(c_int) :: understood
     understood = fftw_import_wisdom_from_string(text//c_null_char)
-    if (understood /= 1) return ! then this process plans for itself
+    if (understood /= 1) return ! in this case this process makes its own plans
   end subroutine learn_wisdom
 
   !> Discards the wisdom of the planner of this process.

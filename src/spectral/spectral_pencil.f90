@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes the built-in transforms: FFTW in cache, MPI pencils, without the parts that are not needed.
+!> Makes the built-in transforms: FFTW in cache and MPI pencils, without the parts of the spectrum that are not needed.
 !>
 !> Only sticks inside the truncation are exchanged between ranks, and only retained kx are exchanged between planes and lines. The
 !> pipeline is fused: products are computed on batches of lines while they are in cache, and physical fields are never stored. Two
-!> buffers serve all exchanges, from one to the other and back: products replace the fields from which they were computed.
+!> buffers serve all exchanges, from one to the other and back, because products replace the fields from which they were computed.
 !> Operation counts and measurements: docs/theory/transforms.md.
 module spectral_pencil
   use, intrinsic :: iso_c_binding, only: c_size_t
@@ -32,7 +32,7 @@ module spectral_pencil
     !> copied directly to planes.
     type(buffer_t), private :: near, far
     integer, private :: n_fields = 0     !< of the running pipeline: room for so many fields lies between blocks
-    integer, private :: z_first = 0, n_planes = 0 !< planes before, and planes of, the present part
+    integer, private :: z_first = 0, n_planes = 0 !< number of planes before the present part, and in it
     complex(rp), allocatable, private :: planes(:, :)  !< (n_kx*ny, fields) one plane of every field
     complex(rp), allocatable, private :: modes(:, :, :) !< (nkz, STICK_BATCH, fields)
     real(rp), allocatable, private :: fields_in(:, :, :), fields_out(:, :, :) !< (nx, lines, fields)
@@ -51,8 +51,8 @@ module spectral_pencil
 
 contains
 
-  !> Prepares transforms of up to `max_in` fields backward and `max_out` fields forward at once.
-  !> Requires a process grid that exists (`process_grid`). Collective.
+  !> Prepares transforms of up to `max_in` fields backward and `max_out` fields forward at once. Requires an existing process grid
+  !> (`process_grid`). Collective.
   subroutine pencil_init(self, world, grid, dealias, wanted_rows, effort, max_in, max_out)
     class(pencil_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -79,8 +79,8 @@ contains
     self%block%count(1) = grid%n(1)
     call split_evenly(grid%n(2), self%rows, row, self%block%start(2), self%block%count(2))
     call split_evenly(grid%n(3), self%columns, column, self%block%start(3), self%block%count(3))
-    ! Measured plans depend on the moment. Ranks of a row have the same sizes, and there are at most two kinds of rows. The first
-    ! and the last row measure, and all others take their plans, so that all agree.
+    ! Measured plans differ between measurements. Ranks of a row have the same sizes, and there are at most two kinds of rows. The
+    ! first and the last row measure, and all other rows take their plans, so that equal sizes have equal plans.
     if (effort == 'measure') then
       call make_plans(self, row, effort, 0)
       if (self%rows > 1) call make_plans(self, row, effort, self%rows - 1)
@@ -143,7 +143,7 @@ contains
     call self%to_points_part(kernels, 1, 1)
   end subroutine pencil_to_points
 
-  !> See `spectral_transform`. The inverse transform in z is done for every part anew. Collective.
+  !> See `spectral_transform`. The inverse transform in z is repeated for every part. Collective.
   subroutine pencil_to_points_part(self, kernels, part, parts)
     class(pencil_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
@@ -155,7 +155,7 @@ contains
                  'pencil_t: parts have a plane of every rank, and no output')
     kernels%fill_curl = .false.
     self%n_fields = max(kernels%n_in, kernels%n_out)
-    ! Lines have the curl, too; it needs no place if lines stay on their rank.
+    ! Lines have the curl, too; the buffers need no room for it if lines stay on their rank.
     if (self%rows == 1) self%n_fields = max(kernels%place_of(kernels%n_in), kernels%n_out)
     call self%stages%choose_part(part, parts)
     column = self%world%rank/self%rows

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Finds the planes that a pipeline needs. Where its kernels need some lines only, planes beyond all of these are neither sent
+!> Finds the planes that a pipeline needs. If its kernels need some lines only, planes beyond all of these lines are neither sent
 !> between ranks nor transformed. Each column of ranks keeps the planes from its first to its last that has such a line.
 module spectral_pencil_planes
   use base_kinds, only: rp
@@ -21,14 +21,14 @@ contains
     if (associated(kernels%lines)) is_wanted = any(kernels%lines(first:first + count - 1, z))
   end function is_wanted
 
-  !> Removes planes without a wanted line, on any rank of a column, from the ends of the planes that `stages` has chosen, which
-  !> are all. Collective if only some lines are wanted.
+  !> Removes planes without a wanted line, on any rank of a column, from both ends of the planes of `stages`, which must be all
+  !> planes. Collective if only some lines are wanted.
   subroutine leave_out_planes(world, block, kernels, stages, column)
     type(world_t), intent(in) :: world
     type(block_t), intent(in) :: block
     class(kernels_t), intent(in) :: kernels
     type(stages_t), intent(inout) :: stages
-    integer, intent(in) :: column !< of this rank, from 0
+    integer, intent(in) :: column !< number of this rank's column, from 0
     real(rp) :: reach(0:2*size(stages%z_count) - 1) !< planes up to the last, and down to the first, of each column
     integer :: z, q, low, high
     if (.not. associated(kernels%lines)) return

@@ -69,8 +69,8 @@ contains
     self%row = row
     self%n_kx = sticks%n_row_kx
     self%n_half = self%nx/2 + 1
-    ! About 2000 points per batch: input and output of a nine-field product stay in the L2 cache. The
-    ! number must not depend on the rank, or plans (and last bits) would.
+    ! About 2000 points per batch: input and output of a nine-field product stay in the L2 cache. The number must not depend on the
+    ! rank, because plans and the last bits of results would then depend on it, too.
     self%line_batch = max(1, min((self%ny + rows - 1)/rows, max(4, 2048/self%nx)))
     allocate (self%z_start(0:columns - 1), self%z_count(0:columns - 1))
     allocate (self%y_start(0:rows - 1), self%y_count(0:rows - 1), self%kx_count(0:rows - 1))
@@ -86,7 +86,7 @@ contains
     call alloc_complex(int(self%n_half, c_size_t)*self%line_batch, self%half_handle, self%half)
     call plan_lines(self%z_backward, self%nz, STICK_BATCH, self%z_work, 1, flag)
     call plan_lines(self%z_forward, self%nz, STICK_BATCH, self%z_work, -1, flag)
-    ! Planes and lines are the caller's; these two serve the planner only.
+    ! The caller provides planes and lines; these two arrays serve the planner only.
     call alloc_complex(int(self%n_kx, c_size_t)*self%ny, plane_handle, plane)
     call alloc_real(int(self%nx, c_size_t)*self%line_batch, line_handle, line)
     call plan_columns(self%y_backward, self%n_kx, self%ny, plane, 1, flag)
@@ -180,7 +180,7 @@ contains
     complex(rp), contiguous, intent(inout) :: modes(:, :)
     integer :: q, z, s, base
     base = 0
-    if (sum(self%z_count) < self%nz) self%z_work(1:self%nz*count) = 0 ! planes that no rank has chosen
+    if (sum(self%z_count) < self%nz) self%z_work(1:self%nz*count) = 0 ! planes outside of the chosen part
     do q = 0, self%columns - 1
       associate (nzq => self%z_count(q), z0 => self%z_start(q))
         do z = 1, nzq

@@ -6,10 +6,9 @@
 !> j with (jx/Kx)^2 + (jy/Ky)^2 + (jz/Kz)^2 < 1 and K_i = 2/3 (n_i/2 - 1), which is FLUSI's; `box`
 !> keeps |j_i| < K_i; `none` keeps all.
 !>
-!> Ranks form a grid of `rows` x `columns`, rank = column*rows + row. Physical space: x is whole, y is
-!> split over the rows, z over the columns. Columns kx are dealt to rows like cards (so that the long
-!> and the short ones of the disc are shared evenly), then the sticks of a row are split in equal
-!> counts over the columns. A foreign library that shares kx and ky in blocks has the sticks of its blocks
+!> Ranks form a grid of `rows` x `columns`, rank = column*rows + row. Physical space: x is whole, y is split over the rows, z over
+!> the columns. Columns kx are distributed to rows in turn, so that each row has long and short columns, then the sticks of a row
+!> are split in equal counts over the columns. A foreign library that shares kx and ky in blocks has the sticks of its blocks
 !> (`make_block_sticks`); some ranks then have few or none.
 module spectral_sticks
   use base_constants, only: TWO_PI
@@ -24,7 +23,7 @@ module spectral_sticks
             DEALIAS_NONE, TRUNCATIONS
 
   integer, parameter :: DEALIAS_ELLIPSOID = 1, DEALIAS_BOX = 2, DEALIAS_NONE = 3
-  !> Their names in inputs, outputs and checkpoints.
+  !> Names of the truncations in inputs, outputs and checkpoints.
   type(named_kind_t), parameter :: TRUNCATIONS(3) = [named_kind_t('ellipsoid', DEALIAS_ELLIPSOID), &
                                                      named_kind_t('box', DEALIAS_BOX), named_kind_t('none', DEALIAS_NONE)]
 
@@ -55,9 +54,9 @@ module spectral_sticks
 
 contains
 
-  !> Chooses rows x columns = ranks: slabs (one row, a single exchange) while every column has a
-  !> plane, otherwise the fewest rows that leave no rank without work. `wanted` > 0 prescribes the rows. With `blocks`
-  !> every rank also gets one of so many kx (1) and one of so many ky (2).
+  !> Chooses rows x columns = ranks: slabs (one row, a single exchange) while every column has a plane, otherwise the fewest rows
+  !> that leave no rank without work. `wanted` > 0 prescribes the rows. With `blocks` every rank also gets at least one of blocks(1)
+  !> columns kx and one of blocks(2) columns ky.
   pure subroutine process_grid(ranks, n, wanted_rows, rows, columns, possible, blocks)
     integer, intent(in) :: ranks, n(3), wanted_rows
     integer, intent(out) :: rows, columns
@@ -167,7 +166,7 @@ contains
     call take_sticks(s, grid, jx(:n), jy(:n), top(:n), number(:n), global)
   end function make_block_sticks
 
-  !> Sets what all ranks have in common: the modes along z, and the number of columns kx.
+  !> Sets the components that are the same on all ranks: the modes along z, and the number of columns kx.
   subroutine set_axes(s, grid, dealias)
     type(sticks_t), intent(inout) :: s
     type(grid_t), intent(in) :: grid
@@ -186,7 +185,7 @@ contains
     s%n_jx = kept_columns(grid, dealias)
   end subroutine set_axes
 
-  !> Sets this rank's sticks: those with modes jx, jy, the largest kz `top`, and the increasing numbers `global` of n_global.
+  !> Sets this rank's sticks, with modes jx, jy, the largest kz `top`, and the ascending numbers `global` among n_global.
   subroutine take_sticks(s, grid, jx, jy, top, global, n_global)
     type(sticks_t), intent(inout) :: s
     type(grid_t), intent(in) :: grid
@@ -267,7 +266,7 @@ contains
     top = kz_limit
     if (dealias /= DEALIAS_ELLIPSOID) return
     r2 = square_ratio(jx, n(1)) + square_ratio(jy, n(2))
-    ! Modes that lie a whole mode number above the ellipsoid are outside.
+    ! Modes at least one mode number above the ellipsoid are outside.
     do jz = min(kz_limit, int(sqrt(max(0.0_rp, 1 - r2))*max(1.0_rp, cutoff(n(3)))) + 1), 0, -1
       ! Modes on the ellipsoid are outside, whatever the last bit of the sum.
       if (r2 + square_ratio(jz, n(3)) < 1 - 1.0e-12_rp) then

@@ -129,7 +129,7 @@ module spectral_transform
 
 contains
 
-  !> Returns the place of field `f` among the exchanged ones if the backend computes the curl during the transform.
+  !> Returns the number of field `f` among the exchanged fields if the backend computes the curl during the transform.
   pure integer function kernels_place_of(self, f) result(place)
     class(kernels_t), intent(in) :: self
     integer, intent(in) :: f
@@ -145,7 +145,7 @@ contains
     if (kernels%n_out > 0) call self%to_modes(kernels)
   end subroutine transform_pipeline
 
-  !> The same on whole arrays, whatever a backend has of its own. Collective.
+  !> Runs all kernels on whole arrays, even if the backend has its own pipeline. Collective.
   subroutine transform_pipeline_staged(self, kernels)
     class(transform_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels
@@ -153,8 +153,8 @@ contains
     if (kernels%n_out > 0) call transform_to_modes(self, kernels)
   end subroutine transform_pipeline_staged
 
-  !> Takes the fields of spectral in to the points and multiplies them there, on whole arrays through `backward`. The
-  !> arrays are those that were reserved, or grow to the largest need; they hold the products until `to_modes`. Collective.
+  !> Takes the fields of spectral in to the points and multiplies them there, on whole arrays through `backward`. The arrays were
+  !> reserved, or grow to the largest need; they hold the products until `to_modes`. Collective.
   subroutine transform_to_points(self, kernels)
     class(transform_t), intent(inout) :: self
     class(kernels_t), intent(inout) :: kernels

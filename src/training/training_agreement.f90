@@ -34,7 +34,7 @@ contains
       end if
       k = maxloc(distance, 1)
       if (local_minima(1, i) <= chi2 + THRESHOLD_90) then
-        write (line, '(a,f0.1,a)') 'warning   another start ends where the data fit as well, ', distance(k), &
+        write (line, '(a,f0.1,a)') 'warning   another start ends in an equally good fit, ', distance(k), &
           ' sd away in '//trim(names(k))//': the data do not tell which wing it is'
       else
         write (line, '(a,es11.4,a,es11.4,a)') 'polish    another start ends in a minimum that is not the lowest: '// &

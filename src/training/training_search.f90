@@ -105,7 +105,7 @@ contains
       if (is_feasible) exit
     end do
     call log%say('start     random point '//number_text(min(draw, MOST_DRAWS))// &
-                 trim(merge(', the first that bears all loads   ', ', though it does not bear all loads', &
+                 trim(merge(', with equilibria under all loads ', ', no equilibrium under some loads ', &
                             is_feasible)))
     call begin_stage(self, settings, u)
   end subroutine search_choose_start
@@ -172,8 +172,8 @@ contains
     call was%load(reader, failure)
     call reader%get_integer('mark', number, failure)
     if (.not. failure%failed .and. number /= self%fingerprint) &
-      call failure%raise(name//': does not fit this input: the wing, measurement, bounds of parameters, seed or '// &
-                         'kind of search differ; restore them, or begin anew with --overwrite')
+      call failure%raise(name//': does not fit this input: the wing, measurement, bounds of parameters, seed or kind of '// &
+                         'search differ; restore them, or start again with --overwrite')
     if (.not. failure%failed) call load_state(self, settings, reader, failure)
     call reader%close(failure)
     call self%slots%came_from(name)
@@ -300,8 +300,8 @@ contains
     logical :: has_best
     call self%best(has_best, best, u)
     if (has_enough(self, settings)) then
-      call log%say('search    ended after '//number_text(int(self%evaluations()))//' evaluations; a candidate bears all '// &
-                   'loads, and least squares do the rest')
+      call log%say('search    ended after '//number_text(int(self%evaluations()))//' evaluations; a candidate has an '// &
+                   'equilibrium under all loads, and least squares do the rest')
     else
       call log%say('search    ended after '//number_text(int(self%evaluations()))//' evaluations; '// &
                    self%search%stop_sentence())

@@ -154,7 +154,7 @@ def test_lead(case):
     moved = found["flight"]["moved_sd"]
     check(moved[0] > 0.1 and moved[-1] < 0.1 and found["flight"]["has_settled"] and "not settled" not in text,
           f"what was found is flown until it stays: {moved} sd")
-    check("then up to 3 rounds, if a cause is clear, of 2 flights with what was found and 2 more for each number of it" in text
+    check("then up to 3 rounds if a cause is clear, each of 2 flights with the fitted values and 2 more for each of its parameters" in text
           and text.index("then up to") < text.index("flight    "), f"the cost is told before anything is flown: {text}")
     text = (case.folder / "lead_extended_flight.ini").read_text()
     check(abs(float(text.split("kinematics_lead =")[1].split()[0]) - best) < 1e-3, f"the case with that lead: {text}")
@@ -199,7 +199,7 @@ def test_joint(case):
     check(code == SET or len(leads) == 1 and 0.03 < leads[0] < 0.07, f"the plate turns 0.05 beats early: {leads}")
     moved = found["flight"]["moved_sd"]
     check(len(moved) == 1 and moved[0] > 0.1 and not found["flight"]["has_settled"], f"one round is not enough: {moved} sd")
-    check("not settled: flown with what was found, this still moves by" in found["verdict"]["sentence"], "the verdict says so")
+    check("not settled: simulated with the fitted values, this still moves by" in found["verdict"]["sentence"], "the verdict says so")
 
 
 def forces(folder):
@@ -212,14 +212,14 @@ def test_cache(case):
     few = "effects = pitch_lead, balance_gain\nrefine = no\nrounds = 1\n"
     write_data(case.folder / "data.h5", flown(8, "kinematics_lead = 0.04 0 0\n"), 4)  # three more with what is found
     code, _, text = diagnose(case, "data.h5", "plan", few, flags=("--plan",), cache="mine")
-    check(code == 0 and "3 are to be flown" in text, f"a plan tells what flights there are: {text}")
+    check(code == 0 and "3 are still to be simulated" in text, f"a plan tells what flights there are: {text}")
     check(not (case.folder / "mine").exists(), "a plan flies nothing")
     _, _, text = diagnose(case, "data.h5", "one", few + "ranks = 1\n", ranks=2, cache="mine")
-    check("3 are to be flown, 2 at a time on 1 ranks" in text, text)
+    check("3 are still to be simulated, 2 at a time on 1 ranks" in text, text)
     flights = forces(case.folder / "mine")
     check(len(flights) == 6, f"three flights, and three with what was found: {list(flights)}")
     _, _, text = diagnose(case, "data.h5", "one", few, flags=("--exit-code",), cache="mine")
-    check("0 are to be flown" in text and "flight    " not in text, f"nothing is flown again: {text}")
+    check("0 are still to be simulated" in text and "flight    " not in text, f"nothing is flown again: {text}")
     first = (case.folder / "one.json").read_bytes()
     diagnose(case, "data.h5", "one", few, ranks=2, cache="mine")
     check((case.folder / "one.json").read_bytes() == first, "the same flights make the same diagnosis on two ranks, to the bit")
@@ -250,9 +250,9 @@ def test_stop(case):
         time.sleep(0.02)
     case.process.send_signal(signal.SIGTERM)
     done = case.wait()
-    check(done.code == EXIT_STOPPED and "Start again to go on" in done.err, f"stopped: {done}")
+    check(done.code == EXIT_STOPPED and "Start the program again to continue" in done.err, f"stopped: {done}")
     _, _, text = diagnose(case, "data.h5", "parts", few, cache="parts-flights")
-    check("1 are to be flown" in text, f"it goes on: {text}")
+    check("1 are still to be simulated" in text, f"it goes on: {text}")
     check(forces(case.folder / "parts-flights") == forces(case.folder / "whole-flights"), "and ends with the same numbers")
 
 
@@ -267,16 +267,16 @@ def test_refused(case):
     check(code == 2 and "attribute frequency is 60.0 Hz, but the wings of" in text and "beat with 50.0 Hz" in text, text)
     write_data(case.folder / "data.h5", good, 5, components="Fy, Fx, power")
     code, _, text = diagnose(case, "data.h5", "wrong")
-    check(code == 2 and "component Fx is not one of a section; valid: Fy, Fz, Mx, power" in text, text)
+    check(code == 2 and "component Fx does not exist for a section; valid: Fy, Fz, Mx, power" in text, text)
     write_data(case.folder / "data.h5", good, 5, components="Fy, Fz, Mx", units="N/m, N/m, N")
     (case.folder / "none.ini").write_text(f"[Wing]\nfile = {SOURCE}/wings/calliphora_small.h5\n[Measurement]\nfile = data.h5\n")
     done = case.flusi("none.ini")
     check(done.code == 2 and "[Flight] file: is missing: the measurement holds records of forces in /flight" in done.err, done.err)
     write_case(case.folder / "case", 8, step=2.5)
     code, _, text = diagnose(case, "data.h5", "wild", "effects = balance_gain\nrefine = no\n", cache="wild-flights")
-    check(code == 3 and "cannot be compared with records: a flight failed" in text, text)
+    check(code == 3 and "cannot be compared with the records: a flight failed" in text, text)
     code, _, text = diagnose(case, "data.h5", "wild", "effects = balance_gain\nrefine = no\n", cache="wild-flights")
-    check(code == 3 and "0 are to be flown" in text, f"a flight that diverged has ended: {text}")
+    check(code == 3 and "0 are still to be simulated" in text, f"a flight that diverged has ended: {text}")
 
 
 if __name__ == "__main__":

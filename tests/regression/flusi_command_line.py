@@ -39,7 +39,7 @@ def test_usage(case):
         ("--dry-run",): "the name of a parameter file is missing",
         ("--restart",): "the name of a parameter file is missing",
         ("run.ini", "--restart="): "--restart= needs the name of a backup",
-        ("run.ini", "--check", "--restart"): "--restart is valid with a run only",
+        ("run.ini", "--check", "--restart"): "--restart is valid for a run only",
         ("run.ini", "--check", "--dry-run"): '"--dry-run" contradicts "--check"',
         ("--keyvalues", "--compare-keys", "a", "b"): '"--compare-keys" contradicts "--keyvalues"',
         ("--keyvalues",): "--keyvalues needs the name of an HDF5 field",
@@ -151,7 +151,7 @@ def test_checked_is_equivalent(case):
     case.write("run.ini", sphere(MeanFlow={"iMeanFlow": None, **fixed}))
     first = quiet_run(case, "--check", "run.ini").out
     for c in "xyz":
-        check(re.search(rf"^  {c}0 = ; .* {c}l/2, worked out by the program", first, re.M), f"{c}0 is a formula")
+        check(re.search(rf"^  {c}0 = ; .* {c}l/2, computed by the program", first, re.M), f"{c}0 is a formula")
     lines = [line for line in first.splitlines() if line[:1] in ("[", " ") and " = ; " not in line]
     case.write("printed.ini", re.sub(r";.*", ";", "\n".join(lines)))
     second = quiet_run(case, "--check", "printed.ini").out

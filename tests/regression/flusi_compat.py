@@ -40,8 +40,8 @@ def test_notices(case):
     for text in (r"\[Resolution\] ny: is slower than need be: .* nearest good sizes: 32 and 36",
                  r"\[Resolution\] nz: is slower than need be: .* nearest good sizes: 20 and 24",
                  r"\[Sponge\] sponge_thickness: the sponge fills the box",
-                 r"\[Insects\] x0: is outside of the box; .* image at 2\.0 2\.0 1\.5",
-                 r"wing_smoothing: is half the thickness"):
+                 r"\[Insects\] x0: is outside of the box; .* image, at 2\.0 2\.0 1\.5",
+                 r"wing_smoothing: is set to half the thickness"):
         check(re.search(text, done.out + done.err), f"a notice like {text}")
 
 

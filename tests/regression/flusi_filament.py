@@ -123,8 +123,8 @@ def refused(case, sections, words):
 
 
 def test_mistakes(case):
-    refused(case, {"units": {"length": 0.5}}, "a wing is a flat strip 1 L wide; this one is 2")
-    refused(case, {"Insects": {"eta0": -30.0}}, "the chord of a wing lies along x")
+    refused(case, {"units": {"length": 0.5}}, "a wing must be a flat strip 1 L wide; this one is 2")
+    refused(case, {"Insects": {"eta0": -30.0}}, "the chord of the wing (y of its file) must lie along x")
     refused(case, {"Insects": {"x0": "0.4 1.5 1.5"}}, "puts the wing between x = -0.0999")
 
 

@@ -329,7 +329,7 @@ def test_touching(case):
     images = {"Insects": {"x0": "2.0 1.52 1.0"}, "Geometry": {"yl": 3.04}, "Time": {"nt": 50}}
     case.write("run.ini", merged(FLIGHT, images))
     done = case.run("run.ini", "--overwrite", code=EXIT_NUMERICAL)
-    check("beyond a side of the periodic box" in done.err, f"images are neighbours, too:\n{done.err}")
+    check("beyond a periodic boundary of the box" in done.err, f"images are neighbours, too:\n{done.err}")
     case.write("run.ini", merged(FLIGHT, {"Insects": {"WingThickness": 0.3}}))
     err = case.run("--check", "run.ini", ranks=0).err
     check(err.count("the wings are 2.4 cells thick") == 1, f"thin wings are remarked upon:\n{err}")
@@ -375,13 +375,13 @@ def test_jerk(case):
     for ramp, release, jerks in ((0.1, 0, False), (0, 0, True), (0, 0.05, False)):
         parts = {"Insects": {"wing_ramp": ramp}, "Flexible_wing": {"T_release": release}}
         err = case.run("--check", merged_file(case, parts), ranks=0).err
-        check(("begin with a jerk" in err) == jerks, f"ramp {ramp}, release {release}:\n{err}")
+        check(("start with a shock" in err) == jerks, f"ramp {ramp}, release {release}:\n{err}")
 
 
 def test_foreseen(case):
     """What the parameters say of the stability of a coupling, and of the memory that it takes."""
     words = {"weak": "with weak coupling the load lags", "extrapolated": "compare with coupling = strong",
-             "strong": "strong coupling is made for this"}
+             "strong": "strong coupling is stable here"}
     for coupling, said in words.items():
         heavy_air = dry(case, units={"density": 12.0}, Flexible_wing={"coupling": coupling})
         check(said in heavy_air, f"{coupling}, a light wing: {said}")

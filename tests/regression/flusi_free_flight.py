@@ -75,7 +75,7 @@ def test_flexible(case):
     run = case.sub("weight")
     run.write("run.ini", merged(ini, {"Flexible_wing": {"gravity": "0 0 -9.81"}}))
     done = run.run("run.ini", "--check", code=EXIT_USER)
-    check("is not that of [Insects] gravity" in done.err, f"two weights are refused: {done.err}")
+    check("differs from [Insects] gravity" in done.err, f"two weights are refused: {done.err}")
 
 
 def test_sphere(case):
@@ -149,7 +149,7 @@ def test_mistakes(case):
         check((key if key != "wing_mass" else "mass") in done.err, f"{key} is named: {done.err}")
     case.write("run.ini", merged(FREE, {"Insects": {"Jxx": 60.0, "wing_mass": None}}))
     done = case.run("run.ini", "--check")
-    check("Jxx: is that of wings that weigh" in done.err, f"wings of FLUSI's files that outweigh the insect have no mass: {done.err}")
+    check("Jxx: means wings with the mass" in done.err, f"wings of FLUSI's files that outweigh the insect have no mass: {done.err}")
     case.write("run.ini", merged(FREE, {"Insects": {"mass": 0.5, "J_body_yawpitchroll": "0.01 0.01 0.01", "wing_mass": 0}}))
     done = case.run("run.ini", code=EXIT_USER)
     check("too light to fly freely" in done.err, f"an insect that is lighter than what it displaces is refused: {done.err}")

@@ -73,7 +73,7 @@ def test_used_folder(case):
     run(case, ini=A, name="a.ini")
     old = identity(case, "runtime_backup0.h5")
     check(re.search(r"[0-9A-F]{16}", old["run_id"]), f"the checkpoint says which run it is of: {old}")
-    refused(case, ini=B, name="b.ini", says=["here are the results of run", "a.ini", "--restart goes on", "--overwrite"])
+    refused(case, ini=B, name="b.ini", says=["this folder has the results of run", "a.ini", "--restart continues it", "--overwrite"])
     before = {p.name: p.read_bytes() for p in case.folder.glob("runtime_backup*")}
     case.start("b.ini", "--overwrite")
     kill(case)
@@ -94,7 +94,7 @@ def test_used_folder(case):
     check("changed   [Time] nt = 5, was 3" in done.out, f"and tells what differs:\n{done.out}")
     check(len(case.series("ekin.t").rows) == 5, "the series is that of one run")
     shutil.copy(case.folder / "earlier_1" / "runtime_backup0.h5", case.folder / "stray.h5")
-    refused(case, "--restart=stray.h5", name="b.ini", says=[f"the checkpoint is of run {old['run_id'].strip(chr(34))}"])
+    refused(case, "--restart=stray.h5", name="b.ini", says=[f"the checkpoint belongs to run {old['run_id'].strip(chr(34))}"])
 
 
 def test_lock(case):
@@ -139,7 +139,7 @@ def test_changes(case):
     refused(case, "--restart", ini=WINGS, says=["the left wing would jump"])
     done = run(case, "--restart", "--accept-changes", ini=merged(WINGS, {"Time": {"nt": 3}}))
     check("accepted  the left wing would jump" in done.out, f"who insists goes on:\n{done.out}")
-    check("this file has another content now" in done.out, f"the file is named:\n{done.out}")
+    check("the content of this file has changed" in done.out, f"the file is named:\n{done.out}")
     done = run(case, "--restart", ini=merged(WINGS, {"Time": {"nt": 4, "dt_fixed": 0.005}, "ReynoldsNumber": {"nu": 2e-2},
                                                      "Saving": {"tintegral": 0.02}}))
     changed = [line for line in done.out.splitlines() if line.startswith("changed ")]

@@ -39,7 +39,7 @@ def test_allocation_fails(case):
         if "flusi-msm: rank" not in done.err:
             continue  # another library
         check(done.code == EXIT_MEMORY, f"exit code 6 at {megabytes} MB: {done}")
-        found = re.search(r"flusi-msm: rank 0 gets no memory for (\S+) bytes \((.+?)\): use more machines", done.err)
+        found = re.search(r"flusi-msm: rank 0 cannot allocate (\S+) bytes \((.+?)\): use more machines", done.err)
         check(found, f"the size is told: {done.err}")
         check(1e6 < float(found.group(1)) < 3e8, f"the size is that of a field or a few: {found.group(1)}")
         told.add(found.group(2))

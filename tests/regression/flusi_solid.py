@@ -356,7 +356,7 @@ def test_mistakes(case):
                 check(sentence in done.err, f"{change}: {sentence}:\n{done.err}")
             check(done.out == "" and case.files() == ["run.ini"], f"{change} writes nothing: {case.files()}")
     for arguments, word in ((["--dry-run"], "--solid goes with"), (["--static"], "--solid contradicts --static"),
-                            (["--check", "--restart"], "--restart is valid with a run only")):
+                            (["--check", "--restart"], "--restart is valid for a run only")):
         done = run(case, wing(), *arguments, code=EXIT_USER)
         check(word in done.err and case.files() == ["run.ini"], f"{arguments}:\n{done.err}")
     idle = {"Motion": {"axis": "1 0 0"}, "Insects": {"FlappingMotion_right": "from_file::nosuch.ini"}}
@@ -377,8 +377,8 @@ def test_doubts(case):
         done = run(case, merged(merged(wing(), known), sections), "--check")
         return [line for line in (done.out + done.err).splitlines() if line.startswith("; notice: ")]
     notices = told("plate.h5", Wing={"E": None, "D": None})
-    for words in ("[Wing] E: is not given: assumed is 12.58 GPa", "[Wing] D: is not given: assumed is 2e-7 N m",
-                  "[Mass] membrane_mass: is not given: assumed is 81.475 ug"):
+    for words in ("[Wing] E: is not given; the program assumes 12.58 GPa", "[Wing] D: is not given; the program assumes 2e-7 N m",
+                  "[Mass] membrane_mass: is not given; the program assumes 81.475 ug"):
         check(sum(words in line for line in notices) == 1, f"{words}:\n{notices}")
     stated = {"vein_density": 1300, "membrane_law": "bilinear", "membrane_mass": 6e-8}
     check(told("plate.h5", Mass=stated) == [], "stated numbers are not doubted")
@@ -387,14 +387,14 @@ def test_doubts(case):
                                (stated, "membrane_mass", "81.475 ug spread by the bilinear law"),
                                ({**stated, "membrane_law": "uniform"}, "areal_density", "3e-3 kg/m^2")):
         notices = told("plate.h5", Mass={**given, left: None})
-        check(len(notices) == 1 and f"[Mass] {left}: is not given: assumed is {words}" in notices[0], f"{left}:\n{notices}")
+        check(len(notices) == 1 and f"[Mass] {left}: is not given; the program assumes {words}" in notices[0], f"{left}:\n{notices}")
     check(told("calliphora_small.h5", Mass={"membrane_mass": 6e-8}) == [], "the law is that of the file, the mass that of the input")
     check(told("calliphora_small.h5") == [], "the file of the blowfly's wing states its mass")
     for section, key, value, words in (
-            ("Wing", "E", 12.58, "12.58 Pa is too small for veins of insects, which have 1e7 to 1e11 Pa; if it is in GPa, write 12.58e9"),
+            ("Wing", "E", 12.58, "12.58 Pa is too small for veins of insects, which have 1e7 to 1e11 Pa; if the value is in GPa, write 12.58e9"),
             ("Wing", "D", 0.01, "0.01 N m is too large"),
             ("Mass", "vein_density", 1.3, "1.3 kg/m^3 is too small for veins of insects"),
-            ("Mass", "membrane_mass", 81.475, "81.475 kg is too large for membranes of this size, which have 3e-9 to 3e-6 kg; if it is in ug, "
+            ("Mass", "membrane_mass", 81.475, "81.475 kg is too large for membranes of this size, which have 3e-9 to 3e-6 kg; if the value is in ug, "
              "write 81.475e-9")):
         notices = told("calliphora_small.h5", **{section: {key: value}})
         check(len(notices) == 1 and f"[{section}] {key}: " in notices[0] and words in notices[0], f"{key}:\n{notices}")

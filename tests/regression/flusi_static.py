@@ -197,7 +197,7 @@ def test_parameters(case):
     plain, _ = at_load(Wing={"preset": "paper", "cross_springs": "no"})
     check("cross-springs yes" in done.out and paper == crossed < usual == plain, "preset and cross-springs")
     thin, done = at_load(Wing={"D": 5e-8})
-    check(thin > usual and "notice: " in done.err and "shapes depend on the path" in done.err, "small D is warned of")
+    check(thin > usual and "notice: " in done.err and "shapes depend on the loading path" in done.err, "small D is warned of")
     check("static_01.h5" not in case.files(), "shapes = no writes none")
     # The same force at a point, by place and by number.
     points = vectors_of_wing(case)
@@ -323,7 +323,7 @@ def test_mistakes(case):
                 check(sentence in done.err, f"{change}: {sentence}:\n{done.err}")
             check(done.out == "" and case.files() == ["run.ini"], f"{change} writes nothing: {case.files()}")
     case.write("run.ini", two_loads())
-    for arguments, word in ((["--dry-run"], "--static goes with"), (["--restart"], "--restart is valid with a run only"),
+    for arguments, word in ((["--dry-run"], "--static goes with"), (["--restart"], "--restart is valid for a run only"),
                             (["--keyvalues"], "--static goes with")):
         done = case.run("--static", *arguments, "run.ini", ranks=0, code=EXIT_USER)
         check(word in done.err and case.files() == ["run.ini"], f"{arguments}:\n{done.err}")

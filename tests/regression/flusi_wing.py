@@ -200,7 +200,7 @@ def noticed(case, ini, sentence):
 
 def test_notices(case):
     units = {"length": 9e-3, "frequency": 158, "density": 1.225}
-    words = r"wing_frequency equals that of \[units\], but its unit is 1/T: there are 158\S* beats"
+    words = r"wing_frequency equals \[units\] frequency, but its unit is 1/T: there are 158\S* beats"
     noticed(case, merged(WING, {"units": units, "Insects": {"wing_frequency": 158}}), words)
     case.write("run.ini", merged(WING, {"units": units}))
     check("wing_frequency equals" not in case.run("run.ini", "--check", ranks=0).err, "one beat in T is all right")
@@ -212,13 +212,14 @@ def test_magnitudes(case):
     for change, sentence in (({"ReynoldsNumber": {"nu": 1e3}}, r"\[ReynoldsNumber\] nu: makes a Reynolds number .* is too small"),
                              ({"Penalization": {"eps": 5.0}}, r"\[Penalization\] eps: 5.0 beats is too large .*; .*5.0e-3 would be")):
         noticed(case, merged(merged(WING, {"units": units}), change), sentence)
-    for change, sentence in (({"ReynoldsNumber": {"nu": None}}, r"\[ReynoldsNumber\] nu: is not given: assumed is 0.01 L\^2/T, .* Reynolds number \d+"),
+    for change, sentence in (({"ReynoldsNumber": {"nu": None}},
+                              r"\[ReynoldsNumber\] nu: is not given; the program assumes 0.01 L\^2/T, .* Reynolds number \d+"),
                              ({"ReynoldsNumber": {"nu": 0}}, r"\[ReynoldsNumber\] nu: is 0: "),
-                             ({"Penalization": {"eps": None}}, r"\[Penalization\] eps: is not given: assumed is 0.01 T")):
+                             ({"Penalization": {"eps": None}}, r"\[Penalization\] eps: is not given; the program assumes 0.01 T")):
         noticed(case, merged(merged(WING, {"units": units}), change), sentence)
     case.write("run.ini", merged(WING, {"units": units}))
     told = case.run("run.ini", "--check", ranks=0).err
-    check("is too" not in told and "assumed" not in told, f"usual numbers are not doubted:\n{told}")
+    check("is too" not in told and "the program assumes" not in told, f"usual numbers are not doubted:\n{told}")
 
 
 def mistakes(case, ini, *sentences):

@@ -300,7 +300,7 @@ def test_no_shape(case):
         for load in file["loads"].values():
             load.attrs["force"] = 60 * load.attrs["force"]
     done = case.run("diagnose.ini", ranks=0, code=EXIT_NUMERICAL)
-    check("the baseline fits from none of its starting values" in done.err, done.err)
+    check("the baseline cannot be fitted from any of its starting values" in done.err, done.err)
     check(not [name for name in case.files() if name.startswith("diagnosis") and name.endswith((".json", ".ini"))], f"{case.files()}")
 
 

@@ -82,7 +82,7 @@ def kills(case, refine):
         if JOURNAL in killed.files():
             begun = time.monotonic()
             done = killed.flusi("diagnose.ini", ranks=1, timeout=300)
-            check("of a diagnosis of the same inputs that did not end; this one goes on with it" in done.err, f"told: {done}")
+            check("belongs to an unfinished diagnosis of the same inputs; this diagnosis continues it" in done.err, f"told: {done}")
             print(f"      {of_this} kills, then {time.monotonic() - begun:.1f} s to the end", flush=True)
         same_outcome(whole, killed)
         check(chains < 5 * KILLS, "kills come in time")
@@ -106,7 +106,7 @@ def test_kill(case):
     if kill(killed, 0, dice, largest):
         killed.write("diagnose.ini", text_of("no").replace("observations = 400", "observations = 300"))
         done = killed.flusi("diagnose.ini", timeout=300)
-        check("goes on" not in done.err and done.code != EXIT_USER, f"another diagnosis begins anew: {done.err}")
+        check("continues it" not in done.err and done.code != EXIT_USER, f"another diagnosis begins anew: {done.err}")
         check((whole.folder / "diagnosis.json").read_bytes() != (killed.folder / "diagnosis.json").read_bytes(), "it differs")
 
 

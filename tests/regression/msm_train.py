@@ -100,7 +100,7 @@ def test_paper(case):
         check(word in done.out, f"'{word}' is told:\n{done.out}")
     check("polish" not in done.out and "logarithmic" not in done.out, f"no polish:\n{done.out}")
     text = (case.folder / "trained.ini").read_text()
-    check("cross_springs = yes" in text and "how well the data determine it was not asked" in text, text)
+    check("cross_springs = yes" in text and ", without an uncertainty" in text, text)
     rows = [float(x) for x in next(v for k, v in case.contents("train_history.h5").items() if "generations" in k
                                    and len(v) == 4 * 15)]
     check([rows[15 * i] for i in range(4)] == [1, 1, 2, 2], "two generations in both stages")
@@ -135,7 +135,7 @@ def test_individuals(case):
     for path in case.folder.glob("train*_two*"):
         path.unlink()
     again = case.run("train.ini", "--restart", ranks=0)  # the first goes on from its end, the second anew
-    check("there is no backup of two: it begins anew" in again.out, again.out)
+    check("there is no backup of two: the training starts from the beginning" in again.out, again.out)
     check(case.contents("train_two_history.h5") == before, "and ends as before")
     for changed, sentence in (({"Measurement": {"file": "one.h5, one.h5"}}, "two measurements are called 'one'"),
                               ({"Measurement": {"file": "one.h5, none.h5"}}, "'none.h5' does not exist"),
@@ -143,7 +143,7 @@ def test_individuals(case):
         case.write("wrong.ini", merged(ini, changed))
         done = case.run("wrong.ini", ranks=0, code=EXIT_USER)
         check(done.err.count(sentence) == 1, f"{sentence}:\n{done.err}")
-    check("is valid with one individual only" in case.run("train.ini", "--restart=x.h5", ranks=0, code=EXIT_USER).err, "no FILE")
+    check("is valid for one individual only" in case.run("train.ini", "--restart=x.h5", ranks=0, code=EXIT_USER).err, "no FILE")
     case.write("wings.ini", merged(ini, {"Wing": {"file": f"{WING}, {WING}"}}))
     case.run("wings.ini", "--check", ranks=0)
 
@@ -235,7 +235,7 @@ def test_mistakes(case):
         check(sentence in done.err, f"{sentence}:\n{done.err}")
     for words, sentence in ((["--restart"], "missing"), (["train.ini", "--chek"], "unknown argument"),
                             (["train.ini", "--check", "--screen"], "contradicts"),
-                            (["train.ini", "--check", "--restart"], "is valid with a run only")):
+                            (["train.ini", "--check", "--restart"], "is valid for a run only")):
         check(sentence in case.run(*words, ranks=0, code=EXIT_USER).err, sentence)
     case.write("train.ini", training())
     done = case.run("train.ini", "--restart", ranks=0, code=EXIT_USER)

@@ -56,7 +56,7 @@ def terminate(case, _):
     done = case.wait()
     if done.code == EXIT_OK:
         return ""
-    check(done.code == EXIT_STOPPED and "go on with --restart" in done.out, f"stopped: {done}")
+    check(done.code == EXIT_STOPPED and "continue with --restart" in done.out, f"stopped: {done}")
     check("trained.ini" not in case.files(), "an unfinished training leaves no wing")
     return done.out
 
@@ -107,7 +107,7 @@ def test_kill(case):
     done = killed.run("other.ini", "--restart", ranks=0, code=EXIT_USER)
     check("does not fit this input" in done.err and "[Train] seed = 2, was " in done.err, f"what differs is told:\n{done.err}")
     done = killed.run("train.ini", ranks=0, code=EXIT_USER)
-    check("here are the results of run" in done.err, f"a new training does not take the place of another:\n{done.err}")
+    check("this folder has the results of run" in done.err, f"a new training does not take the place of another:\n{done.err}")
 
 
 def test_kill_polish(case):
@@ -151,7 +151,7 @@ def test_terminal(case):
     check(moves >= 2 and filed == 1, f"{moves} lines on the terminal, the first of 30 s in the log, not {filed}")
     # The truth, 3e-5, is outside.
     for text in (out, log, (case.folder / "trained.ini").read_text()):
-        check(f"{joint}: at the lower bound of its box: 1.000000E-04 N m/rad" in text, text)
+        check(f"{joint}: at the lower bound: 1.000000E-04 N m/rad" in text, text)
 
 
 def on_small_disk(case, free):

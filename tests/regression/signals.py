@@ -70,7 +70,7 @@ def ended_by(case, signals, ranks, prepare, ready, env=PATIENT):
 
 def check_stop(name, run, done, ranks):
     told = done.out + (run.folder / "train.log").read_text() if (run.folder / "train.log").exists() else done.out
-    check("a signal asked for it; the backup is written, go on with --restart" in told, f"{name}: the end is told: {done}")
+    check("a signal asked for it; the backup is written; continue with --restart" in told, f"{name}: the end is told: {done}")
     if ranks == 0 or name == "SIGUSR1":
         check(done.code == EXIT_STOPPED, f"{name}: exit code 4: {done}")
 
@@ -155,7 +155,7 @@ def test_diagnose(case):
             check("diagnosis.journal" in run.files() and "diagnosis.json" not in run.files(), f"{name}: {run.files()}, {done}")
             if (name, ranks) in (("SIGTERM", 2), ("SIGINT", 0)):
                 done = run.flusi("diagnose.ini", timeout=300)
-                check("this one goes on with it" in done.err and done.code == EXIT_OK, f"{name}: it goes on: {done}")
+                check("this diagnosis continues it" in done.err and done.code == EXIT_OK, f"{name}: it goes on: {done}")
 
 
 main(globals())

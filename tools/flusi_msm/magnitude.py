@@ -25,5 +25,5 @@ def magnitude_doubt(value: float, usual: tuple, unit: str, whose: str) -> str:
         return text
     usual_value = f"{value * 10.0**power:.4g}"
     if "/" in unit:
-        return f"{text}; is it in another unit? {usual_value} would be usual"
-    return f"{text}; if it is in {POWERS[power]}{unit}, write {usual_value}"
+        return f"{text}; is the value in another unit? {usual_value} would be usual"
+    return f"{text}; if the value is in {POWERS[power]}{unit}, write {usual_value}"

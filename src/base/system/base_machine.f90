@@ -10,12 +10,12 @@ module base_machine
   type :: machine_memory_t
     logical :: is_known = .false.
     real(rp) :: total = huge(1.0_rp) !< [byte] that this process may ever use, swap space included
-    real(rp) :: free = huge(1.0_rp)  !< [byte] that others leave now
+    real(rp) :: free = huge(1.0_rp)  !< [byte] that other processes leave free
   end type machine_memory_t
 
 contains
 
-  !> Returns what the files below `root` tell of the memory; `root` is empty but for tests.
+  !> Returns the memory according to the files below `root`; `root` is empty except in tests.
   function read_machine_memory(root) result(memory)
     character(*), intent(in) :: root
     type(machine_memory_t) :: memory

@@ -23,9 +23,9 @@ contains
     integer, intent(in) :: status, extents(:), bytes
     character(*), intent(in) :: what
     if (status == 0) return
-    write (error_unit, '(a,i0,a,es9.3,3a)') 'flusi-msm: rank ', launched_rank(), ' gets no memory for ', &
+    write (error_unit, '(a,i0,a,es9.3,3a)') 'flusi-msm: rank ', launched_rank(), ' cannot allocate ', &
       product(real(extents, rp))*bytes, ' bytes (', what, '): use more machines, fewer ranks on each, or a coarser grid; '// &
-      'flusi INI --dry-run tells what a rank needs; ulimit -v and the job may allow less than the machine has'
+      'flusi INI --dry-run shows the memory of a rank; ulimit -v and the job may allow less memory than the machine has'
     flush (error_unit)
     call exit_with(exit_code_of(OUTCOME_NO_MEMORY))
   end subroutine check_allocation

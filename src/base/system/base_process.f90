@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The few things a program asks of its process: exit code, terminal, environment, wall clock.
+!> Gives access to the process of a program: exit code, terminal, environment, wall clock.
 module base_process
   use, intrinsic :: iso_c_binding, only: c_int
   use base_kinds, only: rp, i8
@@ -133,7 +133,7 @@ contains
     word = ieor(ieor(count, shiftl(epoch_seconds(), 24)), shiftl(int(process_id(), i8), 8))
   end function random_word
 
-  !> Returns the date and time of now, as 2020-02-29 23:59:59.
+  !> Returns the present date and time, as 2020-02-29 23:59:59.
   function date_and_clock() result(text)
     character(19) :: text
     character(8) :: date
@@ -174,14 +174,14 @@ contains
     rank = 0
   end function launched_rank
 
-  !> Returns the seconds on a clock that only differences of are meaningful.
+  !> Returns the seconds on a clock of which only differences are meaningful.
   real(rp) function wall_seconds()
     integer(i8) :: count, rate
     call system_clock(count, rate)
     wall_seconds = real(count, rp)/real(rate, rp)
   end function wall_seconds
 
-  !> Returns the seconds since 1970, as job schedulers tell their deadlines.
+  !> Returns the seconds since 1970, the unit in which job schedulers give their deadlines.
   integer(i8) function epoch_seconds()
     use, intrinsic :: iso_c_binding, only: c_null_ptr
     epoch_seconds = int(c_time(c_null_ptr), i8)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Sends everything that the program prints to a file for a while, and changes the current folder. A program uses this to run a
-!> part that was written as a program of its own. Not collective.
+!> Sends everything that the program prints to a file for a while, and changes the current folder. With it a program runs a part
+!> that was written as a separate program. Not collective.
 module base_redirection
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
@@ -49,7 +49,7 @@ module base_redirection
 
 contains
 
-  !> Sends output and errors to the new file `path` from now on. They stay where they are if the file cannot be made.
+  !> Sends output and errors to the new file `path`. If the file cannot be created, they are not redirected.
   subroutine redirection_begin(self, path)
     class(redirection_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -65,7 +65,7 @@ contains
     ignored = c_close(file)
   end subroutine redirection_begin
 
-  !> Sends output and errors again to where they went before.
+  !> Restores the previous destinations of output and errors.
   subroutine redirection_finish(self)
     class(redirection_t), intent(inout) :: self
     integer(c_int) :: i, ignored

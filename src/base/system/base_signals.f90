@@ -30,8 +30,8 @@ module base_signals
 
 contains
 
-  !> Makes the process remember these signals instead of ending. A second SIGINT ends it. SIGINT and SIGHUP remain ignored if the
-  !> program began so, as behind nohup. Call it after MPI has started.
+  !> Makes the process remember these signals instead of ending. A second SIGINT ends it. SIGINT and SIGHUP remain ignored if they
+  !> were ignored when the program began, as under nohup. Call it after MPI has started.
   subroutine catch_signals()
     integer(c_int), parameter :: NUMBERS(4) = [SIGTERM, SIGUSR1, SIGINT, SIGHUP]
     type(c_funptr) :: previous

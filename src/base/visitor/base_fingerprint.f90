@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes a number that tells values apart: a sum over all components that the visits of the values name.
+!> Computes a number that identifies values: a sum over all components that the visits of the values name.
 !>
 !> The owner of a fingerprint says which components it sums in which order, so that the number of an old file stays the same. For
 !> all other components the position in the sum follows from their name. A new component changes the fingerprint as soon as a

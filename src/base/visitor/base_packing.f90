@@ -55,7 +55,7 @@ contains
     n = packer%n
   end function count_packed
 
-  !> Does the inverse of `pack_value`. Fails if the words are too few or too many, or no value of this kind can be made of them.
+  !> Does the inverse of `pack_value`. Fails if the words are too few or too many, or if they do not form a value of this kind.
   subroutine unpack_value(words, value, failure)
     real(rp), intent(in) :: words(:)
     class(visited_t), intent(inout) :: value

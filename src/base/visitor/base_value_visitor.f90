@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A visitor of numbers and texts: what base_visitor needs of it to visit whole types.
-!> A concrete visitor carries arrays of reals, arrays of integers, and texts, each under a name. All else consists of these:
-!> logicals are 0 and 1; an allocatable array has its shape before it, the integers `<name>_shape`, -1 if not allocated.
+!> Defines a visitor of numbers and texts, on which base_visitor builds visitors of whole types. A concrete visitor carries arrays
+!> of reals, arrays of integers, and texts, each under a name. All else consists of these: logicals are 0 and 1; an allocatable
+!> array has its shape before it, the integers `<name>_shape`, -1 if not allocated.
 module base_value_visitor
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
@@ -9,7 +9,7 @@ module base_value_visitor
   private
   public :: value_visitor_t
 
-  !> What is done with the components. A visit after a failure does nothing; what was to be read is then undefined.
+  !> Visits components. After a failure a visit does nothing, and a component that it should read is undefined.
   type, abstract :: value_visitor_t
     logical :: is_reading = .false.    !< the visitor sets the components; otherwise it copies them
     type(failure_t) :: failure         !< something was missing or of another size while reading
@@ -63,14 +63,14 @@ module base_value_visitor
 
 contains
 
-  !> Returns how many numbers can still be read: a size above it is a mistake of the source.
+  !> Returns how many numbers can still be read: a larger size is an error of the source.
   pure integer(i8) function visitor_most(self) result(most)
     class(value_visitor_t), intent(in) :: self
     most = huge(1)
     if (self%failure%failed) most = 0
   end function visitor_most
 
-  !> Returns the name with those of the parts before it.
+  !> Returns the name with the names of its parts in front.
   pure function visitor_full_name(self, name) result(full)
     class(value_visitor_t), intent(in) :: self
     character(*), intent(in) :: name

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Lets a type say once what it consists of: in its procedure `visit`, which names every component.
+!> Lets a type list its components in one procedure, `visit`, which names every component.
 !>
-!> A visitor takes the components out or puts them back, so that writing and reading cannot get out of step: it packs them into
-!> a message, writes them into a file, or sums them up. A component that a visit forgets would be lost in silence, so
-!> tools/check_structure compares the components of every type that has a procedure `visit` with those that it names.
+!> The same list serves for writing and for reading, so that they always agree: a visitor packs the components into a message,
+!> writes them into a file, or sums them, and takes them back in the same order. A component that a visit forgets would be lost in
+!> silence, so tools/check_structure compares the components of every type that has a procedure `visit` with those that it names.
 !>
 !> Parts and members of lists have their names before those of their components, with `_` between them: `search_restart` is
 !> `restart` of the part `search`. A text that may be missing has `<name>_is_there` before it.
@@ -14,7 +14,7 @@ module base_visitor
   private
   public :: visited_t, visitor_t
 
-  !> A value that says what it consists of.
+  !> A value that lists its components.
   type, abstract :: visited_t
   contains
     procedure(visit_components), deferred :: visit
@@ -115,7 +115,7 @@ contains
     n = max(0, length(1))
   end function visitor_count_of
 
-  !> Visits a list of parts. Where it is read `count_of` was called before.
+  !> Visits a list of parts. Before a list is read, `count_of` must have been called.
   recursive subroutine visitor_visit_list(self, name, list)
     class(visitor_t), intent(inout) :: self
     character(*), intent(in) :: name

@@ -16,7 +16,7 @@ module fluid_initial_keys
 
   integer, parameter :: FLOW_QUIESCENT = 1, FLOW_MEAN = 2, FLOW_RING = 3, FLOW_TAYLOR_GREEN_2D = 4, FLOW_TAYLOR_GREEN = 5, &
                         FLOW_ROGALLO = 6, FLOW_SPECTRUM = 7, FLOW_FILES = 8
-  integer, parameter :: FLOW_BACKUP = 9, FLOW_BACKUP_FILE = 10 !< of the newest checkpoint, of one that is named
+  integer, parameter :: FLOW_BACKUP = 9, FLOW_BACKUP_FILE = 10 !< from the newest checkpoint, from a named checkpoint
   type(named_kind_t), parameter :: FLOWS(10) = [ &
     named_kind_t('quiescent', FLOW_QUIESCENT), named_kind_t('MeanFlow', FLOW_MEAN), named_kind_t('VortexRing', FLOW_RING), &
     named_kind_t('taylor_green_2d', FLOW_TAYLOR_GREEN_2D), named_kind_t('taylor_green', FLOW_TAYLOR_GREEN), &
@@ -25,7 +25,7 @@ module fluid_initial_keys
 
   type :: initial_params_t
     integer :: flow = FLOW_QUIESCENT
-    character(:), allocatable :: word          !< for it, as the user gives it
+    character(:), allocatable :: word          !< the word for it that the user gives
     character(:), allocatable :: spectrum_file
     character(1024) :: file_u(3) = '' !< names of the fields of flow = infile
     real(rp) :: omega1 = 0            !< circulation of the ring, or mean energy
@@ -46,7 +46,7 @@ contains
     call keys%kind('inicond', p%flow, 'none', FLOWS, 'initial velocity', required=.true., unbuilt=NO_FLOWS, instead=FOR_FLOWS, &
                    word=p%word)
     call keys%real('omega1', p%omega1, 0.0_rp, 'circulation of the vortex ring; mean kinetic energy of turbulence_rogallo')
-    call keys%integer('seed', p%seed, 0, 'seed of random fields; the field does not depend on the ranks', min=0)
+    call keys%integer('seed', p%seed, 0, 'seed of random fields; the field does not depend on the number of ranks', min=0)
     call keys%inert('nu_smoothing', 'belongs to an initial condition that does not exist here')
     do i = 1, 3
       call keys%text('file_u'//AXES(i:i), word, 'none', 'HDF5 field with u_'//AXES(i:i)//' for infile')
@@ -76,10 +76,10 @@ contains
     integer :: i
     select case (p%flow)
     case (FLOW_RING)
-      if (is_2d) call c%complain(errors, SECTION, KEY, 'a vortex ring needs nx > 1')
+      if (is_2d) call c%complain(errors, SECTION, KEY, 'a vortex ring is three-dimensional and needs nx > 1')
       if (ring_radius <= 0) call c%complain(errors, 'Geometry', 'Size', 'the vortex ring needs a radius above 0')
     case (FLOW_ROGALLO)
-      if (p%omega1 <= 0) call c%complain(errors, SECTION, 'omega1', 'the random field needs a mean energy above 0')
+      if (p%omega1 <= 0) call c%complain(errors, SECTION, 'omega1', 'the random field needs a mean kinetic energy above 0')
     case (FLOW_FILES)
       do i = 1, 3
         call need_file(c, errors, 'file_u'//AXES(i:i), trim(p%file_u(i)))

@@ -21,7 +21,7 @@ module fluid_mean_keys
   type :: mean_params_t
     integer :: kind(3) = MEAN_FREE
     real(rp) :: velocity(3) = 0   !< L/T
-    real(rp) :: mass = 0          !< of the fluid that dynamic mean flow accelerates
+    real(rp) :: mass = 0          !< mass of the fluid that a dynamic mean flow accelerates
     real(rp) :: frequency = 0     !< of sinusoidal mean flow, 1/T
     logical :: has_ramp = .false. !< the force of dynamic mean flow begins smoothly
     real(rp) :: ramp = 0, release = 0 !< its duration and its start, T

@@ -49,7 +49,7 @@ contains
     call fluid_keys(keys, unused, length)
   end subroutine register_fluid_keys
 
-  !> Takes the values of the keys, and nothing that follows from them. `length` is that of the box [L].
+  !> Takes the values of the keys, but derives nothing from them. `length` is the size of the box [L].
   subroutine read_fluid_keys(config, params, length)
     type(config_t), intent(in), target :: config
     type(fluid_params_t), intent(out) :: params
@@ -60,7 +60,7 @@ contains
     call fluid_keys(keys, params, length)
   end subroutine read_fluid_keys
 
-  !> Declares and reads all keys, one section after the other; `length` is that of the box.
+  !> Declares and reads all keys, one section after the other; `length` is the size of the box.
   subroutine fluid_keys(keys, p, length)
     type(keys_t), intent(inout) :: keys
     type(fluid_params_t), intent(inout) :: p
@@ -101,7 +101,7 @@ contains
     call check_fixed_step(config, params, errors)
   end subroutine read_fluid_params
 
-  !> Checks that a prescribed step is stable for those explicit terms whose limit is known beforehand.
+  !> Checks that a prescribed step is stable for the explicit terms whose limit is known in advance.
   subroutine check_fixed_step(c, p, errors)
     type(config_t), intent(in) :: c
     type(fluid_params_t), intent(in) :: p
@@ -113,7 +113,7 @@ contains
     if (p%solids%is_on) limit = p%time%cfl_eta*p%solids%c_eta
     if (p%sponge%is_on) limit = min(limit, p%sponge%damping_time)
     if (p%time%dt_fixed <= limit) return
-    write (text, '(a,es10.3)') 'unstable: penalization (CFL_eta*eps) and sponge (eps_sponge) allow at most', limit
+    write (text, '(a,es10.3)') 'the step is unstable: penalization (CFL_eta*eps) and sponge (eps_sponge) allow at most', limit
     call c%complain(errors, 'Time', 'dt_fixed', trim(text))
   end subroutine check_fixed_step
 

@@ -14,7 +14,7 @@ module fluid_resolution_keys
 
   character(2), parameter :: POINTS(3) = ['nx', 'ny', 'nz']
 
-  !> With FLUSI's words.
+  !> Truncations, with the words of FLUSI.
   type(named_kind_t), parameter :: DEALIASINGS(5) = [named_kind_t('0', DEALIAS_NONE), named_kind_t('1', DEALIAS_ELLIPSOID), &
                                                      TRUNCATIONS]
 
@@ -40,8 +40,8 @@ contains
     call keys%integer('nz', p%n(3), 4, 'points in z, even', min=4, max=32768, required=.true.)
     call keys%integer('process_rows', p%process_rows, 0, 'rows of the process grid (they share y); 0 chooses slabs if possible', &
                       min=0)
-    call keys%word('planner', p%planner, 'auto', 'auto|estimate|measure', 'FFTW planning: estimate repeats to the last bit, '// &
-                   'measure is faster; auto measures for long runs')
+    call keys%word('planner', p%planner, 'auto', 'auto|estimate|measure', 'FFTW planning; estimate: results repeat to the '// &
+                   'last bit; measure: faster; auto: measure for long runs')
     call keys%section('Parallel', 'how the ranks work together')
     call keys%word('transform', word, 'builtin', 'builtin|p3dfft', 'Fourier transforms: builtin, or the library P3DFFT if the '// &
                    'program was built with it')
@@ -53,8 +53,8 @@ contains
     type(keys_t), intent(inout) :: keys
     type(resolution_t), intent(inout) :: p
     call keys%section('Dealiasing', 'truncation of the spectrum')
-    call keys%kind('iDealias', p%dealias, '1', DEALIASINGS, '1 = ellipsoid: 2/3 rule on an ellipsoid as FLUSI; box: '// &
-                   '2/3 rule per direction; 0 = none')
+    call keys%kind('iDealias', p%dealias, '1', DEALIASINGS, '1 = ellipsoid: 2/3 rule on an ellipsoid, as in FLUSI; box: 2/3 '// &
+                   'rule in each direction; 0 = none')
   end subroutine dealiasing_keys
 
   !> Adds mistakes of the grid and the transforms to `errors`.

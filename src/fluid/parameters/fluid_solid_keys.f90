@@ -13,7 +13,7 @@ module fluid_solid_keys
   public :: solids_t, walls_t, geometry_keys, penalization_keys, check_solids, MASK_NONE, MASK_EMPTY, MASK_FILE, MASK_INSECT, &
             MASK_FLEXIBLE_WING, CHANNEL_NONE, CHANNEL_XY, CHANNEL_XZ, CHANNEL_XY_SLIDING, CHANNEL_XZ_SLIDING, CHANNEL_TUREK
 
-  !> What is drawn besides the shapes of fluid_shapes, whose kinds are masks too.
+  !> Masks in addition to the shapes of fluid_shapes, whose kinds are masks, too.
   integer, parameter :: MASK_NONE = NO_SHAPE, MASK_EMPTY = LAST_SHAPE + 1, MASK_FILE = LAST_SHAPE + 2, &
                         MASK_INSECT = LAST_SHAPE + 3, MASK_FLEXIBLE_WING = LAST_SHAPE + 4
   character(*), parameter :: FILE_WORD = 'from_file::'
@@ -33,21 +33,21 @@ module fluid_solid_keys
   type(named_kind_t), parameter :: CAVITIES(4) = [named_kind_t('no', CAVITY_NO), named_kind_t('yes', CAVITY_YES), &
                                                   named_kind_t('0', CAVITY_NO), named_kind_t('1', CAVITY_YES)]
 
-  !> Bodies by penalization, and what is computed of them.
+  !> Bodies by penalization, and the quantities that are computed for them.
   type :: solids_t
     logical :: is_on = .false.            !< there are solids or walls
     integer :: mask = MASK_NONE
-    character(:), allocatable :: word     !< for it, as the user gives it
+    character(:), allocatable :: word     !< the word for it that the user gives
     integer :: obstacle = NO_SHAPE        !< a body at rest beside insects, or none
     logical :: is_moving = .false.        !< a layer above draws the body in every step
     logical :: may_move = .true.          !< the user does not forbid it
     real(rp) :: c_eta = 1.0e-2_rp         !< permeability, T
-    real(rp) :: dt_fraction = 1           !< of the largest step of the explicit penalization that solids which react allow
+    real(rp) :: dt_fraction = 1           !< fraction of the stable step of explicit penalization that solids in free motion allow
     real(rp) :: us_fixed(3) = 0, omega = 0
     real(rp) :: centre(3) = 0, size = 0, alpha = 0, r1 = 1, r2 = 1
-    logical :: has_centre(3) = .false.    !< the user says where
+    logical :: has_centre(3) = .false.    !< the user gives the centre
     logical :: compute_forces = .true., periodic_torque = .false.
-    logical :: unsteady_corrections = .false., has_corrections = .false. !< the latter: the user says which
+    logical :: unsteady_corrections = .false., has_corrections = .false. !< has_corrections: the user gives the former
   contains
     procedure :: shape => solids_shape
     procedure :: mask_word => solids_mask_word
@@ -62,13 +62,13 @@ module fluid_solid_keys
     real(rp) :: thickness = 0, position = 0 !< of the wall of a channel, L
     logical :: has_inflow = .false.       !< channel = turek
     real(rp) :: inflow_velocity = 1, inflow_length = 0, inflow_start = 0
-    real(rp) :: cylinder(2:3) = 0         !< centre of the one in that channel; that of `solids` may become that of an insect
+    real(rp) :: cylinder(2:3) = 0         !< centre of the cylinder in this channel; the centre of `solids` may be that of an insect
   end type walls_t
 
 contains
 
-  !> Declares and reads the keys of [Geometry]: the `length` of the box, and the body. Where the centre of the body is not given,
-  !> it is that of the box.
+  !> Declares and reads the keys of [Geometry]: the `length` of the box, and the body. If the centre of the body is not given, it is
+  !> the centre of the box.
   subroutine geometry_keys(keys, length, s)
     type(keys_t), intent(inout) :: keys
     real(rp), intent(inout) :: length(3)
@@ -83,7 +83,7 @@ contains
     call keys%length('z0', s%centre(3), 'zl/2', 'centre of body or vortex, z', unit='L', given=s%has_centre(3))
     call keys%length('Size', s%size, '0.0', 'diameter of sphere and cylinder, side of the plate, radius of the ring', &
                      unit='L', min=0.0_rp)
-    call keys%real('alpha', s%alpha, 0.0_rp, 'turning of the plate about the z axis', unit='degree')
+    call keys%real('alpha', s%alpha, 0.0_rp, 'rotation of the plate about the z axis', unit='degree')
     call keys%real('r1', s%r1, 1.0_rp, 'inner radius of the couette body', unit='L', above=0.0_rp)
     call keys%real('r2', s%r2, 1.0681415_rp, 'outer radius of the couette body', unit='L', above=0.0_rp)
     call keys%inert('r3', 'used by a FLUSI body that does not exist here')
@@ -99,11 +99,11 @@ contains
     cavity = CAVITY_NO
     call keys%section('Penalization', 'solid bodies by volume penalization')
     call keys%switch('iPenalization', s%is_on, .false., 'whether there are solids at all')
-    call keys%kind('iMask', s%mask, 'none', MASKS, 'body: '//SHAPE_HELP//'; file; Insect: the wings of [Insects]; '// &
-                   'Flexible_wing: these, with wings = flexible', unbuilt=NO_MASKS, instead=FOR_MASKS, word=s%word)
+    call keys%kind('iMask', s%mask, 'none', MASKS, 'body: '//SHAPE_HELP//'; mask from a file; Insect: the wings of [Insects]; '// &
+                   'Flexible_wing: the same with wings = flexible', unbuilt=NO_MASKS, instead=FOR_MASKS, word=s%word)
     call keys%kind('obstacle', s%obstacle, 'none', OBSTACLES, 'iMask = Insect: a body at rest beside '// &
                    'the insect, with [Geometry] Size at x0, y0, z0; cylinder along z (2-D: along x) or x')
-    call keys%switch('iMoving', s%may_move, .false., 'whether the body moves: the wings of Insect do; without effect on other '// &
+    call keys%switch('iMoving', s%may_move, .false., 'whether the body moves; the wings of Insect move; no effect on other '// &
                      'bodies', computed='as iMask says')
     call keys%real('eps', s%c_eta, 1.0e-2_rp, 'permeability C_eta', unit='T', above=0.0_rp)
     call keys%kind('iCavity', cavity, 'no', CAVITIES, 'walls around the box, cavity_size points thick', unbuilt='freestream*', &
@@ -111,21 +111,23 @@ contains
     call keys%integer('cavity_size', w%cavity_size, 0, 'thickness of the cavity walls', unit='points', min=0)
     call keys%kind('iChannel', w%channel, 'no', CHANNELS, &
                    'one wall between pos_wall-thick_wall and pos_wall, normal z (xy) or y (xz); sliding: it moves with the '// &
-                   'prescribed mean flow; turek: the wall xy, with a parabola of the velocity that flows in along y, and a '// &
-                   'cylinder along x of [Geometry] Size at y0, z0; 0 = no, 1 = xy', unbuilt='inlet_x|cylinder', &
+                   'prescribed mean flow; turek: the wall xy, a parabolic inflow along y, and a cylinder along x with the '// &
+                   'diameter [Geometry] Size at y0, z0; 0 = no, 1 = xy', unbuilt='inlet_x|cylinder', &
                    instead=FOR_CHANNELS)
     call keys%length('thick_wall', w%thickness, '0.2', 'thickness of the channel wall', unit='L', min=0.0_rp)
     call keys%length('pos_wall', w%position, '0.3', 'upper face of the channel wall', unit='L')
-    call keys%real('inflow_velocity', w%inflow_velocity, 1.0_rp, 'turek: mean over the height of the channel', unit='L/T', &
+    call keys%real('inflow_velocity', w%inflow_velocity, 1.0_rp, 'turek: inflow velocity, averaged over the height of the '// &
+                   'channel', unit='L/T', &
                    above=0.0_rp)
-    call keys%length('inflow_length', w%inflow_length, '0.0', 'turek: the inflow is imposed on this last part of y', unit='L', &
+    call keys%length('inflow_length', w%inflow_length, '0.0', 'turek: length of the region at the end of y in which the '// &
+                     'inflow is imposed', unit='L', &
                      min=0.0_rp)
-    call keys%real('inflow_start', w%inflow_start, 0.0_rp, 'turek: time in which the inflow grows from rest; 0: it is there at '// &
-                   'once', unit='T', min=0.0_rp)
-    call keys%switch('compute_forces', s%compute_forces, .true., 'write forces.t and its relatives')
-    call keys%switch('unst_corrections', s%unsteady_corrections, .false., 'without effect on wings: their unsteady correction '// &
-                     'is exact and always written; other bodies do not move. Free flight: if it is set to no, the insect '// &
-                     'carries the fluid in its mask along, as in FLUSI', given=s%has_corrections)
+    call keys%real('inflow_start', w%inflow_start, 0.0_rp, 'turek: duration over which the inflow grows from rest; 0: full '// &
+                   'inflow from the beginning', unit='T', min=0.0_rp)
+    call keys%switch('compute_forces', s%compute_forces, .true., 'write forces.t and the related time series')
+    call keys%switch('unst_corrections', s%unsteady_corrections, .false., 'no effect on wings, whose unsteady correction is '// &
+                     'exact and always written, or on bodies at rest. Free flight: with no, the insect carries the fluid '// &
+                     'inside its mask along, as in FLUSI', given=s%has_corrections)
     call keys%switch('periodic', s%periodic_torque, .false., 'wrap lever arms of torques around the box')
     call keys%reals('us_fixed', s%us_fixed, [0.0_rp, 0.0_rp, 0.0_rp], 'velocity imposed inside the body', unit='L/T')
     call keys%real('omega', s%omega, 1.25_rp, 'angular velocity of the inner cylinder of the couette body', unit='1/T')
@@ -145,7 +147,8 @@ contains
     ! The reader of iMask has already reported a wrong mask. With iMoving FLUSI redraws bodies at rest in every step; the result
     ! is the same mask, so that the key has no effect here.
     if (s%is_moving .and. .not. s%may_move) call c%complain(errors, 'Penalization', 'iMoving', &
-      'would hold the wings of Insect where they are at t = 0; valid: 1, and FlappingMotion_left and _right none')
+      'would hold the wings of Insect where they are at t = 0; valid: 1, for wings at rest with FlappingMotion_left and '// &
+      'FlappingMotion_right = none')
     call check_bodies(c, s, w, errors)
     if (s%mask == MASK_FILE) then
       inquire (file=s%mask_file(), exist=exists)
@@ -155,7 +158,7 @@ contains
       call c%complain(errors, 'Penalization', 'cavity_size', 'the cavity walls need a thickness of at least one point')
   end subroutine check_solids
 
-  !> Returns the name of the mask, which is not its older one.
+  !> Returns the present name of the mask, also if the user gives its older name.
   pure function solids_mask_word(self) result(word)
     class(solids_t), intent(in) :: self
     character(:), allocatable :: word
@@ -163,7 +166,7 @@ contains
     if (self%mask == MASK_FILE) word = self%word
   end function solids_mask_word
 
-  !> Returns the name of the file that has the mask, empty if none has.
+  !> Returns the name of the file that has the mask; it is empty if there is no such file.
   pure function solids_mask_file(self) result(path)
     class(solids_t), intent(in) :: self
     character(:), allocatable :: path
@@ -171,8 +174,7 @@ contains
     if (self%mask == MASK_FILE) path = self%word(len(FILE_WORD) + 1:)
   end function solids_mask_file
 
-  !> Returns the body as a shape: that of the mask, or, for the body of an insect, the obstacle beside it. Other masks have no
-  !> shape.
+  !> Returns the shape of the mask, or with an insect the shape of the obstacle beside it. Other masks have no shape.
   pure type(shape_t) function solids_shape(self) result(shape)
     class(solids_t), intent(in) :: self
     shape%kind = merge(self%obstacle, self%mask, self%mask == MASK_INSECT)
@@ -196,7 +198,7 @@ contains
       'needs an insect (iMask = Insect) beside it; for a body without an insect set iMask = '//word_of(OBSTACLES, s%obstacle)// &
       ' and leave obstacle out')
     if (s%obstacle /= NO_SHAPE .and. w%has_inflow) call c%complain(errors, 'Penalization', 'obstacle', &
-      'is of no use with iChannel = turek, which has a cylinder of its own; valid: none')
+      'has no place beside iChannel = turek, which has its own cylinder; valid: none')
     shape = s%shape()
     call shape%mistake(key, text)
     if (key /= '') call c%complain(errors, 'Geometry', key, text)

@@ -36,7 +36,7 @@ contains
     call keys%switch('iVorticitySponge', p%is_on, .false., 'damp the vorticity in a frame of the box')
     call keys%kind('iSpongeType', p%kind, 'top_cover', SPONGES, 'which faces of the box', unbuilt='moving_insect*', &
                    instead=FOR_SPONGES)
-    call keys%real('eps_sponge', p%damping_time, 0.0_rp, 'damping time C_sp; has no default when the sponge is on', unit='T', &
+    call keys%real('eps_sponge', p%damping_time, 0.0_rp, 'damping time C_sp; required when the sponge is on', unit='T', &
                    min=0.0_rp)
     call keys%integer('sponge_thickness', p%thickness, 0, 'thickness of the sponge', unit='points', min=0)
   end subroutine sponge_keys
@@ -55,14 +55,16 @@ contains
                                                  'the sponge needs a thickness of at least one point')
     call sponge_faces(p%kind, both, last)
     if (n(1) <= 4 .and. .not. any(both(2:)) .and. .not. any(last(2:))) &
-      call c%complain(errors, 'Sponge', 'iSpongeType', 'this sponge lies at the ends of x, which has no extent here')
+      call c%complain(errors, 'Sponge', 'iSpongeType', 'this sponge lies at the ends of x, and a two-dimensional flow '// &
+                      '(nx = 1) has none')
     if (.not. present(notices)) return
     if (any(both .and. 2*p%thickness >= n .and. n > 4) .or. &
         any(last .and. p%thickness >= n .and. n > 4)) &
-      call c%complain(notices, 'Sponge', 'sponge_thickness', 'the sponge fills the box: all of the flow is damped')
+      call c%complain(notices, 'Sponge', 'sponge_thickness', 'the sponge fills the box and damps the whole flow: set a '// &
+                      'smaller sponge_thickness')
   end subroutine check_sponge
 
-  !> Returns the directions in which a type of sponge covers both ends of the box, or the last one only.
+  !> Returns the directions in which a type of sponge covers both ends of the box, and those in which it covers the last end only.
   pure subroutine sponge_faces(kind, both, last)
     integer, intent(in) :: kind
     logical, intent(out) :: both(3), last(3)

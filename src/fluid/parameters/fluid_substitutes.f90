@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Says what to use in place of the words of FLUSI that this program lacks, in the form that the registry of keys takes: 'word:
-!> sentence|word*: sentence'. A word that ends in * stands for all that begin with it.
+!> Lists substitutes for the words of FLUSI that this program lacks, in the form that the registry of keys takes: 'word:
+!> sentence|word*: sentence'. A word that ends in * stands for all words that begin with the part before it.
 module fluid_substitutes
   implicit none
   private

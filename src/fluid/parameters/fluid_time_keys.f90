@@ -10,7 +10,7 @@ module fluid_time_keys
   public :: stepping_t, time_keys, SCHEME_AB2, SCHEME_RK4, SCHEME_RK2, SCHEME_EULER, SCHEMES
 
   integer, parameter :: SCHEME_AB2 = 1, SCHEME_RK4 = 2, SCHEME_RK2 = 3, SCHEME_EULER = 4
-  !> The last four name solids and couplings, too: words of FLUSI.
+  !> Time steppers. The last four are words of FLUSI that name solids and couplings, too.
   type(named_kind_t), parameter :: SCHEMES(8) = [ &
     named_kind_t('AB2', SCHEME_AB2), named_kind_t('RK4', SCHEME_RK4), named_kind_t('RK2', SCHEME_RK2), &
     named_kind_t('Euler', SCHEME_EULER), named_kind_t('AB2_rigid_solid', SCHEME_AB2), &
@@ -20,7 +20,7 @@ module fluid_time_keys
   !> The steps and the end of a run.
   type :: stepping_t
     integer :: scheme = SCHEME_AB2
-    character(:), allocatable :: word      !< for it, as the user gives it
+    character(:), allocatable :: word      !< the word for it that the user gives
     real(rp) :: t_max = 0, cfl = 0.1_rp, cfl_eta = 0.99_rp, dt_fixed = 0, dt_max = 0
     integer :: nt = 0                      !< largest number of steps
     logical :: intelligent_dt = .false.
@@ -38,15 +38,16 @@ contains
     call keys%real('Tmax', p%t_max, 1.0e9_rp, 'end of the run', unit='T', min=0.0_rp)
     call keys%integer('nt', p%nt, 999999999, 'largest number of time steps', min=0)
     call keys%kind('iTimeMethodFluid', p%scheme, 'AB2', SCHEMES, &
-                   'all with the exact viscous factor; AB2: Adams-Bashforth; RK2 (Heun) and RK4: Runge-Kutta, at 2 and 4 times '// &
-                   'its cost; Euler: first order; FSI_*: AB2, and a coupling of flexible wings; AB2_rigid_solid: FLUSI''s name '// &
-                   'for AB2 with BodyMotion = free_flight', unbuilt=NO_STEPPERS, instead=FOR_STEPPERS, word=p%word)
+                   'all schemes integrate the viscous term exactly; AB2: Adams-Bashforth; RK2 (Heun) and RK4: Runge-Kutta, at '// &
+                   '2 and 4 times the cost of AB2; Euler: first order; FSI_*: AB2 with a coupling of flexible wings; '// &
+                   'AB2_rigid_solid: FLUSI''s name for AB2 with BodyMotion = free_flight', unbuilt=NO_STEPPERS, &
+                   instead=FOR_STEPPERS, word=p%word)
     call keys%real('CFL', p%cfl, 0.1_rp, 'CFL number of the advective limit', above=0.0_rp)
     call keys%real('CFL_eta', p%cfl_eta, 0.99_rp, 'largest dt/eps of the explicit penalization', above=0.0_rp)
-    call keys%real('dt_fixed', p%dt_fixed, 0.0_rp, 'prescribed step; 0: chosen by the CFL rule', unit='T', min=0.0_rp)
-    call keys%real('dt_max', p%dt_max, 0.0_rp, 'largest step; 0: no such limit', unit='T', min=0.0_rp)
-    call keys%switch('intelligent_dt', p%intelligent_dt, .false., 'hit output times exactly: the time left to the next one is '// &
-                     'spread over equal steps')
+    call keys%real('dt_fixed', p%dt_fixed, 0.0_rp, 'prescribed time step; 0: the CFL rule chooses it', unit='T', min=0.0_rp)
+    call keys%real('dt_max', p%dt_max, 0.0_rp, 'largest time step; 0: no limit', unit='T', min=0.0_rp)
+    call keys%switch('intelligent_dt', p%intelligent_dt, .false., 'reach output times exactly: the time until the next output '// &
+                     'is divided into equal steps')
     call keys%section('ReynoldsNumber', 'viscosity')
     call keys%real('nu', nu, 1.0e-2_rp, 'kinematic viscosity', unit='L^2/T', min=0.0_rp)
   end subroutine time_keys

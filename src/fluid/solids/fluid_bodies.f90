@@ -1,10 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Draws the analytic bodies and walls into the sparse mask.
 !>
-!> Profile of FLUSI: chi = 1 inside d <= -h, 0 outside d >= h, (1 + cos(pi (d + h)/(2 h)))/2 between, with
-!> the signed distance d from the surface (negative inside) and h = 1.5 max(dx). Walls are sharp, but for those of the
-!> channel with inflow: with its cylinder they have the profile of wings, h = max(dx).
-!> Where bodies overlap, the larger chi wins.
+!> Profile of FLUSI: chi = 1 inside d <= -h, 0 outside d >= h, (1 + cos(pi (d + h)/(2 h)))/2 between, with the signed distance d
+!> from the surface (negative inside) and h = 1.5 max(dx). Walls are sharp. Only the walls and the cylinder of the channel with
+!> inflow have the profile of wings, h = max(dx). Where bodies overlap, the larger chi wins.
 module fluid_bodies
   use base_constants, only: PI
   use base_errors, only: failure_t
@@ -84,7 +83,7 @@ contains
     type(failure_t), intent(inout) :: failure
     character(120) :: text
     if (all(abs(meta%domain_size - grid%length) <= 1.0e-6_rp*grid%length)) return
-    write (text, '(a,3(1x,g0.6),a,3(1x,g0.6))') ': its box has the lengths', meta%domain_size, ', here they are', &
+    write (text, '(a,3(1x,g0.6),a,3(1x,g0.6))') ': its box has the lengths', meta%domain_size, ', the run has', &
       grid%length
     call failure%raise(path//trim(text))
   end subroutine check_box
@@ -101,7 +100,7 @@ contains
     end if
   end function mask_profile
 
-  !> Draws one line of the body of the mask, or of the obstacle that is there in addition to an insect.
+  !> Draws one line of the body of the mask, or of the obstacle beside an insect.
   subroutine draw_body(p, block, line_point, chi, us)
     type(fluid_params_t), intent(in) :: p
     type(block_t), intent(in) :: block
@@ -126,7 +125,7 @@ contains
     end do
   end subroutine draw_body
 
-  !> Returns the shortest of the periodic images of a separation: a body may reach across the faces of the box.
+  !> Returns the shortest periodic image of a separation, because a body may reach across the faces of the box.
   pure function nearest_image(separation, grid) result(shortest)
     real(rp), intent(in) :: separation(3)
     type(grid_t), intent(in) :: grid
@@ -134,7 +133,7 @@ contains
     shortest = separation - grid%length*anint(separation/grid%length)
   end function nearest_image
 
-  !> Draws a single wall; in a periodic box it is both walls of a channel.
+  !> Draws a single wall, which in a periodic box forms both walls of a channel.
   subroutine draw_channel(p, line_point, chi, us, color)
     type(fluid_params_t), intent(in) :: p
     real(rp), intent(in) :: line_point(3)
@@ -147,7 +146,7 @@ contains
     chi = 1
     color = COLOR_WALL
     us = 0
-    ! A sliding wall moves with the mean flow: flight in still air above the ground, seen by the flyer.
+    ! A sliding wall moves with the mean flow. This is flight in still air above the ground, in the frame of the flyer.
     if (any(p%walls%channel == [CHANNEL_XY_SLIDING, CHANNEL_XZ_SLIDING])) us = spread(p%mean%velocity, 2, size(chi))
   end subroutine draw_channel
 

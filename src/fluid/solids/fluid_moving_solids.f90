@@ -48,8 +48,8 @@ module fluid_moving_solids
 
 contains
 
-  !> Takes the forces of the flow, at the time of the last `place`, before `momentum_rate` is asked for. Solids that move under
-  !> these forces need them; others ignore them. The forces are the same on all ranks.
+  !> Takes the forces of the flow at the time of the last `place`. It is called before `momentum_rate`. Solids that move under these
+  !> forces need them; others ignore them. The forces are the same on all ranks.
   subroutine solids_feel(self, sums)
     class(moving_solids_t), intent(inout) :: self
     type(sums_t), intent(in) :: sums
@@ -57,7 +57,7 @@ contains
     end associate
   end subroutine solids_feel
 
-  !> Sets the point about which moments are taken, after each `place`, if the solids carry it.
+  !> Sets the point about which moments are taken if it moves with the solids. It is called after each `place`.
   subroutine solids_refer(self, centre)
     class(moving_solids_t), intent(in) :: self
     real(rp), intent(inout) :: centre(3) !< L

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds all that the fluid sees of solids: a sparse list of grid points with mask chi, solid velocity u_s and colour. Storage
-!> and work are proportional to the solid, not to the box.
+!> Describes the solids to the fluid: a sparse list of grid points with mask chi, solid velocity u_s and colour. Storage and work
+!> are proportional to the volume of the solids, not of the box.
 !>
 !> Solids that never move are given once (`begin`, `add_line`, `finish`). Moving solids are laid over them line by line
 !> (`erase_overlay`, `overlay_line`); both procedures change only the lines that the moving solids touch.
@@ -100,8 +100,8 @@ contains
     self%n_points = self%n_fixed
   end subroutine penalty_erase_overlay
 
-  !> Lays the points 1 .. n over `line`. Where a solid that never moves, or an earlier overlay, has the same point, the larger chi
-  !> counts, with its velocity and colour; if both are equal, the earlier one.
+  !> Lays the points 1 .. n over `line`. If a solid that never moves, or an earlier overlay, has the same point, the entry with the
+  !> larger chi counts, with its velocity and colour. If both chi are equal, the earlier entry counts.
   subroutine penalty_overlay_line(self, line, n, x, chi, us, color)
     class(penalty_t), intent(inout) :: self
     integer, intent(in) :: line

@@ -50,7 +50,7 @@ module fluid_point_forces
     type(stencils_t) :: stencils
     real(rp), allocatable :: inverse_xy(:), inverse_z(:) !< 1/transform of the window on sticks, along kz
     real(rp), allocatable :: kappa_xy(:), kappa_z(:)     !< parts of (k/K)^2
-    real(rp), allocatable :: filter(:), inverse_k2(:)         !< (nkz) of one stick: Phi over the window's, 1/k^2
+    real(rp), allocatable :: filter(:), inverse_k2(:)         !< (nkz) of one stick: Phi over that of the window, 1/k^2
     complex(rp), allocatable :: along(:)                 !< (nkz) of one stick: k.f/k^2
     real(rp), allocatable :: values(:, :)                !< (3, n) velocities or forces
     real(rp) :: impulse = 0, mean_change(3) = 0
@@ -105,7 +105,7 @@ contains
     self%stencils%lines = .false.
   end subroutine forces_init
 
-  !> Moves the points to x(3, n) [L], anywhere: the box is periodic.
+  !> Moves the points to x(3, n) [L]. They may lie outside of the box, which is periodic.
   subroutine forces_place(self, x)
     class(point_forces_t), intent(inout) :: self
     real(rp), intent(in) :: x(:, :)
@@ -115,7 +115,7 @@ contains
     n_lines = size(self%stencils%line_first) - 1
     call require(self%n <= size(self%values, 2), 'point_forces_t: more points than there is room for')
     associate (s => self%stencils, block => self%block)
-      ! The first pass counts the entries of every line, the second puts them in their places.
+      ! The first pass counts the entries of every line, the second stores them.
       s%line_first = 0
       do pass = 1, 2
         do i = 1, self%n
@@ -165,8 +165,8 @@ contains
     end do
   end subroutine counts_to_starts
 
-  !> Returns the velocities (3, n) [L/T] of the flow `u` (nkz, sticks, 3) at the points, the same on all ranks. Costs three
-  !> inverse transforms, of which only the parts that reach the points are done. Collective.
+  !> Returns the velocities (3, n) [L/T] of the flow `u` (nkz, sticks, 3) at the points, the same on all ranks. Costs three inverse
+  !> transforms, but computes only the parts that reach the points. Collective.
   subroutine forces_sample(self, transform, u, velocities)
     class(point_forces_t), intent(inout), target :: self
     class(transform_t), intent(inout) :: transform
@@ -191,8 +191,8 @@ contains
   end subroutine sum_over_ranks
 
   !> Changes the flow `u` by forces(3, n) [rho L^4/T^2] that act on it at the points for a time `dt` [T]. The mean flow changes by
-  !> dt times the total force times `mean_response` [1/(rho L^3)] of each direction: 1/V where it is free, 0 where it is
-  !> prescribed. Costs three forward transforms, of which only the parts that come from the points are done. Collective.
+  !> dt times the total force times `mean_response` [1/(rho L^3)] of each direction: 1/V where it is free, 0 where it is prescribed.
+  !> Costs three forward transforms, but computes only the parts that come from the points. Collective.
   subroutine forces_apply(self, transform, forces, dt, mean_response, u)
     class(point_forces_t), intent(inout), target :: self
     class(transform_t), intent(inout) :: transform
@@ -216,7 +216,7 @@ contains
     self%lines => self%stencils%lines
   end subroutine point_at
 
-  !> Computes Phi over the transform of the window on stick `s`, 0 outside the sphere.
+  !> Computes Phi divided by the transform of the window on stick `s`; it is 0 outside the sphere.
   subroutine set_filter(self, s)
     class(point_forces_t), intent(inout) :: self
     integer, intent(in) :: s
@@ -335,7 +335,7 @@ contains
           u(j, s, 3) = u(j, s, 3) + fields(j, i, 3) - kz(j)*along(j)
         end do
       end associate
-      ! The mean follows its own law, by the total force itself, without the window.
+      ! The mean flow responds to the total force directly, without the window.
       if (s == self%sticks%zero) self%u(1, s, :) = self%u(1, s, :) - fields(1, i, :) + self%mean_change
     end do
   end subroutine forces_spectral_out

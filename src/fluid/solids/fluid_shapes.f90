@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Bodies of simple shape that do not move: their names, what their sizes must be, and how far a point is from their surface.
-!> A new one needs a kind, a word in SHAPES and a case in `shape_distance`, and in `shape_mistake` if it has sizes of its own.
+!> Defines bodies of simple shape that do not move: their names, the checks of their sizes, and the signed distance of a point from
+!> their surface. A new body needs a kind, a word in SHAPES and a case in `shape_distance`. If its sizes need a check, it also needs
+!> a case in `shape_mistake`.
 module fluid_shapes
   use base_constants, only: PI
   use base_kinds, only: rp
@@ -14,25 +15,25 @@ module fluid_shapes
   integer, parameter :: NO_SHAPE = 0, SHAPE_SPHERE = 1, SHAPE_CYLINDER = 2, SHAPE_CYLINDER_X = 3, SHAPE_PLATE = 4, &
                         SHAPE_COUETTE = 5, LAST_SHAPE = 5
 
-  !> Words of the input; names that begin with a capital are older ones of the same shape.
+  !> Words of the input for the shapes. A name that begins with a capital letter is the older name of the same shape.
   type(named_kind_t), parameter :: SHAPES(7) = [ &
     named_kind_t('sphere', SHAPE_SPHERE), named_kind_t('Sphere', SHAPE_SPHERE), named_kind_t('cylinder', SHAPE_CYLINDER), &
     named_kind_t('cylinder_x', SHAPE_CYLINDER_X), named_kind_t('plate', SHAPE_PLATE), named_kind_t('Plate', SHAPE_PLATE), &
     named_kind_t('couette', SHAPE_COUETTE)]
-  !> Those that may be beside an insect.
+  !> Words of the shapes that may be an obstacle beside an insect.
   type(named_kind_t), parameter :: OBSTACLES(4) = [ &
     named_kind_t('none', NO_SHAPE), named_kind_t('sphere', SHAPE_SPHERE), named_kind_t('cylinder', SHAPE_CYLINDER), &
     named_kind_t('cylinder_x', SHAPE_CYLINDER_X)]
   character(*), parameter :: SHAPE_HELP = 'sphere; cylinder along z (2-D: along x); cylinder along x; square plate; '// &
                                           'Couette device'
 
-  !> One of these bodies, as the user gives it.
+  !> One body, with the sizes that the user gives.
   type :: shape_t
     integer :: kind = NO_SHAPE
-    real(rp) :: size = 0              !< diameter, or side of the plate, L
-    real(rp) :: alpha = 0             !< turning of the plate about z, degree
+    real(rp) :: size = 0              !< diameter, or side length of the plate, L
+    real(rp) :: alpha = 0             !< rotation of the plate about z, degree
     real(rp) :: r1 = 1, r2 = 1        !< inner and outer radius of the Couette device, L
-    real(rp) :: omega = 0             !< of its inner cylinder, rad/T
+    real(rp) :: omega = 0             !< angular velocity of its inner cylinder, rad/T
   contains
     procedure :: mistake => shape_mistake
     procedure :: reach => shape_reach
@@ -41,7 +42,8 @@ module fluid_shapes
 
 contains
 
-  !> Says what is wrong with the sizes, and with which key of [Geometry]. Both texts are empty if nothing is.
+  !> Returns the key of [Geometry] with a wrong size, and a text that says what is wrong. Both texts are empty if the sizes are
+  !> valid.
   pure subroutine shape_mistake(self, key, text)
     class(shape_t), intent(in) :: self
     character(:), allocatable, intent(out) :: key, text
@@ -59,8 +61,8 @@ contains
     end select
   end subroutine shape_mistake
 
-  !> Returns a distance [L] from the centre, in y or in z, beyond which the surface has no point; huge for bodies without such an
-  !> end.
+  !> Returns a distance [L] from the centre, in y or in z, beyond which the body has no point. It is huge for bodies that extend
+  !> without limit.
   pure real(rp) function shape_reach(self) result(reach)
     class(shape_t), intent(in) :: self
     select case (self%kind)
@@ -73,8 +75,8 @@ contains
     end select
   end function shape_reach
 
-  !> Returns the signed distance [L] from the surface, negative inside, of a point that is `point` away from the centre; huge
-  !> without a shape. Sets `velocity` [L/T] where the body has one of its own.
+  !> Returns the signed distance [L] of a point from the surface, negative inside. `point` [L] is the position of the point relative
+  !> to the centre. The distance is huge if there is no shape. Sets `velocity` [L/T] where a part of the body has its own velocity.
   pure subroutine shape_distance(self, point, grid, distance, velocity)
     class(shape_t), intent(in) :: self
     real(rp), intent(in) :: point(3)
@@ -90,7 +92,7 @@ contains
       r = merge(hypot(point(2), point(3)), hypot(point(1), point(2)), self%kind == SHAPE_CYLINDER_X .or. grid%is_2d)
       distance = r - self%size/2
     case (SHAPE_PLATE)
-      ! In 2-D the plate is a line in the plane, its normal along y.
+      ! In two dimensions the plate is a line in the y-z plane with its normal along y.
       if (grid%is_2d) then
         distance = plate_distance([point(2), point(3), 0.0_rp], self%alpha*PI/180, self%size, 2*grid%max_spacing())
       else
@@ -104,8 +106,8 @@ contains
     end select
   end subroutine shape_distance
 
-  !> Returns the signed distance from a square plate of side `side` and half-thickness `half`, normal along x, turned by `angle`
-  !> about z.
+  !> Returns the signed distance from a square plate of side length `side` and half thickness `half`. Its normal is along x, rotated
+  !> by `angle` about z.
   pure real(rp) function plate_distance(point, angle, side, half) result(d)
     real(rp), intent(in) :: point(3), angle, side, half
     real(rp) :: q(3)

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Describes trunks of insects: sections of given radius along a centre line that is an arc in the plane of symmetry.
 !>
-!> The arc has its centre at (x, z) = `centre` and the radius `bend`; s goes from 0 at its front to 1 at its rear end, by
-!> the angle counted from -x to z. The level is the distance from the arc, stretched across it, minus the radius R(s) of
-!> the section, as FLUSI draws it. `fly`: two parabolas in a distorted coordinate, made by FLUSI for the mesh of Maeda & Liu
-!> (fruit fly) and for bumblebee BB1 of Dudley & Ellington (1990); `beetle`: half ellipses above and below the arc (Paratuposa).
+!> The arc has its centre at (x, z) = `centre` and the radius `bend`; s is proportional to the angle, counted from -x to z, and goes
+!> from 0 at the front to 1 at the rear end. The level is the distance from the arc, which is scaled across the arc, minus the
+!> radius R(s) of the section, as in FLUSI. `fly`: two parabolas in a distorted coordinate, made by FLUSI for the mesh of Maeda &
+!> Liu (fruit fly) and for bumblebee BB1 of Dudley & Ellington (1990); `beetle`: half ellipses above and below the arc (Paratuposa).
 module fsi_bent_body
   use base_constants, only: PI
   use base_kinds, only: rp
@@ -38,7 +38,7 @@ module fsi_bent_body
   end type fly_t
 
   type, extends(arc_t) :: beetle_t
-    real(rp) :: length = 1               !< L, of which all other lengths are parts
+    real(rp) :: length = 1               !< L, the unit of all other lengths
   contains
     procedure :: level_at => beetle_level
   end type beetle_t
@@ -69,7 +69,7 @@ contains
     shape%high = [centre(1) + 0.53_rp*bend, 0.28_rp*bend, centre(2) + 1.28_rp*bend]
   end function make_fly
 
-  !> Returns the place along the arc, in s, and the nearest point of the extended arc.
+  !> Returns the position s along the arc, and the nearest point of the extended arc.
   pure subroutine arc_place(self, x, z, s, nearest)
     class(arc_t), intent(in) :: self
     real(rp), intent(in) :: x, z
@@ -119,7 +119,7 @@ contains
     shape%high = length*[0.6_rp, 0.2_rp, 0.35_rp]
   end function make_beetle
 
-  !> Returns the level of x, in parts of the length, as in FLUSI; huge beyond the ends of the arc.
+  !> Returns the level of x as a fraction of the length, as in FLUSI; huge beyond the ends of the arc.
   pure real(rp) function beetle_level(self, x) result(level)
     class(beetle_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
@@ -132,7 +132,7 @@ contains
     height = merge(HEIGHTS(1), HEIGHTS(2), p(3) >= nearest(2))
     radius = 2*height*sqrt(max(0.0_rp, 0.25_rp - (s - 0.5_rp)**2))
     if (radius <= 0) return
-    ! FLUSI compares these parts of the length with a step whose width is in L.
+    ! FLUSI compares these fractions of the length with a smoothing layer whose width is in L.
     level = norm2([p(1) - nearest(1), p(2)*height/HALF_WIDTH, p(3) - nearest(2)]) - radius
   end function beetle_level
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes bodies by FLUSI's names. To add one, add its name to NAMED_BODIES and a case to `make_named_body`.
+!> Makes the bodies that FLUSI knows by name. To add one, add its name to NAMED_BODIES and a case to `make_named_body`.
 !>
 !> The numbers are FLUSI's, whose unit is the wing length or the body length; sources are named beside them. Body axes: x
 !> forward, y left, z up.
@@ -18,7 +18,7 @@ module fsi_body_catalogue
                              'drosophila_maeda|drosophila_slim|mosquito_iams|paratuposa_simple|suzuki_thin_rod|coin|'// &
                              'platicle|pyramid|cone'
 
-  !> Numbers of the parameter file that some bodies use. Lengths in L.
+  !> Values of the parameter file that some bodies use. Lengths in L.
   type :: body_numbers_t
     real(rp) :: length = 1           !< L_body
     real(rp) :: radius = 0.1_rp      !< b_body
@@ -91,7 +91,8 @@ contains
     end select
   end subroutine make_named_body
 
-  !> Returns the place [L] of the left wing's hinge: that of a body that has its own hinges, else beside the middle of the body.
+  !> Returns the position [L] of the hinge of the left wing. Some bodies define their hinges; for others it lies beside the middle
+  !> of the body.
   pure function named_body_pivot(name, numbers) result(pivot)
     character(*), intent(in) :: name
     type(body_numbers_t), intent(in) :: numbers
@@ -139,7 +140,7 @@ contains
     call add(parts, make_sphere(places(:, 2), radius))
   end subroutine add_eyes
 
-  !> Returns vectors forward, to the left or right, and up, sin 45 degrees times `distance` each.
+  !> Returns a vector whose components forward, to the left or right, and upward are sin 45 degrees times `distance`.
   pure function cheeks(distance) result(places)
     real(rp), intent(in) :: distance
     real(rp) :: places(3, 2)

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Simple solids of which bodies are made: sphere, ellipsoids, rod, body of revolution, plate, disk.
+!> Defines simple solids from which bodies are made: sphere, ellipsoids, rod, body of revolution, plate, disk.
 !>
-!> Where FLUSI draws a part by the distance in a section instead of that from the surface, so does this one, so that
-!> masks agree with FLUSI's.
+!> If FLUSI draws a part by the distance within a section instead of the distance from the surface, this module does the same, so
+!> that the masks agree.
 module fsi_body_parts
   use base_kinds, only: rp
   use fsi_solid_shape, only: level_shape_t
@@ -17,15 +17,15 @@ module fsi_body_parts
     procedure :: level_at => sphere_level
   end type sphere_t
 
-  !> Ellipsoid with axes along the frame; the level is the distance from the surface up to O(level^2/radius).
+  !> Ellipsoid with its axes along the frame. The level is the distance from the surface, with an error of O(level^2/radius).
   type, extends(level_shape_t) :: ellipsoid_t
     real(rp) :: centre(3) = 0, half_axes(3) = 0
   contains
     procedure :: level_at => ellipsoid_level
   end type ellipsoid_t
 
-  !> FLUSI's ellipsoid of revolution: in each section normal to its axis the distance from the circle there. It ends
-  !> sharply at the ends of its axis. `tilt` turns it about y.
+  !> FLUSI's ellipsoid of revolution. In each section normal to its axis the level is the distance from the circle of this section.
+  !> The body ends sharply at the ends of its axis. `tilt` turns it about y.
   type, extends(level_shape_t) :: spindle_t
     real(rp) :: centre(3) = 0
     real(rp) :: half_length = 0, radius = 0
@@ -36,16 +36,16 @@ module fsi_body_parts
     procedure :: level_at => spindle_level
   end type spindle_t
 
-  !> A round rod with balls at its ends, as FLUSI draws it: between the ends only within the sphere around its middle
-  !> on which the ends lie.
+  !> A round rod with spheres at its ends, as FLUSI draws it. Between the ends it is cut off by the sphere around its middle that
+  !> passes through the ends.
   type, extends(level_shape_t) :: rod_t
     real(rp) :: from(3) = 0, upto(3) = 0, radius = 0
   contains
     procedure :: level_at => rod_level
   end type rod_t
 
-  !> Body of revolution about x: the polygon through profile(2, n), places along x and radii, turned about x. The level
-  !> is the distance from its surface.
+  !> Body of revolution about x, whose meridian is the polygon through profile(2, n), positions along x and radii. The level is the
+  !> distance from its surface.
   type, extends(level_shape_t) :: revolution_t
     real(rp), allocatable :: profile(:, :)
   contains

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Finds the surface chi = 1/2 of a rigid body as triangles for viewers, as fine as its mask is smoothed. It cuts each cube of the
-!> body's box into six tetrahedra, whose edges the surface crosses where chi is 1/2. Triangles do not share points.
+!> Finds the surface chi = 1/2 of a rigid body as triangles for viewers; their size is that of the smoothing of the mask. It cuts
+!> each cube of the body's box into six tetrahedra, whose edges the surface crosses where chi is 1/2. Triangles do not share points.
 module fsi_body_surface
   use base_kinds, only: rp
   use fsi_rigid_body, only: rigid_body_t
@@ -8,7 +8,7 @@ module fsi_body_surface
   private
   public :: body_surface
 
-  !> Corners of the tetrahedra around the diagonal from corner 0 to 7 of a cube; bit k of a corner is its place along axis k.
+  !> Corners of the tetrahedra around the diagonal from corner 0 to 7 of a cube; bit k of a corner is its position along axis k.
   integer, parameter :: TETRAHEDRA(4, 6) = reshape([0, 1, 3, 7, 0, 3, 2, 7, 0, 2, 6, 7, 0, 6, 4, 7, 0, 4, 5, 7, 0, 5, 1, 7], &
                                                    [4, 6])
 

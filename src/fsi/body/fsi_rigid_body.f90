@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Describes a rigid solid made of shapes, in its frame: chi is the largest chi of its parts.
 !>
-!> Its moments int chi dV, int chi x dV, int chi x x^T dV are sums over points of its frame that are half the smoothing
-!> apart; with them the momentum of the fluid in the mask follows from the motion of the frame.
+!> Its moments int chi dV, int chi x dV, int chi x x^T dV are sums over points of its frame with a distance of half the smoothing.
+!> With these moments, the momentum of the fluid in the mask follows from the motion of the frame.
 module fsi_rigid_body
   use base_kinds, only: rp
   use fsi_kinematics, only: body_t
@@ -17,7 +17,7 @@ module fsi_rigid_body
   type :: rigid_body_t
     type(shape_holder_t), allocatable :: parts(:) !< not allocated: no body
     real(rp) :: low(3) = 0, high(3) = 0           !< its box, without smoothing
-    real(rp) :: smoothing = 0                     !< half the width of the step
+    real(rp) :: smoothing = 0                     !< half the width of the smoothing layer
     type(moments_t) :: displaced                  !< of the fluid in its mask, rho = 1
   contains
     procedure :: init => body_init

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Draws a rigid solid into the mask of the fluid: chi of its shape, u_s = v + omega x r of its frame.
 !>
-!> Every grid line that passes through the box of the solid is processed in coordinates that are not wrapped, so that a line is
-!> the same to the last bit on any rank. A solid at rest is drawn once; later calls only lay it over the lines again.
+!> Every grid line through the bounding box of the solid is processed in coordinates that are not wrapped, so that the result is the
+!> same to the last bit on any rank. A solid at rest is drawn once; later calls only add it to the lines again.
 module fsi_rigid_mask
   use base_kinds, only: rp
   use fluid_penalty, only: penalty_t
@@ -44,8 +44,8 @@ contains
     allocate (self%lines(3, 64), self%x(1024), self%color(1024), self%chi(1024), self%us(3, 1024))
   end subroutine mask_init
 
-  !> Lays the solid, whose frame is `frame`, over what `penalty` holds. Where chi of `penalty` is larger or equal, it stays.
-  !> Communicates nothing.
+  !> Adds the solid, whose frame is `frame`, to `penalty`. At points where chi of `penalty` is larger or equal, `penalty` is
+  !> unchanged. Communicates nothing.
   subroutine mask_draw(self, solid, frame, color, penalty)
     class(rigid_mask_t), intent(inout) :: self
     type(rigid_body_t), intent(in) :: solid
@@ -64,7 +64,7 @@ contains
     end do
   end subroutine mask_draw
 
-  !> Tells whether both frames are at one place and move alike.
+  !> Tells whether both frames have the same position and motion.
   pure logical function is_same(a, b)
     type(body_t), intent(in) :: a, b
     is_same = all(abs(a%centre - b%centre) <= 0) .and. all(abs(a%velocity - b%velocity) <= 0) .and. &
@@ -114,7 +114,7 @@ contains
     high = middle + half
   end subroutine box_in_space
 
-  !> Draws the points from range(1) to range(2), not wrapped, of the line with this number, in the order of their wrapped places.
+  !> Draws the points from range(1) to range(2), not wrapped, of the line with this number, in the order of their wrapped indices.
   subroutine draw_line(self, solid, frame, color, line, range, yz)
     class(rigid_mask_t), intent(inout) :: self
     type(rigid_body_t), intent(in) :: solid

@@ -72,8 +72,8 @@ contains
     shape%high = [half, half, height/3] + shape%half_thickness
   end function make_pyramid
 
-  !> Returns the signed distance [L] of x from the shell, negative inside it. The pyramid is what is inside of all its sides; the
-  !> shell is what is near its surface.
+  !> Returns the signed distance [L] of x from the shell, negative inside it. The pyramid is the set of points inside of all its
+  !> sides, and the shell is the layer near its surface.
   pure real(rp) function pyramid_level(self, x) result(level)
     class(pyramid_t), intent(in) :: self
     real(rp), intent(in) :: x(3)

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Defines a rigid solid in its own frame, as the mask needs it.
+!> Defines the shape of a rigid solid in its own frame, for the mask.
 !>
-!> A shape gives chi at any place of its frame. Most do so by a level d, negative inside, which is the distance from
-!> the surface or, as in FLUSI, the distance in a section: chi = mask_profile(d, h) with half the width h of the step.
+!> A shape gives chi at any point of its frame. Most shapes use a level d, negative inside, which is the distance from the surface
+!> or, as in FLUSI, the distance in a section: chi = mask_profile(d, h) with half the width h of the step.
 module fsi_solid_shape
   use base_kinds, only: rp
   use fluid_bodies, only: mask_profile
@@ -25,7 +25,7 @@ module fsi_solid_shape
     procedure :: mask_at => shape_mask_at
   end type level_shape_t
 
-  !> One shape of a list of any shapes.
+  !> An element of a list of shapes of any type.
   type :: shape_holder_t
     class(solid_shape_t), allocatable :: shape
   end type shape_holder_t
@@ -38,7 +38,7 @@ module fsi_solid_shape
       real(rp), intent(in) :: x(3), h !< L
     end function mask_of_shape
 
-    !> Returns the signed distance at x, L, negative inside. Near the surface its size is right, elsewhere only its sign.
+    !> Returns the signed distance at x, L, negative inside. Near the surface its value is right, elsewhere only its sign.
     pure real(rp) function level_of_shape(self, x)
       import :: rp, level_shape_t
       class(level_shape_t), intent(in) :: self

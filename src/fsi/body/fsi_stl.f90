@@ -17,8 +17,8 @@ module fsi_stl
 
 contains
 
-  !> Returns the points (3, n) and the outward triangles (3, m) from the content of the STL file called `name`. What is wrong goes
-  !> to `errors`. A surface that is inside out is turned, with a notice.
+  !> Returns the points (3, n) and the outward triangles (3, m) from the content of the STL file called `name`. Mistakes go to
+  !> `errors`. If the surface is inside out, its triangles are reversed, with a notice.
   subroutine read_stl(text, name, points, triangles, errors, notices)
     character(*), intent(in) :: text, name
     real(rp), allocatable, intent(out) :: points(:, :)
@@ -49,7 +49,7 @@ contains
       return
     end if
     if (surface_volume(points, triangles) < 0) then
-      call notices%add(name//': its triangles face inward; they are turned')
+      call notices%add(name//': the normals of its triangles point inward; the program turns them outward')
       do i = 1, size(triangles, 2)
         triangles(2:3, i) = triangles([3, 2], i)
       end do
@@ -196,8 +196,8 @@ contains
     else if (any(sum(passes(:, :n), 1) > 2)) then
       problem = number_text(count(sum(passes(:, :n), 1) > 2))//' edges belong to more than two triangles: remove the extra ones'
     else if (any(passes(1, :n) /= 1)) then
-      problem = 'is not oriented: at '//number_text(count(passes(1, :n) /= 1))//' edges one triangle '// &
-                'faces in and the other out; turn those that face in'
+      problem = 'is not oriented: at '//number_text(count(passes(1, :n) /= 1))//' edges one triangle faces inward and the '// &
+                'other outward; turn the triangles that face inward'
     end if
   end subroutine check_closed
 

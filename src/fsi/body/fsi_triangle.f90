@@ -19,7 +19,7 @@ module fsi_triangle
   real(rp), parameter :: NEEDLE = 1.0e-8_rp       !< height over length below which there is no plane
   real(rp), parameter :: NO_LENGTH = 1.0e-200_rp  !< squared length that cannot be inverted safely
 
-  !> A triangle and what depends on it alone. Lengths in code units.
+  !> A triangle and quantities that depend on it alone. Lengths in code units.
   type :: triangle_t
     real(rp) :: a(3) = 0                  !< first corner
     real(rp) :: ab(3) = 0, ac(3) = 0      !< edges from it

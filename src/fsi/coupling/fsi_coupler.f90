@@ -42,7 +42,7 @@ module fsi_coupler
   private
   public :: coupler_t
 
-  !> What the sub-iterations of the strong coupling did.
+  !> Report on the sub-iterations of the strong coupling.
   type :: coupling_report_t
     integer :: iterations = 0       !< evaluations of the flow in the last step
     real(rp) :: residual = 0        !< of the load at its end, relative
@@ -62,7 +62,7 @@ module fsi_coupler
     type(wing_solver_t), allocatable :: wings(:)         !< for their reports
     type(energy_meter_t), allocatable, private :: meters(:)
     type(samples_t), allocatable, private :: samples(:)  !< pressure beside the wings, `n_sets` for each
-    integer, private :: n_sets = 1                       !< distances at which the pressure is looked at
+    integer, private :: n_sets = 1                       !< distances at which the pressure is sampled
     type(world_t), private :: world
     real(rp) :: solver_seconds = 0                       !< wall time that solving wings has taken on this rank so far
     logical :: is_thin = .false.                         !< the wings have no thickness
@@ -143,9 +143,8 @@ contains
     request%fields = request%fields .or. self%params%friction
   end subroutine coupler_add_request
 
-  !> Samples the load of the fluid's last pass on the wings. That pass must have kept what `add_request` asks for, and the wings
-  !> must still be where they were in it. The load of wings without thickness is the one under which they made their last step.
-  !> Collective.
+  !> Samples the load of the fluid's last pass on the wings. The pass must have kept the fields of `add_request`, and the wings must
+  !> not have moved since. The load of wings without thickness is the load of their last step. Collective.
   subroutine coupler_sample_load(self, fluid, wings)
     class(coupler_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -158,7 +157,7 @@ contains
     self%has_current_force = .false.
   end subroutine coupler_sample_load
 
-  !> Sets `loads` and `surfaces` to what the markers of wings without thickness felt in the last step.
+  !> Sets `loads` and `surfaces` to the forces on the markers of wings without thickness in the last step.
   subroutine set_loads_from_markers(self, wings)
     class(coupler_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
@@ -209,12 +208,12 @@ contains
     end do
   end subroutine sample
 
-  !> Advances the wings over a step dt [T] that `fluid` has just made, under the load that the coupling makes of the last sample.
-  !> Gives their new deformation to `wings`, for their next placing. Fails if Newton's method or the sub-iterations do not
+  !> Advances the wings over a step dt [T] that `fluid` has just made, under the load that the coupling derives from the last
+  !> sample. Gives their new deformation to `wings`, for their next placing. Fails if Newton's method or the sub-iterations do not
   !> converge, or if a wing bends beyond the limit; then the run cannot continue from this state.
   !>
-  !> Only the strong coupling, which leaves the wings at the end of the step, and wings without thickness, which change the flow,
-  !> need `fluid`. Wings without thickness also need `thin`. Collective.
+  !> `fluid` is needed only by the strong coupling, which leaves the wings at the end of the step, and by wings without thickness,
+  !> which change the flow. Wings without thickness also need `thin`. Collective.
   subroutine coupler_advance(self, dt, wings, failure, fluid, thin)
     class(coupler_t), intent(inout) :: self
     real(rp), intent(in) :: dt
@@ -317,7 +316,7 @@ contains
     if (.not. failure%failed) call self%deform(wings)
   end subroutine solve
 
-  !> Repeats the step of the wings until the load that they were given equals the load at the end of the step.
+  !> Repeats the step of the wings until the applied load equals the load at the end of the step.
   subroutine subiterate(self, dt, wings, fluid, failure)
     class(coupler_t), intent(inout) :: self
     real(rp), intent(in) :: dt

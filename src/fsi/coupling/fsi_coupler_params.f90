@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds the parameters of flexible wings and of their coupling with the flow (fsi_coupler), and what follows from them.
+!> Holds the parameters of flexible wings and of their coupling with the flow (fsi_coupler), and quantities derived from them.
 module fsi_coupler_params
   use base_kinds, only: rp
   use io_units, only: unit_scales_t
@@ -19,11 +19,11 @@ module fsi_coupler_params
     type(dynamic_options_t) :: options
     real(rp) :: membrane = 0            !< [kg/m^2] mean mass of the membrane, for information
     real(rp) :: density = 0             !< [kg/m^3] of the cuticle, for information
-    real(rp) :: light_layer = 0         !< [kg/m^2] below which a tenth of the wing is, for information
-    real(rp) :: added_mass = 0          !< fluid that the wing moves over its own mass (fsi_added_mass), for information
+    real(rp) :: light_layer = 0         !< [kg/m^2] a tenth of the wing has less, for information
+    real(rp) :: added_mass = 0          !< ratio of the added mass to the mass of the wing (fsi_added_mass), for information
     type(unit_scales_t) :: units        !< SI values of one L, T and M
     real(rp) :: gravity(3) = 0          !< [m/s^2] in space
-    logical :: states_gravity = .false. !< the user does
+    logical :: states_gravity = .false. !< the user states it
     real(rp) :: distance = 0            !< from the surface at which the flow is sampled, L
     logical :: extrapolates = .false.   !< the pressure difference is extrapolated to the mid surface
     logical :: friction = .false.       !< the viscous traction is part of the load
@@ -46,7 +46,7 @@ contains
     needs = self%friction
   end function params_needs_fields
 
-  !> Tells whether the fluid must be able to make trials.
+  !> Tells whether the coupling needs trials of the fluid.
   pure logical function params_needs_trials(self) result(needs)
     class(coupler_params_t), intent(in) :: self
     needs = self%coupling == COUPLING_STRONG

@@ -3,20 +3,20 @@
 !>
 !>     f(n+1) ~ f(n) + dt/dt_old (f(n) - f(n-1)),
 !>
-!> of second order in the step, for components that move with the wings.
+!> which is of second order in the step, for components along axes that move with the wings.
 module fsi_coupling_history
   use base_kinds, only: rp
   implicit none
   private
   public :: coupling_history_t
 
-  !> What a restart needs besides the motion of the wings. Loads are (3, points, wings) [N] along the axes of the wing
-  !> file.
+  !> The data that a restart needs in addition to the motion of the wings. Loads are (3, points, wings) [N] along the axes of the
+  !> wing file.
   type :: coupling_history_t
     real(rp) :: old_dt = 0                     !< of the last step, T; 0: none yet
     real(rp) :: relaxation = 1                 !< of the last sub-iteration of the strong coupling
     real(rp), allocatable :: force(:, :, :)    !< of the flow at the beginning of the last step
-    real(rp), allocatable :: applied(:, :, :)  !< under which the wings have made it
+    real(rp), allocatable :: applied(:, :, :)  !< applied to the wings in the last step
   contains
     procedure :: init => history_init
     procedure :: extrapolate => history_extrapolate
@@ -55,8 +55,8 @@ contains
     self%applied = applied
   end subroutine history_record_step
 
-  !> Moves `applied` towards the load found, from which it differs by `residual`, by Aitken's factor. A step begins with the last
-  !> factor, but at most 1. Then `old_residual` is `residual`.
+  !> Relaxes `applied` toward the computed load by Aitken's factor; `residual` is the difference between the two. A step begins with
+  !> the last factor, but at most 1. On return `old_residual` is `residual`.
   pure subroutine history_relax(self, is_first, residual, old_residual, applied)
     class(coupling_history_t), intent(inout) :: self
     logical, intent(in) :: is_first

@@ -3,13 +3,13 @@
 !>
 !> The flow makes its step from t(n) to t(n+1) with the insect at t(n). Then
 !>
-!>     launch    place and attitude of t(n+1), and its momenta by the forces of t(n) and t(n-1), with the flow's weights
-!>     (wings)   flexible wings make their step in the frame of t(n+1) with accelerations as far as they are known; wings
+!>     launch    position and attitude of t(n+1), and its momenta by the forces of t(n) and t(n-1), with the flow's weights
+!>     (wings)   flexible wings make their step in the frame of t(n+1) with the accelerations known so far; wings
 !>               without thickness find the forces of this step
-!>     settle    the impulse of those forces, and the velocities for wings as they have become.
+!>     settle    the impulse of those forces, and the velocities for the wings at t(n+1).
 !>
-!> Markers sample the flow with velocities that assume the forces of the last step. The error is (change of force) dt/m, which is
-!> as small as the ratio of the mass of fluid that the wings accelerate to the mass of the insect.
+!> Markers sample the flow with velocities that assume the forces of the last step. The error is (change of force) dt/m, which is of
+!> the order of the ratio of the added mass of the wings to the mass of the insect.
 module fsi_free_flight
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -61,8 +61,8 @@ contains
     end associate
   end subroutine prepare_flight
 
-  !> Prepares a flyer that has been placed for the first time. If it was not restored, it measures the fluid that it displaces and
-  !> takes its momenta. Limits the step of the fluid. Fails if the body is too light. Does nothing after a failure. Collective.
+  !> Prepares a flyer after its first placing. If it was not restored, the procedure computes the fluid that it displaces and its
+  !> initial momenta. Limits the step of the fluid. Fails if the body is too light. Does nothing after a failure. Collective.
   subroutine begin_flight(world, wings, fluid, failure, coupler)
     type(world_t), intent(in) :: world
     type(flapping_wings_t), intent(inout) :: wings
@@ -139,7 +139,7 @@ contains
     end associate
   end subroutine settle
 
-  !> Attaches flexible wings to the body as `launch` has left it.
+  !> Attaches flexible wings to the body in its state after `launch`.
   subroutine carry_wings(wings, coupler)
     type(flapping_wings_t), intent(in) :: wings
     type(coupler_t), intent(inout) :: coupler

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Saves and loads the flexible wings' part of a checkpoint: their motion, their energy balance and the history of the coupling,
-!> in double precision. Vectors have components along the frame of their wing, whichever side its file was made from.
+!> Saves and loads the flexible wings' part of a checkpoint: their motion, their energy balance and the history of the coupling, in
+!> double precision. Vectors have components along the frame of their wing, independently of the side of the wing in the file.
 module fsi_restart
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp

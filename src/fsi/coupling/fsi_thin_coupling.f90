@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Advances flexible wings without thickness over a time step, together with the flow.
 !>
-!> The fluid has made its step without the wings. The markers sample it where the wings will be at the end of the step, which is
-!> extrapolated, and the wings make their step under the load by which the flow resists this motion (fsi_flow_reaction). The flow
-!> receives exactly the force that the wing loses, to the last bit. Load and motion are found at the same time, so that neither
-!> extrapolation of the load nor sub-iterations are needed, and the wing may be arbitrarily light. The strong coupling repeats the
-!> step with markers where the wings were found, until both agree; it samples the same flow again and needs no evaluation of the
-!> flow.
+!> The fluid has made its step without the wings. The markers sample it at the extrapolated positions of the wings at the end of the
+!> step. The wings make their step under the load by which the flow resists this motion (fsi_flow_reaction). The flow receives
+!> exactly the force that the wing loses, to the last bit. Load and motion are found at the same time, so that neither extrapolation
+!> of the load nor sub-iterations are needed, and the wing may be arbitrarily light. The strong coupling repeats the step with the
+!> markers on the new positions of the wings, until the positions no longer change; it samples the same flow again and needs no
+!> evaluation of the flow.
 !>
-!> The force is the mean force of the step, but the wing feels it at the end: first order in the step.
+!> The force is the mean over the step, but acts on the wing at its end; this is of first order in the step.
 module fsi_thin_coupling
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -27,10 +27,10 @@ module fsi_thin_coupling
   private
   public :: advance_thin_wings, thin_report_t
 
-  !> Reports what a step needed.
+  !> Report on a step.
   type :: thin_report_t
     integer :: passes = 0       !< number of times that the wings have made the step
-    real(rp) :: distance = 0    !< between markers as met and as found, over the way of the fastest in the step
+    real(rp) :: distance = 0    !< between assumed and computed markers, over the displacement of the fastest
   end type thin_report_t
 
 contains
@@ -90,7 +90,8 @@ contains
     end do
     if (last > 1 .and. report%distance > params%tolerance) then
       call failure%raise('the strong coupling has not converged: after '//number_text(report%passes)// &
-                         ' passes the markers still move by '//number_text(report%distance)//' of their way in the step')
+                         ' passes over wings and forces, the markers still move by '// &
+                         number_text(report%distance)//' of their displacement in the step')
       return
     end if
     do i = 1, size(solvers)
@@ -125,14 +126,14 @@ contains
     end associate
   end subroutine place_markers
 
-  !> Rotates the responses of all wings with their markers. Computes those anew whose wings have also changed their shape since
+  !> Rotates the responses of all wings with their markers. Recomputes the responses of wings that have changed their shape since
   !> the last computation.
   subroutine update_responses(thin, wings, failure)
     type(thin_wings_t), intent(inout) :: thin
     type(flapping_wings_t), intent(in) :: wings
     type(failure_t), intent(inout) :: failure
     real(rp), parameter :: FAR = 0.1_rp !< spacings of the markers: the tensor changes over one of them
-    real(rp), parameter :: MIRROR(3) = [1.0_rp, 1.0_rp, -1.0_rp] !< to the axes of the file, in which it is made
+    real(rp), parameter :: MIRROR(3) = [1.0_rp, 1.0_rp, -1.0_rp] !< to the axes of the file, in which the response is made
     real(rp) :: rotation(3, 3), farthest
     logical, dimension(size(thin%wings)) :: are_changed, has_factor
     integer :: i
@@ -151,14 +152,14 @@ contains
     end do
     call thin%rebuild_responses(are_changed, has_factor)
     do i = 1, size(thin%wings)
-      if (.not. has_factor(i)) call failure%raise('the '//trim(wings%params%wings(i)%side)//' wing has bent so far that '// &
-                                                  'its markers touch or part, so that its motion does not determine their '// &
-                                                  'forces: look at its shape, and at the stiffness in [Wing]')
+      if (.not. has_factor(i)) call failure%raise('the '//trim(wings%params%wings(i)%side)//' wing has bent so far that its '// &
+                                                  'markers are too close or too far apart, and its motion does not determine '// &
+                                                  'their forces: check its shape and the stiffness in [Wing]')
     end do
   end subroutine update_responses
 
-  !> Runs on the owner of wing i. The reaction of the wing begins the step of `dt` with the flow at its markers. The helpers of
-  !> the owner do their share of the solutions that it then needs for the wing, and return when it ends them.
+  !> Runs on the owner of wing i. The reaction of the wing begins the step of `dt` with the flow at its markers. The helpers of the
+  !> owner take part in the solutions that it needs for the wing, and return when the owner ends them.
   subroutine meet_flow(thin, i, pose, dt)
     type(thin_wings_t), intent(inout) :: thin
     integer, intent(in) :: i
@@ -198,7 +199,7 @@ contains
     type(coupler_params_t), intent(in) :: params
     type(wing_solver_t), intent(inout) :: solver
     type(dynamic_state_t), intent(inout) :: state
-    real(rp), intent(inout) :: force(:, :) !< other than that of the flow there is none
+    real(rp), intent(inout) :: force(:, :) !< the force of the flow is the only force
     associate (wing => thin%wings(i))
       if (.not. wing%is_owner) return
       force = 0

@@ -31,8 +31,8 @@ contains
     call mirror_vectors(bent%a)
   end subroutine set_deformation
 
-  !> Sets the displacement in `bent` to what the wing will have at the end of a step dt [T] if its velocity goes on as in the last
-  !> step: to second order, in the first step to first order.
+  !> Sets the displacement in `bent` to the value that is extrapolated to the end of a step dt [T] from the velocity in the last
+  !> step, to second order, or in the first step to first order.
   pure subroutine predict_deformation(state, units, dt, is_mirrored, bent)
     type(dynamic_state_t), intent(in) :: state
     type(unit_scales_t), intent(in) :: units

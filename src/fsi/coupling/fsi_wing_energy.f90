@@ -9,8 +9,8 @@
 !>
 !>     W_hinge = int (dp/dt - F - M g) . V + (dl/dt + V x p - m_F - m_g) . omega dt,
 !>
-!> all by centred differences and means over the step. Dampers are fixed to the frame. Nothing here uses the equation of motion of
-!> the wing. The balance therefore checks its time stepping; the imbalance is O(h^2).
+!> all by centred differences and means over the step. Dampers are fixed to the frame. The balance does not use the equation of
+!> motion of the wing. It therefore checks the time stepping; the imbalance is O(h^2).
 module fsi_wing_energy
   use base_kinds, only: rp
   use base_visitor, only: visited_t, visitor_t
@@ -25,7 +25,7 @@ module fsi_wing_energy
   private
   public :: wing_energy_t, energy_meter_t
 
-  !> What a restart needs; the work is that since the first step, the powers are means over the last one.
+  !> The data that a restart needs. Work is counted from the first step; powers are means over the last step.
   type, extends(visited_t) :: wing_energy_t
     real(rp) :: start = 0         !< [J] T + U before the first step
     real(rp) :: kinetic = 0       !< [J] now, in space
@@ -57,7 +57,7 @@ module fsi_wing_energy
   type :: energy_meter_t
     private
     type(snapshot_t) :: snapshots(2)
-    integer :: last = 0 !< which of them is the wing at the end of the last step; 0: there was none
+    integer :: last = 0 !< number of the record at the end of the last step; 0: no step yet
   contains
     procedure :: init => meter_init
     procedure :: begin => meter_begin
@@ -83,7 +83,7 @@ contains
     call visitor%visit('damping_power', self%damping_power)
   end subroutine energy_visit
 
-  !> Returns how much more energy [J] the wing has than the balance accounts for.
+  !> Returns the energy [J] of the wing in excess of the balance.
   pure real(rp) function energy_imbalance(self) result(excess)
     class(wing_energy_t), intent(in) :: self
     excess = self%kinetic + self%elastic + self%damped - self%start - self%hinge_work - self%load_work - &
@@ -108,7 +108,7 @@ contains
   end subroutine meter_init
 
   !> Records the wing before a step, under the load(3, n_all) [N] of the end of the step before; state and load are along the axes
-  !> of the wing file. After `finish` the record that it made is used; only steps may have changed the wing since then.
+  !> of the wing file. After `finish` its record is used again; only steps may have changed the wing since then.
   subroutine meter_begin(self, model, inertia, motion, state, load, is_first, energy)
     class(energy_meter_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -127,7 +127,7 @@ contains
     end associate
   end subroutine meter_begin
 
-  !> Completes `energy` by what happened in the step h [s] since `begin`; `load` is that under which it was made.
+  !> Adds the work of the step h [s] since `begin` to `energy`; `load` is the load of this step.
   subroutine meter_finish(self, model, inertia, motion, state, load, h, energy)
     class(energy_meter_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -154,7 +154,7 @@ contains
                                inertia%rayleigh_stiffness*dot_product(b%elastic_force(:, p) - a%elastic_force(:, p), du)/h
         if (inertia%rubs()) energy%damping_power = energy%damping_power + &
                                                    inertia%joint_friction*dot_product(b%joints(:, p) - a%joints(:, p), du)/h
-        ! What a relaxing force does, some of which it gives back later.
+        ! The work of a relaxing force; it returns a part of this work later.
         if (inertia%relaxation > 0) energy%damping_power = energy%damping_power + &
                                                            0.5_rp*dot_product(a%g(:, p) + b%g(:, p) - a%elastic_force(:, p) - &
                                                                               b%elastic_force(:, p), du)
@@ -175,7 +175,7 @@ contains
     self%last = 3 - self%last
   end subroutine meter_finish
 
-  !> Computes everything about the wing at the time of `state`.
+  !> Computes energies, momenta and forces of the wing at the time of `state`.
   subroutine observe(model, inertia, motion, state, load, s)
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia

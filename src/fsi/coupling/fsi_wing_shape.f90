@@ -6,18 +6,18 @@
 !> span of the wing frame:
 !>
 !>     trailing edge   displacement of T along z
-!>     twist           angle from (c_y, c_z) of the unloaded wing to that now, about e_x
+!>     twist           angle from (c_y, c_z) of the unloaded wing to the present one, about e_x
 !>     camber          (p - T).n/(|n| |c|) of the point p of the section where it is largest
 !>
 !> All three are positive toward the upper side of the wing; the twist is positive if the leading edge turns there. Wings that are
-!> mirror images of each other therefore have the same numbers.
+!> mirror images of each other therefore have the same values.
 module fsi_wing_shape
   use base_kinds, only: rp
   implicit none
   private
   public :: wing_shape_t, section_t, SPAN
 
-  real(rp), parameter :: SPAN(3) = [0.25_rp, 0.5_rp, 0.75_rp] !< where wings are usually measured, of their largest x
+  real(rp), parameter :: SPAN(3) = [0.25_rp, 0.5_rp, 0.75_rp] !< usual sections, as fractions of the largest x
 
   !> Shape of one section. Lengths are in the unit of the points.
   type :: section_t
@@ -30,14 +30,14 @@ module fsi_wing_shape
   type :: line_t
     integer, allocatable :: edges(:, :)  !< (2, k) points of the mesh
     real(rp), allocatable :: weights(:)  !< (k) of the second of them
-    integer :: leading = 0, trailing = 0 !< which of the k are the ends
+    integer :: leading = 0, trailing = 0 !< indices of both ends among the k points
   end type line_t
 
   type :: wing_shape_t
     private
     real(rp), allocatable :: points(:, :) !< (3, n) of the unloaded wing
     type(line_t), allocatable :: lines(:)
-    real(rp) :: upper = 1                 !< direction of z that is the upper side
+    real(rp) :: upper = 1                 !< direction of z to the upper side
   contains
     procedure :: init => shape_init
     procedure :: has => shape_has
@@ -52,7 +52,7 @@ contains
     real(rp), intent(in) :: points(:, :)   !< (3, n) in the wing frame
     integer, intent(in) :: triangles(:, :) !< (3, m)
     real(rp), intent(in) :: fractions(:)   !< between 0 and 1
-    real(rp), intent(in) :: upper          !< +1 or -1: the direction of z that is the upper side
+    real(rp), intent(in) :: upper          !< +1 or -1: the direction of z to the upper side
     integer :: i
     self%points = points
     self%upper = upper
@@ -82,7 +82,7 @@ contains
       do k = 1, 3
         a = triangles(k, i)
         b = triangles(mod(k, 3) + 1, i)
-        ! A point in the plane counts as outboard. Inner edges come twice, with the same point; that does no harm.
+        ! A point in the plane counts as outboard. Inner edges occur twice, with the same point, which has no effect on the result.
         if ((points(1, a) < x) .eqv. (points(1, b) < x)) cycle
         n = n + 1
         found(:, n) = [min(a, b), max(a, b)]
@@ -127,7 +127,7 @@ contains
     end do
   end subroutine shape_measure
 
-  !> Returns the value of the vectors `x` (3, n) of the points at the k-th place of a section.
+  !> Interpolates vectors `x` (3, n) of the points to the k-th point of a section.
   pure function at(line, k, x) result(value)
     type(line_t), intent(in) :: line
     integer, intent(in) :: k

@@ -142,7 +142,7 @@ contains
       call move(state%a)
     end subroutine move_all
 
-    !> Puts an array behind what is packed, or takes it back from there.
+    !> Appends an array to the packed numbers, or takes it from them.
     subroutine move(array)
       real(rp), intent(inout) :: array(:, :)
       integer :: k

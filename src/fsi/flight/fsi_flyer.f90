@@ -6,15 +6,15 @@
 !> F_p + d/dt int chi u_s, and likewise for the moments. Here the last term is on the left side of the equations of motion, as
 !> Uhlmann 2005 (DOI 10.1016/j.jcp.2005.03.017) and FLUSI do for a sphere:
 !>
-!>     d/dt (momentum of the insect - that of the displaced fluid, moving with it) = F_p + weight.
+!>     d/dt (momentum of the insect - momentum of the displaced fluid, moving with it) = F_p + weight.
 !>
-!> The fluid loses what the left side gains. Both have the same weights in time, so that the sum is conserved to round-off. FLUSI
-!> without its unsteady corrections omits the second term: the insect then carries the fluid in its mask, as if the fluid were a
-!> part of its mass (`carries_fluid`). The sum of momenta is conserved in both cases.
+!> The fluid loses the momentum that the left side gains. Both have the same weights in time, so that the sum is conserved to
+!> round-off. FLUSI without its unsteady corrections omits the momentum of the displaced fluid. The insect then carries the fluid in
+!> its mask, as if the fluid were a part of its mass (`carries_fluid`). The sum of momenta is conserved in both cases.
 !>
-!> The force of a slip s in the mask damps it as ds/dt = -s/C_eta/(1 - m_f/m) if the body is as free as the fluid in it. The
-!> explicit step must therefore be shorter by the factor 1 - m_f/m, the least of all motions (`least_fraction`). At the limit of
-!> AB2 its second root is -1, and the body would oscillate from step to step; at the share DAMPED of the limit the root is -0.74.
+!> If the body is as free as the fluid in it, the penalization force damps a slip s in the mask as ds/dt = -s/C_eta/(1 - m_f/m). The
+!> explicit step must therefore be shorter by the smallest factor 1 - m_f/m of all motions (`least_fraction`). At the limit of AB2
+!> its second root is -1, and the body would oscillate from step to step; at the share DAMPED of the limit the root is -0.74.
 module fsi_flyer
   use base_kinds, only: rp
   use base_lapack, only: factorise, solve_lower, symmetric_eigen
@@ -49,7 +49,7 @@ module fsi_flyer
     type(free_body_t) :: state
     type(moments_t) :: body             !< of the body without its wings, in its frame
     type(moments_t) :: displaced        !< of the fluid that it displaces
-    type(body_motion_t) :: carried      !< as flexible wings have met it at the ends of the last two steps
+    type(body_motion_t) :: carried      !< as flexible wings assumed it at the ends of the last two steps
     real(rp) :: force(3) = 0            !< of the penalization, last felt, rho L^4/T^2
     real(rp) :: moment(3) = 0           !< about the body's centre
     real(rp) :: marker_force(3) = 0     !< on wings without thickness in the last step
@@ -65,7 +65,7 @@ module fsi_flyer
 
 contains
 
-  !> Returns what is held at `time` [T].
+  !> Returns the degrees of freedom that are held at `time` [T].
   pure function params_held_at(self, time) result(held)
     class(flyer_params_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -73,8 +73,7 @@ contains
     held = self%held .or. time < self%release
   end function params_held_at
 
-  !> Returns the share of the forces of the flow that counts. With the conditioner it is 0 until t = 0.1 and grows by a cubic to 1
-  !> at 0.6.
+  !> Returns the factor on the forces of the flow. With the conditioner it is 0 until t = 0.1 and grows by a cubic to 1 at 0.6.
   pure real(rp) function params_growth_at(self, time) result(growth)
     class(flyer_params_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -86,8 +85,8 @@ contains
     growth = s*s*(3 - 2*s)
   end function params_growth_at
 
-  !> Returns what acts at `time` [T] besides markers: the force [rho L^4/T^2] and the moment [rho L^5/T^2] about the body's
-  !> centre, in space.
+  !> Returns the force [rho L^4/T^2] and the moment [rho L^5/T^2] about the body's centre, in space, that act at `time` [T], without
+  !> the forces of markers.
   pure subroutine flyer_load(self, time, whole, force, moment)
     class(flyer_t), intent(in) :: self
     real(rp), intent(in) :: time
@@ -115,7 +114,7 @@ contains
   end subroutine flyer_feel
 
   !> Advances the state to the end of a step dt [T] that began at `time`, from `before` at its beginning to `after`, as far as is
-  !> possible without the forces of the markers. `carried` becomes the body that would follow from the last forces of the markers.
+  !> possible without the forces of the markers. `carried` becomes the body that follows from the last forces of the markers.
   pure subroutine flyer_advance(self, time, dt, before, after)
     class(flyer_t), intent(inout) :: self
     real(rp), intent(in) :: time, dt
@@ -148,8 +147,8 @@ contains
     call self%state%settle(after, self%params%held_at(time))
   end subroutine flyer_settle
 
-  !> Returns the least of (inertia without the displaced fluid)/(inertia) over all motions that are free: the smallest eigenvalue
-  !> of the two tensors of inertia, 6 x 6. It is 1 without penalized solids, and below 0 if `own` is no inertia at all.
+  !> Returns the least of (inertia without the displaced fluid)/(inertia) over all motions that are free: the smallest eigenvalue of
+  !> the two tensors of inertia, 6 x 6. It is 1 without penalized solids, and below 0 if `own` is not a valid inertia.
   real(rp) function least_fraction(own, rest, held) result(fraction)
     type(whole_t), intent(in) :: own  !< the insect
     type(whole_t), intent(in) :: rest !< without the fluid that it displaces

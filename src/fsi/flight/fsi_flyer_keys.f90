@@ -43,11 +43,11 @@ contains
     call keys%word('DoF', c%dof, '111111', '*', 'free flight: which of x, y, z, yaw, pitch, roll are free (1) or keep their '// &
                    'velocity (0)')
     call keys%switch('startup_conditioner', c%params%conditioner, .false., 'free flight: the forces of the flow on the insect '// &
-                     'begin at t = 0.1 and are whole at t = 0.6, its weight at once')
-    call keys%real('release_time', c%params%release, 0.0_rp, 'free flight: the insect keeps its first velocity until then', &
+                     'grow from 0 at t = 0.1 to their full values at t = 0.6; its weight acts from the beginning')
+    call keys%real('release_time', c%params%release, 0.0_rp, 'free flight: the insect keeps its initial velocity until this time', &
                    unit='T', min=0.0_rp)
-    call keys%real('wing_mass', c%wing_mass, 0.0_rp, 'free flight: mass of one rigid wing, spread evenly over its surface; not '// &
-                   'given: that of a wing with this Jxx, or that of [Wing]', unit='M', min=0.0_rp, given=c%has_wing_mass)
+    call keys%real('wing_mass', c%wing_mass, 0.0_rp, 'free flight: mass of one rigid wing, spread evenly over its surface; if '// &
+                   'it is not given, it follows from Jxx, or is the mass of [Wing]', unit='M', min=0.0_rp, given=c%has_wing_mass)
   end subroutine flyer_keys
 
   !> Returns what the user chose.
@@ -85,19 +85,19 @@ contains
       params%held(PLACE(i)) = c%dof(i:i) == '0'
     end do
     if (.not. c%has_gravity) call config%complain(errors, SECTION, 'gravity', &
-      'is missing: BodyMotion = free_flight needs it; 0 is none, a negative one points down')
+      'is missing: BodyMotion = free_flight needs it; 0: no gravity, negative values: downward')
     if (params%gravity > 0) call config%complain(notices, SECTION, 'gravity', &
-      'is positive: the insect falls upwards, as in FLUSI')
+      'is positive: gravity points upward, as in FLUSI; a negative value points downward')
     if (params%mass <= 0) call config%complain(errors, SECTION, 'mass', &
       'is missing: BodyMotion = free_flight needs the mass of the insect')
     do i = 4, 6
       if (params%held(PLACE(i)) .or. c%inertia(i - 3) > 0) cycle
       call config%complain(errors, SECTION, 'J_body_yawpitchroll', 'is 0 about the axis of '//trim(AXES(i))// &
-                           ', which is free; hold it by DoF, or give the inertia of the body')
+                           ', about which the body may turn; hold this rotation by DoF, or give the inertia of the body')
     end do
-    ! Three positive numbers are an inertia only if none is larger than the others together.
+    ! Three positive values are moments of inertia only if none is larger than the sum of the other two.
     if (all(c%inertia > 0) .and. 2*maxval(c%inertia) > sum(c%inertia)*(1 + 1.0e-9_rp)) &
-      call config%complain(errors, SECTION, 'J_body_yawpitchroll', 'is that of no body: '// &
+      call config%complain(errors, SECTION, 'J_body_yawpitchroll', 'fits no rigid body: '// &
                            number_text(maxval(c%inertia))//' is more than the sum of the other two')
   end subroutine read_flyer
 

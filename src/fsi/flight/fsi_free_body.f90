@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Advances a body that flies freely and carries moving masses: its state, its step, its acceleration.
+!> Defines the state of a body that flies freely and carries moving masses, advances it in time, and computes its acceleration.
 !>
 !> The state has the momentum p of everything and its angular momentum h about the body's origin, in space. With force F
 !> and moment T about the origin
 !>
 !>     dp/dt = F,   dh/dt = T - V x p,   dX/dt = V,   dq/dt = q (0, omega)/2,
 !>
-!> They are advanced by Adams-Bashforth with the weights of the flow (fluid_rhs), q by a turn with the weighted angular velocity.
-!> In the first step F and T have Euler's weights, as in the flow; V and omega are those at the middle of the step, as far as the
-!> accelerations tell. V and omega then follow from p and h and from the motion of the masses in the body:
+!> They are advanced by Adams-Bashforth with the weights of the flow (fluid_rhs), q by a rotation with the weighted angular
+!> velocity. In the first step F and T have Euler's weights, as in the flow; V and omega are extrapolated to the middle of the step
+!> by the accelerations. V and omega then follow from p and h and from the motion of the masses in the body:
 !>
 !>     p = M V + R'(omega x S + sum mu r'),      R h = S x R V + J omega + sum mu r x r'.
 !>
@@ -37,7 +37,7 @@ module fsi_free_body
     real(rp) :: omega(3) = 0            !< along the body's axes, 1/T
     real(rp) :: momentum(3) = 0         !< p, rho L^4/T
     real(rp) :: spin(3) = 0             !< h, rho L^5/T
-    real(rp) :: old_dt = 0              !< length of the step that led here, 0 if none did
+    real(rp) :: old_dt = 0              !< length of the last step, 0 if there was none
     real(rp) :: old_velocity(3) = 0     !< rates at its beginning
     real(rp) :: old_omega(3) = 0
     real(rp) :: old_force(3) = 0
@@ -59,7 +59,7 @@ module fsi_free_body
 
 contains
 
-  !> Finds p and h from the velocities and from how the masses of `whole` move.
+  !> Computes p and h from the velocities and from the motion of the masses of `whole`.
   pure subroutine free_start(self, whole)
     class(free_body_t), intent(inout) :: self
     type(whole_t), intent(in) :: whole
@@ -73,7 +73,7 @@ contains
     self%free_spin = self%spin
   end subroutine free_start
 
-  !> Advances place and attitude to the end of a step dt [T] under `force` [rho L^4/T^2] and `moment` [rho L^5/T^2] about the
+  !> Advances position and attitude to the end of a step dt [T] under `force` [rho L^4/T^2] and `moment` [rho L^5/T^2] about the
   !> origin at its beginning, for which `accelerate` must have been called. `settle` must find the velocities afterwards.
   pure subroutine free_advance(self, dt, force, moment)
     class(free_body_t), intent(inout) :: self
@@ -111,7 +111,8 @@ contains
     self%free_spin = self%free_spin + moment
   end subroutine free_push
 
-  !> Finds the velocities for `whole` at the end of the step, and the reactions at what is held. The call may be repeated.
+  !> Finds the velocities for `whole` at the end of the step, and the reactions of the held degrees of freedom. The call may be
+  !> repeated.
   pure subroutine free_settle(self, whole, held)
     class(free_body_t), intent(inout) :: self
     type(whole_t), intent(in) :: whole
@@ -156,8 +157,8 @@ contains
     self%omega_rate = merge(0.0_rp, y(4:), held(4:))
   end subroutine free_accelerate
 
-  !> Returns the matrix by which V (in space) and omega (in the body) make the momentum (in space) and the angular momentum (in
-  !> the body).
+  !> Returns the matrix that maps V (in space) and omega (in the body) to the momentum (in space) and the angular momentum (in the
+  !> body).
   pure subroutine inertia_matrix(whole, r, a)
     type(whole_t), intent(in) :: whole
     real(rp), intent(in) :: r(3, 3)
@@ -232,7 +233,7 @@ contains
     body%rotation%omega_rate = self%omega_rate
   end function free_body
 
-  !> Shows to the visitor what a restart needs. The other components belong to the step that is being made.
+  !> Shows to the visitor the components that a restart needs. The others belong to the present step.
   subroutine free_visit(self, visitor)
     class(free_body_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor

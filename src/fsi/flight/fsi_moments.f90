@@ -2,9 +2,9 @@
 !> Sums mass, momentum and inertia of an insect: of one rigid part in its own frame, and of the whole with moving parts in the
 !> frame of the body.
 !>
-!> A part has mass m = sum mu, first moment S = sum mu x and second moment E = sum mu x x', from which its tensor of inertia is J
-!> = tr(E) 1 - E. Masses may be negative: those of displaced fluid are subtracted. In the body's frame a mass is at r and moves
-!> with r' and r'' there; the whole has
+!> A part has mass m = sum mu, first moment S = sum mu x and second moment E = sum mu x x', from which its tensor of inertia is J =
+!> tr(E) 1 - E. Masses may be negative, because the displaced fluid is subtracted. In the body's frame a mass is at r and moves with
+!> r' and r'' there; the whole has
 !>
 !>     sum mu r,  sum mu r',  sum mu r'',  sum mu r r^T,  sum mu r r'^T,  sum mu r r''^T.
 module fsi_moments
@@ -52,7 +52,7 @@ contains
     call visitor%visit('second', self%second)
   end subroutine moments_visit
 
-  !> Returns the moments of the part without another one, in the same frame.
+  !> Returns the difference of the moments of two parts, in the same frame.
   pure type(moments_t) function moments_minus(self, other) result(rest)
     class(moments_t), intent(in) :: self
     type(moments_t), intent(in) :: other

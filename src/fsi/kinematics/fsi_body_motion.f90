@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Gives the body as a moving frame at any time: tethered, moved as one of FLUSI's words of BodyMotion prescribes, by the states
-!> of a flight in a table, or as a free flight has moved it (fsi_flyer).
+!> Gives the body as a moving frame at any time: tethered, in a prescribed motion of FLUSI's BodyMotion, in the states of a flight
+!> from a table, or in free flight (fsi_flyer).
 !>
-!> Prescribed motions swing with amplitudes and frequencies that are FLUSI's, in degrees and 1/T:
+!> Prescribed motions oscillate with the amplitudes and frequencies of FLUSI, in degrees and 1/T:
 !>
 !>     yawpitchroll   roll, pitch and yaw 30 sin(2 pi t), and the centre x0 + v0 t
 !>     roll, pitch, yaw   one of them alone, the others 0
@@ -12,8 +12,8 @@
 !>     casting        roll -20 sin(2 pi 2/152 t), pitch -24.5, yaw 180, y + 22/13.2 sin(2 pi 2/152 t)
 !>     wheeling       roll -30, yaw 360 t/20, and a circle of radius 1.5 about x0, begun at its lowest y
 !>
-!> Derivatives are exact. Between the rows of a table centre and quaternion are cubics with the velocities of the table as
-!> slopes; FLUSI goes straight from row to row.
+!> Derivatives are exact. Between the rows of a table, centre and quaternion are cubics with the velocities of the table as slopes;
+!> FLUSI interpolates linearly.
 module fsi_body_motion
   use base_constants, only: PI, TWO_PI
   use base_errors, only: require
@@ -29,10 +29,10 @@ module fsi_body_motion
   integer, parameter, public :: MOTION_TETHERED = 0, MOTION_TABLE = 1, MOTION_FREE = 2, MOTION_YAWPITCHROLL = 3, MOTION_ROLL = 4, &
                                 MOTION_PITCH = 5, MOTION_YAW = 6, MOTION_ROLL_PARAM = 7, MOTION_PITCH_PARAM = 8, &
                                 MOTION_BUFFETING = 9, MOTION_CASTING = 10, MOTION_WHEELING = 11
-  !> A place and attitude of early versions of FLUSI, and a take-off: other keys replace both before a body moves.
+  !> Positions and attitudes of early versions of FLUSI, and the take-off. They are translated into other keys before a body moves.
   integer, parameter, public :: MOTION_POSE = 12, MOTION_TAKEOFF = 13
 
-  !> Words of BodyMotion that swing.
+  !> Words of BodyMotion for oscillations.
   type(named_kind_t), parameter :: SWINGS(9) = [ &
     named_kind_t('yawpitchroll', MOTION_YAWPITCHROLL), named_kind_t('roll', MOTION_ROLL), named_kind_t('pitch', MOTION_PITCH), &
     named_kind_t('yaw', MOTION_YAW), named_kind_t('roll_param', MOTION_ROLL_PARAM), &
@@ -66,15 +66,15 @@ module fsi_body_motion
 
 contains
 
-  !> Tells whether the body moves; a tethered one does not.
+  !> Tells whether the body moves; a tethered body does not.
   pure logical function motion_moves(self) result(moves)
     class(body_motion_t), intent(in) :: self
     moves = self%kind /= MOTION_TETHERED
   end function motion_moves
 
-  !> Returns the mean speed [L/T] of the body's centre. It depends on the motion alone, not on the length of a run: of a table
-  !> from its first row to its last, linear in between; of periodic motions, over one period; of a free flight, the speed at its
-  !> start.
+  !> Returns the mean speed [L/T] of the body's centre. It depends on the motion alone, not on the length of a run. For a table it
+  !> is the mean from the first row to the last, with linear interpolation; for periodic motions, the mean over one period; for a
+  !> free flight, the initial speed.
   real(rp) function motion_mean_speed(self) result(speed)
     class(body_motion_t), intent(in) :: self
     integer, parameter :: N_SAMPLES = 2000
@@ -104,7 +104,7 @@ contains
     end select
   end function motion_mean_speed
 
-  !> Shows the body of a free flight at `time`. It then knows the body at this time and at the one before.
+  !> Records the body of a free flight at `time`. The motion then has the body at this time and at the previous one.
   pure subroutine motion_show(self, time, body)
     class(body_motion_t), intent(inout) :: self
     real(rp), intent(in) :: time
@@ -223,7 +223,7 @@ contains
       call cubic(time, a(1), b(1), a(2:4), b(2:4), a(5:7), b(5:7), x)
       call cubic(time, a(1), b(1), a(8:11), b(8:11), rate_of(a(8:11), a(12:14)), rate_of(b(8:11), b(12:14)), q)
     end associate
-    ! The quaternion divided by its length, with the derivatives of that.
+    ! The normalised quaternion, with its derivatives.
     length(0) = norm2(q(:, 0))
     q(:, 0) = q(:, 0)/length(0)
     length(1) = dot_product(q(:, 0), q(:, 1))

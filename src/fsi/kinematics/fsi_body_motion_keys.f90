@@ -18,14 +18,14 @@ module fsi_body_motion_keys
 
   character(*), parameter :: SECTION = 'Insects'
   integer, parameter :: COLUMNS = 14
-  real(rp), parameter :: LENGTH_ERROR = 1.0e-3_rp !< of a quaternion in a table that has digits enough
+  real(rp), parameter :: LENGTH_ERROR = 1.0e-3_rp !< error of the length of a quaternion in a table with enough digits
 
   type :: body_motion_choices_t
     integer :: kind = MOTION_TETHERED      !< BodyMotion
-    character(:), allocatable :: word      !< for it, as the user gives it
+    character(:), allocatable :: word      !< the word for it that the user gives
     character(:), allocatable :: from_file !< yes: a take-off in a table
     real(rp) :: x_takeoff = 0, z_takeoff = 0, velocity(3) = 0
-    real(rp) :: factor = 1                 !< of the way in a table
+    real(rp) :: factor = 1                 !< factor on the displacement in a table
   end type body_motion_choices_t
 
 contains
@@ -37,15 +37,18 @@ contains
     real(rp), parameter :: ZERO(3) = 0.0_rp
     call keys%section(SECTION)
     call keys%kind('BodyMotion', c%kind, 'tethered', MOTIONS, &
-                   'motion of the body: at rest (the six words after tethered are places and attitudes of early versions of '// &
-                   'FLUSI), free, swinging as in FLUSI, as in a rigidsolidsolver.t, or the pitch and way from x0 of a '// &
-                   'kinematics_loader table (docs/guide/free-flight.md)', unbuilt='command-line*', &
-                   instead='command-line*: tethered with x0 and yawpitchroll_0, for each run a file', word=c%word)
-    call keys%text('KineFromFile', c%from_file, 'no', 'BodyMotion = takeoff: yes, as in a table, data_kin.dat or infile')
-    call keys%real('x_takeoff', c%x_takeoff, 2.0_rp, 'BodyMotion = takeoff: x from which the way counts', unit='L')
-    call keys%real('z_takeoff', c%z_takeoff, 0.86_rp, 'BodyMotion = takeoff: z from which the way counts', unit='L')
-    call keys%real('body_motion_factor', c%factor, 1.0_rp, 'BodyMotion = from_file::*: factor on the way of the body about its '// &
-                   'mean place', min=0.0_rp)
+                   'motion of the body: at rest (the six words after tethered are positions and attitudes of early versions '// &
+                   'of FLUSI), free flight, oscillations of FLUSI, the states of a rigidsolidsolver.t, or the pitch and the '// &
+                   'displacement from x0 in a kinematics_loader table (docs/guide/free-flight.md)', unbuilt='command-line*', &
+                   instead='command-line*: tethered with x0 and yawpitchroll_0, one file for each run', word=c%word)
+    call keys%text('KineFromFile', c%from_file, 'no', 'BodyMotion = takeoff: yes reads the motion from a table, infile or '// &
+                   'data_kin.dat')
+    call keys%real('x_takeoff', c%x_takeoff, 2.0_rp, 'BodyMotion = takeoff: x to which the displacement in the table is added', &
+                   unit='L')
+    call keys%real('z_takeoff', c%z_takeoff, 0.86_rp, 'BodyMotion = takeoff: z to which the displacement in the table is added', &
+                   unit='L')
+    call keys%real('body_motion_factor', c%factor, 1.0_rp, 'BodyMotion = from_file::*: factor on the displacement of the body '// &
+                   'from its mean position', min=0.0_rp)
     call keys%reals('v0', c%velocity, ZERO, 'velocity of the body at the start', unit='L/T')
   end subroutine body_motion_keys
 
@@ -58,8 +61,8 @@ contains
     call body_motion_keys(keys, c)
   end function body_motion_choices
 
-  !> Makes the motion of the body, which is `body` at the start. A free one gets its velocity `v0` from here. Mistakes go to
-  !> `errors`. With `world` the root rank reads files for all, and the call is collective.
+  !> Makes the motion of the body, which is `body` at the start. A free body gets its velocity `v0` here. Mistakes go to `errors`.
+  !> With `world` the root rank reads files for all, and the call is collective.
   subroutine read_body_motion(config, body, t_end, motion, errors, notices, world)
     type(config_t), intent(in) :: config
     type(body_t), intent(in) :: body
@@ -82,8 +85,8 @@ contains
       if (all(motion%kind /= [MOTION_FREE, MOTION_YAWPITCHROLL]) .and. norm2(motion%velocity) > 0) &
         call config%complain(notices, SECTION, 'v0', 'has no effect with BodyMotion = '//word)
       if (motion%kind == MOTION_TAKEOFF) call config%complain(errors, SECTION, 'BodyMotion', &
-        'is takeoff with KineFromFile = '//choices%from_file//'; FLUSI''s legs that push off are '// &
-        'not built here; valid: KineFromFile = yes, a take-off in a table, free_flight, or '//TABLE_WORD//'a flight')
+        'is takeoff with KineFromFile = '//choices%from_file//'; FLUSI''s legs that push off do not exist here; valid: '// &
+        'KineFromFile = yes with a take-off in a table, free_flight, or '//TABLE_WORD//'a flight')
       if (motion%kind /= MOTION_TABLE) return
       begin = index(word, '::') + 2
       call read_named_text(word(begin:), config%file_name(), path, text, problem, world)
@@ -101,9 +104,9 @@ contains
       if (errors%count() > errors_before) then
         motion%kind = MOTION_TETHERED
       else if (motion%table(1, 1) > 0 .or. motion%table(1, size(motion%table, 2)) < t_end) then
-        call config%complain(errors, SECTION, 'BodyMotion', 'the states in '//path//' are those of t = '// &
+        call config%complain(errors, SECTION, 'BodyMotion', 'the states in '//path//' reach from t = '// &
                              number_text(motion%table(1, 1))//' to '// &
-                             number_text(motion%table(1, size(motion%table, 2)))//', the run goes from 0 to '// &
+                             number_text(motion%table(1, size(motion%table, 2)))//', but the run goes from 0 to '// &
                              number_text(t_end))
       end if
       if (errors%count() == errors_before .and. abs(choices%factor - 1) > 0) call scale_way(choices%factor, motion%table)

@@ -40,8 +40,8 @@ module fsi_kinematics
     procedure :: mirrors => mount_mirrors
   end type wing_mount_t
 
-  !> A wing at one time. Vectors are components in the wing frame unless they say otherwise; angular
-  !> velocity and acceleration are relative to space.
+  !> A wing at one time. Vectors have components in the wing frame unless stated otherwise; angular velocity and acceleration are
+  !> relative to space.
   type :: wing_pose_t
     type(angle_t) :: phi, alpha, theta
     real(rp) :: hinge(3) = 0                !< in space, L
@@ -100,21 +100,22 @@ contains
     end if
   end function wing_rotation
 
-  !> Takes components in FLUSI's wing frame to those in the wing frame of this program, and back: (y, x, -z).
+  !> Converts components in FLUSI's wing frame to components in the wing frame of this program, and back: (y, x, -z).
   pure function swap_flusi_wing(v) result(swapped)
     real(rp), intent(in) :: v(3)
     real(rp) :: swapped(3)
     swapped = [v(2), v(1), -v(3)]
   end function swap_flusi_wing
 
-  !> Takes a point of the left wing in its wing frame to its mirror image on the right wing in that wing's frame, and back.
+  !> Converts a point of the left wing, in its wing frame, to its mirror image on the right wing, in the frame of the right wing,
+  !> and back.
   pure function mirror_wing(x) result(mirrored)
     real(rp), intent(in) :: x(3)
     real(rp) :: mirrored(3)
     mirrored = [x(1), x(2), -x(3)]
   end function mirror_wing
 
-  !> Returns +1 or -1: the z direction of the wing frame that is the upper (dorsal) side of the wing.
+  !> Returns +1 or -1, the direction of z of the wing frame that points to the upper (dorsal) side of the wing.
   pure real(rp) function mount_dorsal_sign(self) result(sign)
     class(wing_mount_t), intent(in) :: self
     sign = merge(1.0_rp, -1.0_rp, self%is_right)
@@ -127,7 +128,7 @@ contains
     mirrors = (self%dorsal_sign() > 0) .neqv. z_is_dorsal
   end function mount_mirrors
 
-  !> Sets `pose` to the place, attitude and rates of the wing at time t [T].
+  !> Sets `pose` to the position, attitude and rates of the wing at time t [T].
   subroutine pose_wing(body, mount, motion, t, pose)
     type(body_t), intent(in) :: body
     type(wing_mount_t), intent(in) :: mount
@@ -174,7 +175,7 @@ contains
     v = matmul(w, self%matrix)
   end function pose_vector_to_space
 
-  !> Returns the place in space of a point in the wing frame [L].
+  !> Returns the position in space of a point in the wing frame [L].
   pure function pose_point_to_space(self, w) result(x)
     class(wing_pose_t), intent(in) :: self
     real(rp), intent(in) :: w(3)

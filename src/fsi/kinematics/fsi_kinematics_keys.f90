@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Declares the kinematic keys of [Insects], with FLUSI's names, and loads the files that they name.
 !>
-!> Reading is in two steps, so that only one rank touches the disk: `read_mounts` tells which motion each wing has; the rank that
-!> has the text of its file passes it to `read_motion`.
+!> Reading is in two steps, so that only one rank touches the disk: `read_mounts` returns the motion of each wing; the rank that has
+!> the text of its file passes it to `read_motion`.
 module fsi_kinematics_keys
   use base_constants, only: PI
   use base_errors, only: message_list_t
@@ -55,7 +55,7 @@ contains
     integer :: i
     call body_motion_keys(keys, motion)
     call keys%section(SECTION)
-    call keys%reals('x0', c%centre, ZERO, 'centre of the body; flusi: if it is not given, that of the box', unit='L', &
+    call keys%reals('x0', c%centre, ZERO, 'centre of the body; if it is not given, flusi takes the centre of the box', unit='L', &
                     given=c%has_centre)
     call keys%reals('yawpitchroll_0', c%attitude, ZERO, 'attitude of the body; positive pitch is nose down', unit='degree')
     call keys%real('eta0', c%eta, 0.0_rp, 'angle of the stroke plane in the body; -90: plane of the body axes x (forward) and '// &
@@ -63,17 +63,17 @@ contains
     do i = 1, 2
       call keys%word('FlappingMotion_'//trim(SIDES(i)), c%motion(i)%word, 'none', NAMED_MOTIONS//'|'//FILE_WORD//'*|'// &
                      TABLE_WORD//'*|from_file|from_file_hermite|kinematics_loader|takeoff', 'motion of the '//trim(SIDES(i))// &
-                     ' wing: one of FLUSI''s by name (docs/guide/kinematics.md), series of [kinematics], table, the file that '// &
-                     'infile names, or none (alpha = 45 degrees, at rest)', unbuilt='command-line*', &
-                     instead='command-line*: from_file::NAME.ini with the constant terms of alpha, phi and theta, for each run '// &
-                     'a file')
+                     ' wing: a motion of FLUSI by name (docs/guide/kinematics.md), a file with the section [kinematics] or a '// &
+                     'table, the file that infile names, or none (at rest with alpha = 45 degrees)', unbuilt='command-line*', &
+                     instead='command-line*: from_file::NAME.ini with the constant terms of alpha, phi and theta, one file '// &
+                     'for each run')
     end do
-    call keys%text('infile', c%file, 'none', 'file of a motion that is given as from_file or kinematics_loader', &
+    call keys%text('infile', c%file, 'none', 'file of a motion that is given by the word from_file or kinematics_loader alone', &
                    given=c%has_file)
-    call keys%reals('init_alpha_phi_theta', c%resting, ZERO, 'the first is minus the angle alpha of revolving-set2 and '// &
+    call keys%reals('init_alpha_phi_theta', c%resting, ZERO, 'the first value is minus the angle alpha of revolving-set2 and '// &
                     'revolving-set3', unit='degree')
-    call keys%reals('x_pivot_l', c%hinge(:, 1), ZERO, 'hinge of the left wing in the body frame; not given: b_body beside the '// &
-                    'centre of the body, if there is one', unit='L', given=c%has_hinge(1))
+    call keys%reals('x_pivot_l', c%hinge(:, 1), ZERO, 'hinge of the left wing in the body frame; if it is not given and there '// &
+                    'is a body, the hinge lies at the distance b_body beside its centre', unit='L', given=c%has_hinge(1))
     call keys%reals('x_pivot_r', c%hinge(:, 2), ZERO, 'hinge of the right wing in the body frame', unit='L', given=c%has_hinge(2))
     call keys%real('wing_frequency', c%frequency, 1.0_rp, 'wing beats per unit of time', unit='1/T', above=0.0_rp)
     call keys%real('wing_ramp', c%ramp, 0.0_rp, 'the wings start at rest and reach their motion after this time; 0: at once', &
@@ -82,10 +82,11 @@ contains
                     'alpha (feathering) and theta (deviation) of all wings, each about its mean over the beat')
     call keys%reals('kinematics_offset', c%offset, ZERO, 'angles that are added to phi, alpha and theta of all wings', &
                     unit='degree')
-    call keys%reals('kinematics_lead', c%lead, ZERO, 'phi, alpha and theta of all wings are this much before their time, in beats')
+    call keys%reals('kinematics_lead', c%lead, ZERO, 'number of beats by which phi, alpha and theta of all wings are advanced '// &
+                    'in time')
   end subroutine kinematics_keys
 
-  !> Declares these keys.
+  !> Visits these keys.
   subroutine register_kinematics_keys(registry)
     type(registry_t), intent(inout), target :: registry
     type(body_motion_choices_t) :: motion
@@ -128,16 +129,16 @@ contains
     associate (x => body%centre)
       if (all(x >= 0 .and. x <= box) .or. any(x < -box .or. x > 2*box)) return
       where (x < 0 .or. x > box) x = modulo(x, box)
-      call config%complain(notices, SECTION, 'x0', 'is outside of the box; the body is put to its image at '// &
+      call config%complain(notices, SECTION, 'x0', 'is outside of the box; the body starts at its periodic image, at '// &
                            number_text(x(1))//' '//number_text(x(2))//' '//number_text(x(3)))
     end associate
   end subroutine keep_in_box
 
-  !> Returns how the left and the right wing are attached to the body, and what all motions share. With `errors` it complains if
-  !> both wings have the same hinge, or if the left one is not on the left.
+  !> Returns the mounts of the left and the right wing on the body, and the common parameters of their motions. With `errors`, it
+  !> reports hinges at the same point, and a left hinge that is not on the left.
   subroutine read_mounts(config, pivot, mounts, motions, errors)
     type(config_t), intent(in) :: config
-    real(rp), intent(in) :: pivot(3) !< L, hinge of the left wing in the body frame, where the user gives none
+    real(rp), intent(in) :: pivot(3) !< L, hinge of the left wing in the body frame, if the user gives none
     type(wing_mount_t), intent(out) :: mounts(2)
     type(wing_motion_t), intent(out) :: motions(2)
     type(message_list_t), intent(inout), optional :: errors
@@ -153,12 +154,14 @@ contains
     motions%ramp = c%ramp
     if (.not. present(errors)) return
     if (norm2(mounts(1)%hinge - mounts(2)%hinge) <= 0) call config%complain(errors, SECTION, 'x_pivot_r', &
-                                            'is the same point as x_pivot_l; valid: two hinges apart, left at larger y')
+                                            'is the same point as x_pivot_l; valid: two different hinges, the left one at '// &
+                                            'larger y')
     if (mounts(1)%hinge(2) < mounts(2)%hinge(2)) call config%complain(errors, SECTION, 'x_pivot_l', &
-                              'is to the right of x_pivot_r: y of the body points to the left; valid: left at larger y')
+                              'is to the right of x_pivot_r, but the y axis of the body points to the left; valid: the left '// &
+                              'hinge at larger y')
   end subroutine read_mounts
 
-  !> Returns the name of the file that the motion of a wing (1 left, 2 right) is in; empty if it needs none.
+  !> Returns the name of the file with the motion of a wing (1 left, 2 right); it is empty if the motion needs none.
   function motion_file(config, wing) result(path)
     type(config_t), intent(in) :: config
     integer, intent(in) :: wing
@@ -192,7 +195,7 @@ contains
     call motion%theta%alter(c%factor(3), c%offset(3)*(PI/180), c%lead(3))
   end subroutine read_motion
 
-  !> Sets the motion that `word` asks for, from the text of its file.
+  !> Sets the motion that `word` names, from the text of its file.
   subroutine read_file_motion(config, wing, word, text, name, motion, errors, notices)
     type(config_t), intent(in) :: config
     integer, intent(in) :: wing
@@ -204,7 +207,7 @@ contains
       of_body = body_motion_choices(config)
       if (of_body%word /= 'takeoff') call config%complain(errors, SECTION, &
         'FlappingMotion_'//trim(SIDES(wing)), 'is takeoff; valid: KineFromFile = yes beside it, or another motion')
-      return ! why the take-off of the body cannot be has been reported
+      return ! the mistake in the take-off of the body has been reported
     end if
     if (index(word, TABLE_WORD) == 1 .or. word == 'kinematics_loader') then
       call read_motion_table(text, name, motion, errors)

@@ -49,7 +49,7 @@ module fsi_named_motions
 
 contains
 
-  !> Gives `motion` the angles of the motion called `name`; whether there is one of this name tells `known`. `resting` is the
+  !> Sets the angles of `motion` to those of the motion called `name`; `known` tells whether this name exists. `resting` is the
   !> feathering angle (rad) of revolving-set2 and -set3, with the sign of init_alpha_phi_theta.
   subroutine set_named_motion(name, resting, motion, known)
     character(*), intent(in) :: name

@@ -3,8 +3,8 @@
 !>
 !>     q = q_z(yaw) q_y(pitch) q_x(roll),       dq/dt = q (0, omega)/2,
 !>
-!> omega along the axes of the body. A step by the rotation vector w, also along them, is q <- q exp(w/2): its length
-!> stays 1 but for round-off, which is removed each time, so that it does not drift.
+!> omega along the axes of the body. A step by the rotation vector w, also along them, is q <- q exp(w/2): its length stays 1 up to
+!> round-off, and each step normalises it, so that the length does not drift.
 module fsi_quaternion
   use base_kinds, only: rp
   implicit none

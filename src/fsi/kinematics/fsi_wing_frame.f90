@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Converts the pose of a wing, in units L and T, into the moving frame in SI units in which the mechanics of the wing computes.
+!> Converts the pose of a wing, in units L and T, into the moving frame in SI units that the mechanics of the wing uses.
 !>
 !> The frame's origin is the hinge and its axes are those of the wing frame; with pose matrix M,
 !>
 !>     velocity = M v_hinge L/T,  acceleration = M a_hinge L/T^2,  omega/T,  alpha/T^2,  gravity = M g.
 !>
-!> Both parts are exact derivatives in time of the pose, since the kinematics carry them along (fsi_rotation). A wing
-!> that is the mirror image of the one in its file is computed in the mirrored frame (fsi_wing_mirror).
+!> Velocities and accelerations are exact time derivatives of the pose, because the kinematics computes them with the pose
+!> (fsi_rotation). A wing that is the mirror image of the one in its file is computed in the mirrored frame (fsi_wing_mirror).
 module fsi_wing_frame
   use base_kinds, only: rp
   use fsi_body_motion, only: body_motion_t
@@ -18,10 +18,10 @@ module fsi_wing_frame
   private
   public :: flapping_motion_t, frame_of_pose
 
-  !> A wing that flaps on a body. It is known at any time; on a body that flies freely only at the times that the body knows.
+  !> The motion of a wing that flaps on a body. It is defined at any time; on a body in free flight only at the two recorded times.
   type, extends(motion_t) :: flapping_motion_t
-    type(body_t) :: body                !< that it is, if it is tethered
-    type(body_motion_t) :: carrier      !< how it moves
+    type(body_t) :: body                !< the body if it is tethered
+    type(body_motion_t) :: carrier      !< motion of the body
     type(wing_mount_t) :: mount
     type(wing_motion_t) :: motion
     real(rp) :: length = 1     !< [m] one L

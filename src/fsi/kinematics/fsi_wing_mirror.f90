@@ -3,9 +3,9 @@
 !> have the same mechanics.
 !>
 !> All wings have the mechanics of the wing file, along its axes. If z of a wing's frame points to another side of the wing than z
-!> of the file, the wing is the file's mirror image in the plane z = 0. Then vectors are mirrored between the frames: polar
-!> vectors (displacement, velocity, force, gravity) change the sign of z, axial ones (angular velocity, angular momentum) those of
-!> x and y. Energies do not change. Mirroring twice changes nothing.
+!> of the file, the wing is the file's mirror image in the plane z = 0. Vectors are then mirrored between the frames: polar vectors
+!> (displacement, velocity, force, gravity) change the sign of z, and axial vectors (angular velocity, angular momentum) change the
+!> signs of x and y. Energies do not change. Mirroring twice changes nothing.
 module fsi_wing_mirror
   use base_kinds, only: rp
   use fsi_kinematics, only: mirror_wing

@@ -6,8 +6,8 @@
 !>
 !>     phi(t) = phi(0) + s(t/tau) (phi*(t f) - phi(0)),   s(r) = r^3 (10 - 15 r + 6 r^2),
 !>
-!> so that the wing starts at rest at phi(0), without acceleration, and follows phi* from tau on. Angles are FLUSI's internal
-!> ones: right-hand rule, theta > 0 is down in a horizontal stroke plane.
+!> so that the wing starts at rest at phi(0), without acceleration, and follows phi* from tau on. The signs of angles are those that
+!> FLUSI uses internally: right-hand rule, theta > 0 is down in a horizontal stroke plane.
 module fsi_wing_motion
   use base_errors, only: message_list_t, require
   use base_kinds, only: rp
@@ -92,7 +92,7 @@ contains
   end subroutine motion_check_span
 
   !> Returns the smallest and largest position angle phi [rad] of the motion without ramp: over one cycle, or over a table. Their
-  !> difference is the stroke amplitude. For a wing that turns for ever they are those in a cycle at its rate.
+  !> difference is the stroke amplitude. For a wing that revolves they are the angles in a cycle at its final rate.
   subroutine motion_stroke_extremes(self, smallest, largest)
     class(wing_motion_t), intent(in) :: self
     real(rp), intent(out) :: smallest, largest
@@ -138,8 +138,8 @@ contains
     end function refined
   end subroutine motion_stroke_extremes
 
-  !> Returns the angle [rad] that the wing sweeps, to and fro, in one cycle without ramp: twice the stroke amplitude. With a table
-  !> it is that of the last cycle; for a wing that turns for ever, that of a cycle at its rate.
+  !> Returns the angle [rad] that the wing sweeps, forward and back, in one cycle without ramp: twice the stroke amplitude. For a
+  !> table the last cycle counts; for a wing that revolves, a cycle at its final rate.
   real(rp) function motion_stroke_path(self) result(path)
     class(wing_motion_t), intent(in) :: self
     integer, parameter :: N = 2000

@@ -2,8 +2,8 @@
 !> Reads FLUSI's kinematics files: [kinematics] with Fourier or Hermite coefficients of the three angles
 !> of a wing (see `fsi_wing_motion_series`), one cycle of period 1.
 !>
-!> convention = flusi: all angles right-handed, theta > 0 is down; SISC: theta > 0 is up. Files without a section are read as
-!> those of before 2015 (fsi_wing_motion_list).
+!> convention = flusi: all angles right-handed, theta > 0 is down; SISC: theta > 0 is up. Files without a section are read in the
+!> format from before 2015 (fsi_wing_motion_list).
 module fsi_wing_motion_file
   use base_constants, only: PI
   use base_errors, only: message_list_t
@@ -34,7 +34,7 @@ module fsi_wing_motion_file
     real(rp), allocatable :: a(:), b(:)
   end type angle_choices_t
 
-  !> What a file says.
+  !> The contents of a file.
   type :: motion_choices_t
     character(:), allocatable :: type, units, convention
     type(angle_choices_t) :: angles(3) !< phi, alpha, theta
@@ -73,8 +73,8 @@ contains
     call keys%list('bi_'//angle, c%b, NOTHING, 'sine coefficients or slopes', unit='units or units/cycle')
   end subroutine angle_keys
 
-  !> Fills the three series of `motion` from `text`, the content of the file called `name`. Every mistake is
-  !> added to `errors` with its line; then the angles with mistakes keep what they had.
+  !> Fills the three series of `motion` from `text`, the content of the file called `name`. Every mistake is added to `errors` with
+  !> its line; angles with mistakes then keep their values.
   subroutine read_motion_file(text, name, motion, errors, notices)
     character(*), intent(in) :: text, name
     type(wing_motion_t), intent(inout) :: motion
@@ -109,7 +109,7 @@ contains
     end do
   end subroutine read_motion_file
 
-  !> Sets the series of one angle from its keys, or says what is wrong with them.
+  !> Sets the series of one angle from its keys, or reports their mistakes.
   subroutine set_angle(config, number, is_hermite, unit, c, series, errors, notices)
     type(config_t), intent(in) :: config
     integer, intent(in) :: number

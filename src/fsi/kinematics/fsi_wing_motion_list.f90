@@ -4,8 +4,8 @@
 !>     n_phi  n_alpha  n_theta
 !>     [a0_phi]    ai_phi (n_phi)      bi_phi (n_phi)       and likewise alpha, theta
 !>
-!> With a0 these are Fourier coefficients, without it values and slopes of Hermite's interpolation; the count of the numbers tells
-!> which. Degrees, one cycle of period 1, FLUSI's signs (see fsi_wing_motion_file). Comments begin with % # ! or ;.
+!> With a0 these are Fourier coefficients, without it values and slopes of Hermite's interpolation; the count of the numbers
+!> distinguishes the two. Degrees, one cycle of period 1, FLUSI's signs (see fsi_wing_motion_file). Comments begin with % # ! or ;.
 module fsi_wing_motion_list
   use base_constants, only: PI
   use base_errors, only: message_list_t
@@ -22,8 +22,8 @@ module fsi_wing_motion_list
 
 contains
 
-  !> Fills the three series of `motion` from `text`, the content of the file called `name`. A mistake is added to `errors`; then
-  !> the motion is as before.
+  !> Fills the three series of `motion` from `text`, the content of the file called `name`. After a mistake, which is added to
+  !> `errors`, the motion is unchanged.
   subroutine read_motion_list(text, name, motion, errors)
     character(*), intent(in) :: text, name
     type(wing_motion_t), intent(inout) :: motion
@@ -39,7 +39,7 @@ contains
       if (size(x) < 3) then
         problem = 'ends before the three numbers of coefficients'
       else if (any(x(:3) < 0 .or. x(:3) > MOST_COEFFICIENTS .or. abs(x(:3) - anint(x(:3))) > 0)) then
-        problem = 'begins with no numbers of coefficients'
+        problem = 'does not begin with three numbers of coefficients'
       end if
     end if
     if (allocated(problem)) then

@@ -9,10 +9,10 @@
 !>     spin-up    r x^2/(2 c) until x = c, then r (x - c/2): uniform acceleration to the rate r
 !>     flip       A tanh(c sin(2 pi x))/tanh(c)
 !>
-!> An angle f may be altered: it is then mean + factor (f(x + lead) - mean) + offset, where `mean` is that over a typical cycle.
+!> An angle f may be altered: it is then mean + factor (f(x + lead) - mean) + offset, where `mean` is the mean over a typical cycle.
 !>
-!> The cubic pieces join with value and slope. The second derivative jumps where they meet and there has the value of the later
-!> piece. Forms and the factor 1/2 are those of FLUSI's kinematics files.
+!> The cubic pieces join with value and slope. The second derivative jumps at the joints, where the later piece defines its value.
+!> Forms and the factor 1/2 agree with FLUSI's kinematics files.
 module fsi_wing_motion_series
   use base_constants, only: TWO_PI
   use base_errors, only: require
@@ -35,7 +35,7 @@ module fsi_wing_motion_series
     real(rp), allocatable :: x(:)    !< cycles, increasing; only of a table
     logical :: is_altered = .false.
     real(rp) :: factor = 1, offset = 0, lead = 0 !< of an altered angle: 1, rad, cycles
-    real(rp) :: centre = 0                       !< its mean as it was, rad
+    real(rp) :: centre = 0                       !< mean before the alteration, rad
   contains
     procedure :: set_constant => series_set_constant
     procedure :: set_fourier => series_set_fourier
@@ -96,7 +96,7 @@ contains
     self%b = slopes
   end subroutine series_set_table
 
-  !> Makes a wing that turns for ever: from rest at the angle `first` (rad) to `rate` (rad per cycle), which it approaches as
+  !> Makes a revolving wing, which starts from rest at the angle `first` (rad) and approaches `rate` (rad per cycle) as
   !> exp(-x/duration).
   subroutine series_set_start(self, first, rate, duration)
     class(angle_series_t), intent(inout) :: self
@@ -108,8 +108,8 @@ contains
     self%scale = duration
   end subroutine series_set_start
 
-  !> Makes a wing that turns for ever: from rest at the angle 0, with uniform acceleration until `duration` cycles, then at `rate`
-  !> (rad per cycle).
+  !> Makes a revolving wing, which starts from rest at the angle 0, accelerates uniformly until `duration` cycles, and then turns at
+  !> `rate` (rad per cycle).
   subroutine series_set_spin_up(self, rate, duration)
     class(angle_series_t), intent(inout) :: self
     real(rp), intent(in) :: rate, duration
@@ -156,8 +156,8 @@ contains
     if (self%kind == TABLE .and. self%is_altered) last = last - self%lead
   end function series_last
 
-  !> Returns begin and end of a typical cycle: the first one; the last one of a table; for a turning wing, one after it has
-  !> reached its rate.
+  !> Returns the beginning and the end of a typical cycle: the first cycle, the last cycle of a table, or for a revolving wing a
+  !> cycle after it has reached its rate.
   pure function series_typical_cycle(self) result(limits)
     class(angle_series_t), intent(in) :: self
     real(rp) :: limits(2)
@@ -166,8 +166,8 @@ contains
     if (any(self%kind == [START, SPIN_UP])) limits = limits + SETTLED*self%scale
   end function series_typical_cycle
 
-  !> Alters the angle: `factor` on its deviation from its mean, `offset` (rad), and `lead` (cycles) by which it comes earlier.
-  !> Cancels all earlier alterations.
+  !> Alters the angle: `factor` on its deviation from its mean, `offset` (rad), and `lead` (cycles) by which it is advanced. Cancels
+  !> all earlier alterations.
   subroutine series_alter(self, factor, offset, lead)
     class(angle_series_t), intent(inout) :: self
     real(rp), intent(in) :: factor, offset, lead

@@ -7,8 +7,8 @@
 !>     t phi alpha theta pitch vert horz and their derivatives in time     n rows
 !>
 !> Angles are in degrees; theta is positive upwards, opposite to FLUSI's internal angle. Time becomes t/T, so that only the ratio
-!> matters. Between rows each angle is a cubic, and its rates are the derivatives of this cubic; FLUSI interpolates the rates a
-!> second time, so that they are not those of the angles. The columns of the body are for [Insects] BodyMotion =
+!> matters. Between rows each angle is a cubic, and its rates are the derivatives of this cubic; FLUSI interpolates the rates
+!> separately, so that they are not the derivatives of the angles. The columns of the body are for [Insects] BodyMotion =
 !> kinematics_loader::.
 module fsi_wing_motion_table
   use base_constants, only: PI
@@ -26,9 +26,8 @@ module fsi_wing_motion_table
 
 contains
 
-  !> Fills the three series of `motion` from `text`, the content of the file called `name`. Empty lines and
-  !> what follows ; # ! or % are skipped. Mistakes are added to `errors` as name:line: problem; then the
-  !> motion is as before.
+  !> Fills the three series of `motion` from `text`, the content of the file called `name`. Empty lines and comments after ; # ! or
+  !> % are skipped. Mistakes are added to `errors` as name:line: problem; the motion is then unchanged.
   subroutine read_motion_table(text, name, motion, errors)
     character(*), intent(in) :: text, name
     type(wing_motion_t), intent(inout) :: motion

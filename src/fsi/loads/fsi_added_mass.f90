@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Estimates the mass of the fluid that a thin wing has to move, compared with the mass of the wing itself.
 !>
-!> A strip of chord c that moves along its normal accelerates rho pi c^2/4 of fluid per span (Sedov 1965), a
-!> mean rho pi c/4 per area. If a staggered scheme makes the fluid follow the wall exactly, and the load acts on
-!> the wing one step late, it is unstable at any time step as soon as this is more than the mass of the wing (Causin,
-!> Gerbeau & Nobile 2005, DOI 10.1016/j.cma.2004.12.005).
+!> A strip of chord c that moves along its normal accelerates rho pi c^2/4 of fluid per span (Sedov 1965), on average rho pi c/4 per
+!> area. If a staggered scheme makes the fluid follow the wall exactly, and the load acts on the wing one step late, the scheme is
+!> unstable at any time step if this mass exceeds the mass of the wing (Causin, Gerbeau & Nobile 2005, DOI
+!> 10.1016/j.cma.2004.12.005).
 module fsi_added_mass
   use base_constants, only: PI
   use base_kinds, only: rp
@@ -16,9 +16,9 @@ module fsi_added_mass
 
 contains
 
-  !> Returns the largest ratio, over the chords through the centres of the triangles, of the fluid's mass to that of the wing, for
-  !> a flat wing in the x-y plane with its chords along y. The mass of a point lies evenly on a third of the triangles about it.
-  !> SI or any consistent units.
+  !> Returns the largest ratio, over the chords through the centres of the triangles, of the fluid's mass to that of the wing, for a
+  !> flat wing in the x-y plane with its chords along y. The mass of a point is spread evenly over a third of the area of its
+  !> triangles. SI or any consistent units.
   pure real(rp) function added_mass_ratio(points, triangles, masses, density) result(largest)
     real(rp), intent(in) :: points(:, :)   !< (2 or more, n) along the span and along the chord
     integer, intent(in) :: triangles(:, :) !< (3, m)

@@ -10,9 +10,9 @@
 !>
 !> The traction on a side is nu w_t/(d - t/2). Here t/2 is the half thickness, where the mask is 1/2, and w_t is the tangential
 !> velocity at the sampled place relative to the wall, which is continued to this place as a rigid body. This is the one-sided
-!> difference along a normal probe (Vanella & Balaras 2009, J. Comput. Phys. 228, 6617, DOI 10.1016/j.jcp.2009.06.003). It is
-!> exact for a flow that is linear between wall and place, and gives the mean of the shear there otherwise. The vorticity at the
-!> place would give the shear at its far end, and is the less smooth field next to a penalized wall.
+!> difference along a normal probe (Vanella & Balaras 2009, J. Comput. Phys. 228, 6617, DOI 10.1016/j.jcp.2009.06.003). It is exact
+!> for a flow that is linear between wall and place, and gives the mean of the shear there otherwise. The vorticity at the place
+!> would give the shear at its far end, and is less smooth next to a penalized wall.
 module fsi_pressure_load
   use base_errors, only: require
   use base_kinds, only: rp
@@ -27,7 +27,7 @@ module fsi_pressure_load
   type :: pressure_load_t
     real(rp), allocatable :: jump(:)        !< (m) p_above - p_below of the triangles; above is where n points
     real(rp), allocatable :: force(:, :)    !< (3, n) force on the points, in space
-    real(rp), allocatable :: friction(:, :) !< (3, n) the viscous part of it; 0 if it was not asked for
+    real(rp), allocatable :: friction(:, :) !< (3, n) the viscous part of it; 0 unless requested
     real(rp), allocatable, private :: area(:)        !< (n)
     real(rp), allocatable, private :: velocity(:, :) !< (3, 2 m)
   contains
@@ -52,7 +52,7 @@ contains
     allocate (self%force(3, n), self%friction(3, n), source=0.0_rp)
   end subroutine load_init
 
-  !> Sets `jump` and `force` for the surface where it is now; no friction. The samples are the pressure at the points
+  !> Sets `jump` and `force` for the surface at its present position, without friction. The samples are the pressure at the points
   !> `points_beside` of the surface: one set at the distance d or, to extrapolate to the mid surface, a second one at 2 d.
   subroutine load_take_pressure(self, surface, samples)
     class(pressure_load_t), intent(inout) :: self

@@ -2,11 +2,11 @@
 !> Computes forces, torques and power of wings from the integrals of a pass or, for wings without thickness, from the forces of
 !> their markers.
 !>
-!> The penalization force int chi/C_eta (u - u_s) also accelerates the fluid inside the mask. The outer flow acts on the wing with
-!> F = int chi/C_eta (u - u_s) + d/dt int chi u_s, and the power that the wing gives to the flow is P = -int u_s . chi/C_eta (u -
-!> u_s) - d/dt int chi u_s^2/2, for rigid and deforming wings (Engels et al. 2016, DOI 10.1137/15M1026006, for forces). For a
-!> rigid wing about a hinge at rest it equals -M . omega, apart from an effect of the thickness of the sheet, over which u_s does
-!> not vary (docs/results/verification-wings.md).
+!> The penalization force int chi/C_eta (u - u_s) also accelerates the fluid inside the mask. The outer flow acts on the wing with F
+!> = int chi/C_eta (u - u_s) + d/dt int chi u_s, and the power that the wing gives to the flow is P = -int u_s . chi/C_eta (u - u_s)
+!> - d/dt int chi u_s^2/2, for rigid and deforming wings (Engels et al. 2016, DOI 10.1137/15M1026006, for forces). For a rigid wing
+!> about a hinge at rest it equals -M . omega, apart from an effect of the thickness of the sheet, across which u_s is constant
+!> (docs/results/verification-wings.md).
 module fsi_wing_loads
   use base_kinds, only: rp
   use fluid_solver, only: fluid_t

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes pressure and viscous traction of the flow on each side of every wing.
 !>
-!> The flow is sampled at the distance d from the centre of each triangle along its normal n, on both sides. The wall is continued
-!> to these places as a rigid body: its velocity there is v +- d dn/dt. With w the tangential velocity of the flow relative to it,
-!> the traction is nu w/(d - t/2), where t/2 is the half thickness of a wing in the mask (the one-sided difference of
-!> fsi_pressure_load). Both quantities are those of the flow at the distance d: the pressure decreases by about d/c, and the
-!> traction is the mean shear of that layer. They show where the load comes from. The total load in forces.t is more exact.
+!> The flow is sampled at the distance d from the centre of each triangle along its normal n, on both sides. The motion of the wall
+!> is continued to these points as that of a rigid body, with the velocity v +- d dn/dt. With w the tangential velocity of the flow
+!> relative to it, the traction is nu w/(d - t/2), where t/2 is the half thickness of a wing in the mask (the one-sided difference
+!> of fsi_pressure_load). Both quantities are those of the flow at the distance d: the pressure decreases by about d/c, and the
+!> traction is the mean shear of that layer. They show the distribution of the load. The total load in forces.t is more accurate.
 module fsi_wing_sides
   use base_kinds, only: rp
   use fluid_sampling, only: samples_t

@@ -52,18 +52,19 @@ contains
     call keys%length('L_body', c%numbers%length, '1.0', 'length of the bodies ellipsoid, sphere (diameter) and platicle', &
                      unit='L', above=0.0_rp)
     call keys%length('b_body', c%numbers%radius, '0.1', 'radius of the body ellipsoid, side of pyramid and cone; hinges that '// &
-                     'are not given are that far beside the centre of a body', unit='L', above=0.0_rp)
+                     'are not given lie at this distance beside the centre of the body', unit='L', above=0.0_rp)
     call keys%length('R_head', c%numbers%head_radius, '0.0', 'radius of the head of the body ellipsoid; 0: none', unit='L', &
                      min=0.0_rp)
-    call keys%length('R_eye', c%numbers%eye_radius, '0.0', 'radius of its eyes; 0: none', unit='L', min=0.0_rp)
-    call keys%text('x_head', c%head, 'none', 'centre of its head in the body frame; none: L_body/2 0 0')
-    call keys%text('x_eye_l', c%left_eye, 'none', 'centre of its left eye; none: on the head')
-    call keys%text('x_eye_r', c%right_eye, 'none', 'centre of its right eye; none: on the head')
+    call keys%length('R_eye', c%numbers%eye_radius, '0.0', 'radius of the eyes of the body ellipsoid; 0: none', unit='L', &
+                     min=0.0_rp)
+    call keys%text('x_head', c%head, 'none', 'centre of the head of the body ellipsoid, in the body frame; none: L_body/2 0 0')
+    call keys%text('x_eye_l', c%left_eye, 'none', 'centre of the left eye of the body ellipsoid; none: on the head')
+    call keys%text('x_eye_r', c%right_eye, 'none', 'centre of the right eye of the body ellipsoid; none: on the head')
     call keys%text('HasDetails', c%details, 'all', 'no: a bumblebee without legs, antennae and proboscis')
-    call keys%matrix('body_profile', c%profile, 2, 'BodyType = revolution: rows x r, places along the x axis of the body, '// &
-                     'ascending, and radii')
+    call keys%matrix('body_profile', c%profile, 2, 'BodyType = revolution: rows x r of ascending positions along the x axis '// &
+                     'of the body, and radii')
     call keys%real('body_scale', c%scale, 1.0_rp, 'length of one unit of an STL file', unit='L', above=0.0_rp)
-    call keys%length('body_smoothing', c%smoothing, 'max(dx)', 'half the width of the step of the mask at the body', &
+    call keys%length('body_smoothing', c%smoothing, 'max(dx)', 'half the width of the smoothing layer of the mask at the body', &
                      unit='L', above=0.0_rp)
     call keys%inert('HasEye', 'R_eye says whether there are eyes')
     call keys%inert('HasHead', 'R_head says whether there is a head')
@@ -122,7 +123,8 @@ contains
     end do
     call body%init(parts, numbers%smoothing)
     if (minval(body%high - body%low) < 2*scene%grid%max_spacing() .and. .not. scene%grid%is_2d) &
-      call config%complain(notices, SECTION, 'BodyType', 'is a body that is thinner than two grid spacings somewhere')
+      call config%complain(notices, SECTION, 'BodyType', 'gives a body that is thinner than two grid spacings somewhere: '// &
+                           'use a finer grid')
   end subroutine read_body_shape
 
   !> Returns the extent of all parts in x, y and z, L.

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Distributes the fluid that a sheet displaces to the points of its surface.
 !>
-!> u_s in the mask is the velocity of the closest point of the surface (fsi_mask), so that for any flat sheet
-!> int chi f(closest point) dV = t int f dA + (pi t^2/8) int f ds + (t^3/12) sum theta f, with ds along the free
-!> edge and theta the turning of the free edge at its corners; the smoothing changes it by O(h^2). With f linear
-!> on triangles this is sum v_i f_i. The v_i belong to the undeformed sheet and are kept when it bends.
+!> u_s in the mask is the velocity of the closest point of the surface (fsi_mask), so that for any flat sheet int chi f(closest
+!> point) dV = t int f dA + (pi t^2/8) int f ds + (t^3/12) sum theta f, with ds along the free edge and theta the turning angle of
+!> the free edge at its corners; the smoothing changes it by O(h^2). With f linear on triangles this is sum v_i f_i. The v_i belong
+!> to the undeformed sheet and are kept when it bends.
 module fsi_displaced
   use base_constants, only: PI
   use base_errors, only: require
@@ -17,9 +17,9 @@ module fsi_displaced
 
 contains
 
-  !> Returns the volumes v (n) [L^3] of the points of a sheet of thickness t [L]. All triangles have one orientation, and every
-  !> free edge belongs to one triangle. With `is_section` they are the volumes of a strip along y in a two-dimensional flow, which
-  !> sees its section: t along the sheet and the round ends, but neither sides nor corners. Allocates.
+  !> Returns the volumes v (n) [L^3] of the points of a sheet of thickness t [L]. All triangles have one orientation, and every free
+  !> edge belongs to one triangle. With `is_section` they are the volumes of a strip along y in a two-dimensional flow, which sees
+  !> its section: they include t along the sheet and the round ends, but neither sides nor corners. Allocates.
   subroutine displaced_volumes(points, triangles, thickness, volumes, is_section)
     real(rp), intent(in) :: points(:, :)   !< (3, n) L
     integer, intent(in) :: triangles(:, :) !< (3, m)
@@ -60,7 +60,7 @@ contains
       volumes(i) = volumes(i) + thickness**3/12*atan2(dot_product(cross(in(:, i), out(:, i)), normals(:, i))/ &
                                                       norm2(normals(:, i)), dot_product(in(:, i), out(:, i)))
     end do
-    ! At a sharp inward corner of a thick sheet the share of a point may be negative; the sum is what counts.
+    ! At a sharp inward corner of a thick sheet the share of a point may be negative; only the sum of the volumes matters.
     call require(sum(volumes) > 0, 'displaced_volumes: a sheet without volume')
   end subroutine displaced_volumes
 end module fsi_displaced

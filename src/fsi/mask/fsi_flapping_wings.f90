@@ -36,13 +36,13 @@ module fsi_flapping_wings
     real(rp), allocatable :: u(:, :), v(:, :), a(:, :)
   end type deformation_t
 
-  !> The wings in their places at `time`, the same on all ranks. The state of rigid wings on a body that does not fly freely is
-  !> the time alone: a restart needs nothing else.
+  !> The wings at `time`, the same on all ranks. The time alone determines the state of rigid wings on a body that does not fly
+  !> freely, so that a restart needs nothing else.
   type, extends(moving_solids_t) :: flapping_wings_t
     type(flight_params_t) :: params
     real(rp) :: time = 0                          !< of the last `place`, T
     type(body_motion_t) :: motion                 !< of the body
-    type(body_t) :: body                          !< where it is at the last `place`
+    type(body_t) :: body                          !< state of the body at the last `place`
     type(flyer_t), allocatable :: flyer           !< of a free flight
     type(wing_pose_t), allocatable :: poses(:)
     type(surface_t), allocatable :: surfaces(:)
@@ -113,7 +113,7 @@ contains
     end do
   end subroutine wings_init
 
-  !> Places the wings as the kinematics at `time` say and draws them; see moving_solids_t.
+  !> Places the wings by the kinematics at `time` and draws them; see moving_solids_t.
   subroutine wings_place(self, time, penalty, failure)
     class(flapping_wings_t), intent(inout) :: self
     real(rp), intent(in) :: time
@@ -292,7 +292,7 @@ contains
     end do
   end subroutine wings_feel
 
-  !> Returns the masses of a free flyer with their places and motion relative to the body at `time` [T], without the fluid that
+  !> Returns the masses of a free flyer with their positions and motion relative to the body at `time` [T], without the fluid that
   !> they displace unless the flyer carries it. With `ahead` the masses of a deforming wing continue their motion for this time.
   function wings_whole(self, time, ahead) result(whole)
     class(flapping_wings_t), intent(in) :: self
@@ -351,8 +351,8 @@ contains
     end do
   end function wings_own
 
-  !> Returns the force [rho L^4/T^2] and the moment about `centre` of the markers of wings without thickness, at the end of the
-  !> last step, for which `poses` are the poses of the wings; 0 for others.
+  !> Returns the force [rho L^4/T^2] and the moment about `centre` of the markers of wings without thickness, at the end of the last
+  !> step, for which `poses` are the poses of the wings; 0 if no wing is without thickness.
   pure subroutine wings_marker_total(self, poses, centre, force, moment)
     class(flapping_wings_t), intent(in) :: self
     type(wing_pose_t), intent(in) :: poses(:)

@@ -13,13 +13,13 @@ module fsi_flight_checks
   public :: check_place, check_room
 
   character(*), parameter :: SECTION = 'Insects'
-  character(*), parameter :: TWO_D = 'is 1, a two-dimensional flow, which sees the section of the wings at x = 0: '
+  character(*), parameter :: TWO_D = 'is 1: a two-dimensional flow uses the section of the wings at x = 0, and for this '
   integer, parameter :: N_SAMPLES = 64 !< in one beat
   real(rp), parameter :: ROUNDING = 1.0e-9_rp
 
 contains
 
-  !> Complains if the body's centre is outside of the box, unless the body is known not to fit into it.
+  !> Reports a body whose centre is outside of the box, unless another message says that the body does not fit into it.
   subroutine check_place(config, flight, grid, errors)
     type(config_t), intent(in) :: config
     type(flight_params_t), intent(in) :: flight
@@ -35,8 +35,8 @@ contains
                            number_text(grid%length(3))//' L')
   end subroutine check_place
 
-  !> Complains if a wing does not fit: at some time in the first beats it is longer, in the direction of x, y or z, than the box,
-  !> so that it runs into its own periodic image.
+  !> Reports a wing that does not fit into the box. At some time in the first beats it is longer than the box in the direction of x,
+  !> y or z, so that it meets its own periodic image.
   subroutine check_room(config, flight, grid, t_end, errors)
     type(config_t), intent(in) :: config
     type(flight_params_t), intent(in) :: flight
@@ -60,8 +60,8 @@ contains
     end do
   end subroutine check_room
 
-  !> Complains unless the wing is a strip that a two-dimensional flow can represent as a section: one unit wide along x, so that
-  !> everything is per unit depth, with its chord along x at all times.
+  !> Reports a wing that a two-dimensional flow cannot represent as a section. The wing must be a flat strip, one unit wide along y
+  !> of its frame, so that results are per unit depth, and this axis must lie along x at all times.
   subroutine check_section(config, flight, wing, t_end, errors)
     type(config_t), intent(in) :: config
     type(flight_params_t), intent(in) :: flight
@@ -73,7 +73,7 @@ contains
     integer :: i
     width = maxval(wing%points(2, :)) - minval(wing%points(2, :))
     if (abs(width - 1) > ROUNDING .or. any(abs(wing%points(3, :)) > ROUNDING)) then
-      call config%complain(errors, 'Resolution', 'nx', TWO_D//'a wing is a flat strip 1 L wide; this one is '// &
+      call config%complain(errors, 'Resolution', 'nx', TWO_D//'a wing must be a flat strip 1 L wide; this one is '// &
                            number_text(width)//' L wide')
       return
     end if
@@ -85,10 +85,10 @@ contains
     reach = flight%half_thickness + flight%smoothing
     x = pose%hinge(1) + sign(1.0_rp, pose%matrix(2, 1))*[minval(wing%points(2, :)), maxval(wing%points(2, :))]
     if (lean > ROUNDING) then
-      call config%complain(errors, 'Resolution', 'nx', TWO_D//'the chord of a wing lies along x at all times')
+      call config%complain(errors, 'Resolution', 'nx', TWO_D//'the chord of the wing (y of its file) must lie along x at all times')
     else if (maxval(x) < reach .or. minval(x) > -reach) then
       call config%complain(errors, SECTION, 'x0', 'puts the wing between x = '//number_text(minval(x))//' and '// &
-                           number_text(maxval(x))//' L; in a two-dimensional flow it reaches at least from '// &
+                           number_text(maxval(x))//' L; in a two-dimensional flow it must reach at least from '// &
                            number_text(-reach)//' to '//number_text(reach))
     end if
   end subroutine check_section

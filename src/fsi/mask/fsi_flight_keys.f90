@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Declares the keys of insects: [Insects], and those of [Flexible_wing] that concern the mask, one group after the other. The
-!> keys in this module say which wings there are, and give their inertia.
+!> Declares the keys of insects: [Insects], and those of [Flexible_wing] that concern the mask, one group after the other. The keys
+!> in this module define the wings that exist, and their inertia.
 module fsi_flight_keys
   use base_kinds, only: rp
   use fsi_body_keys, only: body_choices_t, body_keys
@@ -88,7 +88,7 @@ contains
     call other_flusi_keys(keys, c)
   end function flight_choices
 
-  !> Declares keys of FLUSI that are refused, that only its words of BodyMotion need, or that have no effect.
+  !> Declares keys of FLUSI that are refused, that have no effect, or that only some words of BodyMotion need.
   subroutine other_flusi_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(flight_choices_t), intent(inout) :: c
@@ -100,8 +100,9 @@ contains
     call keys%switch('RightWing2', unbuilt, .false., 'hind wing', unbuilt=SECOND_PAIR, instead=ONE_PAIR)
     call keys%switch('wing_fsi', unbuilt, .false., 'passive wing', unbuilt='a wing that the flow turns about its root', &
                      instead='wings = flexible, whose root is as soft as the joints of the wing file make it')
-    call keys%real('body_pitch_const', c%pitch, 0.0_rp, 'BodyMotion = forward, hovering: nose up', unit='degree')
-    call keys%real('eta_stroke', c%stroke, 0.0_rp, 'BodyMotion = forward: stroke plane', unit='degree')
+    call keys%real('body_pitch_const', c%pitch, 0.0_rp, 'BodyMotion = forward or hovering: pitch angle, positive nose up', &
+                   unit='degree')
+    call keys%real('eta_stroke', c%stroke, 0.0_rp, 'BodyMotion = forward: angle of the stroke plane', unit='degree')
     call keys%inert('mass_solid', 'free flight')
     call keys%inert('gravity_*', 'other names of gravity')
     call keys%inert('pointcloudfile', 'wing given by a cloud of points')

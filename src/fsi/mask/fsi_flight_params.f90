@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads the wings that flap in a flow: their hinges, their motion, their shape.
+!> Reads the flapping wings: their hinges, motion and shape.
 module fsi_flight_params
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -108,7 +108,7 @@ contains
     call move_wings(config, scene%t_end, params%wings, errors, notices, world)
   end subroutine read_flight_params
 
-  !> Reads sides, hinges, and what all motions share.
+  !> Reads the sides, the hinges, and the common parameters of all motions.
   subroutine hang_wings(config, is_there, wings, errors)
     type(config_t), intent(in) :: config
     logical, intent(in) :: is_there(2)
@@ -120,7 +120,7 @@ contains
     if (all(is_there)) then
       call read_mounts(config, body_pivot(config), mounts, motions, errors)
     else
-      call read_mounts(config, body_pivot(config), mounts, motions) ! the other hinge does not matter
+      call read_mounts(config, body_pivot(config), mounts, motions) ! the position of the other hinge has no effect
     end if
     n = 0
     do i = 1, 2
@@ -190,7 +190,7 @@ contains
     params%beats = kinematics%frequency
   end subroutine read_body_and_mask
 
-  !> Adds an error for edges that this wing cannot have.
+  !> Adds an error if this wing cannot have the requested edges.
   subroutine complain_edges(config, errors)
     type(config_t), intent(in) :: config
     type(message_list_t), intent(inout) :: errors
@@ -201,8 +201,8 @@ contains
       call config%complain(errors, SECTION, EDGES, 'is round, which works for flat wings in three dimensions (nx > 1) '// &
                            'only; valid for this wing: beyond')
     else
-      call config%complain(errors, SECTION, EDGES, 'is flusi, which needs the outline of one of FLUSI''s wings by '// &
-                           'name, or a Fourier outline from a file; valid for this wing: beyond, or round if it is flat')
+      call config%complain(errors, SECTION, EDGES, 'is flusi, which needs one of FLUSI''s wings by name, or a Fourier outline '// &
+                           'from a file; valid for this wing: beyond, or round if it is flat')
     end if
   end subroutine complain_edges
 
@@ -218,8 +218,8 @@ contains
       call config%complain(notices, SECTION, EDGES, 'has no effect here: it is for rigid wings in the mask (wings = rigid '// &
                            'with surface = penalized); remove it')
     else if (c%edges == EDGES_ROUND) then
-      call config%complain(notices, SECTION, EDGES, 'is round: the wing ends at its outline; beyond is the wing that '// &
-                           'reaches half its thickness farther')
+      call config%complain(notices, SECTION, EDGES, 'is round: the wing ends at its outline; with beyond it reaches farther, '// &
+                           'by half its thickness')
     end if
   end subroutine notice_edges
 
@@ -330,8 +330,8 @@ contains
     frequency = self%beats
   end function flight_frequency
 
-  !> Returns the mean speed [L/T] of the wing tips on the arc of their stroke, the largest of all wings: 2 (amplitude) R f. With
-  !> the motion of a table, which may turn for ever, it is the arc of its last cycle times R f.
+  !> Returns the mean speed [L/T] of the wing tips on the arc of their stroke, the largest of all wings: 2 (amplitude) R f. With a
+  !> table, which may describe a revolving wing, it is the arc of the last cycle times R f.
   real(rp) function flight_tip_speed(self) result(speed)
     class(flight_params_t), intent(in) :: self
     integer :: i

@@ -8,9 +8,9 @@ module fsi_free_edges
 
 contains
 
-  !> Finds the edges (2, m) that belong to one triangle only, as points from and to, in the sense of their triangle: a sheet of
-  !> counter-clockwise triangles lies on their left. They are in the order of the triangles. `owners` (m) are the numbers of these
-  !> triangles.
+  !> Finds the edges (2, m) that belong to one triangle only, as pairs of points (from, to), in the orientation of their triangle: a
+  !> sheet of counter-clockwise triangles lies on their left. They are in the order of the triangles. `owners` (m) are the numbers
+  !> of these triangles.
   pure subroutine find_free_edges(n_points, triangles, edges, owners)
     integer, intent(in) :: n_points
     integer, intent(in) :: triangles(:, :) !< (3, :)

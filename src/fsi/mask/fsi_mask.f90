@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes mask and solid velocity of triangulated wings.
 !>
-!> With d the distance of a grid point from the nearest triangle, chi = step(d, t/2, h): 1 for d <= t/2 - h,
-!> 0 for d >= t/2 + h, half a cosine between. Every wing is thus a sheet of thickness t with rounded edges, of
-!> volume A t + pi t^2 P/8 + pi t^3/6 for a flat one of area A and convex outline P, up to O(h^2 P). u_s is the
-!> velocity of the surface at its closest point, not at the grid point. Where surfaces meet, the smallest
-!> distance decides on u_s and colour; among equal ones the first triangle.
+!> With d the distance of a grid point from the nearest triangle, chi = step(d, t/2, h): 1 for d <= t/2 - h, 0 for d >= t/2 + h,
+!> half a cosine between. Every wing is thus a sheet of thickness t with rounded edges, of volume A t + pi t^2 P/8 + pi t^3/6 for a
+!> flat one of area A and convex outline P, up to O(h^2 P). u_s is the velocity of the surface at its closest point, not at the grid
+!> point. Where surfaces meet, the triangle at the smallest distance determines u_s and colour; among equal distances it is the
+!> first triangle.
 !>
 !> Every triangle visits the grid lines that pass it closer than t/2 + h, and distances are computed on those parts of the lines
 !> only: the work is proportional to the area of the wings. All coordinates are those of the whole box, and triangles come in the
@@ -23,8 +23,8 @@ module fsi_mask
   private
   public :: mask_t
 
-  real(rp), parameter :: ROUNDING = 1 + 1.0e-10_rp !< nothing within reach is lost to round-off
-  real(rp), parameter :: FAR_AWAY = 1.0e3_rp       !< box lengths from which on a wing counts as lost
+  real(rp), parameter :: ROUNDING = 1 + 1.0e-10_rp !< margin, so that round-off excludes no point within reach
+  real(rp), parameter :: FAR_AWAY = 1.0e3_rp       !< distance in box lengths beyond which a wing counts as lost
   real(rp), parameter :: FLAT = 1.0e-6_rp          !< slope of a plane along x that cannot be inverted well
 
   !> A triangle near this rank's lines.
@@ -45,7 +45,7 @@ module fsi_mask
     integer :: first_x = 0, last_x = 0
   end type visit_t
 
-  !> What is known of a grid point.
+  !> The closest triangle of a grid point.
   type :: point_t
     real(rp) :: distance2 = 0 !< to the nearest triangle so far
     real(rp) :: v = 0, w = 0  !< coordinates of its closest point
@@ -65,7 +65,7 @@ module fsi_mask
     type(visit_t), allocatable, private :: visits(:)
     integer, allocatable, private :: lines(:)      !< (n_lines) those that are visited
     integer, allocatable, private :: span(:, :)    !< (2, line) smallest and largest x visited, wrapped; nx, -1 if none
-    integer, allocatable, private :: offset(:)     !< (line) index in `points` that x = 0 of the line would have
+    integer, allocatable, private :: offset(:)     !< (line) index in `points` that corresponds to x = 0 of the line
     type(point_t), allocatable, private :: points(:)
     integer, allocatable, private :: x(:), color(:) !< (nx) points of a line to be given to the fluid
     real(rp), allocatable, private :: chi(:), us(:, :)
@@ -111,7 +111,7 @@ contains
     type(surface_t), intent(in) :: surfaces(:)
     type(penalty_t), intent(inout) :: penalty
     type(failure_t), intent(inout) :: failure
-    logical, intent(in), optional :: over !< other solids that move have been drawn and stay
+    logical, intent(in), optional :: over !< other moving solids have been drawn and stay
     logical :: stays
     integer :: s, i
     stays = .false.
@@ -123,7 +123,7 @@ contains
     self%n_visits = 0
     self%n_lines = 0
     do s = 1, size(surfaces)
-      ! Written so that NaN is not in the box either.
+      ! In this form the test also fails for NaN.
       if (.not. all(abs(surfaces(s)%points) <= FAR_AWAY*maxval(self%grid%length))) then
         call failure%raise('the position of a wing is outside of the box or not a number: check its motion and the size of the box')
         return
@@ -244,7 +244,7 @@ contains
     end if
   end subroutine visit_line
 
-  !> Gives every visited line a place in `points`, without points within reach so far.
+  !> Assigns a range of `points` to every visited line; no point is within reach yet.
   subroutine reserve_points(self)
     class(mask_t), intent(inout) :: self
     type(point_t) :: nothing
@@ -287,7 +287,7 @@ contains
       height = at_a(0) + shape%normal(1)*ap(1)
       beside = max(0.0_rp, at_a(1) + shape%outward(1, 1)*ap(1), at_a(2) + shape%outward(1, 2)*ap(1), &
                    at_a(3) + shape%outward(1, 3)*ap(1))
-      ! No point of the triangle is nearer than these; most triangles are sorted out here.
+      ! These are lower bounds of the distance to the triangle; they exclude most triangles.
       if (height**2 + beside**2 >= points(i)%distance2) cycle
       call shape%closest(p, d2, v, w)
       if (d2 < points(i)%distance2) points(i) = point_t(d2, v, w, visit%near)

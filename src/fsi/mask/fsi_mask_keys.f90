@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Reads thickness and smoothing of wings in the mask, with FLUSI's names.
 !>
-!> [Insects] WingThickness is the whole thickness t of a rigid wing, [Flexible_wing] t_wing the half of it; here
-!> both name the same sheet. Not given, t = 4 max(dx) and h = max(dx).
+!> [Insects] WingThickness is the whole thickness t of a rigid wing, [Flexible_wing] t_wing the half of it; here both describe the
+!> same sheet. By default t = 4 max(dx) and h = max(dx).
 module fsi_mask_keys
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -35,7 +35,8 @@ contains
     call keys%section(FLEXIBLE)
     call keys%length('t_wing', c%half, '2 max(dx)', 'half the thickness of the wings in the mask', unit='L', above=0.0_rp, &
                      given=c%has_half)
-    call keys%length('wing_smoothing', c%smoothing, 'max(dx)', 'half the width of the step of the mask', unit='L', above=0.0_rp, &
+    call keys%length('wing_smoothing', c%smoothing, 'max(dx)', 'half the width of the smoothing layer of the mask at the wings', &
+                     unit='L', above=0.0_rp, &
                      given=c%has_smoothing)
   end subroutine mask_keys
 
@@ -48,7 +49,7 @@ contains
     call mask_keys(keys, c)
   end function mask_choices
 
-  !> Tells whether the file says how thick the wings are.
+  !> Tells whether the file gives the thickness of the wings.
   pure logical function choices_say_thickness(self) result(say)
     class(mask_choices_t), intent(in) :: self
     say = self%has_thickness .or. self%has_half .or. self%has_smoothing
@@ -74,7 +75,7 @@ contains
     if (c%has_thickness) half_thickness = c%thickness/2
     if (c%has_half .and. c%has_thickness) then
       if (abs(half_thickness - c%half) > 1.0e-9_rp*half_thickness) &
-        call config%complain(errors, FLEXIBLE, 't_wing', 'is not the half of [Insects] WingThickness; give one of them')
+        call config%complain(errors, FLEXIBLE, 't_wing', 'is not half of [Insects] WingThickness; give only one of them')
     end if
     if (c%has_smoothing) smoothing = c%smoothing
     if (smoothing > half_thickness) then
@@ -83,11 +84,11 @@ contains
       else if (2*half_thickness < grid%max_spacing()) then
         call config%complain(errors, FLEXIBLE, 't_wing', TOO_THIN)
       else if (is_soft) then
-        call notices%add('[Insects] wing_edges = flusi: the step of the mask is wider than the wings are thick, so that '// &
-                         'chi does not reach 1 and some of the flow passes through them; wing_edges = auto avoids it')
+        call notices%add('[Insects] wing_edges = flusi: the smoothing layer of the mask is wider than the wings are thick: '// &
+                         'chi does not reach 1, and some of the flow passes through the wings; wing_edges = auto avoids this')
       else
         smoothing = half_thickness
-        call config%complain(notices, FLEXIBLE, 'wing_smoothing', 'is half the thickness of the wings, not '// &
+        call config%complain(notices, FLEXIBLE, 'wing_smoothing', 'is set to half the thickness of the wings, not to '// &
                              trim(merge('what is given', 'max(dx)      ', c%has_smoothing))// &
                              ', so that chi reaches 1')
       end if

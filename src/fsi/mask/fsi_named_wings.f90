@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes wings by FLUSI's names. To add a Fourier outline, add it to one of the tables (fsi_outlines_flies, fsi_outlines_bees)
-!> and its name here.
+!> Makes the wings that FLUSI knows by name. To add a Fourier outline, add it to one of the tables (fsi_outlines_flies,
+!> fsi_outlines_bees) and its name here.
 module fsi_named_wings
   use base_kinds, only: rp
   use fsi_fourier_outline, only: fourier_outline_t
@@ -17,20 +17,20 @@ module fsi_named_wings
     'drosophila_sun|pieris-brassicae1|bumblebee|b_ignitus|paratuposa_flatwing|paratuposa_flatelytra|flapper_sane|'// &
     'flapper_dickinsonII|robofly_dickinson|hawkmoth1|hawkmoth2|rectangular|TwoEllipses|mosquito_iams|suzuki'
 
-  !> Numbers of the parameter file that some wings use, L.
+  !> Values of the parameter file that some wings use, L.
   type :: wing_numbers_t
     real(rp) :: span = 1, front = 0, back = 0 !< L_span, b_top, b_bot
   end type wing_numbers_t
 
 contains
 
-  !> Tells whether the wing called `name` has a chord of the parameter file.
+  !> Tells whether the wing called `name` takes its chord from the parameter file.
   pure logical function has_chord(name)
     character(*), intent(in) :: name
     has_chord = name == 'rectangular' .or. name == 'TwoEllipses'
   end function has_chord
 
-  !> Tells whether the wing called `name` has a span of the parameter file.
+  !> Tells whether the wing called `name` takes its span from the parameter file.
   pure logical function has_span(name)
     character(*), intent(in) :: name
     has_span = has_chord(name) .or. name == 'mosquito_iams'

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Saves and loads the places and rotation rates of the wings. A restart computes both from its own kinematics. A difference would
-!> be a sudden displacement of the wing, which `find_jumps` reports.
+!> Saves the positions and angular velocities of the wings in checkpoints, and compares them at a restart. A restart computes both
+!> from its own kinematics; a difference means a sudden displacement of a wing, which `find_jumps` reports.
 module fsi_pose_restart
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -14,7 +14,7 @@ module fsi_pose_restart
   public :: save_poses, find_jumps
 
   integer, parameter :: N = 15 !< numbers of a pose
-  real(rp), parameter :: SMALL = 1.0e-6_rp !< of L and of 1/T: far above round-off, far below what a flow notices
+  real(rp), parameter :: SMALL = 1.0e-6_rp !< of L and of 1/T: far above round-off, far below any effect on the flow
 
 contains
 
@@ -30,7 +30,7 @@ contains
     end do
   end subroutine save_poses
 
-  !> Adds a sentence to `jumps` for each wing that would have another place or rotation rate at `time` than in an open checkpoint,
+  !> Adds a sentence to `jumps` for each wing whose position or angular velocity at `time` differs from that in an open checkpoint,
   !> and for each wing that only one of them has. It says nothing about checkpoints without poses. Collective.
   subroutine find_jumps(reader, params, motion, time, jumps, failure)
     type(checkpoint_reader_t), intent(inout) :: reader
@@ -60,7 +60,7 @@ contains
         call jumps%add('the '//trim(SIDES(s))//' wing would jump, its hinge by '//number_text(norm2(change(:3)))// &
                        ' L, its tip by about '//number_text(turn)//' wing lengths')
       else if (maxval(abs(change(13:))) > SMALL) then
-        call jumps%add('the '//trim(SIDES(s))//' wing would change its angular velocity at once, by '// &
+        call jumps%add('the '//trim(SIDES(s))//' wing would change its angular velocity suddenly, by '// &
                        number_text(norm2(change(13:)))//' 1/T')
       end if
     end do

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Describes flat rigid wings with round edges that end at their outline.
 !>
-!> With s the signed distance from the outline in the plane of the wing, negative inside, and z the height above it, the wing
-!> is where sqrt(z^2 + max(0, s + t/2)^2) < t/2: a sheet of thickness t whose edge is half a circle that touches the outline
-!> from inside. Where the wing is narrower than t it is thinner, too. Of straight edges of length P the volume is
-!> A t - (1/2 - pi/8) t^2 P. s is bilinear between the points of a lattice, whose error is below a hundredth of its step for
+!> Let s be the signed distance from the outline in the plane of the wing, negative inside, and z the height above this plane. The
+!> wing is the set of points with sqrt(z^2 + max(0, s + t/2)^2) < t/2, a sheet of thickness t whose edge is half a circle that
+!> touches the outline from inside. Where the wing is narrower than t it is thinner, too. For straight edges of length P the volume
+!> is A t - (1/2 - pi/8) t^2 P. s is bilinear between the points of a lattice, whose error is below a hundredth of its step for
 !> edges that bend by less than one radian in 12 steps. Wing frame: x from root to tip, y to the leading edge.
 module fsi_round_wing
   use base_errors, only: require
@@ -26,7 +26,7 @@ module fsi_round_wing
 contains
 
   !> Returns the wing between segments (2, 2, n): coordinates [L], both ends; pieces of one or several closed lines in any order.
-  !> The lattice is no finer than a sixteenth of the grid's `spacing`, however sharp the mask's step is.
+  !> The step of the lattice is at least a sixteenth of the grid's `spacing`, even if the smoothing layer of the mask is thin.
   type(round_wing_t) function make_round_wing(segments, thickness, smoothing, spacing) result(shape)
     real(rp), intent(in) :: segments(:, :, :)
     real(rp), intent(in) :: thickness, smoothing !< half the width of the mask's step
@@ -48,13 +48,13 @@ contains
     do i = 1, size(segments, 3)
       call come_near(shape, segments(:, 1, i), segments(:, 2, i), reach)
     end do
-    ! The sign is that of the outside at first; each line that is passed along y changes it.
+    ! Initially all signs are those of the outside; each crossed segment along y changes the sign.
     do i = 1, size(segments, 3)
       call change_sides(shape, segments(:, 1, i), segments(:, 2, i))
     end do
   end function make_round_wing
 
-  !> Takes the distance from the segment a to b where it is the smallest so far.
+  !> Replaces distances by the distance from the segment a to b where this is smaller.
   pure subroutine come_near(shape, a, b, reach)
     type(round_wing_t), intent(inout) :: shape
     real(rp), intent(in) :: a(2), b(2), reach

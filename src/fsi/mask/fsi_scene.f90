@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds what surrounds insects: the grid, the end of the run, and the units of the files that describe them.
+!> Holds the data of a run that the description of insects needs: the grid, the end of the run, and the units of files.
 module fsi_scene
   use base_kinds, only: rp
   use spectral_grid, only: grid_t

@@ -7,7 +7,7 @@ module fsi_surface_load
   private
   public :: surface_load_t, total_load
 
-  !> Loads of one wing at one time, code units with density 1; comparable to wing_loads_t, which has the same from the
+  !> Loads of one wing at one time, code units with density 1; comparable to wing_loads_t, which has the loads from the
   !> penalization.
   type :: surface_load_t
     real(rp) :: force(3) = 0  !< in space, rho L^4/T^2

@@ -24,7 +24,7 @@ module fsi_thin_keys
   type(named_kind_t), parameter :: SHARINGS(3) = [named_kind_t('auto', SHARING_AUTO), named_kind_t('one', SHARING_ONE), &
                                                   named_kind_t('group', SHARING_GROUP)]
 
-  !> How the flow sees wings.
+  !> Representations of wings in the flow.
   integer, parameter, public :: SURFACE_AUTO = 1, SURFACE_THIN = 2, SURFACE_PENALIZED = 3
   type(named_kind_t), parameter :: SURFACES(3) = [named_kind_t('auto', SURFACE_AUTO), named_kind_t('thin', SURFACE_THIN), &
                                                   named_kind_t('penalized', SURFACE_PENALIZED)]
@@ -32,8 +32,8 @@ module fsi_thin_keys
   !> Choices of the user for wings without thickness.
   type :: thin_params_t
     integer :: surface = SURFACE_AUTO
-    logical :: is_thin = .false. !< what that comes to
-    real(rp) :: spacing = 0   !< wanted between markers, L
+    logical :: is_thin = .false. !< resulting choice: the wings have no thickness
+    real(rp) :: spacing = 0   !< requested distance of markers, L
     real(rp) :: viscosity = 0 !< coefficient c of the vanishing viscosity
     integer :: slip_interval = 1 !< steps from one measurement of the slip to the next
     integer :: sharing = SHARING_AUTO !< whether ranks share the response of a wing
@@ -49,15 +49,16 @@ contains
     call keys%kind('surface', p%surface, 'auto', SURFACES, 'thin: wings are surfaces without thickness; penalized: '// &
                    'wings are sheets in the mask; auto: penalized if the file sets WingThickness, t_wing or wing_smoothing, '// &
                    'another scheme than AB2 or an iDealias other than 1, else thin')
-    call keys%real('marker_spacing', p%spacing, 2.0_rp, 'surface = thin: distance of the markers, in max(dx); closer ones make '// &
-                   'forces that alternate, others let the flow through', min=1.5_rp, max=2.5_rp)
-    call keys%real('surface_viscosity', p%viscosity, 0.3_rp, 'surface = thin: vanishing viscosity; the largest wavenumber K is '// &
-                   'damped at the rate c u K, of which nu K^2 is a part; u: mean speeds of tip, body and stream', min=0.0_rp)
-    call keys%integer('slip_interval', p%slip_interval, 1, 'surface = thin: the slip after the forces and the power that the '// &
-                      'flow receives are measured in every so many steps, for slip.t', unit='steps', min=1)
-    call keys%kind('marker_response', p%sharing, 'auto', SHARINGS, 'surface = thin: who finds the forces at the markers '// &
-                   'of a wing; one: one rank; group: the ranks of a group, together; auto: a group, if there are eight ranks '// &
-                   'for each wing and a wing has a thousand markers or more, else one rank')
+    call keys%real('marker_spacing', p%spacing, 2.0_rp, 'surface = thin: distance of the markers, in max(dx); closer markers '// &
+                   'make the forces alternate, markers farther apart let the flow through', min=1.5_rp, max=2.5_rp)
+    call keys%real('surface_viscosity', p%viscosity, 0.3_rp, 'surface = thin: c of the spectral vanishing viscosity, which '// &
+                   'damps the largest wavenumber K at the rate c u K, the share nu K^2 of viscosity included; u: sum of the '// &
+                   'mean speeds of the wing tip, the body and the stream', min=0.0_rp)
+    call keys%integer('slip_interval', p%slip_interval, 1, 'surface = thin: steps between two records of slip.t, which has '// &
+                      'the slip after the forces and the power that the flow receives', unit='steps', min=1)
+    call keys%kind('marker_response', p%sharing, 'auto', SHARINGS, 'surface = thin: which ranks compute the forces at the '// &
+                   'markers of a wing; one: one rank; group: a group of ranks together; auto: a group if there are eight '// &
+                   'ranks for each wing and a wing has a thousand markers or more, else one rank')
   end subroutine thin_keys
 
   !> Takes the values of the keys from `config`.
@@ -77,7 +78,7 @@ contains
       call notices%add('[Insects] WingThickness, t_wing and wing_smoothing have no effect with surface = thin')
   end subroutine read_thin_keys
 
-  !> Returns how the user wants the flow to see the wings, SURFACE_*.
+  !> Returns the representation of the wings that the user requests, SURFACE_*.
   integer function surface_choice(config) result(surface)
     type(config_t), intent(in), target :: config
     type(thin_params_t) :: choices
@@ -119,7 +120,8 @@ contains
     character(2), parameter :: POINTS(3) = ['nx', 'ny', 'nz']
     real(rp) :: k
     integer :: i
-    ! Forces are proportional to slip over dt: in a tiny step the remaining slip of the step before would cause a large force.
+    ! Forces are proportional to slip over dt. In a tiny step the remaining slip of the previous step would therefore cause a large
+    ! force.
     fluid%time%even_end = .true.
     k = sphere_radius(fluid%grid)
     fluid%vanishing_rate = max(0.0_rp, params%viscosity*speed*k - fluid%nu*k**2)

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Measures how close wings come to each other and to the periodic images of themselves and of each other.
 !>
-!> The distance is that between the points of one surface and the triangles of the other, both ways. Where two edges
-!> cross it is too large, by less than half an edge; edges are shorter than wings in the mask are thick, or nearly so.
-!> Surfaces farther apart than asked for cost a comparison of boxes.
+!> The distance is the smallest one between the points of one surface and the triangles of the other, in both directions. If two
+!> edges cross, it is too large by less than half an edge; edges are about as short as the thickness of wings in the mask, or
+!> shorter. Surfaces farther apart than the limit cost only a comparison of boxes.
 module fsi_wing_gap
   use base_kinds, only: rp
   use fsi_surface, only: surface_t
@@ -13,9 +13,9 @@ module fsi_wing_gap
   public :: gap_t, smallest_gap
 
   type :: gap_t
-    real(rp) :: distance = huge(1.0_rp)  !< L; huge: farther than was asked for
+    real(rp) :: distance = huge(1.0_rp)  !< L; huge: beyond the limit
     integer :: first = 0, second = 0     !< surfaces
-    logical :: is_image = .false.        !< the second is seen through a side of the periodic box
+    logical :: is_image = .false.        !< the second is a periodic image
   end type gap_t
 
 contains

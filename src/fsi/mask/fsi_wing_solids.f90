@@ -11,18 +11,18 @@ module fsi_wing_solids
   private
   public :: fourier_wing_t, panel_wing_t, make_fourier_wing, make_panel_wing
 
-  !> An outline in polar coordinates; the step is radial.
+  !> An outline in polar coordinates; the smoothing layer is radial.
   type, extends(solid_shape_t) :: fourier_wing_t
     type(fourier_outline_t) :: outline
     real(rp) :: half_thickness = 0
     type(wing_relief_t) :: relief
-    real(rp) :: side = 1 !< along which z the heights are; -1: a mirror image
+    real(rp) :: side = 1 !< direction of z of the heights; -1: a mirror image
   contains
     procedure :: mask_at => fourier_mask
   end type fourier_wing_t
 
-  !> A wing from x = root to tip, with steps along chord and span. The chord lies between -back and front, constant or that of two
-  !> half ellipses.
+  !> A wing from x = root to tip, with smoothing layers along chord and span. The chord lies between -back and front, and is
+  !> constant or varies as two half ellipses.
   type, extends(solid_shape_t) :: panel_wing_t
     real(rp) :: root = 0, tip = 0, front = 0, back = 0
     logical :: is_elliptic = .false.

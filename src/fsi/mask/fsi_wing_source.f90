@@ -27,11 +27,11 @@ module fsi_wing_source
             wing_form_t, read_wing_shape, mean_chord, EDGES_AUTO, EDGES_FLUSI, EDGES_ROUND, SOURCE_NONE
 
   character(*), parameter :: SECTION = 'Insects'
-  real(rp), parameter :: FLAT = 1.0e-9_rp !< of the length, heights that are none
+  real(rp), parameter :: FLAT = 1.0e-9_rp !< of the length; smaller heights count as 0
   character(*), parameter :: OUTLINE_WORD = 'from_file::', MESH_WORD = 'mesh::'
   character(*), parameter :: SHAPE = 'WingShape', LENGTH = 'wing_length'
 
-  !> Where the shape is from; a name of FLUSI's has the kind 0.
+  !> Sources of the shape; a name of FLUSI has the kind 0.
   integer, parameter :: SOURCE_NAME = 0, SOURCE_NONE = 1, SOURCE_OUTLINE = 2, SOURCE_MESH = 3
   type(named_kind_t), parameter :: SOURCES(3) = [named_kind_t(OUTLINE_WORD//'*', SOURCE_OUTLINE), &
                                                  named_kind_t(MESH_WORD//'*', SOURCE_MESH), named_kind_t('none', SOURCE_NONE)]
@@ -55,7 +55,7 @@ module fsi_wing_source
   type :: drawing_t
     real(rp) :: thickness = 0            !< of rigid wings in the mask, L; 0: of no use
     real(rp) :: smoothing = 0            !< L
-    logical :: ends_at_outline = .false. !< it is wanted; of other wings Fourier outlines are unless the file says beyond
+    logical :: ends_at_outline = .false. !< requested; otherwise wings with Fourier outlines do so unless the file says beyond
   end type drawing_t
 
   !> A wing, L, along axes of which z points to its dorsal side or not.
@@ -79,8 +79,8 @@ contains
                    'the wing in a wing file, WingShape = mesh::NAME.h5, or its outline, WingShape = '// &
                    'from_file::NAME.ini|whitney_wood: its outline, WingShape = from_file::NAME.ini')
     if (allocated(c%shape)) c%source = kind_of(SOURCES, c%shape)
-    call keys%length('wing_length', c%length, '0.0', 'the planform is scaled so that its largest x is this; 0: lengths of its '// &
-                     'file are in the units of this file; meshes are in metres', unit='L', min=0.0_rp)
+    call keys%length('wing_length', c%length, '0.0', 'the planform is scaled so that its largest x is this; 0: the lengths in '// &
+                     'the file of the planform are in the units of this file; meshes are in metres', unit='L', min=0.0_rp)
     call keys%length('wing_edge', c%edge, 'max(dx, 1/40 of the wing)', 'edge length of the triangles made from a planform', &
                      unit='L', above=0.0_rp)
     call keys%length('L_span', c%numbers%span, '1.0', 'WingShape = rectangular, TwoEllipses, mosquito_iams: from hinge to tip; '// &
@@ -90,13 +90,13 @@ contains
     call keys%length('b_bot', c%numbers%back, '0.0', 'WingShape = rectangular, TwoEllipses: chord behind the axis', unit='L', &
                      min=0.0_rp)
     call keys%inert('L_chord', 'chord that no wing of FLUSI uses')
-    call keys%kind('wing_edges', c%edges, 'auto', EDGES, 'rigid wings in the mask. flusi: they end, '// &
-                   'smoothed, at their outline, as FLUSI draws them; round: they end there with round edges; beyond: their '// &
-                   'round edges reach half their thickness farther all around; auto: flusi for FLUSI''s wings by name and '// &
-                   'Fourier outlines of files, else beyond')
+    call keys%kind('wing_edges', c%edges, 'auto', EDGES, 'edges of rigid wings in the mask. flusi: smoothed edges at the '// &
+                   'outline, as FLUSI draws them; round: round edges that end at the outline; beyond: round edges that reach '// &
+                   'half the thickness beyond the outline; auto: flusi for FLUSI''s wings by name and for Fourier outlines '// &
+                   'from files, else beyond')
   end subroutine source_keys
 
-  !> Declares and reads the last key of [Insects], which is the present section of `keys`: whether wings bend.
+  !> Declares and reads the last key of [Insects], the present section of `keys`, which says whether wings bend.
   subroutine wings_key(keys, wings)
     type(keys_t), intent(in) :: keys
     integer, intent(inout) :: wings !< WINGS_*
@@ -112,7 +112,7 @@ contains
     call source_keys(keys, c)
   end function source_choices
 
-  !> Tells whether [Insects] asks for wings that bend.
+  !> Tells whether [Insects] requests flexible wings.
   logical function has_flexible_wings(config) result(has)
     type(config_t), intent(in), target :: config
     type(keys_t) :: keys
@@ -124,7 +124,7 @@ contains
     has = wings == WINGS_FLEXIBLE
   end function has_flexible_wings
 
-  !> Tells whether it is sure, before a file is read, that rigid wings in the mask end at their outline.
+  !> Tells whether the keys alone, before a file is read, determine that rigid wings in the mask end at their outline.
   logical function draws_to_outline(config, is_thin) result(draws)
     type(config_t), intent(in) :: config
     logical, intent(in) :: is_thin
@@ -135,7 +135,7 @@ contains
     draws = draws .and. .not. is_thin .and. .not. has_flexible_wings(config)
   end function draws_to_outline
 
-  !> Makes the wing that the keys describe, or with WingShape = none that in `mesh`, in metres, which is empty if it is not
+  !> Makes the wing that the keys describe, or with WingShape = none the wing `mesh`, in metres, which is empty if its file is not
   !> readable. Mistakes go to `errors`. With `world` the root rank reads files for all, and the call is collective.
   subroutine read_wing_shape(config, scene, drawing, form, errors, notices, world, mesh)
     type(config_t), intent(in) :: config
@@ -165,7 +165,7 @@ contains
     case default
       if (.not. present(mesh)) then
         call config%complain(errors, SECTION, SHAPE, 'is missing; valid: '//OUTLINE_WORD//'FILE | '//MESH_WORD//'FILE')
-      else if (allocated(mesh%points)) then ! why not has been reported
+      else if (allocated(mesh%points)) then ! the mistake has been reported
         call take_mesh(mesh, c, scene, drawing, form)
       end if
     end select
@@ -240,7 +240,7 @@ contains
     end if
   end subroutine take_fourier
 
-  !> Makes the triangles of a planform in L, and the solid with round edges if that is wanted.
+  !> Makes the triangles of a planform in L, and the solid with round edges if requested.
   subroutine take_planform(config, c, scene, drawing, planform, form, errors)
     type(config_t), intent(in) :: config
     type(source_choices_t), intent(in) :: c
@@ -275,7 +275,8 @@ contains
     if (is_round(c, scene, drawing, form%points)) call round_outline(planform%outline, scene, drawing, form%solid)
   end subroutine take_planform
 
-  !> Moves points to the height of the wing there; points outside the box of heights, at the rim, get that of its edge.
+  !> Moves points to the height of the wing; points outside of the box of heights, at the rim, get the height at the edge of the
+  !> box.
   subroutine lift_points(planform, points)
     type(planform_t), intent(in) :: planform
     real(rp), intent(inout) :: points(:, :)
@@ -327,8 +328,8 @@ contains
     if (path == '') then
       call config%complain(errors, SECTION, SHAPE, 'the wing file does not exist, neither here nor beside '//config%file_name())
     else if (c%length <= 0 .and. scene%metre <= 0) then
-      call config%complain(errors, SECTION, LENGTH, 'is needed: a wing file is in metres, and without [units] length '// &
-                           'nothing tells what they are here')
+      call config%complain(errors, SECTION, LENGTH, 'is needed: a wing file is in metres, and without [units] length the '// &
+                           'program cannot convert them')
     end if
     if (errors%count() > errors_before) return
     if (present(world)) then

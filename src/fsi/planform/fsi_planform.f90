@@ -20,8 +20,8 @@ module fsi_planform
   !> A closed outline; lengths in code units. The last point is joined to the first.
   type :: planform_t
     real(rp), allocatable :: outline(:, :) !< (2, n) x, y
-    type(fourier_outline_t) :: fourier     !< the same, of one that was given so and has not been stretched
-    type(wing_relief_t) :: relief          !< of one with such an outline, if it is not flat or of constant thickness
+    type(fourier_outline_t) :: fourier     !< the Fourier outline, if it was given in this form and not stretched
+    type(wing_relief_t) :: relief          !< of a wing with such an outline that is not flat or has no constant thickness
   contains
     procedure :: area => planform_area
     procedure :: span => planform_span
@@ -147,13 +147,13 @@ contains
     real(rp), intent(in) :: tip, mean_chord
     if (tip > 0) self%relief = self%relief%scaled(tip/maxval(self%outline(1, :)))
     if (tip > 0 .and. allocated(self%fourier%ai)) self%fourier = self%fourier%scaled(tip/maxval(self%outline(1, :)))
-    if (mean_chord > 0 .and. allocated(self%fourier%ai)) deallocate (self%fourier%ai) ! no such series any more
+    if (mean_chord > 0 .and. allocated(self%fourier%ai)) deallocate (self%fourier%ai) ! it does not fit the outline
     if (tip > 0) self%outline = self%outline*(tip/maxval(self%outline(1, :)))
     if (mean_chord > 0) self%outline(2, :) = self%outline(2, :)*(mean_chord/self%mean_chord())
   end subroutine planform_rescale
 
-  !> Returns trailing and leading edge at x; at the ends those just inside. `crossings` tells how often the outline crosses x, 2
-  !> for a simple outline. Outside of the span there are none, and both edges are 0.
+  !> Returns the trailing and the leading edge at x; at the ends of the span, the values just inside. `crossings` is the number of
+  !> times that the outline crosses x, 2 for a simple outline. Outside of the span it is 0, and so are both edges.
   pure subroutine planform_chord_at(self, x, trailing, leading, crossings)
     class(planform_t), intent(in) :: self
     real(rp), intent(in) :: x
@@ -183,7 +183,7 @@ contains
     end if
   end subroutine planform_chord_at
 
-  !> Tells whether every x has one chord, checked in `n` places; otherwise `where_not` is the first x that has not.
+  !> Tells whether every x has one chord, checked at `n` positions; otherwise `where_not` is the first x that has not.
   logical function planform_is_single(self, n, where_not) result(is_single)
     class(planform_t), intent(in) :: self
     integer, intent(in) :: n

@@ -81,7 +81,7 @@ contains
       call config%complain(errors, W, 'type', 'the outline encloses nothing at positive x')
     else if (.not. planform%is_single(N_SAMPLES, where_not)) then
       call config%complain(errors, W, 'type', 'the outline has more than one chord at x = '//number_text(where_not)// &
-                           '; every x must pass it twice')
+                           '; a line of constant x must cross the outline exactly twice')
     else if (c%type /= 'rectangular' .and. c%type /= 'ellipse') then
       call planform%rescale(c%tip, c%chord)
     end if
@@ -191,7 +191,8 @@ contains
       if (.not. any(abs(relief%box) > 0)) relief%box = [minval(outline(2, :)), maxval(outline(2, :)), &
                                                         minval(outline(1, :)), maxval(outline(1, :))]
       if (relief%box(2) <= relief%box(1) .or. relief%box(4) <= relief%box(3)) &
-        call config%complain(errors, W, BOX, 'is no box; valid: chord from, to, span from, to')
+        call config%complain(errors, W, BOX, 'is no box; valid: first and last chordwise position, first and last '// &
+                             'spanwise position')
     end associate
 
   contains

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Meshes a planform with triangles, structured in span and chord.
 !>
-!> Rows of points cross the chord at places where the longer one of leading and trailing edge has advanced by one edge length, so
+!> Rows of points run along the chord. From row to row the longer one of leading and trailing edge advances by one edge length, so
 !> that round tips are resolved. A row has as many intervals as its chord has edge lengths; a pointed end has one point.
-!> Neighbouring rows are joined in the order of their points along the chord. The mesh meets the outline to second order in the
-!> edge length.
+!> Neighbouring rows are joined in the order of their points along the chord. The mesh meets the outline to second order in the edge
+!> length.
 module fsi_planform_mesh
   use base_errors, only: require
   use base_kinds, only: rp
@@ -53,7 +53,7 @@ contains
     end do
   end subroutine triangulate_planform
 
-  !> Finds the places of the rows: equal steps along the longer edge, both ends included.
+  !> Finds the positions of the rows, at equal steps along the longer edge, both ends included.
   subroutine place_rows(planform, edge, x)
     type(planform_t), intent(in) :: planform
     real(rp), intent(in) :: edge

@@ -28,7 +28,7 @@ contains
     exists = allocated(self%height) .or. allocated(self%thickness)
   end function relief_exists
 
-  !> Returns the height [L] of the middle surface at this place of chord and span; 0 of a flat wing.
+  !> Returns the height [L] of the middle surface at this position along chord and span; it is 0 for a flat wing.
   pure real(rp) function relief_height_at(self, chord, span) result(height)
     class(wing_relief_t), intent(in) :: self
     real(rp), intent(in) :: chord, span
@@ -36,7 +36,7 @@ contains
     if (allocated(self%height)) height = bilinear(self%height, self%box, chord, span)
   end function relief_height_at
 
-  !> Returns the thickness [L] there, `constant` where the wing itself states none.
+  !> Returns the thickness [L] at this position; it is `constant` if the wing does not define it.
   pure real(rp) function relief_thickness_at(self, chord, span, constant) result(thickness)
     class(wing_relief_t), intent(in) :: self
     real(rp), intent(in) :: chord, span, constant

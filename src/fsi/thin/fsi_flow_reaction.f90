@@ -2,14 +2,14 @@
 !> Computes the load of the flow on a flexible wing without thickness. The load is a linear function of the motion of the wing
 !> in the present step, which the solid does not know yet.
 !>
-!> Let s be the velocities that the flow would have at the markers without the wing, W the weights that tie markers to
-!> points, and M the response of the flow to forces at the markers. The forces on the flow that let it follow a wing
-!> whose points have the velocities v in space, and the load on the points, are
+!> Let s be the velocities that the flow would have at the markers without the wing, W the weights that interpolate from points to
+!> markers, and M the response of the flow to forces at the markers. The forces on the flow that make it follow a wing whose points
+!> have the velocities v in space, and the load on the points, are
 !>
 !>     F = M^-1 (W v - s)/dt,          f = -W^T F,          -df/dv = W^T M^-1 W/dt.
 !>
-!> The last is the added mass over dt, and a friction. The wing's time step solves for v and F together (solid_reaction),
-!> so that a light wing is no harder than a heavy one (Goza & Colonius 2017, DOI 10.1016/j.jcp.2017.02.027).
+!> The last expression is the added mass divided by dt, plus a friction. The time step of the wing solves for v and F together
+!> (solid_reaction), so that light wings are as stable as heavy ones (Goza & Colonius 2017, DOI 10.1016/j.jcp.2017.02.027).
 !>
 !> Mechanics in SI units, flow in L, T and rho; all components along the axes of the wing file.
 module fsi_flow_reaction
@@ -45,7 +45,8 @@ module fsi_flow_reaction
 
 contains
 
-  !> Makes room for a wing of points(3, n_all) [m] with these markers. The response has been given room, and is not made here.
+  !> Makes room for a wing of points(3, n_all) [m] with these markers. The response must have been allocated; it is not computed
+  !> here.
   subroutine reaction_init(self, markers, points, units)
     class(flow_reaction_t), intent(inout) :: self
     type(markers_t), intent(in) :: markers
@@ -60,9 +61,9 @@ contains
     allocate (self%moved(3, size(points, 2)), self%blocks(3, 3, size(points, 2)), source=0.0_rp)
   end subroutine reaction_init
 
-  !> Takes over a changed response. The caller calls it after every change; before `init` it does nothing. The preconditioner of
-  !> the wing's equations replaces the tangent by the force that the points feel when all have the same velocity: this is exact
-  !> for the smoothest motion.
+  !> Takes over a changed response. It must be called after every change; before `init` it does nothing. The preconditioner of the
+  !> wing's equations replaces the tangent by the force on the points when all have the same velocity, which is exact for the
+  !> smoothest motion.
   subroutine reaction_update_response(self)
     class(flow_reaction_t), intent(inout) :: self
     integer :: c, p

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tabulates the Green tensor of the filtered projection: the velocity that a force at one point of the flow causes at once at
+!> Tabulates the Green tensor of the filtered projection: the instantaneous velocity at one point of the flow due to a force at
 !> another.
 !>
 !> For |k| < K, Phi^2 = 1 + (k/K)^2 (fluid_point_forces), in an unbounded flow and for a force for a unit of time,
@@ -11,8 +11,8 @@
 !>
 !>     a = (2 pi)^-1 int_0^K Phi^2 k (J0 - J1/x) dk,      b = (2 pi)^-1 int_0^K Phi^2 k J2 dk,
 !>
-!> and (2 pi)^-1 int Phi^2 k J0 dk for the component across it. Images in a periodic box add of the order (K L)^-2 of
-!> G(0). Both functions are tabulated on a fine mesh in r and interpolated by cubics.
+!> and (2 pi)^-1 int Phi^2 k J0 dk for the component across it. Images in a periodic box add terms of the order (K L)^-2 G(0). Both
+!> functions are tabulated on a fine mesh in r and interpolated by cubics.
 module fsi_green
   use base_constants, only: PI
   use base_kinds, only: rp

@@ -3,8 +3,8 @@
 !>
 !> Triangles are halved at their longest edges until none is longer than CUT spacings. The centres of the smallest triangles are
 !> samples that carry their areas. Points of the free edges follow, without area. Samples are sorted into cells of one spacing,
-!> whose contents are contiguous. Lengths are compared in steps of 2^-20 spacings or with a tolerance: lengths that symmetry makes
-!> equal count as equal, and the first sample is taken, whatever the round-off.
+!> whose contents are contiguous. Lengths are compared in steps of 2^-20 spacings or with a tolerance. Lengths that are equal by
+!> symmetry therefore count as equal, independently of round-off, and the first sample is taken.
 module fsi_marker_cloud
   use base_kinds, only: rp
   use fsi_rotation, only: cross
@@ -15,15 +15,15 @@ module fsi_marker_cloud
 
   ! These numbers occur in no mesh, so that edges and cells do not end exactly there.
   real(rp), parameter :: CUT = 0.2513_rp, EDGE_CUT = 0.1257_rp, SHIFT = 0.3719_rp
-  real(rp), parameter :: SAME = 1.0e-9_rp  !< relative differences that are none
+  real(rp), parameter :: SAME = 1.0e-9_rp  !< smaller relative differences count as 0
   real(rp), parameter :: FINE = 2.0_rp**20 !< steps of a spacing
   integer, parameter :: MOST_CELLS = 2**22
   integer, parameter :: DEEPEST = 200      !< halvings of a triangle
 
-  !> Kinds of places that `pick` searches.
+  !> Kinds of points that `pick` searches.
   integer, parameter :: FREE_EDGE = 1 !< the point of a free edge that is farthest from the markers
-  integer, parameter :: FRONT = 2     !< the point nearest to two of them
-  integer, parameter :: GAP = 3       !< the point of the sheet that is farthest from them
+  integer, parameter :: FRONT = 2     !< the point nearest to two markers
+  integer, parameter :: GAP = 3       !< the point of the sheet that is farthest from the markers
 
   !> A point of the sheet: sum_k weights(k) points(:, nodes(k)).
   type :: site_t
@@ -246,7 +246,7 @@ contains
     end do
   end subroutine cloud_add
 
-  !> Makes `pick` give what `mode` says, among samples that are at least `limit` [L] from all markers.
+  !> Makes `pick` return samples of the kind `mode`, at least `limit` [L] from all markers.
   subroutine cloud_search_for(self, mode, limit)
     class(cloud_t), intent(inout) :: self
     integer, intent(in) :: mode
@@ -287,7 +287,7 @@ contains
     end function steps
   end subroutine search_cell
 
-  !> Takes the sample that the present mode searches, if there is one.
+  !> Returns the sample that the present mode searches, if there is one.
   subroutine cloud_pick(self, site, found)
     class(cloud_t), intent(in) :: self
     type(site_t), intent(out) :: site
@@ -304,8 +304,8 @@ contains
     if (found) site = self%sites(best)
   end subroutine cloud_pick
 
-  !> Moves the markers x (3, m), without the first `n_fixed`, by `speed` times the way to the centre of the samples that
-  !> are nearest to each (Lloyd's method; a speed of 1 to 2). They may leave the sheet.
+  !> Moves the markers x (3, m), without the first `n_fixed`, by `speed` times the vector to the centre of the samples that are
+  !> nearest to each (Lloyd's method; a speed of 1 to 2). They may leave the sheet.
   subroutine cloud_relax(self, x, n_fixed, speed)
     class(cloud_t), intent(inout) :: self
     real(rp), intent(inout) :: x(:, :)

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Distributes sites along lines, about a spacing apart: on the outline of a sheet, or on its section.
 !>
-!> Lines are made of links between points and may branch, touch, end or be closed. They are cut into arcs at their
-!> corners: the points where they turn by more than TURN, and those that do not join just two links. Every corner is a
-!> place; an arc of length l has floor(l/h + 1/2) equal intervals, at least one.
+!> Lines are made of links between points and may branch, touch, end or be closed. They are cut into arcs at their corners: the
+!> points where they turn by more than TURN, and points that do not join exactly two links. Every corner is a site; an arc of length
+!> l has floor(l/h + 1/2) equal intervals, at least one.
 module fsi_marker_lines
   use base_kinds, only: i8, rp
   use base_sort, only: sorting_order
@@ -16,7 +16,7 @@ module fsi_marker_lines
   real(rp), parameter :: HALF = 0.5_rp - 1.0e-6_rp !< lengths of n + 1/2 spacings do not depend on round-off either
   integer(i8), parameter :: FINE = 2_i8**20        !< steps in which angles are compared
 
-  !> A place on a link.
+  !> A site on a link.
   type :: line_site_t
     integer :: link = 0
     real(rp) :: fraction = 0     !< of the way from the first to the second point of the link
@@ -33,8 +33,8 @@ module fsi_marker_lines
 
 contains
 
-  !> Returns places on the lines of `links`: first the corners, ends and branches before sharp turns before others, then the arcs.
-  !> They are the same for the same points in any place and attitude, up to round-off. Allocates.
+  !> Returns sites on the lines of `links`: first the corners (ends and branches, then corners by decreasing angle), then the arcs.
+  !> They do not depend on the position and attitude of the points, up to round-off. Allocates.
   subroutine place_on_lines(points, links, spacing, sites)
     real(rp), intent(in) :: points(:, :) !< (3, n) L
     integer, intent(in) :: links(:, :)   !< (2, m) points

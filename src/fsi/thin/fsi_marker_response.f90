@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes the velocities that forces at the markers of a wing cause there, and the forces that cause given velocities.
 !>
-!> Forces F on the fluid for a time dt change the velocities at the markers by dt M F, where the blocks of M are the Green tensor
-!> of the differences of places (fsi_green). M is symmetric and positive definite as long as markers are about two grid spacings
+!> Forces F on the fluid for a time dt change the velocities at the markers by dt M F, where the blocks of M are the Green tensor of
+!> the differences of positions (fsi_green). M is symmetric and positive definite as long as markers are about two grid spacings
 !> apart; 1e-8 of its mean diagonal is added to it. It depends on relative places only. It is therefore made in the frame of the
-!> wing, once for a rigid wing. If all markers have since turned by R, its inverse is R M^-1 R^T. For a section, the axis across
-!> the plane flow is y of the wing frame and x of the tensor.
+!> wing, once for a rigid wing. If all markers have since turned by R, its inverse is R M^-1 R^T. For a section, the axis across the
+!> plane flow is y of the wing frame and x of the tensor.
 !>
 !> One rank holds a factor of M if there are few markers. For many markers M is too large for one rank: it has (3n)^2 numbers, and
 !> a factor takes 9 n^3 operations. A group of ranks then shares M^-1 (parallel_inverse): its first rank asks for solutions while
@@ -41,9 +41,9 @@ module fsi_marker_response
 
 contains
 
-  !> Makes room for n markers. With `is_2d` they are given in the frame of a wing that a plane flow sees as a section, whose y
-  !> axis is that across the plane. With `group` its ranks share the response; else the calling rank has it alone. Collective
-  !> over the group.
+  !> Makes room for n markers. With `is_2d` they are in the frame of a wing that appears as a section in a plane flow; the y axis of
+  !> this frame is normal to the plane. With `group` its ranks share the response; otherwise the calling rank holds it alone.
+  !> Collective over the group.
   subroutine response_init(self, n, is_2d, group)
     class(marker_response_t), intent(inout) :: self
     integer, intent(in) :: n
@@ -98,7 +98,7 @@ contains
     call factorise(self%factor, has_factor)
   end subroutine response_build
 
-  !> Says that all markers have turned by `rotation` about any point since M was made.
+  !> Records that all markers have turned by `rotation` about any point since M was made.
   pure subroutine response_turn(self, rotation)
     class(marker_response_t), intent(inout) :: self
     real(rp), intent(in) :: rotation(3, 3)

@@ -2,10 +2,10 @@
 !> Places the markers of a wing that appears as a section in a two-dimensional flow: a strip whose width lies along y of the wing
 !> frame.
 !>
-!> The section is the line in which the plane in the middle of the width cuts the strip. Stations on it are about a spacing h
-!> apart, ends and folds included (fsi_marker_lines). A marker moves with the mean motion of the line across the strip through its
-!> station: with N_i the linear functions of the triangles its weights are int N_i dl/int dl. Their transpose turns a force on the
-!> marker into the forces on the points of a constant load along that line.
+!> The section is the line in which the plane in the middle of the width cuts the strip. Stations on it are about a spacing h apart,
+!> ends and folds included (fsi_marker_lines). A marker moves with the mean motion of the line across the strip through its station:
+!> with N_i the linear functions of the triangles its weights are int N_i dl/int dl. The transpose of the weights converts a force
+!> on the marker into forces on the points, those of a constant load along this line.
 module fsi_marker_section
   use base_errors, only: require
   use base_kinds, only: rp
@@ -39,8 +39,8 @@ module fsi_marker_section
 
 contains
 
-  !> Finds the stations of a strip. `left_out` counts ends and folds, and other places, that would have been too close to others;
-  !> `largest_gap` is in h. Deterministic. Allocates.
+  !> Finds the stations of a strip. `left_out` counts ends, folds and other sites that were left out because they are too close to
+  !> others; `largest_gap` is in h. Deterministic. Allocates.
   subroutine place_section_markers(points, triangles, spacing, stations, left_out, largest_gap)
     real(rp), intent(in) :: points(:, :)   !< (3, n) L
     integer, intent(in) :: triangles(:, :) !< (3, m)
@@ -70,7 +70,7 @@ contains
       call see(kept(i))
     end do
     do
-      k = maxloc(anint(gaps/(SAME*spacing) + 0.3719_rp), 1) ! the first of equal ones, whatever round-off says
+      k = maxloc(anint(gaps/(SAME*spacing) + 0.3719_rp), 1) ! the first of equal ones, independently of round-off
       largest_gap = gaps(k)/spacing
       if (largest_gap < LEAST*(1 - SAME)) exit
       kept = [kept, fine(k)]

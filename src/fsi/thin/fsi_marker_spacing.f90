@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Places markers about a spacing h apart on a triangulated sheet, its free edges included.
 !>
-!> The aim is that no two markers are closer than LEAST h and that no point of the sheet is farther than LEAST h from one. A set
-!> of points to which none can be added without violating the first condition satisfies the second (Eldar et al. 1997, DOI
-!> 10.1109/83.623193), for any shape. All distances are distances in space, so that both sides of a slit are one line. The edges
-!> come first (fsi_marker_lines). The inside is filled from them as a crystal grows, each marker next to two others. Lloyd's
-!> method then moves the inner markers to the centres of their Voronoi cells (Du, Faber & Gunzburger 1999, DOI
-!> 10.1137/S0036144599352836). At last markers that are too close are removed, and missing ones added.
+!> The aim is that no two markers are closer than LEAST h and that no point of the sheet is farther than LEAST h from one. If no
+!> point can be added to a set without violating the first condition, the set satisfies the second (Eldar et al. 1997, DOI
+!> 10.1109/83.623193), for any shape. All distances are measured in space, so that both sides of a slit count as one line. The edges
+!> come first (fsi_marker_lines). The interior is filled from the edges like a growing crystal, each marker next to two others.
+!> Lloyd's method then moves the inner markers to the centres of their Voronoi cells (Du, Faber & Gunzburger 1999, DOI
+!> 10.1137/S0036144599352836). Finally markers that are too close are removed, and missing markers are added.
 module fsi_marker_spacing
   use base_kinds, only: rp
   use fsi_free_edges, only: find_free_edges
@@ -25,9 +25,9 @@ module fsi_marker_spacing
 
 contains
 
-  !> Places the markers of a sheet; the first `n_edge` lie on free edges. `left_out` counts corners and other places of the
-  !> outline that would have been too close to others. `largest_gap`, in h, is the largest distance of sample points, 0.1 h apart,
-  !> from a marker. Deterministic. Allocates.
+  !> Places the markers of a sheet; the first `n_edge` lie on free edges. `left_out` counts corners and other sites of the outline
+  !> that were left out because they are too close to others. `largest_gap`, in h, is the largest distance of sample points, 0.1 h
+  !> apart, from a marker. Deterministic. Allocates.
   subroutine place_sheet_markers(points, triangles, spacing, sites, n_edge, left_out, largest_gap)
     real(rp), intent(in) :: points(:, :)   !< (3, n) L
     integer, intent(in) :: triangles(:, :) !< (3, m)
@@ -69,7 +69,7 @@ contains
     largest_gap = maxval(cloud%distance)/spacing
   end subroutine place_sheet_markers
 
-  !> Returns the wanted places on the free edges, those on corners first.
+  !> Returns the requested sites on the free edges, corners first.
   subroutine place_outline(points, triangles, edges, owners, spacing, sites, is_corner)
     real(rp), intent(in) :: points(:, :), spacing
     integer, intent(in) :: triangles(:, :), edges(:, :), owners(:)

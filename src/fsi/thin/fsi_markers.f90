@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds the markers of a wing without thickness: sites on its mid surface about a spacing h apart, free edges included, tied to
-!> the points of the triangles that hold them.
+!> Holds the markers of a wing without thickness: sites on its mid surface about a spacing h apart, free edges included. They are
+!> interpolated from the points of their triangles.
 !>
 !> A marker moves with its triangle, x = sum_k weights(k) points(:, nodes(k)); in a plane flow it is a line across a strip
 !> (fsi_marker_section). The response of the flow to forces at markers (fsi_marker_response) is well conditioned as long as no two
 !> markers are much closer than two grid spacings. The flow passes between markers that are much farther apart. `least` and `gap`
-!> tell how well the markers cover a wing.
+!> measure how well the markers cover a wing.
 module fsi_markers
   use base_kinds, only: rp
   use fsi_marker_cloud, only: site_t
@@ -94,7 +94,7 @@ contains
     end do
   end subroutine place_stations
 
-  !> Interpolates `values` (3, np) at the points of the wing, places or velocities, to the markers (3, n).
+  !> Interpolates `values` (3, np) at the points of the wing, positions or velocities, to the markers (3, n).
   pure subroutine markers_positions(self, values, at_markers)
     class(markers_t), intent(in) :: self
     real(rp), intent(in) :: values(:, :)
@@ -108,7 +108,8 @@ contains
     end do
   end subroutine markers_positions
 
-  !> Adds to forces(3, np) on the points the equivalent of those (3, n) at the markers: the transpose of `positions`.
+  !> Adds to forces(3, np) on the points the forces that are equivalent to given forces (3, n) at the markers. This is the transpose
+  !> of `positions`.
   pure subroutine markers_spread(self, at_markers, forces)
     class(markers_t), intent(in) :: self
     real(rp), intent(in) :: at_markers(:, :)

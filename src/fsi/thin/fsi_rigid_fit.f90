@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Finds the rotation that takes one set of points nearest to another, in the sense of least squares about their centres.
+!> Finds the rotation that maps one set of points to another about their centres with the smallest squared error.
 !>
-!> With y = R (from - its centre) and d = to - its centre - y, R is turned by the small vector w with
-!> sum (|y|^2 1 - y y^T) w = sum y x d, until it stays (Gauss and Newton). About a line on which all points lie R does not turn.
+!> With y = R (from - its centre) and d = to - its centre - y, R is turned by the small vector w with sum (|y|^2 1 - y y^T) w = sum
+!> y x d, until it converges (Gauss and Newton). If all points lie on a line, R does not rotate about this line.
 module fsi_rigid_fit
   use base_kinds, only: rp
   use fsi_rotation, only: cross
@@ -12,8 +12,8 @@ module fsi_rigid_fit
 
 contains
 
-  !> Returns the rotation R for which to - centre ~ R (from - centre), for from(3, n) and to(3, n), and the largest distance [L]
-  !> that is left.
+  !> Returns the rotation R for which to - centre ~ R (from - centre), for from(3, n) and to(3, n), and the largest remaining
+  !> distance [L].
   pure subroutine fit_rotation(from, to, rotation, farthest)
     real(rp), intent(in) :: from(:, :), to(:, :)
     real(rp), intent(out) :: rotation(3, 3), farthest

@@ -29,7 +29,7 @@ contains
                                             wings%marker_loads(i)%power, i=1, size(wings%marker_loads))])
   end subroutine save_thin_wings
 
-  !> Restores them, and the response. Fails if the checkpoint has no wings without thickness, or others. Collective.
+  !> Restores forces, loads and responses. Fails if the checkpoint has no wings without thickness, or different ones. Collective.
   subroutine load_thin_wings(reader, wings, thin, failure)
     type(checkpoint_reader_t), intent(inout) :: reader
     type(flapping_wings_t), intent(inout) :: wings
@@ -39,13 +39,14 @@ contains
     integer :: i
     logical :: has_factor(size(thin%wings))
     if (.not. has_thin_wings(reader)) then
-      call failure%raise('the checkpoint has no wings without thickness: it was made with another [Insects] surface')
+      call failure%raise('the checkpoint has no wings without thickness: set [Insects] surface as in the run that wrote it')
       return
     end if
     call reader%get_reals('marker_forces', numbers, failure)
     if (failure%failed) return
     if (size(numbers) /= size(thin%force)) then
-      call failure%raise('the checkpoint has another number of markers: its wings or its [Insects] marker_spacing differ')
+      call failure%raise('the checkpoint has another number of markers: set the wings and [Insects] marker_spacing as in the '// &
+                         'run that wrote it')
       return
     end if
     thin%force = reshape(numbers, shape(thin%force))
@@ -65,7 +66,7 @@ contains
       end associate
     end do
     call thin%rebuild_responses([(.true., i=1, size(thin%wings))], has_factor)
-    if (.not. all(has_factor)) call failure%raise('the markers of the checkpoint touch each other: give an earlier one')
+    if (.not. all(has_factor)) call failure%raise('the markers of the checkpoint touch each other: give an earlier checkpoint')
     call reader%get_reals('marker_loads', numbers, failure)
     if (failure%failed) return
     do i = 1, size(wings%marker_loads)

@@ -14,16 +14,16 @@ module fsi_thin_wing
   private
   public :: thin_wing_t, form_group
 
-  !> The markers of one wing are numbers first .. last of the markers of all wings.
+  !> One wing, whose markers are numbers first .. last of the markers of all wings.
   type :: thin_wing_t
     type(markers_t) :: markers
     type(flow_reaction_t) :: reaction
     integer :: first = 1, last = 0, owner = 0
     logical :: is_owner = .false., is_helper = .false. !< the role of this rank for the wing
     logical :: is_mirrored = .false. !< the wing file's axes are those of the wing frame, mirrored
-    real(rp), allocatable :: shape(:, :) !< (3, n) markers in the wing frame for which the response is made, L
+    real(rp), allocatable :: shape(:, :) !< (3, n) positions of markers in the wing frame for which the response is computed, L
     real(rp), allocatable :: flat(:, :)  !< (3, n) markers of the unloaded wing, in its frame, L
-    real(rp), allocatable :: bent(:, :)  !< (3, n) their displacements there where they sampled the flow, L
+    real(rp), allocatable :: bent(:, :)  !< (3, n) their displacements in this frame when they sampled the flow, L
     real(rp), allocatable :: work(:, :)  !< (3, n)
   contains
     procedure :: init => wing_init
@@ -54,8 +54,8 @@ contains
 
   !> Decides whether the ranks of `world` form one group for each wing to share its response; wing i has n_markers(i) markers. If
   !> so, `is_shared` is true and `group` is the group of this rank. Ranks are dealt to the groups in turn, so that rank i - 1, the
-  !> owner of wing i, is the first of its group. If `sharing` is automatic, groups form only where that is faster: an inverse
-  !> takes six times the operations of a factor. Collective.
+  !> owner of wing i, is the first of its group. If `sharing` is automatic, groups form only if this is faster: an inverse takes six
+  !> times the operations of a factor. Collective.
   subroutine form_group(world, n_markers, sharing, is_shared, group)
     type(world_t), intent(in) :: world
     integer, intent(in) :: n_markers(:), sharing
@@ -87,8 +87,8 @@ contains
     end if
   end subroutine wing_hold_response
 
-  !> Computes the response for markers at `shape` on the ranks that hold it, and what the reaction of a flexible wing needs from
-  !> it. `has_factor` is false on the owner if markers are too close together. Collective over the owner and its helpers.
+  !> Computes the response for markers at `shape` on the ranks that hold it, and updates the reaction of a flexible wing.
+  !> `has_factor` is false on the owner if markers are too close together. Collective over the owner and its helpers.
   subroutine wing_build_response(self, green, has_factor)
     class(thin_wing_t), intent(inout) :: self
     type(green_t), intent(in) :: green
@@ -108,16 +108,17 @@ contains
     call self%end_solutions()
   end subroutine wing_update_reaction
 
-  !> Ends the service of the helpers. The owner calls it when it has all the solutions that it needs; helpers serve solutions in
-  !> it until then. Collective over the owner and its helpers.
+  !> Ends the service of the helpers. The owner calls it when it has all solutions that it needs; helpers call it to take part in
+  !> the solutions until then. Collective over the owner and its helpers.
   subroutine wing_end_solutions(self)
     class(thin_wing_t), intent(inout) :: self
     if (self%is_owner) call self%reaction%response%release()
     if (self%is_helper) call self%reaction%response%serve()
   end subroutine wing_end_solutions
 
-  !> Returns the forces f(3, n) at the n markers of this wing that give the velocities v(3, n) there, without other wings. Both
-  !> are vectors in space, and `pose` is the pose of the wing. Only the owner sets f. Collective over the owner and its helpers.
+  !> Returns the forces f(3, n) at the n markers of this wing that cause the velocities v(3, n) at the markers in the absence of
+  !> other wings. Both are vectors in space, and `pose` is the pose of the wing. Only the owner sets f. Collective over the owner
+  !> and its helpers.
   subroutine wing_solve(self, pose, v, f)
     class(thin_wing_t), intent(inout) :: self
     type(wing_pose_t), intent(in) :: pose

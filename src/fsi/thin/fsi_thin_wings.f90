@@ -1,22 +1,23 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Puts wings without thickness into the flow: markers on their mid surface with forces that make the flow follow them.
 !>
-!> The fluid makes its step without wings, u*. At the places X and with the velocities U of the markers at its end
+!> The fluid makes its step without wings, with the result u*. The markers have the positions X and the velocities U at the end of
+!> the step. Then
 !>
 !>     dt M F = U - (I u*)(X),          u(n+1) = u* + dt P S F,
 !>
 !> where I interpolates the flow, S is its adjoint, P the projection (fluid_point_forces) and M the response of the markers
-!> (fsi_marker_response). The forces are Lagrange multipliers (Taira & Colonius 2007, DOI 10.1016/j.jcp.2007.03.005). -F is the
-!> load on the wing, and F.U the power that it gives to the flow. M omits the periodic images; the next step corrects the slip
-!> that this leaves. The forces of all rigid wings are computed in one system of equations (fsi_wing_pairs), those of flexible
-!> wings wing by wing.
+!> (fsi_marker_response). The forces are Lagrange multipliers (Taira & Colonius 2007, DOI 10.1016/j.jcp.2007.03.005). -F is the load
+!> on the wing, and F.U the power that it gives to the flow. M omits the periodic images; the next step corrects the remaining slip.
+!> The forces of all rigid wings are computed in one system of equations (fsi_wing_pairs), those of flexible wings wing by wing.
 !>
-!> Where a marker lies in a penalized body, near the hinge, the flow belongs to the body: with chi of the body there, the marker
-!> prescribes the velocity (1 - chi) U + chi U_body, and the share chi of its force acts on the body, not on the wing.
+!> If a marker lies in a penalized body, near the hinge, the body determines the flow: with chi of the body at the marker, the
+!> marker prescribes the velocity (1 - chi) U + chi U_body, and the share chi of its force acts on the body, not on the wing.
 !>
 !> Rigid wings are advanced here, flexible ones by fsi_thin_coupling in the same parts: `sample_flow`, find the forces,
-!> `apply_forces`. M is made in the frame of the wing, along the axes of the wing file: once for a rigid wing, and again
-!> whenever a wing has deformed, but for a rotation (fsi_rigid_fit), by a part of the spacing of its markers.
+!> `apply_forces`. M is computed in the frame of the wing, along the axes of the wing file. For a rigid wing this is done once. For
+!> a flexible wing it is repeated when the wing has deformed, apart from a rotation (fsi_rigid_fit), by a fraction of the spacing of
+!> its markers.
 module fsi_thin_wings
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -42,7 +43,7 @@ module fsi_thin_wings
     real(rp) :: speed = 0    !< largest |U|
     logical :: is_measured = .false. !< `after` and `received` are of the last step; otherwise of an earlier one
     real(rp) :: received = 0 !< rho L^5/T^3 power of the forces with the velocities of the flow after the step
-    integer :: iterations = 0 !< that found the forces of several rigid wings together
+    integer :: iterations = 0 !< iterations for the forces of several rigid wings together
     real(rp) :: left = 0      !< share of the earlier slip that the last iteration left
   end type slip_t
 
@@ -68,7 +69,7 @@ module fsi_thin_wings
     type(green_t), private :: green
     type(wing_pairs_t), allocatable, private :: pairs !< of several rigid wings
     logical, private :: is_shared = .false.    !< groups of ranks share the responses
-    type(world_t), private :: group            !< that of this rank, if so
+    type(world_t), private :: group            !< group of this rank in this case
     real(rp), private :: extent = 0            !< L largest distance of markers for which `green` holds
   contains
     procedure :: init => thin_init
@@ -91,7 +92,7 @@ contains
     type(flapping_wings_t), intent(in) :: wings
     type(fluid_t), intent(inout) :: fluid
     type(failure_t), intent(inout) :: failure
-    real(rp), parameter :: LONGER = 1.2_rp ! no deformation makes a wing longer; its outline need not be convex
+    real(rp), parameter :: LONGER = 1.2_rp ! deformation hardly lengthens a wing, but its outline need not be convex
     integer :: i, n
     logical :: has_factor(size(wings%params%wings)), is_2d
     self%world = world
@@ -115,9 +116,8 @@ contains
       call self%wings(i)%hold_response(world, i, size(self%wings), is_2d, self%is_shared, self%group)
     end do
     call self%rebuild_responses([(.true., i=1, size(self%wings))], has_factor)
-    if (.not. all(has_factor)) call failure%raise('the markers of a wing are too close to each other, so that the motion of '// &
-                                                  'the wing does not determine their forces: set a larger [Insects] '// &
-                                                  'marker_spacing')
+    if (.not. all(has_factor)) call failure%raise('the markers of a wing are too close to each other, and the motion of the '// &
+                                                  'wing does not determine their forces: set a larger [Insects] marker_spacing')
   end subroutine thin_init
 
   !> Makes the table of the response, and room for the effect of rigid wings on each other.
@@ -154,8 +154,8 @@ contains
   end subroutine thin_init_flexible
 
   !> Makes the responses of the wings that `are_changed` (wings) for markers at their `shape`, at the same time on the ranks that
-  !> hold them. has_factor(wings) is false, on all ranks, if markers are too close to each other, or farther from each other
-  !> than they can be. Collective.
+  !> hold them. has_factor(wings) is false, on all ranks, if markers are too close to each other, or farther from each other than
+  !> the table of the response reaches. Collective.
   subroutine thin_rebuild_responses(self, are_changed, has_factor)
     class(thin_wings_t), intent(inout) :: self
     logical, intent(in) :: are_changed(:)
@@ -178,15 +178,15 @@ contains
     self%seconds%responses = self%seconds%responses + wall_seconds() - begun
   end subroutine thin_rebuild_responses
 
-  !> Gives back the group of ranks, if there is one. Collective over it.
+  !> Releases the group of ranks, if there is one. Collective over it.
   subroutine thin_free(self)
     class(thin_wings_t), intent(inout) :: self
     if (self%is_shared) call self%group%release()
     self%is_shared = .false.
   end subroutine thin_free
 
-  !> Samples the flow, as it is without the wings, at the markers `x`: sets `flow`. In the body, a marker that moves with `u` then
-  !> prescribes the motion of the body. Collective.
+  !> Samples the flow, as it is without the wings, at the markers `x`: sets `flow`. The result is shifted such that a marker in the
+  !> body, which moves with `u`, prescribes the motion of the body. Collective.
   subroutine thin_sample_flow(self, fluid, wings)
     class(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -255,7 +255,7 @@ contains
 
   !> Lets rigid wings act on the step that `fluid` has just made: applies their forces to the flow at its end, and sets `slip` and
   !> the loads of the markers, which `wings` hold, for this step. `wings` stay where they are. Fails on all ranks if no forces are
-  !> found; the flow is then the one without them. Collective.
+  !> found; the flow is then unchanged. Collective.
   subroutine thin_advance_rigid(self, fluid, wings, failure)
     class(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -279,7 +279,7 @@ contains
   end subroutine thin_advance_rigid
 
   !> Finds the forces that make the flow follow all rigid wings, the same on all ranks: sets `force`. For several wings it uses
-  !> conjugate gradients, see fsi_wing_pairs; they fail if markers of two wings are at one place and move apart.
+  !> conjugate gradients, see fsi_wing_pairs; they fail if markers of two wings coincide and move apart.
   subroutine find_forces(self, poses, dt, failure)
     type(thin_wings_t), intent(inout) :: self
     type(wing_pose_t), intent(in) :: poses(:)
@@ -320,8 +320,8 @@ contains
         r = r - step*mp
       end do
       self%slip%left = largest(r)/begin
-      if (self%slip%left > TOO_MUCH) call failure%raise('no forces make the flow follow all wings: they touch or cross, or '// &
-                                                        'nearly so; set a larger distance between them ([Insects] '// &
+      if (self%slip%left > TOO_MUCH) call failure%raise('no forces make the flow follow all wings, because the wings touch or '// &
+                                                        'cross, or nearly do: set a larger distance between them ([Insects] '// &
                                                         'x_pivot_l, x_pivot_r, or the motion) or a smaller [Time] CFL')
     end associate
   end subroutine find_forces

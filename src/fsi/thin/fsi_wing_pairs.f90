@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes how the forces at the markers of each wing change the velocities at those of the other wings.
+!> Computes the velocities at the markers of each wing due to the forces at the markers of the other wings.
 !>
 !> The response of all markers is M = D + E. D has a block for each wing, in whose frame it is factorised once
 !> (fsi_marker_response). E holds the Green tensors between markers of different wings, which change as the wings move. M is
@@ -7,8 +7,8 @@
 !> in a few iterations (fsi_thin_wings). They need no product with D: since z = D^-1 r, the directions p = z + beta p_old have D p
 !> = r + beta D p_old.
 !>
-!> Each rank has the rows of every n-th marker. One rank sums a row, so that all ranks find the same bits, whatever their number.
-!> Between two markers the nearest periodic image counts.
+!> Each rank has the rows of every n-th marker. One rank sums a row, so that the result is the same to the last bit for any number
+!> of ranks. Two markers interact through their nearest periodic images.
 module fsi_wing_pairs
   use base_kinds, only: rp
   use fsi_green, only: green_t
@@ -22,7 +22,7 @@ module fsi_wing_pairs
     type(world_t) :: world
     real(rp) :: length(3) = 1
     integer, allocatable :: first(:), last(:)  !< (markers) of the wing of a marker
-    integer, allocatable :: own(:)             !< markers whose rows are here
+    integer, allocatable :: own(:)             !< markers whose rows this rank has
     real(rp), allocatable :: rows(:, :, :)     !< (3 n, 3, own) blocks of all markers before and behind the wing
     !> (3, markers) of the conjugate gradients: residual, D^-1 of it, direction, M and D times it.
     real(rp), dimension(:, :), allocatable, public :: r, z, p, mp, dp

@@ -184,8 +184,8 @@ contains
     ! Mutual neighbours count twice: at most double variance.
     z = product/square*sqrt(0.5_rp*n)
     call append(checks, 'neighbours', product/square, log_chi2_tail(max(0.0_rp, z)**2, 1), &
-                'differences at neighbouring places have the same sign: they are a shape, not noise', &
-                'differences at neighbouring places are independent')
+                'differences at neighbouring points have the same sign: they form a shape and are not noise', &
+                'differences at neighbouring points are independent')
   end subroutine check_neighbours
 
   !> Checks the surface that fits worst.

@@ -2,9 +2,8 @@
 !> Reads small arrays and texts of HDF5 files of unknown quality as a whole, on one process: which objects exist, of which kind
 !> and shape, and their values.
 !>
-!> Nothing here fails: what cannot be read is reported as such, so that a caller can go on and list all
-!> mistakes of a file. Values are delivered bit by bit as stored, also signalling NaN; use `is_finite`
-!> before computing with them.
+!> No procedure of this module fails. It reports what it cannot read, so that a caller can continue and list all mistakes of a file.
+!> Values are returned bit by bit as stored, including signalling NaN; use `is_finite` before computing with them.
 module io_arrays
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
@@ -42,7 +41,7 @@ module io_arrays
     end function c_strlen
   end interface
 
-  !> The state of the floating-point traps while HDF5 converts numbers that may be anything.
+  !> The state of the floating-point traps while HDF5 converts arbitrary numbers.
   type :: traps_t
     logical :: halting(size(ieee_all)) = .false.
   contains
@@ -84,8 +83,8 @@ contains
     end do
   end subroutine member_names
 
-  !> Returns kind and shape of a dataset, first Fortran index first (the reverse of what h5dump shows). An object that is no
-  !> readable dataset of numbers is ARRAY_OTHER and has no dimensions.
+  !> Returns kind and shape of a dataset, first Fortran index first (the reverse of what h5dump shows). An object that is not a
+  !> readable dataset of numbers has the kind ARRAY_OTHER and no dimensions.
   subroutine describe_array(file, name, kind, dims)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -130,7 +129,7 @@ contains
           if (class == H5T_INTEGER_F) kind = ARRAY_INTEGER
           if (kind /= ARRAY_OTHER) dims = int(extent, i8)
           if (sort == H5S_NULL_F) dims = [0_i8]
-          ! In a damaged file the library may read beyond what is stored, or stumble over the type.
+          ! In a damaged file the library may read beyond the stored data, or fail at the type.
           if (.not. is_plausible(dims, int(bytes, i8), int(storage, i8), layout == H5D_CHUNKED_F)) &
             kind = ARRAY_OTHER
         end if
@@ -140,8 +139,8 @@ contains
     call h5dclose_f(dataset, ignored)
   end subroutine describe_array
 
-  !> Tells whether numbers have a usual size and, unless they may be compressed, whether exactly as much is stored. The caller
-  !> checks for too many or too large dimensions.
+  !> Tells whether the numbers have a usual size and, unless they may be compressed, whether the stored data have the expected size.
+  !> The caller checks for too many or too large dimensions.
   pure logical function is_plausible(dims, bytes, storage, is_chunked)
     integer(i8), intent(in) :: dims(:), bytes, storage
     logical, intent(in) :: is_chunked
@@ -165,7 +164,7 @@ contains
     values = buffer(:size(values))
   end subroutine read_reals
 
-  !> Reads the same as integers. Those beyond 64 bits become the largest or smallest.
+  !> Reads the values as integers. Values beyond 64 bits become the largest or smallest integer.
   subroutine read_integers(file, name, values, ok)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -310,7 +309,7 @@ contains
     if (.not. ok) values = 0
   end subroutine read_attribute_reals
 
-  !> Reads an attribute that is one integer. One beyond 32 bits becomes the largest or smallest.
+  !> Reads an attribute that is one integer. A value beyond 32 bits becomes the largest or smallest integer.
   subroutine read_attribute_integer(file, object, name, value, ok)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name

@@ -1,11 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Stores the state for a restart: named numbers, texts and tables in one HDF5 file.
 !>
-!> A checkpoint is written under a temporary name, forced to the disk and then renamed, so that a file
-!> of the final name is complete. Every table carries a checksum and the file one over all names,
-!> numbers, texts and table checksums; the sums do not depend on the number of ranks. A reader refuses
-!> a file of which a single bit of the content differs. Tables are in global row order: any number of
-!> ranks may read what any other number wrote.
+!> A checkpoint is written under a temporary name, forced to the disk and then renamed, so that a file of the final name is
+!> complete. Every table carries a checksum and the file one over all names, numbers, texts and table checksums; the sums do not
+!> depend on the number of ranks. A reader refuses a file if a single bit of its content differs. Tables are in global row order:
+!> any number of ranks may read what any other number wrote.
 module io_checkpoint
   use base_checksum, only: checksum_reals, checksum_integers, checksum_text, checksum_add
   use base_errors, only: failure_t, require
@@ -23,7 +22,7 @@ module io_checkpoint
   public :: checkpoint_writer_t, checkpoint_reader_t
 
   integer(i8), parameter :: FORMAT_VERSION = 1
-  integer, parameter :: CLASS_TABLE = 100         !< next to the ATTRIBUTE_ constants
+  integer, parameter :: CLASS_TABLE = 100         !< in addition to the ATTRIBUTE_ constants
   character(*), parameter :: CONTENTS = 'contents' !< attribute with the checksum of the file
   character(*), parameter :: CHECKSUM = 'checksum' !< attribute of each table
 
@@ -34,7 +33,7 @@ module io_checkpoint
     type(hdf5_file_t) :: file
     type(failure_t) :: failure
     character(:), allocatable :: path
-    integer(i8) :: total = 0 !< checksum of what was put so far
+    integer(i8) :: total = 0 !< checksum of the entries so far
   contains
     procedure :: begin => writer_begin
     procedure :: put_real => writer_put_real
@@ -263,7 +262,7 @@ contains
     if (failure%failed) return
     call split_evenly(int(dims(2)), file%world%size, file%world%rank, start, count)
     step = max(1_i8, PIECE/max(1_i8, dims(1)))
-    most = (dims(2) + file%world%size - 1)/file%world%size ! all ranks take part in as many reads
+    most = (dims(2) + file%world%size - 1)/file%world%size ! all ranks take part in the same number of reads
     do first = 0, most - 1, step
       last = min(first + step, int(count, i8))
       allocate (values(dims(1)*max(0_i8, last - first)))

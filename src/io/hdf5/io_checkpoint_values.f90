@@ -29,8 +29,8 @@ module io_checkpoint_values
     procedure :: carry_text => saver_text
   end type checkpoint_saver_t
 
-  !> Gives what it visits the values of an open checkpoint. Visits are collective. `failure` says what is missing or of another
-  !> size.
+  !> Sets the components that it visits to the values of an open checkpoint. Visits are collective. `failure` says which value is
+  !> missing or has another size.
   type, extends(visitor_t) :: checkpoint_loader_t
     private
     type(checkpoint_reader_t), pointer :: reader => null()

@@ -1,9 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Writes and reads arrays in HDF5 files: boxes of grid fields and rows of tables, each rank its own part.
 !>
-!> All procedures follow the rules of io_hdf5: collective on a parallel file with one collective
-!> transfer, sticky failures, empty parts allowed. Numbers are converted here and not by the library,
-!> which would fall back to independent transfers.
+!> All procedures follow the rules of io_hdf5: collective on a parallel file with one collective transfer, sticky failures, empty
+!> parts allowed. This module converts numbers itself, because the library would use independent transfers for conversions.
 module io_datasets
   use base_kinds, only: rp, sp, i4, i8
   use base_memory, only: check_allocation, REAL_BYTES
@@ -196,7 +195,7 @@ contains
     if (created) then
       call h5dclose_f(dataset, error)
       call file%agree(error >= 0, 'dataset '''//name//''' cannot be closed', failure)
-      ! Without the dataset the file shrinks again, so that closing it does not need the missing space.
+      ! Without the dataset the file needs less space, so that it can be closed on a full disk.
       if (failure%failed) call h5ldelete_f(file%id, name, error)
     end if
     call h5pclose_f(creation, error)

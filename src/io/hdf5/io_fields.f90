@@ -2,8 +2,8 @@
 !> Writes and reads field files: one scalar field at one time in one file, in the layout of FLUSI.
 !>
 !> File `<prefix>_<label>.h5` holds one dataset `<prefix>` of Fortran shape (nx, ny, nz) with attributes time, viscosity, epsi,
-!> domain_size, origin and nxyz (x first). Files are written under a temporary name and renamed, so that a reader or a killed run
-!> never leaves or sees an incomplete file.
+!> domain_size, origin and nxyz (x first). Files are written under a temporary name and renamed, so that a killed run never leaves,
+!> and a reader never sees, an incomplete file.
 module io_fields
   use base_kinds, only: rp, i8
   use base_build, only: BUILD_VERSION, BUILD_COMMIT
@@ -40,7 +40,7 @@ module io_fields
     integer :: stride = 1                         !< points with global index mod stride == 0 are stored
   end type field_form_t
 
-  !> A dataset in a file, and what of it this rank has.
+  !> A dataset in a file, and the part of it that this rank owns.
   type :: part_t
     character(:), allocatable :: file_name, dataset
     integer(i8), allocatable :: dims(:), start(:), count(:)
@@ -70,7 +70,7 @@ contains
   end function field_label
 
   !> Returns the naming that gives outputs `interval` apart different labels: 'microtime' in place of 'time' if the interval is
-  !> below 2e-3. Outputs come at the first step past their time, so that two of them may be closer than the interval.
+  !> below 2e-3. An output is written at the first step past its time, so that two outputs may be closer than the interval.
   pure function finest_naming(naming, interval) result(finest)
     character(*), intent(in) :: naming
     real(rp), intent(in) :: interval
@@ -226,8 +226,8 @@ contains
     call file%close(failure)
   end subroutine read_field
 
-  !> Returns the name of the field in an open file: what its file name says before the first underscore, or else the only dataset
-  !> in it. Collective on a parallel file.
+  !> Returns the name of the field in an open file: the part of the file name before the first underscore, or else the only dataset
+  !> in the file. Collective on a parallel file.
   subroutine find_dataset(file, dataset, failure)
     type(hdf5_file_t), intent(in) :: file
     character(:), allocatable, intent(out) :: dataset

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Opens, writes and closes HDF5 files, either by all ranks of a communicator with collective transfers, or by one process.
 !>
-!> Failure is sticky: every procedure takes a `failure_t`, does nothing if it already failed, and
-!> leaves the same verdict on all ranks. A sequence of calls thus needs one check at its end. On a
-!> parallel file every procedure is collective; a rank that owns nothing takes part with an empty array.
+!> Failure is sticky: every procedure takes a `failure_t`, does nothing if it already failed, and leaves the same verdict on all
+!> ranks. A sequence of calls thus needs one check at its end. On a parallel file every procedure is collective; a rank without data
+!> takes part with an empty array.
 module io_hdf5
   use base_kinds, only: i8
   use base_errors, only: failure_t, require
@@ -45,8 +45,8 @@ module io_hdf5
     procedure :: dataset_shape => file_dataset_shape
   end type hdf5_file_t
 
-  ! HDF5 crashes when MPI ends if it could not write its last metadata while flushing or closing a file. On a full disk some space
-  ! must therefore remain for them, which is reserved at the very beginning.
+  ! If HDF5 cannot write its last metadata when it flushes or closes a file, it crashes when MPI ends. Therefore space for these
+  ! metadata is reserved at the beginning, in case the disk becomes full.
   character(*), parameter :: RESERVE = '.reserve'
   integer, parameter :: RESERVED_KILOBYTES = 256
 
@@ -166,7 +166,7 @@ contains
     call self%agree(error >= 0, 'cannot be written to the disk', failure)
   end subroutine file_flush
 
-  !> Closes the file, also after a failure; what a failed one holds is lost. Collective.
+  !> Closes the file, also after a failure; the content of a failed file is lost. Collective.
   subroutine file_close(self, failure)
     class(hdf5_file_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure
@@ -179,7 +179,8 @@ contains
     if (.not. failure%failed) call self%agree(error >= 0, 'cannot be closed', failure)
   end subroutine file_close
 
-  !> Frees the reserved space and, after a failure, that of a new file, so that the last metadata can be written. Collective.
+  !> Frees the reserved space, so that the last metadata can be written. After a failure it also frees the space of a new file.
+  !> Collective.
   subroutine give_space(self, failure)
     class(hdf5_file_t), intent(inout) :: self
     type(failure_t), intent(in) :: failure

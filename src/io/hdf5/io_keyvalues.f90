@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes the key of a field: one line of six numbers by which FLUSI's regression tests recognise a field.
 !>
-!> time, max f, min f, mean f, mean f**2, mean (x + y + z) f, with x = ix*xl/nx and so on, ix from 0.
-!> Everything here is done by one process; MPI need not run.
+!> time, max f, min f, mean f, mean f**2, mean (x + y + z) f, with x = ix*xl/nx and so on, ix from 0. One process does all the work;
+!> MPI need not run.
 module io_keyvalues
   use base_errors, only: failure_t
   use base_files, only: file_exists

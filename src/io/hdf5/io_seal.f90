@@ -4,8 +4,8 @@
 !>     flusi-msm seal 1 crc32 5f3a09c1 bytes 0000000000029455
 !>
 !> HDF5 does not read beyond the end that a file states, so that every reader opens a sealed file as usual. A program that writes
-!> into a sealed file cuts the seal off; the file then counts as unsealed, not as damaged. The library does not survive every
-!> damage. Therefore the seal is checked before a file is opened, and another process first opens a file without a seal.
+!> into a sealed file cuts the seal off; the file then counts as unsealed, not as damaged. Some damage crashes the library.
+!> Therefore the seal is checked before a file is opened, and a file without a seal is first opened by another process.
 module io_seal
   use, intrinsic :: iso_fortran_env, only: int8
   use base_child, only: run_child
@@ -20,7 +20,7 @@ module io_seal
   public :: SEAL_BROKEN, SEAL_GOOD, SEAL_MISSING
 
   integer, parameter :: SEAL_MISSING = 0, SEAL_GOOD = 1, SEAL_BROKEN = 2
-  character(*), parameter :: PROBE = 'msm_probe' !< the program that reads a file before others do
+  character(*), parameter :: PROBE = 'msm_probe' !< the program that opens a file first
 
   integer, parameter :: LENGTH = 64, PIECE = 65536
   character(*), parameter :: MARK = new_line('a')//'flusi-msm seal 1 crc32 ', SIZE_MARK = ' bytes '
@@ -49,7 +49,7 @@ contains
     end if
   end subroutine guard_input
 
-  !> Returns what the seal of a file tells. It is missing also if the file cannot be read.
+  !> Returns the state of the seal of a file. The seal counts as missing if the file cannot be read.
   subroutine check_seal(path, state)
     character(*), intent(in) :: path
     integer, intent(out) :: state
@@ -70,7 +70,7 @@ contains
     close (unit)
   end subroutine check_seal
 
-  !> Seals a closed file; one that has a good seal keeps it.
+  !> Seals a closed file, unless it has a valid seal.
   subroutine write_seal(path, ok)
     character(*), intent(in) :: path
     logical, intent(out) :: ok

@@ -2,8 +2,8 @@
 !> Turns the rows that a rank owns into as few regular patterns as possible.
 !>
 !> A file stores rows in global order, so a rank's rows are sorted first. Neighbouring rows are then joined to segments, and equal
-!> segments at equal distances to patterns. The rows of a pencil need one or two patterns, however many runs describe them. HDF5
-!> needs a long time to join many patterns.
+!> segments at equal distances to patterns. The rows of a pencil need one or two patterns, however many runs describe them. This
+!> matters because HDF5 needs a long time to join many patterns.
 module io_selection
   use base_errors, only: require
   use base_kinds, only: i8

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads small text files that every rank needs, only once from the disk.
+!> Reads small text files from the disk once and gives them to every rank.
 module io_broadcast_text
   use, intrinsic :: iso_fortran_env, only: int64
   use base_checksum, only: checksum_add, checksum_text
@@ -16,8 +16,8 @@ module io_broadcast_text
 
 contains
 
-  !> Reads a whole file into `text`, bytes as they are. On success `problem` is not allocated;
-  !> otherwise it is a message that names the file (missing, unreadable, a directory, too large).
+  !> Reads a whole file into `text`, byte by byte. On success `problem` is not allocated; otherwise it is a message that names the
+  !> file (missing, unreadable, a directory, too large).
   subroutine read_text_file(path, text, problem)
     character(*), intent(in) :: path
     character(:), allocatable, intent(out) :: text, problem
@@ -70,8 +70,8 @@ contains
     if (found /= '') problem = found
   end subroutine read_broadcast_text
 
-  !> Does `read_broadcast_text` for a file that the parameter file `ini` names. It is searched here and then beside `ini`; `path`
-  !> is the name under which it was found.
+  !> Does `read_broadcast_text` for a file that the parameter file `ini` names. The file is searched in the current folder and then
+  !> in the folder of `ini`; `path` is the name under which it was found.
   subroutine read_named_text(name, ini, path, text, problem, world)
     character(*), intent(in) :: name, ini
     character(:), allocatable, intent(out) :: path, text, problem
@@ -85,8 +85,8 @@ contains
     end if
   end subroutine read_named_text
 
-  !> Returns the path of the file `name` that the parameter file `ini` names: here, or beside `ini`; empty if it is in neither
-  !> place.
+  !> Returns the path of the file `name` that the parameter file `ini` names: in the current folder or in the folder of `ini`. It is
+  !> empty if the file is in neither.
   function named_path(name, ini, world) result(path)
     character(*), intent(in) :: name, ini
     type(world_t), intent(in), optional :: world
@@ -103,8 +103,8 @@ contains
     if (present(world)) call world%broadcast_text(path)
   end function named_path
 
-  !> Adds the paths of those files that `list` names and that exist. Names are separated by commas, may have a word and :: before
-  !> them, and are searched as in named_path. Not collective.
+  !> Adds the paths of the existing files among those that `list` names. Names are separated by commas, may have a word and ::
+  !> before them, and are searched as in named_path. Not collective.
   subroutine add_named_files(list, ini, paths)
     character(*), intent(in) :: list, ini
     type(message_list_t), intent(inout) :: paths

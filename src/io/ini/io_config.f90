@@ -1,9 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Holds the values of all registered keys, from one ini file and the defaults.
 !>
-!> Loading never stops the program: all mistakes of the file come back together, each as
-!> `file:line: [section] key: problem; valid: a | b; did you mean 'b'?`, and a key with a mistake has
-!> its default. Nothing here is collective: every rank loads the same text.
+!> Loading never stops the program. It returns all mistakes of the file together, each as `file:line: [section] key: problem; valid:
+!> a | b; did you mean 'b'?`, and a key with a mistake has its default. Nothing here is collective: every rank loads the same text.
 module io_config
   use base_errors, only: message_list_t, require
   use base_files, only: real_path
@@ -31,7 +30,7 @@ module io_config
     type(value_t), allocatable :: values(:) !< of the key with the same index in the registry
     character(:), allocatable :: name       !< of the file
     type(message_list_t) :: sources         !< real paths of the file and of those that it includes
-    real(rp) :: spacing = 0                 !< what dx means, 0 if unknown
+    real(rp) :: spacing = 0                 !< the length that dx stands for, 0 if unknown
     type(unit_scales_t) :: scales           !< of the numbers of the file
     logical :: has_scales = .false.
     logical :: is_foreign = .false.         !< the file belongs to another program or other equations
@@ -77,11 +76,10 @@ contains
     end if
   end subroutine config_load_file
 
-  !> Reads `text`, the content of the file called `name`, by the rules of `registry`. Adds every
-  !> mistake to `errors` and what the user should know to `notices`. With `flusi_compat` the first of
-  !> several equal keys counts, with a notice, instead of being a mistake. Whatever was loaded before
-  !> is forgotten. Files that [include] names, if the registry knows it, are read by root if there is a `world`, which
-  !> makes the call collective, and else by the calling rank.
+  !> Reads `text`, the content of the file called `name`, by the rules of `registry`. Adds every mistake to `errors` and what the
+  !> user should know to `notices`. With `flusi_compat` the first of several equal keys counts, with a notice, instead of being a
+  !> mistake. Values that were loaded before are discarded. Files that [include] names, if the registry knows it, are read by root
+  !> if there is a `world`, which makes the call collective, and else by the calling rank.
   subroutine config_load_text(self, text, name, registry, errors, notices, flusi_compat, world)
     class(config_t), intent(inout) :: self
     character(*), intent(in) :: text, name
@@ -105,7 +103,7 @@ contains
     if (.not. self%is_foreign) call registry%foreign%report(document, errors, is_all)
     self%is_foreign = self%is_foreign .or. is_all
     if (is_all) return
-    ! The spacing is needed before any length can be read, wherever its keys stand in the file.
+    ! The spacing is read first, because every length may need it and its keys may come later in the file.
     self%spacing = find_spacing(registry, document)
     do i = 1, registry%n_keys
       if (registry%keys(i)%key%kind == KEY_LENGTH) call set_default(self, i)
@@ -222,7 +220,7 @@ contains
     value = self%values(value_index(self, section, key, KEY_MATRIX, KEY_MATRIX))%matrix
   end function config_get_matrix
 
-  !> Reads the numbers of the file from now on in the other units of `scales`. Defaults and results always are in L, T and M.
+  !> Makes later calls read the numbers of the file in the units of `scales`. Defaults and results are always in L, T and M.
   subroutine config_set_units(self, scales)
     class(config_t), intent(inout) :: self
     type(unit_scales_t), intent(in) :: scales
@@ -259,8 +257,8 @@ contains
     end do
   end function config_reads
 
-  !> Gives a key the value that the program has worked out from what the file says, or from its not saying anything, with
-  !> `origin`, which --check prints.
+  !> Gives a key a value that the program has computed, from the keys of the file or because a key is missing. --check prints its
+  !> `origin`.
   subroutine config_settle(self, section, key, text, origin)
     class(config_t), intent(inout) :: self
     character(*), intent(in) :: section, key, text, origin
@@ -273,22 +271,22 @@ contains
     self%values(i)%origin = origin
   end subroutine config_settle
 
-  !> Returns the line of the file in which the key stands, right or wrong; 0 if nowhere.
+  !> Returns the line of the file that gives the key, with a valid value or not; 0 if there is none.
   integer function config_line_of(self, section, key) result(line)
     class(config_t), intent(in) :: self
     character(*), intent(in) :: section, key
     line = self%values(find(self, section, key))%line
   end function config_line_of
 
-  !> Tells whether the file asks for something of FLUSI that is not here, or is no input of this program, so that what else it
-  !> says belongs to another run.
+  !> Tells whether the file requests a feature of FLUSI that this program lacks, or is not an input of this program. The other keys
+  !> of the file then belong to another run.
   logical function config_asks_for_unbuilt(self) result(asks)
     class(config_t), intent(in) :: self
     asks = self%is_foreign .or. any(self%values%is_unbuilt)
   end function config_asks_for_unbuilt
 
-  !> Adds the mistake `file:line: [section] key: text`, without the line if the key is not in the file. A
-  !> key that already has a mistake holds its default, and nothing more is said about it.
+  !> Adds the mistake `file:line: [section] key: text`, without the line if the key is not in the file. If the key already has a
+  !> mistake, it has its default value, and no second message is added.
   subroutine config_complain(self, errors, section, key, text)
     class(config_t), intent(in) :: self
     type(message_list_t), intent(inout) :: errors
@@ -306,9 +304,8 @@ contains
     call errors%add(place//': ['//section//'] '//key//': '//text)
   end subroutine config_complain
 
-  !> Writes every key with its value, and behind ';' its unit and where the value comes from (file:line
-  !> or default). What is written is an ini file again and gives the same values: with units of the file, defaults
-  !> too are written in them.
+  !> Writes every key with its value, and behind ';' its unit and where the value comes from (file:line or default). The output is a
+  !> valid ini file that gives the same values. If the file has other units, defaults are written in these units, too.
   subroutine config_print_effective(self, unit)
     class(config_t), intent(in) :: self
     integer, intent(in) :: unit
@@ -333,8 +330,8 @@ contains
     end do
   end subroutine config_print_effective
 
-  !> Returns all values in one text, of which each line is `[section] key = value`, in L, T and M. Behind the name of a file is
-  !> what tells its content. The names of what a run writes are left out. The calling rank reads the files; not collective.
+  !> Returns all values in one text, of which each line is `[section] key = value`, in L, T and M. The name of a file is followed by
+  !> a checksum of its content. Names of output files are left out. The calling rank reads the files; not collective.
   function config_inputs(self) result(text)
     class(config_t), intent(in) :: self
     character(:), allocatable :: text, line
@@ -358,8 +355,8 @@ contains
     end do
   end function config_inputs
 
-  !> Adds the paths of all files that are read: the file itself, those that it includes, and those that values name and
-  !> that exist. Not collective.
+  !> Adds the paths of all files that are read: the file itself, those that it includes, and the existing files that values name.
+  !> Not collective.
   subroutine config_named_files(self, paths)
     class(config_t), intent(in) :: self
     type(message_list_t), intent(inout) :: paths
@@ -395,6 +392,6 @@ contains
                    ' is asked for as another type than it was registered with')
     end associate
     call require(self%values(i)%is_known, 'io_config: ['//section//'] '//key// &
-                 ' has no value: its default is worked out by the program, ask is_given first')
+                 ' has no value: its default is computed by the program, ask is_given first')
   end function value_index
 end module io_config

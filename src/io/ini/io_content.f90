@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tells text files of keys from files of other kinds by how they begin.
+!> Distinguishes text files of keys from files of other kinds by their first bytes.
 module io_content
   implicit none
   private
@@ -12,7 +12,8 @@ module io_content
 
 contains
 
-  !> Returns what a file is that is no text of keys, and what to do; empty for what may be one.
+  !> Returns a text that says what kind of file this is and what to do, if it is not a text of keys. It is empty for a possible text
+  !> of keys.
   pure function foreign_content(text) result(what)
     character(*), intent(in) :: text
     character(:), allocatable :: what
@@ -21,17 +22,17 @@ contains
     first = verify(text, BLANK_CHARACTERS)
     if (first == 0) return
     if (begins(text, BINARY)) then
-      what = 'is an HDF5 file and no input; an input is a text that names such files, by [Wing] file for instance'
+      what = 'is an HDF5 file and not an input; an input is a text that names such files, for instance by [Wing] file'
     else if (begins(text, ARCHIVE)) then
-      what = 'is an archive or a document of a word processor and no input'//SAVE_AS_TEXT
+      what = 'is an archive or a document of a word processor and not an input'//SAVE_AS_TEXT
     else if (begins(text(first:), '{\rtf')) then
-      what = 'is a document of a word processor and no input'//SAVE_AS_TEXT
+      what = 'is a document of a word processor and not an input'//SAVE_AS_TEXT
     else if (begins(text, UTF16(1)) .or. begins(text, UTF16(2))) then
       what = 'is written in UTF-16; save it as UTF-8'
     else if (begins(text(first:), '<?xml') .or. begins(text(first:), '<svg')) then
-      what = 'is XML and no input; make_wing makes a wing file of a drawing'
+      what = 'is XML and not an input; make_wing makes a wing file from a drawing'
     else if (begins(text(first:), '{')) then
-      what = 'is JSON and no input; the tools read descriptions of bending tests'
+      what = 'is JSON and not an input; the tools read descriptions of bending tests'
     end if
   end function foreign_content
 

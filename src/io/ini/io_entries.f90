@@ -26,7 +26,7 @@ module io_entries
 
 contains
 
-  !> Begins to read, with the messages that there are.
+  !> Begins to read; the messages so far are kept.
   subroutine reading_begin(self, spacing, errors, notices, first_wins)
     class(reading_t), intent(out) :: self
     real(rp), intent(in) :: spacing
@@ -39,8 +39,8 @@ contains
     if (present(first_wins)) self%first_wins = first_wins
   end subroutine reading_begin
 
-  !> Reads section i of the document, whose entries begin at index e, into `values`, of the keys with the same indices in the
-  !> registry; e moves to the entries of the next one.
+  !> Reads section i of the document, whose entries begin at index e, into `values`, which have the indices of the registry; e moves
+  !> to the entries of the next section.
   subroutine read_section(registry, document, i, e, reading, values)
     type(registry_t), intent(in) :: registry
     type(ini_document_t), intent(in) :: document
@@ -146,7 +146,7 @@ contains
     if (value%file /= file) text = text//' of '//value%file
   end function line_text
 
-  !> Does `read_entry` where mistakes have no effect.
+  !> Does `read_entry` for a key whose mistakes have no effect.
   subroutine read_quietly(registry, spacing, entry, k, values)
     type(registry_t), intent(in) :: registry
     real(rp), intent(in) :: spacing

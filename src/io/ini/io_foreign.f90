@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Recognises files that are no inputs of this program: files of another kind, and inputs of other programs. One message then says
+!> Recognises files that are not inputs of this program: files of another kind, and inputs of other programs. One message then says
 !> what the file is and what to do with it, instead of one message for each of its keys.
 module io_foreign
   use base_errors, only: message_list_t
@@ -19,8 +19,8 @@ module io_foreign
   type :: foreign_inputs_t
     private
     character(:), allocatable :: own      !< sections that only inputs of this program have
-    character(:), allocatable :: fragment !< an input with no sections but these is a part of one
-    character(:), allocatable :: advice   !< what to do with such a part
+    character(:), allocatable :: fragment !< a file with only these sections is a part of an input
+    character(:), allocatable :: advice   !< advice for such a part
     type(foreign_input_t), allocatable :: others(:)
   contains
     procedure :: set_own => foreign_set_own
@@ -31,14 +31,14 @@ module io_foreign
 
 contains
 
-  !> Says that a file with one of these sections is an input of this program, whatever else it holds.
+  !> States that a file with one of these sections is an input of this program, whatever other sections it has.
   subroutine foreign_set_own(self, sections)
     class(foreign_inputs_t), intent(inout) :: self
     character(*), intent(in) :: sections
     self%own = sections
   end subroutine foreign_set_own
 
-  !> Says that a file with no sections but these is refused with `advice`, in which * stands for its name.
+  !> States that a file with only these sections is refused with `advice`, in which * stands for its name.
   subroutine foreign_set_fragment(self, sections, advice)
     class(foreign_inputs_t), intent(inout) :: self
     character(*), intent(in) :: sections, advice
@@ -46,8 +46,8 @@ contains
     self%advice = advice
   end subroutine foreign_set_fragment
 
-  !> Says that a file with one of these sections is refused with `text`, in which * stands for its name. Of several the first
-  !> counts.
+  !> States that a file with one of these sections is refused with `text`, in which * stands for its name. If several apply, the
+  !> first counts.
   subroutine foreign_add(self, sections, text)
     class(foreign_inputs_t), intent(inout) :: self
     character(*), intent(in) :: sections, text
@@ -55,7 +55,7 @@ contains
     self%others = [self%others, foreign_input_t(sections, text)]
   end subroutine foreign_add
 
-  !> Sets `is_foreign` and adds the mistake to `errors` if `document` is none of this program's inputs.
+  !> Sets `is_foreign` and adds the mistake to `errors` if `document` is not an input of this program.
   subroutine foreign_report(self, document, errors, is_foreign)
     class(foreign_inputs_t), intent(in) :: self
     type(ini_document_t), intent(in) :: document

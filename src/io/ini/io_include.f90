@@ -4,8 +4,8 @@
 !>     [include]
 !>     file = trained.ini wing.ini
 !>
-!> A value in a file has priority over values in the files that it includes, wherever [include] stands. Two files that are
-!> included by the same file must not give the same key. Names are those of files here, or beside the including file.
+!> A value in a file has priority over values in the files that it includes, wherever [include] stands. Two files that are included
+!> by the same file must not give the same key. Files are searched in the current folder, then in the folder of the including file.
 module io_include
   use base_errors, only: message_list_t
   use base_files, only: real_path
@@ -21,7 +21,7 @@ module io_include
   !> Section and key of an entry.
   character(*), parameter :: INCLUDE_SECTION = 'include', INCLUDED_FILE = 'file'
 
-  !> A file that was read, and the one that included it (0: none did).
+  !> A file that was read, and the number of the file that included it (0: none).
   type :: source_t
     character(:), allocatable :: name, real_name
     integer :: parent = 0
@@ -33,15 +33,15 @@ contains
   !> Adds [include] to `registry`, so that its files may include others.
   subroutine register_include(registry)
     type(registry_t), intent(inout) :: registry
-    call registry%add_section(INCLUDE_SECTION, 'parameters that stand in other files')
+    call registry%add_section(INCLUDE_SECTION, 'parameters from other files')
     call registry%add_text(INCLUDE_SECTION, INCLUDED_FILE, '', &
-                           'names of parameter files, beside this one, separated by blanks; what this file says '// &
-                           'itself counts before what they say')
+                           'names of parameter files in the folder of this file, separated by blanks; the keys of this file '// &
+                           'take precedence over theirs')
   end subroutine register_include
 
-  !> Puts the sections and keys of all files that `document` includes, directly or not, behind its own. A file that
-  !> is included twice is read once. Missing files and files that include themselves are added to `errors`, the real paths of
-  !> the files that were read to `paths`. With `world` root reads, and this is collective.
+  !> Puts the sections and keys of all files that `document` includes, directly or not, behind its own. A file that is included
+  !> twice is read once. Missing files and files that include themselves are added to `errors`, the real paths of the files that
+  !> were read to `paths`. With `world` the root rank reads, and the call is collective.
   subroutine add_included(document, errors, paths, world)
     type(ini_document_t), intent(inout) :: document
     type(message_list_t), intent(inout) :: errors, paths

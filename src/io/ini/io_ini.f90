@@ -18,22 +18,22 @@ module io_ini
   public :: ini_document_t, ini_section_t, ini_entry_t
 
   type :: ini_section_t
-    character(:), allocatable :: name !< empty: the header is broken and its keys belong nowhere
-    character(:), allocatable :: file !< where it stands
+    character(:), allocatable :: name !< empty: the header is broken and its keys belong to no section
+    character(:), allocatable :: file !< file that contains it
     integer :: line = 0
   end type ini_section_t
 
   type :: ini_entry_t
     character(:), allocatable :: key
     character(:), allocatable :: value !< trimmed; of a matrix the rows, one a line of the file
-    character(:), allocatable :: file  !< where it stands
+    character(:), allocatable :: file  !< file that contains it
     integer :: section = 0             !< index of its section header in `sections`
     integer :: line = 0
     integer :: depth = 0               !< 0: the file itself, 1: a file that it includes, and so on
     logical :: is_matrix = .false.
   end type ini_entry_t
 
-  !> What was read: every section header and every entry, in the order of the file.
+  !> The parsed document: every section header and every entry, in the order of the file.
   type :: ini_document_t
     character(:), allocatable :: name !< of the file, for messages
     type(ini_section_t), allocatable :: sections(:)
@@ -99,7 +99,7 @@ contains
       call errors%add(name//': is empty: no [Section] and no key was found')
   end subroutine ini_document_parse
 
-  !> Appends what another file says, as included at `depth`.
+  !> Appends the content of another file, which is included at `depth`.
   subroutine ini_document_append(self, other, depth)
     class(ini_document_t), intent(inout) :: self
     type(ini_document_t), intent(in) :: other
@@ -141,7 +141,7 @@ contains
     call trim_range(text, first, last, BLANKS//return)
   end subroutine next_line
 
-  !> Shrinks text(first:last) by the characters of `set` on both sides; possibly to nothing.
+  !> Trims the characters of `set` from both ends of text(first:last), which may become empty.
   subroutine trim_range(text, first, last, set)
     character(*), intent(in) :: text, set
     integer, intent(inout) :: first, last
@@ -156,7 +156,7 @@ contains
     first = first - 1 + step
   end subroutine trim_range
 
-  !> Reads one line, or all lines of a matrix: then `position` and `stop_line` move to its last line.
+  !> Reads one line, or all lines of a matrix. In the latter case `position` and `stop_line` move to its last line.
   subroutine parse_line(self, text, first, last, position, stop_line, line, problem)
     class(ini_document_t), intent(inout) :: self
     character(*), intent(in) :: text

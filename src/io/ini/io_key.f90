@@ -15,12 +15,12 @@ module io_key
     integer :: kind = KEY_INERT
     character(:), allocatable :: section, name, help
     character(:), allocatable :: unit         !< empty: a pure number
-    character(:), allocatable :: default_text !< as it would stand in a file
+    character(:), allocatable :: default_text !< in the form of a file
     character(:), allocatable :: allowed      !< KEY_WORD: a|b|c*
-    character(:), allocatable :: unbuilt      !< words (or for a switch the physics) known but not built
+    character(:), allocatable :: unbuilt      !< words (for a switch: physics) that FLUSI has and this program lacks
     character(:), allocatable :: instead      !< 'a: what to give instead|b*: ...' for words of `unbuilt`
     logical :: is_required = .false.
-    logical :: is_computed = .false.          !< the default is a sentence; the program finds the value
+    logical :: is_computed = .false.          !< the default is a sentence; the program computes the value
     logical :: has_lower = .false., has_upper = .false.
     logical :: is_lower_open = .false., is_upper_open = .false. !< the limit itself is not allowed
     real(rp) :: lower = 0, upper = 0
@@ -35,7 +35,7 @@ module io_key
 
 contains
 
-  !> Makes a new key with the parts that keys of every kind have.
+  !> Makes a new key with the components that keys of every kind have.
   subroutine describe(new, kind, section, name, default_text, help, unit, required)
     type(key_t), intent(out) :: new
     integer, intent(in) :: kind
@@ -121,7 +121,7 @@ contains
     end if
   end function limit_text
 
-  !> Returns what kind of value the key takes, in words.
+  !> Returns the kind of the value in words.
   function key_kind_text(self) result(text)
     class(key_t), intent(in) :: self
     character(:), allocatable :: text
@@ -149,7 +149,7 @@ contains
     end select
   end function key_kind_text
 
-  !> Returns what may stand in a file: 'a | b | c', 'integer >= 1', '3 reals'.
+  !> Returns the valid values of the key: 'a | b | c', 'integer >= 1', '3 reals'.
   function key_choices_text(self) result(text)
     class(key_t), intent(in) :: self
     character(:), allocatable :: text, limits
@@ -181,7 +181,7 @@ contains
     end do
   end function spaced_choices
 
-  !> Tells whether `word` is `pattern`, or begins with what stands in front of a final '*'.
+  !> Tells whether `word` equals `pattern`, or begins with the part before a final '*'.
   pure logical function matches_pattern(word, pattern) result(matches)
     character(*), intent(in) :: word, pattern
     integer :: n

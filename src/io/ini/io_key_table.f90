@@ -28,7 +28,7 @@ module io_key_table
 
 contains
 
-  !> Writes for each section its heading, its help, the table of its keys, and then the names of those without effect.
+  !> Writes for each section its heading, its help, the table of its keys, and the names of keys without effect.
   subroutine write_key_tables(unit, section, keys)
     integer, intent(in) :: unit
     type(section_t), intent(in) :: section

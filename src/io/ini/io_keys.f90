@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Binds ini keys to variables: one statement for each key tells its name, the variable, the default, what it is for, its
-!> unit and its range. A procedure that consists of such statements declares the keys or reads them.
+!> Binds ini keys to variables: one statement for each key has its name, the variable, the default, the help, the unit and the
+!> range. A procedure of such statements either declares the keys or reads them.
 !>
 !>     subroutine solver_keys(keys, options)
 !>       call keys%section('Solver', 'path of the static solution')
@@ -10,8 +10,8 @@
 !>     keys = declaring(registry)  or  keys = reading(config)
 !>     call solver_keys(keys, options)
 !>
-!> Variables keep their values where keys are declared. A key whose default the program works out (a sentence in place of a
-!> value) leaves its variable as it is unless the file gives the key. `given` tells whether the file gives a valid value.
+!> When keys are declared, variables keep their values. If the program computes the default of a key (the default is a sentence),
+!> the variable also keeps its value unless the file gives the key. `given` tells whether the file gives a valid value.
 module io_keys
   use base_kinds, only: i8, rp
   use base_named_kinds, only: kind_of, named_kind_t, words_of
@@ -62,8 +62,8 @@ contains
     keys%config => config
   end function reading
 
-  !> Begins the section to which the keys that follow belong. `help` is its line in the reference; without it the section is
-  !> declared elsewhere too.
+  !> Begins the section of the keys that follow. `help` is its line in the reference; without it another procedure declares the
+  !> section.
   subroutine keys_section(self, name, help)
     class(keys_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -127,8 +127,8 @@ contains
     if (present(scale)) value = scale*value
   end subroutine keys_real
 
-  !> Declares a real key that may also be written N*dx, or reads it into `value`: min <= value or above < value. A `default` that
-  !> is not such a number, 'xl/2', is a sentence on what the program works out.
+  !> Declares a real key that may also be written N*dx, or reads it into `value`: min <= value or above < value. A `default` that is
+  !> not such a number, for instance 'xl/2', describes the value that the program computes.
   subroutine keys_length(self, key, value, default, help, unit, min, above, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, default, help
@@ -187,8 +187,8 @@ contains
     rows = self%config%get_matrix(self%name, key)
   end subroutine keys_matrix
 
-  !> Declares a key that is yes or no, or reads it. With `unbuilt`, the name of some physics, yes is a mistake, and `instead`
-  !> tells what to give. With `computed`, a sentence, the program works the default out.
+  !> Declares a key that is yes or no, or reads it. With `unbuilt`, the name of some physics, yes is a mistake, and `instead` says
+  !> what to give. With `computed`, a sentence, the program computes the default.
   subroutine keys_switch(self, key, value, default, help, unbuilt, computed, instead, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, help
@@ -204,7 +204,7 @@ contains
   end subroutine keys_switch
 
   !> Declares a key that is one of the words of `allowed`, 'a|b|from_file::*', or reads it. Words of `unbuilt` are known but
-  !> refused; `instead`, 'a: sentence|b*: sentence', tells for some of them what to give.
+  !> refused; `instead`, 'a: sentence|b*: sentence', says for some of them what to give.
   subroutine keys_word(self, key, value, default, allowed, help, unbuilt, required, instead, given)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, default, allowed, help
@@ -219,8 +219,8 @@ contains
     value = self%config%get_word(self%name, key)
   end subroutine keys_word
 
-  !> Declares a key that is one of the words of `table`, or reads the kind that it means. `default` is one of the words, or another
-  !> one, of the kind 0, for a key that is required. `word` is the text that the user gives, which a kind 'from_file::*' needs.
+  !> Declares a key that is one of the words of `table`, or reads the kind that it means. `default` is one of the words, or, for a
+  !> required key, another word with the kind 0. `word` is the text that the user gives, which a kind 'from_file::*' needs.
   subroutine keys_kind(self, key, kind, default, table, help, unbuilt, required, instead, given, word)
     class(keys_t), intent(in) :: self
     character(*), intent(in) :: key, default, help

@@ -105,7 +105,7 @@ contains
     if (len(meant) == 0 .or. len(name) > 60) return
     if (to_lower(name) == to_lower(meant)) text = text//' (names are case-sensitive)'
   end function what_is_wrong
-  !> Adds `name` to the list of what has no effect, unless it is there.
+  !> Adds `name` to the list of keys without effect, unless the list has it.
   subroutine note_inert(inert, name, place)
     character(:), allocatable, intent(inout) :: inert
     character(*), intent(in) :: name, place

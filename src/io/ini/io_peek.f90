@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Finds what must be known of a document before its keys can be read in their order: the spacing that dx stands for, and which
-!> sections have an effect. Of several equal keys the first one counts. Values with mistakes, which are reported later, count as
-!> unknown.
+!> Finds the properties of a document that the reader needs before it reads the keys in order: the spacing that dx stands for, and
+!> the sections that have an effect. Of several equal keys the first one counts. Values with mistakes, which are reported later,
+!> count as unknown.
 module io_peek
   use base_kinds, only: rp
   use io_ini, only: ini_document_t

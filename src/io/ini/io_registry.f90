@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds the register of ini keys: each key is declared once, with everything that is known about it. Reading, error messages,
-!> `--check` and the parameter table of the documentation all use it.
+!> Holds the register of ini keys. Each key is declared once, with all its properties. Reading, error messages, `--check` and the
+!> parameter table of the documentation use the register.
 module io_registry
   use base_errors, only: require
   use base_kinds, only: rp
@@ -19,14 +19,14 @@ module io_registry
     character(:), allocatable :: section, name, old_name
   end type alias_t
 
-  !> All sections, keys and aliases, in the order of their declaration. Declaring anything twice, or
-  !> with a default that its own key would refuse, is a programmer error.
+  !> All sections, keys and aliases, in the order of their declaration. A second declaration, or a default that the key itself would
+  !> refuse, is a programmer error.
   type :: registry_t
     type(section_t), allocatable :: sections(:)
     type(key_entry_t), allocatable :: keys(:) !< the first n_keys slots are filled
     type(alias_t), allocatable :: aliases(:)
     integer :: n_sections = 0, n_keys = 0, n_aliases = 0
-    type(foreign_inputs_t) :: foreign !< what tells inputs from those of other programs
+    type(foreign_inputs_t) :: foreign !< what distinguishes inputs of this program from those of others
     integer :: points_key = 0, length_key = 0 !< N*dx means N*(length/points); 0: no such lattice
   contains
     procedure :: add_section => registry_add_section
@@ -151,8 +151,8 @@ contains
     call add_key(self, new)
   end subroutine registry_add_word
 
-  !> Declares a key of free text, such as the name of a file. If it is `computed`, `default` is a sentence and the program works
-  !> the default out; get_text may then be asked only if the key is given.
+  !> Declares a key of free text, such as the name of a file. If it is `computed`, `default` is a sentence and the program computes
+  !> the default; get_text may then be called only if the key is given.
   subroutine registry_add_text(self, section, key, default, help, required, computed)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, key, default, help
@@ -216,8 +216,8 @@ contains
     self%sections(i)%is_inert = .true.
   end subroutine registry_add_inert_section
 
-  !> Declares a section of FLUSI that makes the file one for other equations: `physics` is their name, `instead` what to give. A
-  !> file with this section is refused by one message, unless it is valid without the section (`can_go`).
+  !> Declares a section of FLUSI that belongs to other equations: `physics` is their name, `instead` says what to give. A file with
+  !> this section is refused by one message, unless it is valid without the section (`can_go`).
   subroutine registry_add_unbuilt_section(self, section, physics, instead, can_go)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, physics, instead
@@ -253,8 +253,8 @@ contains
   end subroutine registry_add_alias
 
   !> Makes a section count only if [deciding_section] deciding_key has one of the values `words`, 'a|b'. If there are several such
-  !> conditions all must hold. Otherwise the contents of the section are accepted without effect: right values are kept, and wrong
-  !> ones and unknown keys are no mistakes.
+  !> conditions all must hold. Otherwise the section has no effect: valid values are kept, and invalid values and unknown keys are
+  !> not mistakes.
   subroutine registry_only_if(self, section, deciding_section, deciding_key, words)
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, deciding_section, deciding_key, words

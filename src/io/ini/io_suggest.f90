@@ -24,7 +24,7 @@ module io_suggest
 
 contains
 
-  !> Begins a search for what `misspelt` may have meant.
+  !> Begins a search for the name that `misspelt` may mean.
   subroutine suggestion_start(self, misspelt)
     class(suggestion_t), intent(out) :: self
     character(*), intent(in) :: misspelt
@@ -37,7 +37,7 @@ contains
     character(*), intent(in) :: name
     integer :: distance
     distance = edit_distance(self%misspelt, to_lower(name))
-    ! A third of the letters may be wrong, but always one, so that short names are found too.
+    ! A third of the letters may be wrong, and at least one, so that short names are found, too.
     if (distance > max(1, min(3, len(self%misspelt)/3))) return
     if (distance >= min(len(name), self%distance)) return
     self%distance = distance
@@ -52,7 +52,7 @@ contains
     if (allocated(self%best)) text = "; did you mean '"//self%best//"'?"
   end function suggestion_hint
 
-  !> Returns what may be meant by `raw`, which should be a number: one with a unit, or with a decimal comma. It begins with a
+  !> Returns a hint if `raw`, which should be a number, is a number with a unit or with a decimal comma. The hint begins with a
   !> semicolon, or is empty.
   function number_hint(raw) result(text)
     character(*), intent(in) :: raw
@@ -74,7 +74,7 @@ contains
       if (.not. allocated(problem)) exit
     end do
     if (n < 1) return
-    if (index(NOT_UNITS, first_letter(raw(n + 1:))) == 0) text = '; write the number alone, in the unit that --check tells'
+    if (index(NOT_UNITS, first_letter(raw(n + 1:))) == 0) text = '; write the number without a unit, in the unit that --check shows'
   end function number_hint
 
   !> Returns the first character that is not blank.

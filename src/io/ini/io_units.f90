@@ -13,8 +13,8 @@ module io_units
 
 contains
 
-  !> Returns what one `unit` is in the other system: 'L^2/T' gives length^2/time. A quotient has one '/', factors are apart by
-  !> blanks. Whatever is not made of L, T, M and 1 (degree, points, m/s) gives 1.
+  !> Returns the value of one `unit` in the other system: 'L^2/T' gives length^2/time. A quotient has one '/', and blanks separate
+  !> factors. Units that do not consist of L, T, M and 1 (degree, points, m/s) give 1.
   pure real(rp) function unit_value(unit, scales) result(value)
     character(*), intent(in) :: unit
     type(unit_scales_t), intent(in) :: scales

@@ -12,15 +12,15 @@ module io_value
 
   !> Only the component that belongs to the kind of the key is used.
   type :: value_t
-    integer :: line = 0          !< where the key first stands in `file`, 0: nowhere
+    integer :: line = 0          !< line of `file` that gives the key first, 0: none
     integer :: depth = 0         !< of `file`: 0 is the file itself, 1 one that it includes, and so on
     character(:), allocatable :: file
     logical :: is_given = .false. !< the file gives a valid value
     logical :: is_known = .false. !< there is a value: given or default
-    logical :: is_excused = .false. !< the file gives it wrongly, which is reported: do not call it missing
-    logical :: is_unbuilt = .false. !< the file asks for something of FLUSI that is not here
+    logical :: is_excused = .false. !< the file gives an invalid value, which is reported: do not report it as missing
+    logical :: is_unbuilt = .false. !< the file requests a feature of FLUSI that this program lacks
     character(:), allocatable :: spelling !< the key as the file writes it (it may be an alias)
-    character(:), allocatable :: origin !< of a value that the program has worked out
+    character(:), allocatable :: origin !< origin of a value that the program has computed
     integer :: whole = 0
     real(rp) :: number = 0
     real(rp) :: unit = 1         !< numbers and reals are given in this many units of the key
@@ -35,9 +35,9 @@ module io_value
 
 contains
 
-  !> Reads `raw` as a value of `key` into `value`. On success `problem` is not allocated; otherwise it
-  !> says what is wrong and what would be valid, and `value` keeps what it had. `spacing` is the length
-  !> that dx stands for, <= 0 if it is not known; `line` is where the value begins.
+  !> Reads `raw` as a value of `key` into `value`. On success `problem` is not allocated; otherwise it says what is wrong and what
+  !> is valid, and `value` keeps its value. `spacing` is the length that dx stands for, <= 0 if it is not known; `line` is where the
+  !> value begins.
   subroutine read_value(key, raw, is_matrix, line, spacing, value, problem)
     type(key_t), intent(in) :: key
     character(*), intent(in) :: raw
@@ -102,7 +102,7 @@ contains
       if (key%kind /= KEY_LENGTH) then
         problem = quoted(raw)//' is given in units of dx, but this key is not a length'
       else if (spacing <= 0) then
-        problem = quoted(raw)//' cannot be worked out, because dx = yl/ny is not known'
+        problem = quoted(raw)//' cannot be computed, because dx = yl/ny is not known'
       else if (abs(x) > huge(x)/max(spacing, 1.0_rp)) then
         problem = quoted(raw)//' is too large for a number'
       else
@@ -309,7 +309,7 @@ contains
     call move_alloc(rows, matrix)
   end subroutine read_matrix
 
-  !> Returns the value as it could stand in a file; each row of a matrix on a separate line.
+  !> Returns the value in the form of a file, with each row of a matrix on a separate line.
   function value_text(key, value) result(text)
     type(key_t), intent(in) :: key
     type(value_t), intent(in) :: value
@@ -338,8 +338,8 @@ contains
     end select
   end function value_text
 
-  !> Returns `key = value`, and behind ';' the unit and where the value comes from, the file `name` or the default. With `scale`,
-  !> what one unit of the key is in SI units, the file is in these, and so is what is written.
+  !> Returns `key = value`, and behind ';' the unit and where the value comes from, the file `name` or the default. `scale` is the
+  !> value of one unit of the key in SI units; with it the file is in SI units, and so is the result.
   function effective_line(key, value, scale) result(text)
     type(key_t), intent(in) :: key
     type(value_t), intent(in) :: value
@@ -359,7 +359,7 @@ contains
     remark = 'default'
     if (value%is_given) remark = value%file//':'//number_text(value%line)
     if (allocated(value%origin)) remark = remark//', '//value%origin
-    if (.not. value%is_known) remark = 'default: '//key%default_text//', worked out by the program'
+    if (.not. value%is_known) remark = 'default: '//key%default_text//', computed by the program'
     if (present(scale)) then
       if (abs(scale - 1) > 0) remark = 'in SI units, '//remark
     end if

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Keeps two alternating checkpoints, `<base>0.h5` and `<base>1.h5`, of which the newer valid one counts.
+!> Keeps two alternating checkpoints, `<base>0.h5` and `<base>1.h5`, and uses the newer valid one.
 !>
-!> Each holds a generation number that only grows, over restarts too. A checkpoint replaces the older
-!> or the invalid one, never the file that the run was restarted from first: at any instant one
-!> complete generation is on the disk.
+!> Each holds a generation number that increases, also over restarts. A checkpoint replaces the older or the invalid file, but the
+!> first checkpoint of a restarted run never replaces the file from which the run was restarted. Thus one complete generation is on
+!> the disk at any instant.
 module io_checkpoint_slots
   use base_errors, only: failure_t, require
   use base_files, only: join_path, name_of
@@ -20,7 +20,7 @@ module io_checkpoint_slots
     type(world_t) :: world
     character(:), allocatable :: directory, base
     integer(i8) :: generation(0:1) = 0 !< 0: missing or invalid
-    integer :: source = -1             !< slot that the run came from, until another one is newer
+    integer :: source = -1             !< slot from which the run was restarted, until the other one is newer
     integer :: writing = -1            !< slot between begin and commit
     type(failure_t) :: verdict(0:1)    !< why a slot is invalid
     type(identity_t) :: identity       !< of the run, for its checkpoints
@@ -87,8 +87,8 @@ contains
     name = slot_name(self, next_slot(self))
   end function slots_choose_oldest_or_invalid
 
-  !> Says that the run was restarted from the file `path`, of whatever age. If it is one of the two, the next checkpoint goes to
-  !> the other.
+  !> Records that the run was restarted from the file `path`, of any age. If it is one of the two files, the next checkpoint
+  !> replaces the other one.
   subroutine slots_came_from(self, path)
     class(checkpoint_slots_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -99,14 +99,14 @@ contains
     end do
   end subroutine slots_came_from
 
-  !> Gives checkpoints, from now on, the identity of their run.
+  !> Sets the identity of the run, which later checkpoints contain.
   subroutine slots_identify(self, identity)
     class(checkpoint_slots_t), intent(inout) :: self
     type(identity_t), intent(in) :: identity
     self%identity = identity
   end subroutine slots_identify
 
-  !> Begins the next checkpoint in the right place, with its generation number. Collective.
+  !> Begins the next checkpoint in its slot, with its generation number. Collective.
   subroutine slots_begin(self, writer, failure)
     class(checkpoint_slots_t), intent(inout) :: self
     type(checkpoint_writer_t), intent(inout) :: writer
@@ -117,8 +117,8 @@ contains
     call self%identity%save(writer)
   end subroutine slots_begin
 
-  !> Commits the checkpoint that `begin` began. After a failure the earlier ones are untouched and the
-  !> next attempt goes to the same place. Collective.
+  !> Commits the checkpoint that `begin` began. After a failure the earlier ones are untouched and the next attempt uses the same
+  !> slot. Collective.
   subroutine slots_commit(self, writer, failure)
     class(checkpoint_slots_t), intent(inout) :: self
     type(checkpoint_writer_t), intent(inout) :: writer
@@ -147,7 +147,7 @@ contains
     if (self%verdict(slot)%failed) reason = self%verdict(slot)%reason
   end function slots_reason
 
-  !> Returns the slot of the next backup: never that of the backup from which the run started, else the older one.
+  !> Returns the slot of the next backup: not the slot of the backup from which the run started, otherwise the older one.
   pure integer function next_slot(self)
     class(checkpoint_slots_t), intent(in) :: self
     if (self%source >= 0) then

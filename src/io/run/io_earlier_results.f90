@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Moves the results of an earlier run that are in the way. It never removes them.
+!> Moves the results of an earlier run aside when a new run would overwrite them. It never removes them.
 module io_earlier_results
   use base_errors, only: failure_t, message_list_t
   use base_files, only: file_exists, folder_of, join_path, make_folder, name_of, real_path, rename_file

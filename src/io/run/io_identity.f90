@@ -37,7 +37,7 @@ module io_identity
 
 contains
 
-  !> Makes the identity of a new run with these inputs. One rank calls it and tells the others.
+  !> Makes the identity of a new run with these inputs. One rank calls it and sends the result to the others.
   subroutine identity_start(self, inputs)
     class(identity_t), intent(out) :: self
     character(*), intent(in) :: inputs
@@ -46,13 +46,13 @@ contains
     self%version = BUILD_VERSION//' ('//BUILD_COMMIT//')'
   end subroutine identity_start
 
-  !> Tells whether it is known which run this is.
+  !> Tells whether the identity is known.
   pure logical function identity_is_known(self) result(is_known)
     class(identity_t), intent(in) :: self
     is_known = allocated(self%id)
   end function identity_is_known
 
-  !> Returns a number that differs if the inputs do.
+  !> Returns a checksum of the inputs.
   function identity_fingerprint(self) result(text)
     class(identity_t), intent(in) :: self
     character(16) :: text
@@ -70,7 +70,7 @@ contains
     call writer%put_text('run_version', self%version)
   end subroutine identity_save
 
-  !> Takes the identity of the run which wrote an open checkpoint. It is not known if the checkpoint has none. Collective.
+  !> Takes the identity of the run which wrote an open checkpoint. The identity is unknown if the checkpoint has none. Collective.
   subroutine identity_load(self, reader, failure)
     class(identity_t), intent(out) :: self
     type(checkpoint_reader_t), intent(inout) :: reader
@@ -129,7 +129,7 @@ contains
     class(change_t), intent(in) :: self
     character(:), allocatable :: text
     if (self%now == self%was) then
-      text = self%name//EQUALS//shown(self%now)//': this file has another content now'
+      text = self%name//EQUALS//shown(self%now)//': the content of this file has changed'
     else
       text = self%name//EQUALS//shown(self%now)//', was '//shown(self%was)
     end if
@@ -160,7 +160,7 @@ contains
     value = line(index(line, EQUALS) + len(EQUALS):last)
   end function value_in
 
-  !> Returns what a value means: the checksum of the file that it names, else the value itself.
+  !> Returns the value for comparisons: the checksum of the file that it names, or else the value itself.
   pure function content_in(line) result(content)
     character(*), intent(in) :: line
     character(:), allocatable :: content

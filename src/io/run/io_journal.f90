@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Records answers to questions, and returns them when a program starts again and asks the same questions in the same order. A
-!> program that depends on nothing else then continues where it was.
+!> program that depends only on these answers then continues where it was interrupted.
 !>
-!> A journal grows by one record for each answer, and a kill does not remove records. It is no HDF5 file, because these can
-!> neither be extended nor be read after a kill. Every record has a key, which identifies the question, and a checksum. The first
-!> record that is incomplete, damaged or answers another question ends the recall, and is overwritten. By one process.
+!> A journal grows by one record for each answer, and a kill does not remove records. It is no HDF5 file, because these can neither
+!> be extended nor be read after a kill. Every record has a key, which identifies the question, and a checksum. The first record
+!> that is incomplete, damaged or answers another question ends the recall, and is overwritten. One process uses it.
 module io_journal
   use base_checksum, only: checksum_add, checksum_integers, checksum_reals
   use base_files, only: file_exists, remove_file
@@ -17,8 +17,8 @@ module io_journal
   integer, parameter :: HEADER_BYTES = 32, RECORD_BYTES = 32
 
   type :: journal_t
-    integer :: n_recalled = 0                 !< answers that were there
-    integer :: n_recorded = 0                 !< and that were not
+    integer :: n_recalled = 0                 !< answers that the journal had
+    integer :: n_recorded = 0                 !< answers that were added
     logical, private :: is_open = .false., is_recalling = .false.
     character(:), allocatable, private :: path
     integer, private :: unit = -1
@@ -32,7 +32,7 @@ module io_journal
 
 contains
 
-  !> Opens the journal `path`. `goes_on` is true if it exists and has the same `fingerprint`; otherwise a new one begins. If no
+  !> Opens the journal `path`. `goes_on` is true if it exists and has the same `fingerprint`; otherwise a new journal begins. If no
   !> file can be written, nothing is recorded, and the results are the same.
   subroutine journal_start(self, path, fingerprint, goes_on)
     class(journal_t), intent(inout) :: self
@@ -126,7 +126,7 @@ contains
     end do
   end function checksum_of
 
-  !> Closes the journal; with `is_done` it is no longer needed, and is removed.
+  !> Closes the journal; with `is_done` it is removed.
   subroutine journal_finish(self, is_done)
     class(journal_t), intent(inout) :: self
     logical, intent(in) :: is_done

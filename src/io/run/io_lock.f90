@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Writes a lock file that keeps two runs from writing the same files.
 !>
-!> The file appears complete under its name, and for one process alone: it is written under another name and then linked, which is
-!> exclusive on network file systems too. It names machine and process, so that another run on that machine can tell whether this
-!> one still runs. The lock file of a killed run is replaced.
+!> The complete file appears under its name at once, and only one process succeeds: the file is written under another name and then
+!> linked, which is exclusive on network file systems, too. It names machine and process, so that another run on that machine can
+!> tell whether this one still runs. The lock file of a killed run is replaced.
 module io_lock
   use base_files, only: file_exists, link_file, remove_file, rename_file
   use base_kinds, only: i8
@@ -16,7 +16,7 @@ module io_lock
 
   integer, parameter :: LOCK_HELD = 0       !< by this process
   integer, parameter :: LOCK_TAKEN = 1      !< by another one
-  integer, parameter :: LOCK_UNWRITABLE = 2 !< there can be no file here
+  integer, parameter :: LOCK_UNWRITABLE = 2 !< a file cannot be written here
   character(*), parameter :: NL = new_line('a')
 
   type :: lock_t
@@ -30,8 +30,8 @@ module io_lock
 
 contains
 
-  !> Tries to take the lock at `path`; `state` is one of the LOCK_ constants. `message` says why it was not taken and what
-  !> to do; if it is held and not empty, it is a notice. Not collective: for one rank.
+  !> Tries to take the lock at `path`; `state` is one of the LOCK_ constants. `message` says why it was not taken and what to do; if
+  !> the lock was taken, a text in `message` is a notice. Not collective: for one rank.
   subroutine lock_acquire(self, path, state, message)
     class(lock_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -49,7 +49,7 @@ contains
       call read_text_file(path, text, problem)
       if (allocated(problem)) cycle ! the file has just disappeared
       if (.not. has_ended(text)) exit
-      ! Only one of several processes that find it can remove it, and all of them try again.
+      ! Of several processes that find it only one can remove it; all of them try again.
       call rename_file(path, own_name(path)//'.stale', ok)
       if (ok) call remove_file(own_name(path)//'.stale', ok)
       message = path//' was left by process '//entry(text, 'process')//', which has ended'
@@ -115,7 +115,7 @@ contains
     text = text//'since = '//date_and_clock()
   end function own_text
 
-  !> Tells whether the process that wrote this is known to have ended. Of one on another machine nothing is known.
+  !> Tells whether the process that wrote this is known to have ended. The state of a process on another machine is unknown.
   logical function has_ended(text)
     character(*), intent(in) :: text
     integer(i8) :: birth, now

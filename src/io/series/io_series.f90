@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Writes time series to text files (`*.t`): a header line that begins with % and names the columns, possibly a second one with a
-!> note, then one record a line, the time first. Rank 0 writes; the other ranks only learn whether it has succeeded.
+!> Writes time series to text files (`*.t`): a header line that begins with % and names the columns, an optional second header line
+!> with a note, then one record in each line, the time first. Rank 0 writes; the other ranks only learn whether it has succeeded.
 !>
-!> A restarted run continues a series: records at and after the restart time, which it will write
-!> again, are dropped, and so is a record that a kill cut off.
+!> A restarted run continues a series. Records at and after the restart time are dropped, because the run writes them again. An
+!> incomplete last record is dropped, too.
 module io_series
   use base_errors, only: failure_t, require
   use base_files, only: file_exists, remove_file, replace_file
@@ -107,7 +107,7 @@ contains
     logical :: next_found, ended, ok
 
     final_path = self%path
-    ! A time in the file is rounded to `digits` decimals; a record at the restart time itself must go.
+    ! A time in the file is rounded to `digits` decimals; the record at the restart time itself must be dropped.
     tolerance = 10.0_rp**(-self%digits)*abs(restart_time)
     ended = ends_with_newline(self%path)
     open (newunit=unit, file=self%path, status='old', action='read', iostat=status)
@@ -147,7 +147,7 @@ contains
     if (.not. ok) call self%failure%raise(final_path//': cannot be rewritten; is the disk full?')
   end subroutine keep_earlier
 
-  !> Appends one record, time first; on ranks other than 0 nothing happens. A failure shows in `check`.
+  !> Appends one record, time first; on ranks other than 0 nothing happens. `check` reports a failure.
   subroutine series_write(self, values)
     class(series_t), intent(inout) :: self
     real(rp), intent(in) :: values(:)
@@ -158,7 +158,8 @@ contains
     call require(size(values) == self%n_columns, 'io_series: a record needs one value for each column')
     width = self%digits + 7
     write (narrow, '(a,i0,a,i0,a)') '(es', width, '.', self%digits, ')'
-    ! A three-digit exponent loses its letter E, and most programs cannot read it; it costs a decimal.
+    ! With a three-digit exponent Fortran omits the letter E, and most programs cannot read the number. It is therefore written with
+    ! one decimal less and the letter E.
     write (wide, '(a,i0,a,i0,a)') '(es', width, '.', self%digits - 1, 'e3)'
     allocate (character((width + 1)*size(values) - 1) :: line)
     line = repeat(' ', len(line))
@@ -182,7 +183,7 @@ contains
     if (.not. ok) call self%failure%raise(self%path//': cannot be written; is the disk full?')
   end subroutine put
 
-  !> Gives all ranks the verdict of rank 0. Collective.
+  !> Gives the failure of rank 0 to all ranks. Collective.
   subroutine series_check(self, failure)
     class(series_t), intent(in) :: self
     type(failure_t), intent(inout) :: failure

@@ -25,7 +25,7 @@ module io_xdmf
                  '<Xdmf Version="3.0">'//NL//'<Domain>'//NL// &
                  '<Grid Name="fields" GridType="Collection" CollectionType="Temporal">'//NL
   character(*), parameter :: TAIL = '</Grid>'//NL//'</Domain>'//NL//'</Xdmf>'
-  ! How one grid begins and ends in the index; reading an index back relies on it.
+  ! Beginning and end of a grid in the index; the procedure that reads an index back relies on them.
   character(*), parameter :: GRID_HEAD = '<Grid GridType="Uniform" Name="', GRID_TAIL = '</Grid>'
   character(*), parameter :: TIME_HEAD = '<Time Value="'
 
@@ -103,8 +103,8 @@ contains
     close (unit)
   end subroutine keep_earlier
 
-  !> Adds the fields saved at one time under one label and rewrites the index; an earlier grid of this
-  !> label goes, since its files have been replaced. Collective.
+  !> Adds the fields saved at one time under one label and rewrites the index; an earlier grid with this label is removed, because
+  !> its files have been replaced. Collective.
   subroutine index_add(self, prefixes, meta, form, failure)
     class(xdmf_index_t), intent(inout) :: self
     character(*), intent(in) :: prefixes(:)  !< one file `<prefix>_<label>.h5` each
@@ -200,7 +200,7 @@ contains
       self%path//': cannot be written; is the folder missing or the disk full?')
   end subroutine add_grid
 
-  !> Returns `grids` without the one of this label.
+  !> Returns `grids` without the grid of this label.
   function without(grids, label) result(others)
     character(*), intent(in) :: grids, label
     character(:), allocatable :: others

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Writes an XDMF index of a surface that moves: for each time one grid, or a collection of grids, whose text the caller makes.
-!> The whole index is rewritten at every time. A restarted run keeps the entries up to its restart. Comments mark where the text
-!> of a time begins and ends, and reading relies on them.
+!> Writes an XDMF index of a surface that moves: it has one grid, or a collection of grids, for each time; the caller makes their
+!> text. The whole index is rewritten at every time. A restarted run keeps the entries up to its restart. Comments mark where the
+!> text of a time begins and ends, and reading relies on them.
 module io_xdmf_series
   use base_errors, only: failure_t
   use base_files, only: file_exists
@@ -80,8 +80,8 @@ contains
     close (unit)
   end subroutine keep_earlier
 
-  !> Adds the text of the grids at one time under one label and rewrites the index; what an earlier time has
-  !> under this label goes, since its files have been replaced.
+  !> Adds the text of the grids at one time under one label and rewrites the index; an earlier entry with this label is removed,
+  !> because its files have been replaced.
   subroutine series_add(self, time, label, grid, failure)
     class(xdmf_series_t), intent(inout) :: self
     real(rp), intent(in) :: time

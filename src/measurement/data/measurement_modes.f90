@@ -185,7 +185,8 @@ contains
     character(:), allocatable :: load
     integer :: i
     call read_names(file, group, names, report)
-    if (is_group(file, group) .and. size(names) == 0) call report%add(group, 'holds no load; leave it out for a mode about rest')
+    if (is_group(file, group) .and. size(names) == 0) call report%add(group, 'holds no load; remove it for a mode of the '// &
+                                                                      'unloaded wing')
     deallocate (mode%load_size, mode%load_direction, mode%load_place)
     allocate (mode%load_size(size(names)), mode%load_direction(3, size(names)), mode%load_place(2, size(names)), source=0.0_rp)
     do i = 1, size(names)

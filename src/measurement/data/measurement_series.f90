@@ -159,7 +159,8 @@ contains
       unit = 'N s'
     case ('base')
       s%excitation = EXCITED_BASE
-      if (s%start > 0) call report%add(group, 'attribute start must be 0 where the base moves: its record begins with the samples')
+      if (s%start > 0) call report%add(group, 'attribute start must be 0 with excitation base: the record of the base begins '// &
+                                       'with the samples')
       return
     case default
       if (len(text) > 0) call report%add(group, 'attribute excitation is '//quoted(text)//'; valid: release, tap, base')

@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes the natural modes of a measurement: pairs of measured and computed modes, residuals, and their exact derivatives.
+!> Compares measured natural modes with computed modes: it forms pairs, and returns residuals and their exact derivatives.
 !>
-!> The wing vibrates about rest, flat, or about its shape under the loads of a mode; in air, its membrane carries the added mass of
-!> strip theory. Modes of one medium and one load belong to one state of the wing. Each evaluation follows the path to a loaded
-!> shape from rest, so that it does not depend on earlier ones. Pairs: a mode with a number is
-!> that mode; of the others the pair with the largest score MAC exp(-(ln(f/f_m))^2/(2 SPREAD^2)) is taken first, then the next
-!> one. Computed modes may be left over, at any place: measurements miss modes.
+!> The wing vibrates about its flat unloaded shape or about its shape under the loads of a mode. In air, its membrane carries the
+!> added mass of strip theory. Modes with the same medium and the same loads belong to one state of the wing. Each evaluation
+!> follows the loading path from the unloaded shape, so that it does not depend on earlier evaluations. Pairs are formed as follows.
+!> A measured mode with a number is paired with the computed mode of this number. The other pairs are taken in the order of their
+!> score MAC exp(-(ln(f/f_m))^2/(2 SPREAD^2)), the largest score first. Any computed mode may stay without a partner, because
+!> measurements miss modes.
 module measurement_mode_simulation
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -25,26 +26,26 @@ module measurement_mode_simulation
   public :: mode_simulation_t
 
   real(rp), parameter :: GAP = 0.01_rp   !< relative difference of frequencies within a cluster
-  real(rp), parameter :: SPREAD = 0.5_rp !< of ln(f/f_m) of a pair
+  real(rp), parameter :: SPREAD = 0.5_rp !< standard deviation of ln(f/f_m) of a pair
   integer, parameter :: MISSED = 4       !< modes that a measurement may lack below its last one
   integer, parameter :: BESIDE = 3       !< further modes that are computed for the derivatives
 
-  !> A medium, and what bends the wing.
+  !> A state of the wing: the medium and the loads.
   type :: state_t
-    type(measured_mode_t) :: example              !< the first mode that has both
+    type(measured_mode_t) :: example              !< the first mode of this state
     real(rp) :: density = 0                       !< [kg/m^3] of the air
-    integer :: n_modes = 0                        !< that are computed
-    integer :: n_paired = 0                       !< of which a measured one may be
+    integer :: n_modes = 0                        !< computed modes
+    integer :: n_paired = 0                       !< computed modes that may be paired
     real(rp), allocatable :: force(:, :)          !< (3, n_all) [N]
   end type state_t
 
-  !> One per process. Nothing of an evaluation enters the next one.
+  !> The simulation, one per process. An evaluation does not depend on earlier evaluations.
   type, extends(motion_simulation_t) :: mode_simulation_t
     integer :: n = 0                                  !< observations
     type(mode_target_t), allocatable :: targets(:)    !< (modes)
     integer, allocatable :: first(:)                  !< (modes) their first observation
     type(mass_parts_t) :: parts
-    type(state_t), allocatable, private :: states(:)  !< those about rest first
+    type(state_t), allocatable, private :: states(:)  !< unloaded states first
     class(modal_t), allocatable, private :: modal(:)  !< of each state; polymorphic, so that compilers copy it by a call
     type(static_options_t), private :: options
     logical, allocatable, private :: same(:, :)
@@ -62,8 +63,8 @@ module measurement_mode_simulation
 
 contains
 
-  !> Takes the modes of a checked measurement, none or more, of the wing of `model` with these masses. `options` are those of the
-  !> statics that find loaded shapes.
+  !> Takes the modes of a checked measurement, none or more, of the wing of `model` with these masses. `options` control the static
+  !> solution that finds loaded shapes.
   subroutine simulation_init(self, measurement, model, parts, options)
     class(mode_simulation_t), intent(inout) :: self
     type(measurement_t), intent(in) :: measurement
@@ -98,7 +99,7 @@ contains
     allocate (self%mass(3, model%n_all))
   end subroutine simulation_init
 
-  !> Appends the states of the modes in this medium, of those about rest or of the others, and notes them in the targets.
+  !> Appends the states of the modes in this medium, either unloaded or loaded, and stores the numbers of the states in the targets.
   subroutine find_states(self, measurement, medium, is_loaded)
     class(mode_simulation_t), intent(inout) :: self
     type(measurement_t), intent(in) :: measurement
@@ -157,8 +158,8 @@ contains
     self%n = 0
   end subroutine simulation_free
 
-  !> Finds the modes with these parameters and masses, and residuals(n). `ok` is false if there are none: the wing is unstable at
-  !> rest, or finds no shape under the loads of a mode.
+  !> Finds the modes with these parameters and masses, and residuals(n). `ok` is false if there are no residuals, because the
+  !> unloaded wing is unstable or has no equilibrium under the loads of a mode.
   subroutine simulation_evaluate(self, params, effects, residuals, ok)
     class(mode_simulation_t), intent(inout) :: self
     type(solid_params_t), intent(in) :: params
@@ -190,7 +191,7 @@ contains
     end do
   end subroutine simulation_evaluate
 
-  !> Finds the computed modes of all measured ones of state m.
+  !> Pairs all measured modes of state m with computed modes.
   subroutine make_pairs(self, m, ok)
     class(mode_simulation_t), intent(inout) :: self
     integer, intent(in) :: m
@@ -234,7 +235,7 @@ contains
     ok = all(self%targets%lo > 0 .or. self%targets%state /= m)
   end subroutine make_pairs
 
-  !> Modes lo(c) to hi(c) are nearer to one another than GAP.
+  !> Modes lo(c) to hi(c) form cluster c: neighbouring frequencies differ by less than GAP.
   pure subroutine find_clusters(f, lo, hi)
     real(rp), intent(in) :: f(:)
     integer, allocatable, intent(out) :: lo(:), hi(:)

@@ -67,58 +67,65 @@ contains
   subroutine diagnose_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(diagnose_choices_t), intent(inout) :: c
-    call keys%section('Diagnose', 'the baseline, and how sure one wants to be')
-    call keys%text('parameters', c%parameters, 'E, joint:*', 'what the baseline seeks, as in [Train] parameters of '// &
-                   'msm_train; everything else that can vary is a candidate for what it lacks')
-    call keys%real('prior_decades', c%prior_decades, 1.0_rp, 'sd of the prior about the values of [Wing]', unit='decades', &
+    call keys%section('Diagnose', 'the baseline model, the tests of causes, and their settings')
+    call keys%text('parameters', c%parameters, 'E, joint:*', 'parameters that the baseline fits, written as [Train] '// &
+                   'parameters of msm_train; all other parameters are candidates for what the baseline lacks')
+    call keys%real('prior_decades', c%prior_decades, 1.0_rp, 'standard deviation of the prior about the values of [Wing]', &
+                   unit='decades', &
                    above=0.0_rp)
     call keys%real('membrane_sd', c%membrane_sd, 0.1_rp, &
-                   'sd of log D that is no discovery: meshes change the effective D by '// &
-                   '5 to 15 % (docs/guide/synthetic-measurements.md)', min=0.0_rp, max=3.0_rp)
-    call keys%word('refine', c%refine, 'yes', 'yes|fit|no', 'fit the baseline on a mesh of half the size too, '// &
-                   'and count the difference as an error; fit: and make the whole diagnosis on that mesh, which '// &
-                   'takes several times as long; no: the data come from the same mesh, as those of a computed '// &
-                   'wing may; --refine, --refine=fit and --no-refine go before it')
-    call keys%integer('starts', c%n_starts, 3, 'points from which the baseline is fitted: the values of [Wing], then '// &
-                      'random ones', min=1, max=100)
-    call keys%integer('observations', c%observations, 1600, 'at most; heights are averaged over squares until there are no '// &
-                      'more', min=50, max=20000)
+                   'prior standard deviation of log D; a change of D within it is not reported as a cause, because a mesh '// &
+                   'changes the effective D by 5 to 15 % (docs/guide/synthetic-measurements.md)', min=0.0_rp, max=3.0_rp)
+    call keys%word('refine', c%refine, 'yes', 'yes|fit|no', 'yes: also fit the baseline on a mesh with half the edge length, '// &
+                   'and count the difference as an error; fit: also run the whole diagnosis on the fine mesh, which takes '// &
+                   'several times as long; no: count no error of the mesh, for data that were computed on the same mesh; the '// &
+                   'options --refine, --refine=fit and --no-refine override this key')
+    call keys%integer('starts', c%n_starts, 3, 'number of starting points of the baseline fit: the values of [Wing], then '// &
+                      'random points', min=1, max=100)
+    call keys%integer('observations', c%observations, 1600, 'largest number of observations; heights are averaged over '// &
+                      'squares until there are no more than this', min=50, max=20000)
     call keys%word('noise', c%noise, 'estimated', 'estimated|declared', &
-                   'whether the size of the errors of heights is estimated from the data, or believed as declared')
-    call keys%integer('draws', c%options%n_draws, 4000, 'of the bootstrap that calibrates all tests together', min=500, &
+                   'standard deviation of heights: estimated from the data, or as the measurement file declares it')
+    call keys%integer('draws', c%options%n_draws, 4000, 'number of bootstrap draws, which calibrate all tests together', min=500, &
                       max=1000000)
-    call keys%integer('refits', c%options%most_refits, 5, 'leading candidates that are fitted in full', min=1, max=100)
-    call keys%switch('validation', c%options%validates, .true., 'leave every location out once and predict it')
-    call keys%switch('intervals', c%options%finds_intervals, .true., '90 % intervals of what is found, by profile likelihood')
-    call keys%integer('seed', c%options%seed, 1, 'of all random numbers', min=0)
-    call keys%integer('iterations', c%options%fit%most_iterations, 60, 'steps of a fit tried at most', min=1, max=10000)
+    call keys%integer('refits', c%options%most_refits, 5, 'number of leading candidates that are fitted in full', min=1, max=100)
+    call keys%switch('validation', c%options%validates, .true., 'cross-validation: leave out every location once and predict it')
+    call keys%switch('intervals', c%options%finds_intervals, .true., '90 % intervals of the parameters of a found cause, by '// &
+                     'profile likelihood')
+    call keys%integer('seed', c%options%seed, 1, 'seed of all random numbers', min=0)
+    call keys%integer('iterations', c%options%fit%most_iterations, 60, 'largest number of trial steps in a fit', min=1, max=10000)
     call solver_keys(keys, c%solver, 300)
     call flight_keys(keys, c%flight)
     call keys%section('Saving', 'what is written')
-    call keys%text('name', c%name, 'diagnosis', 'first part of the names of all files, with a folder if wanted')
+    call keys%text('name', c%name, 'diagnosis', 'first part of the names of all output files; it may contain a folder')
     call keys%text('draws', c%draws, 'NAME_draws.h5', &
-                   'file in which the draws of the bootstrap are kept for runs with the same loads and '// &
-                   'baseline; the word none: they are not kept', computed=.true.)
+                   'file that keeps the bootstrap draws for later runs with the same loads and baseline; none: the draws are '// &
+                   'not kept', computed=.true.)
   end subroutine diagnose_keys
 
   !> Declares and reads the keys of [Flight].
   subroutine flight_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(flight_choices_t), intent(inout) :: c
-    call keys%section('Flight', 'simulation of an experiment whose forces are in /flight of the measurement')
-    call keys%text('file', c%file, '', 'case of flusi that simulates it, with the kinematics as measured and with [units]')
-    call keys%text('folder', c%folder, 'flights', 'folder of the flights; what was flown there is not flown again')
-    call keys%integer('ranks', c%ranks, 0, 'of each flight, so that several are flown at a time; 0: all ranks fly together', min=0)
-    call keys%integer('beats', c%beats, 3, 'that are flown; the last one is compared', min=1, max=1000)
-    call keys%text('effects', c%effects, '', 'names of the effects of kinematics, flow and balance to look for, '// &
-                   'with commas; empty: all that can be (docs/theory/flight-records.md)')
-    call keys%switch('refine', c%refine, .true., 'fly the case on a grid of half as many points again too, and count the '// &
-                     'difference as an error')
-    call keys%integer('rounds', c%rounds, 3, 'at most, in which a clear cause is flown again with what was found of it, and '// &
-                      'fitted again; 0: forces stay those of an approximation about the case', min=0, max=20)
-    call keys%real('model_sd', c%model_sd, 0.05_rp, 'relative error that all simulated components together, and each, '// &
-                   'may have over the whole beat, beside that of the grid: box, thickness of the wing, start from rest '// &
-                   '(docs/results/flight-records.md)', min=0.0_rp, max=1.0_rp)
-    call keys%integer('harmonics', c%harmonics, 40, 'of the beat up to which the simulated forces are compared', min=1, max=99)
+    call keys%section('Flight', 'simulation of the experiment whose forces are in /flight of the measurement file')
+    call keys%text('file', c%file, '', 'parameter file of flusi that simulates the experiment, with the measured kinematics '// &
+                   'and a section [units]')
+    call keys%text('folder', c%folder, 'flights', 'folder of the simulated flights; flights that are complete there are not '// &
+                   'simulated again')
+    call keys%integer('ranks', c%ranks, 0, 'ranks for each flight, so that several flights run at the same time; 0: all ranks '// &
+                      'compute one flight together', min=0)
+    call keys%integer('beats', c%beats, 3, 'number of simulated beats; the last beat is compared with the measurement', min=1, &
+                      max=1000)
+    call keys%text('effects', c%effects, '', 'effects of kinematics, flow and balance to look for: names separated by commas; '// &
+                   'empty: all effects that the case permits (docs/theory/flight-records.md)')
+    call keys%switch('refine', c%refine, .true., 'also simulate the case on a grid with 1.5 times as many points in each '// &
+                     'direction, and count the difference as an error')
+    call keys%integer('rounds', c%rounds, 3, 'largest number of rounds; a round simulates a clear cause with its fitted '// &
+                      'values and fits it again; 0: the forces come from an approximation about the case', min=0, max=20)
+    call keys%real('model_sd', c%model_sd, 0.05_rp, 'relative error of the simulated forces over the whole beat, both common '// &
+                   'to all components and for each component, in addition to the error of the grid; its causes are the box, '// &
+                   'the thickness of the wing and the start from rest (docs/results/flight-records.md)', min=0.0_rp, max=1.0_rp)
+    call keys%integer('harmonics', c%harmonics, 40, 'highest harmonic of the beat in which simulated and measured forces are '// &
+                      'compared', min=1, max=99)
   end subroutine flight_keys
 end module common_diagnose_keys

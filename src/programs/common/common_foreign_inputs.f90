@@ -32,10 +32,10 @@ contains
     if (own == INPUT_OF_FLOW .or. own == INPUT_OF_SOLID) call registry%foreign%add('Measurement', &
       'this is an input of msm_train or msm_diagnose, and not of '//name//'; run: mpirun -n 2 msm_train *')
     if (all(own /= [INPUT_OF_STATIC, INPUT_OF_SOLID])) call registry%foreign%add('Loads', whose(INPUT_OF_STATIC))
-    call registry%foreign%add('kinematics', 'this is a motion of wings and no input; name it in the input of a flight: '// &
+    call registry%foreign%add('kinematics', 'this is a motion of wings and not an input; name it in the input of a flight: '// &
                               '[Insects] FlappingMotion_left = from_file::*')
     if (own /= INPUT_OF_STATIC) call registry%foreign%set_fragment('Wing|Mass|Instrument', &
-      'this describes a wing and is no input of its own; name it in an input of '//name//': [include] file = *')
+      'this describes a wing and is not a complete input; name it in an input of '//name//': [include] file = *')
 
   contains
 

@@ -22,7 +22,7 @@ contains
   subroutine instrument_keys(keys, parameters)
     type(keys_t), intent(inout) :: keys
     character(:), allocatable, intent(inout) :: parameters
-    call keys%section('Instrument', 'what the measurement did beyond what its file says')
+    call keys%section('Instrument', 'errors of the instrument that the measurement file does not state')
     call keys%text('parameters', parameters, '', 'pairs of name and value, separated by commas: force_gain, '// &
                    'force_offset [N], drift and others of docs/theory/effects.md')
   end subroutine instrument_keys
@@ -39,7 +39,7 @@ contains
   !> Adds the section [Instrument] for programs that do not use it.
   subroutine register_idle_instrument(r)
     type(registry_t), intent(inout) :: r
-    call r%add_inert_section('Instrument', 'What a measurement did, for msm_train; it is no property of the wing.')
+    call r%add_inert_section('Instrument', 'Errors of the instrument, for msm_train; they are no property of the wing.')
     call r%add_inert('Instrument', 'parameters', 'belongs to the measurement, not to the wing')
   end subroutine register_idle_instrument
 
@@ -134,7 +134,7 @@ contains
       p = instrument%describe(i)
       if (abs(instrument%get(i) - null%get(i)) > 0) text = text//', '//p%name//' '//number_text(instrument%get(i))
     end do
-    if (text /= '') text = '[Instrument]'//new_line('a')//'parameters = '//text(3:)//'; of the measurement'// &
+    if (text /= '') text = '[Instrument]'//new_line('a')//'parameters = '//text(3:)//'; errors of the instrument'// &
                            new_line('a')
   end function instrument_lines
 end module common_instrument

@@ -26,11 +26,11 @@ contains
     type(keys_t), intent(inout) :: keys
     type(measurement_choices_t), intent(inout) :: c
     character(*), intent(in) :: more, words, fallback
-    call keys%section('Measurement', 'what the wing did in the experiment')
-    call keys%text('file', c%file, '', 'measurement file (docs/formats/measurement-format.md); looked for here and then in the '// &
-                   'folder of the input file'//more, required=.true., given=c%has_file)
+    call keys%section('Measurement', 'the measured shapes and motions of the wing')
+    call keys%text('file', c%file, '', 'measurement file (docs/formats/measurement-format.md); the program looks in the '// &
+                   'current folder, then in the folder of the input file'//more, required=.true., given=c%has_file)
     call keys%word('outliers', c%outliers, fallback, words, &
-                   'heights that stand out from all around them by more than 6 sd, as no normal errors do')
+                   'what to do with heights that differ from all heights around them by more than 6 standard deviations')
   end subroutine measurement_keys
 
   !> Declares the section in `registry`, with the arguments of `measurement_keys`.
@@ -74,7 +74,7 @@ contains
     call leave_out_outliers(measurement, outliers)
     if (outliers%n == 0) return
     write (percent, '(f8.2)') 100.0*outliers%n/real(max(1, outliers%n_tested))
-    call notices%add(path//': '//number_text(outliers%n)//' heights ('//trim(adjustl(percent))//' %) stand out '// &
-                     'from those around them and are left out; [Measurement] outliers = keep keeps them')
+    call notices%add(path//': '//number_text(outliers%n)//' heights ('//trim(adjustl(percent))//' %) differ by more than 6 '// &
+                     'standard deviations from the heights around them and are left out; [Measurement] outliers = keep keeps them')
   end subroutine choose_heights
 end module common_measurement_keys

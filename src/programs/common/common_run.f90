@@ -105,8 +105,8 @@ contains
     self%moves = what /= '' .and. overwrite
     self%patterns = patterns
     if (what == '' .or. overwrite) return
-    call outcome%fail(OUTCOME_MISTAKE, 'here are the results of '//what//'--overwrite moves its files into a folder '// &
-                      'earlier_1 (or 2, ...) and starts from the beginning; or start in another folder')
+    call outcome%fail(OUTCOME_MISTAKE, 'this folder has the results of '//what//'--overwrite moves its files into a folder '// &
+                      'earlier_1 (or 2, ...) and starts from the beginning; you can also start in another folder')
   end subroutine run_check_new
 
   !> Says what the files tell about an earlier run and how the user can continue it; it is empty if there was none.
@@ -123,7 +123,7 @@ contains
       what = 'an earlier run ('//self%base//'_backup*.h5)'
     end if
     if (has_backup) then
-      what = what//': --restart goes on with it, '
+      what = what//': --restart continues it, '
     else if (has_identity) then
       what = what//', which left no backup: '
     end if
@@ -180,8 +180,8 @@ contains
     if (self%world%is_root) id = stored(self, 'id')
     call self%world%broadcast_text(id)
     if (was%is_known()) then
-      if (id /= '' .and. id /= was%id) call refused%add('the checkpoint is of run '//was%id// &
-                                                        ', the other files here are of run '//id)
+      if (id /= '' .and. id /= was%id) call refused%add('the checkpoint belongs to run '//was%id// &
+                                                        ', but the other files here belong to run '//id)
       call list_changes(was%inputs, self%identity%inputs, changes)
       do i = 1, size(changes)
         if (is_one_of(changes(i)%name, state_keys)) then
@@ -193,7 +193,7 @@ contains
       if (was%version /= self%identity%version) call remarks%add('changed   flusi-msm '//self%identity%version// &
                                                                  ', was '//was%version)
     else
-      call remarks%add('notice: the checkpoint does not say to which run it belongs, so that its inputs cannot be compared')
+      call remarks%add('notice: the checkpoint does not name its run, and its inputs cannot be compared with this input')
     end if
     do i = 1, conflicts%count()
       call refused%add(conflicts%text(i))
@@ -265,8 +265,8 @@ contains
     write (error_unit, '(a)') 'notice: '//number_text(found%count())//' files of an earlier run are in '//folder//' now'
     do i = 0, 1
       ! It cannot move if it is read, and must not be taken for one of this run.
-      if (has_file(backup_name(self, i))) call failure%raise(backup_name(self, i)//': belongs to an earlier run, but '// &
-                                                                'is an input of this one: give it another name')
+      if (has_file(backup_name(self, i))) call failure%raise(backup_name(self, i)//': this file of an earlier run is an input '// &
+                                                                'of this run: give it another name')
     end do
     flush (error_unit)
   end subroutine move_earlier

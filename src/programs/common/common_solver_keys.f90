@@ -17,12 +17,14 @@ contains
     type(keys_t), intent(inout) :: keys
     type(static_options_t), intent(inout) :: options
     integer, intent(in) :: most
-    call keys%section('Solver', 'path of the static solution')
-    call keys%real('tolerance', options%tolerance, 1.0e-8_rp, 'of the residual, relative to the load; soft wings do '// &
-                   'not reach much less', min=1.0e-12_rp, max=1.0e-3_rp)
-    call keys%real('step_limit', options%step_limit, 0.025_rp, 'largest movement in one stage, relative to the wing''s size', &
+    call keys%section('Solver', 'solution of the static equilibrium')
+    call keys%real('tolerance', options%tolerance, 1.0e-8_rp, 'tolerance of the residual, relative to the load; soft wings do '// &
+                   'not reach much smaller values', min=1.0e-12_rp, max=1.0e-3_rp)
+    call keys%real('step_limit', options%step_limit, 0.025_rp, 'largest displacement in one stage of the load, relative to '// &
+                   'the size of the wing', &
                    above=0.0_rp, max=0.2_rp)
-    call keys%integer('factorisation_limit', options%factorisation_limit, most, 'give up after so many for one load', min=1)
+    call keys%integer('factorisation_limit', options%factorisation_limit, most, 'largest number of factorisations of the '// &
+                      'stiffness matrix for one load', min=1)
   end subroutine solver_keys
 
   !> Declares and reads keys of [Saving], which must be the present section of `keys`: how long a run may take, and how often it

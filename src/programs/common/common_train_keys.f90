@@ -49,8 +49,8 @@ contains
     call register_include(registry)
     call register_foreign_inputs(registry, INPUT_OF_TRAIN)
     call register_wing_keys(registry, required=.true.)
-    call register_measurement_keys(registry, '. Several individuals: a list, separated by commas; [Wing] file may then be a '// &
-                                   'list as long', 'preset|leave_out|keep', 'preset')
+    call register_measurement_keys(registry, '. Several individuals: a list separated by commas; [Wing] file may then be a '// &
+                                   'list of the same length', 'preset|leave_out|keep', 'preset')
     call register_instrument_keys(registry)
     keys = declaring(registry)
     call train_keys(keys, unused)
@@ -71,35 +71,40 @@ contains
     type(keys_t), intent(inout) :: keys
     type(train_choices_t), intent(inout) :: c
     call keys%section('Train', 'free parameters and their bounds')
-    call keys%word('preset', c%preset, 'default', 'default|paper', 'paper: as Truong et al.: linear box, their '// &
-                   'weights, population 16, end at h < 1e-6 m (their 1e-4 in cm) or after 100 generations, no '// &
-                   'polish, two stages, cross-springs')
+    call keys%word('preset', c%preset, 'default', 'default|paper', 'paper: as Truong et al.: linear box, their weights, '// &
+                   'population 16, end at h < 1e-6 m (1e-4 cm in the paper) or after 100 generations, no polish, two stages, '// &
+                   'cross-springs')
     call keys%text('parameters', c%parameters, 'E, joint:*', 'free parameters: NAME, or NAME LOWER UPPER, or NAME LOWER '// &
                    'UPPER log|linear, separated by commas; names as in [Wing] and [Instrument] parameters, or E, D; '// &
                    'joint:*, E:* and hardening:* mean all joints and all veins')
-    call keys%word('scale', c%scale, 'preset', 'preset|log|linear', 'of bounds that do not say it; paper: linear')
-    call keys%word('cost', c%cost, 'auto', 'auto|h|chi2', 'what the search makes small: h [m] of the paper, or the '// &
-                   'sum of squares in units of the declared errors; auto: h unless there are scalar observations')
+    call keys%word('scale', c%scale, 'preset', 'preset|log|linear', 'scale of parameters whose bounds name none; paper: linear')
+    call keys%word('cost', c%cost, 'auto', 'auto|h|chi2', 'cost that the search minimises: h [m] of the paper, or the sum of '// &
+                   'squares in units of the declared errors; auto: h unless there are scalar observations')
     call keys%word('start', c%start, 'random', 'random|wing', &
-                   'where the first run begins: at a random point of the box that bears all loads, or at the values of [Wing]')
-    call keys%integer('seed', c%search%seed, 1, 'of all random numbers', min=0)
-    call keys%word('stages', c%stages, 'preset', 'preset|1|2', '2: a second search with E fixed follows, as in the paper')
+                   'start of the first run: a random point of the box at which the wing has an equilibrium under all loads, '// &
+                   'or the values of [Wing]')
+    call keys%integer('seed', c%search%seed, 1, 'seed of all random numbers', min=0)
+    call keys%word('stages', c%stages, 'preset', 'preset|1|2', '2: after the first search, a second one with E fixed, as in '// &
+                   'the paper')
     call search_keys(keys, c)
-    call keys%section('Polish', 'least squares with exact derivatives behind the search')
-    call keys%word('polish', c%polish, 'preset', 'preset|yes|no', 'default: yes, paper: no')
-    call keys%switch('moves', c%moves, .true., 'look for a lower minimum: every parameter is moved to the other side of its '// &
-                     'prior, and the fit repeated from there, until no move leads lower')
+    call keys%section('Polish', 'least squares with exact derivatives after the search')
+    call keys%word('polish', c%polish, 'preset', 'preset|yes|no', 'least squares after the search; preset: yes with [Train] '// &
+                   'preset = default, no with paper')
+    call keys%switch('moves', c%moves, .true., 'look for a lower minimum: move every parameter to the other side of its prior '// &
+                     'and repeat the fit from there, until no move finds a lower minimum')
     call keys%switch('intervals', c%intervals, .true., '90 % intervals by profile likelihood')
-    call keys%real('prior_decades', c%prior_decades, 1.0_rp, 'sd of the prior about the values of [Wing]', unit='decades', &
+    call keys%real('prior_decades', c%prior_decades, 1.0_rp, 'standard deviation of the prior about the values of [Wing]', &
+                   unit='decades', &
                    above=0.0_rp)
     call keys%integer('starts', c%polish_starts, 3, &
-                      'candidates from which it begins, one after another: until one end fits within the errors and '// &
-                      'polishing has cost as much as the search; ends that differ are told', min=1, max=1000)
-    call keys%integer('iterations', c%fit%most_iterations, 100, 'steps tried at most in every stage', min=1, max=10000)
+                      'largest number of candidates from which the fit starts, one after another; it stops when one result '// &
+                      'fits within the errors and the fits have cost as much as the search; different results are reported', &
+                      min=1, max=1000)
+    call keys%integer('iterations', c%fit%most_iterations, 100, 'largest number of trial steps in every stage', min=1, max=10000)
     call solver_keys(keys, c%solver, 300)
     call keys%section('Saving', 'what is written, and when to stop')
-    call keys%text('name', c%name, 'train', 'first part of the names of all other files, with a folder if wanted')
-    call keys%text('result', c%result, 'trained.ini', 'the trained wing, a fragment for [include]')
+    call keys%text('name', c%name, 'train', 'first part of the names of all other output files; it may contain a folder')
+    call keys%text('result', c%result, 'trained.ini', 'file of the trained wing, a fragment for [include]')
     call keys%integer('checkpoint_every', c%checkpoint_every, 1, 'generations between backups', min=1)
     call limit_keys(keys, c%limits, c%progress_seconds)
   end subroutine train_keys
@@ -110,26 +115,32 @@ contains
     type(train_choices_t), intent(inout) :: c
     associate (o => c%search)
       call keys%section('CMAES', 'the global search; lengths are fractions of the box')
-      call keys%integer('lambda', o%lambda, 0, 'candidates of a generation; 0: 4 + 3 ln n, paper: 16', min=0, max=100000)
-      call keys%real('sigma0', o%sigma0, 0.3_rp, 'first step', above=0.0_rp, max=10.0_rp)
-      call keys%kind('weights', c%weights, 'preset', [named_kind_t('preset', 0), WEIGHTINGS], 'of the ranks')
+      call keys%integer('lambda', o%lambda, 0, 'candidates in a generation; 0: 4 + 3 ln n for n parameters; paper: 16', min=0, &
+                        max=100000)
+      call keys%real('sigma0', o%sigma0, 0.3_rp, 'initial step size', above=0.0_rp, max=10.0_rp)
+      call keys%kind('weights', c%weights, 'preset', [named_kind_t('preset', 0), WEIGHTINGS], 'recombination weights of the '// &
+                     'ranked candidates')
       call keys%kind('constants', c%constants, 'preset', [named_kind_t('preset', 0), CONSTANT_SETS], 'learning rates')
-      call keys%kind('restarts', c%restarts, 'none', RESTART_RULES, 'what follows a run that ends before its target')
-      call keys%integer('max_restarts', c%max_restarts, 9, 'at most', min=0, max=1000)
-      call keys%integer('max_generations', o%max_iterations, 0, 'of a run; 0: without limit, paper: 100', min=0)
+      call keys%kind('restarts', c%restarts, 'none', RESTART_RULES, 'restarts after a run that ends before its target')
+      call keys%integer('max_restarts', c%max_restarts, 9, 'largest number of restarts', min=0, max=1000)
+      call keys%integer('max_generations', o%max_iterations, 0, 'largest number of generations in a run; 0: no limit; paper: 100', &
+                        min=0)
       call keys%integer('max_evaluations', o%max_evaluations, 0, &
-                        'of candidates in a search, restarts included; 0: if [Polish] moves follow, until one of them bears '// &
-                        'all loads, and at most 15 for every parameter; paper: without limit', min=0)
-      call keys%real('target', o%f_target, -1.0_rp, 'the search ends at a cost below; -1: none, paper: 1e-6 m', min=-1.0_rp)
+                        'largest number of candidates in a search with its restarts; 0: at most 15 for every parameter, and '// &
+                        'if [Polish] moves follow, the search ends at the first candidate that has an equilibrium under all '// &
+                        'loads; paper: no limit', min=0)
+      call keys%real('target', o%f_target, -1.0_rp, 'the search ends when the cost is below this value; -1: no target; paper: '// &
+                     '1e-6 m', min=-1.0_rp)
       call keys%real('tolfun', o%tolfun, 1.0e-3_rp, &
-                     'the run ends when costs of a generation and best costs of recent '// &
-                     'ones differ less, relative to the first; the polish does the rest. Paper: 1e-11', min=0.0_rp, &
+                     'a run ends when the costs of a generation and the best costs of recent generations differ by less than '// &
+                     'this, relative to the first cost; the polish does the rest; paper: 1e-11', min=0.0_rp, &
                      given=c%has_tolfun)
-      call keys%real('tolfunhist', o%tolfunhist, 1.0e-12_rp, 'the same of the best costs alone', min=0.0_rp)
-      call keys%real('tolx', o%tolx, 1.0e-11_rp, 'the run ends when the step is shorter, over sigma0', min=0.0_rp)
-      call keys%integer('tolstagnation', o%tolstagnation, 0, 'generations without progress that end a run; 0: by n and '// &
-                        'lambda', min=0)
-      call keys%real('condition_limit', o%condition_limit, 1.0e14_rp, 'of the covariance matrix', above=1.0_rp)
+      call keys%real('tolfunhist', o%tolfunhist, 1.0e-12_rp, 'the same for the best costs alone', min=0.0_rp)
+      call keys%real('tolx', o%tolx, 1.0e-11_rp, 'a run ends when the step is shorter than this times sigma0', min=0.0_rp)
+      call keys%integer('tolstagnation', o%tolstagnation, 0, 'a run ends after so many generations without progress; 0: '// &
+                        'computed from n and lambda', min=0)
+      call keys%real('condition_limit', o%condition_limit, 1.0e14_rp, 'a run ends when the condition number of the covariance '// &
+                     'matrix exceeds this', above=1.0_rp)
     end associate
     call strategy_keys(keys, c%search)
   end subroutine search_keys
@@ -139,20 +150,22 @@ contains
   subroutine strategy_keys(keys, o)
     type(keys_t), intent(in) :: keys
     type(cmaes_options_t), intent(inout) :: o
-    character(*), parameter :: AUTO = '; -1: by n and lambda'
-    call keys%integer('mu', o%mu, 0, 'parents of a generation; 0: half of lambda', min=0, max=50000)
+    character(*), parameter :: AUTO = '; -1: computed from n and lambda'
+    call keys%integer('mu', o%mu, 0, 'parents in a generation; 0: half of lambda', min=0, max=50000)
     call keys%real('c_m', o%c_m, 1.0_rp, 'learning rate of the mean', above=0.0_rp, max=1.0_rp)
-    call keys%real('c_sigma', o%c_sigma, -1.0_rp, 'cumulation of the path of the step size'//AUTO, min=-1.0_rp, max=1.0_rp)
+    call keys%real('c_sigma', o%c_sigma, -1.0_rp, 'cumulation constant of the path of the step size'//AUTO, min=-1.0_rp, max=1.0_rp)
     call keys%real('d_sigma', o%d_sigma, -1.0_rp, 'damping of the step size'//AUTO//' and c_sigma', min=-1.0_rp)
-    call keys%real('c_c', o%c_c, -1.0_rp, 'cumulation of the path of the covariance'//AUTO, min=-1.0_rp, max=1.0_rp)
+    call keys%real('c_c', o%c_c, -1.0_rp, 'cumulation constant of the path of the covariance'//AUTO, min=-1.0_rp, max=1.0_rp)
     call keys%real('c_1', o%c_1, -1.0_rp, 'learning rate of the rank-one update'//AUTO, min=-1.0_rp, max=1.0_rp)
     call keys%real('c_mu', o%c_mu, -1.0_rp, 'learning rate of the rank-mu update'//AUTO//'; c_1 + c_mu is at most 1', &
                    min=-1.0_rp, max=1.0_rp)
-    call keys%real('alpha_minus', o%alpha_minus, -1.0_rp, 'what the negative weights sum to, sign changed'//AUTO// &
-                   '; larger values can make the covariance indefinite, which is repaired', min=-1.0_rp, max=10.0_rp)
-    call keys%real('tolfacupx', o%tolfacupx, 1.0e3_rp, 'the run ends when the step is longer, over sigma0', above=1.0_rp)
-    call keys%real('tolupsigma', o%tolupsigma, 1.0e20_rp, 'the same of sigma over sigma0, over the longest axis', above=1.0_rp)
-    call keys%integer('tolflatfitness', o%tolflatfitness, 1, 'generations in a row with equal parents that do not end a run', &
+    call keys%real('alpha_minus', o%alpha_minus, -1.0_rp, 'sum of the absolute values of the negative weights'//AUTO// &
+                   '; larger values can make the covariance indefinite; the program then repairs it', min=-1.0_rp, max=10.0_rp)
+    call keys%real('tolfacupx', o%tolfacupx, 1.0e3_rp, 'a run ends when the step is longer than this times sigma0', above=1.0_rp)
+    call keys%real('tolupsigma', o%tolupsigma, 1.0e20_rp, 'a run ends when sigma/sigma0 exceeds this times the length of the '// &
+                   'longest axis', above=1.0_rp)
+    call keys%integer('tolflatfitness', o%tolflatfitness, 1, 'a run ends after more than this number of consecutive '// &
+                      'generations in which all parents have equal costs', &
                       min=0)
   end subroutine strategy_keys
 end module common_train_keys

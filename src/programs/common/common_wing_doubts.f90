@@ -51,7 +51,7 @@ contains
     has_membrane = size(wing%triangles, 2) > 0
     if (.not. is_paper) then
       if (size(wing%veins) > 0) call assume('Wing', 'E', '12.58 GPa, the mean of nine blowflies ('//PAPER//')')
-      if (has_membrane) call assume('Wing', 'D', '2e-7 N m, which regularises and was measured on no wing')
+      if (has_membrane) call assume('Wing', 'D', '2e-7 N m, a regularisation that was not measured on any wing')
     end if
     if (.not. needs_mass) return
     if (size(wing%veins) > 0 .and. .not. wing%mass%vein_density > 0) &
@@ -59,20 +59,20 @@ contains
     if (.not. has_membrane) return
     if (wing%mass%law /= '' .and. .not. (choices%has_law .or. choices%has_areal_density)) return
     if (choices%law == 'uniform') then
-      call assume('Mass', 'areal_density', '3e-3 kg/m^2, about 2.5 um of cuticle, which was measured on no wing')
+      call assume('Mass', 'areal_density', '3e-3 kg/m^2, about 2.5 um of cuticle, which was not measured on any wing')
     else if (choices%has_membrane_mass) then
       call assume('Mass', 'membrane_law', 'bilinear, so that the mass is spread as in a blowfly''s wing ('//PAPER//'); uniform '// &
                   'takes areal_density')
     else
-      call assume('Mass', 'membrane_mass', '81.475 ug spread by the bilinear law of a blowfly''s wing ('//PAPER//'), as the '// &
-                  'wing file does not say what its membrane weighs')
+      call assume('Mass', 'membrane_mass', '81.475 ug spread by the bilinear law of a blowfly''s wing ('//PAPER//'), because '// &
+                  'the wing file does not state the mass of the membrane')
     end if
 
   contains
 
     subroutine assume(section, key, what)
       character(*), intent(in) :: section, key, what
-      if (.not. c%is_given(section, key)) call c%complain(notices, section, key, 'is not given: assumed is '//what)
+      if (.not. c%is_given(section, key)) call c%complain(notices, section, key, 'is not given; the program assumes '//what)
     end subroutine assume
   end subroutine notice_assumptions
 

@@ -31,9 +31,10 @@ contains
                     'damage multiplies all stiffness; radius 0: none', unit='m')
     call keys%text('soft_place', sites%soft_place, '', 'VEIN FRACTION: the parameter soft multiplies the stiffness of the '// &
                    'hinge at the point inside this vein that is nearest to this fraction (0 to 1) of its length')
-    call keys%switch('sided_joints', sites%sided_joints, .false., 'joints can tell up from down, for the parameters one_way:NAME')
-    call keys%switch('sided_veins', sites%sided_veins, .false., 'veins feel how the membrane turns, for the parameters torsion '// &
-                     'and camber_span, camber_chord, camber_twist')
+    call keys%switch('sided_joints', sites%sided_joints, .false., 'joints may have another stiffness when they bend up than '// &
+                     'down, for the parameters one_way:NAME')
+    call keys%switch('sided_veins', sites%sided_veins, .false., 'veins follow the rotation of the membrane, for the '// &
+                     'parameters torsion, camber_span, camber_chord and camber_twist')
   end subroutine effect_keys
 
   !> Puts the `sites` into `params`. Adds mistakes to `errors`.

@@ -28,7 +28,7 @@ contains
     integer :: i
     side = trim(wing_case%wing%z_side)
     if (side == '') side = trim(Z_SIDES(1))
-    text = '[Wing]'//NL//'fingerprint = '//wing_case%fingerprint//'; of the wing that these values belong to'//NL
+    text = '[Wing]'//NL//'fingerprint = '//wing_case%fingerprint//'; identifies the wing for which these values were found'//NL
     found = wing_size(wing_case%wing)
     text = text//'found_size = '//number_text(found(1))//' '//number_text(found(2))//'; m, length and mean chord of that wing'//NL
     if (wing_case%requested_size(1) > 0) text = text//'length = '//number_text(wing_case%requested_size(1))//'; m'//NL

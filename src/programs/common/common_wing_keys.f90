@@ -97,33 +97,36 @@ contains
     type(wing_choices_t), intent(inout) :: c
     logical, intent(in) :: required
     call keys%section('Wing', 'the wing and what it is made of')
-    call keys%text('file', c%file, '', 'wing file (docs/formats/wing-format.md); looked for here and then in the folder of the '// &
-                   'input file', required=required, given=c%has_file)
-    call keys%real('length', c%length, 0.0_rp, 'the wing is made so large, with all its lengths and diameters, that its '// &
-                   'largest x is this; 0: as in its file', unit='m', min=0.0_rp)
-    call keys%real('mean_chord', c%mean_chord, 0.0_rp, 'then its y are stretched so that its area over its extent along x is '// &
-                   'this; 0: not stretched', unit='m', min=0.0_rp)
+    call keys%text('file', c%file, '', 'wing file (docs/formats/wing-format.md); the program looks in the current folder, '// &
+                   'then in the folder of the input file', required=required, given=c%has_file)
+    call keys%real('length', c%length, 0.0_rp, 'the wing is scaled, with all its lengths and diameters, so that its largest x '// &
+                   'is this; 0: the size in its file', unit='m', min=0.0_rp)
+    call keys%real('mean_chord', c%mean_chord, 0.0_rp, 'after that, y is stretched so that the area divided by the extent '// &
+                   'along x is this; 0: not stretched', unit='m', min=0.0_rp)
     call keys%word('preset', c%preset, 'default', 'default|paper', 'paper: with cross-springs, as in Truong et al.')
     call keys%real('E', c%young, 12.58e9_rp, 'Young''s modulus of all veins', unit='Pa', above=0.0_rp)
     call keys%real('k_e', c%spring, 1.0e5_rp, 'extension stiffness of every spring', unit='N/m', above=0.0_rp)
     call keys%word('cross_springs', c%cross_springs, 'preset', 'preset|yes|no', 'springs between the apexes of neighbouring '// &
                    'triangles; their effect depends on the mesh')
-    call keys%real('D', c%plate, 2.0e-7_rp, 'bending stiffness of the membrane: regularises, is not measured', unit='N m', &
+    call keys%real('D', c%plate, 2.0e-7_rp, 'bending stiffness of the membrane, a regularisation that was not measured', &
+                   unit='N m', &
                    above=0.0_rp)
-    call keys%real('slack', c%slack, 1.0_rp, 'another membrane, a tension field: the fraction of their stiffness that its '// &
-                   'springs keep where they are shorter than at rest; 1: all of it', above=0.0_rp, max=1.0_rp)
-    call keys%real('slack_width', c%slack_width, 1.0e-7_rp, 'how much shorter a spring is when it has lost the rest', unit='m', &
+    call keys%real('slack', c%slack, 1.0_rp, 'tension-field model of the membrane: the fraction of their stiffness that the '// &
+                   'springs keep when they are shorter than at rest; 1: all of it', above=0.0_rp, max=1.0_rp)
+    call keys%real('slack_width', c%slack_width, 1.0e-7_rp, 'shortening at which a spring has lost the rest of its stiffness', &
+                   unit='m', &
                    above=0.0_rp)
-    call keys%real('joint_stiffness', c%joint, -1.0_rp, 'of every joint; -1: as the vein without the joint', unit='N m/rad', &
+    call keys%real('joint_stiffness', c%joint, -1.0_rp, 'stiffness of every joint; -1: the stiffness of the vein without the '// &
+                   'joint', unit='N m/rad', &
                    min=-1.0_rp)
     call keys%text('parameters', c%parameters, '', 'single parameters as pairs of name and value, separated by commas: '// &
                    'joint:NAME [N m/rad], E:VEIN (factor on E), root (factor), diameter_exponent, k_vein, k_membrane, k_cross '// &
                    '[N/m], and the effects of docs/theory/effects.md')
-    call keys%word('z_side', c%z_side, 'file', 'file|'//z_side_choices('|'), 'which side of which wing +z points to, for '// &
-                   'effects that tell up from down; file: as the wing file says (docs/formats/wing-format.md), or else left '// &
-                   'ventral')
+    call keys%word('z_side', c%z_side, 'file', 'file|'//z_side_choices('|'), 'side of the wing to which +z points, for '// &
+                   'effects that differ between up and down; file: as the wing file says (docs/formats/wing-format.md), and '// &
+                   'left ventral if it says nothing')
     call keys%text('fingerprint', c%fingerprint, '', 'identifies the wing for which these values were found; msm_train and '// &
-                   'msm_diagnose write it; another wing is an error', given=c%has_fingerprint)
+                   'msm_diagnose write it; the program refuses another wing', given=c%has_fingerprint)
     call keys%reals('found_size', c%found_size, [0.0_rp, 0.0_rp], 'length and mean chord of the wing that was trained; '// &
                     'msm_train and msm_diagnose write them; a program warns if the wing has another size', unit='m', &
                     given=c%has_found_size)
@@ -135,23 +138,26 @@ contains
   subroutine mass_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(mass_choices_t), intent(inout) :: c
-    call keys%section('Mass', 'what the wing weighs')
-    call keys%real('vein_density', c%material%vein_density, 1300.0_rp, 'of the veins'' cuticle', unit='kg/m^3', above=0.0_rp, &
+    call keys%section('Mass', 'mass of the wing')
+    call keys%real('vein_density', c%material%vein_density, 1300.0_rp, 'density of the cuticle of the veins', unit='kg/m^3', &
+                   above=0.0_rp, &
                    given=c%has_vein_density)
-    call keys%word('membrane_law', c%law, 'bilinear', 'bilinear|uniform', 'areal density of the membrane: 1.75 - 147 x + 101 y '// &
-                   'scaled to membrane_mass, or areal_density; the law of the wing file counts if neither this nor '// &
-                   'areal_density is given', given=c%has_law)
-    call keys%real('membrane_mass', c%material%membrane_mass, 81.475e-9_rp, 'for bilinear', unit='kg', above=0.0_rp, &
+    call keys%word('membrane_law', c%law, 'bilinear', 'bilinear|uniform', 'areal density of the membrane: 1.75 - 147 x + 101 '// &
+                   'y scaled to membrane_mass, or areal_density; if neither this nor areal_density is given, the law of the '// &
+                   'wing file is used', given=c%has_law)
+    call keys%real('membrane_mass', c%material%membrane_mass, 81.475e-9_rp, 'mass of the membrane, for membrane_law = bilinear', &
+                   unit='kg', above=0.0_rp, &
                    given=c%has_membrane_mass)
-    call keys%real('areal_density', c%material%areal_density, 3.0e-3_rp, 'for uniform', unit='kg/m^2', above=0.0_rp, &
+    call keys%real('areal_density', c%material%areal_density, 3.0e-3_rp, 'areal density of the membrane, for membrane_law = '// &
+                   'uniform', unit='kg/m^2', above=0.0_rp, &
                    given=c%has_areal_density)
     call keys%real('vein_factor', c%material%vein_factor, 1.0_rp, 'factor on the mass of all veins', above=0.0_rp)
     call keys%real('membrane_factor', c%material%membrane_factor, 1.0_rp, 'factor on the mass of the membrane, whatever its law', &
                    above=0.0_rp)
-    call keys%real('membrane_gradient', c%material%gradient, 0.0_rp, 'g: the membrane weighs exp(g (x/R - 1/2)) times that, x '// &
-                   'from the root, R the extent along x', min=-5.0_rp, max=5.0_rp)
-    call keys%reals('point_mass', c%material%point, [0.0_rp, 0.0_rp, 0.0_rp], 'x y mass of something that sits on the wing: '// &
-                   'dust, glue, a marker', unit='m, m, kg')
+    call keys%real('membrane_gradient', c%material%gradient, 0.0_rp, 'g: the areal density of the membrane is multiplied by '// &
+                   'exp(g (x/R - 1/2)), x from the root, R the extent along x', min=-5.0_rp, max=5.0_rp)
+    call keys%reals('point_mass', c%material%point, [0.0_rp, 0.0_rp, 0.0_rp], 'x, y and mass of an object on the wing: dust, '// &
+                   'glue, a marker', unit='m, m, kg')
   end subroutine mass_keys
 
   !> Visits the keys of [Damping].
@@ -159,15 +165,16 @@ contains
     type(keys_t), intent(inout) :: keys
     type(inertia_t), intent(inout) :: inertia
     real(rp), intent(inout) :: nodal
-    call keys%section('Damping', 'of the motion within the wing frame')
+    call keys%section('Damping', 'damping of the motion relative to the wing frame')
     call keys%real('rayleigh_mass', inertia%rayleigh_mass, 0.0_rp, 'damping force per mass and velocity', unit='1/s', min=0.0_rp)
     call keys%real('rayleigh_stiffness', inertia%rayleigh_stiffness, 0.0_rp, 'damping force per rate of the elastic force', &
                    unit='s', min=0.0_rp)
     call keys%real('joint_friction', inertia%joint_friction, 0.0_rp, 'moment of the joints of veins per rate of their elastic '// &
                    'moment', unit='s', min=0.0_rp)
-    call keys%real('relaxation', inertia%relaxation, 0.0_rp, 'g of a viscoelastic wing: a sudden force meets 1 + g times the '// &
-                   'stiffness', min=0.0_rp)
-    call keys%real('relaxation_time', inertia%relaxation_time, 1.0e-3_rp, 'in which that relaxes', unit='s', above=0.0_rp)
+    call keys%real('relaxation', inertia%relaxation, 0.0_rp, 'g of a viscoelastic wing: against a sudden force its stiffness '// &
+                   'is 1 + g times the static stiffness', min=0.0_rp)
+    call keys%real('relaxation_time', inertia%relaxation_time, 1.0e-3_rp, 'time in which the additional stiffness g relaxes', &
+                   unit='s', above=0.0_rp)
     call keys%real('nodal', nodal, 0.0_rp, 'damping force per velocity, the same at every point', unit='kg/s', min=0.0_rp)
   end subroutine damping_keys
 end module common_wing_keys

@@ -105,7 +105,7 @@ contains
     was_dorsal = s%wing%z_is_dorsal()
     s%wing%z_side = stated
     if (in_file /= '' .and. (was_dorsal .neqv. s%wing%z_is_dorsal())) call config%complain(notices, 'Wing', 'z_side', &
-      stated//' counts, although '//s%path//' says '//trim(in_file)//': it is what [Wing] parameters mean by +z')
+      stated//' counts, although '//s%path//' says '//trim(in_file)//': it defines +z in [Wing] parameters')
   end subroutine take_z_side
 
   !> Adds a mistake if the values in [Wing] were found for another wing, or a notice if the user accepts that.
@@ -125,8 +125,8 @@ contains
     if (choices%allow_other_wing) then
       call config%complain(notices, 'Wing', 'fingerprint', text//'; allow_other_wing = yes accepts them nevertheless')
     else
-      call config%complain(errors, 'Wing', 'fingerprint', text//'; give the wing file that they belong to, '// &
-                           'or accept them with [Wing] allow_other_wing = yes')
+      call config%complain(errors, 'Wing', 'fingerprint', text//'; give the wing file of these values, or accept them with '// &
+                           '[Wing] allow_other_wing = yes')
     end if
   end subroutine check_fingerprint
 

@@ -67,7 +67,7 @@ contains
     here = wing_size(wing)
     if (all(abs(then - here) <= SAME*abs(here))) return
     call config%complain(notices, 'Wing', 'found_size', 'these values were found for a wing of length '//mm(then(1))// &
-                         ' and mean chord '//mm(then(2))//', and here they are '//mm(here(1))//' and '//mm(here(2))// &
+                         ' and mean chord '//mm(then(2))//', but this wing has '//mm(here(1))//' and '//mm(here(2))// &
                          '; E, D and the stiffness of joints stay as they were found. [Wing] length and mean_chord set the size')
   end subroutine notice_other_size
 

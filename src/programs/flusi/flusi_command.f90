@@ -93,9 +93,9 @@ contains
       command%ini = command%file
     end select
     if (command%restart .and. all(command%action /= [ACTION_RUN, ACTION_DRY_RUN, ACTION_SOLID])) &
-      call errors%add('--restart is valid with a run only')
+      call errors%add('--restart is valid for a run only')
     if (command%overwrite .and. all(command%action /= [ACTION_RUN, ACTION_SOLID])) &
-      call errors%add('--overwrite is valid with a run only')
+      call errors%add('--overwrite is valid for a run only')
   end subroutine check_files
 
   !> Writes to `unit` how the program is called.
@@ -106,10 +106,10 @@ contains
                                             '', &
                                           '  --check             print every effective value and where it comes from', &
                                  '  --dry-run           print memory, time step, steps and output files; run nothing', &
-                                            '  --restart[=FILE]    go on from the newest valid backup, or from FILE', &
-                                         '  --accept-changes    and with inputs that do not fit the backup', &
+                                            '  --restart[=FILE]    continue from the newest valid backup, or from FILE', &
+                                         '  --accept-changes    with --restart: accept inputs that do not fit the backup', &
                                          '  --overwrite         start from the beginning; move an earlier run aside', &
-                                        '  --flusi-compat      where a key stands twice, the first wins, as in FLUSI', &
+                                        '  --flusi-compat      if a key is given twice, the first counts, as in FLUSI', &
                                             '  --parameters        print the reference of all parameters (Markdown)', &
                                             '  --version           print version, commit, compiler and flags', &
                                             '  --help              print this', &

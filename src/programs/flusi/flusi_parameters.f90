@@ -45,7 +45,7 @@ contains
     ! A file that one rank sees and another does not must not part them.
     if (present(world)) call agree_on_outcome(world, outcome)
     if (speaks .and. outcome%kind == OUTCOME_MISTAKE .and. errors%count() == 0) write (error_unit, '(a)') &
-      command%ini//': a file that it names can be read on some ranks only'
+      command%ini//': only some ranks can read a file that it names'
     if (speaks .and. outcome%is_good()) &
       call notices%print(merge(error_unit, output_unit, command%action == ACTION_CHECK), 'notice: ')
     flush (error_unit)

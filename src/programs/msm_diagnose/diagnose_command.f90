@@ -55,12 +55,12 @@ contains
                                             'usage: mpirun -n RANKS msm_diagnose FILE.ini [options]', &
                                             '', &
                                           '  --check             print every effective value and where it comes from', &
-                                  '  --plan              what the loads could show; the measurement needs no heights', &
-                                            '  --refine            count what the mesh does as an error', &
-                                            '  --refine=fit        and fit everything on a mesh of half the size', &
+                                  '  --plan              predict what the loads can show; no heights are needed', &
+                                            '  --refine            count the effect of the mesh as an error', &
+                                            '  --refine=fit        as --refine, and fit everything on the finer mesh', &
                                             '  --refine=no, or', &
-                                            '  --no-refine         the data come from the same mesh', &
-                                            '  --exit-code         the exit code of a diagnosis tells its verdict', &
+                                            '  --no-refine         count no error of the mesh: the data come from the same mesh', &
+                                            '  --exit-code         end a diagnosis with the exit code of its verdict', &
                                             '  --parameters        print the reference of all parameters (Markdown)', &
                                             '  --version           print version, commit, compiler and flags', &
                                             '  --help              print this', &
@@ -68,7 +68,7 @@ contains
                                             'exit codes: 0 done, whatever the verdict is         1 defect of the program', &
                                             '            2 mistake in the input                  3 numerical failure', &
                                             '            5 files cannot be written', &
-                                            'with --exit-code a diagnosis ends with that of its verdict:', &
+                                            'exit codes of verdicts, with --exit-code:', &
                                             '            0 adequate                             10 one cause is named', &
                                             '           11 several causes are possible          12 not in the catalogue', &
                                             '           20 not enough data', &

@@ -71,9 +71,11 @@ contains
       if (.not. s%units%given) call errors%add(self%path//': [units] is missing: give length, frequency and density, '// &
                                                'so that forces can be compared in newtons')
       if (.not. s%fluid%solids%is_moving .or. .not. allocated(s%flight%wings)) &
-        call errors%add(self%path//': has no flapping wings: [Penalization] iMask = Insect')
-      if (s%flight%flyer%is_free) call errors%add(self%path//': is a free flight; a wing on a balance is tethered')
-      if (.not. s%fluid%solids%compute_forces) call errors%add(self%path//': computes no forces')
+        call errors%add(self%path//': has no flapping wings; set [Penalization] iMask = Insect')
+      if (s%flight%flyer%is_free) call errors%add(self%path//': is a free flight, but a wing on a balance is tethered; set '// &
+                                                  '[Insects] BodyMotion = tethered')
+      if (.not. s%fluid%solids%compute_forces) call errors%add(self%path//': computes no forces; set [Penalization] '// &
+                                                               'compute_forces = yes')
       if (errors%count() > before) return
       self%kinematics = kinematics_choices(s%config)
       self%body = body_motion_choices(s%config)
@@ -96,11 +98,11 @@ contains
       has_table = s%flight%motion%kind == MOTION_TABLE
       facts%missing = ''
       if (facts%is_section) then
-        if (.not. has_table) facts%missing(FLOW_STROKE) = 'needs a plate that moves as a table says'
-        facts%missing(FLOW_STROKE_MEAN) = 'needs a wing that turns about a hinge, not a section'
+        if (.not. has_table) facts%missing(FLOW_STROKE) = 'needs a plate whose motion is a table'
+        facts%missing(FLOW_STROKE_MEAN) = 'needs a wing that turns about a hinge, and this case is a section'
         facts%missing(FLOW_DEVIATION) = facts%missing(FLOW_STROKE_MEAN)
         facts%missing(FLOW_PLANE) = facts%missing(FLOW_STROKE_MEAN)
-        facts%missing(FLOW_WIND + 1) = 'needs flow in space, not in a section'
+        facts%missing(FLOW_WIND + 1) = 'needs a three-dimensional flow, and this case is a section'
       end if
       if (any(s%fluid%mean%kind /= MEAN_FIXED)) facts%missing(FLOW_WIND + 1:FLOW_WIND + 3) = &
         'needs a prescribed mean flow: [MeanFlow] iMeanFlow = 1'

@@ -120,13 +120,13 @@ contains
     logical :: ok
     integer :: i
     if (failure%failed .or. .not. s%flights%is_ready .or. .not. d%extended%is_found) return
-    head = '; Run it in the folder of the case.'//new_line('a')
+    head = '; Run this file in the folder of the case.'//new_line('a')
     do i = 1, size(s%catalogue%parameters)
       associate (p => s%catalogue%parameters(i))
         if (p%kind == KIND_FLIGHT .and. p%number <= N_FLOW) request%change(p%number) = d%extended%q(i)
         if (p%kind == KIND_FLIGHT .and. p%number == FLOW_FREQUENCY .and. abs(d%extended%q(i)) > 0) &
-          head = head//'; The beat that was found is '//number_text(exp(d%extended%q(i)))//' times as fast as that of '// &
-                 'the case. This file has the beat of the case: change it there.'//new_line('a')
+          head = head//'; The beat that was found is '//number_text(exp(d%extended%q(i)))//' times as fast as the beat of the '// &
+                 'case. This file has the beat of the case: change it in the case.'//new_line('a')
       end associate
     end do
     if (.not. any(abs(request%change) > 0)) return

@@ -118,8 +118,8 @@ contains
           if (.not. facts%is_section) cycle
           do k = 1, size(f%component)
             if (all(f%component(k) /= [2, 3, 4, COMPONENT_POWER])) &
-              call errors%add(object//': component '//trim(COMPONENT_NAMES(f%component(k)))//' is not one of a section; valid: '// &
-                              'Fy, Fz, Mx, power')
+              call errors%add(object//': component '//trim(COMPONENT_NAMES(f%component(k)))//' does not exist for a section; '// &
+                              'valid: Fy, Fz, Mx, power')
           end do
         end associate
       end do
@@ -141,12 +141,12 @@ contains
     if (runner%ranks > 0) ranks = min(ranks, runner%ranks)
     rounds = (n + world%size/ranks - 1)/(world%size/ranks)
     write (unit, '(a)') 'flights   '//number_text(size(requests))//' of '//data%facts%path//', of which '//number_text(n)// &
-      ' are to be flown, '//number_text(world%size/ranks)//' at a time on '//number_text(ranks)//' ranks each'
+      ' are still to be simulated, '//number_text(world%size/ranks)//' at a time on '//number_text(ranks)//' ranks each'
     write (unit, '(a)') '          about '//number_text(nint(data%facts%steps))//' steps each, '// &
       time_text(rounds*data%facts%seconds/ranks)//' for all, very roughly'
     if (most_rounds > 0 .and. size(requests) > merge(2, 1, data%is_refined)) write (unit, '(a)') &
-      '          then up to '//number_text(most_rounds)//' rounds, if a cause is clear, of '// &
-      trim(merge('2 flights', '1 flight ', data%is_refined))//' with what was found and 2 more for each number of it'
+      '          then up to '//number_text(most_rounds)//' rounds if a cause is clear, each of '// &
+      trim(merge('2 flights', '1 flight ', data%is_refined))//' with the fitted values and 2 more for each of its parameters'
   end subroutine print_cost
 
   !> Returns a duration, rounded up, in seconds, minutes or hours.
@@ -181,7 +181,7 @@ contains
     if (world%is_root) call data%response%take(steps, data%is_refined, records, reason)
     call world%broadcast_text(reason)
     if (reason /= '') then
-      call outcome%fail(OUTCOME_NOT_CONVERGED, 'the flight of '//data%facts%path//' cannot be compared with records: '//reason)
+      call outcome%fail(OUTCOME_NOT_CONVERGED, 'the flight of '//data%facts%path//' cannot be compared with the records: '//reason)
       return
     end if
     do j = 1, size(steps)

@@ -180,7 +180,8 @@ contains
     if (group%is_root) call write_end(outcome, ok)
     call change_folder(here)
     if (any(outcome%kind == [OUTCOME_DONE, OUTCOME_DIVERGED, OUTCOME_COLLISION, OUTCOME_NOT_CONVERGED])) return
-    call of_all%fail(outcome%kind, 'a flight did not come to its end; '//join_path(folder, LOG)//' tells why. Start again to go on')
+    call of_all%fail(outcome%kind, 'a flight did not finish; '//join_path(folder, LOG)//' says why. Start the program again '// &
+                     'to continue')
   end subroutine fly_one
 
   !> Writes the input file of a flight into its folder, which it makes if it is missing.
@@ -250,7 +251,7 @@ contains
     end if
     call read_series(join_path(name%folder, SERIES), COLUMNS, rows, failure)
     if (failure%failed .or. size(rows, 2) < 2) then
-      record%reason = join_path(name%folder, SERIES)//': cannot be read; delete this folder to fly again'
+      record%reason = join_path(name%folder, SERIES)//': cannot be read; delete this folder to simulate the flight again'
       return
     end if
     associate (u => self%case%settings%units, s => self%case%settings)

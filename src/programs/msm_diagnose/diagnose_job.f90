@@ -218,7 +218,7 @@ contains
     call journal%start(self%settings%name//'.journal', checksum_text(self%settings%config%inputs()//' '//command%refine//' '// &
                                                                   BUILD_VERSION//' '//BUILD_COMMIT), goes_on)
     if (goes_on) write (error_unit, '(a)') 'notice: '//self%settings%name// &
-      '.journal is of a diagnosis of the same inputs that did not end; this one goes on with it'
+      '.journal belongs to an unfinished diagnosis of the same inputs; this diagnosis continues it'
     flush (error_unit)
     self%simulator%journal => journal
     if (self%has_discretisation) call self%discretisation%use_journal(journal)

@@ -170,8 +170,8 @@ contains
     call json%put('warning', s%noise%warning)
     call json%open_object('heavy_tails')
     call json%put('title', 'heights that stand out')
-    call json%put('sentence', 'Single heights have nothing to do with the surface around them: specks, gaps of the '// &
-                  'light or wrong fringes.')
+    call json%put('sentence', 'Single heights do not belong to the surface around them: specks, gaps of the light or wrong '// &
+                  'fringes.')
     call json%put('is_found', s%outliers%n > 0)
     call json%put('heights_left_out', s%outliers%n)
     call json%put('heights_tested', s%outliers%n_tested)

@@ -94,7 +94,7 @@ contains
     end associate
     if (abs(point(3)) > 0) text = text//'point_mass = '//number_text(point(1))//' '//number_text(point(2))//' '// &
                                   number_text(point(3))//'; m, m, kg'//NL
-    if (s%measurement%is_in_air()) text = text//'; the air that moves with the wing is '// &
+    if (s%measurement%is_in_air()) text = text//'; the mass of the air that moves with the wing is '// &
       number_text(effects%added)//' of that of strip theory'//NL
   end function mass_lines
 

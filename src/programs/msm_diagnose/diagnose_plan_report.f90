@@ -48,7 +48,8 @@ contains
     if (found%has_loads) call print_best_loads(unit, s, found%best_loads)
     write (unit, '(a)') '', 'These strengths assume that the declared errors are right and that the data have no other errors.'
     if (s%measurement%is_plan .and. any(s%measurement%loads%has_surface) .and. s%noise%model%length > 0) write (unit, '(a)') &
-      'Errors of heights count in full as independent ones and in full as correlated ones, because their shares are not known yet.'
+      'Errors of heights count in full as independent errors and in full as correlated errors, because their shares are not '// &
+      'known before the measurement.'
     if (s%finds_discretisation) write (unit, '(a)') &
       'A diagnosis with `refine = yes` also counts the error of the mesh, and needs stronger effects.'
     flush (unit)

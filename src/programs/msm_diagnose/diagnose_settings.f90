@@ -87,7 +87,7 @@ contains
     integer :: e
     if (.not. s%measurement%moves()) return
     if (.not. s%wing_case%has_mass) call s%config%complain(errors, 'Mass', 'membrane_law', &
-                                  'the measurement holds natural modes or records of motion, which need a valid mass of the wing')
+                                  'the measurement has natural modes or records of motion, which need a valid mass of the wing')
     list = list_effects()
     do e = 1, size(list)
       if (all(list(e)%needs /= NEED_UNSTRESSED_REST) .or. .not. is_active(list, e, s%wing_case%requested%effects)) cycle

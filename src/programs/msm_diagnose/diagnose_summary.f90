@@ -81,8 +81,8 @@ contains
       ' numbers; variance over that of the noise model '//fixed(d%scale, 3)
     write (unit, '(a)') 'misfit    chance alone does this with p = '//probability_text(d%decision%log_p_global)// &
       ' (all tests and checks together); signal-to-noise ratio of the causes '//fixed(d%decision%snr, 1)
-    if (hides_cause(n, d)) write (unit, '(a)') '          (a good chi^2 can hide a cause: it sums the noise of all numbers, '// &
-      'and a cause shows in few combinations of them)'
+    if (hides_cause(n, d)) write (unit, '(a)') '          (a good chi^2 can hide a cause: it sums the noise of all '// &
+      'observations, and a cause shows in few combinations of them)'
   end subroutine print_misfit
 
   !> Tells whether something was found although the sum of squares is like that of noise, at most two of its sd above its mean.
@@ -269,9 +269,9 @@ contains
     if (d%rounds%has_settled .or. .not. d%extended%is_found) return
     if (all(d%decision%verdict /= [VERDICT_NAMED, VERDICT_SET])) return
     if (d%rounds%reason /= '') then
-      text = '; not flown with what was found: '//d%rounds%reason
+      text = '; not simulated with the fitted values: '//d%rounds%reason
     else if (size(d%rounds%moved) > 0) then
-      text = '; not settled: flown with what was found, this still moves by '// &
+      text = '; not settled: simulated with the fitted values, this still moves by '// &
              fixed(d%rounds%moved(size(d%rounds%moved)), 1)//' sd'
     end if
   end function unsettled

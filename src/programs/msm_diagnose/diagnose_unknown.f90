@@ -71,7 +71,7 @@ contains
     type(unknown_t), intent(in) :: unknown
     character(:), allocatable :: text
     real(rp) :: middle(2)
-    text = 'not on the wing: scans are bent, each in another way (the rig, or what the scan before has left)'
+    text = 'not on the wing: each scan is bent in another way (by the rig, or by the scan before it)'
     if (unknown%family == 'scans') return
     text = 'in the forces over the beat'
     if (unknown%family == 'flight') return

@@ -74,7 +74,7 @@ contains
     n%decimals = decimals_for(n%shown, has .and. finding%has_interval)
     text = told(n, has, finding%has_interval)
     if (finding%is_jump) text = text//' (an end of the interval is where the wing snaps to another shape)'
-    if (n%w%is_natural .and. abs(finding%null - n%w%reference) > 0) text = text//'; the input assumes that there is some of it'
+    if (n%w%is_natural .and. abs(finding%null - n%w%reference) > 0) text = text//'; the input assumes that it is present'
   end function finding_text
 
   !> Returns by how much a parameter at `best` differs from nothing, without the words that lead to the number, as in "25 % higher

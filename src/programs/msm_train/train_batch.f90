@@ -65,7 +65,7 @@ contains
       i = i + 1
     end do
     if (n_individuals > 1 .and. command%restart_file /= '') &
-      call errors%add('--restart=FILE is valid with one individual only; --restart takes the newest backup of each')
+      call errors%add('--restart=FILE is valid for one individual only; --restart takes the newest backup of each')
     if (errors%count() > 0) call outcome%end_as(OUTCOME_MISTAKE)
     call agree_on_outcome(world, outcome)
     if (world%is_root .and. outcome%kind /= OUTCOME_DONE) then

@@ -40,8 +40,8 @@ contains
     if (arguments%is_final) return
     if (arguments%n_files > 1) call errors%add('too many file names')
     if (arguments%n_files < 1) call errors%add('the name of a parameter file is missing')
-    if (command%restart .and. command%action /= TRAIN_RUN) call errors%add('--restart is valid with a run only')
-    if (command%overwrite .and. command%action /= TRAIN_RUN) call errors%add('--overwrite is valid with a run only')
+    if (command%restart .and. command%action /= TRAIN_RUN) call errors%add('--restart is valid for a run only')
+    if (command%overwrite .and. command%action /= TRAIN_RUN) call errors%add('--overwrite is valid for a run only')
   end subroutine parse_train_command
 
   !> Prints on `unit` how the program is called.
@@ -51,10 +51,10 @@ contains
                                             'usage: mpirun -n RANKS msm_train FILE.ini [options]', &
                                             '', &
                                           '  --check             print every effective value and where it comes from', &
-                                            '  --evaluate          print the cost of the wing as [Wing] has it', &
+                                            '  --evaluate          print the cost of the wing with the values of [Wing]', &
                                   '  --screen            rank veins and joints by their effect on the measured loads', &
-                                            '  --restart[=FILE]    go on from the newest valid backup, or from FILE', &
-                                         '  --accept-changes    and with inputs that do not fit the backup', &
+                                            '  --restart[=FILE]    continue from the newest valid backup, or from FILE', &
+                                         '  --accept-changes    with --restart: accept inputs that do not fit the backup', &
                                          '  --overwrite         start from the beginning; move an earlier run aside', &
                                             '  --parameters        print the reference of all parameters (Markdown)', &
                                             '  --version           print version, commit, compiler and flags', &

@@ -108,14 +108,14 @@ contains
     if (take_failure(self)) return
     if (.not. (has_best .or. self%pool%is_stopped)) then
       call self%outcome%end_as(OUTCOME_NOT_CONVERGED)
-      call self%log%say('failed    no candidate was feasible: are the bounds or the forces wrong?')
+      call self%log%say('failed    no candidate was feasible: check the bounds of parameters and the forces')
       return
     end if
     if (self%pool%is_stopped) then
       call self%outcome%end_as(OUTCOME_STOPPED)
       call self%pool%poll()
       call self%log%say('stopped early: '//trim(self%pool%runner%stop_rules%reason)// &
-                        '; the backup is written, go on with --restart')
+                        '; the backup is written; continue with --restart')
       return
     end if
     call tell_outcome(self, self%trained)
@@ -143,7 +143,7 @@ contains
       call polish_points(self%settings, self%pool, self%search%space, self%search%objective, starts, self%log, self%trained)
       if (self%pool%is_stopped .or. .not. self%settings%search_is_short) return
       if (self%trained%is_polished .and. self%trained%is_solved) return
-      call self%log%say('search    goes on, as least squares found no minimum from where it ended')
+      call self%log%say('search    continues, because least squares found no minimum from its end')
       self%settings%search_is_short = .false.
       self%search%is_done = .false.
     end do
@@ -175,7 +175,7 @@ contains
       end if
       call self%search%init(s, self%pool)
       if (command%restart .and. s%n_individuals > 1 .and. .not. self%search%has_backup()) then
-        call self%log%say('restart   there is no backup of '//s%individual//': it begins anew')
+        call self%log%say('restart   there is no backup of '//s%individual//': the training starts from the beginning')
       else if (command%restart) then
         call restore(self, command)
       end if
@@ -256,7 +256,7 @@ contains
     do l = 1, size(trained%evaluations)
       if (trained%evaluations(l)%snaps > 0) &
         call self%log%say('warning   the wing snaps under '//self%settings%experiment%measurement%loads(l)%name// &
-                          ': the cost may jump there, and is hard to make small; bend it less, or leave this load out')
+                          ': the cost may jump there, and is hard to minimise; bend the wing less, or leave this load out')
     end do
     text = outcome_lines(self%settings, self%search%space, trained, '')
     first = 1

@@ -60,7 +60,7 @@ contains
     do i = 1, size(trained%values)
       if (.not. trained%determines(i)) text = text//', '//trim(space%names(i))
     end do
-    if (text /= '') text = '; Not determined; their values below fit, and so do others: '//text(3:)//'.'//NL
+    if (text /= '') text = '; Not determined; other values fit as well as the values below: '//text(3:)//'.'//NL
   end function free_note
 
   !> Returns the outcome in sentences, each behind `prefix`.
@@ -80,11 +80,11 @@ contains
     end if
     write (line, '(a,es11.4,a,i0,a)') 'chi^2 = ', trained%chi2, ' of ', n, ' residuals'
     text = text//trim(line)//NL
-    if (.not. trained%fits) text = text//prefix//'warning: this does not fit within the declared errors; how well '// &
-                                   'parameters are determined, as told below, holds for a fit only'//NL
+    if (.not. trained%fits) text = text//prefix//'warning: this does not fit within the declared errors, and the '// &
+                                   'uncertainties of the parameters below are not valid'//NL
     if (trained%has_failed_polish()) &
-      text = text//prefix//'warning: least squares failed ('//trained%reason//'): the values are where the search '// &
-             'ended, and how well the data determine them is not known'//NL
+      text = text//prefix//'warning: least squares failed ('//trained%reason//'): the values are those at the end of the '// &
+             'search, and their uncertainties are not known'//NL
     do i = 1, size(trained%values)
       if (trained%has_intervals) then
         text = text//prefix//interval_sentence(settings%experiment, space, trained, i)//NL
@@ -104,20 +104,20 @@ contains
     write (buffer, '(es13.6)') trained%values(i)
     value = trim(adjustl(buffer))//' '//trim(space%units(i))
     if (trained%bound(i) /= 0) then
-      words = 'at the '//trim(merge('lower', 'upper', trained%bound(i) < 0))//' bound of its box: '//value// &
-              '; the box holds it, not the data, and a '//trim(merge('smaller', 'larger ', trained%bound(i) < 0))// &
+      words = 'at the '//trim(merge('lower', 'upper', trained%bound(i) < 0))//' bound: '//value// &
+              '; the bound limits it, not the data, and a '//trim(merge('smaller', 'larger ', trained%bound(i) < 0))// &
               ' value may fit better'
     else if (trained%has_failed_polish()) then
       words = 'not determined; the search ended at '//value
     else if (trained%is_polished) then
       words = value
-      if (.not. trained%determines(i)) words = 'not determined by these data (intervals = yes tells what can be said)'
+      if (.not. trained%determines(i)) words = 'not determined by these data (intervals = yes gives its limits)'
       write (buffer, '(a,es9.2)') trim(merge('of the logarithm', '                ', space%is_log(i))), &
         trained%posterior%sd(i)
       words = words//', predicted sd '//trim(adjustl(buffer))
     else
       words = number_text(trained%values(i))//' '//trim(space%units(i))// &
-              ', how well the data determine it was not asked'
+              ', without an uncertainty'
     end if
   end function value_words
 

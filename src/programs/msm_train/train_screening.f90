@@ -136,8 +136,8 @@ contains
     proposal = ''
     write (output_unit, '(a)') '', 'effect of 10 %: rms movement of the measured points if the parameter changes by 10 %;', &
       'over noise: signal-to-noise ratio of a change by a factor e, at the declared errors;', &
-      'sd: predicted standard deviation of the logarithm if this parameter alone is fitted, '// &
-      'and if all above it are fitted too', '', &
+      'sd: predicted standard deviation of the logarithm if this parameter alone is fitted, and if all parameters above it '// &
+      'are fitted too', '', &
       'rank  parameter                 effect of 10 % [um]  over noise    sd alone  sd with those above  proposed'
     is_proposed = .true.
     do i = 1, size(order)
@@ -153,8 +153,8 @@ contains
     else
       write (output_unit, '(a)') '', 'proposed:  parameters = '//proposal(3:)
     end if
-    write (output_unit, '(a)') 'D is not ranked: it regularises. The numbers belong to the values of [Wing] and to '// &
-      'errors as declared.'
+    write (output_unit, '(a)') 'D is not ranked, because it is a regularisation. The results hold for the values of [Wing] '// &
+      'and for the declared errors.'
     flush (output_unit)
   end subroutine print_ranking
 

@@ -124,7 +124,7 @@ contains
     type(message_list_t), intent(inout) :: errors
     if (.not. allocated(s%measurement%loads)) return
     if (s%measurement%moves() .and. size(s%measurement%loads) == 0) call s%config%complain(errors, 'Measurement', 'file', &
-      'holds modes or records of motion and no bending test; a training needs bending tests, msm_diagnose takes all')
+      'has modes or records of motion but no bending test; a training needs bending tests, and msm_diagnose accepts all three')
   end subroutine check_tests
 
   !> Makes the experiment that the training simulates, and chooses the cost.
@@ -142,7 +142,7 @@ contains
     select case (s%choices%cost)
     case ('h')
       if (sum(s%experiment%comparisons%n_heights) == 0) &
-        call s%config%complain(errors, 'Train', 'cost', 'h compares heights, and this measurement has none: set chi2')
+        call s%config%complain(errors, 'Train', 'cost', 'h compares heights, and this measurement has none; set cost = chi2')
     case ('chi2')
       s%use_chi2 = .true.
     case default
@@ -241,7 +241,7 @@ contains
 
     function origin() result(text)
       character(:), allocatable :: text
-      text = trim(merge('by the preset', 'worked out   ', s%is_paper))
+      text = trim(merge('by the preset', 'computed     ', s%is_paper))
     end function origin
   end subroutine settle_choices
 

@@ -74,7 +74,7 @@ contains
     end if
     if (restarts) then
       measures = has_wisdom
-      reason = trim(merge('as before: fftw_wisdom is there   ', 'as before: there is no fftw_wisdom', has_wisdom))
+      reason = trim(merge('as before: fftw_wisdom exists     ', 'as before: no fftw_wisdom exists  ', has_wisdom))
     else
       measures = steps*points*STEP > 100*MEASURING
       reason = trim(merge('the run is long ', 'the run is short', measures))

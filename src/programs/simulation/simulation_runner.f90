@@ -126,7 +126,7 @@ contains
     type(message_list_t) :: patterns
     call self%files%begin(self%world, 'flusi', BASE_NAME, start%ini, self%settings%config, self%outcome)
     if (restarts .and. start%overwrite) call self%outcome%fail(OUTCOME_MISTAKE, &
-      '--overwrite begins a new run and inicond = backup goes on with an old one: leave out one of them')
+      '--overwrite starts a new run and inicond = backup continues an old one: leave out one of them')
     call result_names(patterns)
     if (.not. restarts) call self%files%check_new(start%overwrite, patterns, self%outcome)
   end subroutine begin_files
@@ -204,7 +204,7 @@ contains
           call self%outcome%end_as(OUTCOME_STOPPED)
           call self%back_up()
           if (self%world%is_root .and. .not. self%outcome%failure%failed) write (output_unit, '(a)') 'stopped early: '// &
-            trim(self%stop_rules%reason)//'; the backup is written, go on with --restart'
+            trim(self%stop_rules%reason)//'; the backup is written; continue with --restart'
         end if
       end if
       if (.not. self%outcome%failure%failed) return
@@ -376,8 +376,8 @@ contains
     if (writing%failed) then
       self%outcome%failure%reason = self%outcome%failure%reason//'; moreover: '//writing%reason
     else
-      self%outcome%failure%reason = self%outcome%failure%reason//'; '//FAILED_NAME//' has the flow, and the wings as they were '// &
-                                    'before this step: --restart='//FAILED_NAME//' goes on from there, with other parameters'
+      self%outcome%failure%reason = self%outcome%failure%reason//'; '//FAILED_NAME//' has the flow, and the wings before this '// &
+                                    'step: --restart='//FAILED_NAME//' continues from there, with other parameters'
     end if
   end subroutine back_up_failed
 

@@ -55,8 +55,8 @@ contains
     call visitor%visit('damped', self%damped)
   end subroutine work_visit
 
-  !> Returns how much more energy the wing has than the balance accounts for [J]. `energy` is T + U [J] now. The result is 0 for a
-  !> balance that is closed, and O(h^2) for steps of length h.
+  !> Returns the energy of the wing in excess of the balance [J]. `energy` is the present T + U [J]. The result is 0 for a balance
+  !> that is closed, and O(h^2) for steps of length h.
   pure real(rp) function work_imbalance(self, energy) result(excess)
     class(work_t), intent(in) :: self
     real(rp), intent(in) :: energy
@@ -120,7 +120,7 @@ contains
       damped = damped + ((inertia%rayleigh_mass*inertia%mass(p) + inertia%nodal(p))*dot_product(du, du) + &
                          inertia%rayleigh_stiffness*dot_product(self%new_elastic(:, p) - self%elastic(:, p), du))/h
       if (inertia%rubs()) damped = damped + inertia%joint_friction*dot_product(self%new_joints(:, p) - self%joints(:, p), du)/h
-      ! The work of a relaxing force, a part of which it gives back later.
+      ! The work of a relaxing force; it returns a part of this work later.
       if (inertia%relaxation > 0) damped = damped + 0.5_rp*dot_product(state%g(:, p) + self%g(:, p) - self%elastic(:, p) - &
                                                                       self%new_elastic(:, p), du)
     end do

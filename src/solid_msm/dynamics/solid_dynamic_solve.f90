@@ -31,7 +31,7 @@ module solid_dynamic_solve
     real(rp), private :: q = 0           !< [1/s]
     type(krylov_t), private :: krylov
     type(residuals_t), private :: residuals
-    logical, private :: is_own = .false. !< the factors are those of what was assembled last
+    logical, private :: is_own = .false. !< the factors belong to the matrix that was assembled last
     real(rp), private, dimension(:, :), allocatable :: r, rate, mixed, old_x, old_r, turns, free_x
     real(rp), private, dimension(:, :, :), allocatable :: diagonal, kept, joint_blocks
   contains
@@ -74,8 +74,8 @@ contains
                                        self%free_x, self%diagonal, self%kept, self%joint_blocks)
   end subroutine solver_free
 
-  !> Begins the equations of a step, or of a piece of it. They hold in the frame `frame`, where the rate of any quantity is q
-  !> [1/s] times its change. Call it before the first `assemble` of a step.
+  !> Begins the equations of a step or substep. They hold in the frame `frame`, and the rate of any quantity is q [1/s] times its
+  !> change. Call it before the first `assemble` of a step.
   subroutine solver_start(self, model, inertia, frame, q)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -92,7 +92,7 @@ contains
   end subroutine solver_start
 
   !> Assembles S at displacements u(3, n_all) [m]. With `semidefinite` every element contributes its positive semidefinite part
-  !> only, and the frame counts as at rest.
+  !> only, and the motion of the frame is ignored.
   subroutine solver_assemble(self, model, inertia, u, semidefinite)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -158,7 +158,7 @@ contains
     type(solid_model_t), intent(in) :: model
     real(rp), intent(in) :: r(:, :)
     logical, intent(out) :: is_solved
-    real(rp), parameter :: ENOUGH = 1.0e-3_rp ! Newton's method mends the rest
+    real(rp), parameter :: ENOUGH = 1.0e-3_rp ! Newton's method corrects the rest
     real(rp) :: left
     call put_right_hand_side(self, model, r)
     call self%krylov%solve(model%pattern, self%equilibrium%blocks, self%turns, self%equilibrium%cholesky, &
@@ -175,7 +175,7 @@ contains
     real(rp), intent(in) :: r(:, :), enough
     class(reaction_t), intent(inout) :: reaction
     logical, intent(out) :: is_solved
-    integer, parameter :: MANY = 60, FEW = 20 ! few where new factors would help
+    integer, parameter :: MANY = 60, FEW = 20 ! few if new factors would help
     real(rp) :: left
     integer :: n_iterations
     call put_right_hand_side(self, model, r)
@@ -196,7 +196,7 @@ contains
     end do
   end subroutine put_right_hand_side
 
-  !> Takes the solution if the remaining share `left` of the residual is at most USEFUL.
+  !> Accepts the solution if the remaining share `left` of the residual is at most USEFUL.
   subroutine finish(self, model, left, is_solved)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -217,7 +217,7 @@ contains
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
     real(rp), intent(in) :: r(:, :)
-    real(rp), parameter :: ENOUGH = 1.0e-8_rp ! of the squared energy norm: Newton's method mends the rest
+    real(rp), parameter :: ENOUGH = 1.0e-8_rp ! of the squared energy norm: Newton's method corrects the rest
     integer, parameter :: LIMIT = 60
     real(rp) :: rho, old_rho, first_rho, omega
     integer :: k

@@ -23,8 +23,8 @@ module solid_dynamic_state
 
 contains
 
-  !> Makes the state of a wing at `time` [s]: at u [m] and v [m/s], (3, n_all) both, where they are given; else unloaded and at
-  !> rest in its frame. There is no step before it.
+  !> Makes the state of a wing at `time` [s]: at u [m] and v [m/s], both (3, n_all), if they are given; otherwise unloaded and at
+  !> rest in its frame. The state has no previous step.
   subroutine state_init(self, model, time, u, v)
     class(dynamic_state_t), intent(out) :: self
     type(solid_model_t), intent(in) :: model

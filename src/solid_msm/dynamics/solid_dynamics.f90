@@ -1,13 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Advances the motion of a wing in time by variable-step BDF2, started by implicit Euler.
 !>
-!> With r = h/h_old, b_y = C1 y_n - C2 y_(n-1) and q = 1/(C3 h), C1 = (1+r)^2/(1+2r), C2 = r^2/(1+2r),
-!> C3 = (1+r)/(1+2r), the rate of any y at the new time is q (y - b_y). Velocities are eliminated: the
-!> unknown is the displacement. Stiffness-proportional damping is the rate of the elastic forces, and the force of a viscoelastic
-!> wing a rational function of them and their past, so both have an exact tangent; friction of joints is the rate of their forces
-!> alone. Newton's method uses the mixed-stress
-!> tangent of the statics; its linear equations are those of solid_dynamic_solve.
-!> A load may respond to the velocity of the wing at once (solid_reaction).
+!> With r = h/h_old, b_y = C1 y_n - C2 y_(n-1) and q = 1/(C3 h), C1 = (1+r)^2/(1+2r), C2 = r^2/(1+2r), C3 = (1+r)/(1+2r), the rate
+!> of any y at the new time is q (y - b_y). Velocities are eliminated, so that the displacement is the only unknown.
+!> Stiffness-proportional damping is the rate of the elastic forces. The force of a viscoelastic wing is a rational function of the
+!> elastic forces and their past. Both therefore have an exact tangent. Friction of joints is proportional to the rate of the forces
+!> of joints alone. Newton's method uses the mixed-stress tangent of the statics; its linear equations are those of
+!> solid_dynamic_solve. A load may respond to the velocity of the wing at once (solid_reaction).
 module solid_dynamics
   use base_errors, only: require
   use base_kinds, only: rp
@@ -27,12 +26,13 @@ module solid_dynamics
   type :: dynamic_options_t
     real(rp) :: tolerance = 1.0e-8_rp !< of the residual, relative to the largest force in the balance
     integer :: iterations = 10
-    integer :: halvings = 8           !< a failed step is retried with halved steps, this often
-    !> A factorisation is used for further iterations, which are not counted, if at the convergence rate of the last one this many
-    !> suffice; so many cost about as much as a factorisation. 0: a new tangent in every iteration.
+    integer :: halvings = 8           !< number of times that a failed step may be halved
+    !> A factorisation serves further iterations if this many suffice at the present rate of convergence; they cost about as much as
+    !> a factorisation, and are not counted. 0: a new tangent in every iteration.
     real(rp) :: worth_reuse = 7
-    !> Largest number in a step, its second attempt included; then the equations are solved by iterations with the last factors.
-    !> More are made only if these fail, in a third attempt and where a step is halved: poor factors at the beginning cost more.
+    !> Largest number of factorisations in a step, including its second attempt. After that the last factors are used in an
+    !> iterative solution. More factorisations follow only if the iterations fail, in a third attempt, and in a halved step, where
+    !> poor factors at the beginning cost more.
     integer :: factorisations = 3
   end type dynamic_options_t
 
@@ -41,11 +41,11 @@ module solid_dynamics
   !> Report on a step.
   type :: step_report_t
     logical :: converged = .false.
-    character(:), allocatable :: reason      !< why not
+    character(:), allocatable :: reason      !< why it has not converged
     integer :: iterations = 0                !< of Newton's method, all substeps
     integer :: factorisations = 0            !< of the Jacobian, all substeps
     integer :: inner = 0                     !< iterations of linear equations, all substeps, with a reaction only
-    integer :: substeps = 0                  !< accepted ones; 1 unless Newton's method failed
+    integer :: substeps = 0                  !< accepted substeps; 1 unless Newton's method failed
     real(rp) :: residual = 0                 !< relative, of the last substep
     real(rp) :: residuals(0:HISTORY) = 0     !< [N] of the iterations of the last substep
   end type step_report_t
@@ -55,9 +55,9 @@ module solid_dynamics
     private
     type(dynamic_solver_t) :: solver
     type(dynamic_state_t) :: saved
-    logical :: has_factors = .false. !< those of the solver serve the step that is being made
-    integer :: n_before = 0          !< factorisations that have gone into this step, as often as it was made
-    ! Of the piece of the step that is being made
+    logical :: has_factors = .false. !< the factors of the solver serve the present step
+    integer :: n_before = 0          !< factorisations for this step, over all its attempts
+    ! Data of the present substep
     type(frame_t) :: frame           !< at its end
     real(rp) :: q = 0                !< [1/s]
     real(rp), dimension(:, :), allocatable :: bu, bv, bg, bf, bj, u, v, rate, r, f, total
@@ -90,12 +90,12 @@ contains
                                         self%r, self%f)
   end subroutine dynamics_free
 
-  !> Advances `state` by dt > 0 [s] under the external forces force(3, n_all) [N], which are constant over the step, with the
-  !> frame of `motion` at the new time. `report` says whether Newton's method converged, and why not. On failure the state is what
-  !> it was. A dt that is not positive stops the program.
+  !> Advances `state` by dt > 0 [s] under the external forces force(3, n_all) [N], which are constant over the step, with the frame
+  !> of `motion` at the new time. `report` says whether Newton's method converged, and if not, why. On failure the state is
+  !> unchanged. A dt that is not positive stops the program.
   !>
-  !> With a `guess` the call repeats the last step under another force. It begins with the last factors, and counts the
-  !> factorisations made for the step before. Allocates nothing.
+  !> With a `guess` the call repeats the last step under another force. It begins with the last factors, and its count of
+  !> factorisations includes those of the earlier call. Allocates nothing.
   subroutine dynamics_step(self, model, inertia, motion, force, dt, options, state, report, guess, reaction)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -108,7 +108,7 @@ contains
     real(rp), intent(in), optional :: guess(:, :) !< (3, n_all) [m] of u at the end, instead of an extrapolated one
     class(reaction_t), intent(inout), optional :: reaction !< adds its force, taken at the new time
     type(dynamic_options_t) :: now
-    integer :: halvings, done ! pieces of dt/2**halvings
+    integer :: halvings, done ! substeps of length dt/2**halvings
     real(rp) :: part
     logical :: converged, can_try
     call require(dt > 0, 'dynamics_t%step: the time step must be positive')
@@ -133,7 +133,7 @@ contains
         report%substeps = report%substeps + 1
         report%converged = done == 2**halvings
         if (report%converged) exit
-        now%worth_reuse = options%worth_reuse ! of the next piece
+        now%worth_reuse = options%worth_reuse ! for the next substep
         self%has_factors = .false.
       else
         call try_harder(self, options, now, halvings, done, can_try)
@@ -151,8 +151,8 @@ contains
     end if
   end subroutine dynamics_step
 
-  !> Chooses the next attempt after a part of a step has failed, in this order: a new tangent in every iteration, as many
-  !> factorisations as that needs, steps of half the length. `can_try` is false if no attempt is left.
+  !> Chooses the next attempt after a part of a step has failed, in this order: a new tangent in every iteration, an unlimited
+  !> number of factorisations, steps of half the length. `can_try` is false if no attempt is left.
   pure subroutine try_harder(self, options, now, halvings, done, can_try)
     type(dynamics_t), intent(inout) :: self
     type(dynamic_options_t), intent(in) :: options
@@ -245,7 +245,7 @@ contains
       if (converged) exit
       if (was_iterated .or. needs_new_tangent(options, is_warm, iteration, size_r, last_size, small)) then
         if (n_newton == options%iterations) exit
-        if (n_newton >= 3 .and. size_r > newton_sizes(1)) exit ! of the tangent before the last one
+        if (n_newton >= 3 .and. size_r > newton_sizes(1)) exit ! with the tangent before the last one
         n_newton = n_newton + 1
         newton_sizes = [newton_sizes(2), size_r]
         call renew_tangent(self, model, inertia, options%factorisations, was_iterated, reaction)
@@ -317,7 +317,7 @@ contains
     call self%solver%factorise(model, inertia, self%u, self%has_factors, reaction)
   end subroutine renew_tangent
 
-  !> Takes the part h [s] that was solved into the state.
+  !> Advances the state by the solved part h [s] of the step.
   subroutine end_piece(self, model, h, state)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -335,8 +335,8 @@ contains
     state%time = state%time + h
   end subroutine end_piece
 
-  !> Returns the 2-norm of the forces [N] if all hinges turn by 1 rad: multiplied by the rounding of directions it is the smallest
-  !> residual that a wing without motion can have.
+  !> Returns the 2-norm of the forces [N] if all hinges turn by 1 rad: multiplied by the rounding error of directions, it is the
+  !> smallest residual that a wing without motion can reach.
   pure real(rp) function hinge_forces(model) result(norm)
     type(solid_model_t), intent(in) :: model
     integer :: h
@@ -348,8 +348,8 @@ contains
     norm = sqrt(norm)
   end function hinge_forces
 
-  !> Returns the share of the residual to which the equations of an iteration are solved: a large one, since Newton's method
-  !> corrects the rest, but near the end of the step the one that ends it.
+  !> Returns the share of the residual to which the equations of an iteration are solved. It is large, because Newton's method
+  !> corrects the rest; near the end of the step it is the share that ends the step.
   pure real(rp) function linear_tolerance(size_r, small)
     real(rp), intent(in) :: size_r, small !< [N] residual, now and in the end
     real(rp), parameter :: USUAL = 3.0e-3_rp, FINEST = 1.0e-3_rp, COARSEST = 0.1_rp

@@ -20,9 +20,9 @@ module solid_inertia
     real(rp) :: rayleigh_mass = 0           !< [1/s] times the mass
     real(rp) :: rayleigh_stiffness = 0      !< [s] times the rate of the elastic forces
     real(rp) :: relaxation = 0              !< g: for a sudden force the stiffness is 1 + g times larger,
-    real(rp) :: relaxation_time = 1         !< [s] and this increase relaxes in such a time
+    real(rp) :: relaxation_time = 1         !< [s] and the increase relaxes with this time
     real(rp) :: joint_friction = 0          !< [s] times the rate of the elastic moments of joints
-    type(solid_model_t), allocatable, private :: joints !< these alone, if they have friction
+    type(solid_model_t), allocatable, private :: joints !< the joints alone, if they have friction
   contains
     procedure :: init => inertia_init
     procedure :: hold_joints => inertia_hold_joints
@@ -81,8 +81,8 @@ contains
     call self%joints%zero_clamped(f)
   end subroutine inertia_joint_forces
 
-  !> Sets `blocks` to the derivatives of these forces with respect to u, or to the positive semidefinite parts of those of each
-  !> element.
+  !> Sets `blocks` to the derivatives of these forces with respect to u, or to the sum of the positive semidefinite parts of the
+  !> elements.
   subroutine inertia_joint_tangent(self, u, semidefinite, blocks)
     class(inertia_t), intent(in) :: self
     real(rp), intent(in) :: u(:, :)
@@ -109,7 +109,7 @@ contains
   end function inertia_remembered
 
   !> Adds to r(3, n_all) [N] mass times acceleration, the forces of damping, and minus the weight, for displacements u [m],
-  !> velocities v [m/s] and their rate [m/s^2] within the frame, all (3, n_all). Clamped points get nothing.
+  !> velocities v [m/s] and their rate [m/s^2] within the frame, all (3, n_all). Clamped points stay unchanged.
   pure subroutine add_inertia_forces(self, model, frame, u, v, rate, r)
     type(inertia_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model

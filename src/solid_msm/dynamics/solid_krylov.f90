@@ -39,8 +39,8 @@ contains
   end subroutine krylov_free
 
   !> Finds x(3, n_free) with A x = b, where A y = B y + t x y. B is the symmetric matrix of `blocks`, and turns(3, n_free) are the
-  !> vectors t of the points. `cholesky` has the factors of a matrix near A. On return |A x - b| = left |b|. `left` is above
-  !> `enough` if 16 steps do not suffice; x is then the best that was found.
+  !> vectors t of the points. `cholesky` has the factors of a matrix near A. On return |A x - b| = left |b|. If 16 steps do not
+  !> suffice, `left` is above `enough`, and x is the best approximation found.
   subroutine krylov_solve(self, pattern, blocks, turns, cholesky, b, enough, x, left)
     class(krylov_t), intent(inout) :: self
     type(pattern_t), intent(in) :: pattern

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Eigenvectors of a symmetric positive definite operator that belong to its largest eigenvalues, by block Lanczos iteration with
-!> full orthogonalisation. It ends when residuals, and not only values, are small. Blocks cope with eigenvalues that repeat.
+!> Finds the largest eigenvalues of a symmetric positive definite operator and their eigenvectors, by block Lanczos iteration with
+!> full orthogonalisation. The iteration ends when the residuals are small, and not only the changes of the eigenvalues. Blocks are
+!> needed for multiple eigenvalues.
 module solid_lanczos
   use base_kinds, only: rp
   use base_lapack, only: orthogonalise, symmetric_eigen
@@ -8,7 +9,7 @@ module solid_lanczos
   private
   public :: symmetric_operator_t, find_largest
 
-  !> A, which only its products with vectors show.
+  !> The operator A, given by its products with vectors.
   type, abstract :: symmetric_operator_t
   contains
     procedure(apply_interface), deferred :: apply
@@ -26,9 +27,9 @@ module solid_lanczos
 
 contains
 
-  !> Returns x(n, n_vectors), n = size(start), the eigenvector of the largest eigenvalue first, and the largest residual over its
-  !> eigenvalue, which a failure leaves above `tolerance`. `start`(n) scales the components of the first block. Small problems
-  !> have one block that is the whole space.
+  !> Returns x(n, n_vectors), n = size(start), the eigenvector of the largest eigenvalue first, and the largest ratio of a residual
+  !> to its eigenvalue, which is above `tolerance` after a failure. `start`(n) scales the components of the first block. In small
+  !> problems one block spans the whole space.
   subroutine find_largest(operator, start, n_vectors, tolerance, x, residual)
     class(symmetric_operator_t), intent(in) :: operator
     real(rp), intent(in) :: start(:), tolerance
@@ -77,7 +78,7 @@ contains
 
   contains
 
-    !> Takes from a(n, b) what lies in the space of the first m vectors, and gives its components there.
+    !> Removes from a(n, b) its components in the space of the first m vectors, and returns these components.
     function project(a) result(components)
       real(rp), intent(inout) :: a(:, :)
       real(rp) :: components(m, size(a, 2))
@@ -87,7 +88,7 @@ contains
 
   end subroutine find_largest
 
-  !> Columns become orthonormal, the first first.
+  !> Orthonormalises the columns in their order.
   subroutine make_orthonormal(q)
     real(rp), intent(inout) :: q(:, :)
     real(rp), allocatable :: basis(:, :), r(:, :)

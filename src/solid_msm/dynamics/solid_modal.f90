@@ -1,23 +1,24 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Natural modes of a wing at rest or about its shape under dead loads, and their exact derivatives.
+!> Computes the natural modes of a wing about its unloaded shape or its shape under dead loads, and their exact derivatives.
 !>
 !>     K phi_i = lambda_i M phi_i,   lambda = omega^2,   phi_i M phi_j = 1 if i = j, else 0
 !>
-!> K is the tangent of the flat wing or, after `bend`, at the equilibrium u under the load, with the stiffness of its axial forces.
-!> M = diag(mass) has a mass for every direction of every point. Where a parameter p moves the equilibrium, by
-!> du/dp = -K^-1 (dg/dp - dF/dp), dK is the change of K at a fixed shape and K'[du/dp] (solid_tangent_change). A clamp of
-!> compliance C (root_twist, root_flap) turns by C times the moment of the forces on it: with R_k the rigid turn about axis
-!> k, K^-1 becomes F = K^-1 + R C R^T, which is all that the iteration needs. What bends is psi = lambda K^-1 M phi.
+!> K is the tangent stiffness of the flat wing or, after `bend`, at the equilibrium u under the load, including the geometric
+!> stiffness of the axial forces. M = diag(mass) has a mass for every direction of every point. A parameter p moves the equilibrium
+!> by du/dp = -K^-1 (dg/dp - dF/dp). Then dK is the change of K at a fixed shape plus K'[du/dp] (solid_tangent_change). A clamp of
+!> compliance C (root_twist, root_flap) turns by C times the moment of the forces on it. With R_k the rigid rotation about axis k,
+!> K^-1 becomes F = K^-1 + R C R^T, and the iteration needs only F. The part of a mode that bends the wing is psi = lambda K^-1 M
+!> phi.
 !>
-!> Modes: block Lanczos iteration with A = M^(1/2) F M^(1/2), K factorised once, until residuals and not only values are small, as
-!> derivatives need the shapes. Derivatives, with f_i = (dF^-1 - lambda_i dM) phi_i (Fox & Kapoor 1968, doi:10.2514/3.5008;
-!> Nelson 1976, doi:10.2514/3.7211):
+!> A block Lanczos iteration with A = M^(1/2) F M^(1/2) finds the modes; K is factorised once. The iteration ends when the residuals
+!> are small, and not only the changes of lambda, because the derivatives need the shapes. Derivatives, with f_i = (dF^-1 - lambda_i
+!> dM) phi_i (Fox & Kapoor 1968, doi:10.2514/3.5008; Nelson 1976, doi:10.2514/3.7211):
 !>
 !>     dlambda_i = phi_i f_i,    dphi_i = sum over j of c_ij phi_j + w,    c_ii = - phi_i dM phi_i/2,
 !>     c_ij = - phi_j f_i/(lambda_j - lambda_i),   (1 - lambda_i F M) w = - F f_i without all modes that are known.
 !>
-!> The sum runs over all known modes. Nelson factorises a matrix for each mode; here conjugate gradients find w with the factors
-!> of K. Where modes i and j lie in one cluster (`same`), c_ij is left out: only the space that they span has a derivative then.
+!> The sum runs over all known modes. Nelson factorises a matrix for each mode; here conjugate gradients find w with the factors of
+!> K. If modes i and j lie in one cluster (`same`), c_ij is left out, because only the space that they span has a derivative.
 module solid_modal
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t, require
@@ -45,15 +46,15 @@ module solid_modal
     real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, n_modes) [kg^-1/2], of unit modal mass
     real(rp) :: residual = 0                 !< largest |F M phi lambda - phi|, with |phi| = 1 in the metric of M
     type(solid_model_t) :: model             !< its parameters may be set before `solve`
-    type(solid_model_t), private :: probe    !< with a direction of stiffness in the place of its stiffness
+    type(solid_model_t), private :: probe    !< its stiffness is replaced by a direction of stiffness
     type(equilibrium_t), private :: work
     type(load_t), private :: load
     logical, private :: is_bent = .false.
     real(rp), private :: gravity(3) = 0      !< [m/s^2] part of the load
-    !> (3, n_all) [m] the shape about which the wing vibrates, what rounding took from it, and how it changes
+    !> (3, n_all) [m] the shape about which the wing vibrates, its rounding error, and its change
     real(rp), allocatable, private :: u(:, :), low(:, :), du(:, :)
     real(rp), allocatable, private :: blocks(:, :, :), mass(:), root_mass(:), turns(:, :), x(:, :)
-    real(rp), allocatable, private :: bent(:, :), moment(:, :) !< psi, and what turns the clamp
+    real(rp), allocatable, private :: bent(:, :), moment(:, :) !< psi, and the moment on the clamp
     real(rp), private :: compliance(2) = 0   !< [rad/(N m)] about x and y
   contains
     procedure :: init => modal_init
@@ -73,8 +74,8 @@ module solid_modal
     real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, n) dphi
   end type mode_slopes_t
 
-  real(rp), parameter :: TOLERANCE = 1.0e-12_rp !< of residuals
-  real(rp), parameter :: WORST = 1.0e-8_rp      !< that rounding may leave of them
+  real(rp), parameter :: TOLERANCE = 1.0e-12_rp !< of the residuals
+  real(rp), parameter :: WORST = 1.0e-8_rp      !< residuals that rounding may leave
 
 contains
 
@@ -114,9 +115,10 @@ contains
     if (allocated(self%lambda)) deallocate (self%lambda, self%shapes, self%x, self%bent, self%moment)
   end subroutine modal_free
 
-  !> Finds the equilibrium under the dead load force(3, n_all) [N] and the weight of mass(1, :) [kg] in gravity(3) [m/s^2], about
-  !> which the wing vibrates from now on, with the parameters of `self%model`. It is that at the end of the loading path from the
-  !> flat wing, whatever was computed before. Fails if none is found, or if the clamp gives way: that of a loaded wing is stiff.
+  !> Finds the equilibrium under the dead load force(3, n_all) [N] and the weight of mass(1, :) [kg] in gravity(3) [m/s^2], with the
+  !> parameters of `self%model`. Later calls of `solve` compute modes about this shape. The equilibrium is the end of the loading
+  !> path from the flat wing, and does not depend on earlier calls. Fails if no equilibrium is found, or if the clamp is compliant:
+  !> the clamp of a loaded wing must be stiff.
   subroutine modal_bend(self, mass, force, gravity, options, failure)
     class(modal_t), intent(inout) :: self
     real(rp), intent(in) :: mass(:, :), force(:, :), gravity(3)
@@ -125,7 +127,7 @@ contains
     type(static_report_t) :: report
     integer :: i
     if (any(abs(clamp_compliance(self%model%params%effects)) > 0)) then
-      call failure%raise('the clamp of a wing that vibrates about a loaded shape must not give way')
+      call failure%raise('the clamp of a wing that vibrates about a loaded shape must be stiff: remove root_flap and root_twist')
       return
     end if
     self%is_bent = .true.
@@ -138,9 +140,9 @@ contains
     self%low = self%work%trial
   end subroutine modal_bend
 
-  !> Finds the lowest n_modes modes for mass(3, n_all) [kg] with the parameters of `self%model`: `lambda`, `shapes`. Where `bend`
-  !> was called, parameters and masses must be those of that call. Fails if the wing has fewer, if it is unstable, or if the
-  !> iteration does not converge.
+  !> Finds the lowest n_modes modes for mass(3, n_all) [kg] with the parameters of `self%model`: `lambda`, `shapes`. If `bend` was
+  !> called before, parameters and masses must be the same as in that call. Fails if the wing has fewer modes, if it is unstable, or
+  !> if the iteration does not converge.
   subroutine modal_solve(self, mass, n_modes, failure)
     class(modal_t), intent(inout) :: self
     real(rp), intent(in) :: mass(:, :)
@@ -152,7 +154,7 @@ contains
     associate (model => self%model)
       n = 3*model%n_free
       if (n_modes > n) then
-        call failure%raise('the structure has fewer modes than asked for')
+        call failure%raise('the structure has fewer modes than requested')
         return
       end if
       self%n_modes = n_modes
@@ -175,7 +177,7 @@ contains
     call keep_modes(self, x)
   end subroutine modal_solve
 
-  !> From eigenvectors to values and shapes.
+  !> Computes `lambda` and `shapes` from the eigenvectors.
   subroutine keep_modes(self, q)
     class(modal_t), intent(inout) :: self
     real(rp), intent(in) :: q(:, :)
@@ -230,7 +232,7 @@ contains
   subroutine modal_slopes_of_stiffness(self, direction, same, slopes)
     class(modal_t), intent(inout) :: self
     type(stiffness_t), intent(in) :: direction
-    logical, intent(in) :: same(:, :) !< modes i and j are of one cluster
+    logical, intent(in) :: same(:, :) !< modes i and j belong to one cluster
     type(mode_slopes_t), intent(inout) :: slopes
     real(rp) :: axial(self%model%springs%n)
     if (self%is_bent) call direction_sensitivity(self%work, self%model, self%u, direction, self%du)
@@ -243,7 +245,7 @@ contains
     call find_slopes(self, changed_forces(self, size(same, 1)), 0*self%mass, [0.0_rp, 0.0_rp], same, slopes)
   end subroutine modal_slopes_of_stiffness
 
-  !> The same when the masses change along direction(3, n_all) [kg per unit], and with them the weight.
+  !> Returns the slopes when the masses, and with them the weight, change along direction(3, n_all) [kg per unit].
   subroutine modal_slopes_of_mass(self, direction, same, slopes)
     class(modal_t), intent(inout) :: self
     real(rp), intent(in) :: direction(:, :)
@@ -270,8 +272,8 @@ contains
     end do
   end function changed_forces
 
-  !> The same when the compliance of the clamp about axis k (1: x, root_twist; 2: y, root_flap) changes [per rad/(N m)]. The wing
-  !> must be at rest.
+  !> Returns the slopes when the compliance of the clamp about axis k (1: x, root_twist; 2: y, root_flap) changes [per rad/(N m)].
+  !> The wing must be unloaded.
   subroutine modal_slopes_of_clamp(self, k, same, slopes)
     class(modal_t), intent(inout) :: self
     integer, intent(in) :: k
@@ -292,8 +294,9 @@ contains
     phi = reshape(self%shapes(:, self%model%movable, i), [size(phi)])
   end function flat
 
-  !> Computes the slopes. bent(:, i) = dK psi_i, dm the change of the masses, dc that of the compliances. With the clamp
-  !> phi_j dF^-1 phi_i = psi_j dK psi_i - m_j dc m_i, m = lambda R^T M phi its moment, and F dF^-1 phi_i = K^-1 dK psi_i - R dc m_i.
+  !> Computes the slopes. bent(:, i) = dK psi_i, dm is the change of the masses, and dc the change of the compliances. With the
+  !> clamp, phi_j dF^-1 phi_i = psi_j dK psi_i - m_j dc m_i, m = lambda R^T M phi its moment, and F dF^-1 phi_i = K^-1 dK psi_i - R
+  !> dc m_i.
   subroutine find_slopes(self, bent, dm, dc, same, slopes)
     class(modal_t), intent(in) :: self
     real(rp), intent(in) :: bent(:, :), dm(:), dc(:)
@@ -359,7 +362,7 @@ contains
     real(rp), dimension(size(b, 1), size(b, 2)) :: y, r, p, ap
     real(rp) :: old(size(b, 2)), rr(size(b, 2)), first(size(b, 2)), step
     integer :: i, iteration
-    first = max(sum(b**2, 1), tiny(1.0_rp)) ! what is left may be rounding alone
+    first = max(sum(b**2, 1), tiny(1.0_rp)) ! the right-hand side may be rounding error alone
     call remove_known(self, b)
     y = 0
     r = b
@@ -382,7 +385,7 @@ contains
     b = y
   end subroutine solve_beside
 
-  !> Takes the parts along the known modes out of `b`.
+  !> Removes the components along the known modes from `b`.
   subroutine remove_known(self, b)
     class(modal_t), intent(in) :: self
     real(rp), intent(inout) :: b(:, :)

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes the lowest natural frequencies and shapes of a wing about an equilibrium.
 !>
-!> Subspace iteration with M^(1/2) K^-1 M^(1/2), which copes with the equal frequencies of symmetric
-!> structures; the dense part is LAPACK's. K is factorised once.
+!> Subspace iteration with M^(1/2) K^-1 M^(1/2), which also finds the equal frequencies of symmetric structures; LAPACK solves the
+!> dense part. K is factorised once.
 module solid_modes
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t
@@ -37,7 +37,7 @@ contains
     n = 3*model%n_free
     p = min(n, count(masses(model%movable) > 0)*3, max(2*k, k + 10))
     if (k > p) then
-      call failure%raise('the structure has fewer modes than asked for')
+      call failure%raise('the structure has fewer modes than requested')
       return
     end if
     work%stage = 1 ! the whole load

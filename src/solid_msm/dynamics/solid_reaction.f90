@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Defines a load that responds to the velocity of the wing at once, such as the flow around a wing without thickness. At the
-!> displacements u and the velocities v it is f(u, v); -df/dv = C, symmetric and positive semidefinite, may be dense. A time step
-!> that knows C is stable however light the wing is (Goza & Colonius 2017, doi:10.1016/j.jcp.2017.02.027, who solve for the wing
-!> and the forces of the flow at the same time).
+!> Defines a load that responds instantaneously to the velocity of the wing, such as the flow around a wing without thickness. At
+!> the displacements u and the velocities v it is f(u, v); -df/dv = C, symmetric and positive semidefinite, may be dense. A time
+!> step that knows C is stable however light the wing is (Goza & Colonius 2017, doi:10.1016/j.jcp.2017.02.027, who solve for the
+!> wing and the forces of the flow at the same time).
 module solid_reaction
   use base_kinds, only: rp
   use solid_motion, only: frame_t

@@ -57,9 +57,9 @@ contains
   end subroutine residuals_forget
 
   !> Finds x(3, n_free) [m] with A x = b, where A y = S y + t x y + q C y, q in 1/s. The equilibrium has the symmetric matrix S as
-  !> `blocks`, b [N] as `right_hand_side`, and the factors of a matrix near A. turns(3, n_free) are the vectors t of the points.
-  !> The reaction has C. On return |A x - b| = left |b|. `left` is above `enough` if `most_iterations` do not suffice, or 20 where
-  !> earlier solutions have left no room for more.
+  !> `blocks`, b [N] as `right_hand_side`, and the factors of a matrix near A. turns(3, n_free) are the vectors t of the points. The
+  !> reaction has C. On return |A x - b| = left |b|. `left` is above `enough` if `most_iterations` do not suffice, or 20 if earlier
+  !> solutions left no room for more.
   subroutine residuals_solve(self, model, equilibrium, turns, reaction, q, enough, most_iterations, x, left, n_iterations)
     class(residuals_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -103,7 +103,7 @@ contains
           call take(orthogonal(:, :, i), self%image, upper(i, k))
         end do
         upper(k, k) = sqrt(inner(self%image, self%image))
-        if (.not. upper(k, k) > DEPENDENT*size_image) exit ! nor if it is not a number
+        if (.not. upper(k, k) > DEPENDENT*size_image) exit ! also true for NaN
         orthogonal(:, :, k) = self%image/upper(k, k)
         self%n = k
         call take(orthogonal(:, :, k), r, coefficient(k))
@@ -144,7 +144,7 @@ contains
     r = r - coefficient*e
   end subroutine take
 
-  !> Returns the inner product, in twelve sums at the same time, which is faster than in one.
+  !> Returns the inner product, computed as twelve simultaneous sums, which is faster than one sum.
   pure real(rp) function inner(a, b)
     real(rp), intent(in), contiguous :: a(:, :), b(:, :)
     real(rp) :: sums(3, 4)

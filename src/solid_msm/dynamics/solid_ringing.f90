@@ -1,18 +1,19 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes small free motion of a wing about rest, in its lowest natural modes, and its exact derivatives.
+!> Computes small free motion of a wing about its unloaded shape, in its lowest natural modes, and the exact derivatives of this
+!> motion.
 !>
 !> With displacements u = Phi q of the modes of solid_modal (Phi^T M Phi = 1, Phi^T K Phi = Lambda) and forces of damping
 !> (solid_damping_effects),
 !>
 !>     q'' + D q' + Lambda q + g Lambda z = f,   z' = q' - z/tau,   D = alpha + beta Lambda + theta J,   J = Phi^T K_joints Phi.
 !>
-!> States are e = Omega q, p = q', Omega z, Omega^2 = Lambda; then those of a filter of the observations, y = L q or L q'; then
-!> those of an input (base_linear_flow, which has no error in time). Filters: the first order y_f' = c (y - y_f), or Butterworth's
-!> second order, c = 2 pi times the cut-off.
+!> The states are e = Omega q, p = q' and Omega z, with Omega^2 = Lambda, followed by the states of a filter of the observations, y
+!> = L q or L q', and by the states of an input (base_linear_flow, which has no error in time). Filters: the first order y_f' = c (y
+!> - y_f), or Butterworth's second order, c = 2 pi times the cut-off.
 !>
-!> A change of stiffness or mass changes the modes; to first order their space becomes that of Phi + W with W M-orthogonal to Phi
-!> (W of solid_modal for one cluster of all modes). In that basis the changes of the matrices are those of a fixed one, Phi^T dK Phi
-!> and Phi^T dM Phi, and no difference of frequencies is in a denominator.
+!> A change of stiffness or mass changes the modes. To first order, they then span the space of Phi + W with W M-orthogonal to Phi
+!> (W of solid_modal if all modes form one cluster). In this basis the changes of the matrices are Phi^T dK Phi and Phi^T dM Phi, as
+!> for a fixed basis, and no denominator contains a difference of frequencies.
 module solid_ringing
   use base_kinds, only: rp
   use base_linear_flow, only: linear_flow_t
@@ -40,7 +41,7 @@ module solid_ringing
     real(rp) :: interval = 0, start = 0       !< [s] between samples; of the first one after the excitation
     real(rp) :: cutoff = 0                    !< [rad/s] of the filter; 0: none
     integer :: order = 1
-    real(rp), allocatable :: seen(:, :), rate(:, :) !< (samples, seen) of unit excitation, and their derivative with time
+    real(rp), allocatable :: seen(:, :), rate(:, :) !< (samples, seen) for unit excitation, and their derivatives in time
     integer, private :: r = 0, m = 0, n = 0   !< modes, places, states
     real(rp), allocatable, private :: omega(:), joints(:, :), observation(:, :), forcing(:), input(:), x(:, :), begin(:), a(:, :)
     type(damping_effects_t), private :: damping
@@ -82,7 +83,7 @@ contains
     select case (self%excitation)
     case (EXCITED_RELEASE)
       self%begin(:self%r) = forcing/self%omega
-      ! The filter has seen the bent wing at rest for a long time.
+      ! Before the release the filter is in its steady state for the bent wing at rest.
       if (f > 0 .and. .not. self%sees_velocity) self%begin(3*self%r + 1:3*self%r + self%m) = matmul(observation, forcing/lambda)
     case (EXCITED_TAP)
       self%begin(self%r + 1:2*self%r) = forcing

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes the forces of a wing that is curved where it is free of stress, with the same curvatures [1/m] everywhere: z0 = (k_xx
-!> x^2 + k_yy y^2 + 2 k_xy x y)/2 above the plane of the wing file.
+!> Computes the forces of a wing whose stress-free shape is curved, with the same curvatures [1/m] everywhere: z0 = (k_xx x^2 + k_yy
+!> y^2 + 2 k_xy x y)/2 above the plane of the wing file.
 !>
-!> With the form q of solid_plate, the energy of an edge is D |q - q0 m|^2/2, q0 the form of z0 and m the normal of its
-!> four points: m = (x2 - x1) x (x3 - x4) over the same in the flat wing, whose length changes little. Beside the
-!> plate's own energy and a constant that is -arch q.m with the moment arch = D q0, a cubic polynomial of the positions
-!> that is invariant under rotations (as in Garg, Grinspun, Wardetzky and Zorin 2007, doi:10.2312/SCA/SCA07/091-098).
-!> Veins are bent likewise, by the curvature along them over the length that bends (`camber_evaluate`). Springs and the clamp
-!> are as in the flat wing, so that the unloaded wing takes a shape that hardly stretches it.
+!> With the form q of solid_plate, the energy of an edge is D |q - q0 m|^2/2, where q0 is the form of z0 and m the normal of its
+!> four points: m = (x2 - x1) x (x3 - x4), divided by its length in the flat wing, which changes little. Without the energy of the
+!> flat plate and a constant this is -arch q.m with the moment arch = D q0, a cubic polynomial of the positions that is invariant
+!> under rotations (as in Garg, Grinspun, Wardetzky and Zorin 2007, doi:10.2312/SCA/SCA07/091-098). Veins have stress-free
+!> curvatures in the same way (`camber_evaluate`). Springs and the clamp are as in the flat wing, so that the unloaded wing takes a
+!> shape that hardly stretches it.
 module solid_arch
   use base_kinds, only: rp
   use solid_plate, only: plate_t

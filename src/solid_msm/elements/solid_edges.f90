@@ -18,8 +18,8 @@ module solid_edges
 
 contains
 
-  !> Finds the edges of triangles(3, m) on n_points points. At most two triangles may share an edge. (Of more, two are kept; the
-  !> reader of wing files refuses such meshes.)
+  !> Finds the edges of triangles(3, m) on n_points points. At most two triangles may share an edge. (If there are more, two are
+  !> kept; the reader of wing files refuses such meshes.)
   function make_edges(n_points, triangles) result(self)
     integer, intent(in) :: n_points, triangles(:, :)
     type(edges_t) :: self

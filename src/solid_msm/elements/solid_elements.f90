@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes the elements of a wing's model and assigns them their entries of the matrix.
+!> Makes the elements of the model of a wing, and finds their entries in the matrix.
 module solid_elements
   use base_kinds, only: rp
   use solid_edges, only: edges_t
@@ -18,7 +18,7 @@ module solid_elements
 
 contains
 
-  !> Makes one spring along each segment of a vein and along each other edge, and the cross-springs if they are chosen.
+  !> Makes one spring along each vein segment and along each other edge, and the cross-springs if the user wants them.
   subroutine make_springs(wing, edges, params, points, springs)
     type(wing_t), intent(in) :: wing
     type(edges_t), intent(in) :: edges
@@ -68,7 +68,7 @@ contains
     end subroutine add
   end subroutine make_springs
 
-  !> Makes the planned hinges. Each has the triangles that carry its rest angle; joints also if they have sides.
+  !> Makes the planned hinges. A hinge with a rest angle, or a joint with sides, has the triangles that define its normal.
   subroutine make_hinges(wing, edges, plans, points, normal, has_sides, hinges)
     type(wing_t), intent(in) :: wing
     type(edges_t), intent(in) :: edges
@@ -150,13 +150,13 @@ contains
     end do
   end function make_plate
 
-  !> Finds the pattern of the tangent, the places of all elements in it, and the constant tangent of the plate.
+  !> Finds the pattern of the tangent, the entries of all elements in it, and the constant tangent of the plate.
   subroutine link_elements(free, n_free, springs, hinges, plate, twists, pattern)
     integer, intent(in) :: free(:), n_free
     type(extensions_t), intent(inout) :: springs
     type(hinge_t), intent(inout) :: hinges(:)
     type(plate_t), intent(inout) :: plate
-    type(twist_t), intent(inout) :: twists(:) !< those that get places
+    type(twist_t), intent(inout) :: twists(:) !< the twist elements that get entries
     type(pattern_t), intent(out) :: pattern
     integer, allocatable :: pairs(:, :)
     integer :: n, s, h, e
@@ -211,7 +211,7 @@ contains
     end subroutine add_pairs
   end subroutine link_elements
 
-  !> Returns the places of the pairs of these free points in the pattern: the upper part of `blocks`; the rest stays.
+  !> Sets the upper part of `blocks` to the entries of the pairs of these free points in the pattern; the rest stays.
   pure subroutine find_blocks(pattern, points, blocks)
     type(pattern_t), intent(in) :: pattern
     integer, intent(in) :: points(:)
@@ -224,7 +224,7 @@ contains
     end do
   end subroutine find_blocks
 
-  !> Finds the places of the pairs of the plate's elements, and its tangent, which does not change.
+  !> Finds the entries of the elements of the plate, and its constant tangent.
   subroutine link_plate(free, pattern, plate)
     integer, intent(in) :: free(:)
     type(pattern_t), intent(in) :: pattern

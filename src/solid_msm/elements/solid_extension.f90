@@ -25,7 +25,7 @@ module solid_extension
     real(rp), allocatable :: tension(:)  !< (n) [N] at the length l0; not allocated: 0
     integer, allocatable :: blocks(:, :) !< (3, n) places of (1,1), (2,2), (1,2) in the matrix; 0: clamped
     real(rp) :: slack = 1                !< remaining stiffness of the membrane in compression, 0 < slack <= 1
-    real(rp) :: width = 1.0e-9_rp        !< [m] elongation over which it fades
+    real(rp) :: width = 1.0e-9_rp        !< [m] elongation over which the stiffness changes
   end type extensions_t
 
 contains
@@ -44,8 +44,8 @@ contains
     end do
   end function extension_energy
 
-  !> Adds the gradient of the energy to g(3, :) [N]. `low` (3, :) [m] is a part of the displacement that is too small to be added
-  !> to u without rounding; springs as stiff as k_e feel that.
+  !> Adds the gradient of the energy to g(3, :) [N]. `low` (3, :) [m] is a part of the displacement that is too small to be added to
+  !> u without rounding error; it matters for springs as stiff as k_e.
   pure subroutine extension_gradient(self, k, u, g, low)
     type(extensions_t), intent(in) :: self
     real(rp), intent(in) :: k(:), u(:, :)
@@ -113,9 +113,9 @@ contains
     end do
   end subroutine tension_gradient
 
-  !> Adds the tangent k t t^T + N/l (1 - t t^T) to `blocks` [N/m]. axial(n) [N] gives the axial force N of the geometric part;
-  !> that of the law makes the tangent the exact Hessian. `tension_only` leaves out compression, which makes it positive
-  !> semidefinite.
+  !> Adds the tangent k t t^T + N/l (1 - t t^T) to `blocks` [N/m]. axial(n) [N] gives the axial force N of the geometric part; with
+  !> the axial force of the law the tangent is the exact Hessian. `tension_only` leaves out compression, which makes the tangent
+  !> positive semidefinite.
   pure subroutine extension_tangent(self, k, u, axial, tension_only, blocks)
     type(extensions_t), intent(in) :: self
     real(rp), intent(in) :: k(:), u(:, :), axial(:)

@@ -1,18 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes bending hinges of veins: E = k Theta^2/2 + k3 Theta^4/4 with the true turning angle Theta from the rest direction, so
-!> that the moment is k Theta + k3 Theta^3; k3 is 0 for the usual hinge. A hinge with two sides has the additional energy k1
-!> P(c)/2 when it bends toward the normal n, c = n.(tf - te) > 0, P(c) = 4 asin^2(c/2): Theta^2 where two flat halves fold.
+!> that the moment is k Theta + k3 Theta^3; k3 is 0 for the usual hinge. A hinge with two sides has the additional energy k1 P(c)/2
+!> when it bends toward the normal n, c = n.(tf - te) > 0, P(c) = 4 asin^2(c/2), which is Theta^2 if two flat halves fold.
 !>
-!> A hinge joins the segments e = xb - xa and f = xc - xb, with unit vectors te and tf. The rest
-!> direction of tf is te turned by the signed reference angle theta0 about the material normal n, so
-!> that rest curvature is carried by the membrane: n is the direction of the summed area vectors of
-!> the triangles at both segments, or the given normal of the plane where there is no membrane. With
-!> w = tf - Rot(n, theta0) te and s = |w|^2/4 = sin^2(Theta/2), E = k G(s)/2 + k3 G(s)^2/4,
-!> G = 4 asin^2(sqrt s).
-!> The energy is invariant under rotations, resists both bending directions alike (circular
-!> sections), and a hinge with theta0 = 0 needs no normal. It has no torsion; the membrane carries it.
-!> A discrete rod in the sense of Bergou et al. (2008), doi:10.1145/1360612.1360662, with the angle
-!> itself in the place of 2 tan(Theta/2).
+!> A hinge joins the segments e = xb - xa and f = xc - xb, with unit vectors te and tf. The rest direction of tf is te turned by the
+!> signed reference angle theta0 about the material normal n, so that the rest curvature follows the membrane: n is the direction of
+!> the summed area vectors of the triangles at both segments, or without a membrane the given normal of the plane. With w = tf -
+!> Rot(n, theta0) te and s = |w|^2/4 = sin^2(Theta/2), E = k G(s)/2 + k3 G(s)^2/4, G = 4 asin^2(sqrt s). The energy is invariant
+!> under rotations, resists both bending directions alike (circular sections), and a hinge with theta0 = 0 needs no normal. A hinge
+!> does not resist torsion; the membrane does. A discrete rod in the sense of Bergou et al. (2008), doi:10.1145/1360612.1360662,
+!> with the angle itself in the place of 2 tan(Theta/2).
 module solid_hinge
   use base_kinds, only: rp
   use solid_hinge_hessian, only: add_rotation_part, add_side_part, add_turning_areas, add_unit_vector_curvature, &
@@ -36,8 +33,7 @@ module solid_hinge
     integer :: blocks(HINGE_NODES, HINGE_NODES) = 0
   end type hinge_t
 
-  !> A hinge in its bent state. Vectors q are te, tf and n, in this order. Nothing is set beforehand: it is computed anew each
-  !> time.
+  !> A hinge in its bent state. Vectors q are te, tf and n, in this order. All components are computed in each evaluation.
   type :: bend_t
     real(rp) :: t(3, 3), l(3)             !< unit vectors q and the lengths of e, f and A
     real(rp) :: w(3)
@@ -45,8 +41,8 @@ module solid_hinge
     real(rp) :: side(0:2)                 !< k1 P/2 and its derivatives in c
     real(rp) :: sq(3, 3), cq(3, 3), gq(3, 3) !< ds/dq, dc/dq, dE/dq
     real(rp) :: levers(3, HINGE_NODES)    !< see find_levers
-    logical :: has_normal                 !< n turns with the triangles and matters
-    integer :: n_q                        !< vectors that matter
+    logical :: has_normal                 !< n turns with the triangles and enters the energy
+    integer :: n_q                        !< number of vectors that enter the energy
   end type bend_t
 
 contains
@@ -142,7 +138,7 @@ contains
     end if
   end subroutine expand_gradient
 
-  !> Computes h(21, 21), or its positive semidefinite part, for which the laws of the bend are cut.
+  !> Computes h(21, 21), or its positive semidefinite part, which leaves out the negative terms of the laws.
   pure subroutine find_hessian(self, exact, bend, h)
     type(hinge_t), intent(in) :: self
     logical, intent(in) :: exact

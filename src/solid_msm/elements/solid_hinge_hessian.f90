@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes the parts of the Hessian of a bending hinge, `solid_hinge`.
 !>
-!> With e, f and A the vectors of the two segments and of the areas beside them, t(:, 3) are the unit vectors te, tf, n
-!> and l(3) their lengths. hq(:, :, i, j) are the second derivatives of the energy in the vectors i and j of (e, f, A);
-!> only the blocks i <= j are used. Hinges are most of the cost of a tangent, and small functions of another module
-!> are called, not inlined: the products of 3 x 3 matrices are written out here.
+!> With e, f and A the vectors of the two segments and of the areas beside them, t(:, 3) are the unit vectors te, tf, n and l(3)
+!> their lengths. hq(:, :, i, j) are the second derivatives of the energy in the vectors i and j of (e, f, A); only the blocks i <=
+!> j are used. Hinges dominate the cost of a tangent, and compilers do not inline small functions of another module. The products of
+!> 3 x 3 matrices are therefore written out in this module.
 module solid_hinge_hessian
   use base_kinds, only: rp
   use solid_vectors, only: IDENTITY

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Finds the pairs of vein segments that a bending hinge joins.
 !>
-!> Every two consecutive segments of a vein form a pair. A vein that ends at the clamped root gets a ghost point, which prolongs
-!> its first segment backwards and is clamped too. Where veins meet, a spanning tree of smallest turning angles joins the
-!> segments, so that a branch continues the straighter arm of its parent. Hinges named by joints come first.
+!> Every two consecutive segments of a vein form a pair. A vein that ends at the clamped root gets a ghost point, which extends its
+!> first segment backwards and is clamped, too. Where veins meet, a spanning tree of smallest turning angles joins the segments, so
+!> that a branch continues the straighter arm of its parent. Hinges named by joints come first.
 module solid_junctions
   use base_kinds, only: rp
   use solid_wing, only: wing_t
@@ -37,8 +37,8 @@ module solid_junctions
 
 contains
 
-  !> Plans the hinges of a wing, and the ghost points ghosts(3, n) [m] that they need. Ghost points are numbered behind the points
-  !> of the wing. `stray_joint` is a joint that fits no pair of vein segments, or 0.
+  !> Plans the hinges of a wing, and the ghost points ghosts(3, n) [m] that they need. The numbers of ghost points follow those of
+  !> the points of the wing. `stray_joint` is the number of a joint that fits no pair of vein segments, or 0.
   subroutine plan_hinges(wing, plans, ghosts, stray_joint)
     type(wing_t), intent(in) :: wing
     type(hinge_plan_t), allocatable, intent(out) :: plans(:)
@@ -121,7 +121,7 @@ contains
     end associate
   end subroutine add_hinge
 
-  !> Adds ghost point and hinge where vein v ends at the clamped root: at its place `last`, next to the place `inner`.
+  !> Adds the ghost point and the hinge where vein v ends at the clamped root: at its point `last`, which follows the point `inner`.
   subroutine add_ghost(draft, wing, v, last, inner)
     type(draft_t), intent(inout) :: draft
     type(wing_t), intent(in) :: wing
@@ -141,7 +141,7 @@ contains
     end associate
   end subroutine add_ghost
 
-  !> Lets a joint take over the hinge of its three nodes, or adds one where two veins meet, if it `fits`.
+  !> Assigns the hinge of its three nodes to a joint, or adds a hinge where two veins meet, if the joint `fits`.
   subroutine add_joint(draft, wing, number, fits)
     type(draft_t), intent(inout) :: draft
     type(wing_t), intent(in) :: wing
@@ -258,8 +258,7 @@ contains
     end do
   end subroutine unite
 
-  !> Returns s(points), the station (x - x_root)/R - 1/2 of all points of a wing; without extent along x all are those of the
-  !> root.
+  !> Returns s(points), the station (x - x_root)/R - 1/2 of all points of a wing; without extent along x all are that of the root.
   pure function stations(wing) result(s)
     type(wing_t), intent(in) :: wing
     real(rp) :: s(size(wing%points, 2))

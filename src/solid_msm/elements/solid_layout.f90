@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tells where the elements of a model lie in the unloaded wing, for laws that depend on the site.
+!> Holds the positions of the elements of a model in the unloaded wing, for laws that depend on the position.
 module solid_layout
   use base_kinds, only: rp
   use solid_arch, only: bends_of_curvature, turns_of_curvature
@@ -12,17 +12,17 @@ module solid_layout
   private
   public :: layout_t, make_layout, hinge_in_vein
 
-  !> Places of the elements. They do not change.
+  !> Positions of the elements, which do not change.
   type :: layout_t
     real(rp) :: mean_diameter = 0                !< [m] of the veins, the reference of `diameter_exponent`
     real(rp), allocatable :: spring_site(:, :)  !< (2, springs) [m] x, y of the middles
     real(rp), allocatable :: spring_cosine(:)    !< (springs) cos 2 phi, phi the angle to x
     real(rp), allocatable :: hinge_site(:, :)   !< (2, hinges) [m] of their points
     real(rp), allocatable :: edge_site(:, :, :) !< (2, 2, edges of the plate) [m] centroids of both triangles
-    real(rp), allocatable :: spring_width(:)     !< (springs) [m] of membrane whose isotropic tension a spring carries
+    real(rp), allocatable :: spring_width(:)     !< (springs) [m] width of the membrane whose isotropic tension a spring carries
     real(rp), allocatable :: edge_bend(:, :)     !< (3, edges of the plate) bending of the edges for unit curvatures [m]
     real(rp), allocatable :: hinge_turn(:, :)    !< (3, hinges) [m] turning of the hinges for unit curvatures
-    integer :: soft_hinge = 0                    !< the hinge that the effect `soft` belongs to; 0: none
+    integer :: soft_hinge = 0                    !< the hinge that the effect `soft` changes; 0: none
   end type layout_t
 
 contains

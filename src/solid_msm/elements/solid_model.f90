@@ -29,7 +29,7 @@ module solid_model
   private
   public :: solid_model_t
 
-  !> All data of a wing that do not move. Constant during a computation.
+  !> All constant data of a wing. They do not change during a computation.
   type :: solid_model_t
     integer :: n_points = 0                 !< of the wing
     integer :: n_all = 0                    !< with the ghost points
@@ -61,9 +61,9 @@ module solid_model
 
 contains
 
-  !> Builds the model of a wing. Fails when the reference is not flat, when nothing is clamped, when a joint fits no two
-  !> vein segments, when there is no hinge for the effect `soft`, or when effects lack what they need; negative joint
-  !> stiffnesses become those of the vein.
+  !> Builds the model of a wing. Fails when the reference is not flat, when nothing is clamped, when a joint fits no two vein
+  !> segments, when there is no hinge for the effect `soft`, or when the requirements of an effect are not met. Negative stiffnesses
+  !> of joints are replaced by those of the veins.
   subroutine model_init(self, wing, params, failure)
     class(solid_model_t), intent(out) :: self
     type(wing_t), intent(in) :: wing
@@ -87,7 +87,7 @@ contains
                          "' fits no two vein segments that meet in one point")
       return
     end if
-    call find_flatness(wing, self%plans, normal, raised, bent) ! the reader of wing files has refused both
+    call find_flatness(wing, self%plans, normal, raised, bent) ! the reader of wing files refuses both
     if (raised > 0) then
       call failure%raise('the unloaded membrane must be flat, point '//number_text(raised)//' is not in its plane')
     else if (bent > 0) then
@@ -174,11 +174,11 @@ contains
       end do
     end do
     if (has_need(NEED_SIDED_JOINTS) .and. .not. params%effects%has_sides) &
-      call failure%raise('one-way joints must have sides: set [Wing] sided_joints = yes')
+      call failure%raise('one-way joints need [Wing] sided_joints = yes')
     if (has_need(NEED_SIDED_VEINS) .and. .not. params%effects%has_sided_veins) &
-      call failure%raise('veins that resist torsion or are curved must have sides: set [Wing] sided_veins = yes')
+      call failure%raise('torsion and camber of veins need [Wing] sided_veins = yes')
     if (has_need(NEED_NO_SLACK) .and. params%slack < 1) &
-      call failure%raise('a membrane that goes slack where it is shorter cannot have a pretension')
+      call failure%raise('a membrane that goes slack under compression ([Wing] slack below 1) cannot have a pretension')
   end subroutine check_needs
 
   !> Finds the hinge of the soft place, if there is one. Fails if no hinge is there.
@@ -193,7 +193,7 @@ contains
         if (wing%veins(v)%name /= name) cycle
         self%layout%soft_hinge = hinge_in_vein(wing, self%plans, v, self%params%effects%soft_fraction)
         if (self%layout%soft_hinge == 0) &
-          call failure%raise("the soft place in vein '"//name//"' is at no free point: it has none inside, or "// &
+          call failure%raise("the soft place in vein '"//name//"' is at no free point: the vein has no free point inside, or "// &
                              'a joint is there')
         return
       end do
@@ -272,8 +272,8 @@ contains
     if (present(parts)) parts = e
   end function model_energy
 
-  !> Sets g(3, n_all) [N] to the gradient of the energy at u(3, n_all) [m], with the stiffness of the model or with another one
-  !> (or its derivative). `low` is a part of the displacement below the rounding of u; only the springs feel it.
+  !> Sets g(3, n_all) [N] to the gradient of the energy at u(3, n_all) [m], with the stiffness of the model or with another one (or
+  !> its derivative). `low` is a part of the displacement below the rounding of u; it enters only the springs.
   subroutine model_gradient(self, u, g, stiffness, low)
     class(solid_model_t), intent(in) :: self
     real(rp), intent(in) :: u(:, :)
@@ -281,7 +281,7 @@ contains
     type(stiffness_t), intent(in), optional :: stiffness
     real(rp), intent(in), optional :: low(:, :)
     g = 0
-    ! An absent array must not be passed on: its bounds would be computed.
+    ! An absent array must not be passed on, because its bounds would be evaluated.
     if (present(stiffness) .and. present(low)) then
       call extension_gradient(self%springs, stiffness%extension, u, g, low)
     else if (present(stiffness)) then

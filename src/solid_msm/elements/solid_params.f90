@@ -14,8 +14,8 @@
 !>
 !> The effects that a usual model leaves out follow them: see solid_effects.
 !>
-!> D = Em h^3/(12 (1 - nu^2)) is a regularising parameter, not a measured one: without it the flat
-!> wing is singular and loaded wings have many wrinkled equilibria.
+!> D = Em h^3/(12 (1 - nu^2)) is a regularisation and was not measured. Without it the tangent of the flat wing is singular, and
+!> loaded wings have many wrinkled equilibria.
 module solid_params
   use base_errors, only: require
   use base_kinds, only: rp
@@ -40,7 +40,7 @@ module solid_params
     real(rp) :: k_membrane = 1.0e5_rp        !< [N/m]
     real(rp) :: k_cross = 1.0e5_rp           !< [N/m]
     real(rp), allocatable :: vein_factor(:)  !< (veins)
-    real(rp), allocatable :: joint(:)        !< (joints) [N m/rad]; as the vein without the joint unless set
+    real(rp), allocatable :: joint(:)        !< (joints) [N m/rad]; the stiffness of the vein without the joint unless set
     logical :: cross_springs = .false.       !< springs between the apexes of neighbouring triangles
     real(rp) :: membrane_young = 5.0e9_rp    !< [Pa] for the thickness that corresponds to D
     real(rp) :: membrane_poisson = 0.3_rp
@@ -48,7 +48,7 @@ module solid_params
     real(rp) :: slack_width = 1.0e-9_rp      !< [m]
     character(:), allocatable :: vein_names(:), joint_names(:)
     type(effects_t) :: effects
-    real(rp) :: bending_factor = 1           !< on all bending stiffness, as after drying; no parameter of the wing
+    real(rp) :: bending_factor = 1           !< on all bending stiffness, for instance after drying; not a wing parameter
   contains
     procedure :: count => params_count
     procedure :: count_basic => params_count_basic
@@ -251,6 +251,7 @@ contains
       self%membrane_young*1.0e-9_rp, ' GPa; a regularising parameter, not measured'
     note = trim(text)
     is_soft = self%plate < UNIQUE_ABOVE
-    if (is_soft) note = note//'; below the default of 2E-7 N m wrinkled equilibria multiply, and shapes depend on the path'
+    if (is_soft) note = note//'; below the default of 2E-7 N m the wing has many wrinkled equilibria, and shapes depend on '// &
+      'the loading path'
   end subroutine membrane_note
 end module solid_params

@@ -23,7 +23,7 @@ module solid_pattern
 
 contains
 
-  !> Returns the pattern of the pairs(2, :) of free points 1..n. Pairs may repeat and be in any order; one with a 0 is dropped.
+  !> Returns the pattern of the pairs(2, :) of free points 1..n. Pairs may repeat and be in any order; pairs with a 0 are dropped.
   !> The diagonal is always there.
   function make_pattern(n, pairs) result(self)
     integer, intent(in) :: n, pairs(:, :)

@@ -19,7 +19,7 @@ module solid_plate
     integer, allocatable :: nodes(:, :)    !< (4, n) ends and apexes
     real(rp), allocatable :: weights(:, :) !< (4, n) [1/m]
     integer, allocatable :: blocks(:, :, :) !< (4, 4, n) upper part: places in the matrix, 0 clamped
-    real(rp), allocatable :: upward(:)     !< (n) [1/m^2] one over (x2 - x1) x (x3 - x4) along z in the flat wing
+    real(rp), allocatable :: upward(:)     !< (n) [1/m^2] reciprocal of the z component of (x2 - x1) x (x3 - x4) in the flat wing
     integer, allocatable :: places(:, :, :) !< (4, 4, n) the same with a sign: < 0 transposed
     real(rp), allocatable :: tangent(:)    !< (n_blocks) Hessian for D = 1 N m; the blocks are multiples of 1
   end type plate_t

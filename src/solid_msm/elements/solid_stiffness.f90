@@ -4,10 +4,9 @@
 !> The energy is linear in the stiffness of the elements, so the derivative of the gradient with
 !> respect to a parameter is the gradient evaluated with the derivatives of the stiffness.
 !>
-!> A hinge between half-segments of lengths l1/2 and l2/2 has the stiffness 1/(l1/(2 E1 I1) +
-!> l2/(2 E2 I2)): EI/l inside a uniform vein, 2EI/l at the clamped root, I = pi d^4/64. Effects multiply
-!> what the usual parameters give, each by its own factor; those of their own derivatives are in
-!> solid_stiffness_effects.
+!> A hinge between half-segments of lengths l1/2 and l2/2 has the stiffness 1/(l1/(2 E1 I1) + l2/(2 E2 I2)): EI/l inside a uniform
+!> vein, 2EI/l at the clamped root, I = pi d^4/64. Each effect multiplies the stiffness of the usual parameters by its own factor.
+!> Derivatives with respect to effects are in solid_stiffness_effects.
 module solid_stiffness
   use base_constants, only: PI
   use base_kinds, only: rp
@@ -57,7 +56,7 @@ contains
     call apply_effects(params, springs, plans, layout, self)
   end subroutine evaluate_stiffness
 
-  !> Changes a stiffness that the usual parameters give, or its derivative with respect to one of them, to that with all effects.
+  !> Applies all effects to the stiffness that the usual parameters give, or to its derivative with respect to one of them.
   subroutine apply_effects(params, springs, plans, layout, self)
     type(solid_params_t), intent(in) :: params
     type(extensions_t), intent(in) :: springs
@@ -89,7 +88,7 @@ contains
     self%twist = params%bending_factor*self%twist
   end subroutine apply_effects
 
-  !> Applies the effects of one stage that do anything.
+  !> Applies the active effects of one stage.
   subroutine apply_stage(stage, params, springs, plans, layout, self)
     integer, intent(in) :: stage
     type(solid_params_t), intent(in), target :: params

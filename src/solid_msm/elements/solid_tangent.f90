@@ -65,7 +65,7 @@ contains
     end do
   end subroutine assemble_tangent
 
-  !> Adds the Hessian h of an element of n nodes; places(:, :) in its upper part are those of its blocks.
+  !> Adds the Hessian h of an element of n nodes; the upper part of places(:, :) has the numbers of its blocks.
   pure subroutine add_blocks(n, places, h, blocks)
     integer, intent(in) :: n, places(:, :)
     real(rp), intent(in) :: h(:, :)

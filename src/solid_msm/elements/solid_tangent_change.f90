@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The derivative of the tangent stiffness of a wing when its displacements change along a given direction, K'[du].
+!> Computes K'[du], the derivative of the tangent stiffness of a wing when its displacements change along a given direction.
 !>
-!> Springs, 1e5 times stiffer than what bends, are differentiated exactly: differences would lose that factor. The plate's
-!> tangent is constant. The rest, hinges and what veins and edges have more, takes central differences of fourth order,
-!> (f(-2h) - 8 f(-h) + 8 f(h) - f(2h))/(12 h), where h turns no segment by more than TURN. Their error is TURN^4/30 of a fifth
-!> derivative and 3/2 epsilon/TURN of rounding, some 1e-12 of the stiffness in bending per radian.
+!> Springs are differentiated exactly, because they are 1e5 times stiffer than the elements that bend, and differences would lose
+!> this factor in accuracy. The tangent of the plate is constant. Hinges, and the additional terms of veins and edges, are
+!> differentiated by central differences of fourth order, (f(-2h) - 8 f(-h) + 8 f(h) - f(2h))/(12 h), where h turns no segment by
+!> more than TURN. Their error is TURN^4/30 times a fifth derivative, plus 3/2 epsilon/TURN from rounding, about 1e-12 of the
+!> bending stiffness per radian.
 module solid_tangent_change
   use base_kinds, only: rp
   use solid_extension, only: extension_tangent_change

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Describes a membrane that is stretched in the unloaded wing: an isotropic tension T [N/m] between the veins.
 !>
-!> A spring along the edge of length l0 carries the constant tension N = T w, w = l0 (cot a + cot b)/2 with the angles a, b
-!> opposite to the edge in its triangles (one at the outline): the gradient of T times the area of a flat membrane. The
-!> energy is the sum of N (l - l0), so that inner points are in equilibrium where the membrane is flat, and the outline
-!> draws veins together by some T/k_e, less than a millionth.
+!> A spring along the edge of length l0 carries the constant tension N = T w, w = l0 (cot a + cot b)/2 with the angles a, b opposite
+!> to the edge in its triangles (one at the outline): the gradient of T times the area of a flat membrane. The energy is the sum of
+!> N (l - l0), so that inner points are in equilibrium where the membrane is flat, and at the outline the veins approach each other
+!> by a strain of about T/k_e, less than a millionth.
 module solid_tension
   use base_kinds, only: rp
   use solid_extension, only: extensions_t, SPRING_CROSS
@@ -15,7 +15,7 @@ module solid_tension
 
 contains
 
-  !> Returns w(springs) [m] for points(3, :) [m] and triangles(3, :); 0 for springs that are no edges. See the module head for w.
+  !> Returns w(springs) [m] for points(3, :) [m] and triangles(3, :); 0 for springs that are no edges. The module header defines w.
   pure function tension_widths(points, triangles, springs) result(widths)
     real(rp), intent(in) :: points(:, :)
     integer, intent(in) :: triangles(:, :)

@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Describes veins that resist torsion. A segment itself has no direction across its axis, but the membrane at its sides has
-!> one: its normal turns about the vein if the vein is twisted.
+!> Describes veins that resist torsion. A segment has no direction across its axis, but the membrane at its sides has a normal,
+!> which turns about the vein if the vein is twisted.
 !>
-!> At the hinge a-b-c with the segments e and f let Ae and Af be the summed area vectors of the triangles at each, over
-!> their lengths in the flat wing. The twist is tau = p.(Ae x Af), p = (e/|e0| + f/|f0|)/2: the angle between both normals
-!> about the vein while it is small, 0 for a vein that bends and a membrane that folds in the same way on both sides. The
-!> energy is k tau^2/2 with k = (GJ/EI) times the stiffness of the hinge in bending; solid circles have GJ/EI =
-!> 1/(1 + nu). Segments without triangles, at the clamp for instance, are not twisted. Lengths count as constant, since k_e
-!> changes them little.
+!> At the hinge a-b-c with the segments e and f let Ae and Af be the summed area vectors of the triangles at each segment, divided
+!> by their lengths in the flat wing. The twist is tau = p.(Ae x Af), p = (e/|e0| + f/|f0|)/2. For small angles it is the angle
+!> between both normals about the vein. It is 0 if the vein bends, or if the membrane folds in the same way on both sides. The
+!> energy is k tau^2/2 with k = (GJ/EI) times the stiffness of the hinge in bending; solid circles have GJ/EI = 1/(1 + nu). Segments
+!> without triangles, at the clamp for instance, are not twisted. Lengths are treated as constant, because the stiff springs change
+!> them little.
 !>
-!> The same normal distinguishes up from down for a vein: a vein that is bent upward by the angle beta where it is free of stress
-!> has the additional energy -k beta c, c = n.(f/|f0| - e/|e0|) with n = (Ae + Af)/|Ae + Af|0: see solid_arch.
+!> The same normal distinguishes up from down for a vein: a vein whose stress-free shape is bent upward by the angle beta has the
+!> additional energy -k beta c, c = n.(f/|f0| - e/|e0|) with n = (Ae + Af)/|Ae + Af|0: see solid_arch.
 module solid_twist
   use base_kinds, only: rp
   use solid_edges, only: edges_t
@@ -25,7 +25,7 @@ module solid_twist
   !> The twist element at one hinge; without nodes it has no effect.
   type :: twist_t
     integer :: n_nodes = 0              !< 0: no membrane at either segment
-    logical :: is_twistable = .false.   !< there is membrane at both
+    logical :: is_twistable = .false.   !< both segments have membrane
     integer :: nodes(TWIST_NODES) = 0   !< a, b, c, then the apexes
     integer :: n_triangles(2) = 0       !< at e and at f
     integer :: corners(3, 2, 2) = 0     !< of each triangle of each segment, as places in `nodes`
@@ -140,7 +140,8 @@ contains
 
   end subroutine twist_evaluate
 
-  !> Returns the same for the energy -moment c of a curved vein; `moment` = k beta [N m]. The Hessian is indefinite.
+  !> Returns energy, gradient and Hessian for the energy -moment c of a curved vein; `moment` = k beta [N m]. The Hessian is
+  !> indefinite.
   pure subroutine camber_evaluate(self, moment, u, energy, g, h)
     type(twist_t), intent(in) :: self
     real(rp), intent(in) :: moment, u(3, TWIST_NODES)

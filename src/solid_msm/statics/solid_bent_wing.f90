@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes the shape of a wing at rest under dead loads in the frame of the laboratory, on a clamp that may be compliant, and the
-!> displacements of its points by any change.
+!> displacements of its points due to any change of parameters or loads.
 !>
-!> A clamp with the compliances c = (twist, flap) turns by theta = (twist Mx, flap My, 0) about the centre of the clamped
-!> points, M the moment of the loads there. The unknown u is the displacement in the frame of the clamp, where the load is
-!> R^T F, R = R(theta): g(u, p) = R^T F and theta = c M(theta, u). The two angles are found by Newton's method on the
-!> second equation, each step with one solution of the first. With du/dtheta_k = K^-1 dR^T/dtheta_k F, any change
-!> of parameters or loads costs one back-substitution and a 2 x 2 system:
+!> A clamp with the compliances c = (twist, flap) turns by theta = (twist Mx, flap My, 0) about the centre of the clamped points, M
+!> the moment of the loads there. The unknown u is the displacement in the frame of the clamp, where the load is R^T F, R =
+!> R(theta): g(u, p) = R^T F and theta = c M(theta, u). The two angles are found by Newton's method on the second equation, each
+!> step with one solution of the first. With du/dtheta_k = K^-1 dR^T/dtheta_k F, a change of parameters or loads costs one
+!> back-substitution and a 2 x 2 system:
 !>
 !>   (1 - c dM/dtheta) dtheta = c (sum R du x F + sum R y x dF) + dc M,   y = arm + u
 !>
@@ -29,8 +29,8 @@ module solid_bent_wing
   private
   public :: bent_wing_t
 
-  !> There is one per thread. Nothing is allocated after `init`, except directions of stiffness once. Nothing of a solution enters
-  !> the next one.
+  !> One object per thread. Nothing is allocated after `init`, except directions of stiffness once. A solution does not depend on
+  !> earlier ones.
   type :: bent_wing_t
     type(solid_model_t) :: model
     real(rp), allocatable :: moved(:, :)             !< (3, n_all) [m] of all points in the laboratory, after `solve`
@@ -78,9 +78,9 @@ contains
     if (allocated(self%moved)) deallocate (self%moved, self%force, self%u, self%by_turn, self%lever)
   end subroutine bent_free
 
-  !> Finds the shape under force(3, n_all) [N] with the parameters of `self%model`, and sets `moved` and `turn`. u(3, n_all) [m],
-  !> in the frame of the clamp, is the start of a warm solution and always the result. `report` says whether a shape was found;
-  !> see `solve_static`.
+  !> Finds the shape under force(3, n_all) [N] with the parameters of `self%model`, and sets `moved` and `turn`. u(3, n_all) [m], in
+  !> the frame of the clamp, is the initial guess of a warm solution, and always the result. `report` says whether a shape was
+  !> found; see `solve_static`.
   subroutine bent_solve(self, force, is_warm, options, u, report)
     class(bent_wing_t), intent(inout) :: self
     real(rp), intent(in) :: force(:, :)
@@ -112,7 +112,7 @@ contains
     self%held%force = matmul(transpose(rotation_matrix(self%turn)), self%force)
   end subroutine turn_load
 
-  !> Finds, for a wing that already has its shape, the angles that belong to it, by simple iteration.
+  !> Finds the angles of the clamp for a given shape of the wing, by fixed-point iteration.
   subroutine guess_turn(self, u)
     class(bent_wing_t), intent(inout) :: self
     real(rp), intent(in) :: u(:, :)
@@ -215,7 +215,7 @@ contains
     if (self%is_compliant) call let_turn(self, self%compliance*lower(moment_of(self, motion)), motion)
   end subroutine bent_stiffness_motion
 
-  !> Returns the same for parameter `number` of the model, per unit, or per log unit if it varies by factors.
+  !> Returns the displacements for a change of parameter `number` of the model, per unit, or per log unit if it varies by factors.
   subroutine bent_parameter_motion(self, number, motion)
     class(bent_wing_t), intent(inout) :: self
     integer, intent(in) :: number
@@ -232,7 +232,7 @@ contains
     end if
   end subroutine bent_parameter_motion
 
-  !> Returns the same when the load changes along force(3, n_all) [N].
+  !> Returns the displacements when the load changes along force(3, n_all) [N].
   subroutine bent_force_motion(self, force, motion)
     class(bent_wing_t), intent(inout) :: self
     real(rp), intent(in) :: force(:, :)
@@ -259,7 +259,7 @@ contains
   end function lower
 
   !> Adds the effect of the turning of the clamp to the motion in the frame of the clamp, and rotates the result into the
-  !> laboratory. `push` [rad] is the turning of the clamp if the moment stayed the same.
+  !> laboratory. `push` [rad] is the rotation of the clamp at constant moment.
   subroutine let_turn(self, push, motion)
     class(bent_wing_t), intent(in) :: self
     real(rp), intent(in) :: push(2)

@@ -13,7 +13,7 @@
 !> | MUMPS 5.5 (serial), SYM=1, AMD or METIS, OpenBLAS | 3.2 | 0.3 |
 !> | MUMPS 5.5 (serial), SYM=2, AMD or METIS, OpenBLAS | 3.8 to 4.1 | 0.3 |
 !>
-!> The algorithms need definiteness only, so that they do not need the inertia that MUMPS gives.
+!> The algorithms only test whether a matrix is positive definite, and do not need the inertia that MUMPS returns.
 module solid_cholesky
   use base_errors, only: require
   use base_kinds, only: rp

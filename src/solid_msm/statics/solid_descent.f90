@@ -1,9 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Descends the potential to a stable equilibrium, where the loading path of a wing meets a fold.
+!> Minimises the potential to find a stable equilibrium after the loading path of a wing has met a fold.
 !>
-!> Newton directions of the exact tangent where it is positive definite and the residual is small, and
-!> of its positive semidefinite part elsewhere, with a line search on the potential and a proximal
-!> shift after failures.
+!> Steps follow Newton directions of the exact tangent if it is positive definite and the residual is small, and of its positive
+!> semidefinite part otherwise. There is a line search on the potential, and a proximal shift after failures.
 module solid_descent
   use base_kinds, only: rp
   use solid_equilibrium, only: equilibrium_t
@@ -18,7 +17,7 @@ module solid_descent
 contains
 
   !> Moves u(3, n_all) [m] downhill in potential until the residual at the stage of `work` is below `tolerance` times its force
-  !> scale. `converged` is false after `limit` factorisations. On exit the axial forces of `work` are those of the law.
+  !> scale. `converged` is false after `limit` factorisations. On exit the axial forces of `work` follow the law of the springs.
   subroutine descend(work, model, load, tolerance, limit, u, converged)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
@@ -71,8 +70,8 @@ contains
     call work%law_axial(model, u)
   end subroutine descend
 
-  !> Moves from u along the step of `work`, as far as the potential decreases by enough or, where rounding hides that, the size of
-  !> the residual. If that is nowhere, u and the axial forces stay.
+  !> Moves from u along the step of `work` as far as the potential decreases sufficiently or, if rounding hides this, the size of
+  !> the residual does. If no such point exists, u and the axial forces stay.
   subroutine search_line(work, model, load, u, size_g, potential, accepted)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model

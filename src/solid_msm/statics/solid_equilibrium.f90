@@ -3,8 +3,8 @@
 !> work arrays of the statics.
 !>
 !> At stage t of a path from the unloaded state the residual is dE/du - t F. For a warm start with the residual g0 it is dE/du - F
-!> - (1 - t) g0, which turns the old problem into the new one. For dead loads both are the same; for loads that follow the wing
-!> only the first is a growing load.
+!> - (1 - t) g0, which transforms the old problem into the new one. For dead loads both are the same; for loads that follow the
+!> wing only the first is a growing load.
 module solid_equilibrium
   use base_kinds, only: rp
   use solid_cholesky, only: cholesky_t
@@ -16,14 +16,14 @@ module solid_equilibrium
   private
   public :: equilibrium_t
 
-  !> There is one per model and thread. `init` does the symbolic analysis; nothing is allocated afterwards.
+  !> One object per model and thread. `init` does the symbolic analysis; nothing is allocated afterwards.
   type :: equilibrium_t
     type(cholesky_t) :: cholesky
     real(rp), allocatable :: blocks(:, :, :), values(:), right_hand_side(:, :)
     real(rp), allocatable :: start_residual(:, :) !< (3, n_all) g0
     real(rp) :: stage = 0                         !< t
     logical :: is_growing = .false.               !< the load grows: the path began at the unloaded state
-    real(rp) :: force_scale = 0                   !< [N] to which residuals are related
+    real(rp) :: force_scale = 0                   !< [N] scale of residuals
     real(rp), dimension(:, :), allocatable :: g, du, trial, old, older, kept, kept_g, last_du, step !< (3, n_all) scratch
     real(rp), allocatable :: axial(:)             !< (springs) [N] independent axial forces of the iteration
     real(rp), allocatable :: kept_axial(:)       !< scratch

@@ -17,7 +17,7 @@ module solid_loads
     real(rp) :: moment = 0           !< [N m]
   end type couple_t
 
-  !> Springs that hold a point in its unloaded place; stiff ones along one axis act as a guide.
+  !> Springs that hold a point at its unloaded position; stiff springs along one axis act as a guide.
   type :: support_t
     integer :: point = 0
     real(rp) :: stiffness(3) = 0     !< [N/m] along x, y, z
@@ -56,8 +56,8 @@ contains
     self%force(:, point) = self%force(:, point) + force
   end subroutine load_add_point
 
-  !> Adds force(3) [N] at the place (x, y) [m] of the unloaded wing: the corners of the triangle that holds the place share it by
-  !> their barycentric weights. Fails outside the membrane.
+  !> Adds force(3) [N] at the position (x, y) [m] of the unloaded wing. The corners of the triangle at this position share the force
+  !> by their barycentric weights. Fails outside the membrane.
   subroutine load_add_at(self, model, site, force, failure)
     class(load_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -78,7 +78,7 @@ contains
       end do
       return
     end do
-    call failure%raise('the load acts beside the membrane of the wing')
+    call failure%raise('the load acts outside the membrane of the wing')
   end subroutine load_add_at
 
   !> Returns twice the area of a triangle in the plane, negative if its corners go clockwise.
@@ -97,8 +97,8 @@ contains
     end do
   end subroutine load_add_gravity
 
-  !> Returns minus the potential [J] of the load, times `factor`, at displacements u(3, n_all) [m]. That of a couple is known up
-  !> to turns.
+  !> Returns minus the potential [J] of the load, times `factor`, at displacements u(3, n_all) [m]. The potential of a couple is
+  !> defined up to full turns.
   pure real(rp) function load_work(self, model, u, factor) result(work)
     class(load_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model

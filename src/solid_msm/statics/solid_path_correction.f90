@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Makes one stage of a quasi-static loading path: extrapolated from the last points, corrected by a mixed-stress Newton method.
 !>
-!> The axial forces N of the springs are independent iterates, used in the geometric stiffness and updated by their linearised
-!> law, while the residual is the true one. This keeps Newton's method quadratic in spite of the stiff springs; near its end one
-!> factorisation is used for several steps. Stages begin with the parabola through the last three points.
+!> The axial forces N of the springs are independent iterates. They enter the geometric stiffness and are updated by their
+!> linearised law, while the residual is exact. Newton's method then converges quadratically in spite of the stiff springs; near its
+!> end one factorisation serves several steps. Stages begin with the parabola through the last three points.
 module solid_path_correction
   use base_kinds, only: rp
   use solid_equilibrium, only: equilibrium_t
@@ -15,9 +15,9 @@ module solid_path_correction
   private
   public :: correct, correction_t, path_t, way_t
 
-  !> How a path is followed.
+  !> Options of a path.
   type :: way_t
-    logical :: is_warm = .false. !< from the solution for other parameters, in one stage if that succeeds
+    logical :: is_warm = .false. !< starts from the solution for other parameters, in one stage if possible
     logical :: is_fine = .false. !< stages begin on the straight line, and a factorisation serves one step only
   end type way_t
 
@@ -26,7 +26,7 @@ module solid_path_correction
     real(rp) :: t = 0, old_t = 0, older_t = 0 !< parts of the load at its last three points, the last one first
     real(rp) :: dt = 0                        !< of the next stage
     real(rp) :: most_moved = 0                !< [m] in one stage
-    integer :: n_old = 0                      !< points behind the last one that the extrapolation may use
+    integer :: n_old = 0                      !< earlier points that the extrapolation may use
     integer :: rejections = 0, rejections_unstable = 0 !< in a row
     logical :: met_fold = .false.
   contains
@@ -37,13 +37,13 @@ module solid_path_correction
   type :: correction_t
     real(rp) :: moved = 0 !< [m] largest movement from the last point
     logical :: accepted = .false., was_unstable = .false.
-    integer :: n_used = 0 !< factorisations, and one more if the last had to serve several steps
+    integer :: n_used = 0 !< factorisations, and one more if the last one served several steps
   end type correction_t
 
 contains
 
-  !> Extrapolates the path to the part `target` of the load. Returns factors, two of the last difference of points and one of the
-  !> difference before it, for the parabola through the last three points or the line through two.
+  !> Extrapolates the path to the part `target` of the load. Returns the factors of the last difference of points (two) and of the
+  !> difference before it (one), for the parabola through the last three points or the line through the last two.
   pure function path_ahead(self, target) result(ahead)
     class(path_t), intent(in) :: self
     real(rp), intent(in) :: target
@@ -75,8 +75,8 @@ contains
     end if
   end subroutine extrapolate
 
-  !> Iterates by Newton's method at the stage of `work`, from the last point u(3, n_all) [m] of the path, extrapolated. If the end
-  !> is accepted, work%trial and work%axial are the new point.
+  !> Iterates by Newton's method at the stage of `work`, from the last point u(3, n_all) [m] of the path, extrapolated. If the
+  !> result is accepted, work%trial and work%axial are the new point.
   subroutine correct(work, model, load, way, path, tolerance, u, correction)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
@@ -126,9 +126,9 @@ contains
     correction%n_used = work%cholesky%n_factorisations - begin + n_more
   end subroutine correct
 
-  !> Makes further steps with the last factorisation while each reduces the residual well; one costs an eighth of a new
-  !> factorisation. The error of the old factors lies in few directions: the steps are combined with those before as by Anderson
-  !> (1965), doi:10.1145/321296.321305, with a memory of one.
+  !> Makes further steps with the last factorisation while each reduces the residual well; a step costs an eighth of a new
+  !> factorisation. The error of the old factors lies in few directions. Each step is therefore combined with the previous one by
+  !> Anderson's method (1965), doi:10.1145/321296.321305, with a memory of one.
   subroutine reuse_factors(work, model, load, tolerance, u, size_g, correction)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes rotations by a vector: about its direction, by its length [rad].
+!> Computes the rotation that a vector defines: about its direction, by its length [rad].
 !>
 !> R = 1 + a S + b S^2 with S = [v]x, a = sin t/t, b = (1 - cos t)/t^2, t = |v|; series near 0.
 module solid_rotation

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Differentiates an equilibrium shape with respect to the parameters, by one back-substitution each.
+!> Differentiates an equilibrium shape with respect to parameters, with one back-substitution for each.
 !>
-!> The equilibrium g(u, p) = F gives du/dp = -K^-1 dg/dp; K is already factorised at the end of the statics. The parameter may be
-!> any that changes the stiffness, also one that the model does not have (see solid_stiffness_effects), or one that changes the
-!> load: du/dp = K^-1 dF/dp.
+!> The equilibrium g(u, p) = F gives du/dp = -K^-1 dg/dp; K is already factorised at the end of the statics. Any parameter that
+!> changes the stiffness is possible, also one that the model does not have (see solid_stiffness_effects). For a parameter that
+!> changes the load: du/dp = K^-1 dF/dp.
 module solid_sensitivity
   use base_kinds, only: rp
   use solid_equilibrium, only: equilibrium_t

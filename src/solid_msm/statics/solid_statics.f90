@@ -1,10 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Solves for static equilibrium, defined as the end of the quasi-static loading path from the unloaded state.
 !>
-!> A loaded wing has many stable equilibria, so that the result depends on the path. The path is followed in stages, each
-!> corrected by Newton's method (solid_path_correction). A tangent that is not positive definite marks a fold; there the wing
-!> moves to the next stable state (a snap). A path that does not reach its end is followed again with finer settings.
-!> state (a snap). A path that does not come to its end is followed once more with finer settings.
+!> A loaded wing has many stable equilibria, so that the result depends on the path. The path is followed in stages, each corrected
+!> by Newton's method (solid_path_correction). A tangent that is not positive definite marks a fold; there the wing moves to the
+!> next stable state (a snap). A path that does not reach its end is followed once more with finer settings.
 module solid_statics
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -22,7 +21,7 @@ module solid_statics
   type, extends(visited_t) :: static_options_t
     real(rp) :: tolerance = 1.0e-8_rp     !< of the load, for the residual
     real(rp) :: step_limit = 1.0_rp/40    !< of the wing's size: largest movement in one stage
-    integer :: factorisation_limit = 900  !< of one path; a shape may take a warm, a cold and a repeated one
+    integer :: factorisation_limit = 900  !< of one path; a shape may need a warm, a cold and a repeated path
     !> a warm start that fails, snaps, or does not reach its end directly is repeated from the unloaded state
     logical :: redo_cold = .true.
   contains
@@ -41,9 +40,8 @@ module solid_statics
     logical :: was_redone_cold = .false.
     !> the cold path failed and was followed again with finer settings
     logical :: was_repeated = .false.
-    !> a start for warm solutions: converged without snaps or repetition, and no tangent that was not positive definite
-    !> made the path shorten its steps below the first one. Behind a fold, or close to one, another path may lead to
-    !> another shape
+    !> the shape may be the start of warm solutions: the path converged without snaps and repetition, and no indefinite tangent made
+    !> its steps shorter than the first one. Beyond or near a fold, another path may lead to another shape
     logical :: is_start = .false.
   end type static_report_t
 
@@ -51,7 +49,7 @@ module solid_statics
 
 contains
 
-  !> Shows to the visitor what decides which shape is found for a load.
+  !> Shows the options to the visitor that decide which shape is found for a load.
   subroutine options_visit(self, visitor)
     class(static_options_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor
@@ -118,7 +116,7 @@ contains
     real(rp), intent(inout) :: u(:, :)
     type(static_report_t), intent(out) :: report
     logical, intent(out) :: is_lost
-    integer, parameter :: STRAIGHT = 6 ! factorisations of a stage that Newton's method takes in its stride
+    integer, parameter :: STRAIGHT = 6 ! factorisations of a stage with normal convergence of Newton's method
     type(path_t) :: path
     type(correction_t) :: correction
     integer :: begin
@@ -152,7 +150,7 @@ contains
           report%snaps = report%snaps + 1
           if (is_lost) then
             report%reason = 'the wing snaps through at '//number_text(real(nint(100*work%stage), rp))// &
-                            ' % of the load, and no shape at rest is found behind that'
+                            ' % of the load, and no stable equilibrium is found beyond that'
             exit
           end if
           report%stages = report%stages + 1
@@ -245,9 +243,9 @@ contains
   end function rounding
 
   !> Tests the end of the path for stability with the exact tangent, whose factorisation is kept, and makes up to three more steps
-  !> with it, the first with the residual at u that `work` holds. Rounding u to its last bit alone changes the residual by k_e
-  !> times that bit, up to 1e-8 of a small load. The rounding of the first correction and all of the last two are therefore kept
-  !> separate from u.
+  !> with it; the first step uses the residual at u that `work` holds. The rounding of u to its last bit alone changes the residual
+  !> by k_e times that bit, up to 1e-8 of a small load. The rounding of the first correction and all of the last two are therefore
+  !> kept separate from u.
   subroutine conclude(work, model, load, options, u, report, is_lost)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
@@ -261,17 +259,17 @@ contains
     logical :: is_spd
     if (allocated(report%reason)) return
     call work%law_axial(model, u)
-    call work%factorise(model, load, u, .false., 0.0_rp, is_spd) ! no shift: sensitivities feel it
+    call work%factorise(model, load, u, .false., 0.0_rp, is_spd) ! no shift, because it would enter the sensitivities
     is_lost = .not. is_spd
     if (is_lost) then
-      report%reason = 'the shape that is found under the full load is an unstable equilibrium'
+      report%reason = 'the equilibrium that is found under the full load is unstable'
       return
     end if
     report%reciprocal_condition = work%cholesky%reciprocal_condition()
     call work%newton_step(model, work%g)
     work%trial = u
     u = u + work%du
-    work%trial = (work%trial - u) + work%du ! what the sum lost
+    work%trial = (work%trial - u) + work%du ! rounding error of the sum
     do refinement = 0, 2
       call work%residual(model, load, u, work%g, low=work%trial)
       size_g = norm2(work%g)

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes the fluid that a wing must accelerate when it moves normal to itself, by strip theory. Over a strip of chord c that
-!> heaves the potential jumps by 2 w sqrt((c/2)^2 - (y - y_c)^2), so that a piece of membrane carries, per area,
+!> Computes the added mass of a wing that moves normal to itself, by strip theory. Over a heaving strip of chord c the potential
+!> jumps by 2 w sqrt((c/2)^2 - (y - y_c)^2), so that a piece of membrane carries, per area,
 !>
 !>     m(x, y) = 2 rho sqrt((c(x)/2)^2 - (y - y_c(x))^2),     rho pi c^2/4 over the chord
 !>
 !> (the potential of a flat plate that moves normal to itself: Sedov 1965, Two-Dimensional Problems in Hydrodynamics and
-!> Aerodynamics). Strips lie along y. A strip that turns about its middle has half the effect of this mass, and the flow around
-!> the tip reduces it. The mass is therefore a prior, and fits should include a factor on it.
+!> Aerodynamics). Strips lie along y. A strip that turns about its middle has half the effect of this mass, and the flow around the
+!> tip reduces it. The mass is therefore an estimate, and fits should include a factor on it.
 module solid_added_mass
   use base_kinds, only: rp
   use solid_wing, only: wing_t
@@ -17,7 +17,8 @@ module solid_added_mass
 contains
 
   !> Returns added(n_points) [kg], the mass of a fluid of unit density [1 kg/m^3] that moves with each point along z; 0 without
-  !> triangles. The midpoint of an edge carries a third of each of its triangles, and gives half of it to either end.
+  !> triangles. A third of the mass of each triangle is assigned to the midpoint of each of its edges, and is shared equally between
+  !> both ends of the edge.
   function strip_added_mass(wing) result(added)
     type(wing_t), intent(in) :: wing
     real(rp) :: added(size(wing%points, 2))

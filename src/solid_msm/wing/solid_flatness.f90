@@ -13,8 +13,8 @@ module solid_flatness
 contains
 
   !> Returns the unit normal of the reference plane: that of the summed area vectors of the triangles, or the given one of a
-  !> structure of veins. `raised` is the point of the membrane farthest from its plane, if it is not flat. `bent` is the point at
-  !> which veins bend out of the plane the most, if that is too much. Both are 0 if there is none.
+  !> structure of veins. `raised` is the point of the membrane farthest from its plane, or 0 if the membrane is flat. `bent` is the
+  !> point at which veins bend most out of the plane, or 0 if they bend by less than the limit.
   pure subroutine find_flatness(wing, plans, normal, raised, bent)
     type(wing_t), intent(in) :: wing
     type(hinge_plan_t), intent(in) :: plans(:)
@@ -63,8 +63,8 @@ contains
     end associate
   end function area_vector
 
-  !> Finds the plane of that triangle, among a few hundred, in whose plane most points lie, and returns the point of the membrane
-  !> farthest from it. A single point does not tilt this plane, as it does the plane of the summed area vectors.
+  !> Finds, among a few hundred triangles, the triangle whose plane contains most points, and returns the point of the membrane
+  !> farthest from this plane. Unlike the plane of the summed area vectors, this plane is not tilted by a single wrong point.
   pure integer function outlier(wing, tolerance) result(point)
     type(wing_t), intent(in) :: wing
     real(rp), intent(in) :: tolerance !< [m] for a point in a plane

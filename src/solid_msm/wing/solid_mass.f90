@@ -4,11 +4,11 @@
 !> Veins: every segment is a conical frustum of cuticle of length l and end radii r1, r2,
 !>   m = rho pi l (r1^2 + r1 r2 + r2^2)/3,  with its centre  h = l (r1^2 + 2 r1 r2 + 3 r2^2)/
 !>   (4 (r1^2 + r1 r2 + r2^2))  behind end 1;
-!> end 2 gets m h/l and end 1 the rest. Membrane: an areal density that is constant, or proportional to
-!> w(x, y) = w1 + w2 x + w3 y and scaled to a given mass, enters through its exact integrals with the linear
-!> shape functions of the triangles, A (2 w_i + w_j + w_k)/12. The weights are those that Truong et al. give
-!> for a blowfly wing, x from the wing root and y from the rotation axis. (Their text drops the division of
-!> h by l, and has the membrane per point and in kg, with which it would weigh 80 mg.)
+!> end 2 gets m h/l and end 1 the rest. Membrane: an areal density that is constant, or proportional to w(x, y) = w1 + w2 x + w3 y
+!> and scaled to a given mass, enters through its exact integrals with the linear shape functions of the triangles, A (2 w_i + w_j +
+!> w_k)/12. The weights are those that Truong et al. give for a blowfly wing, x from the wing root and y from the rotation axis.
+!> (Their text omits the division of h by l, and gives the density of the membrane per point and in kg, for which the membrane would
+!> weigh 80 mg.)
 module solid_mass
   use base_constants, only: PI
   use base_errors, only: message_list_t
@@ -32,19 +32,19 @@ module solid_mass
     real(rp) :: areal_density = 3.0e-3_rp      !< [kg/m^2], for MEMBRANE_UNIFORM
     real(rp) :: vein_factor = 1, membrane_factor = 1 !< on both
     real(rp) :: gradient = 0                   !< g: membrane times exp(g (x/R - 1/2)), R the extent along x from the root
-    real(rp) :: point(3) = 0                   !< x, y [m] and mass [kg] of something that sits on the wing
+    real(rp) :: point(3) = 0                   !< x, y [m] and mass [kg] of an object on the wing
   end type mass_params_t
 
   !> The lumped mass.
   type :: mass_t
     real(rp), allocatable :: nodal(:) !< mass of every point [kg], positive
     real(rp), allocatable :: of_veins(:) !< the part of it that is veins [kg]
-    real(rp), allocatable :: of_point(:) !< the part of it that sits on the wing [kg]
+    real(rp), allocatable :: of_point(:) !< the part of the object on the wing [kg]
     real(rp) :: veins = 0             !< [kg]
     real(rp) :: membrane = 0          !< [kg]
     real(rp) :: total = 0             !< [kg]
     real(rp) :: area = 0              !< of the membrane [m^2]
-    real(rp) :: thickness = 0         !< mean thickness that the membrane has at the density of the veins [m]
+    real(rp) :: thickness = 0         !< mean thickness of the membrane if it has the density of the veins [m]
     real(rp) :: centre(3) = 0         !< centre of mass [m]
     real(rp) :: inertia(3, 3) = 0     !< about the centre of mass [kg m^2]
   contains
@@ -53,8 +53,7 @@ module solid_mass
 
 contains
 
-  !> Lumps the mass of a wing to its points. A law that leaves a point without positive mass becomes a message; `mass` is then
-  !> undefined.
+  !> Lumps the mass of a wing to its points. If a point has no positive mass, a message says so, and `mass` is undefined.
   subroutine lump_mass(wing, params, mass, messages)
     type(wing_t), intent(in) :: wing
     type(mass_params_t), intent(in) :: params
@@ -175,7 +174,8 @@ contains
     mass%membrane = sum(membrane_nodal)
   end subroutine add_membrane
 
-  !> Distributes a mass that sits on the wing to the corners of its triangle, or to the nearest point of a wing without triangles.
+  !> Distributes the mass of an object on the wing to the corners of its triangle, or to the nearest point of a wing without
+  !> triangles.
   subroutine add_point(wing, point, mass, messages)
     type(wing_t), intent(in) :: wing
     real(rp), intent(in) :: point(3)

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Joins the numbers 1 to n into disjoint sets, as a forest: parent(i) of a number, itself for the smallest one of a set.
+!> Joins the numbers 1 to n into disjoint sets, stored as a forest: parent(i) is a smaller number of the same set, or i itself for
+!> the smallest number.
 module solid_sets
   implicit none
   private
@@ -15,7 +16,7 @@ contains
     i = top(parent, a)
     j = top(parent, b)
     parent(max(i, j)) = min(i, j)
-    parent(a) = min(i, j) ! shorter ways next time
+    parent(a) = min(i, j) ! shortens later searches
     parent(b) = min(i, j)
   end subroutine unite
 

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Describes a wing on the bench: points, membrane triangles, veins, joints, root. It does not change after reading.
+!> Describes a wing: points, membrane triangles, veins, joints, root. It does not change after reading.
 !>
 !> Wing frame: x from root to tip, y toward the leading edge, z normal to both. SI units.
 !>
-!> The wings of a fly are mirror images: a wing that bends more easily to its dorsal side does so left and right. `z_side`, the
-!> side to which +z points, therefore defines for both of them what "up" means to the effects of the wing in the file.
+!> The wings of a fly are mirror images: if a wing bends more easily to its dorsal side, both the left and the right wing do so.
+!> `z_side`, the side to which +z points, therefore defines the meaning of "up" in the effects for both wings.
 module solid_wing
   use base_kinds, only: rp
   use base_visitor, only: visited_t, visitor_t
@@ -12,8 +12,8 @@ module solid_wing
   private
   public :: wing_t, vein_t, joint_t, wing_mass_t, z_side_choices
 
-  !> Sides of wings to which +z of a wing file may point. The first is the default. The first two are possible in right-handed
-  !> axes; the others belong to coordinates of a mirror image.
+  !> Sides of wings to which +z of a wing file may point. The first is the default. The first two have right-handed axes; the others
+  !> have the coordinates of a mirror image.
   character(13), parameter, public :: Z_SIDES(4) = [character(13) :: 'left ventral', 'right dorsal', 'left dorsal', &
                                                     'right ventral']
 
@@ -40,7 +40,7 @@ module solid_wing
     real(rp) :: membrane = 0              !< mass of the membrane [kg]
     real(rp) :: weights(3) = 0            !< of the bilinear law: areal density ~ w1 + w2 x + w3 y [-], [1/m], [1/m]
     real(rp) :: vein_density = 0          !< [kg/m^3]; 0: not stated
-    character(:), allocatable :: source   !< where this comes from, for people
+    character(:), allocatable :: source   !< origin of these data, as a text
   contains
     procedure :: visit => mass_visit
   end type wing_mass_t

@@ -20,8 +20,8 @@ module solid_wing_case
     type(mass_params_t) :: material
     type(mass_t) :: mass
     logical :: has_mass = .false.
-    real(rp) :: requested_size(2) = 0      !< largest x and mean chord that the run requests [m]; 0: as in the file
-    real(rp) :: scale(2) = 1               !< along x and y of the wing against that in its file
+    real(rp) :: requested_size(2) = 0      !< largest x and mean chord that the input requests [m]; 0: as in the file
+    real(rp) :: scale(2) = 1               !< scale factors along x and y relative to the wing in its file
     integer :: tip = 0                     !< the point farthest from the centre of the root
   end type wing_case_t
 end module solid_wing_case

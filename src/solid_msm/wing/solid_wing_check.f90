@@ -24,8 +24,7 @@ module solid_wing_check
 
 contains
 
-  !> Reports all that is wrong with `wing`, whose arrays must be allocated. Fills in the normal of the plane where the file may
-  !> leave it out.
+  !> Reports all mistakes of `wing`, whose arrays must be allocated. Sets the normal of the plane if the file may omit it.
   subroutine check_wing(wing, report)
     type(wing_t), intent(inout) :: wing
     type(wing_report_t), intent(inout) :: report

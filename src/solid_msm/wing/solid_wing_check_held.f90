@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Finds parts of a wing that are connected to the rest by a single point about which they could turn freely.
 !>
-!> Triangles with a common edge and the segments of veins along them form bodies, and so do segments joined by a bending
-!> hinge; a hinge at the root joins a body to the ground. Bodies, the ground among them, share points. A point whose
-!> removal parts bodies from the ground is a mechanism. Such points are found by a search in depth through the graph of
-!> bodies and points (Hopcroft and Tarjan 1973, doi:10.1145/362248.362272), in a time proportional to its size.
+!> Triangles with a common edge and the segments of veins along them form bodies, and so do segments joined by a bending hinge; a
+!> hinge at the root joins a body to the ground. Bodies, the ground among them, share points. If the removal of a point separates
+!> bodies from the ground, the point is a mechanism. Such points are found by a search in depth through the graph of bodies and
+!> points (Hopcroft and Tarjan 1973, doi:10.1145/362248.362272), in a time proportional to its size.
 module solid_wing_check_held
   use base_text, only: number_text
   use solid_junctions, only: hinge_plan_t
@@ -20,7 +20,7 @@ module solid_wing_check_held
 
 contains
 
-  !> Reports every part of the wing that is connected by one point alone, for a wing without other mistakes.
+  !> Reports every part of the wing that is connected by one point alone, The wing must have no other mistakes.
   subroutine check_held(wing, edges, segments, plans, report)
     type(wing_t), intent(in) :: wing
     type(edge_table_t), intent(in) :: edges, segments !< of the triangles, of the veins
@@ -67,7 +67,7 @@ contains
 
   contains
 
-    !> Returns the element of a segment of a hinge: the ground if it is clamped, as a segment to a ghost point is.
+    !> Returns the element of a segment of a hinge: the ground if it is clamped, like a segment to a ghost point.
     pure integer function arm(a, b)
       integer, intent(in) :: a, b
       arm = GROUND

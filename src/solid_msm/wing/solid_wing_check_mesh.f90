@@ -43,7 +43,7 @@ contains
       end associate
     end do
     call report%finish()
-    ! A directed edge belongs to one triangle: with all triangles the same way round, a second one lies on
+    ! A directed edge belongs to one triangle. If all triangles have the same orientation, a second triangle with this edge lies on
     ! the same side and covers the first.
     call report%begin('/triangles')
     do e = 2, size(edges%from)

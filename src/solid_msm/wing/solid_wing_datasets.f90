@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads header, contents and datasets of a wing file, and the parts that a measurement file has in common with it: kind, shape,
-!> units and values. It reports every deviation.
+!> Reads and checks header, contents and datasets of a wing file: kind, shape, units and values. Measurement files use the same
+!> procedures. It reports every deviation.
 module solid_wing_datasets
   use base_kinds, only: rp, i8
   use base_text, only: number_text, quoted
@@ -82,7 +82,7 @@ contains
     call report%finish()
   end subroutine report_unknown
 
-  !> Reads the names of the members of a group, which may be missing; then there are none.
+  !> Reads the names of the members of a group, which may be missing.
   subroutine read_names(file, group, names, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Keeps pairs of points (edges of triangles, segments of veins) in sorted order, to find equal ones and to search for a pair in
-!> O(log n).
+!> Keeps pairs of points (edges of triangles, segments of veins) in sorted order, so that equal pairs are neighbours and a search
+!> takes O(log n).
 module solid_wing_edges
   use base_kinds, only: i8
   use base_sort, only: sorting_order
@@ -81,7 +81,7 @@ contains
     if (self%from(low) == from .and. self%to(low) == to) found = low
   end function table_find
 
-  !> Tells whether the pair is there in either direction.
+  !> Tells whether the table has the pair in either direction.
   pure logical function table_has_edge(self, a, b) result(has)
     class(edge_table_t), intent(in) :: self
     integer, intent(in) :: a, b

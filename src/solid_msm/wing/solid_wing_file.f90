@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads a wing file (docs/formats/wing-format.md). All mistakes of a file are reported together, each with the
-!> object, the index and the value; a wing that is delivered has passed every check of solid_wing_check.
+!> Reads a wing file (docs/formats/wing-format.md). All mistakes of a file are reported together, each with the object, the index
+!> and the value; a wing that is returned has passed every check of solid_wing_check.
 module solid_wing_file
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -41,8 +41,8 @@ contains
     end if
   end subroutine read_wing
 
-  !> Reads the wing file like `read_wing`, but without a check of the file as a whole. Damage that the HDF5 library does not
-  !> survive ends the process.
+  !> Reads the wing file like `read_wing`, but without a check of the file as a whole. Damage that crashes the HDF5 library ends the
+  !> process.
   subroutine read_wing_unguarded(path, wing, messages)
     character(*), intent(in) :: path
     type(wing_t), intent(out) :: wing
@@ -88,7 +88,7 @@ contains
     if (n == 0) call broadcast_value(world, wing)
   end subroutine load_wing
 
-  !> Reads schema, version and index base, without which nothing else can be understood.
+  !> Reads schema, version and index base, on which the meaning of all other data depends.
   subroutine read_header(file, report)
     type(hdf5_file_t), intent(in) :: file
     type(wing_report_t), intent(inout) :: report

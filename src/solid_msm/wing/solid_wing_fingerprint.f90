@@ -13,8 +13,8 @@ module solid_wing_fingerprint
 
 contains
 
-  !> Returns 16 hexadecimal digits, the same for the same wing on every machine. `wing` has the numbers of its file, in the size
-  !> of the file. Wings that differ have the same digits in one of 2**64 cases.
+  !> Returns 16 hexadecimal digits, the same for the same wing on every machine. `wing` must have the coordinates of its file,
+  !> without scaling. Different wings have the same digits in one of 2**64 cases.
   function wing_fingerprint(wing) result(text)
     type(wing_t), intent(in) :: wing
     character(FINGERPRINT_LENGTH) :: text

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads what a wing file states of the mass of its wing: attributes `membrane_law`, `membrane_mass`, `membrane_weights`,
-!> `vein_density` and `mass_source` of the file (docs/formats/wing-format.md). A file without them states nothing.
+!> Reads the mass data of a wing file: the attributes `membrane_law`, `membrane_mass`, `membrane_weights`, `vein_density` and
+!> `mass_source` of the file (docs/formats/wing-format.md). They are optional.
 module solid_wing_mass
   use base_kinds, only: rp
   use base_text, only: number_text, quoted

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes the same wing on a mesh of half the size, to estimate the error of the mesh.
+!> Makes the same wing on a mesh with half the edge length, to estimate the error of the mesh.
 module solid_wing_refine
   use base_kinds, only: rp
   use solid_params, only: solid_params_t
@@ -8,8 +8,9 @@ module solid_wing_refine
   private
   public :: refine_wing, refine_params, coarsen_params
 
-  !> The points of the fine mesh during its construction: old ones, and middles of two of them. The middles between a point and
-  !> higher ones form a linked list: first(point), next(middle); other(middle) is the higher one.
+  !> The points of the fine mesh during its construction: the old points, and midpoints of two of them. The midpoints between a
+  !> point and points with higher numbers form a linked list: first(point), next(midpoint); other(midpoint) is the point with the
+  !> higher number.
   type :: fine_points_t
     integer :: n_old = 0, n = 0
     real(rp), allocatable :: points(:, :) !< (3, :) [m] the first n
@@ -23,9 +24,9 @@ module solid_wing_refine
 
 contains
 
-  !> Cuts every triangle into four and every vein segment into two. Diameters are interpolated linearly, a joint stays at its
-  !> point, and the middle of an edge between two root points is a root point. Old points, veins and joints keep their numbers.
-  !> parents(2, fine points), where wanted, are the old points between which each point lies; an old point has itself twice.
+  !> Cuts every triangle into four and every vein segment into two. Diameters are interpolated linearly, a joint stays at its point,
+  !> and the middle of an edge between two root points is a root point. Old points, veins and joints keep their numbers. parents(2,
+  !> fine points), if present, are the two old points between which each point lies; for an old point both are itself.
   subroutine refine_wing(wing, fine, parents)
     type(wing_t), intent(in) :: wing
     type(wing_t), intent(out) :: fine
@@ -153,7 +154,8 @@ contains
   end function fine_parents
 
   !> Returns the parameters of the same wing on that mesh. Springs of veins are half as long and twice as stiff; a net of springs
-  !> has the same stiffness at any size. Stiffnesses of joints stay; those that are as their vein are made anew.
+  !> has the same stiffness at any size. Stiffnesses of joints stay, except that joints as stiff as their vein get the stiffness of
+  !> the vein on the new mesh.
   pure function refine_params(params) result(fine)
     type(solid_params_t), intent(in) :: params
     type(solid_params_t) :: fine
@@ -161,7 +163,7 @@ contains
     fine%k_vein = 2*params%k_vein
   end function refine_params
 
-  !> Does the reverse of `refine_params`, for parameters of which single ones may have changed.
+  !> Does the reverse of `refine_params`; single parameters may have changed in between.
   pure function coarsen_params(fine) result(params)
     type(solid_params_t), intent(in) :: fine
     type(solid_params_t) :: params

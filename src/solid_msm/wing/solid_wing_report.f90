@@ -42,7 +42,7 @@ contains
     self%n_found = 0
   end subroutine report_begin
 
-  !> Adds one more mistake of the kind that the search is for.
+  !> Adds one more mistake of this kind.
   subroutine report_found(self, text)
     class(wing_report_t), intent(inout) :: self
     character(*), intent(in) :: text

@@ -3,9 +3,9 @@
 !>
 !> P3DFFT transforms whole fields and distributes them in blocks: points as boxes of y and z, modes as boxes of kx and ky with all
 !> kz of a pair in contiguous memory (its stride-1 arrays). The lines of its boxes are therefore sticks. Sticks outside the
-!> truncation are dropped after a forward transform and are zero before a backward one. P3DFFT itself only leaves out columns kx
-!> that nobody keeps, and the pipeline is the staged one. The time of P3DFFT's exchanges is not known: its clock of the column
-!> exchange does not measure it.
+!> truncation are dropped after a forward transform and are zero before a backward one. P3DFFT itself leaves out only the columns kx
+!> that no rank keeps. The pipeline is the staged one. The time of P3DFFT's exchanges is not known: its clock of the column exchange
+!> does not measure it.
 !>
 !> P3DFFT keeps its plans and buffers in its own variables, for one grid per process.
 module spectral_p3dfft
@@ -29,7 +29,7 @@ module spectral_p3dfft
     integer, private :: n_kx = 1                        !< columns kx that P3DFFT keeps
     integer, private :: first(2) = 0, count(2) = 0      !< block of kx and ky, 0-based
     integer, private :: n_kz = 0                        !< the first extent of P3DFFT's modes, nz if they are stride-1
-    logical, private :: owns_library = .false.          !< frees what P3DFFT keeps
+    logical, private :: owns_library = .false.          !< this transform frees the data of P3DFFT
     integer, private :: n_kx_after = 0                  !< of a full transform: columns to keep when it is freed
   contains
     procedure :: init => p3dfft_init
@@ -43,7 +43,7 @@ module spectral_p3dfft
 contains
 
   !> Sets P3DFFT up for this grid and tests it with one wave. Fails if P3DFFT already serves another transform, or if the wave is
-  !> not found in its place in stride-1 arrays; such a transform can only be freed. Requires a process grid that exists
+  !> not found at its mode in stride-1 arrays; after that, the transform can only be freed. Requires an existing process grid
   !> (`process_grid`, in blocks). Collective.
   subroutine p3dfft_init(self, world, grid, dealias, wanted_rows, effort, most, failure)
     class(p3dfft_t), intent(inout) :: self
@@ -97,7 +97,7 @@ contains
     type(p3dfft_t), intent(inout) :: self
     integer :: first(3), last(3), extent(3)
     associate (n => self%grid%n)
-      ! It may overwrite the modes that it is given: they are copies.
+      ! The library may overwrite its input: the modes are copies.
       call p3dfft_setup([self%rows, self%columns], n(1), n(2), n(3), self%world%comm%mpi_val, &
                         nxcut=2*self%n_kx - 1, overwrite=.true.)
     end associate
@@ -120,9 +120,9 @@ contains
     call check_allocation(status, [self%grid%n(3), self%count], COMPLEX_BYTES, 'spectra of P3DFFT')
   end subroutine make_box
 
-  !> Exchanges the plans that P3DFFT has measured, which depend on the moment. Ranks with the same shares must have the same
-  !> plans, and the next run must find those of all shares in the wisdom of rank 0: the ranks at the corners of the process grid
-  !> have all kinds of shares, and all ranks take their plans. Collective.
+  !> Exchanges the plans that P3DFFT has measured, which differ between measurements. Ranks with the same shares must have the same
+  !> plans, and the next run must find the plans of all shares in the wisdom of rank 0. The ranks at the corners of the process grid
+  !> have all kinds of shares; all ranks take their plans. Collective.
   subroutine agree_on_plans(self)
     type(p3dfft_t), intent(inout) :: self
     character(:), allocatable :: own, learnt
@@ -262,7 +262,7 @@ contains
     end do
   end subroutine sticks_to_modes
 
-  !> Releases the buffers and what P3DFFT keeps; a full transform gives P3DFFT back to the one that it was made from.
+  !> Releases the buffers and the data of P3DFFT; a full transform returns P3DFFT to the transform from which it was made.
   !> Collective.
   subroutine p3dfft_free(self)
     class(p3dfft_t), intent(inout) :: self

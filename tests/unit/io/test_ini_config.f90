@@ -151,7 +151,7 @@ contains
                      'f.ini', registry, errors, notices)
     call kit%check('N*dx without a valid ny', &
                    errors%text(errors%count()) == "f.ini:6: [Geometry] y0: '3*dx' "// &
-                   'cannot be worked out, because dx = yl/ny is not known; valid: real or N*dx')
+                   'cannot be computed, because dx = yl/ny is not known; valid: real or N*dx')
   end subroutine check_lengths
 
   subroutine check_wrong_values(kit)

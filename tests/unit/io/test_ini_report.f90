@@ -75,7 +75,7 @@ contains
                      notices)
     text = effective(c, 'effective.ini')
     call kit%check('a value that the program works out', &
-                   has_line(text, ' y0 = ; L, default: yl/2, worked out by the program'))
+                   has_line(text, ' y0 = ; L, default: yl/2, computed by the program'))
     call kit%check('a matrix that is not given', has_line(text, ' profile = ; default'))
     call again%load_text(text, 'e.ini', registry, errors, notices)
     call kit%check('defaults can be read again', errors%count() == 0 .and. .not. again%is_given('Geometry', &

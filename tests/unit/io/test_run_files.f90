@@ -43,7 +43,7 @@ contains
     call t%check('what differs is a value, or the content of a file under whatever name', size(changes) == 2)
     if (size(changes) /= 2) return
     call t%check('a value', changes(1)%text() == '[A] x = 2, was 1')
-    call t%check('a content', changes(2)%text() == '[A] g = b: this file has another content now')
+    call t%check('a content', changes(2)%text() == '[A] g = b: the content of this file has changed')
   end subroutine test_changes
 
   subroutine test_lock()

@@ -178,7 +178,7 @@ contains
     call sample()
     call w%delete('/modes/two/loads/a')
     call w%delete('/modes/two/loads/b')
-    call refused('/modes/two/loads', 'holds no load; leave it out for a mode about rest')
+    call refused('/modes/two/loads', 'holds no load; remove it for a mode of the unloaded wing')
     call sample()
     call w%real_attribute('/modes/two', 'gravity', [0.0_rp, 0.0_rp, 2.0e3_rp])
     call refused('/modes/two', 'attribute gravity holds 2000')

@@ -179,7 +179,7 @@ contains
     call refused('/series/two', 'values has 4 rows and base 3 numbers; they must be as many')
     call sample()
     call w%real_attribute('/series/two', 'start', [1.0_rp])
-    call refused('/series/two', 'attribute start must be 0 where the base moves')
+    call refused('/series/two', 'attribute start must be 0 with excitation base')
     call sample()
     call w%delete('/series')
     call refused('/loads', 'there is no load, no mode in /modes and no record in /series')

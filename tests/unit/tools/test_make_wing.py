@@ -188,7 +188,8 @@ def test_masses_in_other_units_are_named(tmp_path):
         (line,) = told("--membrane-mass", typed, "--mass-source", "a balance")
         assert words in line and "would be usual" in line, line
     from flusi_msm.magnitude import YOUNG, magnitude_doubt
-    assert magnitude_doubt(12.58, YOUNG, "Pa", "veins") == "12.58 Pa is too small for veins, which have 1e+07 to 1e+11 Pa; if it is in GPa, write 1.258e+10"
+    assert magnitude_doubt(12.58, YOUNG, "Pa", "veins") == \
+        "12.58 Pa is too small for veins, which have 1e+07 to 1e+11 Pa; if the value is in GPa, write 1.258e+10"
     assert magnitude_doubt(1e22, YOUNG, "Pa", "veins").endswith("Pa") and magnitude_doubt(9e9, YOUNG, "Pa", "veins") == ""
 
 

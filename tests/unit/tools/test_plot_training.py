@@ -138,7 +138,7 @@ class PlotTraining(unittest.TestCase):
 
         row = self.text_page(changes=[change]).tables["verdicts"][5]
         self.assertEqual(row[1:4], ["–", "–", "interval not found"])
-        self.assertIn("did not come to its end", row[4])
+        self.assertIn("did not finish", row[4])
         figure = draw_parameters(read_training(made.write_training(self.folder, changes=[change])))
         arrows = [text for axes in figure.axes for text in axes.texts if getattr(text, "arrow_patch", None)]
         self.assertEqual(len(arrows), 2, "no arrow for it")

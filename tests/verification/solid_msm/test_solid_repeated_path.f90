@@ -113,7 +113,7 @@ contains
     call solve_static(column_work, column, axial_load, .false., options, shape, cold)
     call t%check('a path with an unstable end is repeated', cold%was_repeated .and. .not. cold%was_redone_cold)
     call t%check('in vain, which is told',.not. (cold%converged .or. cold%is_start) .and. &
-                 index(cold%reason, 'unstable equilibrium (second try') > 0)
+                 index(cold%reason, 'is unstable (second try') > 0)
     shape = 0
     call solve_static(column_work, column, axial_load, .true., options, shape, warm)
     call t%check('a warm start is redone cold, and then repeated', warm%was_redone_cold .and. warm%was_repeated .and. &

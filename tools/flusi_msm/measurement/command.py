@@ -22,7 +22,7 @@ def main():
     parser.add_argument("case", metavar="CASE", help="JSON file")
     parser.add_argument("-o", "--output", metavar="FILE", required=True, help="measurement file to write")
     parser.add_argument("--truth", metavar="FILE", help="truth to write (default: as the output, .truth.json)")
-    parser.add_argument("--seed", type=int, help="of all random numbers, in place of that of the case")
+    parser.add_argument("--seed", type=int, help="seed of all random numbers, in place of that of the case")
     parser.add_argument("--refine", type=int, choices=(0, 1), help="1: bend a mesh with four triangles for each")
     parser.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
                         help="change a key of the case, such as noise.height=5e-6")

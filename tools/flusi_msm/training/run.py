@@ -145,7 +145,7 @@ class Parameter:
             text = f"Not determined by these loads: every value from {self.text(self.low)} to {self.text(self.high)} " \
                    "fits the measurements equally well."
         elif verdict == "failed":
-            return "Nothing can be said: the search for its interval did not come to its end. Fewer parameters or " \
+            return "No statement is possible: the search for its interval did not finish. Fewer parameters or " \
                    "more steps ([Polish] iterations) may help."
         elif np.isfinite(self.value):
             text = "How well the measurements determine it is not known: take the number as one that fits, not as " \

@@ -98,7 +98,7 @@ contains
     logical :: started
     if (world%size > 1) then
       if (world%is_root) write (error_unit, '(a)') 'flusi: --solid runs on one rank, not on '//number_text(world%size)// &
-        ': start it without mpirun'
+        ': start flusi without mpirun'
       call outcome%end_as(OUTCOME_MISTAKE)
       return
     end if
@@ -275,7 +275,7 @@ contains
           s%name//'.xmf the shapes for ParaView'
       case (OUTCOME_STOPPED)
         write (output_unit, '(a)') 'stopped early: '//trim(run%stop_rules%reason)// &
-          '; the backup is written, go on with --restart'
+          '; the backup is written; continue with --restart'
       case default
         if (run%step > 0) write (error_unit, '(a)') 'flusi: the last good state is in the newest backup and the '// &
           'last shape'

@@ -59,7 +59,7 @@ contains
     text = ''
     if (reader%has('schema')) call reader%get_text('schema', text, failure)
     if (.not. failure%failed .and. text /= SCHEMA) &
-      call failure%raise('the checkpoint was not written by flusi --solid: give one that was')
+      call failure%raise('the checkpoint was not written by flusi --solid: give a checkpoint of flusi --solid')
     if (failure%failed) return
     call reader%get_integer('wing', number, failure)
     if (.not. failure%failed .and. number /= points_fingerprint(model)) &
@@ -69,7 +69,7 @@ contains
     call reader%get_reals('work', numbers, failure)
     if (failure%failed) return
     if (size(numbers) /= count_packed(work)) &
-      call failure%raise('the checkpoint is not complete, as it lacks the energy balance: give another one')
+      call failure%raise('the checkpoint is not complete, because it has no energy balance: give another checkpoint')
     call unpack_value(numbers, work, failure)
     if (failure%failed) return
     call load_motion(reader, '', state, failure)

@@ -183,7 +183,7 @@ contains
       flapping%gravity = s%gravity
       call read_body_motion(c, flapping%body, s%t_max*flapping%frequency, flapping%carrier, errors, notices)
       if (flapping%carrier%kind == MOTION_FREE) call c%complain(errors, 'Insects', 'BodyMotion', &
-        'is free_flight, which needs a flow; valid here: the other motions')
+        'is free_flight, which needs a flow; valid here: every other motion')
       text = ''
       file = motion_file(c, wing)
       if (file /= '') call find_beside(c%file_name(), motion_file(c, wing), file, problem)

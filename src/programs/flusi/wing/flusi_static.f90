@@ -148,7 +148,7 @@ contains
       if (r%converged) then
         write (unit, '(es10.1,i9,i7,f14.5,f13.5,f10.1)') r%residual, r%factorisations, r%snaps, MM*row%at_load, &
           MM*row%tip(3), 1000*row%seconds
-        if (r%was_repeated) write (unit, '(a)') '     found with finer settings: the usual path did not come to its end'
+        if (r%was_repeated) write (unit, '(a)') '     found with finer settings: the usual path did not reach the full load'
       else
         write (unit, '(a10,i9,i7,a14,a13,f10.1)') '-', r%factorisations, r%snaps, '-', '-', 1000*row%seconds
         write (unit, '(a)') '     failed: '//r%reason

@@ -190,7 +190,7 @@ contains
       text = 'with weak coupling the load lags behind the motion by a step; '// &
              'set coupling = strong, or extrapolated where it is stable'
     case (COUPLING_STRONG)
-      text = 'strong coupling is made for this; the lighter the wing, the more evaluations of the flow a step takes'
+      text = 'strong coupling is stable here; the lighter the wing, the more evaluations of the flow a step needs'
     case default
       text = 'compare with coupling = strong'
     end select

@@ -223,7 +223,7 @@ contains
         beat%largest, ', in the steps of slip.t'
       text = text//trim(line)//NL
     end if
-    if (fraction > MUCH) text = text//'            the flow follows the wings badly: set a smaller CFL'//NL
+    if (fraction > MUCH) text = text//'            the flow does not follow the wings well: set a smaller CFL'//NL
   end function thin_slip_text
 
   !> Says whether the flow receives the power that the wings lose, in the mean of the last beat. It says nothing about wings
@@ -267,8 +267,8 @@ contains
     write (line, '(a,f0.1,a)') 'slip        rms |u - u_s| inside the wings is ', 100*fraction, &
       ' % of the mean tip speed (last beat)'
     text = NL//trim(line)//NL
-    if (fraction > MUCH) text = text//'            the flow leaks through the wings, forces are too small: it falls '// &
-                                'in proportion to eps'//NL
+    if (fraction > MUCH) text = text//'            the flow leaks through the wings, and the forces are too small; the slip '// &
+                                'is proportional to eps'//NL
   end function slip_text
 
   !> Returns the ratio of the means over some beats, with half the range of the ratios of the beats.

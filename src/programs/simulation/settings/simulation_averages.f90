@@ -58,14 +58,14 @@ contains
   subroutine average_keys(keys, p)
     type(keys_t), intent(inout) :: keys
     type(average_params_t), intent(inout) :: p
-    call keys%section(SECTION, 'means over time, gathered while running and saved with the fields')
-    call keys%switch('time_avg', p%is_on, .false., 'gather means')
-    call keys%switch('vel_avg', p%velocity, .true., 'of the velocity: uavgx uavgy uavgz')
-    call keys%switch('ekin_avg', p%kinetic_energy, .false., 'of |u|^2/2: ekinavg')
-    call keys%switch('enstrophy_avg', p%enstrophy, .false., 'of |omega|^2/2: zavg')
-    call keys%real('tstart_avg', p%begin, 0.0_rp, 'beginning of the means', unit='T', min=0.0_rp)
-    call keys%switch('save_one_only', p%one_only, .true., 'the newest means replace the ones before, in files named 000; no: '// &
-                     'files named as those of the fields')
+    call keys%section(SECTION, 'averages over time, computed during the run and saved with the fields')
+    call keys%switch('time_avg', p%is_on, .false., 'compute averages over time')
+    call keys%switch('vel_avg', p%velocity, .true., 'average the velocity: uavgx uavgy uavgz')
+    call keys%switch('ekin_avg', p%kinetic_energy, .false., 'average |u|^2/2: ekinavg')
+    call keys%switch('enstrophy_avg', p%enstrophy, .false., 'average |omega|^2/2: zavg')
+    call keys%real('tstart_avg', p%begin, 0.0_rp, 'time at which averaging begins', unit='T', min=0.0_rp)
+    call keys%switch('save_one_only', p%one_only, .true., 'new averages overwrite the previous ones, in files with the number '// &
+                     '000; no: the files have the numbers of the fields')
     p%is_on = p%is_on .and. (p%velocity .or. p%kinetic_energy .or. p%enstrophy)
   end subroutine average_keys
 

@@ -69,22 +69,25 @@ contains
     call keys%section(F)
     call keys%switch('use_flexible_wing_model', c%asks, .false., 'FLUSI''s name for [Insects] wings = flexible', &
                      computed='as [Insects] wings says', given=c%says)
-    call keys%length('load_distance', p%distance, 't_wing + wing_smoothing + max(dx)', 'distance from the mid surface at which '// &
-                     'the flow on both sides is looked at', unit='L', above=0.0_rp, given=c%has_distance)
+    call keys%length('load_distance', p%distance, 't_wing + wing_smoothing + max(dx)', 'distance from the mid surface at '// &
+                     'which the flow is sampled on both sides', unit='L', above=0.0_rp, given=c%has_distance)
     call keys%kind('load', c%load, 'pressure', LOADS, 'what bends the wings: the pressure on both sides, '// &
                    'or the viscous traction as well', given=c%has_load)
-    call keys%switch('load_extrapolated', p%extrapolates, .false., 'the pressure difference is looked at in twice the '// &
-                     'distance, too, and extrapolated linearly to the mid surface', given=c%has_extrapolated)
-    call keys%kind('coupling', p%coupling, 'weak', COUPLINGS, 'load under which the wings make a step: that '// &
-                   'at its beginning, extrapolated to its end, or found at its end by sub-iterations')
-    call keys%real('coupling_tolerance', p%tolerance, 1.0e-3_rp, 'strong: the load may change by so much of itself in the last '// &
+    call keys%switch('load_extrapolated', p%extrapolates, .false., 'the pressure difference is also sampled at twice the '// &
+                     'distance, and extrapolated linearly to the mid surface', given=c%has_extrapolated)
+    call keys%kind('coupling', p%coupling, 'weak', COUPLINGS, 'load on the wings during a step; weak: the load at its '// &
+                   'beginning; extrapolated: the load extrapolated to its end; strong: the load at its end, found by '// &
+                   'sub-iterations')
+    call keys%real('coupling_tolerance', p%tolerance, 1.0e-3_rp, 'strong: largest relative change of the load in the last '// &
                    'sub-iteration', above=0.0_rp, given=c%has_tolerance)
-    call keys%integer('coupling_iterations', p%iterations, 20, 'strong: the run stops if so many evaluations of the flow in a '// &
-                      'step are not enough', min=1, given=c%has_iterations)
+    call keys%integer('coupling_iterations', p%iterations, 20, 'strong: largest number of evaluations of the flow in a step; '// &
+                      'the run stops if they are not enough', min=1, given=c%has_iterations)
     call keys%real('T_release', p%release, 0.0_rp, 'the wings are held rigid until this time', unit='T', min=0.0_rp)
-    call keys%real('largest_deflection', p%largest_deflection, 1.0_rp, 'the run stops if a point moves farther, in wing lengths', &
+    call keys%real('largest_deflection', p%largest_deflection, 1.0_rp, 'the run stops if a point is deflected by more than '// &
+                   'this, in wing lengths', &
                    above=0.0_rp)
-    call keys%reals('gravity', p%gravity, ZERO, 'acceleration of gravity on the wings, in space', unit='m/s^2', given=c%has_gravity)
+    call keys%reals('gravity', p%gravity, ZERO, 'acceleration of gravity on the wings, in the axes of the flow', unit='m/s^2', &
+                    given=c%has_gravity)
   end subroutine coupling_keys
 
   !> Tells whether the wings of this run bend: either [Insects] or a key of [Flexible_wing] asks for it.
@@ -140,8 +143,8 @@ contains
     if (source%length > 0) call config%complain(errors, 'Insects', 'wing_length', &
                                             'contradicts wings = flexible, whose file is in metres; set [units] length')
     if (.not. has_file) &
-      call config%complain(errors, 'Wing', 'file', 'is missing: wings = flexible need a wing file. Of FLUSI''s *.dat '// &
-                           'files in this folder, whose unit (metres) and vein diameters (um) the set does not tell: '// &
+      call config%complain(errors, 'Wing', 'file', 'is missing: wings = flexible need a wing file. FLUSI''s *.dat files in '// &
+                           'this folder do not state their unit (metres) and vein diameters (um); make a wing file from them: '// &
                            'tools/import_flusi_mesh . wing.h5 --unit METRES --root-vein D_ROOT D_TIP --vein D_ROOT D_TIP; '// &
                            'then [Wing] file = wing.h5, [units] length, frequency, density')
   end subroutine check_flexible
@@ -186,8 +189,8 @@ contains
     type(coupling_choices_t) :: c
     ! An incomplete [units] is reported elsewhere.
     if (.not. any(units%has)) &
-      call config%complain(errors, 'units', 'length', 'is missing: the mechanics of the wings is in SI units, '// &
-                           '[units] must say what L, T and the density are')
+      call config%complain(errors, 'units', 'length', 'is missing: the mechanics of the wings is in SI units; set length, '// &
+                           'frequency and density in [units]')
     params%distance = flight%half_thickness + flight%smoothing + fluid%grid%max_spacing()
     call read_coupling_keys(config, c, params)
     params%states_gravity = c%has_gravity
@@ -218,7 +221,7 @@ contains
     if (merge(2, 1, params%extrapolates)*params%distance > flight%wings(1)%length()) &
       call config%complain(errors, F, DISTANCE, &
                            'is more than the length of the wing, '//number_text(flight%wings(1)%length())// &
-                           ': the pressure there is not that on the wing')
+                           ': the pressure there differs from the pressure on the wing')
   end subroutine check_wings
 
   !> Sets those parts of `params` that come from the wing: its model, its inertia and damping, and the mass of fluid that it
@@ -265,7 +268,7 @@ contains
     do i = 1, size(wings)
       call wings(i)%motion%evaluate(0.0_rp, phi, alpha, theta)
       if (.not. maxval(abs([phi%rate, alpha%rate, theta%rate])) > 0) cycle
-      call notices%add('[Insects] wing_ramp is 0, and the flexible wings move at t = 0: they begin with a jerk; '// &
+      call notices%add('[Insects] wing_ramp is 0, and the flexible wings move at t = 0: they start with a shock; wing_ramp of '// &
                        'a quarter of a beat starts them smoothly')
       return
     end do

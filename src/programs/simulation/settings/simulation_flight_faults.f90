@@ -95,7 +95,7 @@ contains
                              ' wing, if it does not bend, leaves the box at t = '//rounded(time)//what)
       else
         call notices%add('at t = '//rounded(time)//' the '//trim(flight%wings(wing)%side)//' wing leaves the box'// &
-                         what//'; it comes in again from the other side, as the flow does')
+                         what//'; because of periodicity, it enters again from the other side')
       end if
     end subroutine tell_leaving
   end subroutine foresee_flight
@@ -164,8 +164,8 @@ contains
     character(*), intent(in) :: verb
     character(:), allocatable :: text
     text = trim(flight%wings(gap%first)%side)//verb//'the '//trim(flight%wings(gap%second)%side)//' wing'
-    if (gap%is_image) text = text//' beyond a side of the periodic box'
-    text = text//': '//rounded(gap%distance)//' L are between them, and wings are '// &
+    if (gap%is_image) text = text//' beyond a periodic boundary of the box'
+    text = text//': '//rounded(gap%distance)//' L are between them, and the wings are '// &
            rounded(2*flight%half_thickness)//' L thick'
   end function contact
 

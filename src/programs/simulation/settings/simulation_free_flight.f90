@@ -41,14 +41,14 @@ contains
         'is no: as in FLUSI, the mass of the fluid inside the mask adds to that of the insect')
     end if
     if (fluid%time%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', 'iTimeMethodFluid', &
-      'cannot take a body along that flies freely; valid with BodyMotion = free_flight: AB2')
+      'cannot integrate the motion of a free body; valid with BodyMotion = free_flight: AB2')
     if (fluid%solids%obstacle /= NO_SHAPE) call config%complain(errors, 'Penalization', 'obstacle', &
       'needs an insect that is tethered or moves as prescribed; valid with BodyMotion = free_flight: none')
     if (fluid%grid%is_2d) call config%complain(errors, SECTION, 'BodyMotion', &
       'is free_flight in a two-dimensional flow; valid there: a body that is tethered or moves as prescribed')
     if (flexible .and. .not. flight%thin%is_thin .and. coupler%coupling == COUPLING_STRONG) &
-      call config%complain(errors, 'Flexible_wing', 'coupling', 'is strong, which repeats a step of the flow about a body '// &
-                           'that must not move; valid with BodyMotion = free_flight: weak, extrapolated, or surface = thin')
+      call config%complain(errors, 'Flexible_wing', 'coupling', 'is strong, which repeats a step of the flow and needs a body '// &
+                           'that does not move freely; valid with BodyMotion = free_flight: weak, extrapolated, or surface = thin')
     wings = 0
     if (flexible) then
       if (.not. allocated(coupler%inertia%mass)) return ! why there are none has been reported
@@ -57,17 +57,17 @@ contains
     else
       wings = mass_of_wings(flight)
       if (.not. flight%has_wing_mass .and. flight%has_jxx .and. flight%flyer%mass > 0 .and. wings >= flight%flyer%mass) then
-        call config%complain(notices, SECTION, 'Jxx', 'is that of wings that weigh '//number_text(wings)//', more than '// &
-                             'the insect: it counts for their power, and in the flight they have no mass, as in FLUSI; '// &
-                             'wing_mass gives them one')
+        call config%complain(notices, SECTION, 'Jxx', 'means wings with the mass '//number_text(wings)//', more than the mass '// &
+                             'of the insect: it is used for their power only, and in the flight they have no mass, as in '// &
+                             'FLUSI; wing_mass sets their mass')
         call drop_masses(flight)
         wings = 0
       else if (size(flight%wings) > 0 .and. .not. wings > 0) then
-        call notices%add('[Insects] wing_mass: the wings of this free flight have no mass, as in FLUSI')
+        call notices%add('[Insects] wing_mass is 0: the wings of this free flight have no mass, as in FLUSI')
       end if
     end if
     if (flight%flyer%mass > 0 .and. wings >= flight%flyer%mass) &
-      call config%complain(errors, SECTION, 'mass', 'is that of the insect with its wings, which alone have '// &
+      call config%complain(errors, SECTION, 'mass', 'must include the wings, whose mass alone is '// &
                            number_text(wings))
     call notice_weight(config, flight, notices)
     call notice_way(config, fluid, flight, notices)
@@ -119,7 +119,7 @@ contains
     real(rp) :: gravity(3)
     gravity = [0.0_rp, 0.0_rp, flight%flyer%gravity*units%length/units%time**2]
     if (coupler%states_gravity .and. norm2(gravity - coupler%gravity) > 1.0e-3_rp*norm2(gravity)) &
-      call config%complain(errors, 'Flexible_wing', 'gravity', 'is not that of [Insects] gravity, '// &
+      call config%complain(errors, 'Flexible_wing', 'gravity', 'differs from [Insects] gravity, '// &
                            number_text(gravity(3))//' m/s^2 along z; leave it out')
     coupler%gravity = gravity
   end subroutine set_gravity
@@ -150,8 +150,8 @@ contains
     if (fluid%time%t_max > 1.0e6_rp) return ! the number of steps ends this run
     way = (flight%motion%velocity - fluid%mean%velocity)*fluid%time%t_max
     if (all(abs(way) <= fluid%grid%length)) return
-    call config%complain(notices, SECTION, 'v0', 'takes the insect through the periodic box before Tmax, over '// &
-                         number_text(maxval(abs(way)/fluid%grid%length))//' lengths of it: it meets its own wake')
+    call config%complain(notices, SECTION, 'v0', 'moves the insect through the periodic box before Tmax, over '// &
+                         number_text(maxval(abs(way)/fluid%grid%length))//' lengths of the box: it meets its own wake')
   end subroutine notice_way
 
   !> Returns the lines of the summary on the flight: means over the time from `first` to `last`, the weight, and the mean

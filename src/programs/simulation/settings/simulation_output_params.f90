@@ -73,7 +73,7 @@ contains
     call keys%real('tsave', p%fields%interval, 9.0e9_rp, 'interval of fields', unit='T', above=0.0_rp)
     call keys%real('tsave_first', p%fields%first, 0.0_rp, 'no fields before this time', unit='T')
     call keys%real('tintegral', p%t_integral, 0.01_rp, 'interval of forces and other integrals', unit='T', above=0.0_rp)
-    call keys%integer('itdrag', p%it_integral, 99999, 'integrals also every so many steps', min=1)
+    call keys%integer('itdrag', p%it_integral, 99999, 'steps between integrals, in addition to tintegral', min=1)
     call keys%switch('iSaveVelocity', p%fields%velocity, .false., 'save ux uy uz')
     call keys%switch('iSavePress', p%fields%pressure, .false., 'save p')
     call keys%switch('iSaveVorticity', p%fields%vorticity, .false., 'save vorx vory vorz')
@@ -83,14 +83,14 @@ contains
     call keys%switch('iSaveWingSides', p%fields%wing_sides, .false., 'save pressure and traction on both sides of the wings '// &
                      'with their surfaces')
     call keys%switch('iSaveQ', p%fields%q_criterion, .false., 'save Q, the Q criterion -1/2 A_ij A_ji of the velocity gradient A')
-    call keys%switch('iSaveSpectrae', p%spectra, .false., 'with the integrals, energy spectra: spectrum_tot.t, _x.t, _y.t, '// &
-                     '_z.t have the mean of u^2/2 in each shell of wavenumbers of spectrum_k.t')
-    call keys%word('field_precision', precision, 'single', 'single|double', 'of the saved fields')
-    call keys%integer('striding', p%fields%stride, 1, 'save every so many-th point in each direction', min=1)
+    call keys%switch('iSaveSpectrae', p%spectra, .false., 'save energy spectra with the integrals: spectrum_tot.t, _x.t, '// &
+                     '_y.t, _z.t have the mean of u^2/2 in each shell of wavenumbers of spectrum_k.t')
+    call keys%word('field_precision', precision, 'single', 'single|double', 'precision of the saved fields')
+    call keys%integer('striding', p%fields%stride, 1, 'save every n-th point in each direction, n being this value', min=1)
     call keys%word('naming', p%fields%naming, 'time', 'time|step', 'number in the file names: 1000 t, or the time step')
-    call keys%switch('save_only_one_period', p%fields%one_period, .false., 'overwrite the fields of the period before: times '// &
-                     'in file names are taken modulo tsave_period')
-    call keys%real('tsave_period', p%fields%period, 1.0_rp, 'that period', unit='T', above=0.0_rp)
+    call keys%switch('save_only_one_period', p%fields%one_period, .false., 'overwrite the fields of the previous period: '// &
+                     'times in file names are taken modulo tsave_period')
+    call keys%real('tsave_period', p%fields%period, 1.0_rp, 'period of save_only_one_period', unit='T', above=0.0_rp)
     call keys%switch('iDoBackup', p%backup, .true., 'write backups')
     call keys%inert('backup_type', 'there is one kind of backup: one file, double precision')
     call keys%real('truntime', p%limits%backup_seconds, 1.0_rp, 'wall time between backups', unit='h', above=0.0_rp, &
@@ -113,11 +113,11 @@ contains
     do i = 1, 4
       call keys%integer(slice_name(i), p%slices%plane(i), -2, 'x index of the plane, from 0; negative: no such slice', min=-2)
     end do
-    call keys%integer('itslice', p%slices%every, 99999, 'every so many steps', min=1)
-    call keys%real('tslice', p%slices%interval, 9.0e9_rp, 'interval in time', unit='T', above=0.0_rp)
+    call keys%integer('itslice', p%slices%every, 99999, 'steps between two slices', min=1)
+    call keys%real('tslice', p%slices%interval, 9.0e9_rp, 'time between two slices', unit='T', above=0.0_rp)
     call keys%real('tslice_first', p%slices%first, 0.0_rp, 'no slices before this time', unit='T')
-    call keys%integer('ncache_slices', p%slices%stack, 1, 'so many slices are stacked in one file, whose x is the time, and '// &
-                      'slice_times.t has their times; 1: a file for every slice', min=1)
+    call keys%integer('ncache_slices', p%slices%stack, 1, 'number of slices in one file, whose x is the time; slice_times.t '// &
+                      'has their times; 1: one file for every slice', min=1)
     call keys%older_name('nslice_cache')
   end subroutine slice_keys
 

@@ -38,8 +38,9 @@ contains
     end do
     call need('ReynoldsNumber', 'nu')
     if (fluid%solids%is_on) call need('Penalization', 'eps')
-    if (abs(fluid%initial%omega1) > 0) call c%complain(errors, 'InitialCondition', 'omega1', 'cannot be given with '// &
-                                    '[units] input = SI: its unit depends on inicond; describe this flow without units')
+    if (abs(fluid%initial%omega1) > 0) call c%complain(errors, 'InitialCondition', 'omega1', 'cannot be given with [units] '// &
+                                    'input = SI, because its unit depends on inicond; set [units] input = dimensionless for '// &
+                                    'this flow')
 
   contains
 
@@ -106,13 +107,14 @@ contains
       text = magnitude_doubt(number, REYNOLDS(1), REYNOLDS(2), '', 'insects', .false.)
       if (number > 0 .and. text /= '') call c%complain(notices, 'ReynoldsNumber', 'nu', 'makes a Reynolds number that '// &
                                                        'insects do not have: '//text)
-      if (.not. c%is_given('ReynoldsNumber', 'nu')) call c%complain(notices, 'ReynoldsNumber', 'nu', 'is not given: assumed is '// &
+      if (.not. c%is_given('ReynoldsNumber', 'nu')) call c%complain(notices, 'ReynoldsNumber', 'nu', 'is not given; the '// &
+                      'program assumes '// &
                       number_text(fluid%nu)//' L^2/T, which makes the Reynolds number '//number_text(anint(number)))
     else
-      call c%complain(notices, 'ReynoldsNumber', 'nu', 'is 0: wings are held in a fluid without viscosity, which no insect has')
+      call c%complain(notices, 'ReynoldsNumber', 'nu', 'is 0: the fluid has no viscosity, which no insect meets')
     end if
     if (fluid%solids%is_on .and. .not. c%is_given('Penalization', 'eps')) call c%complain(notices, 'Penalization', 'eps', &
-      'is not given: assumed is '//number_text(fluid%solids%c_eta)//' T, in which a wing stops the fluid inside')
+      'is not given; the program assumes '//number_text(fluid%solids%c_eta)//' T, in which a wing stops the fluid inside')
     number = fluid%solids%c_eta*flight%frequency()
     text = magnitude_doubt(number, DAMPED(1), DAMPED(2), 'beats', 'wings that hold the fluid', .false.)
     if (fluid%solids%is_on .and. number > 0 .and. text /= '') call c%complain(notices, 'Penalization', 'eps', text)
@@ -123,7 +125,7 @@ contains
     real(rp), intent(in) :: beats, frequency
     type(message_list_t), intent(inout) :: notices
     if (abs(beats - frequency) > 1.0e-9_rp*frequency .or. abs(beats - 1) <= 1.0e-9_rp) return
-    call notices%add('[Insects] wing_frequency equals that of [units], but its unit is 1/T: there are '//number_text(beats)// &
-                     ' beats in every T; wing_frequency = 1 gives one')
+    call notices%add('[Insects] wing_frequency equals [units] frequency, but its unit is 1/T: there are '//number_text(beats)// &
+                     ' beats in every T; wing_frequency = 1 gives one beat in every T')
   end subroutine notice_frequency
 end module simulation_setting_checks

@@ -91,7 +91,7 @@ contains
         call notices%add('[Saving] iSaveWingSides has no effect: there are no wings')
       if (p%solids%is_on .and. any(p%solids%mask == [MASK_NONE, MASK_EMPTY]) .and. p%walls%channel == CHANNEL_NONE .and. &
           .not. p%walls%has_cavity) &
-        call notices%add('iPenalization = 1, but there is no body and no wall; eps limits the time step all the same')
+        call notices%add('iPenalization = 1, but there is no body and no wall; eps still limits the time step')
     end associate
   end subroutine notice_idle_settings
 

@@ -25,7 +25,7 @@ module simulation_solid_keys
   type(named_kind_t), parameter :: LAWS(3) = [named_kind_t('constant', LAW_CONSTANT), named_kind_t('ramped', LAW_RAMP), &
                                               named_kind_t('sinusoidal', LAW_SINE)]
   character(*), parameter :: LAW_HELP(3) = [character(72) :: 'forces that act from the beginning', &
-                                            'forces that grow, smoothly, from 0 over the time `ramp`, and then stay', &
+                                            'forces that grow smoothly from 0 over the time `ramp` and then stay', &
                                             'forces times sin(2 pi frequency t + phase)']
 
   !> Forces as the user gives them.
@@ -91,16 +91,18 @@ contains
   subroutine motion_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(solid_choices_t), intent(inout) :: c
-    call keys%section('Motion', 'of the wing frame, in which the root rests')
+    call keys%section('Motion', 'motion of the wing frame, in which the root is at rest')
     call keys%word('type', c%motion_type, 'rest', 'rest|rotation|flapping', 'rotation about a fixed axis, or the wing beat of '// &
                    '[Insects]; the wing starts at rest in the frame')
-    call keys%reals('axis', c%axis, [0.0_rp, 0.0_rp, 1.0_rp], 'of the rotation; any length')
+    call keys%reals('axis', c%axis, [0.0_rp, 0.0_rp, 1.0_rp], 'axis of the rotation, a vector of any length')
     call keys%reals('through', c%through, ZERO, 'a point of the axis, in the wing frame', unit='m')
-    call keys%real('frequency', c%turns, 0.0_rp, 'of the rotation; its sign is that of a right-handed turn', unit='1/s')
-    call keys%real('ramp', c%turn_ramp, 0.0_rp, 'the rotation starts from rest and is even after this time; 0: at once', unit='s', &
+    call keys%real('frequency', c%turns, 0.0_rp, 'frequency of the rotation; a positive one turns right-handed about the axis', &
+                   unit='1/s')
+    call keys%real('ramp', c%turn_ramp, 0.0_rp, 'duration over which the rotation grows from rest to its full speed; 0: full '// &
+                   'speed at once', unit='s', &
                    min=0.0_rp)
-    call keys%word('wing', c%wing, 'left', 'left|right', 'which wing of [Insects] flaps; loads and results are along the axes '// &
-                   'of the wing file, of whose wing it may be the mirror image')
+    call keys%word('wing', c%wing, 'left', 'left|right', 'which wing of [Insects] flaps; loads and results refer to the axes '// &
+                   'of the wing file, even if this wing is the mirror image of the wing in the file')
     call keys%section('units', 'SI values of the units L and T of [Insects]')
     call keys%real('length', c%unit_length, 1.0_rp, 'one L, for instance the wing length', unit='m', above=0.0_rp)
     call keys%real('frequency', c%unit_frequency, 1.0_rp, '1/T, for instance the wing beat frequency', unit='1/s', above=0.0_rp)
@@ -118,29 +120,33 @@ contains
     call keys%real('ramp', c%load_ramp, 1.0e-3_rp, 'duration of the ramp', unit='s', above=0.0_rp)
     call keys%real('frequency', c%load_frequency, 100.0_rp, 'of the sinusoidal forces', unit='1/s', above=0.0_rp)
     call keys%real('phase', c%load_phase, 0.0_rp, 'of the sinusoidal forces', unit='degree', scale=PI/180)
-    call keys%reals('gravity', c%gravity, ZERO, 'acceleration of gravity in space, whose axes are those of the wing frame at '// &
-                    'time 0, or those in which [Insects] states the attitude', unit='m/s^2')
+    call keys%reals('gravity', c%gravity, ZERO, 'acceleration of gravity, in the axes of the wing frame at time 0, or with '// &
+                    'type = flapping in the axes in which [Insects] states the attitude', unit='m/s^2')
   end subroutine load_keys
 
   !> Declares and reads all other keys of `flusi --solid`.
   subroutine solid_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(solid_choices_t), intent(inout) :: c
-    call keys%section('Initial', 'the wing at time 0: unloaded, bent and released, or in a mode')
-    call keys%text('released', c%released_forces, '', 'forces as in [Loads]: the wing starts at rest in their static '// &
-                   'equilibrium (without gravity), and they are gone at time 0')
+    call keys%section('Initial', 'the wing at time 0: unloaded, bent and then released, or in a natural mode')
+    call keys%text('released', c%released_forces, '', 'forces as in [Loads]: the wing starts at rest in the static '// &
+                   'equilibrium under these forces (without gravity), and they end at time 0')
     call keys%integer('mode', c%mode, 0, 'start at rest, bent like this natural mode; 0: none', min=0, max=100)
-    call keys%real('amplitude', c%amplitude, 1.0e-7_rp, 'largest displacement of the mode; small, or springs stretch', &
+    call keys%real('amplitude', c%amplitude, 1.0e-7_rp, 'largest displacement of the mode; keep it small, because large ones '// &
+                   'stretch the springs', &
                    unit='m', above=0.0_rp)
-    call keys%section('Time', 'steps of equal size; one that does not converge is made in halves')
+    call keys%section('Time', 'time steps of equal size; a step that does not converge is halved')
     call keys%real('dt', c%dt, 0.0_rp, 'time step', unit='s', above=0.0_rp, required=.true.)
     call keys%real('t_max', c%t_max, 0.0_rp, 'end of the run', unit='s', above=0.0_rp, required=.true.)
-    call keys%real('tolerance', c%options%tolerance, 1.0e-8_rp, 'of the residual, relative to the largest force in the balance', &
+    call keys%real('tolerance', c%options%tolerance, 1.0e-8_rp, 'tolerance of the residual, relative to the largest force in '// &
+                   'the balance', &
                    min=1.0e-13_rp, max=1.0e-3_rp)
-    call keys%integer('iterations', c%options%iterations, 10, 'of Newton''s method in a step, before it is halved', min=1, max=100)
-    call keys%integer('halvings', c%options%halvings, 8, 'of a step, before the run fails', min=0, max=20)
+    call keys%integer('iterations', c%options%iterations, 10, 'largest number of Newton iterations in a step, before it is '// &
+                      'halved', min=1, max=100)
+    call keys%integer('halvings', c%options%halvings, 8, 'largest number of halvings of a step, before the run fails', min=0, &
+                      max=20)
     call keys%section('Saving', 'what is written, and when to stop')
-    call keys%text('name', c%name, 'solid', 'first part of the names of all files, with a folder if wanted')
+    call keys%text('name', c%name, 'solid', 'first part of the names of all output files; it may contain a folder')
     call keys%real('t_save', c%t_save, 9.0e9_rp, 'interval of shapes; the first and the last are always saved', unit='s', &
                    above=0.0_rp)
     call keys%integer('series_every', c%series_every, 1, 'steps between two records of the time series', min=1)

@@ -54,19 +54,19 @@ contains
   subroutine static_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(static_choices_t), intent(inout) :: c
-    call keys%section('Loads', 'every row, and every entry of a list, is a load of its own; rows of forces come first, then '// &
-                      'those of point_forces, then the lists')
-    call keys%matrix('forces', c%forces, 3, 'rows of x y force: place on the unloaded membrane [m], force along z [N]')
+    call keys%section('Loads', 'every row, and every entry of a list, is a separate load; the rows of forces come first, then '// &
+                      'the rows of point_forces, then the lists')
+    call keys%matrix('forces', c%forces, 3, 'rows of x y force: position on the unloaded membrane [m], force along z [N]')
     call keys%matrix('point_forces', c%point_forces, 4, 'rows of point fx fy fz: number of the point counted from 1, force [N]')
     call keys%text('named_forces', c%named_forces, '', 'loads PLACE fx fy fz [N], separated by commas; + joins several forces '// &
                    'to one load. '//PLACE_HELP)
-    call keys%reals('gravity', c%gravity, [0.0_rp, 0.0_rp, 0.0_rp], 'acceleration of gravity in the wing frame: the '// &
-                    'weight is part of every load, and a load of its own if there is no other', unit='m/s^2')
+    call keys%reals('gravity', c%gravity, [0.0_rp, 0.0_rp, 0.0_rp], 'acceleration of gravity in the wing frame: the weight is '// &
+                    'part of every load, and is a separate load if there is no other', unit='m/s^2')
     call keys%section('Modes', 'natural frequencies and shapes of the unloaded wing')
     call keys%integer('modes', c%n_modes, 0, 'number of modes, lowest first', min=0, max=100)
     call solver_keys(keys, c%options, 900)
     call keys%section('Saving', 'what is written')
-    call keys%text('name', c%name, 'static', 'first part of the names of all files, with a folder if wanted')
+    call keys%text('name', c%name, 'static', 'first part of the names of all output files; it may contain a folder')
     call keys%switch('shapes', c%save_shapes, .true., 'one HDF5 file and one XDMF index for every load')
   end subroutine static_keys
 end module simulation_static_keys

@@ -28,9 +28,9 @@ contains
     type(keys_t), intent(inout) :: keys
     type(units_t), intent(inout) :: u
     character(:), allocatable :: word !< not allocated where keys are declared
-    call keys%section('units', 'SI values of the units; without this section all is dimensionless')
-    call keys%word('input', word, 'dimensionless', 'dimensionless|SI', 'units of the numbers in this file: L, T and M as named '// &
-                   'below, or m, s and kg in their place; results are in L, T and M, and those of summary.txt in both')
+    call keys%section('units', 'SI values of the units; without this section all quantities are dimensionless')
+    call keys%word('input', word, 'dimensionless', 'dimensionless|SI', 'units of the values in this file: L, T and M as '// &
+                   'defined below, or m, s and kg instead; results are in L, T and M, and those in summary.txt in both')
     call keys%real('length', u%length, 1.0_rp, 'one L, for instance the wing length', unit='m', above=0.0_rp, given=u%has(1))
     call keys%real('frequency', u%frequency, 1.0_rp, '1/T, for instance the wing beat frequency', unit='1/s', above=0.0_rp, &
                    given=u%has(2))
@@ -70,7 +70,7 @@ contains
         call c%complain(errors, 'units', trim(NAMES(i)), 'is missing: input = SI needs the value of every unit')
       else
         call c%complain(errors, 'units', trim(NAMES(i)), &
-                        'is missing: valid are all of length, frequency and density, or none of them')
+                        'is missing; valid: all of length, frequency and density, or none of them')
       end if
     end do
   end subroutine check_units_together
