@@ -16,7 +16,7 @@ program prepazy
   use measurement_data, only: measurement_t
   use measurement_experiment, only: experiment_t
   use measurement_file, only: read_measurement
-  use measurement_problem, only: wing_problem_t, wing_unknowns
+  use measurement_problem, only: wing_point_t, wing_problem_t, wing_unknowns
   use solid_params, only: default_params, solid_params_t
   use solid_statics, only: static_options_t
   use solid_wing, only: wing_t
@@ -33,6 +33,7 @@ program prepazy
   type(measurement_t) :: m
   type(experiment_t), target :: experiment
   type(wing_problem_t) :: problem
+  type(wing_point_t) :: at_end
   type(solid_params_t) :: params
   type(static_options_t) :: options
   type(fit_options_t) :: fit_options
@@ -59,14 +60,14 @@ program prepazy
   call experiment%init(m, wing, params, [params%find('E')], options, failure)
   if (.not. failure%failed) call problem%init(experiment)
   unknowns = wing_unknowns(experiment, experiment%start(), 1.0_rp)
-  if (.not. failure%failed) call fit(problem, unknowns, experiment%start(), fit_options, report)
+  if (.not. failure%failed) call fit(problem, unknowns, experiment%start(), problem%initial_state(), fit_options, report)
   if (.not. report%is_converged) then
     write (error_unit, '(a)') 'bench_prepazy: the fit did not converge'
     call exit_with(exit_code_of(OUTCOME_NOT_CONVERGED))
   end if
   posterior = find_posterior(unknowns, report)
   do i = 1, experiment%count()
-    call profile_interval(problem, unknowns, report%p, i, linear_guess_t(posterior%sd(i)), THRESHOLD_90, fit_options, interval)
+    call profile_interval(problem, unknowns, report, i, linear_guess_t(posterior%sd(i)), THRESHOLD_90, fit_options, interval)
     unknown = experiment%describe(i)
     best = report%p(i)
     ends = [interval%lower, interval%upper]
@@ -84,11 +85,11 @@ program prepazy
   write (output_unit, '(a,es17.9,a,i0,a,i0,a)') '% chi2 ', report%chi2, ' of ', size(report%residuals), &
     ' readings with ', experiment%count(), ' unknowns'
   write (output_unit, '(a)') '% loading force [N] reading [m] computed [m] sd [m]'
-  call problem%run(report%p)
+  call problem%solve(report%p, report%state, at_end)
   do l = 1, size(m%observations)
     associate (o => m%observations(l))
       write (output_unit, '(a,4es17.9)') trim(m%zeros(o%zero)), m%loads(o%load)%force, o%value, &
-        o%value + problem%evaluations(o%load)%residuals(1), o%sigma
+        o%value + at_end%evaluations(o%load)%residuals(1), o%sigma
     end associate
   end do
   call problem%free()

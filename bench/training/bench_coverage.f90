@@ -103,26 +103,20 @@ contains
     type(posterior_t) :: posterior
     type(interval_t) :: interval
     type(parameter_t) :: parameter
-    real(rp), allocatable :: shapes(:, :, :)
-    logical, allocatable :: is_start(:)
     logical :: is_hit
     integer :: i, n_ends
     call problem%init(experiment)
     unknowns = wing_unknowns(experiment, centre, 1.0_rp)
     options%reduction_tolerance = RESOLVED/problem%n_residuals
-    call fit(problem, unknowns, start, options, report)
+    call fit(problem, unknowns, start, problem%initial_state(), options, report)
     if (.not. report%is_converged) then
       tally%n_failed = tally%n_failed + 1
       call problem%free()
       return
     end if
     posterior = find_posterior(unknowns, report)
-    shapes = problem%shapes
-    is_start = problem%is_start
     do i = 1, N_UNKNOWNS
-      problem%shapes = shapes
-      problem%is_start = is_start
-      call profile_interval(problem, unknowns, report%p, i, linear_guess_t(posterior%sd(i)), THRESHOLD_90, options, interval)
+      call profile_interval(problem, unknowns, report, i, linear_guess_t(posterior%sd(i)), THRESHOLD_90, options, interval)
       if (.not. interval%is_complete) then
         tally%n_incomplete = tally%n_incomplete + 1
         cycle

@@ -52,7 +52,7 @@ contains
     call problem%init(experiment)
     at%p = truth
     allocate (at%residuals(problem%n_residuals), at%jacobian(problem%n_residuals, N_UNKNOWNS))
-    call problem%evaluate(truth, at%residuals, at%jacobian, is_valid)
+    call problem%evaluate(truth, problem%initial_state(), at%residuals, at%jacobian, is_valid, at%state)
     call unknowns%init(N_UNKNOWNS)
     posterior = find_posterior(unknowns, at)
     sd = posterior%sd
@@ -209,8 +209,7 @@ contains
     type(fit_report_t), intent(out) :: report
     real(rp), intent(out) :: h
     real(rp), allocatable :: path(:, :)
-    problem%is_start = .false.
-    call fit_by_continuation(problem, unknowns, start, fit_options_t(), .true., report, path)
+    call fit_by_continuation(problem, unknowns, start, problem%initial_state(), fit_options_t(), .true., report, path)
     n_evaluations = n_evaluations + report%n_evaluations
     h = huge(h)
     if (size(path) == 0) return

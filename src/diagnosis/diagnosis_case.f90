@@ -9,9 +9,9 @@ module diagnosis_case
   use diagnosis_wing_bins, only: bins_t
   use diagnosis_wing_catalogue, only: catalogue_t
   use diagnosis_wing_flight, only: flight_data_t
-  use diagnosis_wing_task, only: wing_patterns_t
   use inference_engine, only: diagnosis_options_t
   use measurement_bending_case, only: bending_case_t
+  use measurement_observed_wing, only: wing_patterns_t
   use solid_mass_effects, only: mass_parts_t
   use solid_params, only: solid_params_t
   use solid_wing, only: wing_t

@@ -24,13 +24,13 @@ module diagnosis_discretisation
                                        KIND_RELAXATION_TIME, KIND_SOFT
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_state, only: wing_state_t
-  use diagnosis_wing_task, only: wing_patterns_t
   use inference_refit, only: fit_nested, fit_loosely, nested_fit_t, loose_options
   use inference_whitener, only: whitener_t
   use io_journal, only: journal_t
   use least_squares_fit, only: fit_options_t
   use least_squares_state, only: solver_state_t
   use measurement_experiment, only: experiment_t
+  use measurement_observed_wing, only: wing_patterns_t
   use parallel_world, only: world_t
   use solid_mass, only: lump_mass, mass_t
   use solid_mass_effects, only: mass_parts_t
@@ -221,7 +221,7 @@ contains
     b = self%diagnosis_simulator%n_baseline
     values = self%simulator%null_point()
     values(:b) = q(:b)
-    associate (parameters => self%diagnosis_simulator%runner%parameters, others => self%simulator%runner%parameters)
+    associate (parameters => self%diagnosis_simulator%wing_parameters, others => self%simulator%wing_parameters)
       do i = b + 1, size(q)
         change = q(i) - self%diagnosis_simulator%parameters(i)%null
         if (.not. abs(change) > 0) cycle

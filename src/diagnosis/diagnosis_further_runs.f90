@@ -160,7 +160,7 @@ contains
     integer :: i, k
     c = 0
     sd_of = 0
-    associate (parameters => self%simulator%runner%parameters)
+    associate (parameters => self%simulator%wing_parameters)
       do i = 1, size(q)
         if (parameters(i)%kind /= KIND_FLIGHT) cycle
         k = parameters(i)%number

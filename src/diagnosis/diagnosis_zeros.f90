@@ -61,7 +61,7 @@ contains
     c = d%scale*matmul(transpose(inverse), inverse)
     do i = 1, size(same)
       do k = 1, n
-        if (found%active(k) == find_parameter(simulator%runner%parameters, 0, KIND_ZERO, same(i))) &
+        if (found%active(k) == find_parameter(simulator%wing_parameters, 0, KIND_ZERO, same(i))) &
           columns = [columns, k]
       end do
     end do

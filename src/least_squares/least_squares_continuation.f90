@@ -18,6 +18,7 @@ module least_squares_continuation
   use least_squares_fit, only: fit
   use least_squares_problem, only: least_squares_t, unknowns_t
   use least_squares_report, only: fit_options_t, fit_report_t, leads_to_known
+  use least_squares_state, only: solver_point_t, solver_state_t
   implicit none
   private
   public :: fit_by_continuation
@@ -28,32 +29,35 @@ module least_squares_continuation
 
 contains
 
-  !> Fits as `fit` does, in stages. `report` is that of the last stage, but n_evaluations counts those of all stages. path(4, :)
-  !> has every point that any stage has accepted: evaluations so far, chi^2 and the priors' chi^2 as declared, and s. Within a
-  !> stage chi^2/s^2 plus the priors' chi^2 decreases.
-  subroutine fit_by_continuation(problem, unknowns, start, options, has_stages, report, path)
+  !> Fits as `fit` does, in stages, each of which begins at the point and in the state where the one before has ended. `report` is
+  !> that of the last stage, but n_evaluations counts those of all stages. path(4, :) has every point that any stage has accepted:
+  !> evaluations so far, chi^2 and the priors' chi^2 as declared, and s. Within a stage chi^2/s^2 plus the priors' chi^2 decreases.
+  subroutine fit_by_continuation(problem, unknowns, start, from, options, has_stages, report, path)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     real(rp), intent(in) :: start(:)
+    class(solver_state_t), intent(in) :: from
     type(fit_options_t), intent(in) :: options
     logical, intent(in) :: has_stages !< otherwise there is but the last
     type(fit_report_t), intent(out) :: report
     real(rp), allocatable, intent(out) :: path(:, :)
     type(unknowns_t) :: narrowed
     type(fit_options_t) :: rough
-    real(rp), allocatable :: from(:)
+    type(solver_point_t) :: at
     real(rp) :: s
     integer :: n_evaluations
     allocate (path(4, 0))
     n_evaluations = 0
-    report%p = start
+    at%p = start
+    allocate (at%state, source=from)
     s = 1
     rough = options
     if (has_stages) then
       rough%most_iterations = 0
-      call fit(problem, unknowns, start, rough, report) ! the start alone
+      call fit(problem, unknowns, at%p, at%state, rough, report) ! the start alone
       n_evaluations = report%n_evaluations
       if (size(report%path) == 0) return
+      at = report%solver_point_t
       s = sqrt(report%chi2)
     end if
     rough%most_iterations = options%most_iterations
@@ -65,17 +69,16 @@ contains
     do while (s > 1)
       if (report%chi2 <= size(report%residuals)) exit
       narrowed%prior_sd = unknowns%prior_sd/s
-      from = report%p
-      call fit(problem, narrowed, from, rough, report)
+      call fit(problem, narrowed, at%p, at%state, rough, report)
       call add_stage(s, report, n_evaluations, path)
       if (size(report%path) == 0) return
+      at = report%solver_point_t
       if (allocated(options%known)) then
         if (leads_to_known(options%known, options%known_sd, unknowns, report)) return
       end if
       s = min(s/STEP, sqrt(report%chi2))
     end do
-    from = report%p
-    call fit(problem, unknowns, from, options, report)
+    call fit(problem, unknowns, at%p, at%state, options, report)
     call add_stage(1.0_rp, report, n_evaluations, path)
   end subroutine fit_by_continuation
 

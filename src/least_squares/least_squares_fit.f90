@@ -10,17 +10,18 @@ module least_squares_fit
   use base_lapack, only: solve_least_squares, triangle_of
   use least_squares_problem, only: least_squares_t, unknowns_t
   use least_squares_report, only: fit_options_t, fit_report_t, leads_to_known
+  use least_squares_state, only: solver_point_t, solver_state_t
   implicit none
   private
   public :: fit, fit_options_t, fit_report_t
 
-  !> The step that is tried, and how far steps may go.
-  type :: trial_t
+  !> The point that is tried, and how far steps may go.
+  type, extends(solver_point_t) :: trial_t
     real(rp) :: damping = 0, growth = 2         !< of steps, and by which it grows when the next one fails
     real(rp) :: radius = 0                      !< largest change of an unknown, in its unit
     real(rp), allocatable :: scale(:)           !< (unknowns) D
     integer :: rejections = 0, jumps = 0        !< in a row
-    real(rp), allocatable :: p(:), residuals(:), jacobian(:, :) !< the point
+    real(rp), allocatable :: residuals(:), jacobian(:, :)
     logical :: is_valid = .false.               !< there are residuals
     real(rp) :: predicted = 0, actual = 0       !< reduction of the sum of squares
   contains
@@ -29,19 +30,21 @@ module least_squares_fit
 
 contains
 
-  !> Minimises the sum of squares from `start`, cut to the box. Fails, as a report that is not converged, if the
-  !> start is not valid or the steps do not end; p is then the best point found.
-  subroutine fit(problem, unknowns, start, options, report)
+  !> Minimises the sum of squares from `start`, cut to the box, which is evaluated from the state `from`. Every further point is
+  !> evaluated from the state of the best one so far. Fails, as a report that is not converged, if the start is not valid or the
+  !> steps do not end; p is then the best point found, and the state is that of p, or `from` if the start is not valid.
+  subroutine fit(problem, unknowns, start, from, options, report)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     real(rp), intent(in) :: start(:)
+    class(solver_state_t), intent(in) :: from !< not that of `report`
     type(fit_options_t), intent(in) :: options
     type(fit_report_t), intent(out) :: report
     integer, parameter :: MOST_JUMPS = 6 ! in a row; the step is then 1/64 of the first that met one
     type(trial_t) :: trial
     integer :: iteration
     logical :: is_end
-    call begin(problem, unknowns, start, options, report)
+    call begin(problem, unknowns, start, from, options, report)
     if (allocated(report%reason)) return
     trial = trial_t(damping=options%damping, radius=options%largest_step)
     allocate (trial%scale(size(start)), trial%residuals(size(report%residuals)), &
@@ -57,7 +60,7 @@ contains
         exit
       end if
       if (trial%ratio(report%cost()) > 1.0e-4_rp) then
-        call accept_step(problem, unknowns, options, report, trial)
+        call accept_step(unknowns, options, report, trial)
         if (allocated(options%known)) then
           if (leads_to_known(options%known, options%known_sd, unknowns, report)) exit
         end if
@@ -67,16 +70,19 @@ contains
       end if
     end do
     report%has_jumped = trial%jumps > 0 .and. .not. report%is_converged
+    if (report%has_jumped) report%jumped = trial%state%jumped
     report%is_at_bound = .not. unknowns%is_fixed .and. (report%p <= unknowns%lower .or. report%p >= unknowns%upper)
   end subroutine fit
 
   !> Evaluates at the start; gives a report with a reason if the start is not valid.
-  subroutine begin(problem, unknowns, start, options, report)
+  subroutine begin(problem, unknowns, start, from, options, report)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     real(rp), intent(in) :: start(:)
+    class(solver_state_t), intent(in) :: from
     type(fit_options_t), intent(in) :: options
     type(fit_report_t), intent(inout) :: report
+    class(solver_state_t), allocatable :: to
     logical :: is_valid
     integer :: n, m
     n = size(start)
@@ -87,14 +93,16 @@ contains
     allocate (report%is_at_bound(n), source=.false.)
     allocate (report%path(3, 0:-1))
     report%p = max(unknowns%lower, min(unknowns%upper, start))
-    call problem%evaluate(report%p, report%residuals, report%jacobian, is_valid)
+    call problem%evaluate(report%p, from, report%residuals, report%jacobian, is_valid, to)
     report%n_evaluations = 1
-    if (options%is_smooth) report%has_jumped = problem%has_jumped()
+    if (options%is_smooth) report%has_jumped = to%has_jumped()
+    if (report%has_jumped) report%jumped = to%jumped
     if (.not. is_valid .or. report%has_jumped) then
       report%reason = 'the model cannot be computed at the starting values'
+      allocate (report%state, source=from)
       return
     end if
-    call problem%accept()
+    call move_alloc(to, report%state)
     call sum_squares(unknowns, report%p, report%residuals, report%chi2, report%prior_chi2)
     call remember(report)
   end subroutine begin
@@ -137,7 +145,7 @@ contains
     end if
   end subroutine check_next_step
 
-  !> Evaluates at the point that is tried, and counts the jumps on the way to it.
+  !> Evaluates at the point that is tried, from the state of the best one, and counts the jumps on the way to it.
   subroutine try_point(problem, unknowns, options, report, trial)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
@@ -145,7 +153,7 @@ contains
     type(fit_report_t), intent(inout) :: report
     type(trial_t), intent(inout) :: trial
     real(rp) :: chi2, prior_chi2
-    call problem%evaluate(trial%p, trial%residuals, trial%jacobian, trial%is_valid)
+    call problem%evaluate(trial%p, report%state, trial%residuals, trial%jacobian, trial%is_valid, trial%state)
     report%n_evaluations = report%n_evaluations + 1
     trial%actual = 0
     if (trial%is_valid) then
@@ -153,7 +161,7 @@ contains
       trial%actual = report%chi2 + report%prior_chi2 - chi2 - prior_chi2
     end if
     if (options%is_smooth) then
-      trial%jumps = merge(trial%jumps + 1, 0, problem%has_jumped())
+      trial%jumps = merge(trial%jumps + 1, 0, trial%state%has_jumped())
       trial%is_valid = trial%is_valid .and. trial%jumps == 0
     end if
   end subroutine try_point
@@ -171,8 +179,7 @@ contains
   end function trial_ratio
 
   !> Makes the tried point that of the report, and lengthens the next step.
-  subroutine accept_step(problem, unknowns, options, report, trial)
-    class(least_squares_t), intent(inout) :: problem
+  subroutine accept_step(unknowns, options, report, trial)
     type(unknowns_t), intent(in) :: unknowns
     type(fit_options_t), intent(in) :: options
     type(fit_report_t), intent(inout) :: report
@@ -182,8 +189,8 @@ contains
     report%p = trial%p
     report%residuals = trial%residuals
     report%jacobian = trial%jacobian
+    call move_alloc(trial%state, report%state)
     report%n_accepted = report%n_accepted + 1
-    call problem%accept()
     call sum_squares(unknowns, report%p, report%residuals, report%chi2, report%prior_chi2)
     call remember(report)
     trial%damping = trial%damping*max(1.0_rp/3, 1 - (2*ratio - 1)**3)

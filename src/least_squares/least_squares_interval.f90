@@ -14,6 +14,7 @@ module least_squares_interval
     !> An end of the interval, lower and upper, is where the sum of squares jumps, or where valid points end.
     logical :: is_jump(2) = .false.
     logical :: is_complete = .false.          !< the search of both ends was completed
+    logical, allocatable :: is_left_out(:)    !< (groups) data that do not count in it, see solver_state_t; not allocated: no groups
     integer :: n_refits = 0, n_evaluations = 0
     real(rp), allocatable :: profile(:, :)    !< (2, :) values tried, in that order, and the sum of squares above its
     !< minimum there

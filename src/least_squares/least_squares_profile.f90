@@ -13,7 +13,7 @@ module least_squares_profile
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use least_squares_interval, only: interval_t, profile_sentence
   use least_squares_problem, only: least_squares_t, unknowns_t
-  use least_squares_state, only: solver_state_t
+  use least_squares_state, only: solver_point_t, solver_state_t
   implicit none
   private
   public :: interval_t, linear_guess_t, profile_interval, profile_sentence
@@ -37,9 +37,8 @@ module least_squares_profile
     type(unknowns_t) :: unknowns         !< without the prior of unknown i
     type(fit_options_t) :: options
     type(fit_report_t) :: report         !< of the last fit
-    real(rp), allocatable :: best(:)     !< where the sum of squares is least so far
+    type(solver_point_t) :: best         !< where the sum of squares is least so far
     real(rp) :: least = 0
-    class(solver_state_t), allocatable :: state_at_best
     type(interval_t) :: interval
   contains
     procedure :: fit_from => search_fit_from
@@ -53,8 +52,8 @@ module least_squares_profile
   type :: bracket_t
     real(rp) :: inside = 0, w_inside = 0, outside = 0, w_outside = 0
     logical :: has_outside = .false.
-    real(rp), allocatable :: at_inside(:), at_outside(:)      !< all unknowns
-    class(solver_state_t), allocatable :: state_inside
+    type(solver_point_t) :: at_inside         !< where the last fit there has ended
+    real(rp), allocatable :: at_outside(:)    !< where the last one there has begun
     integer :: n_same = 0 !< points in a row on the same side of the end, but for the first: inside > 0, outside < 0
   contains
     procedure :: move_inside => bracket_move_inside
@@ -73,13 +72,14 @@ module least_squares_profile
 
 contains
 
-  !> Finds the interval of unknown i about the optimum p of a fit with the same unknowns. The first fits of each side begin from
+  !> Finds the interval of unknown i about the optimum of a fit with the same unknowns. The first fits of each side begin from
   !> the guess of the linear approximation. `threshold` is that of the sum of squares in units of the residuals' variance. A point
-  !> at which the others cannot be fitted counts as outside. Afterwards the problem is at the point of the last fit.
-  subroutine profile_interval(problem, unknowns, p, i, guess, threshold, options, interval)
+  !> at which the others cannot be fitted counts as outside.
+  subroutine profile_interval(problem, unknowns, optimum, i, guess, threshold, options, interval)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
-    real(rp), intent(in) :: p(:), threshold
+    class(solver_point_t), intent(in) :: optimum
+    real(rp), intent(in) :: threshold
     integer, intent(in) :: i
     type(linear_guess_t), intent(in) :: guess
     type(fit_options_t), intent(in) :: options
@@ -93,19 +93,20 @@ contains
     search%unknowns%prior_sd(i) = 0
     search%options = options
     search%options%is_smooth = .true.
-    call problem%get_state(search%state_at_best)
+    search%best%p = optimum%p
+    allocate (search%best%state, source=optimum%state)
     do
       search%unknowns%is_fixed(i) = unknowns%is_fixed(i)
       search%options%reduction_tolerance = options%reduction_tolerance
-      call search%fit_from(problem, p)
+      call search%fit_from(problem, optimum%p, search%best%state)
       is_less = .false.
-      if (search%report%has_jumped) call problem%leave_out(is_less)
-      if (.not. is_less) call find_both_ends(search, problem, p(i), is_less)
+      if (search%report%has_jumped) call search%best%state%leave_out(search%report%jumped, is_less)
+      if (.not. is_less) call find_both_ends(search, problem, optimum%p(i), is_less)
       if (.not. is_less) exit
-      call problem%set_state(search%state_at_best)
       search%interval = interval_t(n_refits=search%interval%n_refits, n_evaluations=search%interval%n_evaluations)
     end do
     interval = search%interval
+    if (allocated(search%best%state%is_left_out)) interval%is_left_out = search%best%state%is_left_out
   end subroutine profile_interval
 
   !> Finds the interval about the point that was just fitted from the value p of the unknown. `is_less`: data were left out.
@@ -123,7 +124,7 @@ contains
       interval%lower = search%unknowns%lower(i)
       interval%upper = search%unknowns%upper(i)
       if (.not. search%is_fitted()) return
-      search%best = search%report%p
+      search%best = search%report%solver_point_t
       search%least = search%report%cost()
       search%options%reduction_tolerance = max(search%options%reduction_tolerance, &
                                                RESOLUTION*search%threshold/(search%least + search%threshold))
@@ -131,11 +132,9 @@ contains
       ends%x = [interval%lower, interval%upper]
       outcomes = UNSETTLED
       do attempt = 1, 5 ! again if the profile has a lower minimum elsewhere
-        call problem%get_state(search%state_at_best)
-        interval%best = search%best(i)
-        interval%profile = reshape([search%best(i), 0.0_rp], [2, 1])
+        interval%best = search%best%p(i)
+        interval%profile = reshape([search%best%p(i), 0.0_rp], [2, 1])
         do side = 1, 2
-          if (side == 2) call problem%set_state(search%state_at_best)
           call find_end(search, problem, 2*side - 3, ends(side), outcomes(side))
           is_less = outcomes(side) == FEWER_DATA
           if (is_less) return
@@ -165,7 +164,7 @@ contains
     real(rp) :: x, w, goal, bound, room, step
     logical :: is_stuck
     integer :: n
-    associate (i => search%i, best => search%best)
+    associate (i => search%i, best => search%best%p)
       goal = sqrt(search%threshold)
       bound = merge(search%unknowns%upper(i), search%unknowns%lower(i), direction > 0)
       end%x = bound
@@ -173,16 +172,14 @@ contains
       room = abs(bound - best(i))
       if (.not. room > 0) return
       bracket%inside = best(i)
-      bracket%at_inside = best
+      bracket%at_inside = search%best
       bracket%outside = bound
-      call problem%get_state(bracket%state_inside)
       step = min(search%guess%sd*goal, 2*max(search%options%largest_step, 1.0_rp)*search%unknowns%unit(i))
       x = best(i) + direction*min(room, max(step, 1.0e-6_rp*min(room, search%unknowns%unit(i))))
       do n = 1, MOST_REFITS
         at = search%start_at(x, bracket)
-        call problem%set_state(bracket%state_inside)
-        call search%fit_from(problem, at)
-        if (search%report%n_evaluations > 1) call take_jump(search, problem, outcome) ! keeps the others from their minimum
+        call search%fit_from(problem, at, bracket%at_inside%state)
+        if (search%report%n_evaluations > 1) call take_jump(search, outcome) ! keeps the others from their minimum
         if (outcome == SETTLED) call take_value(search, x, w, outcome)
         if (outcome /= SETTLED) return
         if (abs(w - goal) <= ACCURACY*goal) then
@@ -193,7 +190,7 @@ contains
           if (.not. abs(x - bound) > 0) return ! inside up to the bound: no end
           is_stuck = bracket%has_outside .and. .not. abs(bracket%outside - x) > 1.0e-3_rp*abs(x - best(i))
           if (bracket%has_outside) bracket%n_same = max(0, bracket%n_same) + 1
-          call bracket%move_inside(problem, x, w, search%report%p)
+          call bracket%move_inside(x, w, search%report%solver_point_t)
         else
           is_stuck = .not. abs(x - bracket%inside) > 1.0e-3_rp*abs(x - best(i))
           if (bracket%has_outside) bracket%n_same = min(0, bracket%n_same) - 1
@@ -215,13 +212,12 @@ contains
   end subroutine find_end
 
   !> Leaves data out if the last fit has jumped and some can be left out: the outcome is then FEWER_DATA, else as it was.
-  subroutine take_jump(search, problem, outcome)
-    type(search_t), intent(in) :: search
-    class(least_squares_t), intent(inout) :: problem
+  subroutine take_jump(search, outcome)
+    type(search_t), intent(inout) :: search
     integer, intent(inout) :: outcome
     logical :: is_less
     if (.not. search%report%has_jumped) return
-    call problem%leave_out(is_less)
+    call search%best%state%leave_out(search%report%jumped, is_less)
     if (is_less) outcome = FEWER_DATA
   end subroutine take_jump
 
@@ -235,7 +231,7 @@ contains
     w = huge(w)
     if (.not. search%is_fitted()) return
     if (search%excess() < -1.0e-3_rp*search%threshold) then
-      search%best = search%report%p
+      search%best = search%report%solver_point_t
       search%least = search%report%cost()
       outcome = LOWER_MINIMUM
       return
@@ -254,9 +250,8 @@ contains
     type(end_t), intent(inout) :: end
     integer, intent(inout) :: outcome
     real(rp) :: w
-    call problem%set_state(bracket%state_inside)
-    call search%fit_from(problem, bracket%at_outside)
-    call take_jump(search, problem, outcome)
+    call search%fit_from(problem, bracket%at_outside, bracket%at_inside%state)
+    call take_jump(search, outcome)
     if (outcome == FEWER_DATA) return
     w = huge(w)
     if (search%is_fitted()) w = sqrt(max(0.0_rp, search%excess()))
@@ -264,17 +259,18 @@ contains
       end = end_t(bracket%outside, is_there=.true., is_jump=search%report%has_jumped .or. w > (1 + ACCURACY)*goal)
       return
     end if
-    call bracket%move_inside(problem, bracket%outside, w, search%report%p)
+    call bracket%move_inside(bracket%outside, w, search%report%solver_point_t)
     bracket%has_outside = .false.
     bracket%n_same = 0
   end subroutine probe_far_side
 
-  !> Fits from `start`, and counts the fit.
-  subroutine search_fit_from(self, problem, start)
+  !> Fits from `start` and the state `from`, and counts the fit.
+  subroutine search_fit_from(self, problem, start, from)
     class(search_t), intent(inout) :: self
     class(least_squares_t), intent(inout) :: problem
     real(rp), intent(in) :: start(:)
-    call fit(problem, self%unknowns, start, self%options, self%report)
+    class(solver_state_t), intent(in) :: from
+    call fit(problem, self%unknowns, start, from, self%options, self%report)
     self%interval%n_refits = self%interval%n_refits + 1
     self%interval%n_evaluations = self%interval%n_evaluations + self%report%n_evaluations
   end subroutine search_fit_from
@@ -296,11 +292,11 @@ contains
     class(search_t), intent(in) :: self
     real(rp), intent(in) :: x
     type(bracket_t), intent(in) :: bracket
-    real(rp) :: at(size(self%best))
-    associate (best => self%best, i => self%i)
-      at = bracket%at_inside
+    real(rp) :: at(size(self%best%p))
+    associate (best => self%best%p, i => self%i)
+      at = bracket%at_inside%p
       if (abs(bracket%inside - best(i)) > 0) then
-        at = best + (bracket%at_inside - best)*((x - best(i))/(bracket%inside - best(i)))
+        at = best + (bracket%at_inside%p - best)*((x - best(i))/(bracket%inside - best(i)))
       else if (allocated(self%guess%slope)) then
         at = best + self%guess%slope*(x - best(i))
       end if
@@ -308,15 +304,14 @@ contains
     end associate
   end function search_start_at
 
-  !> Moves the inner side to x, where the problem is after a fit with the result p.
-  subroutine bracket_move_inside(self, problem, x, w, p)
+  !> Moves the inner side to x, where a fit has ended at the point `at`.
+  subroutine bracket_move_inside(self, x, w, at)
     class(bracket_t), intent(inout) :: self
-    class(least_squares_t), intent(in) :: problem
-    real(rp), intent(in) :: x, w, p(:)
+    real(rp), intent(in) :: x, w
+    type(solver_point_t), intent(in) :: at
     self%inside = x
     self%w_inside = w
-    self%at_inside = p
-    call problem%get_state(self%state_inside)
+    self%at_inside = at
   end subroutine bracket_move_inside
 
   !> Returns the next value to try. It lies on the straight line through the last two points, kept inside the bracket; farther

@@ -4,6 +4,7 @@ module least_squares_report
   use base_kinds, only: rp
   use base_lapack, only: solve_least_squares
   use least_squares_problem, only: unknowns_t
+  use least_squares_state, only: solver_point_t
   implicit none
   private
   public :: fit_options_t, fit_report_t, leads_to_known
@@ -18,19 +19,19 @@ module least_squares_report
     !> Rejected steps in a row after which the sum of squares counts as jumping, as where a wing is about to snap under a load,
     !> and the best point is taken as the minimum.
     integer :: most_rejections = huge(1)
-    logical :: is_smooth = .false. !< a point to which the residuals jump is not valid, see least_squares_t
+    logical :: is_smooth = .false. !< a point to which the residuals jump is not valid, see solver_state_t
     !> A minimum, and the standard deviations there: the fit ends as soon as it leads to this minimum. Not allocated: none is
     !> known.
     real(rp), allocatable :: known(:), known_sd(:)
   end type fit_options_t
 
-  !> The result. Everything belongs to the point p.
-  type :: fit_report_t
+  !> The result. Everything belongs to the point p and its state.
+  type, extends(solver_point_t) :: fit_report_t
     logical :: is_converged = .false.
     logical :: leads_to_known = .false.         !< it ended as it leads to the known minimum of the options
     logical :: has_jumped = .false.             !< it ended as residuals jump: at the start, or wherever a step leads
+    logical, allocatable :: jumped(:)           !< (groups) if so, these do, see solver_state_t
     character(:), allocatable :: reason         !< why it ended
-    real(rp), allocatable :: p(:)
     real(rp), allocatable :: residuals(:), jacobian(:, :) !< those of the problem, without priors
     real(rp) :: chi2 = 0                        !< sum of their squares
     real(rp) :: prior_chi2 = 0                  !< the same of the priors

@@ -10,6 +10,7 @@
 !>     if (world%is_root) then
 !>       call farm%broadcast(runner, context)            as often as needed
 !>       call farm%run(runner, order, inputs, outputs, statuses, seconds)
+!>       call farm%meet(runner)                        the same
 !>       call farm%shut_down()                         once; ends `serve` of the others
 !>     else
 !>       call farm%serve(runner)
@@ -26,7 +27,7 @@ module parallel_farm
 
   integer, parameter :: NOT_RUN = -1 !< status of a task that was not begun because a stop was wanted
   integer, parameter :: FEW_RANKS = 8     ! up to this number rank 0 works: idle, it would waste over a tenth
-  integer, parameter :: SHUT_DOWN = 0, BATCH = 1, SHARING = 2 ! commands to workers
+  integer, parameter :: SHUT_DOWN = 0, BATCH = 1, SHARING = 2, MEETING = 3 ! commands to workers
   integer, parameter :: TASK_TAG = 71, RESULT_TAG = 72
   integer, parameter :: DEPTH = 2 ! tasks that a worker may hold
 
@@ -37,6 +38,7 @@ module parallel_farm
     logical :: is_stopping = .false.       !< on rank 0: no more tasks are to be begun
   contains
     procedure(run_task), deferred :: run_task
+    procedure(meet), deferred :: meet
     procedure :: wants_stop => runner_wants_stop
   end type task_runner_t
 
@@ -50,6 +52,13 @@ module parallel_farm
       real(rp), intent(inout) :: output(:)
       integer, intent(out) :: status
     end subroutine run_task
+
+    !> Does what all ranks have to do together between batches, for instance agree whether to stop. Collective.
+    subroutine meet(self, world)
+      import :: task_runner_t, world_t
+      class(task_runner_t), intent(inout) :: self
+      type(world_t), intent(in) :: world
+    end subroutine meet
   end interface
 
   type :: buffer_t
@@ -69,6 +78,7 @@ module parallel_farm
     procedure :: start => farm_start
     procedure :: broadcast => farm_broadcast
     procedure :: run => farm_run
+    procedure :: meet => farm_meet
     procedure :: serve => farm_serve
     procedure :: shut_down => farm_shut_down
   end type farm_t
@@ -141,6 +151,15 @@ contains
     words = [code, length]
     call self%world%broadcast_integers(words)
   end subroutine send_command
+
+  !> Makes all ranks do what they do together, see `task_runner_t`. On rank 0, between batches; the others are in `serve`.
+  subroutine farm_meet(self, runner)
+    class(farm_t), intent(in) :: self
+    class(task_runner_t), intent(inout) :: runner
+    call require(self%world%is_root, 'farm_meet: rank 0')
+    call send_command(self, MEETING, 0)
+    call runner%meet(self%world)
+  end subroutine farm_meet
 
   !> Ends `serve` on the other ranks. On rank 0.
   subroutine farm_shut_down(self)
@@ -279,6 +298,8 @@ contains
         call serve_batch(self, runner, words(2))
       case (SHARING)
         call replace_context(self, runner, words(2))
+      case (MEETING)
+        call runner%meet(self%world)
       case default
         exit
       end select

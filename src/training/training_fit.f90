@@ -7,6 +7,8 @@ module training_fit
   use least_squares_fit, only: fit_report_t
   use least_squares_posterior, only: find_posterior
   use least_squares_problem, only: unknowns_t
+  use least_squares_state, only: solver_state_t
+  use measurement_problem, only: wing_point_t
   use training_case, only: training_case_t
   use training_listener, only: training_listener_t
   use training_objective, only: train_objective_t
@@ -39,6 +41,7 @@ contains
     type(trained_t), intent(out) :: trained
     real(rp), parameter :: SAME = 1.0e-4_rp !< of the wing's size: shapes that differ by more are two shapes
     integer, parameter :: LAST = 3
+    class(solver_state_t), allocatable :: state
     real(rp), allocatable :: from(:)
     integer :: n_evaluations, attempt
     n_evaluations = 0
@@ -46,20 +49,14 @@ contains
       from = start%coordinates
       if (attempt == 2) from = trained%coordinates
       problem%is_cold = attempt == LAST
-      problem%is_start = .false.
       trained = trained_t()
       trained%is_cold = problem%is_cold
       trained%coordinates = from
       if (settings%polish) call polish_once(settings, problem, unknowns, from, start%has_stages .and. attempt /= 2, &
-                                            log, trained)
+                                            log, trained, state)
       if (problem%pool%is_stopped) return
-      if (.not. trained%is_polished) then ! the search's own solution, warm from its mean
-        problem%shapes = objective%shapes
-        problem%is_start = objective%is_start
-        call problem%solve(trained%coordinates)
-        call problem%accept()
-      end if
-      call solve_cold(problem, trained)
+      if (.not. trained%is_polished) call solve_near_mean(problem, objective, trained%coordinates, state)
+      call solve_cold(problem, state, trained)
       if (problem%pool%is_stopped) return
       if (.not. trained%is_polished) trained%prior_chi2 = sum(((trained%coordinates - unknowns%prior)/ &
         merge(unknowns%prior_sd, 1.0_rp, unknowns%prior_sd > 0))**2, unknowns%prior_sd > 0 .and. .not. unknowns%is_fixed)
@@ -73,8 +70,9 @@ contains
     trained%n_evaluations = n_evaluations
   end subroutine polish_from_start
 
-  !> Makes one fit from a point, and puts its results into `trained`.
-  subroutine polish_once(settings, problem, unknowns, from, has_stages, log, trained)
+  !> Makes one fit from a point, at which solutions begin at rest, and puts its results into `trained`. `state` is where it has
+  !> ended.
+  subroutine polish_once(settings, problem, unknowns, from, has_stages, log, trained, state)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
@@ -82,9 +80,10 @@ contains
     logical, intent(in) :: has_stages
     class(training_listener_t), intent(inout) :: log
     type(trained_t), intent(inout) :: trained
+    class(solver_state_t), allocatable, intent(out) :: state
     type(fit_report_t) :: report
     real(rp), allocatable :: path(:, :)
-    call fit_by_continuation(problem, unknowns, from, settings%fit, has_stages, report, path)
+    call fit_by_continuation(problem, unknowns, from, problem%initial_state(), settings%fit, has_stages, report, path)
     if (problem%pool%is_stopped) return
     trained%n_evaluations = report%n_evaluations
     trained%reason = report%reason
@@ -98,16 +97,35 @@ contains
     trained%prior_chi2 = report%prior_chi2
     trained%posterior = find_posterior(unknowns, report)
     trained%prior_sd = unknowns%prior_sd
+    call move_alloc(report%state, state)
   end subroutine polish_once
 
-  !> Solves the final point without any warm start.
-  subroutine solve_cold(problem, trained)
+  !> Repeats the search's own solution of a point, warm from its mean.
+  subroutine solve_near_mean(problem, objective, coordinates, state)
     type(pool_problem_t), intent(inout) :: problem
+    type(train_objective_t), intent(in) :: objective
+    real(rp), intent(in) :: coordinates(:)
+    class(solver_state_t), allocatable, intent(out) :: state
+    type(wing_point_t) :: mean
+    type(wing_point_t), allocatable :: at
+    mean = problem%initial_state()
+    mean%shapes = objective%shapes
+    mean%is_start = objective%is_start
+    allocate (at)
+    call problem%solve(coordinates, mean, at)
+    call move_alloc(at, state)
+  end subroutine solve_near_mean
+
+  !> Solves the final point without any warm start, and compares with the warm shapes of `state`.
+  subroutine solve_cold(problem, state, trained)
+    type(pool_problem_t), intent(inout) :: problem
+    class(solver_state_t), intent(in) :: state
     type(trained_t), intent(inout) :: trained
+    type(wing_point_t) :: cold
     real(rp), allocatable :: residuals(:)
     integer :: l
-    call problem%cold_difference(trained%coordinates, trained%cold_difference)
-    trained%evaluations = problem%evaluations
+    call problem%solve_cold(trained%coordinates, state, cold, trained%cold_difference)
+    call move_alloc(cold%evaluations, trained%evaluations)
     trained%is_solved = .true.
     allocate (residuals(0))
     do l = 1, size(trained%evaluations)

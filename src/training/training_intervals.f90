@@ -4,13 +4,12 @@ module training_intervals
   use base_process, only: wall_seconds
   use least_squares_problem, only: unknowns_t
   use least_squares_profile, only: linear_guess_t, profile_interval, profile_sentence, THRESHOLD_90
-  use least_squares_state, only: solver_state_t
+  use least_squares_state, only: solver_point_t
   use measurement_experiment, only: experiment_t
   use training_case, only: training_case_t
   use training_fit, only: counted
   use training_listener, only: training_listener_t
   use training_outcome, only: trained_t
-  use training_pool, only: worker_pool_t
   use training_pool_problem, only: pool_problem_t
   use training_space, only: search_space_t
   implicit none
@@ -19,36 +18,34 @@ module training_intervals
 
 contains
 
-  !> Finds 90 % intervals of all unknowns, each from all loads except those that jump between its ends.
-  subroutine find_intervals(settings, pool, problem, unknowns, space, log, trained)
+  !> Finds 90 % intervals of all unknowns about the end of the polish and the state there, each from all loads except those that
+  !> jump between its ends.
+  subroutine find_intervals(settings, problem, unknowns, space, at_end, log, trained)
     class(training_case_t), intent(in) :: settings
-    type(worker_pool_t), intent(in) :: pool
     type(pool_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     type(search_space_t), intent(in) :: space
+    type(solver_point_t), intent(in) :: at_end
     class(training_listener_t), intent(inout) :: log
     type(trained_t), intent(inout) :: trained
-    class(solver_state_t), allocatable :: at_end
-    integer :: i, l
-    call problem%get_state(at_end)
+    integer :: i, l, n_loads
+    n_loads = size(settings%experiment%loads)
     problem%n_parts = size(trained%coordinates)
     problem%begun = wall_seconds()
     allocate (trained%intervals(size(trained%coordinates)))
-    allocate (trained%is_left_out(size(problem%is_left_out), size(trained%coordinates)))
+    allocate (trained%is_left_out(n_loads, size(trained%coordinates)))
     do i = 1, size(trained%coordinates)
-      call problem%set_state(at_end)
-      problem%is_left_out = .false.
       problem%part = i
       problem%name = trim(space%names(i))
-      call profile_interval(problem, unknowns, trained%coordinates, i, linear_guess_t(trained%posterior%sd(i)), THRESHOLD_90, &
-                            settings%fit, trained%intervals(i))
-      if (pool%is_stopped) return
+      call profile_interval(problem, unknowns, at_end, i, linear_guess_t(trained%posterior%sd(i)), THRESHOLD_90, settings%fit, &
+                            trained%intervals(i))
+      if (problem%pool%is_stopped) return
       trained%n_evaluations = trained%n_evaluations + trained%intervals(i)%n_evaluations
-      trained%is_left_out(:, i) = problem%is_left_out
+      trained%is_left_out(:, i) = trained%intervals(i)%is_left_out
       call log%say('          '//interval_sentence(settings%experiment, space, trained, i))
     end do
     trained%has_intervals = .true.
-    do l = 1, size(problem%is_left_out)
+    do l = 1, n_loads
       i = count(trained%is_left_out(l, :))
       if (i > 0) call log%say('warning   the shape under '//settings%experiment%measurement%loads(l)%name// &
                               ' jumps: it is left out of '//counted(i, 'interval'))

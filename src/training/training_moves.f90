@@ -126,12 +126,11 @@ contains
     if (abs(start(i) - trained%coordinates(i)) < unknowns%prior_sd(i)/10) &
       start(i) = max(unknowns%lower(i), min(unknowns%upper(i), unknowns%prior(i) + unknowns%prior_sd(i)))
     problem%is_cold = .false.
-    problem%is_start = .false.
     problem%lowest = huge(1.0_rp)
     options = settings%fit
     options%known = trained%coordinates
     options%known_sd = trained%posterior%sd
-    call fit_by_continuation(problem, unknowns, start, options, .true., report, path)
+    call fit_by_continuation(problem, unknowns, start, problem%initial_state(), options, .true., report, path)
   end subroutine move
 
   !> Tells whether a fit ended in another point that is lower, or that fits as well.

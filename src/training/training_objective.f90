@@ -5,15 +5,13 @@
 !> from the mean before. The cost of a candidate therefore depends on the sequence of means alone, not on the rank that computes
 !> it.
 module training_objective
-  use base_errors, only: failure_t, require
   use base_kinds, only: i8, rp
-  use base_packing, only: count_packed, unpack_value
   use base_sort, only: sorting_order
+  use measurement_bending_pool, only: bending_batch_t, bending_pool_t
+  use measurement_bending_task, only: bending_task_t, take_columns, take_facts, task_input, COST_CHI2, COST_MEAN_SQUARE, &
+                                      FACT_FACTORISATIONS, FACT_REDONE, FACT_VIOLATION, N_FACTS, TASK_COSTS, TASK_EVALUATE
   use measurement_evaluation, only: evaluation_t
   use measurement_experiment, only: experiment_t
-  use training_pool, only: batch_t, worker_pool_t
-  use training_task, only: full_size, task_input, COST_CHI2, COST_FACTORISATIONS, COST_MEAN_SQUARE, COST_REDONE, COST_SIZE, &
-                           COST_VIOLATION
   implicit none
   private
   public :: train_objective_t, candidate_costs_t, full_results
@@ -27,7 +25,7 @@ module training_objective
 
   type :: train_objective_t
     type(experiment_t), pointer :: experiment => null()
-    type(worker_pool_t), pointer :: pool => null()
+    type(bending_pool_t), pointer :: pool => null()
     logical :: use_chi2 = .false.
     real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, loads) [m] of the last mean
     logical, allocatable :: is_start(:)      !< (loads) `shapes` is a start of warm solutions
@@ -47,7 +45,7 @@ contains
   subroutine objective_init(self, experiment, pool, use_chi2)
     class(train_objective_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: experiment
-    type(worker_pool_t), intent(in), target :: pool
+    type(bending_pool_t), intent(in), target :: pool
     logical, intent(in) :: use_chi2
     integer :: n_loads
     n_loads = size(experiment%loads)
@@ -87,19 +85,20 @@ contains
     class(train_objective_t), intent(inout) :: self
     real(rp), intent(in) :: coordinates(:, :)
     type(candidate_costs_t), intent(out) :: costs
-    type(batch_t) :: batch
+    type(bending_batch_t) :: batch
     integer :: k, l, n_loads, lambda, task
     lambda = size(coordinates, 2)
     n_loads = size(self%expected)
-    call batch%init(lambda*n_loads, size(task_input(coordinates(:, 1), 1, .true., .false.)), COST_SIZE)
+    call self%pool%make_batch(lambda*n_loads, TASK_COSTS, 0, batch)
     do k = 1, lambda
       do l = 1, n_loads
-        batch%inputs(:, (k - 1)*n_loads + l) = task_input(coordinates(:, k), l, self%is_start(l), .false.)
+        batch%inputs(:, (k - 1)*n_loads + l) = task_input(bending_task_t(TASK_COSTS, l, self%is_start(l)), coordinates(:, k), &
+                                                          [integer ::])
       end do
     end do
     batch%starts = reshape(self%shapes, [size(self%shapes)])
     batch%order = longest_first(self, coordinates)
-    call self%pool%run_costs(batch)
+    call self%pool%run(batch)
     allocate (costs%f(lambda), costs%violation(lambda), source=0.0_rp)
     allocate (costs%has_failed(lambda), source=.false.)
     if (self%pool%is_stopped) return
@@ -110,10 +109,10 @@ contains
           costs%has_failed(k) = .true.
           self%n_unsolved = self%n_unsolved + 1
         end if
-        costs%violation(k) = costs%violation(k) + sum(batch%outputs(COST_VIOLATION:COST_VIOLATION + 1, task))
+        costs%violation(k) = costs%violation(k) + sum(batch%outputs(FACT_VIOLATION:FACT_VIOLATION + 1, task))
         costs%f(k) = costs%f(k) + batch%outputs(merge(COST_CHI2, COST_MEAN_SQUARE, self%use_chi2), task)
-        self%n_factorisations = self%n_factorisations + nint(batch%outputs(COST_FACTORISATIONS, task))
-        self%n_redone = self%n_redone + nint(batch%outputs(COST_REDONE, task))
+        self%n_factorisations = self%n_factorisations + nint(batch%outputs(FACT_FACTORISATIONS, task))
+        self%n_redone = self%n_redone + nint(batch%outputs(FACT_REDONE, task))
       end do
     end do
     if (.not. self%use_chi2) costs%f = sqrt(costs%f)
@@ -153,39 +152,41 @@ contains
   subroutine full_results(experiment, pool, coordinates, is_start, starts, evaluations, shapes, &
                           is_left_out)
     type(experiment_t), intent(in) :: experiment
-    type(worker_pool_t), intent(inout) :: pool
+    type(bending_pool_t), intent(inout) :: pool
     real(rp), intent(in) :: coordinates(:), starts(:, :, :)
     logical, intent(in) :: is_start(:)
     logical, intent(in), optional :: is_left_out(:)
     type(evaluation_t), allocatable, intent(out) :: evaluations(:)
     real(rp), allocatable, intent(out) :: shapes(:, :, :)
-    type(batch_t) :: batch
-    integer, allocatable :: loads(:)
-    type(failure_t) :: failure
-    integer :: k, l, m, n, n_loads
+    type(bending_batch_t) :: batch
+    integer, allocatable :: loads(:), all_columns(:)
+    integer :: k, l, at, n, n_loads
     n_loads = size(is_start)
     loads = [(l, l=1, n_loads)]
     if (present(is_left_out)) loads = pack(loads,.not. is_left_out)
-    n = size(loads)
-    call batch%init(n, size(task_input(coordinates, 1, .true., .true.)), full_size(experiment))
+    all_columns = [(k, k=1, size(coordinates))]
+    call pool%make_batch(size(loads), TASK_EVALUATE, size(all_columns), batch)
     allocate (evaluations(n_loads))
     shapes = starts
     do l = 1, n_loads
       call evaluations(l)%init(experiment, l, .true.)
     end do
     do k = 1, size(loads)
-      batch%inputs(:, k) = task_input(coordinates, loads(k), is_start(loads(k)), .true.)
+      batch%inputs(:, k) = task_input(bending_task_t(TASK_EVALUATE, loads(k), is_start(loads(k))), coordinates, all_columns)
     end do
     batch%starts = reshape(starts, [size(starts)])
-    call pool%run_full(batch)
+    call pool%run(batch)
     n = size(shapes, 1)*size(shapes, 2)
     do k = 1, size(loads)
       l = loads(k)
-      m = count_packed(evaluations(l))
-      call unpack_value(batch%outputs(:m, k), evaluations(l), failure)
-      if (failure%failed) call require(.false., 'training_objective: '//failure%reason)
-      evaluations(l)%is_solved = evaluations(l)%is_solved .and. batch%statuses(k) == 0
-      shapes(:, :, l) = reshape(batch%outputs(m + 1:m + n, k), shape(shapes(:, :, l)))
+      associate (one => evaluations(l), output => batch%outputs(:, k))
+        call take_facts(output, one)
+        one%is_solved = one%is_solved .and. batch%statuses(k) == 0
+        at = N_FACTS + size(one%residuals)
+        one%residuals = output(N_FACTS + 1:at)
+        call take_columns(all_columns, size(coordinates), output, at, one%jacobian)
+        shapes(:, :, l) = reshape(output(at + 1:at + n), shape(shapes(:, :, l)))
+      end associate
     end do
   end subroutine full_results
 end module training_objective

@@ -6,6 +6,9 @@ module training_polish
   use base_process, only: wall_seconds
   use cmaes_box, only: bound_side
   use least_squares_problem, only: unknowns_t
+  use least_squares_state, only: solver_point_t
+  use measurement_bending_pool, only: bending_pool_t
+  use measurement_problem, only: wing_point_t
   use training_agreement, only: agreement_lines, AGREEMENT_LENGTH
   use training_case, only: training_case_t
   use training_fit, only: is_better, polish_from_start, start_t
@@ -14,7 +17,6 @@ module training_polish
   use training_moves, only: try_moves
   use training_objective, only: train_objective_t
   use training_outcome, only: trained_t
-  use training_pool, only: worker_pool_t
   use training_pool_problem, only: make_unknowns, pool_problem_t
   use training_space, only: search_space_t
   implicit none
@@ -32,7 +34,7 @@ contains
   !> minimum, if wanted (training_moves). If the pool is stopped the outcome is not complete.
   subroutine polish_points(settings, pool, space, objective, starts, log, trained)
     class(training_case_t), intent(in), target :: settings
-    type(worker_pool_t), intent(inout), target :: pool
+    type(bending_pool_t), intent(inout), target :: pool
     type(search_space_t), intent(in) :: space
     type(train_objective_t), intent(in) :: objective
     real(rp), intent(in) :: starts(:, :)
@@ -78,13 +80,22 @@ contains
     trained%sides = bound_side(space%box%coordinate(trained%values), AT_BOUND)
     if (trained%is_polished .and. trained%is_solved .and. settings%intervals) then
       problem%is_cold = trained%is_cold
-      problem%is_start = .false.
-      call problem%solve(trained%coordinates)
-      call problem%accept()
-      call find_intervals(settings, pool, problem, unknowns, space, log, trained)
+      call find_intervals(settings, problem, unknowns, space, solved_at(problem, trained%coordinates), log, trained)
     end if
     call problem%free()
   end subroutine polish_points
+
+  !> Returns the point with the state of its solution, which begins at rest.
+  function solved_at(problem, coordinates) result(point)
+    type(pool_problem_t), intent(inout) :: problem
+    real(rp), intent(in) :: coordinates(:)
+    type(solver_point_t) :: point
+    type(wing_point_t), allocatable :: at
+    allocate (at)
+    call problem%solve(coordinates, problem%initial_state(), at)
+    point%p = coordinates
+    call move_alloc(at, point%state)
+  end function solved_at
 
   !> Says whether all starts came to the same end, and describes those that did not.
   subroutine report_start_agreement(space, trained, log)

@@ -4,12 +4,12 @@
 module training_pool_problem
   use base_kinds, only: rp
   use least_squares_problem, only: unknowns_t
+  use measurement_bending_pool, only: bending_pool_t
   use measurement_evaluation, only: evaluation_t
-  use measurement_problem, only: wing_problem_t, wing_unknowns
+  use measurement_problem, only: wing_point_t, wing_problem_t, wing_unknowns
   use training_case, only: training_case_t
   use training_listener, only: training_listener_t
   use training_objective, only: full_results
-  use training_pool, only: worker_pool_t
   use training_space, only: search_space_t
   implicit none
   private
@@ -17,7 +17,7 @@ module training_pool_problem
 
   !> The problem of least squares whose loads are solved by the pool. With a log it reports its progress.
   type, extends(wing_problem_t) :: pool_problem_t
-    type(worker_pool_t), pointer :: pool => null()
+    type(bending_pool_t), pointer :: pool => null()
     class(training_listener_t), pointer :: log => null()
     integer :: part = 0, n_parts = 0         !< the present start, move or interval, of so many
     character(:), allocatable :: kind_of_part !< 'start' or 'move', for messages about a fit
@@ -32,22 +32,22 @@ module training_pool_problem
 contains
 
   !> See `wing_problem_t`.
-  subroutine problem_run(self, p)
+  subroutine problem_run(self, p, from, evaluations, shapes)
     class(pool_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)
-    type(evaluation_t), allocatable :: evaluations(:)
-    real(rp), allocatable :: shapes(:, :, :)
+    type(wing_point_t), intent(in) :: from
+    type(evaluation_t), allocatable, intent(out) :: evaluations(:)
+    real(rp), allocatable, intent(out) :: shapes(:, :, :)
     call self%pool%poll()
-    call full_results(self%experiment, self%pool, p, self%is_start .and. .not. self%is_cold, self%shapes, &
-                      evaluations, shapes, self%is_left_out)
-    call move_alloc(evaluations, self%evaluations)
-    call move_alloc(shapes, self%trial_shapes)
-    if (associated(self%log)) call tell_progress(self)
+    call full_results(self%experiment, self%pool, p, from%is_start .and. .not. self%is_cold, from%shapes, evaluations, shapes, &
+                      from%is_left_out)
+    if (associated(self%log)) call tell_progress(self, evaluations)
   end subroutine problem_run
 
-  !> Writes to the log how far the fit is.
-  subroutine tell_progress(self)
+  !> Writes to the log how far the fit is, which has just solved all loads of a point.
+  subroutine tell_progress(self, evaluations)
     type(pool_problem_t), intent(inout) :: self
+    type(evaluation_t), intent(in) :: evaluations(:)
     real(rp) :: chi2
     integer :: l
     self%n_solved = self%n_solved + 1
@@ -56,10 +56,10 @@ contains
       return
     end if
     chi2 = 0
-    do l = 1, size(self%evaluations)
-      if (.not. self%evaluations(l)%is_feasible()) chi2 = huge(chi2)
+    do l = 1, size(evaluations)
+      if (.not. evaluations(l)%is_feasible()) chi2 = huge(chi2)
       if (.not. chi2 < huge(chi2)) exit
-      chi2 = chi2 + sum((self%evaluations(l)%residuals/self%experiment%comparisons(l)%sigma)**2)
+      chi2 = chi2 + sum((evaluations(l)%residuals/self%experiment%comparisons(l)%sigma)**2)
     end do
     self%lowest = min(self%lowest, chi2)
     call self%log%polish_progress(self%kind_of_part, self%part, self%n_parts, self%n_solved, self%lowest, self%begun)

@@ -14,6 +14,7 @@ module training_search
   use io_checkpoint_slots, only: checkpoint_slots_t
   use io_checkpoint_values, only: checkpoint_loader_t, checkpoint_saver_t
   use io_identity, only: identity_t
+  use measurement_bending_pool, only: bending_pool_t
   use measurement_evaluation, only: evaluation_t
   use parallel_world, only: world_t
   use solid_params, only: PARAM_YOUNG
@@ -23,7 +24,6 @@ module training_search
   use training_history, only: train_history_t
   use training_listener, only: training_listener_t
   use training_objective, only: candidate_costs_t, full_results, train_objective_t
-  use training_pool, only: worker_pool_t
   use training_space, only: search_space_t
   implicit none
   private
@@ -65,7 +65,7 @@ contains
   subroutine search_init(self, settings, pool)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(inout), target :: settings
-    type(worker_pool_t), intent(in), target :: pool
+    type(bending_pool_t), intent(in), target :: pool
     type(world_t) :: alone
     call self%space%init(settings%experiment, settings%free_parameters)
     call self%objective%init(settings%experiment, pool, settings%use_chi2)
@@ -81,7 +81,7 @@ contains
   subroutine search_choose_start(self, settings, pool, log)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in) :: settings
-    type(worker_pool_t), intent(inout) :: pool
+    type(bending_pool_t), intent(inout) :: pool
     class(training_listener_t), intent(inout) :: log
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: shapes(:, :, :)
@@ -220,7 +220,7 @@ contains
   subroutine search_run(self, settings, pool, log)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in) :: settings
-    type(worker_pool_t), intent(inout) :: pool
+    type(bending_pool_t), intent(inout) :: pool
     class(training_listener_t), intent(inout) :: log
     do while (.not. self%is_done)
       call pool%poll()
@@ -238,7 +238,7 @@ contains
   subroutine make_generation(self, n_coming, pool, log)
     class(train_search_t), intent(inout) :: self
     integer, intent(in) :: n_coming !< stages behind this one
-    type(worker_pool_t), intent(inout) :: pool
+    type(bending_pool_t), intent(inout) :: pool
     class(training_listener_t), intent(inout) :: log
     type(train_objective_t) :: before
     type(candidate_costs_t) :: costs

@@ -120,7 +120,7 @@ contains
   end subroutine make_bins
 
   !> Returns averages(count) of the values of all pixels of load l.
-  subroutine bin_rows(bins, l, values, averages)
+  pure subroutine bin_rows(bins, l, values, averages)
     type(bins_t), intent(in) :: bins
     integer, intent(in) :: l
     real(rp), intent(in) :: values(:)

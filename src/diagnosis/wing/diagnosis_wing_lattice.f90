@@ -3,9 +3,9 @@
 module diagnosis_wing_lattice
   use base_kinds, only: rp
   use diagnosis_wing_parameters, only: wing_parameter_t
-  use diagnosis_wing_task, only: wing_patterns_t
   use measurement_experiment, only: experiment_t
   use measurement_material_point, only: find_material_point
+  use measurement_observed_wing, only: wing_patterns_t
   use solid_wing, only: wing_t
   implicit none
   private

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Simulates a mass-spring wing and a measurement of it for the statistics. Loads are tasks of a farm: rank 0 leads, all ranks
+!> Simulates a mass-spring wing and a measurement of it for the statistics. Loads are tasks of a pool: rank 0 leads, all ranks
 !> solve, and results do not depend on the number of ranks.
 !>
 !>     call simulator%init(...)                    collective
@@ -17,17 +17,20 @@ module diagnosis_wing_simulator
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_lattice, only: lay_out_patterns
   use diagnosis_wing_motion, only: wing_motion_t
-  use diagnosis_wing_parameters, only: find_parameter, without_sites, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
+  use diagnosis_wing_observed, only: diagnosed_wing_t
+  use diagnosis_wing_parameters, only: find_parameter, wing_parameter_t, without_sites, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
   use diagnosis_wing_state, only: wing_state, wing_state_t
-  use diagnosis_wing_task, only: take_columns, task_input, wing_patterns_t, wing_runner_t, N_FACTS, N_LOAD_NUISANCES, &
-                                 NUISANCE_KIND, NUISANCE_NAMES
   use inference_simulator, only: simulator_t
   use io_journal, only: journal_t
   use least_squares_state, only: solver_state_t
-  use measurement_bending_task, only: TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES
+  use measurement_bending_pool, only: bending_batch_t, bending_pool_t
+  use measurement_bending_runner, only: bending_runner_t
+  use measurement_bending_task, only: bending_task_t, take_columns, task_input, FACT_START, N_FACTS, TASK_DIRECTIONS, &
+                                      TASK_EVALUATE, TASK_NUISANCES
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: FORCE_GAIN
-  use parallel_farm, only: farm_t
+  use measurement_observed_wing, only: observed_wing_t, wing_patterns_t
+  use measurement_simulation, only: N_NUISANCES
   use parallel_world, only: world_t
   use solid_mass_effects, only: mass_parts_t
   use solid_params, only: PARAM_PLATE
@@ -39,16 +42,21 @@ module diagnosis_wing_simulator
   !> Kinds of unknown causes: stiffness and forces around places, stiffness along the veins, errors of single scans.
   character(*), parameter :: FAMILY_NAMES(4) = [character(9) :: 'stiffness', 'force', 'veins', 'scans']
   integer, parameter, public :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
+  !> Kinds of errors of a load that have one declared sd, in the order of simulation_t, and their names.
+  integer, parameter :: NUISANCE_KIND(N_NUISANCES) = [1, 2, 2, 3, 3, 4]
+  character(*), parameter :: NUISANCE_NAMES(4) = [character(34) :: 'errors of forces', &
+                                                  'errors of places', 'tilts of scans', 'heights of whole scans']
 
   type, extends(simulator_t) :: wing_simulator_t
     type(experiment_t), pointer :: experiment => null()
-    type(wing_runner_t) :: runner
+    type(wing_parameter_t), allocatable :: wing_parameters(:) !< `parameters`, with what they are of the wing
+    type(wing_patterns_t), private :: patterns
     type(bins_t) :: bins
     type(noise_model_t) :: noise
     type(wing_motion_t) :: motion                !< on rank 0: observations behind those of `bins`
     integer :: n_evaluations = 0
-    type(journal_t), pointer :: journal => null() !< of what a farm has answered, on rank 0
-    type(farm_t), private :: farm
+    type(journal_t), pointer :: journal => null() !< of what the pool has answered, on rank 0
+    type(bending_pool_t), private :: pool
     real(rp) :: membrane_sd = 0                  !< of log D, which a mesh changes
     character(9), allocatable :: family_names(:) !< of unknown causes
     !> Numbers of the parameters for the gain of all forces and for D, if the baseline does not seek it; 0: none.
@@ -84,9 +92,14 @@ contains
     type(wing_patterns_t), intent(in) :: patterns
     type(mass_parts_t), intent(in) :: parts !< of the wing's mass, for what moves
     type(flight_data_t), intent(in) :: flights
+    type(diagnosed_wing_t), allocatable :: diagnosed
+    class(observed_wing_t), allocatable :: observed
+    class(bending_runner_t), allocatable :: runner
     integer :: l, n, n_smooth_errors
     self%experiment => experiment
+    self%wing_parameters = catalogue%parameters
     self%parameters = without_sites(catalogue%parameters)
+    self%patterns = patterns
     self%effects = catalogue%effects
     self%bins = bins
     self%n_baseline = catalogue%n_baseline
@@ -99,8 +112,11 @@ contains
     call lay_out_patterns(experiment, catalogue%parameters, patterns, n_smooth_errors, self%field, self%family, self%pattern_site)
     self%family_names = FAMILY_NAMES
     call self%motion%append_patterns(self%n_patterns, self%family, self%pattern_site, self%family_names)
-    call self%runner%init(experiment, wing, catalogue%parameters, bins, patterns)
-    call self%farm%start(world, self%runner%input_size(), self%runner%most_output())
+    allocate (diagnosed, runner)
+    call diagnosed%init(experiment, wing, catalogue%parameters, bins, patterns)
+    call move_alloc(diagnosed, observed)
+    call runner%init(observed)
+    call self%pool%init(world, runner)
     n = size(experiment%loads)
     allocate (self%error_directions(self%n_observations, 0))
     self%nuisance_kind = [(NUISANCE_KIND, l=1, n)]
@@ -115,20 +131,20 @@ contains
   !> Releases everything.
   subroutine wing_free(self)
     class(wing_simulator_t), intent(inout) :: self
-    call self%runner%free()
+    call self%pool%free()
     call self%motion%free()
   end subroutine wing_free
 
   !> Does tasks until rank 0 dismisses. On the other ranks.
   subroutine wing_serve(self)
     class(wing_simulator_t), intent(inout) :: self
-    call self%farm%serve(self%runner)
+    call self%pool%serve()
   end subroutine wing_serve
 
   !> Ends `serve`. On rank 0.
   subroutine wing_shut_down(self)
     class(wing_simulator_t), intent(inout) :: self
-    call self%farm%shut_down()
+    call self%pool%shut_down()
   end subroutine wing_shut_down
 
   !> Gives the initial state directions(n_observations, :), what further errors of unit strength do.
@@ -173,14 +189,16 @@ contains
     type(wing_state_t), intent(in) :: state
     real(rp), allocatable, intent(out) :: results(:, :)
     logical, intent(out) :: is_valid
-    real(rp), allocatable :: inputs(:, :)
+    type(bending_batch_t) :: batch
     integer :: l
-    allocate (inputs(self%runner%input_size(), size(loads)), &
-              results(self%runner%output_size(task, size(columns)), size(loads)))
+    call self%pool%make_batch(size(loads), task, size(columns), batch)
     do l = 1, size(loads)
-      inputs(:, l) = task_input(task, loads(l), state%is_start(loads(l)), state%load_offset(:, loads(l)), q, columns)
+      batch%inputs(:, l) = task_input(bending_task_t(task, loads(l), state%is_start(loads(l)), state%load_offset(:, loads(l))), &
+                                      q, columns)
     end do
-    call run_journalled_tasks(self%farm, self%runner, self%journal, [state%shapes], inputs, results, is_valid)
+    batch%starts = [state%shapes]
+    call run_journalled_tasks(self%pool, self%journal, batch, is_valid)
+    call move_alloc(batch%outputs, results)
     self%n_evaluations = self%n_evaluations + 1
   end subroutine run_loads
 
@@ -221,7 +239,7 @@ contains
       residuals(first:first + b - 1) = outputs(N_FACTS + 1:N_FACTS + b, k) - state%linear(first:first + b - 1)
       at = N_FACTS + b
       call take_columns(columns, size(q), outputs(:, k), at, jacobian(first:first + b - 1, :))
-      state%is_start(l) = outputs(1, k) > 0.5_rp
+      state%is_start(l) = outputs(FACT_START, k) > 0.5_rp
       state%shapes(:, :, l) = reshape(outputs(at + 1:at + size(state%shapes(:, :, l)), k), shape(state%shapes(:, :, l)))
     end do
     if (is_valid .and. wants_motion(self, is_wanted)) &
@@ -256,12 +274,12 @@ contains
     if (.not. self%has_nonlinear_nuisances()) return
     own = wing_state(state)
     associate (sd => self%experiment%measurement%accuracy%position)
-      call own%move_loads(self%experiment, errors, N_LOAD_NUISANCES)
+      call own%move_loads(self%experiment, errors, N_NUISANCES)
       call self%evaluate(q, [integer ::], own, residuals, nothing, is_valid)
       if (is_valid) call self%directions(q, own, nuisances, nothing, is_valid)
       if (.not. is_valid) return
       do l = 1, size(own%load_offset, 2)
-        v = (l - 1)*N_LOAD_NUISANCES + 1
+        v = (l - 1)*N_NUISANCES + 1
         first = self%bins%first(l)
         last = first + self%bins%count(l) - 1
         own%linear(first:last) = matmul(nuisances(first:last, v + 1:v + 2), own%load_offset(:, l)/sd)
@@ -323,16 +341,16 @@ contains
     call run_loads(self, merge(TASK_DIRECTIONS, TASK_NUISANCES, size(patterns, 2) > 0), wanted_loads(self), q, common, state, &
                    outputs, is_valid)
     if (.not. is_valid) return
-    shared = size(outputs, 2)*N_LOAD_NUISANCES
+    shared = size(outputs, 2)*N_NUISANCES
     do l = 1, size(outputs, 2)
       b = self%bins%count(l)
       first = self%bins%first(l)
       at = N_FACTS
-      do i = 1, N_LOAD_NUISANCES
-        nuisances(first:first + b - 1, (l - 1)*N_LOAD_NUISANCES + i) = outputs(at + 1:at + b, l)
+      do i = 1, N_NUISANCES
+        nuisances(first:first + b - 1, (l - 1)*N_NUISANCES + i) = outputs(at + 1:at + b, l)
         at = at + b
       end do
-      do i = 1, size(self%runner%parameters)
+      do i = 1, size(self%parameters)
         if (.not. any(common == i)) cycle
         if (i == self%gain) nuisances(first:first + b - 1, shared + 1) = sd(1)*outputs(at + 1:at + b, l)
         if (i == self%membrane) nuisances(first:first + b - 1, shared + 2) = sd(2)*outputs(at + 1:at + b, l)
@@ -350,7 +368,7 @@ contains
     end do
     shared = shared + N_COMMON_NUISANCES
     nuisances(:, shared + self%motion%n_nuisances + 1:) = state%error_directions
-    associate (rows => self%bins%n + 1, last => shared + self%motion%n_nuisances, causes => self%runner%patterns)
+    associate (rows => self%bins%n + 1, last => shared + self%motion%n_nuisances, causes => self%patterns)
       call self%motion%nuisances(q, self%membrane, self%membrane_sd, nuisances(rows:, shared:last), is_valid)
       if (is_valid) call self%motion%patterns(causes%site, causes%radius, patterns(rows:, :))
     end associate

@@ -5,22 +5,19 @@ module diagnosis_wing_state
   use base_errors, only: require
   use base_kinds, only: rp
   use least_squares_state, only: solver_state_t
+  use measurement_bending_state, only: bending_state_t
   use measurement_experiment, only: experiment_t
   implicit none
   private
   public :: wing_state, wing_state_t
 
-  type, extends(solver_state_t) :: wing_state_t
-    real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, loads) [m]
+  type, extends(bending_state_t) :: wing_state_t
     real(rp), allocatable :: error_directions(:, :) !< (n, :) further directions of errors, of the mesh for instance
-    logical, allocatable :: is_start(:)      !< the shape of this load is one where a solution may begin
     real(rp), allocatable :: load_offset(:, :) !< (2, loads) [m] errors of places about which nuisances are linear
     integer :: flight = 1                    !< number of the approximation of flights, see wing_flight_t
     real(rp), allocatable :: linear(:)       !< (n) what these errors do by the tangent there
   contains
     procedure :: init => state_init
-    procedure :: begin_at_rest => state_begin_at_rest
-    procedure :: take_shapes => state_take_shapes
     procedure :: start_from_mesh => state_start_from_mesh
     procedure :: move_loads => state_move_loads
   end type wing_state_t
@@ -31,30 +28,9 @@ contains
   subroutine state_init(self, n, n_bent, n_all, n_loads)
     class(wing_state_t), intent(out) :: self
     integer, intent(in) :: n, n_bent, n_all, n_loads
-    allocate (self%shapes(3, n_all, n_loads), self%error_directions(n, 0), self%load_offset(2, n_loads), &
-              self%linear(n_bent), source=0.0_rp)
-    allocate (self%is_start(n_loads), source=.false.)
+    call self%init_shapes(n_all, n_loads)
+    allocate (self%error_directions(n, 0), self%load_offset(2, n_loads), self%linear(n_bent), source=0.0_rp)
   end subroutine state_init
-
-  !> Makes the next solutions begin at rest.
-  pure subroutine state_begin_at_rest(self)
-    class(wing_state_t), intent(inout) :: self
-    self%is_start = .false.
-  end subroutine state_begin_at_rest
-
-  !> Takes the shapes of `other`, from which the next solutions begin; errors stay. A state that is not one of a wing stops the
-  !> program.
-  subroutine state_take_shapes(self, other)
-    class(wing_state_t), intent(inout) :: self
-    class(solver_state_t), intent(in) :: other
-    select type (other)
-    type is (wing_state_t)
-      self%shapes = other%shapes
-      self%is_start = other%is_start
-    class default
-      call require(.false., 'wing_state_t: the other state must be one of a wing')
-    end select
-  end subroutine state_take_shapes
 
   !> Takes the shapes of `other`, the same loads on a mesh of half or of twice the size, and its errors. This mesh has
   !> n_points; parents(2, points of the finer mesh): the points of the coarser one between which each lies.

@@ -10,6 +10,7 @@ module inference_intervals
   use inference_whitener, only: whitener_t
   use least_squares_fit, only: fit_options_t
   use least_squares_profile, only: interval_t, linear_guess_t, profile_interval, THRESHOLD_90
+  use least_squares_state, only: solver_point_t
   implicit none
   private
   public :: find_intervals, find_support, refit_from_better
@@ -28,6 +29,7 @@ contains
     type(interval_t), allocatable, intent(out) :: intervals(:)
     real(rp), parameter :: RESOLUTION = 0.01_rp ! of the threshold, in sums of squares
     type(nested_problem_t) :: problem
+    type(solver_point_t) :: optimum
     type(fit_options_t) :: fits
     integer :: i, n, first
     n = size(extended%active)
@@ -38,12 +40,13 @@ contains
     ! The tolerance is a share of the sum of squares at the end of an interval: its minimum may be far below the threshold.
     fits%reduction_tolerance = max(fits%reduction_tolerance, RESOLUTION*THRESHOLD_90*scale/ &
                                    (extended%cost() + THRESHOLD_90*scale))
+    optimum%p = extended%q(extended%active)
+    allocate (optimum%state, source=extended%state)
     do i = first, n
-      call problem%init(simulator, whitener, extended%active, extended%q, extended%state)
-      call profile_interval(problem, nested_unknowns(simulator, extended%active, extended%q), &
-                            extended%q(extended%active), i, linear_guess_t(sqrt(extended%covariance(i, i)), &
-                            extended%covariance(:, i)/extended%covariance(i, i)), THRESHOLD_90*scale, fits, &
-                            intervals(i - first + 1))
+      call problem%init(simulator, whitener, extended%active, extended%q)
+      call profile_interval(problem, nested_unknowns(simulator, extended%active, extended%q), optimum, i, &
+                            linear_guess_t(sqrt(extended%covariance(i, i)), extended%covariance(:, i)/extended%covariance(i, i)), &
+                            THRESHOLD_90*scale, fits, intervals(i - first + 1))
     end do
   end subroutine find_intervals
 

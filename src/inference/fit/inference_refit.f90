@@ -27,16 +27,11 @@ module inference_refit
     type(whitener_t), pointer :: whitener => null()
     integer, allocatable :: active(:)
     real(rp), allocatable :: q(:)
-    class(solver_state_t), allocatable :: state    !< at the last point that was accepted
     logical, allocatable, private :: is_wanted(:)  !< (surfaces) not allocated: all are
-    class(solver_state_t), allocatable, private :: trial !< at the last point that was evaluated
     real(rp), allocatable, private :: raw(:), raw_jacobian(:, :)
   contains
     procedure :: init => nested_init
     procedure :: evaluate => nested_evaluate
-    procedure :: accept => nested_accept
-    procedure :: get_state => nested_get_state
-    procedure :: set_state => nested_set_state
   end type nested_problem_t
 
   !> A model that was fitted.
@@ -55,24 +50,20 @@ module inference_refit
 
 contains
 
-  !> Makes the problem over the observations of the whitener, from the point q, where solutions begin at the shapes of `from`.
-  !> is_wanted(surfaces), where given, are those to which the observations belong. Simulator and whitener must live as long as the
-  !> problem.
-  subroutine nested_init(self, simulator, whitener, active, q, from, is_wanted)
+  !> Makes the problem over the observations of the whitener; parameters that are not active stay as in q. is_wanted(surfaces),
+  !> where given, are those to which the observations belong. Simulator and whitener must live as long as the problem.
+  subroutine nested_init(self, simulator, whitener, active, q, is_wanted)
     class(nested_problem_t), intent(inout) :: self
     class(simulator_t), intent(in), target :: simulator
     type(whitener_t), intent(in), target :: whitener
     integer, intent(in) :: active(:)
     real(rp), intent(in) :: q(:)
-    class(solver_state_t), intent(in) :: from
     logical, intent(in), optional :: is_wanted(:)
     self%simulator => simulator
     self%whitener => whitener
     self%n_residuals = whitener%n
     self%active = active
     self%q = q
-    if (allocated(self%state)) deallocate (self%state)
-    allocate (self%state, source=from)
     if (allocated(self%is_wanted)) deallocate (self%is_wanted)
     if (present(is_wanted)) self%is_wanted = is_wanted
     if (allocated(self%raw)) deallocate (self%raw, self%raw_jacobian)
@@ -80,17 +71,18 @@ contains
   end subroutine nested_init
 
   !> Returns whitened residuals and derivatives with the active parameters at p; see `least_squares_t`.
-  subroutine nested_evaluate(self, p, residuals, jacobian, is_valid)
+  subroutine nested_evaluate(self, p, from, residuals, jacobian, is_valid, to)
     class(nested_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)
+    class(solver_state_t), intent(in) :: from
     real(rp), intent(out) :: residuals(:), jacobian(:, :)
     logical, intent(out) :: is_valid
+    class(solver_state_t), allocatable, intent(out) :: to
     real(rp) :: both(size(residuals), size(p) + 1)
     self%q(self%active) = p
     residuals = 0
     jacobian = 0
-    call self%simulator%evaluate(self%q, self%active, self%state, self%raw, self%raw_jacobian, is_valid, self%trial, &
-                                 self%is_wanted)
+    call self%simulator%evaluate(self%q, self%active, from, self%raw, self%raw_jacobian, is_valid, to, self%is_wanted)
     if (.not. is_valid) return
     both(:, 1) = self%raw(self%whitener%rows)
     both(:, 2:) = self%raw_jacobian(self%whitener%rows, :)
@@ -98,28 +90,6 @@ contains
     residuals = both(:, 1)
     jacobian = both(:, 2:)
   end subroutine nested_evaluate
-
-  !> Takes the state of the last point; see `least_squares_t`.
-  subroutine nested_accept(self)
-    class(nested_problem_t), intent(inout) :: self
-    if (allocated(self%trial)) call move_alloc(self%trial, self%state)
-  end subroutine nested_accept
-
-  !> Returns the state; see `least_squares_t`.
-  subroutine nested_get_state(self, state)
-    class(nested_problem_t), intent(in) :: self
-    class(solver_state_t), allocatable, intent(out) :: state
-    allocate (state, source=self%state)
-  end subroutine nested_get_state
-
-  !> Takes this state; see `least_squares_t`.
-  subroutine nested_set_state(self, state)
-    class(nested_problem_t), intent(inout) :: self
-    class(solver_state_t), intent(in) :: state
-    class(solver_state_t), allocatable :: given ! `state` may be that of the problem
-    allocate (given, source=state)
-    call move_alloc(given, self%state)
-  end subroutine nested_set_state
 
   !> Returns the sum of squares with priors.
   pure real(rp) function nested_cost(self) result(cost)
@@ -165,13 +135,13 @@ contains
     type(unknowns_t) :: unknowns
     type(fit_report_t) :: report
     type(posterior_t) :: posterior
-    call problem%init(simulator, whitener, active, q, from, is_wanted)
+    call problem%init(simulator, whitener, active, q, is_wanted)
     if (present(typical)) then
       unknowns = nested_unknowns(simulator, active, typical)
     else
       unknowns = nested_unknowns(simulator, active, q)
     end if
-    call fit(problem, unknowns, q(active), options, report)
+    call fit(problem, unknowns, q(active), from, options, report)
     found%is_found = report%is_converged .or. report%n_accepted > 0
     found%active = active
     found%q = q
@@ -182,7 +152,7 @@ contains
     found%n_evaluations = report%n_evaluations
     posterior = find_posterior(unknowns, report)
     found%covariance = posterior%covariance
-    call move_alloc(problem%state, found%state)
+    call move_alloc(report%state, found%state)
   end subroutine fit_nested
 
   !> Fits the baseline from several starts (parameters, :), each as `fit_loosely` does, and the most probable of them to

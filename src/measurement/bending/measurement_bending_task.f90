@@ -1,25 +1,33 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Runs the tasks of trainings and diagnoses: one load on one wing, on any rank of a farm. The result depends on the task and on
-!> what rank 0 has broadcast, never on earlier work of the rank.
+!> Defines the tasks of trainings and diagnoses: one load on one wing, on any rank. A task is an array of numbers, and its output is
+!> another one.
+!>
+!> The input is the head (kind, load, warm or cold, offset of the load), the coordinates q(n) of the wing, and for each of them 1 if
+!> derivatives with respect to it are wanted, otherwise 0. The output begins with the N_FACTS facts about the solution. If a shape
+!> was found, what the kind of the task asks for follows; b are the observations of the load:
 !>
 !> | kind | gives |
 !> |---|---|
-!> | TASK_EVALUATE | residuals, derivatives, the shape |
-!> | TASK_DIRECTIONS | tangents with respect to nuisances, parameters and patterns |
-!> | TASK_NUISANCES | tangents without those of patterns |
-!> | TASK_COSTS | sums of squares |
+!> | TASK_EVALUATE | residuals(b), derivatives(b, wanted) in the order of the coordinates, the shape (3, n_all) [m] |
+!> | TASK_DIRECTIONS | nuisances(b, N_NUISANCES) of one declared sd (see simulation_t), derivatives(b, wanted), patterns(b, :) |
+!> | TASK_NUISANCES | the same without patterns |
+!> | TASK_COSTS | (1) and (2) of `evaluation_t%terms` |
 module measurement_bending_task
-  use base_errors, only: require
   use base_kinds, only: rp
-  use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
-  use measurement_experiment, only: experiment_t
+  use measurement_evaluation, only: evaluation_t
   implicit none
   private
-  public :: bending_task_t, bending_worker_t, task_head, task_of
+  public :: bending_task_t, input_size, put_facts, take_columns, take_facts, task_input, task_of
 
   integer, parameter, public :: TASK_EVALUATE = 1, TASK_DIRECTIONS = 2, TASK_NUISANCES = 3, TASK_COSTS = 4
   integer, parameter, public :: N_HEAD = 5     !< numbers of an input that tell the task
   integer, parameter, public :: NOT_SOLVED = 1 !< status of a task whose shape was not found
+
+  !> Numbers of an output: facts, and the costs behind them.
+  integer, parameter, public :: N_FACTS = 7
+  integer, parameter, public :: FACT_SOLVED = 1, FACT_VIOLATION = 2, FACT_FACTORISATIONS = 4, FACT_SNAPS = 5, FACT_START = 6, &
+                                FACT_REDONE = 7
+  integer, parameter, public :: COST_MEAN_SQUARE = N_FACTS + 1, COST_CHI2 = N_FACTS + 2
 
   type :: bending_task_t
     integer :: kind = 0, load = 0
@@ -27,26 +35,25 @@ module measurement_bending_task
     real(rp) :: load_offset(2) = 0  !< [m] of the load from its place
   end type bending_task_t
 
-  !> Solves tasks. Afterwards `work` gives derivatives, and u(3, n_all) [m] is the shape.
-  type :: bending_worker_t
-    type(evaluation_work_t) :: work
-    real(rp), allocatable :: u(:, :)
-  contains
-    procedure :: init => worker_init
-    procedure :: free => worker_free
-    procedure :: solve => worker_solve
-  end type bending_worker_t
-
 contains
 
-  !> Returns the first N_HEAD numbers of an input, which say what the task is.
-  pure function task_head(kind, load, is_warm, load_offset) result(head)
-    integer, intent(in) :: kind, load
-    logical, intent(in) :: is_warm
-    real(rp), intent(in) :: load_offset(2)
-    real(rp) :: head(N_HEAD)
-    head = [real(kind, rp), real(load, rp), merge(1.0_rp, 0.0_rp, is_warm), load_offset]
-  end function task_head
+  !> Returns how many numbers the input of a task about n coordinates has.
+  pure integer function input_size(n)
+    integer, intent(in) :: n
+    input_size = N_HEAD + 2*n
+  end function input_size
+
+  !> Returns the input of a task at q, with derivatives with respect to the coordinates `columns`.
+  pure function task_input(task, q, columns) result(input)
+    type(bending_task_t), intent(in) :: task
+    real(rp), intent(in) :: q(:)
+    integer, intent(in) :: columns(:)
+    real(rp) :: input(N_HEAD + 2*size(q))
+    input(:N_HEAD) = [real(task%kind, rp), real(task%load, rp), merge(1.0_rp, 0.0_rp, task%is_warm), task%load_offset]
+    input(N_HEAD + 1:N_HEAD + size(q)) = q
+    input(N_HEAD + size(q) + 1:) = 0
+    input(N_HEAD + size(q) + columns) = 1
+  end function task_input
 
   !> Returns the task that the first numbers of an input say.
   pure type(bending_task_t) function task_of(input) result(task)
@@ -57,35 +64,45 @@ contains
     task%load_offset = input(4:5)
   end function task_of
 
-  !> Makes room for wings of n_all points. `work` must be made for the experiment too.
-  subroutine worker_init(self, n_all)
-    class(bending_worker_t), intent(inout) :: self
-    integer, intent(in) :: n_all
-    allocate (self%u(3, n_all), source=0.0_rp)
-  end subroutine worker_init
+  !> Writes the facts about a solution to the beginning of an output.
+  pure subroutine put_facts(evaluation, output)
+    type(evaluation_t), intent(in) :: evaluation
+    real(rp), intent(inout) :: output(:)
+    output(FACT_SOLVED) = merge(1, 0, evaluation%is_solved)
+    output(FACT_VIOLATION:FACT_VIOLATION + 1) = evaluation%violation
+    output(FACT_FACTORISATIONS) = evaluation%factorisations
+    output(FACT_SNAPS) = evaluation%snaps
+    output(FACT_START) = merge(1, 0, evaluation%is_start)
+    output(FACT_REDONE) = merge(1, 0, evaluation%was_redone_cold)
+  end subroutine put_facts
 
-  !> Releases everything.
-  subroutine worker_free(self)
-    class(bending_worker_t), intent(inout) :: self
-    call self%work%free()
-    if (allocated(self%u)) deallocate (self%u)
-  end subroutine worker_free
-
-  !> Solves for the load of the task at these coordinates, from rest or from its shape among starts(3 n_all loads) [m], and
-  !> compares: see `evaluate`.
-  subroutine worker_solve(self, experiment, task, coordinates, starts, evaluation)
-    class(bending_worker_t), intent(inout) :: self
-    type(experiment_t), intent(in) :: experiment
-    type(bending_task_t), intent(in) :: task
-    real(rp), intent(in) :: coordinates(:), starts(:)
+  !> Reads the facts about a solution from an output; residuals and derivatives stay as they are.
+  pure subroutine take_facts(output, evaluation)
+    real(rp), intent(in) :: output(:)
     type(evaluation_t), intent(inout) :: evaluation
-    integer :: n
-    n = size(self%u)
-    self%u = 0
-    if (task%is_warm) then
-      call require(size(starts) == n*size(experiment%loads), 'measurement_bending_task: starts of warm solutions')
-      self%u = reshape(starts((task%load - 1)*n + 1:task%load*n), shape(self%u))
-    end if
-    call evaluate(experiment, self%work, coordinates, task%load, task%is_warm, self%u, evaluation, task%load_offset)
-  end subroutine worker_solve
+    evaluation%is_solved = output(FACT_SOLVED) > 0.5_rp
+    evaluation%violation = output(FACT_VIOLATION:FACT_VIOLATION + 1)
+    evaluation%factorisations = nint(output(FACT_FACTORISATIONS))
+    evaluation%snaps = nint(output(FACT_SNAPS))
+    evaluation%is_start = output(FACT_START) > 0.5_rp
+    evaluation%was_redone_cold = output(FACT_REDONE) > 0.5_rp
+  end subroutine take_facts
+
+  !> Takes derivatives(rows, columns) of one load out of an output, which has those of each of n coordinates once, in their order,
+  !> behind `at`. `at` moves behind them.
+  pure subroutine take_columns(columns, n, output, at, derivatives)
+    integer, intent(in) :: columns(:), n
+    real(rp), intent(in) :: output(:)
+    integer, intent(inout) :: at
+    real(rp), intent(inout) :: derivatives(:, :)
+    integer :: i, k, b
+    b = size(derivatives, 1)
+    do i = 1, n
+      if (.not. any(columns == i)) cycle
+      do k = 1, size(columns)
+        if (columns(k) == i) derivatives(:, k) = output(at + 1:at + b)
+      end do
+      at = at + b
+    end do
+  end subroutine take_columns
 end module measurement_bending_task

@@ -4,10 +4,10 @@
 module train_evaluation
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: rp
+  use measurement_bending_pool, only: bending_pool_t
   use measurement_evaluation, only: evaluation_t
   use measurement_experiment, only: experiment_t
   use train_settings, only: train_settings_t
-  use training_pool, only: worker_pool_t
   use training_objective, only: full_results
   implicit none
   private
@@ -19,7 +19,7 @@ contains
   !> is stopped on the way. Only rank 0 calls it.
   subroutine evaluate_wing(settings, pool, are_solved)
     type(train_settings_t), intent(in) :: settings
-    type(worker_pool_t), intent(inout) :: pool
+    type(bending_pool_t), intent(inout) :: pool
     logical, intent(out) :: are_solved
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: residuals(:)
@@ -69,7 +69,7 @@ contains
   !> Solves all loads at these coordinates without warm starts. Results are missing if the pool was stopped on the way.
   subroutine solve_all_cold(experiment, pool, coordinates, evaluations)
     type(experiment_t), intent(in) :: experiment
-    type(worker_pool_t), intent(inout) :: pool
+    type(bending_pool_t), intent(inout) :: pool
     real(rp), intent(in) :: coordinates(:)
     type(evaluation_t), allocatable, intent(out) :: evaluations(:)
     real(rp), allocatable :: starts(:, :, :), shapes(:, :, :)

@@ -13,6 +13,9 @@ module train_job
   use common_wing_report, only: print_wing
   use io_earlier_results, only: move_earlier_file, EARLIER_SUFFIX
   use io_identity, only: identity_t
+  use measurement_bending_pool, only: bending_pool_t
+  use measurement_bending_runner, only: bending_runner_t
+  use measurement_observed_wing, only: observed_wing_t
   use parallel_outcome, only: agree_on_outcome
   use parallel_world, only: world_t
   use train_command, only: train_command_t, TRAIN_RUN, TRAIN_SCREEN
@@ -23,9 +26,7 @@ module train_job
   use train_settings, only: load_train_settings, train_settings_t
   use training_outcome, only: trained_t
   use training_polish, only: polish_points
-  use training_pool, only: worker_pool_t
   use training_search, only: train_search_t
-  use training_task, only: train_runner_t
   implicit none
   private
   public :: training_t
@@ -33,8 +34,7 @@ module train_job
   type :: training_t
     type(world_t) :: world
     type(train_settings_t) :: settings
-    type(train_runner_t) :: runner
-    type(worker_pool_t) :: pool
+    type(bending_pool_t) :: pool
     type(train_search_t) :: search
     type(train_log_t) :: log
     type(run_t) :: files        !< that rank 0 writes, and no other run's
@@ -71,11 +71,15 @@ contains
   subroutine training_begin(self, command)
     class(training_t), intent(inout), target :: self
     type(train_command_t), intent(in) :: command
+    class(observed_wing_t), allocatable :: wing
+    class(bending_runner_t), allocatable :: runner
     type(failure_t) :: failure
     if (command%action == TRAIN_SCREEN) call prepare_screen(self%settings, failure)
     call require(.not. failure%failed, 'training_begin: the model of the settings')
-    call self%runner%init(self%settings%experiment)
-    call self%pool%init(self%world, self%settings%experiment, self%runner, self%settings%limits)
+    allocate (wing, runner)
+    call wing%take_experiment(self%settings%experiment)
+    call runner%init(wing)
+    call self%pool%init(self%world, runner, self%settings%limits)
     if (self%world%is_root) &
       call print_wing(output_unit, what(), self%settings%wing_case)
 
@@ -97,7 +101,7 @@ contains
     logical :: has_best
     call open_files(self, command)
     if (self%outcome%failure%failed) return
-    call self%pool%stop_rules%listen(self%world)
+    call self%pool%runner%stop_rules%listen(self%world)
     call tell_what(self)
     if (.not. self%search%is_done) call self%search%choose_start(self%settings, self%pool, self%log)
     call search_and_polish(self, has_best)
@@ -110,7 +114,7 @@ contains
     if (self%pool%is_stopped) then
       call self%outcome%end_as(OUTCOME_STOPPED)
       call self%pool%poll()
-      call self%log%say('stopped early: '//trim(self%pool%stop_rules%reason)// &
+      call self%log%say('stopped early: '//trim(self%pool%runner%stop_rules%reason)// &
                         '; the backup is written; continue with --restart')
       return
     end if
@@ -291,7 +295,7 @@ contains
     if (self%pool%is_stopped) then
       call self%outcome%end_as(OUTCOME_STOPPED)
       call self%pool%poll()
-      write (output_unit, '(a)') 'stopped early: '//trim(self%pool%stop_rules%reason)//'; not all loads were solved'
+      write (output_unit, '(a)') 'stopped early: '//trim(self%pool%runner%stop_rules%reason)//'; not all loads were solved'
       flush (output_unit)
     else if (.not. are_solved) then
       call self%outcome%end_as(OUTCOME_NOT_CONVERGED)
@@ -308,7 +312,7 @@ contains
       if (self%outcome%kind == OUTCOME_DONE) call self%outcome%classify(OUTCOME_UNWRITABLE)
     end if
     flush (error_unit)
-    call self%runner%free()
+    call self%pool%free()
     call agree_on_outcome(self%world, self%outcome)
   end subroutine training_finish
 end module train_job

@@ -11,12 +11,12 @@ module train_screening
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
+  use measurement_bending_pool, only: bending_pool_t
   use measurement_evaluation, only: evaluation_t
   use measurement_experiment, only: experiment_t
   use solid_params, only: N_COMMON, PARAM_YOUNG
   use train_evaluation, only: print_loads, solve_all_cold
   use train_settings, only: train_settings_t
-  use training_pool, only: worker_pool_t
   implicit none
   private
   public :: prepare_screen, screen_wing
@@ -42,7 +42,7 @@ contains
   !> stopped on the way.
   subroutine screen_wing(settings, pool, are_solved)
     type(train_settings_t), intent(in) :: settings
-    type(worker_pool_t), intent(inout) :: pool
+    type(bending_pool_t), intent(inout) :: pool
     logical, intent(out) :: are_solved
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: rows(:, :), effect(:), remaining(:), moved(:)

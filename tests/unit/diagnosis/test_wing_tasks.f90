@@ -8,11 +8,13 @@ program test_wing_tasks
   use diagnosis_wing_bins, only: bins_t, make_bins
   use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
   use diagnosis_wing_lattice, only: make_patterns
-  use diagnosis_wing_task, only: task_input, wing_patterns_t, wing_runner_t, N_FACTS
+  use diagnosis_wing_observed, only: diagnosed_wing_t
   use loaded_wing, only: wing_of_argument
-  use measurement_bending_task, only: TASK_DIRECTIONS, TASK_EVALUATE
+  use measurement_bending_runner, only: bending_runner_t
+  use measurement_bending_task, only: bending_task_t, task_input, N_FACTS, TASK_DIRECTIONS, TASK_EVALUATE
   use measurement_data, only: measurement_t
   use measurement_experiment, only: experiment_t
+  use measurement_observed_wing, only: observed_wing_t, wing_patterns_t
   use solid_params, only: default_params, solid_params_t
   use solid_statics, only: static_options_t
   use solid_wing, only: wing_t
@@ -24,7 +26,7 @@ program test_wing_tasks
   type(wing_t), target :: wing
   type(experiment_t), target :: bare
   type(catalogue_t) :: catalogue
-  type(wing_runner_t) :: runner
+  type(bending_runner_t) :: runner
   real(rp), allocatable :: q(:), other(:), before(:, :), now(:)
   character(:), allocatable :: name
   integer :: i, k, n_moved, status
@@ -67,6 +69,8 @@ contains
     type(failure_t) :: failure
     type(bins_t) :: bins
     type(wing_patterns_t) :: patterns
+    type(diagnosed_wing_t), allocatable :: diagnosed
+    class(observed_wing_t), allocatable :: observed
     real(rp) :: low(2), high(2)
     integer :: a, b
     low = minval(wing%points(:2, :), 2)
@@ -97,7 +101,10 @@ contains
     call make_bins(bare, 0.1_rp*bare%model%size, bins)
     call make_catalogue(bare, wing, [params%find('E')], 1.0_rp, catalogue)
     call make_patterns(bare, wing, patterns)
-    call runner%init(bare, wing, catalogue%parameters, bins, patterns)
+    allocate (diagnosed)
+    call diagnosed%init(bare, wing, catalogue%parameters, bins, patterns)
+    call move_alloc(diagnosed, observed)
+    call runner%init(observed)
   end subroutine make
 
   !> What task k gives at the point, without warm start, with a derivative with respect to E.
@@ -106,6 +113,6 @@ contains
     real(rp), intent(in) :: point(:)
     real(rp) :: output(size(now))
     output = 0
-    call runner%run_task(task_input(TASKS(k), 1, .false., [0.0_rp, 0.0_rp], point, [1]), output, status)
+    call runner%run_task(task_input(bending_task_t(TASKS(k), load=1), point, [1]), output, status)
   end function done
 end program test_wing_tasks

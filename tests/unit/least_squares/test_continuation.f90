@@ -7,6 +7,7 @@ program test_continuation
   use least_squares_continuation, only: fit_by_continuation
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use least_squares_problem, only: unknowns_t
+  use least_squares_state, only: solver_state_t
   use testkit, only: testkit_t
   implicit none
   real(rp), parameter :: PRIOR = 0.8_rp, PRIOR_SD = 0.5_rp, ERROR = 1.0e-3_rp
@@ -41,12 +42,12 @@ contains
     integer :: i
     problem%n_residuals = M
     problem%error = ERROR
-    call fit(problem, some_unknowns(), [STARTS(2)], options, plain)
+    call fit(problem, some_unknowns(), [STARTS(2)], solver_state_t(), options, plain)
     call t%check('least squares alone end in the minimum next to the start', &
                  plain%is_converged .and. plain%p(1) < -0.99_rp)
     do i = 1, size(STARTS)
       problem%n_evaluations = 0
-      call fit_by_continuation(problem, some_unknowns(), [STARTS(i)], options, .true., report, path)
+      call fit_by_continuation(problem, some_unknowns(), [STARTS(i)], solver_state_t(), options, .true., report, path)
       ! The sum of squares, 0.16, is left to 1e-12 of it: p to 2e-10.
       call t%check_close('continuation ends where both data and prior say', report%p(1), best(), atol=1.0e-9_rp)
       call t%check('  and says so: '//report%reason, report%is_converged)
@@ -100,12 +101,12 @@ contains
     real(rp), allocatable :: path(:, :)
     problem%n_residuals = M
     problem%error = ERROR
-    call fit(problem, some_unknowns(), [1.0_rp + 0.4_rp*ERROR], options, plain)
-    call fit_by_continuation(problem, some_unknowns(), [1.0_rp + 0.4_rp*ERROR], options, .true., report, path)
+    call fit(problem, some_unknowns(), [1.0_rp + 0.4_rp*ERROR], solver_state_t(), options, plain)
+    call fit_by_continuation(problem, some_unknowns(), [1.0_rp + 0.4_rp*ERROR], solver_state_t(), options, .true., report, path)
     call t%check('a start that fits has one stage',.not. any(abs(path(4, :) - 1) > 0))
     call t%check('  which is least squares to the bit',.not. abs(report%p(1) - plain%p(1)) > 0)
-    call fit(problem, some_unknowns(), [-2.0_rp], options, plain)
-    call fit_by_continuation(problem, some_unknowns(), [-2.0_rp], options, .false., report, path)
+    call fit(problem, some_unknowns(), [-2.0_rp], solver_state_t(), options, plain)
+    call fit_by_continuation(problem, some_unknowns(), [-2.0_rp], solver_state_t(), options, .false., report, path)
     call t%check('so has any if stages are not wanted',.not. any(abs(path(4, :) - 1) > 0) .and. &
                  .not. abs(report%p(1) - plain%p(1)) > 0 .and. report%n_evaluations == plain%n_evaluations)
   end subroutine keep_declared_problem
@@ -119,14 +120,14 @@ contains
     real(rp), allocatable :: path(:, :)
     problem%n_residuals = M
     problem%error = ERROR
-    call fit_by_continuation(problem, some_unknowns(), [-2.0_rp], options, .true., known, path)
+    call fit_by_continuation(problem, some_unknowns(), [-2.0_rp], solver_state_t(), options, .true., known, path)
     call t%check('stages about the prior lead to its well', known%p(1) > 0)
     options%known = known%p
     options%known_sd = [ERROR]
-    call fit_by_continuation(problem, some_unknowns(), [-2.0_rp], options, .true., report, path)
+    call fit_by_continuation(problem, some_unknowns(), [-2.0_rp], solver_state_t(), options, .true., report, path)
     call t%check('stages about a start in the other well stay there', report%p(1) < 0 .and. report%is_converged)
     call t%check_close('  and end in its minimum', report%p(1), -known%p(1), atol=ERROR)
-    call fit_by_continuation(problem, some_unknowns(), [1.5_rp], options, .true., report, path)
+    call fit_by_continuation(problem, some_unknowns(), [1.5_rp], solver_state_t(), options, .true., report, path)
     call t%check('a start in the same well meets the known minimum', report%leads_to_known)
     call t%check('  and is not converged',.not. report%is_converged)
   end subroutine leave_known_minimum
@@ -136,7 +137,7 @@ contains
     type(fit_report_t) :: report
     real(rp), allocatable :: path(:, :)
     problem%n_residuals = M
-    call fit_by_continuation(problem, some_unknowns(), [11.0_rp], fit_options_t(), .true., report, path)
+    call fit_by_continuation(problem, some_unknowns(), [11.0_rp], solver_state_t(), fit_options_t(), .true., report, path)
     call t%check('an invalid start is a failure: '//report%reason,.not. report%is_converged .and. size(path, 2) == 0 &
                  .and. report%n_accepted == 0 .and. report%n_evaluations == 1)
   end subroutine keep_report_of_failure

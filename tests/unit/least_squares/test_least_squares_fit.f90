@@ -8,6 +8,7 @@ program test_least_squares_fit
   use least_squares_posterior, only: find_posterior, posterior_t
   use least_squares_problem, only: least_squares_t, unknowns_t
   use least_squares_profile, only: interval_t, linear_guess_t, profile_interval, profile_sentence, THRESHOLD_90
+  use least_squares_state, only: solver_state_t
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: M = 30, N = 4
@@ -49,13 +50,13 @@ contains
     call unknowns%init(N)
     options%damping = 0
     options%largest_step = 1.0e6_rp
-    call fit(problem, unknowns, [1.0_rp, -2.0_rp, 3.0_rp, 5.0_rp], options, report)
+    call fit(problem, unknowns, [1.0_rp, -2.0_rp, 3.0_rp, 5.0_rp], solver_state_t(), options, report)
     call t%check('a linear problem is solved in one step', report%is_converged .and. report%n_evaluations == 2 &
                  .and. report%n_accepted == 1)
     call t%check_below('its residuals are orthogonal to the columns', &
                        maxval(abs(matmul(report%residuals, problem%a))), ROUND_OFF)
     options%damping = 1.0e-3_rp
-    call fit(problem, unknowns, [1.0_rp, -2.0_rp, 3.0_rp, 5.0_rp], options, report)
+    call fit(problem, unknowns, [1.0_rp, -2.0_rp, 3.0_rp, 5.0_rp], solver_state_t(), options, report)
     call t%check('and in a few damped steps', report%is_converged .and. report%n_evaluations <= 12)
     call t%check_below('with the same result', maxval(cosines(problem, report)), LARGEST_COSINE)
   end subroutine solve_linear
@@ -79,10 +80,10 @@ contains
     problem = some_linear()
     call unknowns%init(N)
     options%largest_step = 1.0e6_rp
-    call fit(problem, unknowns, spread(0.0_rp, 1, N), options, free)
+    call fit(problem, unknowns, spread(0.0_rp, 1, N), solver_state_t(), options, free)
     unknowns%upper(2) = free%p(2) - 0.5_rp
     unknowns%lower(3) = free%p(3) + 0.1_rp
-    call fit(problem, unknowns, spread(10.0_rp, 1, N), options, report)
+    call fit(problem, unknowns, spread(10.0_rp, 1, N), solver_state_t(), options, report)
     slope = matmul(report%residuals, problem%a)
     call t%check('a bounded problem ends inside the box', report%is_converged .and. &
                  all(report%p <= unknowns%upper) .and. all(report%p >= unknowns%lower))
@@ -91,7 +92,7 @@ contains
                        maxval(cosines(problem, report), mask=.not. report%is_at_bound), LARGEST_COSINE)
     unknowns%lower(1) = report%p(1) - 1
     unknowns%upper(4) = report%p(4) + 1
-    call fit(problem, unknowns, [unknowns%lower(1), 0.0_rp, 0.0_rp, unknowns%upper(4)], options, free)
+    call fit(problem, unknowns, [unknowns%lower(1), 0.0_rp, 0.0_rp, unknowns%upper(4)], solver_state_t(), options, free)
     call t%check_below('a start on other bounds leaves them', norm2(free%p - report%p), 1.0e-5_rp)
     call t%check('the others are pushed outward', slope(2) < 0 .and. (slope(3) > 0 .or. .not. report%is_at_bound(3)))
   end subroutine solve_bounded
@@ -112,7 +113,7 @@ contains
     unknowns%prior = C
     unknowns%prior_sd = S
     options%damping = 0
-    call fit(problem, unknowns, [0.0_rp], options, report)
+    call fit(problem, unknowns, [0.0_rp], solver_state_t(), options, report)
     call t%check_close('a prior counts as a residual', report%p(1), (A*B + C/S**2)/(A**2 + 1/S**2), ROUND_OFF)
     call t%check_close('and is reported apart', report%prior_chi2, ((report%p(1) - C)/S)**2, ROUND_OFF)
     posterior = find_posterior(unknowns, report)
@@ -153,7 +154,7 @@ contains
     options%reduction_tolerance = 1.0e-20_rp
     options%step_tolerance = 1.0e-13_rp
     options%most_iterations = 2000
-    call fit(problem, unknowns, start, options, report)
+    call fit(problem, unknowns, start, solver_state_t(), options, report)
     variance = report%chi2/(size(report%residuals) - size(p))
     posterior = find_posterior(unknowns, report)
     call t%check(name//' converges: '//report%reason, report%is_converged)
@@ -177,13 +178,13 @@ contains
     call unknowns%init(N)
     options%largest_step = 1.0e6_rp
     options%damping = 0
-    call fit(problem, unknowns, spread(0.0_rp, 1, N), options, report)
+    call fit(problem, unknowns, spread(0.0_rp, 1, N), solver_state_t(), options, report)
     posterior = find_posterior(unknowns, report)
     worst = 0
     most = 0
     do g = 1, 3
       do i = 1, N
-        call profile_interval(problem, unknowns, report%p, i, linear_guess_t(GUESSES(g)*posterior%sd(i)), THRESHOLD_90, options, &
+        call profile_interval(problem, unknowns, report, i, linear_guess_t(GUESSES(g)*posterior%sd(i)), THRESHOLD_90, options, &
                               interval)
         if (.not. (interval%has_lower .and. interval%has_upper .and. interval%is_complete)) worst = huge(worst)
         worst = max(worst, abs(interval%upper - report%p(i) - sqrt(THRESHOLD_90)*posterior%sd(i))/posterior%sd(i), &
@@ -216,9 +217,9 @@ contains
     do i = 1, 3
       problem%measured = MEASURED(i)
       problem%noise = SCATTER(i)
-      call fit(problem, unknowns, [1.0_rp], options, report)
+      call fit(problem, unknowns, [1.0_rp], solver_state_t(), options, report)
       posterior = find_posterior(unknowns, report)
-      call profile_interval(problem, unknowns, report%p, 1, linear_guess_t(posterior%sd(1)), THRESHOLD_90, options, interval)
+      call profile_interval(problem, unknowns, report, 1, linear_guess_t(posterior%sd(1)), THRESHOLD_90, options, interval)
       sentence = profile_sentence('joint:7', 'N m/rad', .true., interval)
       call t%check('the search is complete', interval%is_complete)
       select case (i)
@@ -258,15 +259,15 @@ contains
     call unknowns%init(1)
     unknowns%lower = -8
     unknowns%upper = 8
-    call fit(problem, unknowns, [-3.0_rp], options, report)
+    call fit(problem, unknowns, [-3.0_rp], solver_state_t(), options, report)
     call t%check_close('the fit goes around it', report%p(1), 1.0_rp, atol=1.0e-6_rp)
-    call profile_interval(problem, unknowns, report%p, 1, linear_guess_t(3.0_rp), THRESHOLD_90, options, interval)
+    call profile_interval(problem, unknowns, report, 1, linear_guess_t(3.0_rp), THRESHOLD_90, options, interval)
     call t%check('the interval ends there', interval%has_upper .and. interval%is_complete)
     call t%check_close('  at its edge', interval%upper, 1.2_rp, atol=1.0e-3_rp)
     problem%valid_below = 0.9_rp
-    call fit(problem, unknowns, [-3.0_rp], options, report)
+    call fit(problem, unknowns, [-3.0_rp], solver_state_t(), options, report)
     call t%check('the fit stays in front of it: '//report%reason, report%p(1) > 0.89_rp .and. report%p(1) < 0.9_rp)
-    call fit(problem, unknowns, [2.0_rp], options, report)
+    call fit(problem, unknowns, [2.0_rp], solver_state_t(), options, report)
     call t%check('an invalid start is a failure, not a result',.not. report%is_converged)
   end subroutine avoid_invalid
 end program test_least_squares_fit

@@ -59,6 +59,7 @@ contains
           if (.not. seconds(k) >= 0) n_wrong = n_wrong + 1
         end do
         deallocate (inputs, outputs, seconds, statuses, want)
+        if (batch == 3) call farm%meet(runner)
       end do
       call farm%shut_down()
     else
@@ -66,6 +67,7 @@ contains
     end if
     call t%check('every output is that of its own task, to the bit', n_wrong == 0)
     call t%check('failures are statuses', n_failed == N_FAILING .or. .not. t%world%is_root)
+    call t%check('all ranks have met between two batches', runner%n_met == t%world%size)
     call t%check('every rank has the last context', size(runner%context) == size(COUNTS))
   end subroutine test_batches
 

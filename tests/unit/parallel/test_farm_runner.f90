@@ -3,6 +3,7 @@
 module test_farm_runner
   use base_kinds, only: rp, i8
   use parallel_farm, only: task_runner_t
+  use parallel_world, only: world_t
   use, intrinsic :: iso_c_binding, only: c_int
   implicit none
   private
@@ -13,10 +14,12 @@ module test_farm_runner
   type, extends(task_runner_t) :: sleepy_t
     integer :: questions_left = huge(1) !< after so many questions it wants to stop
     integer :: n_done = 0
+    integer :: n_met = 0                !< ranks that met last
     integer :: done(1000) = 0           !< tasks done on this rank, in order
   contains
     procedure :: run_task => sleepy_run_task
     procedure :: wants_stop => sleepy_wants_stop
+    procedure :: meet => sleepy_meet
   end type sleepy_t
 
   interface
@@ -49,6 +52,13 @@ contains
     wants = self%questions_left <= 0
     self%questions_left = self%questions_left - 1
   end function sleepy_wants_stop
+
+  !> Counts the ranks.
+  subroutine sleepy_meet(self, world)
+    class(sleepy_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    self%n_met = world%max_integer(world%rank + 1)
+  end subroutine sleepy_meet
 
   !> What the output of a task should be: numbers that no other input or context gives.
   pure subroutine expected(input, context, output)

@@ -4,14 +4,16 @@
 module failing_runner
   use base_checksum, only: checksum_reals
   use base_kinds, only: i8, rp
+  use measurement_bending_runner, only: bending_runner_t
   use measurement_bending_task, only: NOT_SOLVED
+  use measurement_evaluation, only: evaluation_t
+  use measurement_problem, only: wing_point_t
   use training_pool_problem, only: pool_problem_t
-  use training_task, only: train_runner_t
   implicit none
   private
   public :: counting_problem_t, failing_runner_t, is_to_fail
 
-  type, extends(train_runner_t) :: failing_runner_t
+  type, extends(bending_runner_t) :: failing_runner_t
     integer :: one_of = 0 !< every so many-th task fails; 0: none
   contains
     procedure :: run_task => failing_run_task
@@ -41,19 +43,22 @@ contains
     real(rp), intent(inout) :: output(:)
     integer, intent(out) :: status
     status = NOT_SOLVED
-    if (.not. is_to_fail(input, self%one_of)) call self%train_runner_t%run_task(input, output, status)
+    if (.not. is_to_fail(input, self%one_of)) call self%bending_runner_t%run_task(input, output, status)
   end subroutine failing_run_task
 
   !> See `wing_problem_t`.
-  subroutine counting_run(self, p)
+  subroutine counting_run(self, p, from, evaluations, shapes)
     class(counting_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)
+    type(wing_point_t), intent(in) :: from
+    type(evaluation_t), allocatable, intent(out) :: evaluations(:)
+    real(rp), allocatable, intent(out) :: shapes(:, :, :)
     logical :: is_feasible
     integer :: l
-    call self%pool_problem_t%run(p)
+    call self%pool_problem_t%run(p, from, evaluations, shapes)
     is_feasible = .true.
-    do l = 1, size(self%evaluations)
-      is_feasible = is_feasible .and. self%evaluations(l)%is_feasible()
+    do l = 1, size(evaluations)
+      is_feasible = is_feasible .and. evaluations(l)%is_feasible()
     end do
     self%n_points = self%n_points + 1
     if (.not. is_feasible) self%n_failed = self%n_failed + 1

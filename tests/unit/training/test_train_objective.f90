@@ -14,9 +14,13 @@ program test_train_objective
   use least_squares_continuation, only: fit_by_continuation
   use least_squares_fit, only: fit_options_t, fit_report_t
   use least_squares_problem, only: unknowns_t
+  use measurement_bending_pool, only: bending_pool_t
+  use measurement_bending_runner, only: bending_runner_t
+  use measurement_bending_task, only: bending_task_t, task_input, TASK_COSTS
   use measurement_data, only: measurement_t, NOT_STATED, QUANTITY_DISPLACEMENT, QUANTITY_ROTATION
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
+  use measurement_observed_wing, only: observed_wing_t
   use measurement_problem, only: wing_unknowns
   use parallel_world, only: world_t
   use solid_params, only: default_params, solid_params_t
@@ -28,8 +32,6 @@ program test_train_objective
   use training_fingerprint, only: fingerprint_of
   use training_history, only: train_history_t
   use training_objective, only: candidate_costs_t, train_objective_t
-  use training_pool, only: worker_pool_t
-  use training_task, only: task_input, train_runner_t
   implicit none
   integer, parameter :: N_LOADS = 2, NX = 24, NY = 12, LAMBDA = 9
   integer, parameter :: ONE_OF = 10 ! failing tasks: with two loads every fifth candidate
@@ -40,8 +42,7 @@ program test_train_objective
   type(testkit_t) :: t
   type(wing_t) :: wing
   type(experiment_t), target :: experiment
-  type(failing_runner_t), target :: runner, runner_alone
-  type(worker_pool_t), target :: pool, alone
+  type(bending_pool_t), target :: pool, alone
   type(world_t) :: world_alone
   type(job_limits_t) :: limits
   real(rp), allocatable :: truth(:)
@@ -55,14 +56,10 @@ program test_train_objective
   call make_experiment()
   call test_marks()
   limits%stop_seconds = 1.0e6_rp
-  call runner%init(experiment)
-  runner%one_of = ONE_OF
-  call pool%init(t%world, experiment, runner, limits)
+  call make_pool(t%world, ONE_OF, limits, pool)
   if (t%world%is_root) then
     call world_alone%isolate()
-    call runner_alone%init(experiment)
-    runner_alone%one_of = ONE_OF
-    call alone%init(world_alone, experiment, runner_alone, limits)
+    call make_pool(world_alone, ONE_OF, limits, alone)
     call test_costs()
     call test_clock()
     if (t%world%size == SEARCHERS) then
@@ -88,6 +85,23 @@ program test_train_objective
   call t%finish()
 
 contains
+
+  !> Ranks that fail one of so many tasks; 0: none.
+  subroutine make_pool(world, one_of, limits, pool)
+    type(world_t), intent(in) :: world
+    integer, intent(in) :: one_of
+    type(job_limits_t), intent(in) :: limits
+    type(bending_pool_t), intent(inout) :: pool
+    class(observed_wing_t), allocatable :: wing
+    type(failing_runner_t), allocatable :: failing
+    class(bending_runner_t), allocatable :: runner
+    allocate (wing, failing)
+    call wing%take_experiment(experiment)
+    failing%one_of = one_of
+    call failing%init(wing)
+    call move_alloc(failing, runner)
+    call pool%init(world, runner, limits)
+  end subroutine make_pool
 
   !> Starts of polishes: feasible candidates by their cost, none beside a better one.
   subroutine test_starts()
@@ -193,7 +207,8 @@ contains
       do k = 1, LAMBDA
         has_failure = .false.
         do l = 1, N_LOADS
-          has_failure = has_failure .or. is_to_fail(task_input(x(:, k), l, single%is_start(l), .false.), ONE_OF)
+          has_failure = has_failure .or. is_to_fail(task_input(bending_task_t(TASK_COSTS, l, single%is_start(l)), x(:, k), &
+                                                              [integer ::]), ONE_OF)
         end do
         is_right = is_right .and. (has_failure .eqv. costs%has_failed(k))
       end do
@@ -205,16 +220,14 @@ contains
   subroutine test_clock()
     type(train_objective_t) :: objective
     type(candidate_costs_t) :: costs
-    type(train_runner_t), target :: runner_late
-    type(worker_pool_t), target :: late
+    type(bending_pool_t), target :: late
     type(job_limits_t) :: soon
     soon%stop_seconds = 1.0e-6_rp
-    call runner_late%init(experiment)
-    call late%init(world_alone, experiment, runner_late, soon)
+    call make_pool(world_alone, 0, soon, late)
     call objective%init(experiment, late, .false.)
     call objective%evaluate(reshape([truth, truth], [2, 2]), costs)
     ends_in_time = late%is_stopped .and. late%n_tasks < 2*N_LOADS
-    call runner_late%free()
+    call late%free()
   end subroutine test_clock
 
   !> A checkpoint belongs to one geometry of the scalar readings.
@@ -327,9 +340,8 @@ contains
     unknowns = wing_unknowns(experiment, truth, 1.0_rp)
     n_begun = 0
     do i = 1, N_STARTS
-      problem%is_start = .false.
       start = coordinates(random_uniforms(6_i8, 1_i8, int(i, i8)))
-      call fit_by_continuation(problem, unknowns, start, options, .true., report, path)
+      call fit_by_continuation(problem, unknowns, start, problem%initial_state(), options, .true., report, path)
       if (size(path, 2) == 0) cycle ! the start itself failed
       n_begun = n_begun + 1
       has_ended = has_ended .and. report%is_converged

@@ -78,7 +78,8 @@ program test_measurement_beam
   call t%check('the unknowns are E and the offset', experiment%count() == 2 .and. unknown%name == 'zero:bench' .and. &
                .not. unknown%is_log .and. unknown%unit == 'm')
   call problem%init(experiment)
-  call fit(problem, wing_unknowns(experiment, experiment%start(), 1.0_rp), experiment%start(), fit_options, report)
+  call fit(problem, wing_unknowns(experiment, experiment%start(), 1.0_rp), experiment%start(), problem%initial_state(), &
+           fit_options, report)
   call t%check('the fit converges: '//report%reason, report%is_converged)
   call t%check_close('E is that of the beam', exp(report%p(1)), YOUNG, rtol=TOLERANCE)
   call t%check_close('the offset is found', report%p(2), OFFSET, atol=TOLERANCE*STEP)

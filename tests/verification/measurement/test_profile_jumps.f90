@@ -15,7 +15,7 @@ program test_profile_jumps
   use measurement_data, only: measurement_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
-  use measurement_problem, only: wing_problem_t, wing_unknowns
+  use measurement_problem, only: wing_point_t, wing_problem_t, wing_unknowns
   use solid_params, only: default_params, solid_params_t
   use solid_statics, only: static_options_t
   use solid_wing, only: wing_t
@@ -134,6 +134,7 @@ contains
     type(wing_problem_t) :: problem
     type(unknowns_t) :: unknowns
     type(fit_options_t) :: options
+    type(fit_report_t) :: at_truth
     type(posterior_t) :: all_loads, others
     type(interval_t) :: interval, reference
     type(parameter_t) :: parameter
@@ -145,7 +146,7 @@ contains
     call problem%init(experiment)
     problem%is_cold = .true.
     unknowns = wing_unknowns(experiment, truth, 1.0_rp)
-    call evaluate_at_truth(problem, unknowns, .false., all_loads)
+    call evaluate_at_truth(problem, unknowns, .false., at_truth, all_loads)
     along = all_loads%covariance(:, 1)/all_loads%covariance(1, 1)
     edge = truth
     truth = edge + along*all_loads%sd(1)/3
@@ -155,17 +156,17 @@ contains
     jump = norm2(deformations(JUMPING, edge + 0.03_rp*(truth - edge)) - &
                  deformations(JUMPING, edge - 0.03_rp*(truth - edge)))/SIGMA
     call t%check('the profile crosses the jump', jump > 2*sqrt(THRESHOLD_90))
-    call evaluate_at_truth(problem, unknowns, .true., others)
+    call evaluate_at_truth(problem, unknowns, .true., at_truth, others)
     do i = 1, 2
       parameter = experiment%describe(i)
       name = trim(parameter%name)
-      call evaluate_at_truth(problem, unknowns, .false., all_loads)
-      call profile_interval(problem, unknowns, truth, i, linear_guess_t(all_loads%sd(i)), THRESHOLD_90, options, interval)
+      call evaluate_at_truth(problem, unknowns, .false., at_truth, all_loads)
+      call profile_interval(problem, unknowns, at_truth, i, linear_guess_t(all_loads%sd(i)), THRESHOLD_90, options, interval)
       call t%check(name//': the interval has two ends, none of them a jump', interval%is_complete .and. &
                    interval%has_lower .and. interval%has_upper .and. .not. any(interval%is_jump))
       call t%check('  it holds the truth', interval%lower < truth(i) .and. interval%upper > truth(i))
-      call t%check('  no other load is left out',.not. any(problem%is_left_out(JUMPING + 1:)))
-      is_without = problem%is_left_out(JUMPING)
+      call t%check('  no other load is left out',.not. any(interval%is_left_out(JUMPING + 1:)))
+      is_without = interval%is_left_out(JUMPING)
       if (i == 1) then
         call t%check('  the load that jumps is left out', is_without)
         call t%check('  it reaches beyond the jump', interval%lower < edge(1))
@@ -173,10 +174,9 @@ contains
                            2*sqrt(THRESHOLD_90)*others%sd(1), rtol=ACCURACY)
         call t%check('  it is wider for that', others%sd(1) > (1 + 2*ACCURACY)*all_loads%sd(1))
       end if
-      call evaluate_at_truth(problem, unknowns, is_without, others)
-      problem%is_left_out(JUMPING) = is_without
+      call evaluate_at_truth(problem, unknowns, is_without, at_truth, others)
       problem%is_cold = .false.
-      call profile_interval(problem, unknowns, truth, i, linear_guess_t(others%sd(i)), THRESHOLD_90, options, reference)
+      call profile_interval(problem, unknowns, at_truth, i, linear_guess_t(others%sd(i)), THRESHOLD_90, options, reference)
       problem%is_cold = .true.
       call t%check_close('  the loads that count say the same alone: the lower end', interval%lower - truth(i), &
                          reference%lower - truth(i), rtol=ACCURACY)
@@ -185,20 +185,19 @@ contains
     call problem%free()
   end subroutine check_intervals
 
-  !> The solver stands at the truth, where nothing can be fitted better, and all loads count; the covariances are those
-  !> with or without the load that jumps.
-  subroutine evaluate_at_truth(problem, unknowns, is_without, posterior)
+  !> A fit at the truth, where nothing can be fitted better, and its covariances, with or without the load that jumps.
+  subroutine evaluate_at_truth(problem, unknowns, is_without, report, posterior)
     type(wing_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     logical, intent(in) :: is_without
+    type(fit_report_t), intent(out) :: report
     type(posterior_t), intent(out) :: posterior
     type(fit_options_t) :: options
-    type(fit_report_t) :: report
+    type(wing_point_t) :: rest
     options%reduction_tolerance = 1.0e-4_rp
-    problem%is_left_out = .false.
-    problem%is_left_out(JUMPING) = is_without
-    call fit(problem, unknowns, truth, options, report)
+    rest = problem%initial_state()
+    rest%is_left_out(JUMPING) = is_without
+    call fit(problem, unknowns, truth, rest, options, report)
     posterior = find_posterior(unknowns, report)
-    problem%is_left_out = .false.
   end subroutine evaluate_at_truth
 end program test_profile_jumps
