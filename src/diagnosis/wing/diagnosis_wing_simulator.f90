@@ -26,11 +26,11 @@ module diagnosis_wing_simulator
   use least_squares_state, only: solver_state_t
   use measurement_bending_task, only: TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES
   use measurement_experiment, only: experiment_t
-  use measurement_instrument, only: FORCE_GAIN
+  use measurement_instrument_causes, only: FORCE_GAIN
   use parallel_farm, only: farm_t
   use parallel_world, only: world_t
   use solid_mass_effects, only: mass_parts_t
-  use solid_params, only: PARAM_PLATE
+  use solid_usual_causes, only: PARAM_PLATE
   use solid_wing, only: wing_t
   implicit none
   private
