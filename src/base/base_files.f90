@@ -144,8 +144,8 @@ contains
   end subroutine sync_path
 
   !> Puts the complete file `temporary` in the place of `path`. With `durable`, the content is forced to the disk before the rename
-  !> and the rename after it, so that either the old or the new file is complete after a power failure. Does nothing after a failure;
-  !> fails if it cannot do so.
+  !> and the rename after it, so that either the old or the new file is complete after a power failure. Does nothing after an
+  !> earlier failure; fails if it cannot do so.
   subroutine replace_file(temporary, path, durable, failure)
     character(*), intent(in) :: temporary, path
     logical, intent(in) :: durable

@@ -7,8 +7,9 @@ module diagnosis_further_runs
   use base_outcome, only: outcome_t
   use diagnosis_discretisation, only: discretisation_error_t
   use diagnosis_flight_catalogue, only: flight_steps, rounded
-  use diagnosis_flight_response, only: flight_response_t, FLOW_FREQUENCY, N_CHANGES
-  use diagnosis_flight_runner, only: flight_record_t, flight_request_t, flight_runner_t, FLOW_VISCOSITY, FLOW_WIND, N_FLOW
+  use diagnosis_flight_response, only: flight_response_t
+  use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_VISCOSITY, FLOW_WIND, N_CHANGES, N_FLOW
+  use diagnosis_flight_runner, only: flight_record_t, flight_request_t, flight_runner_t
   use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_parameters, only: KIND_FLIGHT
   use diagnosis_wing_simulator, only: wing_simulator_t

@@ -22,9 +22,9 @@ module diagnosis_load_sites
   use measurement_data, only: measured_load_t, measurement_t, observation_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
-  use measurement_instrument, only: FORCE_GAIN
+  use measurement_instrument_causes, only: FORCE_GAIN
   use measurement_simulation, only: N_NUISANCES
-  use solid_params, only: PARAM_PLATE
+  use solid_usual_causes, only: PARAM_PLATE
   implicit none
   private
   public :: new_load_t, trial_t, common_columns, try_loads, normal_matrix, separation

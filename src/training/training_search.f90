@@ -17,7 +17,7 @@ module training_search
   use measurement_bending_pool, only: bending_pool_t
   use measurement_evaluation, only: evaluation_t
   use parallel_world, only: world_t
-  use solid_params, only: PARAM_YOUNG
+  use solid_usual_causes, only: PARAM_YOUNG
   use training_budget, only: find_budget
   use training_case, only: training_case_t
   use training_fingerprint, only: fingerprint_of

@@ -7,6 +7,9 @@ usage: flusi_command_line.py <flusi> <h5dump> [tests]
 import os
 import re
 import shutil
+import subprocess
+import sys
+from pathlib import Path
 
 from whole_program import EXIT_FAILURE, EXIT_OK, EXIT_USER, SOURCE, STATIC_REFERENCE, check, live_keys, main, merged, no_crash, sphere
 
@@ -261,6 +264,14 @@ def test_reference_of_parameters(case):
     no_crash(done)
     check(done.out == (SOURCE / "docs/formats/parameters.md").read_text(),
           "docs/formats/parameters.md is current; renew it with `flusi --parameters > docs/formats/parameters.md`")
+
+
+def test_reference_of_causes(case):
+    """docs/formats/causes.md is what msm_diagnose, which stands beside flusi, says."""
+    done = subprocess.run([Path(sys.argv[1]).with_name("msm_diagnose"), "--causes"], cwd=case.folder, env={**os.environ, **NO_MPI},
+                          capture_output=True, text=True, check=True)
+    check(done.stdout == (SOURCE / "docs/formats/causes.md").read_text(),
+          "docs/formats/causes.md is current; renew it with `msm_diagnose --causes > docs/formats/causes.md`")
 
 
 main(globals())

@@ -1,28 +1,24 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Makes the entries of the catalogue that records of forces over the beat can show: errors of the kinematics, of the flow and of
-!> the force balance. A separate procedure enters each of these groups. Without such records the catalogue has none of these
+!> the force balance. Without such records the catalogue has none of these
 !> entries.
 module diagnosis_flight_catalogue
+  use base_cause, only: cause_t
   use base_kinds, only: rp
-  use base_parameter, only: define_effect, parameter_t
-  use base_text, only: next_word, quoted
-  use diagnosis_flight_response, only: FLOW_FREQUENCY, N_CHANGES
-  use diagnosis_flight_runner, only: flight_facts_t, FLOW_DEVIATION, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, &
-                                     FLOW_STROKE, FLOW_STROKE_MEAN, FLOW_VISCOSITY, FLOW_WIND, N_FLOW
+  use base_parameter, only: parameter_t
+  use base_text, only: next_word
+  use diagnosis_flight_changes, only: cause_of_change, change_parameter, change_scales_t, list_change_causes, FLOW_FREQUENCY, &
+                                      FLOW_VISCOSITY, FLOW_WIND, N_FLOW, NEED_RIGID
+  use diagnosis_flight_runner, only: flight_facts_t
   use diagnosis_wing_entries, only: append_variant, catalogue_t
   use diagnosis_wing_parameters, only: wing_parameter, KIND_BALANCE, KIND_FLIGHT
   use inference_simulator, only: variant_t
-  use measurement_balance, only: cross_number, describe_balance, BALANCE_DELAY, BALANCE_GAIN, BALANCE_LOWPASS, BALANCE_MASS, &
-                                 BALANCE_OFFSET, BALANCE_TURN
+  use measurement_balance_causes, only: balance_scales_t, cross_components, list_balance_causes, BALANCE_OFFSET, BALANCE_TURN, &
+                                        NEED_FORCES
   use measurement_flight, only: measured_flight_t, N_COMPONENTS
   implicit none
   private
-  public :: enter_flights, exclude_unflown, flight_steps, rounded, FLIGHT_EFFECTS
-
-  character(*), parameter :: FLIGHT_EFFECTS = 'stroke_amplitude stroke_mean pitch_amplitude pitch_mean pitch_lead '// &
-    'deviation_amplitude stroke_plane beat_frequency wind viscosity balance_gain balance_offset balance_turn cross_talk '// &
-    'balance_lowpass balance_delay wing_inertia'
-  real(rp), parameter :: WIND_SD = 0.05_rp !< of the speed of the tip
+  public :: enter_flights, exclude_unflown, flight_steps, rounded, flight_causes
 
 contains
 
@@ -46,10 +42,10 @@ contains
     steps = 0
     do j = 1, N_FLOW
       if (facts%missing(j) /= '') cycle
-      if (.not. (is_wanted(wanted, effect_of(j)) .or. &
-                 is_wanted(wanted, 'beat_frequency') .and. (j == FLOW_VISCOSITY .or. j > FLOW_WIND .and. j <= FLOW_WIND + 3 .and. &
-                                                            norm2(facts%wind) > 0))) cycle
-      p = flow_parameter(j, facts)
+      if (.not. (is_wanted(wanted, cause_of_change(j)) .or. &
+                 is_wanted(wanted, cause_of_change(FLOW_FREQUENCY)) .and. &
+                 (j == FLOW_VISCOSITY .or. j > FLOW_WIND .and. j <= FLOW_WIND + 3 .and. norm2(facts%wind) > 0))) cycle
+      p = change_parameter(j, scales_of(facts))
       steps(j) = p%prior_sd
       if (.not. present(sd)) cycle
       if (sd(j) > 0) steps(j) = min(p%prior_sd, max(rounded(STEP*sd(j), STEP*sd(j)), LEAST_STEP*p%prior_sd))
@@ -79,40 +75,35 @@ contains
     end do
   end function is_wanted
 
-  !> Returns the name of the effect to which change j belongs.
-  pure function effect_of(j) result(name)
-    integer, intent(in) :: j
-    character(:), allocatable :: name
-    character(19), parameter :: NAMES(N_CHANGES) = [character(19) :: 'stroke_amplitude', 'stroke_mean', 'pitch_amplitude', &
-                                                    'pitch_mean', 'pitch_lead', 'deviation_amplitude', 'stroke_plane', 'wind', &
-                                                    'wind', 'wind', 'viscosity', 'beat_frequency']
-    name = trim(NAMES(j))
-  end function effect_of
-
-  !> Returns change j of the kinematics or the flow as a parameter. Its coordinate is 0 for the case as it is.
-  pure function flow_parameter(j, facts) result(p)
-    integer, intent(in) :: j
+  !> Returns what the changes of a case depend on.
+  pure function scales_of(facts) result(scales)
     type(flight_facts_t), intent(in) :: facts
-    type(parameter_t) :: p
-    type(parameter_t) :: q
-    character(*), parameter :: AXES = 'xyz'
-    select case (j)
-    case (FLOW_STROKE, FLOW_PITCH, FLOW_DEVIATION)
-      call define_effect(q, effect_of(j), '1', .false., -0.4_rp, 0.4_rp, 0.05_rp)
-    case (FLOW_STROKE_MEAN, FLOW_PITCH_MEAN, FLOW_PLANE)
-      call define_effect(q, effect_of(j), 'degree', .false., -20.0_rp, 20.0_rp, 3.0_rp)
-    case (FLOW_LEAD)
-      call define_effect(q, effect_of(j), 'beat', .false., -0.2_rp, 0.2_rp, 0.02_rp)
-    case (FLOW_WIND + 1:FLOW_WIND + 3)
-      call define_effect(q, 'wind:'//AXES(j - FLOW_WIND:j - FLOW_WIND), 'm/s', .false., -0.5_rp*facts%speed, &
-                         0.5_rp*facts%speed, WIND_SD*facts%speed)
-    case (FLOW_VISCOSITY)
-      call define_effect(q, effect_of(j), '1', .true., 0.5_rp, 2.0_rp, 0.05_rp)
-    case default
-      call define_effect(q, effect_of(j), '1', .true., 0.7_rp, 1.4_rp, 0.05_rp)
-    end select
-    p = q%as_coordinate(q%null)
-  end function flow_parameter
+    type(change_scales_t) :: scales
+    scales%speed = facts%speed
+    scales%is_section = facts%is_section
+  end function scales_of
+
+  !> Returns the names of all causes that records of forces can show, separated by blanks.
+  pure function flight_causes() result(names)
+    character(:), allocatable :: names
+    type(change_scales_t) :: of_changes
+    type(balance_scales_t) :: of_balance
+    names = names_of(list_change_causes(of_changes))//names_of(list_balance_causes(of_balance))
+    names = names(2:)
+
+  contains
+
+    pure function names_of(list) result(text)
+      type(cause_t), intent(in) :: list(:)
+      character(:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, size(list)
+        text = text//' '//list(i)%name
+      end do
+    end function names_of
+
+  end function flight_causes
 
   !> Adds to the catalogue all effects in the list `wanted` that records of forces can show. An empty `wanted` means all effects.
   subroutine enter_flights(c, facts, flights, wanted)
@@ -120,8 +111,12 @@ contains
     type(flight_facts_t), intent(in) :: facts
     type(measured_flight_t), intent(in) :: flights(:)
     character(*), intent(in) :: wanted
-    call enter_kinematics(c, facts, wanted)
-    call enter_flow(c, facts, wanted)
+    type(cause_t), allocatable :: list(:)
+    integer :: i
+    list = list_change_causes(scales_of(facts))
+    do i = 1, size(list)
+      if (is_wanted(wanted, list(i)%name)) call enter_changes(c, list(i), facts)
+    end do
     call enter_balance(c, facts, flights, wanted)
   end subroutine enter_flights
 
@@ -164,70 +159,28 @@ contains
     end do
   end subroutine exclude_unflown
 
-  !> Enters the changes of the kinematics that are wanted.
-  subroutine enter_kinematics(c, facts, wanted)
+  !> Enters a cause whose parameters are changes, which are fitted together.
+  subroutine enter_changes(c, cause, facts)
     type(catalogue_t), intent(inout) :: c
+    type(cause_t), intent(in) :: cause
     type(flight_facts_t), intent(in) :: facts
-    character(*), intent(in) :: wanted
-    call one(FLOW_STROKE, 'stroke of another amplitude', 'The wing swept farther, or less far, than the kinematics say.')
-    call one(FLOW_STROKE_MEAN, 'stroke about another mean angle', 'The stroke lay farther forward or back than the kinematics say.')
-    call one(FLOW_PITCH, 'pitch of another amplitude', 'The wing turned about its long axis more, or less, than the '// &
-             'kinematics say.')
-    call one(FLOW_PITCH_MEAN, 'pitch about another mean angle', 'The wing was pitched by a constant angle against the kinematics.')
-    call one(FLOW_LEAD, 'pitch at another time', 'The wing turned about its long axis earlier, or later, in the beat than the '// &
-             'kinematics say.')
-    call one(FLOW_DEVIATION, 'deviation of another amplitude', 'The wing left the stroke plane more, or less, than the '// &
-             'kinematics say.')
-    call one(FLOW_PLANE, 'another stroke plane', 'The stroke plane was tilted against that of the kinematics.')
-    call one(FLOW_FREQUENCY, 'another beat frequency', 'The wing beat faster, or slower, than was stated.')
-
-  contains
-
-    !> Enters change `j` of the flow as an effect.
-    subroutine one(j, title, sentence)
-      integer, intent(in) :: j
-      character(*), intent(in) :: title, sentence
-      call enter_changes(c, [j], title, sentence, facts, wanted)
-    end subroutine one
-
-  end subroutine enter_kinematics
-
-  !> Enters wind and viscosity if they are wanted.
-  subroutine enter_flow(c, facts, wanted)
-    type(catalogue_t), intent(inout) :: c
-    type(flight_facts_t), intent(in) :: facts
-    character(*), intent(in) :: wanted
-    integer :: j
-    call enter_changes(c, pack([(j, j=FLOW_WIND + 1, FLOW_WIND + 3)], mask=.not. (facts%is_section .and. &
-                                                                             [.true., .false., .false.])), &
-                       'wind', 'The air moved against the wing as a whole.', facts, wanted)
-    call enter_changes(c, [FLOW_VISCOSITY], 'another viscosity', 'The fluid was more, or less, viscous than was stated: its '// &
-                       'temperature differs.', facts, wanted)
-  end subroutine enter_flow
-
-  !> Adds one effect whose parameters are the changes `numbers`, which are fitted together.
-  subroutine enter_changes(c, numbers, title, sentence, facts, wanted)
-    type(catalogue_t), intent(inout) :: c
-    integer, intent(in) :: numbers(:)
-    character(*), intent(in) :: title, sentence
-    type(flight_facts_t), intent(in) :: facts
-    character(*), intent(in) :: wanted
     type(variant_t), allocatable :: variants(:)
     integer, allocatable :: columns(:)
     character(:), allocatable :: missing
-    integer :: k, j
-    if (.not. is_wanted(wanted, effect_of(numbers(1)))) return
-    allocate (columns(size(numbers)), variants(0))
+    integer :: k
+    allocate (columns(0), variants(0))
     missing = ''
-    do k = 1, size(numbers)
-      j = numbers(k)
-      columns(k) = c%add(wing_parameter(flow_parameter(j, facts), KIND_FLIGHT, j))
-      if (missing == '') missing = first_reason(j, facts, facts%missing)
-      if (missing == '' .and. j == FLOW_FREQUENCY .and. facts%is_flexible) missing = 'needs wings that do not bend'
+    do k = 1, size(cause%parameters)
+      associate (one => cause%parameters(k))
+        if (.not. one%is_tried) cycle
+        columns = [columns, c%add(wing_parameter(one%value%as_coordinate(one%value%null), KIND_FLIGHT, one%number))]
+        if (missing == '') missing = first_reason(one%number, facts, facts%missing)
+      end associate
     end do
+    if (missing == '' .and. any(cause%needs == NEED_RIGID) .and. facts%is_flexible) missing = 'needs wings that do not bend'
     call append_variant(variants, '', columns(1), [0.0_rp, 0.0_rp])
     variants(1)%columns = columns
-    call c%enter(effect_of(numbers(1)), title, sentence, .false., missing, variants)
+    call c%enter(cause, missing, variants)
   end subroutine enter_changes
 
   !> Enters the errors of the force balance that are wanted and that the records can show.
@@ -236,61 +189,51 @@ contains
     type(flight_facts_t), intent(in) :: facts
     type(measured_flight_t), intent(in) :: flights(:)
     character(*), intent(in) :: wanted
-    logical :: is_there(N_COMPONENTS), turns(3)
-    real(rp) :: sizes(N_COMPONENTS), mass
-    integer, allocatable :: pairs(:)
-    integer :: i, j
-    turns = .true. ! a section feels turns about x alone
-    if (facts%is_section) turns(2:3) = .false.
-    call find_sizes(facts, flights, sizes, is_there, mass)
-    allocate (pairs(0))
-    do i = 1, 6
-      do j = 3*((i - 1)/3) + 1, 3*((i - 1)/3) + 3
-        if (i /= j .and. is_there(i) .and. is_flown(j)) pairs = [pairs, cross_number(i, j)]
+    type(balance_scales_t) :: scales
+    type(cause_t), allocatable :: list(:)
+    type(variant_t), allocatable :: variants(:)
+    logical :: is_there(N_COMPONENTS)
+    integer, allocatable :: columns(:)
+    integer :: i, k
+    call find_sizes(facts, flights, scales%sizes, is_there, scales%mass)
+    scales%period = 1/facts%frequency
+    scales%is_per_length = facts%is_section
+    list = list_balance_causes(scales)
+    do i = 1, size(list)
+      if (.not. is_wanted(wanted, list(i)%name)) cycle
+      if (any(list(i)%needs == NEED_FORCES) .and. .not. any(is_there(:6))) cycle
+      allocate (columns(0), variants(0))
+      do k = 1, size(list(i)%parameters)
+        associate (one => list(i)%parameters(k))
+          if (.not. shows(one%number, is_there, facts%is_section)) cycle
+          columns = [columns, c%add(wing_parameter(one%value%as_coordinate(one%value%null), KIND_BALANCE, one%number))]
+        end associate
       end do
+      if (size(columns) > 0) then
+        call append_variant(variants, '', columns(1), [0.0_rp, 0.0_rp])
+        variants(1)%columns = columns
+        call c%enter(list(i), '', variants)
+      end if
+      deallocate (columns, variants)
     end do
-    call one('balance_gain', 'wrong gain of the force balance', [BALANCE_GAIN], &
-             'All forces and torques were larger, or smaller, than the balance says, by one factor.')
-    call one('balance_offset', 'zero error of the force balance', pack([(BALANCE_OFFSET + i, i=1, N_COMPONENTS)], is_there), &
-             'The balance did not show 0 where there was no force.')
-    call one('balance_turn', 'turned force balance', pack([(BALANCE_TURN + i, i=1, 3)], mask=turns), &
-             'The axes of the balance were turned against those of the record.')
-    call one('cross_talk', 'cross-talk of the force balance', pairs, 'The balance showed a share of one component in another.')
-    call one('balance_lowpass', 'slow force balance', [BALANCE_LOWPASS], &
-             'The balance smoothed the record, as a filter of first order.')
-    call one('balance_delay', 'forces and kinematics that do not begin together', [BALANCE_DELAY], &
-             'The record of the forces was late, or early, against that of the motion: balance and camera had different clocks.')
-    call one('wing_inertia', 'inertia of the wing in the forces', [BALANCE_MASS], &
-             'The inertia of the wing was not subtracted from what the balance shows, or too much of it.')
-
-  contains
-
-    !> Tells whether flights have the force or torque `component`, from 1 to 6: of a section they have only 2 and 3.
-    pure logical function is_flown(component)
-      integer, intent(in) :: component
-      is_flown = .not. facts%is_section .or. any(component == [2, 3])
-    end function is_flown
-
-    !> Enters one error of the balance, if it is wanted and has parameters that the records can show.
-    subroutine one(name, title, numbers, sentence)
-      character(*), intent(in) :: name, title, sentence
-      integer, intent(in) :: numbers(:)
-      type(variant_t), allocatable :: variants(:)
-      integer :: columns(size(numbers)), k
-      if (.not. is_wanted(wanted, name)) return
-      allocate (variants(0))
-      if (size(numbers) == 0) return
-      if (any(numbers(1) == [BALANCE_TURN + 1, BALANCE_MASS]) .and. .not. any(is_there(:6))) return ! power alone shows neither
-      do k = 1, size(numbers)
-        columns(k) = c%add(wing_parameter(describe_balance(numbers(k), sizes, 1/facts%frequency, mass, facts%is_section), &
-                                          KIND_BALANCE, numbers(k)))
-      end do
-      call append_variant(variants, '', columns(1), [0.0_rp, 0.0_rp])
-      variants(1)%columns = columns
-      call c%enter(name, title, sentence, .true., '', variants)
-    end subroutine one
-
   end subroutine enter_balance
+
+  !> Tells whether records of these components can show parameter `number` of the balance. Flights of a section have only the
+  !> forces 2 and 3, and a section feels turns about x alone.
+  pure logical function shows(number, is_there, is_section)
+    integer, intent(in) :: number
+    logical, intent(in) :: is_there(N_COMPONENTS), is_section
+    integer :: pair(2)
+    shows = .true.
+    pair = cross_components(number)
+    if (any(pair > 0)) then
+      shows = is_there(pair(1)) .and. (.not. is_section .or. any(pair(2) == [2, 3]))
+    else if (number > BALANCE_OFFSET .and. number <= BALANCE_OFFSET + N_COMPONENTS) then
+      shows = is_there(number - BALANCE_OFFSET)
+    else if (number > BALANCE_TURN .and. number <= BALANCE_TURN + 3) then
+      shows = .not. is_section .or. number == BALANCE_TURN + 1
+    end if
+  end function shows
 
   !> Returns for each component its largest root mean square over the beat in any record, in its unit, and whether it was measured
   !> at all. `mass` is the mass of the wings [kg, or kg/m for a section] whose inertia is a tenth of the forces.

@@ -13,14 +13,13 @@
 !> exp(3 e) times as large.
 module diagnosis_flight_response
   use base_kinds, only: rp
-  use diagnosis_flight_runner, only: flight_record_t, flight_request_t, FLOW_VISCOSITY, FLOW_WIND, N_FLOW
+  use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_VISCOSITY, FLOW_WIND, N_CHANGES, N_FLOW
+  use diagnosis_flight_runner, only: flight_record_t, flight_request_t
   use measurement_balance, only: balance_harmonics
   use measurement_flight, only: COMPONENT_POWER, N_COMPONENTS
   implicit none
   private
   public :: flight_response_t
-
-  integer, parameter, public :: FLOW_FREQUENCY = N_FLOW + 1, N_CHANGES = N_FLOW + 1 !< the changes that are flown, and this one
 
   type :: flight_response_t
     integer :: n_harmonics = 0

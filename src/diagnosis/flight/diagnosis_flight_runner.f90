@@ -5,16 +5,13 @@
 module diagnosis_flight_runner
   use base_kinds, only: rp
   use base_outcome, only: outcome_t
+  use diagnosis_flight_changes, only: N_FLOW
   use measurement_flight, only: N_COMPONENTS
   use parallel_world, only: world_t
   implicit none
   private
   public :: flight_facts_t, flight_record_t, flight_request_t, flight_runner_t
 
-  !> These are the changes that a request can make. Amplitudes change by a relative amount, angles by degrees, the lead by a
-  !> fraction of a beat, the wind by m/s, and the viscosity by the logarithm of a factor.
-  integer, parameter, public :: FLOW_STROKE = 1, FLOW_STROKE_MEAN = 2, FLOW_PITCH = 3, FLOW_PITCH_MEAN = 4, FLOW_LEAD = 5, &
-                                FLOW_DEVIATION = 6, FLOW_PLANE = 7, FLOW_WIND = 7, FLOW_VISCOSITY = 11, N_FLOW = 11
   integer, parameter, public :: N_PHASES = 200 !< samples of a beat, at 0, 1/N_PHASES, ..
 
   !> A request asks for one flight: the case with these changes, on a finer grid if `is_refined`.

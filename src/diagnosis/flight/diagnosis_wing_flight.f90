@@ -6,13 +6,14 @@
 module diagnosis_wing_flight
   use base_constants, only: TWO_PI
   use base_kinds, only: rp
-  use diagnosis_flight_response, only: flight_response_t, N_CHANGES
+  use diagnosis_flight_response, only: flight_response_t
+  use diagnosis_flight_changes, only: N_CHANGES
   use diagnosis_flight_runner, only: flight_facts_t, N_PHASES
   use diagnosis_wing_labels, only: append_surface
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_BALANCE, KIND_FLIGHT
   use inference_simulator, only: labels_t
-  use measurement_balance, only: apply_balance, balance_harmonics, balance_values, BALANCE_MASS, BALANCE_OFFSET, &
-                                 N_BALANCE
+  use measurement_balance, only: apply_balance, balance_harmonics, balance_values
+  use measurement_balance_causes, only: BALANCE_MASS, BALANCE_OFFSET, N_BALANCE
   use measurement_flight, only: measured_flight_t, N_COMPONENTS
   implicit none
   private

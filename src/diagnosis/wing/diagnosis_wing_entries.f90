@@ -2,6 +2,7 @@
 !> Builds the entries of the catalogue from parameters of the wing or of the instrument that are released together or one after
 !> another.
 module diagnosis_wing_entries
+  use base_cause, only: cause_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use base_text, only: number_text
@@ -9,10 +10,9 @@ module diagnosis_wing_entries
   use inference_simulator, only: effect_t, variant_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: missing_for
-  use solid_effect, only: effect_text_t
   implicit none
   private
-  public :: catalogue_t, append_variant, enter_named, enter_instrument, percent, millimetres
+  public :: catalogue_t, append_variant, enter_structural, enter_instrument, percent, millimetres
 
   !> Parameters and effects of a diagnosis; the first n_baseline parameters are those of the baseline.
   type :: catalogue_t
@@ -27,16 +27,15 @@ module diagnosis_wing_entries
 
 contains
 
-  !> Enters the effect of this text, with the parameters that match one of `names` (NAME or NAME:*), released together if
-  !> `is_joint`, else one after another. It is not testable if `missing` says what the data lack, if the wing has no such
+  !> Enters a cause with those of its parameters that the wing has (one whose name ends with a colon is one for each part),
+  !> released together or one after another. It is not testable if `missing` says what the data lack, if the wing has no such
   !> parameter, or if the baseline seeks it as one of the parameters `numbers`.
-  subroutine enter_named(c, e, numbers, text, names, is_joint, missing)
+  subroutine enter_structural(c, e, numbers, cause, missing)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
     integer, intent(in) :: numbers(:)
-    type(effect_text_t), intent(in) :: text !< its cause, title and sentence
-    character(*), intent(in) :: names(:), missing
-    logical, intent(in) :: is_joint
+    type(cause_t), intent(in) :: cause
+    character(*), intent(in) :: missing
     type(parameter_t) :: p
     type(variant_t), allocatable :: variants(:)
     integer, allocatable :: columns(:)
@@ -45,29 +44,31 @@ contains
     do i = 1, e%model%params%count()
       if (any(numbers == i)) cycle
       p = e%model%params%describe(i)
-      do k = 1, size(names)
-        n = len_trim(names(k))
-        if (names(k) (n:n) == '*') then
-          if (index(p%name, names(k) (:n - 1)) /= 1) cycle
-        else if (p%name /= names(k)) then
-          cycle
-        end if
+      do k = 1, size(cause%parameters)
+        if (.not. has_name(p%name, cause%parameters(k)%value%name)) cycle
         n = c%add_parameter(e, i)
         columns = [columns, n]
-        if (is_joint) cycle
+        if (cause%is_joint) cycle
         call append_variant(variants, p%name(index(p%name, ':') + 1:), n, [0.0_rp, 0.0_rp])
       end do
     end do
     if (size(columns) == 0) then
-      call c%enter(text%cause, text%title, text%sentence, .false., lacks_parameters(e, numbers, names(1)), variants)
+      call c%enter(cause, lacks_parameters(e, numbers, cause%parameters(1)%value%name), variants)
       return
     end if
-    if (is_joint) then
+    if (cause%is_joint) then
       call append_variant(variants, '', 0, [0.0_rp, 0.0_rp])
       variants(1)%columns = columns
     end if
-    call c%enter(text%cause, text%title, text%sentence, .false., missing, variants)
-  end subroutine enter_named
+    call c%enter(cause, missing, variants)
+  end subroutine enter_structural
+
+  !> Tells whether a parameter is the one of this name or, if that ends with a colon, one of those of parts.
+  pure logical function has_name(parameter, name)
+    character(*), intent(in) :: parameter, name
+    has_name = parameter == name
+    if (name(len(name):) == ':') has_name = index(parameter, name) == 1
+  end function has_name
 
   !> Returns why no parameter that matches `name` can be released.
   function lacks_parameters(e, numbers, name) result(missing)
@@ -76,28 +77,27 @@ contains
     character(*), intent(in) :: name
     character(:), allocatable :: missing
     type(parameter_t) :: p
-    integer :: i, n
-    n = index(name//'*', '*') - 1
+    integer :: i
     missing = 'the wing has no such part'
     do i = 1, size(numbers)
       p = e%model%params%describe(numbers(i))
-      if (index(p%name//' ', trim(name(:n))) == 1) missing = 'it is a free parameter of the baseline'
+      if (index(p%name, name) == 1) missing = 'it is a free parameter of the baseline'
     end do
   end function lacks_parameters
 
-  !> Enters parameters of the instrument, released together. `missing` says what the data lack, if that is known.
-  subroutine enter_instrument(c, e, name, title, numbers, is_measurement, sentence, missing)
+  !> Enters a cause of the instrument, whose parameters are released together. `missing` says what the data lack, if that is known.
+  subroutine enter_instrument(c, e, cause, missing)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
-    character(*), intent(in) :: name, title, sentence, missing
-    integer, intent(in) :: numbers(:)
-    logical, intent(in) :: is_measurement
+    type(cause_t), intent(in) :: cause
+    character(*), intent(in) :: missing
     type(variant_t), allocatable :: variants(:)
     character(:), allocatable :: lacking
     type(parameter_t) :: p
-    integer, allocatable :: columns(:)
+    integer, allocatable :: columns(:), numbers(:)
     integer :: i
     lacking = missing
+    numbers = cause%tried()
     allocate (columns(size(numbers)), variants(0))
     do i = 1, size(numbers)
       if (lacking == '') lacking = missing_for(numbers(i), e%measurement)
@@ -109,7 +109,7 @@ contains
     end do
     call append_variant(variants, '', 0, [0.0_rp, 0.0_rp])
     variants(1)%columns = columns
-    call c%enter(name, title, sentence, is_measurement, lacking, variants)
+    call c%enter(cause, lacking, variants)
   end subroutine enter_instrument
 
   !> Adds a parameter and returns its number.
@@ -142,11 +142,11 @@ contains
     n = self%add(wing_parameter(p, KIND_PARAMETER, number))
   end function catalogue_add_parameter
 
-  !> Enters an effect with its texts and variants. An empty `missing` makes it testable.
-  subroutine catalogue_enter(self, name, title, sentence, is_measurement, missing, variants)
+  !> Enters a cause with its variants. An empty `missing` makes it testable.
+  subroutine catalogue_enter(self, cause, missing, variants)
     class(catalogue_t), intent(inout) :: self
-    character(*), intent(in) :: name, title, sentence, missing
-    logical, intent(in) :: is_measurement
+    type(cause_t), intent(in) :: cause
+    character(*), intent(in) :: missing
     type(variant_t), intent(in) :: variants(:)
     type(effect_t), allocatable :: effects(:)
     integer :: i, n
@@ -155,10 +155,10 @@ contains
     do i = 1, n - 1
       effects(i) = self%effects(i)
     end do
-    effects(n)%name = name
-    effects(n)%title = title
-    effects(n)%sentence = sentence
-    effects(n)%is_measurement = is_measurement
+    effects(n)%name = cause%name
+    effects(n)%title = cause%title
+    effects(n)%sentence = cause%sentence
+    effects(n)%is_measurement = cause%is_measurement
     effects(n)%missing = missing
     allocate (effects(n)%variants(size(variants)))
     do i = 1, size(variants)

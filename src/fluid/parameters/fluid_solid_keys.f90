@@ -74,7 +74,7 @@ contains
     real(rp), intent(inout) :: length(3)
     type(solids_t), intent(inout) :: s
     real(rp), parameter :: BOX = 6.283185307179586_rp
-    call keys%section('Geometry', 'the periodic box and the generic body')
+    call keys%section('Geometry', 'the periodic box and the generic body', in_checkpoint=.true.)
     call keys%real('xl', length(1), BOX, 'length of the box in x', unit='L', above=0.0_rp)
     call keys%real('yl', length(2), BOX, 'length of the box in y', unit='L', above=0.0_rp)
     call keys%real('zl', length(3), BOX, 'length of the box in z', unit='L', above=0.0_rp)
@@ -99,12 +99,15 @@ contains
     cavity = CAVITY_NO
     call keys%section('Penalization', 'solid bodies by volume penalization')
     call keys%switch('iPenalization', s%is_on, .false., 'whether there are solids at all')
+    call keys%in_checkpoint()
     call keys%kind('iMask', s%mask, 'none', MASKS, 'body: '//SHAPE_HELP//'; mask from a file; Insect: the wings of [Insects]; '// &
                    'Flexible_wing: the same with wings = flexible', unbuilt=NO_MASKS, instead=FOR_MASKS, word=s%word)
+    call keys%in_checkpoint()
     call keys%kind('obstacle', s%obstacle, 'none', OBSTACLES, 'iMask = Insect: a body at rest beside '// &
                    'the insect, with [Geometry] Size at x0, y0, z0; cylinder along z (2-D: along x) or x')
     call keys%switch('iMoving', s%may_move, .false., 'whether the body moves; the wings of Insect move; no effect on other '// &
                      'bodies', computed='as iMask says')
+    call keys%in_checkpoint()
     call keys%real('eps', s%c_eta, 1.0e-2_rp, 'permeability C_eta', unit='T', above=0.0_rp)
     call keys%kind('iCavity', cavity, 'no', CAVITIES, 'walls around the box, cavity_size points thick', unbuilt='freestream*', &
                    instead=FOR_CAVITIES)
@@ -114,6 +117,7 @@ contains
                    'prescribed mean flow; turek: the wall xy, a parabolic inflow along y, and a cylinder along x with the '// &
                    'diameter [Geometry] Size at y0, z0; 0 = no, 1 = xy', unbuilt='inlet_x|cylinder', &
                    instead=FOR_CHANNELS)
+    call keys%in_checkpoint()
     call keys%length('thick_wall', w%thickness, '0.2', 'thickness of the channel wall', unit='L', min=0.0_rp)
     call keys%length('pos_wall', w%position, '0.3', 'upper face of the channel wall', unit='L')
     call keys%real('inflow_velocity', w%inflow_velocity, 1.0_rp, 'turek: inflow velocity, averaged over the height of the '// &

@@ -49,6 +49,7 @@ contains
     call keys%word('BodyType', c%type, 'nobody', 'nobody|'//NAMED_BODIES//'|revolution|'//FILE_WORD//'*', &
                    'body in the flow: one of FLUSI''s by name, a body of revolution (body_profile), or a closed surface from '// &
                    'an STL file', unbuilt=UNBUILT, instead=INSTEAD)
+    call keys%in_checkpoint()
     call keys%length('L_body', c%numbers%length, '1.0', 'length of the bodies ellipsoid, sphere (diameter) and platicle', &
                      unit='L', above=0.0_rp)
     call keys%length('b_body', c%numbers%radius, '0.1', 'radius of the body ellipsoid, side of pyramid and cone; hinges that '// &
@@ -63,7 +64,9 @@ contains
     call keys%text('HasDetails', c%details, 'all', 'no: a bumblebee without legs, antennae and proboscis')
     call keys%matrix('body_profile', c%profile, 2, 'BodyType = revolution: rows x r of ascending positions along the x axis '// &
                      'of the body, and radii')
+    call keys%in_checkpoint()
     call keys%real('body_scale', c%scale, 1.0_rp, 'length of one unit of an STL file', unit='L', above=0.0_rp)
+    call keys%in_checkpoint()
     call keys%length('body_smoothing', c%smoothing, 'max(dx)', 'half the width of the smoothing layer of the mask at the body', &
                      unit='L', above=0.0_rp)
     call keys%inert('HasEye', 'R_eye says whether there are eyes')

@@ -61,7 +61,9 @@ contains
     type(flight_choices_t), intent(inout) :: c
     call keys%section(SECTION, 'flapping wings (iMask = Insect); docs/guide/kinematics.md draws the frames')
     call keys%switch('LeftWing', c%has_wing(1), .true., 'there is a left wing')
+    call keys%in_checkpoint()
     call keys%switch('RightWing', c%has_wing(2), .true., 'there is a right wing')
+    call keys%in_checkpoint()
   end subroutine side_keys
 
   !> Visits the keys of the moments of inertia of a wing.

@@ -78,9 +78,11 @@ contains
                    '(docs/formats/wing-format.md)', unbuilt='pointcloud*|whitney_wood', instead='pointcloud*: the triangles of '// &
                    'the wing in a wing file, WingShape = mesh::NAME.h5, or its outline, WingShape = '// &
                    'from_file::NAME.ini|whitney_wood: its outline, WingShape = from_file::NAME.ini')
+    call keys%in_checkpoint()
     if (allocated(c%shape)) c%source = kind_of(SOURCES, c%shape)
     call keys%length('wing_length', c%length, '0.0', 'the planform is scaled so that its largest x is this; 0: the lengths in '// &
                      'the file of the planform are in the units of this file; meshes are in metres', unit='L', min=0.0_rp)
+    call keys%in_checkpoint()
     call keys%length('wing_edge', c%edge, 'max(dx, 1/40 of the wing)', 'edge length of the triangles made from a planform', &
                      unit='L', above=0.0_rp)
     call keys%length('L_span', c%numbers%span, '1.0', 'WingShape = rectangular, TwoEllipses, mosquito_iams: from hinge to tip; '// &

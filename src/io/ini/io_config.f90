@@ -12,13 +12,13 @@ module io_config
   use io_lookup, only: report_unbuilt_sections
   use io_ini, only: ini_document_t
   use io_include, only: add_included, INCLUDE_SECTION
-  use io_key, only: KEY_INERT, KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, &
-                    KEY_TEXT, KEY_WORD
+  use io_key, only: KEY_INERT, KEY_INTEGER, KEY_LENGTH, KEY_MATRIX, KEY_REAL, KEY_REALS, KEY_SWITCH, KEY_TEXT, KEY_WORD
+  use io_key_table, only: list_state_keys
   use io_peek, only: find_spacing, key_counts
   use io_registry, only: registry_t
   use io_broadcast_text, only: add_named_files, content_note, read_text_file
   use io_units, only: unit_scales_t, unit_value
-  use io_value, only: effective_line, read_value, value_t, value_text
+  use io_value, only: effective_line, input_text, read_value, value_t
   use parallel_world, only: world_t
   implicit none
   private
@@ -54,6 +54,7 @@ module io_config
     procedure :: settle => config_settle
     procedure :: reads => config_reads
     procedure :: inputs => config_inputs
+    procedure :: state_keys => config_state_keys
     procedure :: named_files => config_named_files
   end type config_t
 
@@ -335,25 +336,24 @@ contains
   function config_inputs(self) result(text)
     class(config_t), intent(in) :: self
     character(:), allocatable :: text, line
-    type(value_t) :: value
-    integer :: i, k
+    integer :: i
     text = ''
     do i = 1, self%registry%n_keys
-      associate (key => self%registry%keys(i)%key)
-        if (key%kind == KEY_INERT .or. key%section == INCLUDE_SECTION .or. .not. self%values(i)%is_known) cycle
-        value = self%values(i)
-        value%number = value%number/value%unit
-        value%reals = value%reals/value%unit
-        line = value_text(key, value)
-        do k = 1, len(line) ! of matrices
-          if (line(k:k) == new_line('a')) line(k:k) = ' '
-        end do
-        if (any(key%kind == [KEY_TEXT, KEY_WORD]) .and. key%section /= 'Saving') &
-          line = line//content_note(value%text, self%name)
+      associate (key => self%registry%keys(i)%key, value => self%values(i))
+        if (key%kind == KEY_INERT .or. key%section == INCLUDE_SECTION .or. .not. value%is_known) cycle
+        line = input_text(key, value)
+        if (any(key%kind == [KEY_TEXT, KEY_WORD]) .and. key%section /= 'Saving') line = line//content_note(value%text, self%name)
         text = text//'['//key%section//'] '//key%name//' = '//line//new_line('a')
       end associate
     end do
   end function config_inputs
+
+  !> Returns the keys on which the state in a checkpoint depends, as patterns `[section] key`.
+  function config_state_keys(self) result(patterns)
+    class(config_t), intent(in) :: self
+    type(message_list_t) :: patterns
+    call list_state_keys(self%registry%sections(:self%registry%n_sections), self%registry%keys(:self%registry%n_keys), patterns)
+  end function config_state_keys
 
   !> Adds the paths of all files that are read: the file itself, those that it includes, and the existing files that values name.
   !> Not collective.

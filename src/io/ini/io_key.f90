@@ -21,6 +21,7 @@ module io_key
     character(:), allocatable :: instead      !< 'a: what to give instead|b*: ...' for words of `unbuilt`
     logical :: is_required = .false.
     logical :: is_computed = .false.          !< the default is a sentence; the program computes the value
+    logical :: in_checkpoint = .false.        !< the state in a checkpoint depends on it
     logical :: has_lower = .false., has_upper = .false.
     logical :: is_lower_open = .false., is_upper_open = .false. !< the limit itself is not allowed
     real(rp) :: lower = 0, upper = 0

@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Writes the keys of one section as a Markdown table for the documentation.
+!> Holds the sections and keys of a registry, and lists them: as Markdown tables for the documentation, and those of checkpoints.
 module io_key_table
+  use base_errors, only: message_list_t
   use io_key, only: KEY_INERT, KEY_SWITCH, KEY_WORD, key_t, spaced_choices
   implicit none
   private
-  public :: condition_t, key_entry_t, section_t, write_key_tables
+  public :: condition_t, key_entry_t, section_t, list_state_keys, write_key_tables
 
   !> A condition on which a section or a key depends.
   type :: condition_t
@@ -17,6 +18,7 @@ module io_key_table
     character(:), allocatable :: unbuilt !< message to a file with this section, if its physics is not built here
     logical :: can_go = .false.   !< the file is valid without this section, so that its other sections are checked
     logical :: is_inert = .false. !< keys that are not declared are accepted without effect
+    logical :: in_checkpoint = .false. !< the state in a checkpoint depends on every key of the section
     type(condition_t), allocatable :: conditions(:) !< without them the section always counts
   end type section_t
 
@@ -27,6 +29,21 @@ module io_key_table
   end type key_entry_t
 
 contains
+
+  !> Lists the keys on which the state in a checkpoint depends, as patterns `[section] key`, and `[section] *` for all of a
+  !> section.
+  subroutine list_state_keys(sections, keys, patterns)
+    type(section_t), intent(in) :: sections(:)
+    type(key_entry_t), intent(in) :: keys(:)
+    type(message_list_t), intent(out) :: patterns
+    integer :: i
+    do i = 1, size(sections)
+      if (sections(i)%in_checkpoint) call patterns%add('['//sections(i)%name//'] *')
+    end do
+    do i = 1, size(keys)
+      if (keys(i)%key%in_checkpoint) call patterns%add('['//keys(i)%key%section//'] '//keys(i)%key%name)
+    end do
+  end subroutine list_state_keys
 
   !> Writes for each section its heading, its help, the table of its keys, and the names of keys without effect.
   subroutine write_key_tables(unit, section, keys)

@@ -41,6 +41,7 @@ module io_keys
     procedure :: text => keys_text
     procedure :: inert => keys_inert
     procedure :: older_name => keys_older_name
+    procedure :: in_checkpoint => keys_in_checkpoint
     procedure, private :: integer_key => keys_integer
     procedure, private :: long_key => keys_long
     procedure, private :: note => keys_note
@@ -63,13 +64,17 @@ contains
   end function reading
 
   !> Begins the section of the keys that follow. `help` is its line in the reference; without it another procedure declares the
-  !> section.
-  subroutine keys_section(self, name, help)
+  !> section. With `in_checkpoint` the state in a checkpoint depends on all keys of the section: a restart with other values makes
+  !> no sense.
+  subroutine keys_section(self, name, help, in_checkpoint)
     class(keys_t), intent(inout) :: self
     character(*), intent(in) :: name
     character(*), intent(in), optional :: help
+    logical, intent(in), optional :: in_checkpoint
     self%name = name
-    if (associated(self%registry) .and. present(help)) call self%registry%add_section(name, help)
+    if (.not. associated(self%registry) .or. .not. present(help)) return
+    call self%registry%add_section(name, help)
+    if (present(in_checkpoint)) self%registry%sections(self%registry%find_section(name))%in_checkpoint = in_checkpoint
   end subroutine keys_section
 
   !> Declares a section of FLUSI in which keys that are not declared are accepted without effect.
@@ -270,6 +275,13 @@ contains
       call r%add_alias(self%name, r%keys(r%n_keys)%key%name, name)
     end associate
   end subroutine keys_older_name
+
+  !> Says that the state in a checkpoint depends on the key that was stated last: a restart with another value makes no sense.
+  subroutine keys_in_checkpoint(self)
+    class(keys_t), intent(in) :: self
+    if (.not. associated(self%registry)) return
+    self%registry%keys(self%registry%n_keys)%key%in_checkpoint = .true.
+  end subroutine keys_in_checkpoint
 
   !> Sets `given` of a key.
   subroutine keys_note(self, key, given)

@@ -8,7 +8,7 @@ module io_value
   use io_suggest, only: number_hint, suggestion_t
   implicit none
   private
-  public :: value_t, is_length, read_value, value_text, effective_line
+  public :: value_t, is_length, read_value, input_text, effective_line
 
   !> Only the component that belongs to the kind of the key is used.
   type :: value_t
@@ -337,6 +337,22 @@ contains
       text = ''
     end select
   end function value_text
+
+  !> Returns the value in one line, in L, T and M.
+  function input_text(key, value) result(text)
+    type(key_t), intent(in) :: key
+    type(value_t), intent(in) :: value
+    character(:), allocatable :: text
+    type(value_t) :: scaled
+    integer :: k
+    scaled = value
+    scaled%number = value%number/value%unit
+    scaled%reals = value%reals/value%unit
+    text = value_text(key, scaled)
+    do k = 1, len(text) ! of matrices
+      if (text(k:k) == new_line('a')) text(k:k) = ' '
+    end do
+  end function input_text
 
   !> Returns `key = value`, and behind ';' the unit and where the value comes from, the file `name` or the default. `scale` is the
   !> value of one unit of the key in SI units; with it the file is in SI units, and so is the result.

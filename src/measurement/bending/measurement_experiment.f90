@@ -9,14 +9,16 @@ module measurement_experiment
   use base_parameter, only: parameter_t
   use measurement_comparison, only: comparison_t
   use measurement_data, only: measurement_t
-  use measurement_instrument, only: instrument_t, missing_for, GRAVITY_X, GRAVITY_Z, HEIGHT_SCALE, LOAD_SHIFT_X, &
-                                    LOAD_SHIFT_Y, MAP_SCALE, MAP_SHIFT_X, N_INSTRUMENT
+  use measurement_instrument, only: instrument_t, missing_for
+  use measurement_instrument_causes, only: GRAVITY_X, GRAVITY_Z, HEIGHT_SCALE, LOAD_SHIFT_X, LOAD_SHIFT_Y, MAP_SCALE, &
+                                           MAP_SHIFT_X, N_INSTRUMENT
   use measurement_material_point, only: find_material_point, material_point_t
   use measurement_sampling, only: outline_edges
   use solid_effects, only: any_curves_rest, curves_rest
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
-  use solid_params, only: solid_params_t, PARAM_PLATE, PARAM_THICKNESS
+  use solid_params, only: solid_params_t
+  use solid_usual_causes, only: PARAM_PLATE, PARAM_THICKNESS
   use solid_statics, only: static_options_t
   use solid_wing, only: wing_t
   implicit none

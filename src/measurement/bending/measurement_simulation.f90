@@ -10,12 +10,13 @@ module measurement_simulation
   use measurement_experiment, only: bends_rest, experiment_t
   use measurement_forces, only: add_weight, applied_t, apply_load, force_derivative, magnitude_derivative, &
                                 position_derivative, stiffness_factor, stiffness_slopes
-  use measurement_instrument, only: missing_for, GRAVITY_X, GRAVITY_Z, NONLINEARITY, PISTON, TILT_X, &
-                                    TILT_Y
+  use measurement_instrument, only: missing_for
+  use measurement_instrument_causes, only: GRAVITY_X, GRAVITY_Z, NONLINEARITY, PISTON, TILT_X, TILT_Y
   use measurement_view, only: view_t
   use solid_bent_wing, only: bent_wing_t
   use solid_effects, only: any_curves_rest
-  use solid_params, only: solid_params_t, PARAM_YOUNG
+  use solid_params, only: solid_params_t
+  use solid_usual_causes, only: PARAM_YOUNG
   use solid_statics, only: static_options_t, static_report_t
   use solid_stiffness, only: stiffness_t
   use solid_stiffness_effects, only: bending_direction, damage_direction, hinge_direction

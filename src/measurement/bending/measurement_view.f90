@@ -4,7 +4,8 @@ module measurement_view
   use base_kinds, only: rp
   use measurement_comparison, only: observed_shape_t
   use measurement_experiment, only: experiment_t
-  use measurement_instrument, only: instrument_t, PISTON, TILT_X
+  use measurement_instrument, only: instrument_t
+  use measurement_instrument_causes, only: PISTON, TILT_X
   use measurement_map, only: plane_height, plane_slope, map_position_derivatives, map_positions, map_parameter_derivatives
   implicit none
   private

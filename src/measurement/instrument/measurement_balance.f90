@@ -14,68 +14,16 @@
 module measurement_balance
   use base_constants, only: PI, TWO_PI
   use base_kinds, only: rp
-  use base_parameter, only: define_effect, parameter_t
-  use measurement_flight, only: component_unit, COMPONENT_NAMES, N_COMPONENTS
+  use measurement_balance_causes, only: cross_number, BALANCE_CROSS, BALANCE_DELAY, BALANCE_GAIN, BALANCE_LOWPASS, BALANCE_MASS, &
+                                        BALANCE_OFFSET, BALANCE_TURN, N_BALANCE
+  use measurement_flight, only: N_COMPONENTS
   implicit none
   private
-  public :: apply_balance, balance_harmonics, balance_values, describe_balance, cross_number
+  public :: apply_balance, balance_harmonics, balance_values
 
-  !> These are the numbers of the parameters. The offset of a component is BALANCE_OFFSET + component. The turns about x, y and z
-  !> are BALANCE_TURN + 1 to 3. `cross_number` returns the number of a cross-talk.
-  integer, parameter, public :: BALANCE_GAIN = 1, BALANCE_OFFSET = 1, BALANCE_TURN = 8, BALANCE_LOWPASS = 12, BALANCE_DELAY = 13, &
-                                BALANCE_MASS = 14, BALANCE_CROSS = 14, N_BALANCE = 14 + 12
   real(rp), parameter :: DEGREE = PI/180
 
 contains
-
-  !> Returns the number of the cross-talk that adds a share of component j to the indication of component i. Both must be forces
-  !> (1 to 3) or both torques (4 to 6), and they must differ.
-  pure integer function cross_number(i, j) result(number)
-    integer, intent(in) :: i, j
-    integer :: own, other
-    own = modulo(i - 1, 3)
-    other = modulo(j - 1, 3)
-    number = BALANCE_CROSS + 6*((i - 1)/3) + 2*own + merge(other, other - 1, other < own) + 1
-  end function cross_number
-
-  !> Describes parameter `number` by its coordinate, which is 0 where the balance is right. `sizes` are those of the components in
-  !> the record, in their units, and scale the offsets; `period` [s] is that of the beat; `mass` [kg, or kg/m if `is_per_length`]
-  !> is the prior sd of the mass. Bounds and sd are documented in docs/theory/flight-records.md.
-  function describe_balance(number, sizes, period, mass, is_per_length) result(p)
-    integer, intent(in) :: number
-    real(rp), intent(in) :: sizes(N_COMPONENTS), period, mass
-    logical, intent(in) :: is_per_length
-    type(parameter_t) :: p
-    integer :: i, j, last
-    select case (number)
-    case (BALANCE_GAIN)
-      call define_effect(p, 'balance_gain', '1', .true., 0.5_rp, 2.0_rp, 0.1_rp)
-    case (BALANCE_OFFSET + 1:BALANCE_OFFSET + N_COMPONENTS)
-      i = number - BALANCE_OFFSET
-      call define_effect(p, 'balance_offset:'//trim(COMPONENT_NAMES(i)), component_unit(i, is_per_length), .false., -sizes(i), &
-                         sizes(i), 0.1_rp*sizes(i))
-    case (BALANCE_TURN + 1:BALANCE_TURN + 3)
-      i = number - BALANCE_TURN
-      call define_effect(p, 'balance_turn:'//COMPONENT_NAMES(i) (2:2), 'degree', .false., -15.0_rp, 15.0_rp, 2.0_rp)
-    case (BALANCE_LOWPASS)
-      call define_effect(p, 'balance_lowpass', 's', .false., 0.0_rp, 0.2_rp*period, 0.02_rp*period)
-    case (BALANCE_DELAY)
-      call define_effect(p, 'balance_delay', 's', .false., -0.25_rp*period, 0.25_rp*period, 0.02_rp*period)
-    case (BALANCE_MASS)
-      call define_effect(p, 'inertia_mass', trim(merge('kg/m', 'kg  ', is_per_length)), .false., -10*mass, 10*mass, mass)
-    case default
-      do i = 1, 6
-        last = 3*((i - 1)/3) + 3
-        do j = last - 2, last
-          if (i /= j .and. cross_number(i, j) == number) exit
-        end do
-        if (j <= last) exit
-      end do
-      call define_effect(p, 'cross_talk:'//trim(COMPONENT_NAMES(j))//'-'//trim(COMPONENT_NAMES(i)), '1', .false., -0.5_rp, 0.5_rp, &
-                         0.05_rp)
-    end select
-    p = p%as_coordinate(p%null)
-  end function describe_balance
 
   !> Returns the Fourier coefficients x(0:n_harmonics, k) of samples(n, k), which are taken at s = 0, 1/n, .. of the beat. n must
   !> be larger than twice n_harmonics.

@@ -4,9 +4,9 @@
 module measurement_forces
   use base_kinds, only: rp
   use measurement_data, only: measured_load_t
-  use measurement_instrument, only: instrument_t, CREEP, CREEP_TIME, DRIFT, DRIFT_RATE, DRIFT_VEINS, FORCE_GAIN, &
-                                    FORCE_OFFSET, FORCE_TILT_X, FORCE_TILT_Y, GRAVITY_X, GRAVITY_Z, LOAD_SHIFT_X, &
-                                    LOAD_SHIFT_Y
+  use measurement_instrument, only: instrument_t
+  use measurement_instrument_causes, only: CREEP, CREEP_TIME, DRIFT, DRIFT_RATE, DRIFT_VEINS, FORCE_GAIN, FORCE_OFFSET, &
+                                           FORCE_TILT_X, FORCE_TILT_Y, GRAVITY_X, GRAVITY_Z, LOAD_SHIFT_X, LOAD_SHIFT_Y
   use measurement_material_point, only: find_material_point, material_point_t, weight_gradient
   use solid_model, only: solid_model_t
   use solid_rotation, only: rotation_derivative, rotation_matrix

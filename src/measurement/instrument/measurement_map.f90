@@ -3,8 +3,9 @@
 !> `map_rotation`, and the height z as height_scale z.
 module measurement_map
   use base_kinds, only: rp
-  use measurement_instrument, only: instrument_t, HEIGHT_SCALE, MAP_ROTATION, MAP_SCALE, MAP_SHIFT_X, MAP_SHIFT_Y, &
-                                    PISTON, TILT_X, TILT_Y
+  use measurement_instrument, only: instrument_t
+  use measurement_instrument_causes, only: HEIGHT_SCALE, MAP_ROTATION, MAP_SCALE, MAP_SHIFT_X, MAP_SHIFT_Y, PISTON, TILT_X, &
+                                           TILT_Y
   implicit none
   private
   public :: map_positions, map_position_derivatives, map_parameter_derivatives, plane_height, plane_slope

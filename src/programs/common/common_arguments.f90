@@ -10,7 +10,7 @@ module common_arguments
   type :: arguments_t
     integer :: action = 0                     !< number of the action in the list of them; 0: none was given
     logical, allocatable :: has_flag(:)       !< for each of the flags
-    logical :: is_final = .false.             !< --help, --version or --parameters: nothing else matters
+    logical :: is_final = .false.             !< --help, --version or a reference: nothing else matters
     logical :: restart = .false.
     logical :: overwrite = .false.            !< results of an earlier run move aside
     logical :: accepts = .false.              !< a restart takes inputs that do not fit the checkpoint
@@ -22,9 +22,9 @@ module common_arguments
 contains
 
   !> Sorts the arguments of the program into `arguments`. The user may give at most one of `actions`, apart from those that end
-  !> everything (--help, also as -h, --version, --parameters); the program must list these in `actions` too. The user may give
-  !> any number of `flags`. If `takes_restart`, it also accepts --restart, --restart=FILE, --overwrite and --accept-changes.
-  !> Adds every mistake to `errors`, but leaves it to the caller to report too many or missing files.
+  !> everything (--help, also as -h, --version, --parameters, --causes); the program must list these in `actions` too. The user
+  !> may give any number of `flags`. If `takes_restart`, it also accepts --restart, --restart=FILE, --overwrite and
+  !> --accept-changes. Adds every mistake to `errors`, but leaves it to the caller to report too many or missing files.
   subroutine parse_arguments(actions, flags, takes_restart, arguments, errors)
     character(*), intent(in) :: actions(:), flags(:)
     logical, intent(in) :: takes_restart
@@ -42,7 +42,7 @@ contains
       if (argument == '-h') argument = '--help'
       number = position(argument, actions)
       if (number > 0) then
-        arguments%is_final = any(argument == [character(12) :: '--help', '--version', '--parameters'])
+        arguments%is_final = any(argument == [character(12) :: '--help', '--version', '--parameters', '--causes'])
         if (arguments%action > 0 .and. arguments%action /= number .and. .not. arguments%is_final) &
           call errors%add('"'//argument//'" contradicts "'//trim(actions(arguments%action))//'"')
         arguments%action = number

@@ -10,8 +10,10 @@ module common_free_parameters
   use io_config, only: config_t
   use io_suggest, only: suggestion_t
   use measurement_free_parameters, only: free_parameters_t
-  use measurement_instrument, only: instrument_t, N_INSTRUMENT
-  use solid_params, only: solid_params_t, N_COMMON, PARAM_PLATE, PARAM_THICKNESS
+  use measurement_instrument, only: instrument_t
+  use measurement_instrument_causes, only: N_INSTRUMENT
+  use solid_params, only: solid_params_t
+  use solid_usual_causes, only: N_COMMON, PARAM_PLATE, PARAM_THICKNESS
   implicit none
   private
   public :: read_free_parameters

@@ -11,7 +11,8 @@ module common_instrument
   use io_keys, only: declaring, keys_t, reading
   use io_registry, only: registry_t
   use io_suggest, only: suggestion_t
-  use measurement_instrument, only: instrument_t, N_INSTRUMENT
+  use measurement_instrument, only: instrument_t
+  use measurement_instrument_causes, only: N_INSTRUMENT
   implicit none
   private
   public :: register_instrument_keys, register_idle_instrument, read_instrument, instrument_lines

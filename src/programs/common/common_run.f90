@@ -35,6 +35,7 @@ module common_run
     character(:), allocatable, private :: ini
     logical, private :: moves = .false.     !< `settle` moves the files of an earlier run away
     type(message_list_t), private :: patterns
+    type(message_list_t), private :: state_keys !< on which the state in a checkpoint depends
   contains
     procedure :: begin => run_begin
     procedure :: check_new => run_check_new
@@ -61,6 +62,7 @@ contains
     self%program = program
     self%base = base
     self%ini = ini
+    self%state_keys = config%state_keys()
     state = LOCK_HELD
     if (world%is_root) then
       call self%lock%acquire(base//'.lock', state, notice, own)
@@ -162,13 +164,12 @@ contains
   end function stored
 
   !> Decides whether this run may continue from a checkpoint of the run `was`. It fails, unless the user `accepts` the
-  !> differences, if an input differs that matches one of `state_keys`, which are patterns `[section] key`, if the other files
+  !> differences, if an input differs on which the state in a checkpoint depends, as the statements of keys say, if the other files
   !> are of another run, or if there are `conflicts`. Adds a line to `remarks` for each other input that differs, and for each
   !> difference that is accepted. Collective.
-  subroutine run_judge(self, was, state_keys, conflicts, accepts, remarks, failure)
+  subroutine run_judge(self, was, conflicts, accepts, remarks, failure)
     class(run_t), intent(inout) :: self
     type(identity_t), intent(in) :: was
-    character(*), intent(in) :: state_keys(:)
     type(message_list_t), intent(in) :: conflicts
     logical, intent(in) :: accepts
     type(message_list_t), intent(inout) :: remarks
@@ -186,7 +187,7 @@ contains
                                                         ', but the other files here belong to run '//id)
       call list_changes(was%inputs, self%identity%inputs, changes)
       do i = 1, size(changes)
-        if (is_one_of(changes(i)%name, state_keys)) then
+        if (is_one_of(changes(i)%name, self%state_keys)) then
           call refused%add(changes(i)%text())
         else
           call remarks%add('changed   '//changes(i)%text())
@@ -219,12 +220,13 @@ contains
   end subroutine run_judge
 
   !> Tells whether a file name matches one of the patterns.
-  pure logical function is_one_of(name, patterns)
-    character(*), intent(in) :: name, patterns(:)
+  logical function is_one_of(name, patterns)
+    character(*), intent(in) :: name
+    type(message_list_t), intent(in) :: patterns
     integer :: i
     is_one_of = .false.
-    do i = 1, size(patterns)
-      is_one_of = is_one_of .or. matches_name(name, trim(patterns(i)))
+    do i = 1, patterns%count()
+      is_one_of = is_one_of .or. matches_name(name, patterns%text(i))
     end do
   end function is_one_of
 

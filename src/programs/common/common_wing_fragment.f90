@@ -6,7 +6,8 @@ module common_wing_fragment
   use base_text, only: number_text
   use common_wing_size, only: wing_size
   use solid_effect_sites, only: effect_site_lines
-  use solid_params, only: solid_params_t, N_COMMON
+  use solid_params, only: solid_params_t
+  use solid_usual_causes, only: N_COMMON
   use solid_wing, only: Z_SIDES
   use solid_wing_case, only: wing_case_t
   implicit none

@@ -8,9 +8,9 @@ module diagnose_command
   public :: diagnose_command_t, parse_diagnose_command, print_diagnose_usage
 
   integer, parameter, public :: DIAGNOSE_RUN = 1, DIAGNOSE_CHECK = 2, DIAGNOSE_PLAN = 3, DIAGNOSE_HELP = 4, &
-                                DIAGNOSE_VERSION = 5, DIAGNOSE_PARAMETERS = 6
+                                DIAGNOSE_VERSION = 5, DIAGNOSE_PARAMETERS = 6, DIAGNOSE_CAUSES = 7
   !> The options are in the order of the action numbers above, from the second number on.
-  character(12), parameter :: ACTIONS(5) = [character(12) :: '--check', '--plan', '--help', '--version', '--parameters']
+  character(12), parameter :: ACTIONS(6) = [character(12) :: '--check', '--plan', '--help', '--version', '--parameters', '--causes']
 
   !> The command holds what the user asks for.
   type :: diagnose_command_t
@@ -51,7 +51,7 @@ contains
   !> Prints on `unit` how the program is called.
   subroutine print_diagnose_usage(unit)
     integer, intent(in) :: unit
-    character(*), parameter :: LINES(21) = [character(84) :: &
+    character(*), parameter :: LINES(22) = [character(84) :: &
                                             'usage: mpirun -n RANKS msm_diagnose FILE.ini [options]', &
                                             '', &
                                           '  --check             print every effective value and where it comes from', &
@@ -62,6 +62,7 @@ contains
                                             '  --no-refine         count no error of the mesh: the data come from the same mesh', &
                                             '  --exit-code         end a diagnosis with the exit code of its verdict', &
                                             '  --parameters        print the reference of all parameters (Markdown)', &
+                                            '  --causes            print the reference of all causes (Markdown)', &
                                             '  --version           print version, commit, compiler and flags', &
                                             '  --help              print this', &
                                             '', &

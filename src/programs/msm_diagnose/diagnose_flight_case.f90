@@ -9,8 +9,9 @@ module diagnose_flight_case
   use base_files, only: folder_of, join_path, name_of, real_path
   use base_kinds, only: rp
   use base_text, only: number_text
-  use diagnosis_flight_runner, only: flight_facts_t, flight_request_t, FLOW_DEVIATION, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, &
-                                     FLOW_PLANE, FLOW_STROKE, FLOW_STROKE_MEAN, FLOW_VISCOSITY, FLOW_WIND, N_PHASES
+  use diagnosis_flight_runner, only: flight_facts_t, flight_request_t, N_PHASES
+  use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, FLOW_STROKE, &
+                                      FLOW_STROKE_MEAN, FLOW_VISCOSITY, FLOW_WIND
   use fluid_mean_keys, only: MEAN_FIXED
   use fsi_body_motion, only: MOTION_TABLE
   use fsi_body_motion_keys, only: body_motion_choices, body_motion_choices_t

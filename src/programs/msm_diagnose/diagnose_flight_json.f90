@@ -7,8 +7,9 @@ module diagnose_flight_json
   use base_text, only: number_text
   use base_text_file, only: write_text
   use diagnose_settings, only: diagnose_settings_t
-  use diagnosis_flight_response, only: FLOW_FREQUENCY
-  use diagnosis_flight_runner, only: flight_request_t, N_FLOW
+  use diagnosis_flight_changes, only: FLOW_FREQUENCY
+  use diagnosis_flight_runner, only: flight_request_t
+  use diagnosis_flight_changes, only: N_FLOW
   use diagnosis_wing_flight, only: flight_data_t, wing_flight_t
   use diagnosis_wing_parameters, only: KIND_FLIGHT
   use diagnosis_wing_state, only: wing_state_t

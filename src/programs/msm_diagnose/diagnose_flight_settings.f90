@@ -9,7 +9,7 @@ module diagnose_flight_settings
   use common_diagnose_keys, only: flight_choices_t
   use common_wing_settings, only: find_beside
   use diagnose_flights, only: flusi_runner_t
-  use diagnosis_flight_catalogue, only: exclude_unflown, flight_steps, FLIGHT_EFFECTS
+  use diagnosis_flight_catalogue, only: exclude_unflown, flight_causes, flight_steps
   use diagnosis_flight_runner, only: flight_record_t, flight_request_t
   use diagnosis_wing_entries, only: catalogue_t
   use diagnosis_wing_flight, only: flight_data_t
@@ -77,8 +77,10 @@ contains
     character(*), intent(in) :: effects
     type(message_list_t), intent(inout) :: errors
     type(suggestion_t) :: suggestion
+    character(:), allocatable :: valid
     integer :: position, first, last, at, begin, finish
     logical :: found, is_known
+    valid = flight_causes()
     position = 1
     do
       call next_word(effects, ' ,', position, first, last, found)
@@ -87,13 +89,13 @@ contains
       is_known = .false.
       at = 1
       do
-        call next_word(FLIGHT_EFFECTS, ' ', at, begin, finish, found)
+        call next_word(valid, ' ', at, begin, finish, found)
         if (.not. found) exit
-        is_known = is_known .or. FLIGHT_EFFECTS(begin:finish) == effects(first:last)
-        call suggestion%offer(FLIGHT_EFFECTS(begin:finish))
+        is_known = is_known .or. valid(begin:finish) == effects(first:last)
+        call suggestion%offer(valid(begin:finish))
       end do
       if (.not. is_known) call config%complain(errors, 'Flight', 'effects', 'there is no effect '//quoted(effects(first:last))// &
-                                               suggestion%hint()//'; valid: '//FLIGHT_EFFECTS)
+                                               suggestion%hint()//'; valid: '//valid)
     end do
   end subroutine check_effects
 

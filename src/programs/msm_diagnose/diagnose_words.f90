@@ -13,7 +13,7 @@
 module diagnose_words
   use base_kinds, only: rp
   use diagnose_wordings, only: find_wording
-  use solid_wording, only: displayed, wording_t, SCALE_PLAIN, SCALE_FRACTION
+  use base_wording, only: displayed, wording_t, SCALE_PLAIN, SCALE_FRACTION
   implicit none
   private
   public :: finding_t, finding_text, fixed, strength_text

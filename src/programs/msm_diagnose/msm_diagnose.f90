@@ -7,8 +7,9 @@ program msm_diagnose
   use base_process, only: exit_with, launched_rank
   use common_diagnose_keys, only: write_diagnose_reference
   use common_version, only: print_version
-  use diagnose_command, only: diagnose_command_t, parse_diagnose_command, print_diagnose_usage, DIAGNOSE_CHECK, &
-                              DIAGNOSE_HELP, DIAGNOSE_PARAMETERS, DIAGNOSE_VERSION
+  use diagnose_causes_reference, only: write_causes_reference
+  use diagnose_command, only: diagnose_command_t, parse_diagnose_command, print_diagnose_usage, DIAGNOSE_CAUSES, &
+                              DIAGNOSE_CHECK, DIAGNOSE_HELP, DIAGNOSE_PARAMETERS, DIAGNOSE_VERSION
   use diagnose_job, only: diagnose_t
   use parallel_world, only: world_t
   implicit none
@@ -19,7 +20,7 @@ program msm_diagnose
 
   call parse_diagnose_command(command, errors)
   ! Whatever runs without MPI is said once, also behind a launcher.
-  if (errors%count() > 0 .or. any(command%action == [DIAGNOSE_HELP, DIAGNOSE_VERSION, DIAGNOSE_PARAMETERS])) then
+  if (errors%count() > 0 .or. any(command%action == [DIAGNOSE_HELP, DIAGNOSE_VERSION, DIAGNOSE_PARAMETERS, DIAGNOSE_CAUSES])) then
     if (launched_rank() > 0) call exit_with(exit_code_of(OUTCOME_DONE))
     select case (merge(0, command%action, errors%count() > 0))
     case (DIAGNOSE_HELP)
@@ -28,6 +29,8 @@ program msm_diagnose
       call print_version(output_unit)
     case (DIAGNOSE_PARAMETERS)
       call write_diagnose_reference(output_unit)
+    case (DIAGNOSE_CAUSES)
+      call write_causes_reference(output_unit)
     case default
       call errors%print(error_unit, 'msm_diagnose: ')
       call print_diagnose_usage(error_unit)

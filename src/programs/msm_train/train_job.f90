@@ -194,7 +194,7 @@ contains
     type(failure_t) :: judged
     integer :: i
     call self%search%restore(self%settings, command%restart_file, self%log, was, self%outcome%failure)
-    call self%files%judge(was, [character(0) ::], none, command%accepts, remarks, judged)
+    call self%files%judge(was, none, command%accepts, remarks, judged)
     if (judged%failed) call self%outcome%failure%raise(judged%reason)
     call self%outcome%classify(OUTCOME_MISTAKE)
     do i = 1, remarks%count()

@@ -14,7 +14,7 @@ module train_screening
   use measurement_bending_pool, only: bending_pool_t
   use measurement_evaluation, only: evaluation_t
   use measurement_experiment, only: experiment_t
-  use solid_params, only: N_COMMON, PARAM_YOUNG
+  use solid_usual_causes, only: N_COMMON, PARAM_YOUNG
   use train_evaluation, only: print_loads, solve_all_cold
   use train_settings, only: train_settings_t
   implicit none

@@ -19,7 +19,7 @@ module train_settings
   use io_registry, only: registry_t
   use io_stop, only: job_limits_t
   use parallel_world, only: world_t
-  use solid_params, only: N_COMMON, PARAM_YOUNG
+  use solid_usual_causes, only: N_COMMON, PARAM_YOUNG
   use train_files, only: choose_individual, individual_files, of_individual
   use training_case, only: training_case_t
   implicit none

@@ -19,14 +19,6 @@ module simulation_checkpoints
   private
   public :: put_state, restore_state, result_names
 
-  !> A state belongs to these inputs: the size of the flow and of what is in it, its place, and the SI values of the units, in
-  !> which the wings count their time. fsi_pose_restart compares the motions themselves, that is where the wings are and how
-  !> they move at the time of the checkpoint.
-  character(28), parameter :: STATE_KEYS(15) = [character(28) :: '[units] length', '[units] frequency', &
-    '[units] density', '[Geometry] *', '[Penalization] iMask', '[Penalization] iPenalization', &
-    '[Penalization] iMoving', '[Penalization] iChannel', '[Insects] LeftWing', '[Insects] RightWing', &
-    '[Insects] WingShape', '[Insects] wing_length', '[Insects] BodyType', '[Insects] body_profile', '[Insects] body_scale']
-
 contains
 
   !> Writes the state of the flow, of the means over time and of the wings into the open checkpoint `writer`. It writes the
@@ -47,7 +39,8 @@ contains
     if (allocated(parts%thin) .and. has_markers) call save_thin_wings(writer, parts%wings, parts%thin)
   end subroutine put_state
 
-  !> Restores the state from the checkpoint at `path`. Fails if the file cannot be read. Also fails if the checkpoint does not
+  !> Restores the state from the checkpoint at `path`. fsi_pose_restart compares the motions themselves, that is where the wings are
+  !> and how they move at the time of the checkpoint. Fails if the file cannot be read. Also fails if the checkpoint does not
   !> fit this run, unless the user `accepts` the differences and the run can go on with them. Adds a line to `remarks` for every
   !> difference that does no harm or is accepted. Collective.
   subroutine restore_state(world, path, settings, run, accepts, parts, remarks, failure)
@@ -66,7 +59,7 @@ contains
     if (failure%failed) return
     call was%load(reader, failure)
     call load_flow(reader, settings, parts, jumps, failure)
-    call run%judge(was, STATE_KEYS, jumps, accepts, remarks, failure)
+    call run%judge(was, jumps, accepts, remarks, failure)
     if (failure%failed) return
     if (allocated(parts%coupler)) then
       call load_wings(reader, parts%wings, parts%coupler, failure)

@@ -10,15 +10,20 @@
 !>
 !> The forces of a viscoelastic wing are those of a standard linear solid: f + g z with z' = f' - z/tau, f the elastic force.
 module solid_damping_effects
+  use base_cause, only: cause_t, enlist, make_cause
   use base_kinds, only: rp
-  use base_parameter, only: define_effect, parameter_t
+  use base_parameter, only: define_effect, define_parameter, parameter_t
+  use base_wording, only: word_by_name
   implicit none
   private
-  public :: damping_effects_t, describe_damping
+  public :: damping_effects_t, list_damping_causes, mass_damping_parameter
 
   integer, parameter, public :: DAMPING_MASS = 1, DAMPING_STIFFNESS = 2, DAMPING_JOINTS = 3, DAMPING_RELAXATION = 4, &
                                 N_DAMPING_EFFECTS = 4, &
                                 DAMPING_TIME = 5 !< logarithm of the relaxation time, needs a relaxation
+
+  real(rp), parameter, public :: RELAXATION_STEP = 2.0_rp !< between the times of relaxation that are tried
+  character(*), parameter :: RECORDS = 'records of motion', PER_TURN = 'T/n', PER_TURN_SQUARED = 'T/n^2'
 
   !> Values of the effects.
   type :: damping_effects_t
@@ -33,25 +38,65 @@ module solid_damping_effects
 
 contains
 
-  !> Returns name, unit, scale, bounds and null of effect i. The priors are those of a wing whose motion decays within `time` [s],
-  !> in which it turns by `turns` [rad].
-  function describe_damping(i, time, turns) result(p)
-    integer, intent(in) :: i
+  !> Returns the causes that are losses of energy beyond those in proportion to the mass. The priors are those of a wing whose
+  !> motion decays within `time` [s], in which it turns by `turns` [rad].
+  pure function list_damping_causes(time, turns) result(list)
+    real(rp), intent(in) :: time, turns
+    type(cause_t), allocatable :: list(:)
+    call enlist(list, damping_by_stiffness(time, turns))
+    call enlist(list, friction_of_joints(time, turns))
+    call enlist(list, viscoelasticity(turns))
+  end function list_damping_causes
+
+  !> Returns the parameter of the damping in proportion to the mass, which a baseline fits, for such a wing.
+  pure function mass_damping_parameter(time, turns) result(p)
     real(rp), intent(in) :: time, turns
     type(parameter_t) :: p
     real(rp) :: rate
     rate = 1/time
-    select case (i)
-    case (DAMPING_MASS)
-      call define_effect(p, 'rayleigh_mass', '1/s', .false., 0.0_rp, 100*turns*rate, 2*rate)
-    case (DAMPING_STIFFNESS)
-      call define_effect(p, 'rayleigh_stiffness', 's', .false., 0.0_rp, 10*time/turns, 2*time/turns**2)
-    case (DAMPING_JOINTS)
-      call define_effect(p, 'joint_friction', 's', .false., 0.0_rp, 100*time/turns, 10*time/turns**2)
-    case default
-      call define_effect(p, 'relaxation', '1', .false., 0.0_rp, 10.0_rp, 4/turns)
-    end select
-  end function describe_damping
+    call define_effect(p, 'rayleigh_mass', '1/s', .false., 0.0_rp, 100*turns*rate, 2*rate)
+  end function mass_damping_parameter
+
+  pure function damping_by_stiffness(time, turns) result(cause)
+    real(rp), intent(in) :: time, turns
+    type(cause_t) :: cause
+    type(parameter_t) :: p
+    cause = make_cause('stiffness_damping', 'damping in proportion to the stiffness', &
+                       'What bends fast is damped more than still air would: the cuticle takes energy at every rate.', RECORDS)
+    call define_effect(p, 'rayleigh_stiffness', 's', .false., 0.0_rp, 10*time/turns, 2*time/turns**2)
+    call cause%add(DAMPING_STIFFNESS, p, PER_TURN, PER_TURN_SQUARED)
+    call word_by_name(cause%parameters(1)%words, p%name)
+  end function damping_by_stiffness
+
+  pure function friction_of_joints(time, turns) result(cause)
+    real(rp), intent(in) :: time, turns
+    type(cause_t) :: cause
+    type(parameter_t) :: p
+    cause = make_cause('joint_friction', 'friction in the joints of veins', &
+                       'The joints of veins take energy when they turn.', RECORDS)
+    call define_effect(p, 'joint_friction', 's', .false., 0.0_rp, 100*time/turns, 10*time/turns**2)
+    call cause%add(DAMPING_JOINTS, p, PER_TURN, PER_TURN_SQUARED)
+    call word_by_name(cause%parameters(1)%words, p%name)
+  end function friction_of_joints
+
+  !> Has the share that relaxes, and a factor on the time in which it does. It is tried with several times.
+  pure function viscoelasticity(turns) result(cause)
+    real(rp), intent(in) :: turns
+    type(cause_t) :: cause
+    type(parameter_t) :: p
+    integer :: k
+    cause = make_cause('viscoelasticity', 'viscoelastic veins and membrane', &
+                       'The wing is stiffer when it bends fast, and loses energy in between: its material relaxes.', RECORDS)
+    call define_effect(p, 'relaxation', '1', .false., 0.0_rp, 10.0_rp, 4/turns)
+    call cause%add(DAMPING_RELAXATION, p, '', '1/n')
+    call define_parameter(p, 'relaxation_time_factor', '1', .true., 1/RELAXATION_STEP, RELAXATION_STEP)
+    p%prior_sd = log(RELAXATION_STEP)
+    p%null = 1
+    call cause%add(DAMPING_TIME, p)
+    do k = 1, 2
+      call word_by_name(cause%parameters(k)%words, cause%parameters(k)%value%name)
+    end do
+  end function viscoelasticity
 
   !> Sets the value of effect i, in its unit.
   pure subroutine effects_set(self, i, value)

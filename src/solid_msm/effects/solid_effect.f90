@@ -6,13 +6,14 @@
 !> A law multiplies the stiffness that the usual parameters give, in three stages: single elements, then regions, then moments
 !> that follow from the stiffness so far. An effect that adds a force independent of the stiffness is a load.
 module solid_effect
+  use base_cause, only: LAST_PLACE
   use base_kinds, only: rp
+  use base_wording, only: wording_t
   use solid_effect_values, only: effects_t
   use solid_element_stiffness, only: stiffness_t
   use solid_extension, only: extensions_t
   use solid_junctions, only: hinge_plan_t
   use solid_layout, only: layout_t
-  use solid_wording, only: wording_t
   implicit none
   private
   public :: effect_t, effect_parameter_t, effect_site_t, effect_text_t, stiffness_law, stiffness_slope, modulus_law, text_teller
@@ -22,7 +23,8 @@ module solid_effect
   !> Requirements on the wing, NEED_DISC to NEED_NO_SLACK, and on the measurement.
   integer, parameter, public :: NEED_NOTHING = 0, NEED_DISC = 1, NEED_SOFT_PLACE = 2, NEED_SIDED_JOINTS = 3, &
                                 NEED_SIDED_VEINS = 4, NEED_NO_SLACK = 5, NEED_MEMBRANE = 6, NEED_UNSTRESSED_REST = 7, &
-                                NEED_LEVELS = 8, NEED_BOTH_DIRECTIONS = 9, NEED_MODES_ABOUT_REST = 10
+                                NEED_LEVELS = 8, NEED_BOTH_DIRECTIONS = 9, NEED_MODES_ABOUT_REST = 10, NEED_VEINS = 11, &
+                                NEED_MASS_PLACE = 12, N_WING_NEEDS = 12
   integer, parameter, public :: MOST_PARAMETERS = 3 !< of one effect
 
   type :: effect_parameter_t
@@ -40,6 +42,7 @@ module solid_effect
     type(effect_parameter_t) :: parameters(MOST_PARAMETERS)
     logical :: is_per_joint = .false.         !< it has the first parameter for every joint
     integer :: needs(4) = NEED_NOTHING        !< the first missing one is reported
+    integer :: place = LAST_PLACE             !< in the catalogue of the diagnosis
     logical :: curves_rest = .false.          !< it bends the wing without a load
     integer :: stage = STAGE_NONE             !< of `apply`
     procedure(stiffness_law), pointer, nopass :: apply => null()

@@ -4,10 +4,10 @@
 !> (`camber_evaluate` of solid_twist); springs and the clamp are as in the flat wing.
 module solid_effect_camber
   use base_kinds, only: rp
+  use base_wording, only: word_plain
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_MEMBRANE, NEED_SIDED_VEINS, &
                           NEED_UNSTRESSED_REST, STAGE_MOMENTS
   use solid_element_stiffness, only: stiffness_t
-  use solid_wording, only: word_plain
   implicit none
   private
   public :: camber_effect
@@ -29,6 +29,7 @@ contains
     effect%stage = STAGE_MOMENTS
     effect%apply => apply_camber
     effect%derive => derive_camber
+    effect%place = 100
     effect%tell => tell_camber
   end function camber_effect
 

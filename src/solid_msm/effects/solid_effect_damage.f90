@@ -6,11 +6,11 @@
 !> halfway, hinges at their point, and an edge of the membrane has the mean of its two triangles' centroids.
 module solid_effect_damage
   use base_kinds, only: rp
+  use base_wording, only: word_factor, SCALE_FACTOR
   use solid_disc, only: damage_weight => disc_weight
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_DISC, STAGE_REGIONS
   use solid_element_stiffness, only: stiffness_t
   use solid_layout, only: layout_t
-  use solid_wording, only: word_factor, SCALE_FACTOR
   implicit none
   private
   public :: damage_effect, add_damage, damage_weight

@@ -4,9 +4,9 @@
 !> are not affected.
 module solid_effect_gradient
   use base_kinds, only: rp
+  use base_wording, only: word_factor, SCALE_EXPONENT
   use solid_effect, only: effect_parameter_t, effect_t, effect_text_t
   use solid_junctions, only: hinge_plan_t
-  use solid_wording, only: word_factor, SCALE_EXPONENT
   implicit none
   private
   public :: gradient_effect
@@ -19,6 +19,7 @@ contains
     effect%parameters(1) = effect_parameter_t('E_gradient', '1', .false., -5.0_rp, 5.0_rp, 1.0_rp)
     effect%modulus => gradient_factor
     effect%modulus_slope => gradient_slope
+    effect%place = 30
     effect%tell => tell_gradient
   end function gradient_effect
 

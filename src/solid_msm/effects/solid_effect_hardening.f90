@@ -5,10 +5,10 @@
 !> kappa^2), the curvature kappa = Theta/l over the length l that bends, so that h = c/l^2.
 module solid_effect_hardening
   use base_kinds, only: rp
+  use base_wording, only: word_factor, DEGREES, SCALE_LINEAR
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_LEVELS, STAGE_MOMENTS
   use solid_element_stiffness, only: stiffness_t
   use solid_junctions, only: hinge_plan_t
-  use solid_wording, only: word_factor, DEGREES, SCALE_LINEAR
   implicit none
   private
   public :: joint_hardening_effect, own_hardening_effect, cuticle_effect
@@ -26,6 +26,7 @@ contains
     effect%stage = STAGE_MOMENTS
     effect%apply => apply_joint_hardening
     effect%derive => derive_joint_hardening
+    effect%place = 120
     effect%tell => tell_joint_hardening
   end function joint_hardening_effect
 
@@ -53,6 +54,7 @@ contains
     effect%stage = STAGE_MOMENTS
     effect%apply => apply_own_hardening
     effect%derive => derive_own_hardening
+    effect%place = 130
     effect%tell => tell_own_hardening
   end function own_hardening_effect
 
@@ -82,6 +84,7 @@ contains
     effect%stage = STAGE_MOMENTS
     effect%apply => apply_cuticle
     effect%derive => derive_cuticle
+    effect%place = 150
     effect%tell => tell_cuticle
   end function cuticle_effect
 

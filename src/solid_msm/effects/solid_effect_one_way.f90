@@ -3,10 +3,10 @@
 !> solid_hinge).
 module solid_effect_one_way
   use base_kinds, only: rp
+  use base_wording, only: word_factor, SCALE_FACTOR
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_BOTH_DIRECTIONS, &
                           NEED_SIDED_JOINTS, STAGE_MOMENTS
   use solid_element_stiffness, only: stiffness_t
-  use solid_wording, only: word_factor, SCALE_FACTOR
   implicit none
   private
   public :: one_way_effect
@@ -22,6 +22,7 @@ contains
     effect%stage = STAGE_MOMENTS
     effect%apply => apply_one_way
     effect%derive => derive_one_way
+    effect%place = 140
     effect%tell => tell_one_way
   end function one_way_effect
 

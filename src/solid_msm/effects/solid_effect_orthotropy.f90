@@ -2,10 +2,10 @@
 !> Describes a membrane that is stiffer in one direction: springs times 1 + a cos 2 phi, phi their angle to x.
 module solid_effect_orthotropy
   use base_kinds, only: rp
+  use base_wording, only: word_factor, SCALE_CONTRAST
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, STAGE_ELEMENTS
   use solid_element_stiffness, only: stiffness_t
   use solid_extension, only: SPRING_MEMBRANE
-  use solid_wording, only: word_factor, SCALE_CONTRAST
   implicit none
   private
   public :: orthotropy_effect
@@ -19,6 +19,7 @@ contains
     effect%stage = STAGE_ELEMENTS
     effect%apply => apply_orthotropy
     effect%derive => derive_orthotropy
+    effect%place = 80
     effect%tell => tell_orthotropy
   end function orthotropy_effect
 

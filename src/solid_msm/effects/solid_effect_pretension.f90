@@ -3,10 +3,10 @@
 !> carries the tension of the width of membrane that it represents (solid_tension).
 module solid_effect_pretension
   use base_kinds, only: rp
+  use base_wording, only: word_plain
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_MEMBRANE, NEED_NO_SLACK, &
                           NEED_UNSTRESSED_REST, STAGE_LOADS
   use solid_element_stiffness, only: stiffness_t
-  use solid_wording, only: word_plain
   implicit none
   private
   public :: pretension_effect
@@ -21,6 +21,7 @@ contains
     effect%stage = STAGE_LOADS
     effect%apply => apply_pretension
     effect%derive => derive_pretension
+    effect%place = 90
     effect%tell => tell_pretension
   end function pretension_effect
 

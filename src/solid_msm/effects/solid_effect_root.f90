@@ -3,8 +3,8 @@
 !> exactly for large turns. The law is that of solid_bent_wing; no stiffness of the wing changes.
 module solid_effect_root
   use base_kinds, only: rp
+  use base_wording, only: word_plain, DEGREES
   use solid_effect, only: effect_parameter_t, effect_t, effect_text_t, NEED_MODES_ABOUT_REST
-  use solid_wording, only: word_plain, DEGREES
   implicit none
   private
   public :: root_effect
@@ -18,6 +18,7 @@ contains
     effect%parameters(1) = effect_parameter_t('root_flap', 'rad/(N m)', .false., 0.0_rp, 1.0e5_rp, 1.0e4_rp, clamp_axis=2)
     effect%parameters(2) = effect_parameter_t('root_twist', 'rad/(N m)', .false., 0.0_rp, 1.0e5_rp, 1.0e4_rp, clamp_axis=1)
     effect%needs(1) = NEED_MODES_ABOUT_REST
+    effect%place = 10
     effect%tell => tell_root
   end function root_effect
 

@@ -3,9 +3,9 @@
 !> of its length.
 module solid_effect_soft
   use base_kinds, only: rp
+  use base_wording, only: word_factor, SCALE_FACTOR
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_SOFT_PLACE, STAGE_ELEMENTS
   use solid_element_stiffness, only: stiffness_t
-  use solid_wording, only: word_factor, SCALE_FACTOR
   implicit none
   private
   public :: soft_effect, add_hinge

@@ -3,10 +3,10 @@
 !> GJ/EI times the stiffness of the hinge in bending.
 module solid_effect_torsion
   use base_kinds, only: rp
+  use base_wording, only: word_fraction
   use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_MEMBRANE, NEED_SIDED_VEINS, &
                           STAGE_MOMENTS
   use solid_element_stiffness, only: stiffness_t
-  use solid_wording, only: word_fraction
   implicit none
   private
   public :: torsion_effect
@@ -23,6 +23,7 @@ contains
     effect%stage = STAGE_MOMENTS
     effect%apply => apply_torsion
     effect%derive => derive_torsion
+    effect%place = 110
     effect%tell => tell_torsion
   end function torsion_effect
 

@@ -4,6 +4,7 @@
 !> `list_effects` is the list of all effects; a new effect needs a line there. The order is that of the parameters, so that files
 !> of older runs stay valid: parameters of the whole wing first, then those of each joint.
 module solid_effects
+  use base_cause, only: cause_t, enlist, make_cause
   use base_errors, only: require
   use base_kinds, only: rp
   use base_parameter, only: define_effect, parameter_t
@@ -21,11 +22,10 @@ module solid_effects
   use solid_effect_torsion, only: torsion_effect
   use solid_effect_values, only: effects_t
   use solid_junctions, only: hinge_plan_t
-  use solid_wording, only: wording_t
   implicit none
   private
   public :: effects_t, list_effects, start_effects, describe_effect, find_effect, values_of, is_active, needs_of, lacks, &
-            curves_rest, any_curves_rest, clamp_axis, clamp_compliance, modulus_factors, effect_wording
+            curves_rest, any_curves_rest, clamp_axis, clamp_compliance, modulus_factors, list_effect_causes
 
 contains
 
@@ -245,46 +245,39 @@ contains
     end do
   end function modulus_factors
 
-  !> Returns the words for parameter `name` at `place` with a value of about `best`. `words%is_known` is false if no effect has
-  !> it.
-  subroutine effect_wording(name, site, best, words)
-    character(*), intent(in) :: name, site
-    real(rp), intent(in) :: best
-    type(wording_t), intent(out) :: words
+  !> Returns the causes of the diagnosis that the effects are, in the order of the list. The parameters of each have no numbers:
+  !> those depend on the wing.
+  pure function list_effect_causes() result(causes)
+    type(cause_t), allocatable :: causes(:)
     type(effect_t), allocatable :: list(:)
-    type(effect_text_t) :: text
-    character(:), allocatable :: where
-    integer :: e, k, n
+    integer :: e
     list = list_effects()
     do e = 1, size(list)
-      do k = 1, list(e)%n
-        n = len_trim(list(e)%parameters(k)%name)
-        if (list(e)%is_per_joint) then
-          if (index(name, list(e)%parameters(k)%name(:n)) /= 1) cycle
-          where = name(n + 1:)
-        else
-          if (name /= list(e)%parameters(k)%name(:n)) cycle
-          where = site
-        end if
-        call list(e)%tell(text)
-        words = text%words(k)
-        if (abs(best) >= text%far(k)) words = text%beyond(k)
-        words%is_known = allocated(words%up)
-        if (.not. words%is_known) return
-        words%up = put(words%up, where)
-        words%down = put(words%down, where)
-        return
-      end do
+      call enlist(causes, cause_of(list(e)))
     end do
-  end subroutine effect_wording
+  end function list_effect_causes
 
-  !> Returns `text` with `where` in place of @.
-  pure function put(text, where) result(filled)
-    character(*), intent(in) :: text, where
-    character(:), allocatable :: filled
-    integer :: at
-    filled = text
-    at = index(text, '@')
-    if (at > 0) filled = text(:at - 1)//where//text(at + 1:)
-  end function put
+  !> Returns the cause that an effect is.
+  pure function cause_of(effect) result(cause)
+    type(effect_t), intent(in) :: effect
+    type(cause_t) :: cause
+    type(effect_text_t) :: text
+    type(parameter_t) :: p
+    integer :: k
+    call effect%tell(text)
+    cause = make_cause(text%cause, text%title, text%sentence, text%data)
+    cause%place = effect%place
+    cause%needs = pack(effect%needs, effect%needs /= NEED_NOTHING)
+    cause%is_joint = .not. effect%is_per_joint
+    do k = 1, effect%n
+      associate (one => effect%parameters(k))
+        call define_effect(p, trim(one%name), trim(one%unit), one%is_log, one%lower, one%upper, one%prior_sd)
+        p%strong = one%strong
+      end associate
+      call cause%add(0, p)
+      cause%parameters(k)%words = text%words(k)
+      cause%parameters(k)%beyond = text%beyond(k)
+      cause%parameters(k)%far = text%far(k)
+    end do
+  end function cause_of
 end module solid_effects

@@ -11,17 +11,21 @@
 !>
 !> All effects of a mass are linear in the factors and in the point mass.
 module solid_mass_effects
+  use base_cause, only: cause_t, enlist, make_cause
   use base_kinds, only: rp
   use base_parameter, only: define_effect, parameter_t
+  use base_wording, only: word_factor, word_plain, ASSUMED, SCALE_EXPONENT, SCALE_FACTOR
   use solid_added_mass, only: strip_added_mass
+  use solid_effect, only: NEED_MASS_PLACE, NEED_MEMBRANE, NEED_VEINS
   use solid_mass, only: mass_t
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: mass_effects_t, mass_parts_t, describe_mass_effect
+  public :: mass_effects_t, mass_parts_t, list_mass_causes, added_mass_parameter
 
   integer, parameter, public :: MASS_VEINS = 1, MASS_MEMBRANE = 2, MASS_GRADIENT = 3, MASS_ADDED = 4, MASS_POINT = 5, &
                                 N_MASS_EFFECTS = 5
+  character(*), parameter :: MOTION = 'natural modes or records of motion'
 
   !> Values of the effects, and the place of the point mass.
   type :: mass_effects_t
@@ -47,24 +51,70 @@ module solid_mass_effects
 
 contains
 
-  !> Returns name, unit, scale, bounds and null of effect i. The prior of a point mass is a share of the wing's mass [kg].
-  function describe_mass_effect(i, wing_mass) result(p)
-    integer, intent(in) :: i
+  !> Returns the causes that are errors of the inertia of a wing with this mass [kg]. Natural modes and records of motion show them.
+  pure function list_mass_causes(wing_mass) result(list)
     real(rp), intent(in) :: wing_mass
+    type(cause_t), allocatable :: list(:)
+    call enlist(list, mass_of_veins())
+    call enlist(list, mass_of_membrane())
+    call enlist(list, gradient_of_membrane())
+    call enlist(list, mass_at_point(wing_mass))
+  end function list_mass_causes
+
+  !> Returns the parameter of the air that moves with the wing, which a baseline fits.
+  pure function added_mass_parameter() result(p)
     type(parameter_t) :: p
-    select case (i)
-    case (MASS_VEINS)
-      call define_effect(p, 'vein_mass', '1', .true., 0.1_rp, 10.0_rp, 0.3_rp)
-    case (MASS_MEMBRANE)
-      call define_effect(p, 'membrane_mass', '1', .true., 0.1_rp, 10.0_rp, 0.3_rp)
-    case (MASS_GRADIENT)
-      call define_effect(p, 'membrane_gradient', '1', .false., -5.0_rp, 5.0_rp, 1.0_rp)
-    case (MASS_ADDED)
-      call define_effect(p, 'added_mass', '1', .true., 0.1_rp, 5.0_rp, 0.3_rp)
-    case default
-      call define_effect(p, 'point_mass', 'kg', .false., 0.0_rp, wing_mass, 0.05_rp*wing_mass)
-    end select
-  end function describe_mass_effect
+    call define_effect(p, 'added_mass', '1', .true., 0.1_rp, 5.0_rp, 0.3_rp)
+  end function added_mass_parameter
+
+  pure function mass_of_veins() result(cause)
+    type(cause_t) :: cause
+    type(parameter_t) :: p
+    cause = make_cause('vein_mass', 'heavier or lighter veins', 'The veins weigh more or less than was assumed.', MOTION)
+    cause%needs = [NEED_VEINS]
+    call define_effect(p, 'vein_mass', '1', .true., 0.1_rp, 10.0_rp, 0.3_rp)
+    call cause%add(MASS_VEINS, p)
+    call word_factor(cause%parameters(1)%words, SCALE_FACTOR, 'The veins weigh more:', 'The veins weigh less:', 'heavier', &
+                     'lighter', ASSUMED, 'as heavy as was assumed', 1.0_rp)
+  end function mass_of_veins
+
+  pure function mass_of_membrane() result(cause)
+    type(cause_t) :: cause
+    type(parameter_t) :: p
+    cause = make_cause('membrane_mass', 'heavier or lighter membrane', 'The membrane weighs more or less than was assumed.', MOTION)
+    cause%needs = [NEED_MEMBRANE]
+    call define_effect(p, 'membrane_mass', '1', .true., 0.1_rp, 10.0_rp, 0.3_rp)
+    call cause%add(MASS_MEMBRANE, p)
+    call word_factor(cause%parameters(1)%words, SCALE_FACTOR, 'The membrane weighs more:', 'The membrane weighs less:', 'heavier', &
+                     'lighter', ASSUMED, 'as heavy as was assumed', 1.0_rp)
+  end function mass_of_membrane
+
+  pure function gradient_of_membrane() result(cause)
+    type(cause_t) :: cause
+    type(parameter_t) :: p
+    cause = make_cause('membrane_gradient', 'mass of the membrane that changes along the span', &
+                       'The membrane is heavier, or lighter, toward the tip than at the root, as if its thickness changed.', MOTION)
+    cause%needs = [NEED_MEMBRANE]
+    call define_effect(p, 'membrane_gradient', '1', .false., -5.0_rp, 5.0_rp, 1.0_rp)
+    call cause%add(MASS_GRADIENT, p)
+    call word_factor(cause%parameters(1)%words, SCALE_EXPONENT, 'The membrane''s mass rises toward the tip:', &
+                     'The membrane''s mass falls toward the tip:', 'more', 'less', 'there than at the root', 'that at the root', &
+                     0.0_rp)
+  end function gradient_of_membrane
+
+  !> Is tried at many places. Its prior is a share of the wing's mass.
+  pure function mass_at_point(wing_mass) result(cause)
+    real(rp), intent(in) :: wing_mass
+    type(cause_t) :: cause
+    type(parameter_t) :: p
+    cause = make_cause('point_mass', 'a mass that the model does not have', &
+                       'Something sits on the wing at one place: dust, glue or a marker.', MOTION)
+    cause%needs = [NEED_MASS_PLACE]
+    call define_effect(p, 'point_mass', 'kg', .false., 0.0_rp, wing_mass, 0.05_rp*wing_mass)
+    call cause%add(MASS_POINT, p, 'the mass of the wing')
+    call word_plain(cause%parameters(1)%words, 'g', 'Something sits on the wing @:', 'The wing is lighter @:', '', '', '', 0.0_rp)
+    cause%parameters(1)%words%factor = 1.0e3_rp
+  end function mass_at_point
 
   !> Returns the value of effect i, in its unit.
   pure real(rp) function effects_get(self, i) result(value)

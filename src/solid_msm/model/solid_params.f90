@@ -1,34 +1,21 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds the material parameters of a wing, addressed by name.
-!>
-!> | name | what | unit | scale |
-!> |---|---|---|---|
-!> | `E` | Young's modulus of all veins | Pa | log |
-!> | `E:<vein>` | factor on E of one vein | 1 | log |
-!> | `joint:<name>` | stiffness of one joint | N m/rad | log |
-!> | `D` | bending stiffness of the membrane | N m | log |
-!> | `thickness` | the membrane thickness that D means | m | log |
-!> | `root` | factor on the hinges at the clamped root | 1 | log |
-!> | `diameter_exponent` | p in I = pi dm^4/64 (d/dm)^p, dm the mean diameter, 4: circles | 1 | linear |
-!> | `k_vein`, `k_membrane`, `k_cross` | extension stiffness of a spring | N/m | log |
-!>
-!> The effects that a usual model leaves out follow them: see solid_effects.
+!> Holds the material parameters of a wing, addressed by name. solid_usual_causes describes those of
+!> the usual model. The effects that it leaves out follow them: see solid_effects.
 !>
 !> D = Em h^3/(12 (1 - nu^2)) is a regularisation and was not measured. Without it the tangent of the flat wing is singular, and
 !> loaded wings have many wrinkled equilibria.
 module solid_params
+  use base_cause, only: cause_parameter_t
   use base_errors, only: require
   use base_kinds, only: rp
-  use base_parameter, only: define => define_parameter, parameter_t
+  use base_parameter, only: parameter_t
   use solid_effects, only: describe_effect, effects_t, start_effects
+  use solid_usual_causes, only: usual_parameter, EACH_JOINT, EACH_VEIN, N_COMMON, PARAM_EXPONENT, PARAM_K_CROSS, &
+                                PARAM_K_MEMBRANE, PARAM_K_VEIN, PARAM_PLATE, PARAM_ROOT, PARAM_THICKNESS, PARAM_YOUNG
   use solid_wing, only: wing_t
   implicit none
   private
   public :: solid_params_t, default_params, membrane_thickness, membrane_note
-
-  integer, parameter, public :: PARAM_YOUNG = 1, PARAM_PLATE = 2, PARAM_THICKNESS = 3, PARAM_ROOT = 4, &
-                                PARAM_EXPONENT = 5, PARAM_K_VEIN = 6, PARAM_K_MEMBRANE = 7, PARAM_K_CROSS = 8
-  integer, parameter, public :: N_COMMON = 8 !< parameters of every wing; those of veins and joints follow
 
   !> Values of all parameters and the choices of the model.
   type :: solid_params_t
@@ -106,32 +93,31 @@ contains
     n_veins = size(self%vein_factor)
     call require(i >= 1 .and. i <= self%count(), 'solid_params_t: no such parameter')
     select case (i)
-    case (PARAM_YOUNG)
-      call define(p, 'E', 'Pa', .true., 1.0e8_rp, 1.0e11_rp)
-    case (PARAM_PLATE)
-      call define(p, 'D', 'N m', .true., 1.0e-9_rp, 1.0e-5_rp)
-    case (PARAM_THICKNESS)
-      call define(p, 'thickness', 'm', .true., 1.0e-6_rp, 3.0e-5_rp)
-    case (PARAM_ROOT)
-      call define(p, 'root', '1', .true., 1.0e-3_rp, 1.0e3_rp)
-    case (PARAM_EXPONENT)
-      call define(p, 'diameter_exponent', '1', .false., 1.0_rp, 6.0_rp)
-    case (PARAM_K_VEIN)
-      call define(p, 'k_vein', 'N/m', .true., 1.0e3_rp, 1.0e6_rp)
-    case (PARAM_K_MEMBRANE)
-      call define(p, 'k_membrane', 'N/m', .true., 1.0e3_rp, 1.0e6_rp)
-    case (PARAM_K_CROSS)
-      call define(p, 'k_cross', 'N/m', .true., 1.0e1_rp, 1.0e6_rp)
+    case (:N_COMMON)
+      p = usual(i)
     case default
       if (i > self%count_basic()) then
         p = describe_effect(i - self%count_basic(), self%joint_names)
       else if (i <= N_COMMON + n_veins) then
-        call define(p, 'E:'//trim(self%vein_names(i - N_COMMON)), '1', .true., 1.0e-2_rp, 1.0e2_rp)
+        p = usual(EACH_VEIN)
+        p%name = p%name//trim(self%vein_names(i - N_COMMON))
       else
-        call define(p, 'joint:'//trim(self%joint_names(i - N_COMMON - n_veins)), 'N m/rad', .true., &
-                    1.0e-8_rp, 1.0e-2_rp)
+        p = usual(EACH_JOINT)
+        p%name = p%name//trim(self%joint_names(i - N_COMMON - n_veins))
       end if
     end select
+
+  contains
+
+    !> Returns a parameter of the usual model.
+    pure function usual(number) result(value)
+      integer, intent(in) :: number
+      type(parameter_t) :: value
+      type(cause_parameter_t) :: one
+      one = usual_parameter(number)
+      value = one%value
+    end function usual
+
   end function params_describe
 
   !> Returns the number of the parameter called `name`, 0 if there is none.

@@ -16,8 +16,9 @@ module solid_stiffness
   use solid_extension, only: extensions_t, SPRING_VEIN, SPRING_MEMBRANE, SPRING_CROSS
   use solid_junctions, only: hinge_plan_t
   use solid_layout, only: layout_t
-  use solid_params, only: solid_params_t, N_COMMON, PARAM_YOUNG, PARAM_PLATE, PARAM_THICKNESS, PARAM_ROOT, &
-                          PARAM_EXPONENT, PARAM_K_VEIN, PARAM_K_MEMBRANE, PARAM_K_CROSS
+  use solid_params, only: solid_params_t
+  use solid_usual_causes, only: N_COMMON, PARAM_YOUNG, PARAM_PLATE, PARAM_THICKNESS, PARAM_ROOT, PARAM_EXPONENT, PARAM_K_VEIN, &
+                                PARAM_K_MEMBRANE, PARAM_K_CROSS
   implicit none
   private
   public :: stiffness_t, allocate_stiffness, clear_stiffness, evaluate_stiffness, differentiate_basic, &

@@ -3,9 +3,9 @@
 program test_flight_response
   use base_kinds, only: rp
   use diagnosis_flight_catalogue, only: flight_steps, rounded
-  use diagnosis_flight_response, only: flight_response_t, FLOW_FREQUENCY, N_CHANGES
-  use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t, FLOW_LEAD, FLOW_PITCH, FLOW_VISCOSITY, &
-                                     FLOW_WIND, N_FLOW
+  use diagnosis_flight_response, only: flight_response_t
+  use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_VISCOSITY, FLOW_WIND, N_CHANGES, N_FLOW
+  use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t
   use measurement_flight, only: N_COMPONENTS
   use testkit, only: testkit_t
   implicit none

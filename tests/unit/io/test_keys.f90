@@ -16,7 +16,7 @@ program test_keys
     real(rp) :: step = -7, wall = -7, axis(3) = -7
     logical :: saves = .false.
     character(:), allocatable :: method, path, kept
-    real(rp) :: edge = -7, gap = -7
+    real(rp) :: edge = -7, gap = -7, size = -7
     logical :: has_edge = .false., has_most = .false., has_path = .false., moves = .false., old = .false.
     real(rp), allocatable :: series(:), rows(:, :)
   end type choices_t
@@ -64,12 +64,22 @@ program test_keys
   call t%check('a list of any length', size(c%series) == 3)
   call t%check('a matrix, (row, column)', all(shape(c%rows) == [3, 2]) .and. abs(c%rows(3, 1) - 5) <= 0)
   call t%check('an older name stands for the key before it', c%old)
+  call check_state_keys()
   call load('[Search]'//NL//'most = 11'//NL//'old = maybe'//NL//'gap = -1'//NL//'[Saving]'//NL//'method = golden'//NL)
   call t%check('words that are not built, lengths and switches hold, and wrong values are not given', errors%count() == 4 .and. &
                .not. c%has_most)
   call t%finish()
 
 contains
+
+  !> What a checkpoint depends on: all keys of a section, and the key before the statement.
+  subroutine check_state_keys()
+    type(message_list_t) :: patterns
+    patterns = config%state_keys()
+    call t%check('a section and a key belong to the state', patterns%count() == 2)
+    if (patterns%count() == 2) call t%check('by their names', patterns%text(1) == '[Box] *' .and. &
+                                            patterns%text(2) == '[Search] old')
+  end subroutine check_state_keys
 
   subroutine all_keys(keys, c)
     type(keys_t), intent(inout) :: keys
@@ -86,6 +96,7 @@ contains
     call keys%matrix('rows', c%rows, 2, 'of pairs')
     call keys%switch('moves', c%moves, .false., 'or rests', computed='as the wind blows')
     call keys%switch('old', c%old, .false., 'of long ago')
+    call keys%in_checkpoint()
     call keys%older_name('ancient')
     call keys%inert('nothing', 'of another program')
     call keys%section('Saving')
@@ -93,6 +104,8 @@ contains
     call keys%word('method', c%method, 'fast', 'fast|slow', 'of saving', unbuilt='golden')
     call keys%text('path', c%path, 'out', 'of the file', given=c%has_path)
     call keys%text('kept', c%kept, 'what the program chooses', 'of another', computed=.true.)
+    call keys%section('Box', 'of the flow', in_checkpoint=.true.)
+    call keys%real('size', c%size, 1.0_rp, 'of its sides', unit='m')
   end subroutine all_keys
 
   subroutine load(text)

@@ -2,12 +2,14 @@
 !> A force balance: series give back what they were made of, delay and filter do what they do to a sine, turn and cross-talk mix
 !> what they should, and all derivatives are those of finite differences.
 program test_balance
+  use base_cause, only: parameter_of
   use base_constants, only: PI, TWO_PI
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use measurement_balance, only: apply_balance, balance_harmonics, balance_values, cross_number, describe_balance, &
-                                 BALANCE_CROSS, BALANCE_DELAY, BALANCE_GAIN, BALANCE_LOWPASS, BALANCE_MASS, BALANCE_OFFSET, &
-                                 BALANCE_TURN, N_BALANCE
+  use measurement_balance, only: apply_balance, balance_harmonics, balance_values
+  use measurement_balance_causes, only: balance_scales_t, cross_components, cross_number, list_balance_causes, &
+                                        BALANCE_CROSS, BALANCE_DELAY, BALANCE_GAIN, BALANCE_LOWPASS, BALANCE_MASS, &
+                                        BALANCE_OFFSET, BALANCE_TURN, N_BALANCE
   use measurement_flight, only: N_COMPONENTS
   use testkit, only: testkit_t
   implicit none
@@ -119,7 +121,8 @@ contains
     character(40) :: names(N_BALANCE)
     is_null = .true.
     do k = 1, N_BALANCE
-      p = describe_balance(k, spread(2.0_rp, 1, N_COMPONENTS), 1/FREQUENCY, 1.0e-6_rp, .false.)
+      p = parameter_of(list_balance_causes(balance_scales_t(spread(2.0_rp, 1, N_COMPONENTS), 1/FREQUENCY, 1.0e-6_rp)), k)
+      p = p%as_coordinate(p%null)
       names(k) = p%name
       is_null = is_null .and. abs(p%null) <= 0 .and. p%lower <= 0 .and. p%upper > 0 .and. p%prior_sd > 0
     end do
@@ -132,6 +135,8 @@ contains
     end do
     call t%check('every parameter has a name of its own', is_unique)
     call t%check('cross-talk is named from where to where', names(cross_number(2, 3)) == 'cross_talk:Fz-Fy')
+    call t%check('a number tells them', all(cross_components(cross_number(6, 4)) == [6, 4]) .and. &
+                 all(cross_components(BALANCE_MASS) == 0))
     call t%check('their numbers follow the others', cross_number(1, 2) == BALANCE_CROSS + 1 .and. cross_number(6, 5) == N_BALANCE)
   end subroutine test_parameters
 end program test_balance

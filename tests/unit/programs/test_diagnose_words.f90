@@ -5,6 +5,7 @@
 program test_diagnose_words
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_wording, only: wording_t
   use diagnose_findings, only: make_finding
   use diagnose_wordings, only: find_wording
   use diagnose_words, only: finding_t, finding_text
@@ -12,11 +13,11 @@ program test_diagnose_words
   use loaded_wing, only: wing_of_argument
   use measurement_data, only: measurement_t
   use measurement_experiment, only: experiment_t
-  use measurement_instrument, only: instrument_t, NONLINEARITY
+  use measurement_instrument, only: instrument_t
+  use measurement_instrument_causes, only: NONLINEARITY
   use solid_params, only: default_params, solid_params_t
   use solid_statics, only: static_options_t
   use solid_wing, only: wing_t
-  use solid_wording, only: wording_t
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: SURE = ' with 90 % confidence'

@@ -12,7 +12,7 @@ program test_train_settings
   use io_registry, only: registry_t
   use measurement_data, only: measurement_t
   use measurement_write, only: write_measurement
-  use solid_params, only: PARAM_YOUNG
+  use solid_usual_causes, only: PARAM_YOUNG
   use testkit, only: testkit_t
   use train_settings, only: load_train_settings, train_settings_t
   implicit none

@@ -2,9 +2,11 @@
 !> What a wing may do beyond the usual model: every effect has the law that its name promises and vanishes at its null to
 !> the last bit.
 program test_solid_effects
+  use base_cause, only: cause_t, find_wording
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
+  use base_wording, only: wording_t
   use effect_wings, only: make_plain, model_of, DISC
   use named_params, only: set_each
   use sample_wings, only: make_beam
@@ -12,7 +14,7 @@ program test_solid_effects
   use solid_edges, only: edges_t, make_edges
   use solid_effect, only: effect_t, effect_text_t, STAGE_NONE
   use solid_effect_damage, only: damage_weight
-  use solid_effects, only: effect_wording, list_effects
+  use solid_effects, only: list_effect_causes, list_effects
   use solid_extension, only: extension_axial, tension_energy
   use solid_hinge, only: hinge_evaluate, hinge_t, HINGE_NODES
   use solid_junctions, only: hinge_plan_t
@@ -23,7 +25,6 @@ program test_solid_effects
   use solid_tangent, only: assemble_tangent
   use solid_twist, only: camber_evaluate, make_twists, twist_evaluate, twist_t, TWIST_NODES
   use solid_wing, only: wing_t
-  use solid_wording, only: wording_t
   use testkit, only: testkit_t
   implicit none
   type(testkit_t) :: t
@@ -49,11 +50,13 @@ contains
   !> Every effect of the list has a law with its derivative, and texts and words for each of its parameters.
   subroutine test_list()
     type(effect_t), allocatable :: list(:)
+    type(cause_t), allocatable :: known(:)
     type(effect_text_t) :: text
     type(wording_t) :: words
     character(:), allocatable :: name, causes
     integer :: e, k
     list = list_effects()
+    known = list_effect_causes()
     causes = ' '
     do e = 1, size(list)
       associate (one => list(e))
@@ -72,13 +75,13 @@ contains
         do k = 1, one%n
           name = trim(one%parameters(k)%name)
           if (one%is_per_joint) name = name//'knee'
-          call effect_wording(name, 'here', one%parameters(k)%upper, words)
+          call find_wording(known(e)%parameters, name, 'here', one%parameters(k)%upper, words)
           call t%check('  and words for '//name, words%is_known .and. index(words%up//words%down, '@') == 0)
           call t%check('  with its null', abs(words%reference - merge(1, 0, one%parameters(k)%is_log)) <= 0)
         end do
       end associate
     end do
-    call effect_wording('no such effect', 'here', 1.0_rp, words)
+    call find_wording(known(1)%parameters, 'no such effect', 'here', 1.0_rp, words)
     call t%check('what is no effect has no words',.not. words%is_known)
   end subroutine test_list
 

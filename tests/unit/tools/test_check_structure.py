@@ -128,9 +128,6 @@ end module base_case
             self.assertIn(edge, found)
         self.assertIn(" 3 problem(s)", found)
         self.assertIn("src/io/a/io_a.f90:2: io: folder a uses b, which uses a", found)
-        both = [("wing", "flight"), ("flight", "wing")]
-        self.assertEqual(uses("diagnosis", both), "2 files, 0 problem(s)\n")
-        self.assertIn("diagnosis: wing > flight is in no circle any more", uses("diagnosis", both[1:]))
 
     def test_verifications_are_in_folders_of_layers(self):
         verification = {"kind": "tests/verification"}

@@ -10,8 +10,9 @@ program test_instrument
   use measurement_data, only: measurement_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
-  use measurement_instrument, only: instrument_t, CREEP, CREEP_TIME, DRIFT, DRIFT_RATE, DRIFT_VEINS, GRAVITY_X, &
-                                    HEIGHT_SCALE, N_INSTRUMENT, TILT_X
+  use measurement_instrument, only: instrument_t
+  use measurement_instrument_causes, only: CREEP, CREEP_TIME, DRIFT, DRIFT_RATE, DRIFT_VEINS, GRAVITY_X, HEIGHT_SCALE, &
+                                           N_INSTRUMENT, TILT_X
   use measurement_simulation, only: N_NUISANCES
   use named_params, only: set_each, value_of
   use solid_mass, only: lump_mass, mass_params_t, mass_t, MEMBRANE_UNIFORM

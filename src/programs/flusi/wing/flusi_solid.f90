@@ -32,10 +32,6 @@ module flusi_solid
   public :: check_solid, run_solid
 
   real(rp), parameter :: PART = 1.0e-6_rp !< of a step: times closer than this are the same
-  !> A state belongs to these inputs: it is relative to the wing and to the frame of the wing, and these units time the beat of
-  !> the frame.
-  character(20), parameter :: STATE_KEYS(3) = [character(20) :: '[units] *', '[Motion] type', '[Motion] wing']
-
   !> Holds one run.
   type :: solid_run_t
     type(world_t) :: world
@@ -232,7 +228,7 @@ contains
     call load_solid(reader, self%settings%wing_case%model, self%settings%is_mirrored, self%state, self%step, self%work, &
                     problem)
     call was%load(reader, problem)
-    call self%files%judge(was, STATE_KEYS, none, command%accepts, remarks, problem)
+    call self%files%judge(was, none, command%accepts, remarks, problem)
     call reader%close(problem)
     call self%slots%came_from(path)
     if (.not. problem%failed) write (output_unit, '(a,es16.9,a)') 'restart   at t = ', self%state%time, ' s from '//path

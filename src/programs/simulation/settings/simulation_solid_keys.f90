@@ -94,6 +94,7 @@ contains
     call keys%section('Motion', 'motion of the wing frame, in which the root is at rest')
     call keys%word('type', c%motion_type, 'rest', 'rest|rotation|flapping', 'rotation about a fixed axis, or the wing beat of '// &
                    '[Insects]; the wing starts at rest in the frame')
+    call keys%in_checkpoint()
     call keys%reals('axis', c%axis, [0.0_rp, 0.0_rp, 1.0_rp], 'axis of the rotation, a vector of any length')
     call keys%reals('through', c%through, ZERO, 'a point of the axis, in the wing frame', unit='m')
     call keys%real('frequency', c%turns, 0.0_rp, 'frequency of the rotation; a positive one turns right-handed about the axis', &
@@ -103,7 +104,8 @@ contains
                    min=0.0_rp)
     call keys%word('wing', c%wing, 'left', 'left|right', 'which wing of [Insects] flaps; loads and results refer to the axes '// &
                    'of the wing file, even if this wing is the mirror image of the wing in the file')
-    call keys%section('units', 'SI values of the units L and T of [Insects]')
+    call keys%in_checkpoint()
+    call keys%section('units', 'SI values of the units L and T of [Insects]', in_checkpoint=.true.)
     call keys%real('length', c%unit_length, 1.0_rp, 'one L, for instance the wing length', unit='m', above=0.0_rp)
     call keys%real('frequency', c%unit_frequency, 1.0_rp, '1/T, for instance the wing beat frequency', unit='1/s', above=0.0_rp)
   end subroutine motion_keys

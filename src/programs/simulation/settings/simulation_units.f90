@@ -31,10 +31,14 @@ contains
     call keys%section('units', 'SI values of the units; without this section all quantities are dimensionless')
     call keys%word('input', word, 'dimensionless', 'dimensionless|SI', 'units of the values in this file: L, T and M as '// &
                    'defined below, or m, s and kg instead; results are in L, T and M, and those in summary.txt in both')
+    ! Wings count their time in these units.
     call keys%real('length', u%length, 1.0_rp, 'one L, for instance the wing length', unit='m', above=0.0_rp, given=u%has(1))
+    call keys%in_checkpoint()
     call keys%real('frequency', u%frequency, 1.0_rp, '1/T, for instance the wing beat frequency', unit='1/s', above=0.0_rp, &
                    given=u%has(2))
+    call keys%in_checkpoint()
     call keys%real('density', u%density, 1.0_rp, 'density of the fluid', unit='kg/m^3', above=0.0_rp, given=u%has(3))
+    call keys%in_checkpoint()
     if (allocated(word)) u%si_input = word == 'SI'
   end subroutine units_keys
 

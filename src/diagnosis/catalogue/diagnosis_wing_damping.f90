@@ -2,6 +2,7 @@
 !> Makes the entries of the catalogue that describe energy loss, which only records of a vibrating wing can show. The baseline has
 !> mass-proportional damping, as every wing comes to rest. Without records the catalogue has none of these entries.
 module diagnosis_wing_damping
+  use base_cause, only: cause_t
   use base_constants, only: TWO_PI
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
@@ -9,13 +10,12 @@ module diagnosis_wing_damping
   use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME
   use inference_simulator, only: variant_t
   use measurement_experiment, only: experiment_t
-  use solid_damping_effects, only: describe_damping, DAMPING_JOINTS, DAMPING_MASS, DAMPING_RELAXATION, DAMPING_STIFFNESS
+  use solid_damping_effects, only: list_damping_causes, mass_damping_parameter, DAMPING_MASS, DAMPING_RELAXATION, RELAXATION_STEP
   implicit none
   private
   public :: add_damping, enter_damping
 
   real(rp), parameter :: DECADE = 2.302585092994046_rp
-  real(rp), parameter :: FACTOR = 2.0_rp !< between the times of relaxation that are tried
 
 contains
 
@@ -29,7 +29,7 @@ contains
     integer :: n
     if (e%measurement%count_series() == 0) return
     call find_times(e, time, turns)
-    p = describe_damping(DAMPING_MASS, time, turns)
+    p = mass_damping_parameter(time, turns)
     p%is_log = .true.
     p%null = log(2/time)
     p%prior_sd = DECADE
@@ -54,64 +54,54 @@ contains
     end do
   end subroutine find_times
 
-  !> Enters the effects of damping.
+  !> Enters the causes that are losses of energy.
   subroutine enter_damping(c, e)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
+    type(cause_t), allocatable :: list(:)
     type(variant_t), allocatable :: variants(:)
-    type(parameter_t) :: factor_of_time
-    type(wing_parameter_t) :: relaxation
-    real(rp) :: time, turns, tau
-    integer :: n, of_time
+    real(rp) :: time, turns
+    integer :: i, n
     if (e%measurement%count_series() == 0) return
     call find_times(e, time, turns)
-    call enter_one(c, DAMPING_STIFFNESS, 'stiffness_damping', 'damping in proportion to the stiffness', &
-                   'What bends fast is damped more than still air would: the cuticle takes energy at every rate.')
-    call enter_one(c, DAMPING_JOINTS, 'joint_friction', 'friction in the joints of veins', &
-                   'The joints of veins take energy when they turn.')
-    allocate (variants(0))
-    tau = 0.5_rp*time/turns
-    do while (tau < 0.5_rp*time)
-      relaxation = damping_parameter(DAMPING_RELAXATION, KIND_RELAXATION, size(c%parameters) + 2)
-      relaxation%time = tau
-      n = c%add(relaxation)
-      call append_variant(variants, 'with a relaxation time of about '//milliseconds(tau)//' ms', n, [0.0_rp, 0.0_rp])
-      factor_of_time%unit = '1'
-      factor_of_time%name = 'relaxation_time_factor'
-      factor_of_time%is_log = .true.
-      factor_of_time%prior_sd = log(FACTOR)
-      factor_of_time%lower = -log(FACTOR)
-      factor_of_time%upper = log(FACTOR)
-      of_time = c%add(wing_parameter(factor_of_time, KIND_RELAXATION_TIME, n))
-      variants(size(variants))%columns = [n, of_time]
-      tau = FACTOR*tau
+    list = list_damping_causes(time, turns)
+    do i = 1, size(list)
+      allocate (variants(0))
+      associate (one => list(i)%parameters(1))
+        if (one%number == DAMPING_RELAXATION) then
+          call scan_times(c, list(i), time, turns, variants)
+        else
+          n = c%add(wing_parameter(one%value%as_coordinate(one%value%null), KIND_DAMPING, one%number))
+          call append_variant(variants, '', n, [0.0_rp, 0.0_rp])
+        end if
+      end associate
+      call c%enter(list(i), '', variants)
+      deallocate (variants)
     end do
-    call c%enter('viscoelasticity', 'viscoelastic veins and membrane', &
-                 'The wing is stiffer when it bends fast, and loses energy in between: its material relaxes.', .false., '', &
-                 variants)
-
-  contains
-
-    !> Enters one damping parameter as a separate effect.
-    subroutine enter_one(c, number, name, title, sentence)
-      type(catalogue_t), intent(inout) :: c
-      integer, intent(in) :: number
-      character(*), intent(in) :: name, title, sentence
-      type(variant_t), allocatable :: one(:)
-      allocate (one(0))
-      n = c%add(damping_parameter(number, KIND_DAMPING, number))
-      call append_variant(one, '', n, [0.0_rp, 0.0_rp])
-      call c%enter(name, title, sentence, .false., '', one)
-    end subroutine enter_one
-
-    type(wing_parameter_t) function damping_parameter(effect, kind, number)
-      integer, intent(in) :: effect, kind, number
-      type(parameter_t) :: p
-      p = describe_damping(effect, time, turns)
-      damping_parameter = wing_parameter(p%as_coordinate(p%null), kind, number)
-    end function damping_parameter
-
   end subroutine enter_damping
+
+  !> Enters a share that relaxes and a factor on its time, for each of several times.
+  subroutine scan_times(c, cause, time, turns, variants)
+    type(catalogue_t), intent(inout) :: c
+    type(cause_t), intent(in) :: cause
+    real(rp), intent(in) :: time, turns
+    type(variant_t), allocatable, intent(inout) :: variants(:)
+    type(wing_parameter_t) :: relaxation
+    real(rp) :: tau
+    integer :: n, of_time
+    associate (share => cause%parameters(1)%value, factor_of_time => cause%parameters(2)%value)
+      tau = 0.5_rp*time/turns
+      do while (tau < 0.5_rp*time)
+        relaxation = wing_parameter(share%as_coordinate(share%null), KIND_RELAXATION, size(c%parameters) + 2)
+        relaxation%time = tau
+        n = c%add(relaxation)
+        call append_variant(variants, 'with a relaxation time of about '//milliseconds(tau)//' ms', n, [0.0_rp, 0.0_rp])
+        of_time = c%add(wing_parameter(factor_of_time%as_coordinate(factor_of_time%null), KIND_RELAXATION_TIME, n))
+        variants(size(variants))%columns = [n, of_time]
+        tau = RELAXATION_STEP*tau
+      end do
+    end associate
+  end subroutine scan_times
 
   !> Returns a time [s] in milliseconds.
   function milliseconds(time) result(text)

@@ -2,12 +2,13 @@
 !> Computes derivatives of the observations of a moving wing, for natural modes and records alike: with respect to the parameters
 !> of its mechanics, and to what an unknown cause may change at a site.
 module diagnosis_wing_tangents
+  use base_cause, only: parameter_of
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use diagnosis_wing_parameters, only: KIND_BALANCE, KIND_FLIGHT, KIND_MASS, KIND_POINT_MASS
   use diagnosis_wing_rest, only: put_mass_at, wing_rest_t
   use measurement_motion_simulation, only: motion_simulation_t
-  use solid_mass_effects, only: describe_mass_effect, mass_effects_t, MASS_POINT
+  use solid_mass_effects, only: list_mass_causes, mass_effects_t, MASS_POINT
   use solid_model, only: solid_model_t
   use solid_stiffness, only: stiffness_t
   use solid_stiffness_effects, only: damage_direction
@@ -74,7 +75,7 @@ contains
       call simulation%stiffness_tangent(direction, .false., patterns(:, i))
     end do
     if (size(rest%bare%loads) > 0 .or. size(patterns, 2) < 2*n) return
-    p = describe_mass_effect(MASS_POINT, sum(rest%bare%masses))
+    p = parameter_of(list_mass_causes(sum(rest%bare%masses)), MASS_POINT)
     moved = effects
     do i = 1, n
       call put_mass_at(rest%bare, site(:, i), moved)

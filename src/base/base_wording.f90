@@ -16,22 +16,24 @@
 !>
 !> Directions are those of the wing file: x points to the tip, z up. The word `up` of a wording is used if the displayed number is
 !> larger than without the cause.
-module solid_wording
+module base_wording
   use base_kinds, only: rp
   implicit none
   private
-  public :: wording_t, displayed, word_factor, word_fraction, word_plain
+  public :: wording_t, displayed, word_by_name, word_degrees, word_factor, word_fraction, word_plain
 
   integer, parameter, public :: SCALE_FACTOR = 1, SCALE_EXPONENT = 2, SCALE_LINEAR = 3, SCALE_CONTRAST = 4, SCALE_HALF = 5, &
                                 SCALE_PLAIN = 6, SCALE_FRACTION = 7
   real(rp), parameter, public :: DEGREES = 57.295779513082323_rp !< of one rad
+  character(*), parameter, public :: UNIT_OF_PARAMETER = '@'
+  character(*), parameter, public :: ASSUMED = 'than was assumed'
 
   type :: wording_t
     integer :: scale = SCALE_PLAIN
     real(rp) :: reference = 0            !< value at which nothing happens
     logical :: is_natural = .false.      !< that value is the law's own, and not what was assumed
     real(rp) :: factor = 1               !< c
-    character(:), allocatable :: unit    !< of the number, or empty
+    character(:), allocatable :: unit    !< of the number, or empty; UNIT_OF_PARAMETER: that of the parameter
     character(:), allocatable :: up, down    !< words before the number
     character(:), allocatable :: more, less  !< behind it, and then `than`
     character(:), allocatable :: than
@@ -101,4 +103,19 @@ contains
     w%is_natural = present(reference)
     if (present(reference)) w%reference = reference
   end subroutine word_plain
-end module solid_wording
+
+  !> Gives `w` the words of an angle in rad, which is displayed in degrees. It is 0 when nothing happens.
+  pure subroutine word_degrees(w, lead, more, less)
+    type(wording_t), intent(inout) :: w
+    character(*), intent(in) :: lead, more, less
+    call word_plain(w, 'degrees', lead, lead, more, less, '', 0.0_rp)
+    w%factor = DEGREES
+  end subroutine word_degrees
+
+  !> Gives `w` the words of a parameter that people know by its name.
+  pure subroutine word_by_name(w, name)
+    type(wording_t), intent(inout) :: w
+    character(*), intent(in) :: name
+    call word_plain(w, UNIT_OF_PARAMETER, name//' is', name//' is', 'more', 'less', ASSUMED)
+  end subroutine word_by_name
+end module base_wording

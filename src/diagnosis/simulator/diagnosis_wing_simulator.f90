@@ -28,12 +28,12 @@ module diagnosis_wing_simulator
   use measurement_bending_task, only: bending_task_t, take_columns, task_input, FACT_START, N_FACTS, TASK_DIRECTIONS, &
                                       TASK_EVALUATE, TASK_NUISANCES
   use measurement_experiment, only: experiment_t
-  use measurement_instrument, only: FORCE_GAIN
+  use measurement_instrument_causes, only: FORCE_GAIN
   use measurement_observed_wing, only: observed_wing_t, wing_patterns_t
   use measurement_simulation, only: N_NUISANCES
   use parallel_world, only: world_t
   use solid_mass_effects, only: mass_parts_t
-  use solid_params, only: PARAM_PLATE
+  use solid_usual_causes, only: PARAM_PLATE
   use solid_wing, only: wing_t
   implicit none
   private

@@ -2,6 +2,7 @@
 !> Makes the entries of the catalogue that describe the mass of the wing and its distribution, which only natural modes and
 !> records of motion can show. Without these the catalogue has none of them.
 module diagnosis_wing_inertia
+  use base_cause, only: cause_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use diagnosis_wing_entries, only: append_variant, catalogue_t, millimetres
@@ -9,7 +10,8 @@ module diagnosis_wing_inertia
   use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_MASS, KIND_POINT_MASS
   use inference_simulator, only: variant_t
   use measurement_experiment, only: experiment_t
-  use solid_mass_effects, only: describe_mass_effect, MASS_ADDED, MASS_GRADIENT, MASS_MEMBRANE, MASS_POINT, MASS_VEINS
+  use solid_effect, only: NEED_MASS_PLACE, NEED_MEMBRANE, NEED_VEINS
+  use solid_mass_effects, only: added_mass_parameter, list_mass_causes, MASS_ADDED
   use solid_wing, only: wing_t
   implicit none
   private
@@ -25,64 +27,63 @@ contains
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
     integer :: n
-    if (e%measurement%is_in_air()) n = add_effect(c, MASS_ADDED)
-  end subroutine add_air
-
-  !> Adds an effect of the masses, and gives its number.
-  integer function add_effect(c, number) result(n)
-    type(catalogue_t), intent(inout) :: c
-    integer, intent(in) :: number
     type(parameter_t) :: p
-    p = describe_mass_effect(number, 0.0_rp)
-    n = c%add(wing_parameter(p%as_coordinate(p%null), KIND_MASS, number))
-  end function add_effect
+    if (.not. e%measurement%is_in_air()) return
+    p = added_mass_parameter()
+    n = c%add(wing_parameter(p%as_coordinate(p%null), KIND_MASS, MASS_ADDED))
+  end subroutine add_air
 
   !> Enters the mass of the wing, and a point mass at any place.
   subroutine enter_inertia(c, e, wing)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
     type(wing_t), intent(in) :: wing
-    type(variant_t), allocatable :: variants(:)
+    type(cause_t), allocatable :: list(:)
+    integer :: i
     if (.not. e%measurement%moves()) return
-    if (size(wing%veins) > 0) call enter_one(c, MASS_VEINS, 'vein_mass', 'heavier or lighter veins', &
-                                             'The veins weigh more or less than was assumed.')
-    if (size(wing%triangles) > 0) then
-      call enter_one(c, MASS_MEMBRANE, 'membrane_mass', 'heavier or lighter membrane', &
-                     'The membrane weighs more or less than was assumed.')
-      call enter_one(c, MASS_GRADIENT, 'membrane_gradient', 'mass of the membrane that changes along the span', &
-                     'The membrane is heavier, or lighter, toward the tip than at the root, as if its thickness changed.')
-    end if
-    allocate (variants(0))
-    call scan(c, e, wing, SPACING, .false., variants)
-    call scan(c, e, wing, FINER_SPACING, .true., variants)
-    call c%enter('point_mass', 'a mass that the model does not have', &
-                 'Something sits on the wing at one place: dust, glue or a marker.', .false., '', variants)
+    list = list_mass_causes(sum(e%masses))
+    do i = 1, size(list)
+      associate (needs => list(i)%needs)
+        if (any(needs == NEED_VEINS) .and. size(wing%veins) == 0) cycle
+        if (any(needs == NEED_MEMBRANE) .and. size(wing%triangles) == 0) cycle
+        call enter_one(c, e, wing, list(i))
+      end associate
+    end do
   end subroutine enter_inertia
 
-  !> Enters one parameter of the masses as a separate effect.
-  subroutine enter_one(c, number, name, title, sentence)
-    type(catalogue_t), intent(inout) :: c
-    integer, intent(in) :: number
-    character(*), intent(in) :: name, title, sentence
-    type(variant_t), allocatable :: variants(:)
-    allocate (variants(0))
-    call append_variant(variants, '', add_effect(c, number), [0.0_rp, 0.0_rp])
-    call c%enter(name, title, sentence, .false., '', variants)
-  end subroutine enter_one
-
-  !> Enters a point mass at every place of a lattice.
-  subroutine scan(c, e, wing, fraction, is_finer, variants)
+  !> Enters a cause that has one parameter of the masses, at all places if it needs one.
+  subroutine enter_one(c, e, wing, cause)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
     type(wing_t), intent(in) :: wing
+    type(cause_t), intent(in) :: cause
+    type(variant_t), allocatable :: variants(:)
+    integer :: n
+    allocate (variants(0))
+    associate (p => cause%parameters(1)%value)
+      if (any(cause%needs == NEED_MASS_PLACE)) then
+        call scan(c, e, wing, p, SPACING, .false., variants)
+        call scan(c, e, wing, p, FINER_SPACING, .true., variants)
+      else
+        n = c%add(wing_parameter(p%as_coordinate(p%null), KIND_MASS, cause%parameters(1)%number))
+        call append_variant(variants, '', n, [0.0_rp, 0.0_rp])
+      end if
+    end associate
+    call c%enter(cause, '', variants)
+  end subroutine enter_one
+
+  !> Enters the parameter p of a point mass at every place of a lattice.
+  subroutine scan(c, e, wing, p, fraction, is_finer, variants)
+    type(catalogue_t), intent(inout) :: c
+    type(experiment_t), intent(in) :: e
+    type(wing_t), intent(in) :: wing
+    type(parameter_t), intent(in) :: p
     real(rp), intent(in) :: fraction
     logical, intent(in) :: is_finer
     type(variant_t), allocatable, intent(inout) :: variants(:)
     real(rp), allocatable :: sites(:, :)
-    type(parameter_t) :: p
     type(wing_parameter_t) :: one
     integer :: k, n
-    p = describe_mass_effect(MASS_POINT, sum(e%masses))
     one = wing_parameter(p%as_coordinate(p%null), KIND_POINT_MASS, 0)
     call lattice(wing, e%model%size, fraction, sites)
     do k = 1, size(sites, 2)

@@ -1,16 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Knows which data each effect needs before a diagnosis can see it. Each function names what an experiment lacks; '' means that
-!> nothing is missing.
+!> Tells which of its needs (constants NEED_*) a cause lacks in an experiment, before a diagnosis tries it.
 module diagnosis_wing_needs
   use base_kinds, only: rp
   use measurement_experiment, only: experiment_t
-  use measurement_instrument, only: NONLINEARITY
+  use measurement_instrument_causes, only: NEED_MASS, NEED_SMALL_DEFLECTIONS, NEED_TWO_HOLDS, NONLINEARITY
   use solid_effect, only: NEED_BOTH_DIRECTIONS, NEED_LEVELS, NEED_MEMBRANE, NEED_MODES_ABOUT_REST, &
                           NEED_NO_SLACK, NEED_SIDED_JOINTS, NEED_UNSTRESSED_REST
   use solid_effects, only: lacks
   implicit none
   private
-  public :: missing_of, needs_holds, needs_levels, needs_membrane, needs_mass, needs_small_deflections
+  public :: missing_of
 
   real(rp), parameter :: SAME_SITE = 0.02_rp !< of the wing's size: places that are nearer to each other are one
   real(rp), parameter :: OTHER_FORCE = 0.05_rp !< of the other force
@@ -50,7 +49,7 @@ contains
     end associate
   end function needs_levels
 
-  !> Returns the first of the needs of an effect of the wing that is not met, in words; empty if all are.
+  !> Returns the first of the needs of a cause that is not met, in words; empty if all are.
   function missing_of(e, needs) result(missing)
     type(experiment_t), intent(in) :: e
     integer, intent(in) :: needs(:)
@@ -74,7 +73,13 @@ contains
         if (e%measurement%has_loaded_modes()) missing = 'cannot be sought where natural modes under loads are in the data'
       case (NEED_SIDED_JOINTS)
         missing = lacks(e%model%params%effects, needs(i))
-      end select ! places and sided veins are given by the diagnosis itself
+      case (NEED_TWO_HOLDS)
+        missing = needs_holds(e)
+      case (NEED_MASS)
+        missing = needs_mass(e)
+      case (NEED_SMALL_DEFLECTIONS)
+        missing = needs_small_deflections(e)
+      end select ! places and sided veins are given by the diagnosis itself, and missing_for knows what the file lacks
     end do
   end function missing_of
 

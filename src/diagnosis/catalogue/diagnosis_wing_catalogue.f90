@@ -1,0 +1,195 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Makes the catalogue of what a simulation of a bending test may lack. It has one entry for each effect: a sentence for people,
+!> the parameters that the effect releases, the sites where the diagnosis tries it, and the data that it needs to be visible.
+module diagnosis_wing_catalogue
+  use base_cause, only: cause_t
+  use base_kinds, only: rp
+  use base_parameter, only: define_parameter, parameter_t
+  use diagnosis_flight_catalogue, only: enter_flights
+  use diagnosis_wing_entries, only: append_variant, catalogue_t, enter_instrument, enter_structural, millimetres, percent
+  use diagnosis_wing_damping, only: add_damping, enter_damping
+  use diagnosis_wing_flight, only: flight_data_t
+  use diagnosis_wing_inertia, only: add_air, enter_inertia
+  use diagnosis_wing_lattice, only: lattice
+  use diagnosis_wing_needs, only: missing_of
+  use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_DAMAGE, KIND_SOFT, KIND_ZERO
+  use inference_simulator, only: variant_t
+  use measurement_experiment, only: experiment_t
+  use measurement_instrument_causes, only: list_instrument_causes
+  use solid_effect, only: NEED_DISC, NEED_SOFT_PLACE
+  use solid_effects, only: list_effect_causes
+  use solid_layout, only: hinge_in_vein
+  use solid_structure_causes, only: list_structure_causes
+  use solid_wing, only: wing_t
+  implicit none
+  private
+  public :: catalogue_t, make_catalogue
+
+  real(rp), parameter :: DECADE = 2.302585092994046_rp
+  real(rp), parameter :: DAMAGE_RADIUS = 0.1_rp, DAMAGE_SPACING = 0.12_rp !< of the wing's size
+  !> The same for finer scans where damage was found.
+  real(rp), parameter :: FINER_RADII(3) = [0.06_rp, 0.085_rp, 0.12_rp], FINER_SPACING = 0.05_rp
+
+contains
+
+  !> Makes the catalogue for an experiment without unknowns on `wing`. The baseline seeks the parameters of these
+  !> numbers, with `decades` as sd of their priors.
+  subroutine make_catalogue(experiment, wing, numbers, decades, catalogue, flights)
+    type(experiment_t), intent(in) :: experiment
+    type(wing_t), intent(in) :: wing
+    integer, intent(in) :: numbers(:)
+    real(rp), intent(in) :: decades
+    type(catalogue_t), intent(out) :: catalogue
+    type(flight_data_t), intent(in), optional :: flights !< of records of forces over the beat
+    type(parameter_t) :: p
+    integer :: i, n
+    allocate (catalogue%parameters(0), catalogue%effects(0))
+    do i = 1, size(numbers)
+      n = catalogue%add_parameter(experiment, numbers(i))
+      catalogue%parameters(n)%prior_sd = decades*DECADE
+      if (.not. catalogue%parameters(n)%is_log) catalogue%parameters(n)%prior_sd = decades
+    end do
+    call add_air(catalogue, experiment)
+    call add_damping(catalogue, experiment)
+    do i = 1, size(experiment%measurement%zeros)
+      call define_parameter(p, 'zero:'//trim(experiment%measurement%zeros(i)), 'm', .false., -experiment%model%size, &
+                            experiment%model%size)
+      n = catalogue%add(wing_parameter(p, KIND_ZERO, i))
+    end do
+    catalogue%n_baseline = size(catalogue%parameters)
+    if (present(flights)) then
+      if (flights%has_records) call enter_flights(catalogue, flights%facts, experiment%measurement%flights, flights%effects)
+      ! Nothing else is seen in forces on a wing whose motion is prescribed.
+      if (flights%has_records .and. size(experiment%loads) == 0 .and. .not. experiment%measurement%moves()) return
+    end if
+    call enter_structure(catalogue, experiment, numbers)
+    call enter_scans(catalogue, experiment, wing)
+    call enter_inertia(catalogue, experiment, wing)
+    call enter_damping(catalogue, experiment)
+    call enter_measurement(catalogue, experiment)
+  end subroutine make_catalogue
+
+  !> Enters parameters of the wing that the baseline does not seek already: those that every wing has, and its effects. Those that
+  !> are tried at many places are not among them: see `enter_scans`.
+  subroutine enter_structure(c, e, numbers)
+    type(catalogue_t), intent(inout) :: c
+    type(experiment_t), intent(in) :: e
+    integer, intent(in) :: numbers(:)
+    type(cause_t), allocatable :: list(:)
+    integer :: i
+    list = list_structure_causes()
+    do i = 1, size(list)
+      if (any(list(i)%needs == NEED_DISC .or. list(i)%needs == NEED_SOFT_PLACE)) cycle
+      call enter_structural(c, e, numbers, list(i), missing_of(e, list(i)%needs))
+    end do
+  end subroutine enter_structure
+
+  !> Enters a soft place of a vein and damage of the membrane, each at many positions.
+  subroutine enter_scans(c, e, wing)
+    type(catalogue_t), intent(inout) :: c
+    type(experiment_t), intent(in) :: e
+    type(wing_t), intent(in) :: wing
+    type(variant_t), allocatable :: variants(:)
+    type(wing_parameter_t) :: soft
+    real(rp), allocatable :: way(:)
+    integer :: v, k, n
+    allocate (variants(0))
+    soft = factor_at_sites(NEED_SOFT_PLACE, -9.0_rp, 4.6_rp, KIND_SOFT)
+    do v = 1, size(wing%veins)
+      associate (nodes => wing%veins(v)%nodes)
+        way = [0.0_rp]
+        do k = 2, size(nodes)
+          way = [way, way(k - 1) + norm2(wing%points(:, nodes(k)) - wing%points(:, nodes(k - 1)))]
+        end do
+        do k = 2, size(nodes) - 1
+          soft%vein = v
+          soft%fraction = way(k)/way(size(way))
+          soft%number = hinge_in_vein(wing, e%model%plans, v, soft%fraction)
+          if (soft%number == 0) cycle
+          if (any(c%parameters%kind == KIND_SOFT .and. c%parameters%number == soft%number)) cycle
+          n = c%add(soft)
+          call append_variant(variants, wing%veins(v)%name//' at '//percent(soft%fraction), n, wing%points(:2, nodes(k)))
+        end do
+      end associate
+    end do
+    if (size(variants) > 0) &
+      call enter_scanned(c, NEED_SOFT_PLACE, variants)
+    deallocate (variants)
+    allocate (variants(0))
+    call scan_damage(c, e, wing, DAMAGE_SPACING, [DAMAGE_RADIUS], .false., variants)
+    call scan_damage(c, e, wing, FINER_SPACING, FINER_RADII, .true., variants)
+    if (size(variants) > 0) &
+      call enter_scanned(c, NEED_DISC, variants)
+  end subroutine enter_scans
+
+  !> Enters the cause that needs a place, with these places.
+  subroutine enter_scanned(c, need, variants)
+    type(catalogue_t), intent(inout) :: c
+    integer, intent(in) :: need
+    type(variant_t), intent(in) :: variants(:)
+    call c%enter(cause_at_place(need), '', variants)
+  end subroutine enter_scanned
+
+  !> Returns the effect that has this need, a place.
+  function cause_at_place(need) result(cause)
+    integer, intent(in) :: need
+    type(cause_t) :: cause
+    type(cause_t), allocatable :: list(:)
+    integer :: i
+    list = list_effect_causes()
+    do i = 1, size(list)
+      if (any(list(i)%needs == need)) cause = list(i)
+    end do
+  end function cause_at_place
+
+  !> Returns discs of these radii around the points of a lattice; radii and spacing are shares of the wing's size.
+  subroutine scan_damage(c, e, wing, spacing, radii, is_finer, variants)
+    type(catalogue_t), intent(inout) :: c
+    type(experiment_t), intent(in) :: e
+    type(wing_t), intent(in) :: wing
+    real(rp), intent(in) :: spacing, radii(:)
+    logical, intent(in) :: is_finer
+    type(variant_t), allocatable, intent(inout) :: variants(:)
+    real(rp), allocatable :: sites(:, :)
+    type(wing_parameter_t) :: damage
+    integer :: k, r, n
+    damage = factor_at_sites(NEED_DISC, -4.6_rp, 4.6_rp, KIND_DAMAGE)
+    call lattice(wing, e%model%size, spacing, sites)
+    do k = 1, size(sites, 2)
+      do r = 1, size(radii)
+        damage%disc = [sites(:, k), radii(r)*e%model%size]
+        n = c%add(damage)
+        call append_variant(variants, 'around ('//millimetres(sites(1, k))//', '//millimetres(sites(2, k))// &
+                            ') mm, radius '//millimetres(radii(r)*e%model%size)//' mm', n, sites(:, k))
+        variants(size(variants))%is_finer = is_finer
+      end do
+    end do
+  end subroutine scan_damage
+
+  !> Returns the coordinate of a factor on stiffness at one of many places, between these bounds.
+  function factor_at_sites(need, lower, upper, kind) result(p)
+    integer, intent(in) :: need, kind
+    real(rp), intent(in) :: lower, upper
+    type(wing_parameter_t) :: p
+    type(parameter_t) :: factor
+    type(cause_t) :: cause
+    cause = cause_at_place(need)
+    associate (effect => cause%parameters(1)%value)
+      call define_parameter(factor, effect%name, effect%unit, effect%is_log, lower, upper)
+      factor%prior_sd = effect%prior_sd
+    end associate
+    p = wing_parameter(factor, kind, 0)
+  end function factor_at_sites
+
+  !> Enters the errors of the measurement.
+  subroutine enter_measurement(c, e)
+    type(catalogue_t), intent(inout) :: c
+    type(experiment_t), intent(in) :: e
+    type(cause_t), allocatable :: list(:)
+    integer :: i
+    list = list_instrument_causes(e%instrument%scales)
+    do i = 1, size(list)
+      call enter_instrument(c, e, list(i), missing_of(e, list(i)%needs))
+    end do
+  end subroutine enter_measurement
+end module diagnosis_wing_catalogue

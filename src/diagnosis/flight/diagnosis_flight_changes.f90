@@ -1,0 +1,151 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Describes how a flight can differ from the simulated one in its kinematics or flow: the causes, and their parameters. A
+!> program that simulates flights makes the changes: diagnosis_flight_runner.
+module diagnosis_flight_changes
+  use base_cause, only: cause_t, enlist, find_parameter, make_cause, parameter_of
+  use base_kinds, only: rp
+  use base_parameter, only: define_effect, parameter_t
+  use base_wording, only: word_factor, word_plain, SCALE_FACTOR, SCALE_LINEAR
+  implicit none
+  private
+  public :: change_scales_t, list_change_causes, change_parameter, cause_of_change
+
+  !> The numbers of the changes that a flight can make. Amplitudes change by a relative amount, angles by degrees, the lead by a
+  !> fraction of a beat, the wind by m/s, and the viscosity by the logarithm of a factor.
+  integer, parameter, public :: FLOW_STROKE = 1, FLOW_STROKE_MEAN = 2, FLOW_PITCH = 3, FLOW_PITCH_MEAN = 4, FLOW_LEAD = 5, &
+                                FLOW_DEVIATION = 6, FLOW_PLANE = 7, FLOW_WIND = 7, FLOW_VISCOSITY = 11, N_FLOW = 11
+  integer, parameter, public :: FLOW_FREQUENCY = N_FLOW + 1, N_CHANGES = N_FLOW + 1 !< the changes that are flown, and this one
+
+  integer, parameter, public :: NEED_RIGID = 1 !< wings that do not bend
+
+  !> What bounds and parameters depend on.
+  type :: change_scales_t
+    real(rp) :: speed = 1            !< [m/s] mean of the wing tip
+    logical :: is_section = .false.  !< it feels no wind along x
+  end type change_scales_t
+
+  real(rp), parameter :: WIND_SD = 0.05_rp !< of the speed of the tip
+  character(*), parameter :: RECORDS = 'records of forces'
+
+contains
+
+  !> Returns all causes, in the order in which the catalogue has them.
+  pure function list_change_causes(scales) result(list)
+    type(change_scales_t), intent(in) :: scales
+    type(cause_t), allocatable :: list(:)
+    call enlist(list, amplitude(FLOW_STROKE, 'stroke_amplitude', 'The stroke was', 'stroke of another amplitude', &
+                                'The wing swept farther, or less far, than the kinematics say.'))
+    call enlist(list, angle(FLOW_STROKE_MEAN, 'stroke_mean', 'The middle of the stroke was displaced in phi by', &
+                            'stroke about another mean angle', &
+                            'The stroke lay farther forward or back than the kinematics say.'))
+    call enlist(list, amplitude(FLOW_PITCH, 'pitch_amplitude', 'The pitch was', 'pitch of another amplitude', &
+                                'The wing turned about its long axis more, or less, than the kinematics say.'))
+    call enlist(list, angle(FLOW_PITCH_MEAN, 'pitch_mean', 'The mean pitch was displaced by', 'pitch about another mean angle', &
+                            'The wing was pitched by a constant angle against the kinematics.'))
+    call enlist(list, pitch_lead())
+    call enlist(list, amplitude(FLOW_DEVIATION, 'deviation_amplitude', 'The deviation was', 'deviation of another amplitude', &
+                                'The wing left the stroke plane more, or less, than the kinematics say.'))
+    call enlist(list, angle(FLOW_PLANE, 'stroke_plane', 'The stroke plane was tilted in eta by', 'another stroke plane', &
+                            'The stroke plane was tilted against that of the kinematics.'))
+    call enlist(list, beat_frequency())
+    call enlist(list, wind(scales))
+    call enlist(list, viscosity())
+  end function list_change_causes
+
+  !> Returns change `number` as a parameter, by its coordinate, which is 0 for the case as it is.
+  pure function change_parameter(number, scales) result(p)
+    integer, intent(in) :: number
+    type(change_scales_t), intent(in) :: scales
+    type(parameter_t) :: p
+    p = parameter_of(list_change_causes(scales), number)
+    p = p%as_coordinate(p%null)
+  end function change_parameter
+
+  !> Returns the name of the cause to which change `number` belongs.
+  pure function cause_of_change(number) result(name)
+    integer, intent(in) :: number
+    character(:), allocatable :: name
+    type(change_scales_t) :: scales
+    type(cause_t), allocatable :: list(:)
+    integer :: cause, k
+    list = list_change_causes(scales)
+    call find_parameter(list, number, cause, k)
+    name = list(cause)%name
+  end function cause_of_change
+
+  !> Adds a parameter that does nothing at 1, if it varies by factors, or at 0.
+  pure subroutine add(cause, number, name, unit, is_log, lower, upper, sd, scale)
+    type(cause_t), intent(inout) :: cause
+    integer, intent(in) :: number
+    character(*), intent(in) :: name, unit
+    logical, intent(in) :: is_log
+    real(rp), intent(in) :: lower, upper, sd
+    character(*), intent(in), optional :: scale
+    type(parameter_t) :: p
+    call define_effect(p, name, unit, is_log, lower, upper, sd)
+    call cause%add(number, p, scale)
+  end subroutine add
+
+  !> Returns the cause of another amplitude of an angle.
+  pure function amplitude(number, name, lead, title, sentence) result(c)
+    integer, intent(in) :: number
+    character(*), intent(in) :: name, lead, title, sentence
+    type(cause_t) :: c
+    c = make_cause(name, title, sentence, RECORDS)
+    call add(c, number, name, '1', .false., -0.4_rp, 0.4_rp, 0.05_rp)
+    call word_factor(c%parameters(1)%words, SCALE_LINEAR, lead, lead, 'larger', 'smaller', 'than the kinematics say', &
+                     'what the kinematics say', 0.0_rp)
+  end function amplitude
+
+  !> Returns the cause of an angle that is added.
+  pure function angle(number, name, lead, title, sentence) result(c)
+    integer, intent(in) :: number
+    character(*), intent(in) :: name, lead, title, sentence
+    type(cause_t) :: c
+    c = make_cause(name, title, sentence, RECORDS)
+    call add(c, number, name, 'degree', .false., -20.0_rp, 20.0_rp, 3.0_rp)
+    call word_plain(c%parameters(1)%words, 'degrees', lead//' plus', lead//' minus', '', '', '', 0.0_rp)
+  end function angle
+
+  pure function pitch_lead() result(c)
+    type(cause_t) :: c
+    c = make_cause('pitch_lead', 'pitch at another time', &
+                   'The wing turned about its long axis earlier, or later, in the beat than the kinematics say.', RECORDS)
+    call add(c, FLOW_LEAD, c%name, 'beat', .false., -0.2_rp, 0.2_rp, 0.02_rp)
+    call word_plain(c%parameters(1)%words, 'beats', 'The pitch was early by', 'The pitch was late by', '', '', '', 0.0_rp)
+  end function pitch_lead
+
+  !> Needs no flight of its own: see diagnosis_flight_response.
+  pure function beat_frequency() result(c)
+    type(cause_t) :: c
+    c = make_cause('beat_frequency', 'another beat frequency', 'The wing beat faster, or slower, than was stated.', &
+                   'records of forces on wings that do not bend')
+    c%needs = [NEED_RIGID]
+    call add(c, FLOW_FREQUENCY, c%name, '1', .true., 0.7_rp, 1.4_rp, 0.05_rp)
+    call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The wing beat faster:', 'The wing beat slower:', &
+                     'more beats in a second', 'fewer beats in a second', 'than stated', 'as many beats as stated', 1.0_rp)
+  end function beat_frequency
+
+  pure function wind(scales) result(c)
+    type(change_scales_t), intent(in) :: scales
+    type(cause_t) :: c
+    character(*), parameter :: AXES = 'xyz', LEAD = 'There was wind:'
+    integer :: k
+    c = make_cause('wind', 'wind', 'The air moved against the wing as a whole.', RECORDS)
+    do k = 1, 3
+      call add(c, FLOW_WIND + k, 'wind:'//AXES(k:k), 'm/s', .false., -0.5_rp*scales%speed, 0.5_rp*scales%speed, &
+               WIND_SD*scales%speed, 'the speed of the wing tip')
+      call word_plain(c%parameters(k)%words, 'm/s', LEAD, LEAD, 'along +'//AXES(k:k), 'along -'//AXES(k:k), '', 0.0_rp)
+    end do
+    c%parameters(1)%is_tried = .not. scales%is_section
+  end function wind
+
+  pure function viscosity() result(c)
+    type(cause_t) :: c
+    c = make_cause('viscosity', 'another viscosity', &
+                   'The fluid was more, or less, viscous than was stated: its temperature differs.', RECORDS)
+    call add(c, FLOW_VISCOSITY, c%name, '1', .true., 0.5_rp, 2.0_rp, 0.05_rp)
+    call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The fluid was', 'The fluid was', 'more viscous', 'less viscous', &
+                     'than stated', 'as viscous as stated', 1.0_rp)
+  end function viscosity
+end module diagnosis_flight_changes

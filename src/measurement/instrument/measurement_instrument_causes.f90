@@ -1,0 +1,279 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Describes what a measurement of bending can get wrong: the causes, and their parameters, which have a null value at which they
+!> have no effect. measurement_instrument holds their values, measurement_forces and measurement_map have the laws.
+!>
+!> With q = 0 deflections are proportional to forces, as in the theory of small deflections. They are computed as the response to
+!> a hundredth of the force, which differs from the limit by 1e-4 of the nonlinear part.
+!>
+!> | name | what | unit | null |
+!> |---|---|---|---|
+!> | `force_gain` | forces are this times what is stated | 1 | 1 |
+!> | `force_offset` | and this more, along their direction | N | 0 |
+!> | `force_tilt_x`, `_y` | rotation vector of all directions | rad | 0 |
+!> | `load_shift_x`, `_y` | of all points of application | m | 0 |
+!> | `drift` | r: all bending stiffness times 1 + r (order - 1) | 1 | 0 |
+!> | `drift_rate` | r: all bending stiffness times 1 + r time | 1/s | 0 |
+!> | `drift_veins` | as `drift`, of the veins' E alone | 1 | 0 |
+!> | `creep`, `creep_time` | a, tau: all bending stiffness over 1 + a log10(1 + hold/tau) | 1, s | 0, - |
+!> | `height_scale` | heights are shown as this times what they are | 1 | 1 |
+!> | `tilt_x`, `tilt_y`, `piston` | p, q, h: loaded maps show p y - q x + h more | rad, m | 0 |
+!> | `map_shift_x`, `_y`, `map_rotation`, `map_scale` | a place x is shown at scale R x + shift | m, rad, 1 | 0, 1 |
+!> | `nonlinearity` | q: what is shown is that of the forces times sqrt q, over sqrt q | 1 | 1 |
+!> | `gravity_x`, `_y`, `_z` | acceleration that bends the wing, also unloaded | m/s^2 | 0 |
+module measurement_instrument_causes
+  use base_cause, only: cause_t, enlist, make_cause
+  use base_kinds, only: rp
+  use base_parameter, only: define_effect, define_parameter, parameter_t
+  use base_wording, only: word_degrees, word_factor, word_fraction, word_plain, SCALE_FACTOR, SCALE_LINEAR
+  use solid_effect, only: NEED_LEVELS, NEED_MEMBRANE, N_WING_NEEDS
+  implicit none
+  private
+  public :: instrument_scales_t, list_instrument_causes
+
+  !> Numbers of the parameters, in the order in which programs list them.
+  integer, parameter, public :: FORCE_GAIN = 1, FORCE_OFFSET = 2, FORCE_TILT_X = 3, FORCE_TILT_Y = 4, &
+                                LOAD_SHIFT_X = 5, LOAD_SHIFT_Y = 6, DRIFT = 7, DRIFT_RATE = 8, DRIFT_VEINS = 9, &
+                                CREEP = 10, CREEP_TIME = 11, HEIGHT_SCALE = 12, TILT_X = 13, TILT_Y = 14, PISTON = 15, &
+                                MAP_SHIFT_X = 16, MAP_SHIFT_Y = 17, MAP_ROTATION = 18, MAP_SCALE = 19, GRAVITY_X = 20, &
+                                GRAVITY_Y = 21, GRAVITY_Z = 22, NONLINEARITY = 23
+  integer, parameter, public :: N_INSTRUMENT = 23
+  !> The null, or the usual value, in the same order.
+  real(rp), parameter, public :: INSTRUMENT_DEFAULTS(N_INSTRUMENT) = &
+                                 [real(rp) :: 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1]
+
+  !> Requirements on the measurement beside those of solid_effect. The first four are those of the file: measurement_instrument.
+  integer, parameter, public :: NEED_ORDER = N_WING_NEEDS + 1, NEED_TIME = N_WING_NEEDS + 2, NEED_HOLD = N_WING_NEEDS + 3, &
+                                NEED_HEIGHTS = N_WING_NEEDS + 4, NEED_TWO_HOLDS = N_WING_NEEDS + 5, &
+                                NEED_MASS = N_WING_NEEDS + 6, NEED_SMALL_DEFLECTIONS = N_WING_NEEDS + 7
+
+  !> Quantities of an experiment that bounds and priors are multiples of. A declared sd of 0 means that none is declared.
+  type :: instrument_scales_t
+    real(rp) :: length = 1            !< [m] of the wing
+    real(rp) :: smallest_force = 1    !< [N] that was applied
+    real(rp) :: last_order = 2, last_time = 1 !< [1], [s]
+    real(rp) :: gain_sd = 0, position_sd = 0, tilt_sd = 0, piston_sd = 0 !< declared
+  end type instrument_scales_t
+
+  character(*), parameter :: OF_FORCE = 'the smallest force', OF_LENGTH = 'the length of the wing', &
+                             OF_ORDER = '1/(number of loads - 1)', OF_TIME = '1/(time of the last load)', OF_ONE = ''
+
+contains
+
+  !> Returns all causes, in the order in which the catalogue has them.
+  pure function list_instrument_causes(scales) result(list)
+    type(instrument_scales_t), intent(in) :: scales
+    type(cause_t), allocatable :: list(:)
+    call enlist(list, gain_of_force(scales))
+    call enlist(list, offset_of_force(scales))
+    call enlist(list, direction_of_force())
+    call enlist(list, position_of_load(scales))
+    call enlist(list, scale_of_heights())
+    call enlist(list, plane_of_scans(scales))
+    call enlist(list, registration_of_maps(scales))
+    call enlist(list, drift_by_order(scales))
+    call enlist(list, drift_by_time(scales))
+    call enlist(list, creep_under_load())
+    call enlist(list, weight_of_wing())
+    call enlist(list, large_deflections())
+  end function list_instrument_causes
+
+  !> Returns an error of the measurement, which needs bending tests and these things.
+  pure function measured(name, title, sentence, data, needs) result(cause)
+    character(*), intent(in) :: name, title, sentence, data
+    integer, intent(in) :: needs(:)
+    type(cause_t) :: cause
+    cause = make_cause(name, title, sentence, data)
+    cause%is_measurement = .true.
+    cause%needs = needs
+  end function measured
+
+  !> Adds a parameter that does nothing at 1, if it varies by factors, or at 0.
+  pure subroutine add(cause, number, name, unit, is_log, lower, upper, sd, scale)
+    type(cause_t), intent(inout) :: cause
+    integer, intent(in) :: number
+    character(*), intent(in) :: name, unit, scale
+    logical, intent(in) :: is_log
+    real(rp), intent(in) :: lower, upper, sd
+    type(parameter_t) :: p
+    call define_effect(p, name, unit, is_log, lower, upper, sd)
+    p%null = INSTRUMENT_DEFAULTS(number)
+    call cause%add(number, p, scale)
+  end subroutine add
+
+  !> Returns a declared sd, or a default if none is declared.
+  pure real(rp) function declared_or_default(sd, default_value)
+    real(rp), intent(in) :: sd, default_value
+    declared_or_default = default_value
+    if (sd > 0) declared_or_default = sd
+  end function declared_or_default
+
+  pure function gain_of_force(scales) result(c)
+    type(instrument_scales_t), intent(in) :: scales
+    type(cause_t) :: c
+    c = measured('force_gain', 'wrong gain of the force sensor', 'All forces were larger or smaller than stated, by one factor.', &
+                 'bending tests', [integer ::])
+    call add(c, FORCE_GAIN, 'force_gain', '1', .true., 0.1_rp, 10.0_rp, declared_or_default(scales%gain_sd, 0.1_rp), OF_ONE)
+    call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'All forces were', 'All forces were', 'larger', 'smaller', &
+                     'than stated', 'what is stated', 1.0_rp)
+  end function gain_of_force
+
+  pure function offset_of_force(scales) result(c)
+    type(instrument_scales_t), intent(in) :: scales
+    type(cause_t) :: c
+    real(rp) :: most
+    most = 0.9_rp*scales%smallest_force
+    c = measured('force_offset', 'zero error of the force sensor', 'The same force was added to every force that is stated.', &
+                 'two forces at one place', [NEED_LEVELS])
+    call add(c, FORCE_OFFSET, 'force_offset', 'N', .false., -most, most, most/3, OF_FORCE)
+    call word_plain(c%parameters(1)%words, 'N', 'Every force was', 'Every force was', 'larger', 'smaller', 'than stated', 0.0_rp)
+  end function offset_of_force
+
+  pure function direction_of_force() result(c)
+    type(cause_t) :: c
+    character(*), parameter :: UPRIGHT = 'Forces were not upright but turned:'
+    c = measured('force_direction', 'forces that were not upright', 'All forces leaned to one side.', 'bending tests', [integer ::])
+    call add(c, FORCE_TILT_X, 'force_tilt_x', 'rad', .false., -0.5_rp, 0.5_rp, 0.05_rp, OF_ONE)
+    call add(c, FORCE_TILT_Y, 'force_tilt_y', 'rad', .false., -0.5_rp, 0.5_rp, 0.05_rp, OF_ONE)
+    call word_degrees(c%parameters(1)%words, UPRIGHT, 'about x, those that point up toward -y', &
+                      'about x, those that point up toward +y')
+    call word_degrees(c%parameters(2)%words, UPRIGHT, 'about y, those that point up toward +x', &
+                      'about y, those that point up toward -x')
+  end function direction_of_force
+
+  pure function position_of_load(scales) result(c)
+    type(instrument_scales_t), intent(in) :: scales
+    type(cause_t) :: c
+    character(*), parameter :: BESIDE = 'Forces acted beside the stated places:'
+    real(rp) :: most, sd
+    most = 0.05_rp*scales%length
+    sd = declared_or_default(scales%position_sd, most/5)
+    c = measured('load_position', 'forces beside the stated places', &
+                 'All forces acted at a distance from the stated places, the same for all.', 'a membrane', [NEED_MEMBRANE])
+    call add(c, LOAD_SHIFT_X, 'load_shift_x', 'm', .false., -most, most, sd, OF_LENGTH)
+    call add(c, LOAD_SHIFT_Y, 'load_shift_y', 'm', .false., -most, most, sd, OF_LENGTH)
+    call word_plain(c%parameters(1)%words, 'm', BESIDE, BESIDE, 'toward +x', 'toward -x', '', 0.0_rp)
+    call word_plain(c%parameters(2)%words, 'm', BESIDE, BESIDE, 'toward +y', 'toward -y', '', 0.0_rp)
+  end function position_of_load
+
+  pure function scale_of_heights() result(c)
+    type(cause_t) :: c
+    c = measured('height_scale', 'wrong scale of the heights', 'All heights were larger or smaller than stated, by one factor.', &
+                 'heights', [NEED_HEIGHTS])
+    call add(c, HEIGHT_SCALE, 'height_scale', '1', .true., 0.5_rp, 2.0_rp, 0.05_rp, OF_ONE)
+    call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The maps show all heights', 'The maps show all heights', 'larger', &
+                     'smaller', 'than they are', 'as large as they are', 1.0_rp)
+  end function scale_of_heights
+
+  pure function plane_of_scans(scales) result(c)
+    type(instrument_scales_t), intent(in) :: scales
+    type(cause_t) :: c
+    character(*), parameter :: TILTED = 'Loaded scans are tilted against the unloaded one:', &
+                               MOVED = 'Loaded scans lie apart from the unloaded one:'
+    real(rp) :: most, sd
+    most = 0.05_rp*scales%length
+    sd = declared_or_default(scales%tilt_sd, 1.0e-2_rp)
+    c = measured('scan_plane', 'tilted or lifted scans', &
+                 'All loaded scans were tilted or lifted against the unloaded one, in the same way.', 'heights', [NEED_HEIGHTS])
+    call add(c, TILT_X, 'tilt_x', 'rad', .false., -0.2_rp, 0.2_rp, sd, OF_ONE)
+    call add(c, TILT_Y, 'tilt_y', 'rad', .false., -0.2_rp, 0.2_rp, sd, OF_ONE)
+    call add(c, PISTON, 'piston', 'm', .false., -most, most, declared_or_default(scales%piston_sd, most/5), OF_LENGTH)
+    call word_degrees(c%parameters(1)%words, TILTED, 'up toward +y', 'down toward +y')
+    call word_degrees(c%parameters(2)%words, TILTED, 'down toward +x', 'up toward +x')
+    call word_plain(c%parameters(3)%words, 'm', MOVED, MOVED, 'up', 'down', '', 0.0_rp)
+  end function plane_of_scans
+
+  pure function registration_of_maps(scales) result(c)
+    type(instrument_scales_t), intent(in) :: scales
+    type(cause_t) :: c
+    character(*), parameter :: DISPLACED = 'The wing lies elsewhere in the maps than the file says:'
+    real(rp) :: most
+    most = 0.05_rp*scales%length
+    c = measured('registration', 'shifted or turned maps', &
+                 'In the height maps the wing was shifted, turned or magnified against what the file says.', 'heights', &
+                 [NEED_HEIGHTS])
+    call add(c, MAP_SHIFT_X, 'map_shift_x', 'm', .false., -most, most, most/5, OF_LENGTH)
+    call add(c, MAP_SHIFT_Y, 'map_shift_y', 'm', .false., -most, most, most/5, OF_LENGTH)
+    call add(c, MAP_ROTATION, 'map_rotation', 'rad', .false., -0.2_rp, 0.2_rp, 0.02_rp, OF_ONE)
+    call add(c, MAP_SCALE, 'map_scale', '1', .true., 0.9_rp, 1.1_rp, 0.01_rp, OF_ONE)
+    call word_plain(c%parameters(1)%words, 'm', DISPLACED, DISPLACED, 'toward +x', 'toward -x', '', 0.0_rp)
+    call word_plain(c%parameters(2)%words, 'm', DISPLACED, DISPLACED, 'toward +y', 'toward -y', '', 0.0_rp)
+    call word_degrees(c%parameters(3)%words, 'The wing is turned in the maps:', 'counter-clockwise', 'clockwise')
+    call word_factor(c%parameters(4)%words, SCALE_FACTOR, 'The maps show the wing', 'The maps show the wing', 'larger', 'smaller', &
+                     'than it is', 'as large as it is', 1.0_rp)
+  end function registration_of_maps
+
+  !> Has the drift of all stiffness and, for trainings alone, that of the veins.
+  pure function drift_by_order(scales) result(c)
+    type(instrument_scales_t), intent(in) :: scales
+    type(cause_t) :: c
+    real(rp) :: most
+    integer :: k
+    most = 0.9_rp/(scales%last_order - 1)
+    c = measured('drift', 'a wing that changed during the experiment', &
+                 'The wing became stiffer (it dried) or softer from one measurement to the next.', 'the order of all loads', &
+                 [NEED_ORDER])
+    call add(c, DRIFT, 'drift', '1', .false., -most, most, most/3, OF_ORDER)
+    call add(c, DRIFT_VEINS, 'drift_veins', '1', .false., -most, most, most/3, OF_ORDER)
+    c%parameters(2)%is_tried = .false.
+    do k = 1, 2
+      call word_factor(c%parameters(k)%words, SCALE_LINEAR, 'The wing became stiffer from one measurement to the next:', &
+                       'The wing became softer from one measurement to the next:', 'stiffer', 'softer', 'each time', &
+                       'as stiff each time', 0.0_rp)
+    end do
+  end function drift_by_order
+
+  pure function drift_by_time(scales) result(c)
+    type(instrument_scales_t), intent(in) :: scales
+    type(cause_t) :: c
+    real(rp), parameter :: MINUTE = 60.0_rp ! [s]
+    real(rp) :: most
+    most = 0.9_rp/scales%last_time
+    c = measured('drift_in_time', 'a wing that changed with time', 'The wing became stiffer (it dried) or softer with time.', &
+                 'the time of all loads', [NEED_TIME])
+    call add(c, DRIFT_RATE, 'drift_rate', '1/s', .false., -most, most, most/3, OF_TIME)
+    call word_factor(c%parameters(1)%words, SCALE_LINEAR, 'The wing became stiffer with time:', &
+                     'The wing became softer with time:', 'stiffer', 'softer', 'in every minute', 'as stiff in every minute', &
+                     0.0_rp)
+    c%parameters(1)%words%factor = MINUTE
+  end function drift_by_time
+
+  !> Has the creep and its time, which the input gives.
+  pure function creep_under_load() result(c)
+    type(cause_t) :: c
+    type(parameter_t) :: time
+    c = measured('creep', 'creep under load', 'The wing went on bending while the force was held.', &
+                 'loads whose `hold` differs by a factor of 1.5 or more', [NEED_TWO_HOLDS, NEED_HOLD])
+    c%is_measurement = .false.
+    call add(c, CREEP, 'creep', '1', .false., -0.1_rp, 2.0_rp, 0.1_rp, OF_ONE)
+    call define_parameter(time, 'creep_time', 's', .true., 1.0e-3_rp, 1.0e5_rp)
+    call c%add(CREEP_TIME, time)
+    c%parameters(2)%is_tried = .false.
+    call word_factor(c%parameters(1)%words, SCALE_LINEAR, 'The wing goes on bending while a force is held:', &
+                     'The wing bends back while a force is held:', 'more', 'less', 'in ten times the time', &
+                     'as far in ten times the time', 0.0_rp)
+  end function creep_under_load
+
+  pure function weight_of_wing() result(c)
+    type(cause_t) :: c
+    character(*), parameter :: LEAD = 'The wing''s own weight bends it:', AXES = 'xyz'
+    integer :: k
+    c = measured('gravity', 'weight of the wing', 'The wing''s own weight bends it, also when nothing pushes.', &
+                 'the mass of the wing', [NEED_MASS])
+    do k = 1, 3
+      call add(c, GRAVITY_X + k - 1, 'gravity_'//AXES(k:k), 'm/s^2', .false., -20.0_rp, 20.0_rp, 10.0_rp, OF_ONE)
+      call word_plain(c%parameters(k)%words, 'm/s^2', LEAD, LEAD, 'toward +'//AXES(k:k), 'toward -'//AXES(k:k), '', 0.0_rp)
+    end do
+  end function weight_of_wing
+
+  pure function large_deflections() result(c)
+    type(cause_t) :: c
+    c = measured('nonlinearity', 'large deflections', &
+                 'The wing bends so far that twice the force does not bend it twice as far. Geometry alone does that.', &
+                 'two forces at one place', [NEED_SMALL_DEFLECTIONS])
+    c%is_measurement = .false.
+    call add(c, NONLINEARITY, 'nonlinearity', '1', .false., 0.0_rp, 2.0_rp, 0.5_rp, OF_ONE)
+    call word_fraction(c%parameters(1)%words, &
+                       'The wing bends so far that twice the force does not bend it twice as far: with', &
+                       'The wing bends more in proportion to the force than was assumed: with', 'of what geometry alone makes')
+  end function large_deflections
+end module measurement_instrument_causes
