@@ -9,7 +9,7 @@
 !> | no end | that the data do not determine it, and no value |
 !> | an interval was not sought | "about" and the value |
 !>
-!> The words of each parameter are in diagnose_wordings and, of effects of the wing, with their laws in solid_effect_*.
+!> The words of each parameter are in the record of its cause: see diagnosis_causes. diagnose_wordings finds them.
 module diagnose_words
   use base_kinds, only: rp
   use diagnose_wordings, only: find_wording
