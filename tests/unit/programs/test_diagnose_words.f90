@@ -20,7 +20,7 @@ program test_diagnose_words
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
   implicit none
-  character(*), parameter :: SURE = ' with 90 % confidence'
+  character(*), parameter :: SURE = ' with 90 % confidence', PRESENT = '; the input assumes that it is present'
   type(testkit_t) :: t
   type(wing_t), target :: wing
   type(experiment_t), target :: bare
@@ -64,6 +64,14 @@ program test_diagnose_words
   call told('cuticle', 'cuticle', '', 0.0_rp, [1.1e-6_rp, 1.23e-6_rp, 1.35e-6_rp], &
             'Veins get stiffer the more they are bent: at a radius of 1 mm 2.23 times as stiff as when straight, '// &
             '2.10 to 2.35 times'//SURE)
+  call told('pretension over 1 N/m in the file', 'pretension', '', 1.0_rp, [2.5_rp, 3.0_rp, 3.5_rp], &
+            'The membrane is stretched when nothing pushes, by 3.0 N/m, 2.5 to 3.5 N/m'//SURE//PRESENT)
+  call told('a clamp that is soft in the file', 'root_flap', '', 1.0e4_rp, [2.5e4_rp, 3.0e4_rp, 3.5e4_rp], &
+            'The root gives way and lets the wing flap, by 1.7 degrees for every uN m of moment about y, 1.4 to 2.0 degrees'// &
+            SURE//PRESENT)
+  call told('a clamp that twists in the file', 'root_twist', '', 1.0e4_rp, [2.5e4_rp, 3.0e4_rp, 3.5e4_rp], &
+            'The root gives way and lets the wing twist, by 1.7 degrees for every uN m of moment about x, 1.4 to 2.0 degrees'// &
+            SURE//PRESENT)
   call ends()
   call t%finish()
 
