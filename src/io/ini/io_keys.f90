@@ -13,6 +13,7 @@
 !> When keys are declared, variables keep their values. If the program computes the default of a key (the default is a sentence),
 !> the variable also keeps its value unless the file gives the key. `given` tells whether the file gives a valid value.
 module io_keys
+  use base_errors, only: require
   use base_kinds, only: i8, rp
   use base_named_kinds, only: kind_of, named_kind_t, words_of
   use io_config, only: config_t
@@ -64,14 +65,16 @@ contains
   end function reading
 
   !> Begins the section of the keys that follow. `help` is its line in the reference; without it another procedure declares the
-  !> section. With `in_checkpoint` the state in a checkpoint depends on all keys of the section: a restart with other values makes
-  !> no sense.
+  !> section. With `in_checkpoint`, which needs `help`, the state in a checkpoint depends on all keys of the section: a restart with
+  !> other values makes no sense.
   subroutine keys_section(self, name, help, in_checkpoint)
     class(keys_t), intent(inout) :: self
     character(*), intent(in) :: name
     character(*), intent(in), optional :: help
     logical, intent(in), optional :: in_checkpoint
     self%name = name
+    call require(present(help) .or. .not. present(in_checkpoint), &
+                 'keys_t: who declares ['//name//'] says whether checkpoints depend on it')
     if (.not. associated(self%registry) .or. .not. present(help)) return
     call self%registry%add_section(name, help)
     if (present(in_checkpoint)) self%registry%sections(self%registry%find_section(name))%in_checkpoint = in_checkpoint
@@ -280,7 +283,11 @@ contains
   subroutine keys_in_checkpoint(self)
     class(keys_t), intent(in) :: self
     if (.not. associated(self%registry)) return
-    self%registry%keys(self%registry%n_keys)%key%in_checkpoint = .true.
+    associate (r => self%registry)
+      call require(r%n_keys > 0, 'keys_t: in_checkpoint follows the statement of a key')
+      call require(r%keys(r%n_keys)%key%section == self%name, 'keys_t: in_checkpoint follows the statement of a key of its section')
+      r%keys(r%n_keys)%key%in_checkpoint = .true.
+    end associate
   end subroutine keys_in_checkpoint
 
   !> Sets `given` of a key.

@@ -5,10 +5,12 @@ program test_ini_misuse
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use io_config, only: config_t
+  use io_keys, only: declaring, keys_t
   use io_registry, only: registry_t
   use test_ini_sample, only: register_sample
   implicit none
-  type(registry_t) :: r
+  type(registry_t), target :: r, empty
+  type(keys_t) :: keys
   type(config_t) :: c
   type(message_list_t) :: errors, notices
   character(32) :: which
@@ -35,6 +37,17 @@ program test_ini_misuse
     x = c%get_real('Resolution', 'nx')
   case ('no_value')
     x = c%get_real('Geometry', 'y0')
+  case ('no_key')
+    keys = declaring(empty)
+    call keys%section('Time', 'of the flow')
+    call keys%in_checkpoint()
+  case ('other_section')
+    keys = declaring(r)
+    call keys%section('Search', 'of a wing')
+    call keys%in_checkpoint()
+  case ('no_help')
+    keys = declaring(r)
+    call keys%section('Time', in_checkpoint=.true.)
   case ('not_loaded')
     n = c%get_integer('Resolution', 'nx')
   end select
