@@ -4,6 +4,7 @@
 module diagnosis_wing_damping
   use base_cause, only: cause_t
   use base_constants, only: TWO_PI
+  use base_errors, only: require
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use diagnosis_wing_entries, only: append_variant, catalogue_t
@@ -66,6 +67,7 @@ contains
     call find_times(e, time, turns)
     list = list_damping_causes(time, turns)
     do i = 1, size(list)
+      call require(size(list(i)%needs) == 0, 'diagnosis_wing_damping: an unknown need of '//list(i)%name)
       allocate (variants(0))
       associate (one => list(i)%parameters(1))
         if (one%number == DAMPING_RELAXATION) then

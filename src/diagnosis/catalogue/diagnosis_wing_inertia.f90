@@ -3,6 +3,7 @@
 !> records of motion can show. Without these the catalogue has none of them.
 module diagnosis_wing_inertia
   use base_cause, only: cause_t
+  use base_errors, only: require
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use diagnosis_wing_entries, only: append_variant, catalogue_t, millimetres
@@ -44,6 +45,8 @@ contains
     list = list_mass_causes(sum(e%masses))
     do i = 1, size(list)
       associate (needs => list(i)%needs)
+        call require(all(needs == NEED_VEINS .or. needs == NEED_MEMBRANE .or. needs == NEED_MASS_PLACE), &
+                     'diagnosis_wing_inertia: an unknown need of '//list(i)%name)
         if (any(needs == NEED_VEINS) .and. size(wing%veins) == 0) cycle
         if (any(needs == NEED_MEMBRANE) .and. size(wing%triangles) == 0) cycle
         call enter_one(c, e, wing, list(i))

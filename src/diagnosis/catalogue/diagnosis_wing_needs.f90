@@ -1,11 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Tells which of its needs (constants NEED_*) a cause lacks in an experiment, before a diagnosis tries it.
 module diagnosis_wing_needs
+  use base_errors, only: require
   use base_kinds, only: rp
   use measurement_experiment, only: experiment_t
-  use measurement_instrument_causes, only: NEED_MASS, NEED_SMALL_DEFLECTIONS, NEED_TWO_HOLDS, NONLINEARITY
+  use measurement_instrument_causes, only: NEED_HEIGHTS, NEED_HOLD, NEED_MASS, NEED_ORDER, NEED_SMALL_DEFLECTIONS, &
+                                           NEED_TIME, NEED_TWO_HOLDS, NONLINEARITY
   use solid_effect, only: NEED_BOTH_DIRECTIONS, NEED_LEVELS, NEED_MEMBRANE, NEED_MODES_ABOUT_REST, &
-                          NEED_NO_SLACK, NEED_SIDED_JOINTS, NEED_UNSTRESSED_REST
+                          NEED_NO_SLACK, NEED_SIDED_JOINTS, NEED_SIDED_VEINS, NEED_UNSTRESSED_REST
   use solid_effects, only: lacks
   implicit none
   private
@@ -79,7 +81,10 @@ contains
         missing = needs_mass(e)
       case (NEED_SMALL_DEFLECTIONS)
         missing = needs_small_deflections(e)
-      end select ! places and sided veins are given by the diagnosis itself, and missing_for knows what the file lacks
+      case default ! the diagnosis itself gives sides to veins, and missing_for knows what the file lacks
+        call require(any(needs(i) == [NEED_SIDED_VEINS, NEED_ORDER, NEED_TIME, NEED_HOLD, NEED_HEIGHTS]), &
+                     'diagnosis_wing_needs: an unknown need')
+      end select
     end do
   end function missing_of
 

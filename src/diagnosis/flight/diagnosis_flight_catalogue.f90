@@ -4,6 +4,7 @@
 !> entries.
 module diagnosis_flight_catalogue
   use base_cause, only: cause_t
+  use base_errors, only: require
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use base_text, only: next_word
@@ -168,6 +169,7 @@ contains
     integer, allocatable :: columns(:)
     character(:), allocatable :: missing
     integer :: k
+    call require(all(cause%needs == NEED_RIGID), 'diagnosis_flight_catalogue: an unknown need of '//cause%name)
     allocate (columns(0), variants(0))
     missing = ''
     do k = 1, size(cause%parameters)
@@ -201,6 +203,7 @@ contains
     list = list_balance_causes(scales)
     do i = 1, size(list)
       if (.not. is_wanted(wanted, list(i)%name)) cycle
+      call require(all(list(i)%needs == NEED_FORCES), 'diagnosis_flight_catalogue: an unknown need of '//list(i)%name)
       if (any(list(i)%needs == NEED_FORCES) .and. .not. any(is_there(:6))) cycle
       allocate (columns(0), variants(0))
       do k = 1, size(list(i)%parameters)

@@ -6,6 +6,7 @@ module diagnosis_flight_changes
   use base_kinds, only: rp
   use base_parameter, only: define_effect, parameter_t
   use base_wording, only: word_factor, word_plain, SCALE_FACTOR, SCALE_LINEAR
+  use measurement_balance_causes, only: NEED_FORCES
   implicit none
   private
   public :: change_scales_t, list_change_causes, change_parameter, cause_of_change
@@ -16,7 +17,7 @@ module diagnosis_flight_changes
                                 FLOW_DEVIATION = 6, FLOW_PLANE = 7, FLOW_WIND = 7, FLOW_VISCOSITY = 11, N_FLOW = 11
   integer, parameter, public :: FLOW_FREQUENCY = N_FLOW + 1, N_CHANGES = N_FLOW + 1 !< the changes that are flown, and this one
 
-  integer, parameter, public :: NEED_RIGID = 1 !< wings that do not bend
+  integer, parameter, public :: NEED_RIGID = NEED_FORCES + 1 !< wings that do not bend
 
   !> What bounds and parameters depend on.
   type :: change_scales_t

@@ -7,6 +7,7 @@ module measurement_balance_causes
   use base_parameter, only: define_effect, parameter_t
   use base_wording, only: word_factor, word_plain, SCALE_FACTOR, UNIT_OF_PARAMETER
   use measurement_flight, only: component_unit, COMPONENT_NAMES, N_COMPONENTS
+  use measurement_instrument_causes, only: N_BENDING_NEEDS
   implicit none
   private
   public :: balance_scales_t, list_balance_causes, cross_number, cross_components
@@ -16,7 +17,7 @@ module measurement_balance_causes
   integer, parameter, public :: BALANCE_GAIN = 1, BALANCE_OFFSET = 1, BALANCE_TURN = 8, BALANCE_LOWPASS = 12, BALANCE_DELAY = 13, &
                                 BALANCE_MASS = 14, BALANCE_CROSS = 14, N_BALANCE = 14 + 12
 
-  integer, parameter, public :: NEED_FORCES = 1 !< or torques: power alone does not show the cause
+  integer, parameter, public :: NEED_FORCES = N_BENDING_NEEDS + 1 !< or torques: power alone does not show the cause
 
   !> Quantities of the records that bounds and priors are multiples of.
   type :: balance_scales_t

@@ -44,7 +44,8 @@ module measurement_instrument_causes
   !> Requirements on the measurement beside those of solid_effect. The first four are those of the file: measurement_instrument.
   integer, parameter, public :: NEED_ORDER = N_WING_NEEDS + 1, NEED_TIME = N_WING_NEEDS + 2, NEED_HOLD = N_WING_NEEDS + 3, &
                                 NEED_HEIGHTS = N_WING_NEEDS + 4, NEED_TWO_HOLDS = N_WING_NEEDS + 5, &
-                                NEED_MASS = N_WING_NEEDS + 6, NEED_SMALL_DEFLECTIONS = N_WING_NEEDS + 7
+                                NEED_MASS = N_WING_NEEDS + 6, NEED_SMALL_DEFLECTIONS = N_WING_NEEDS + 7, &
+                                N_BENDING_NEEDS = N_WING_NEEDS + 7
 
   !> Quantities of an experiment that bounds and priors are multiples of. A declared sd of 0 means that none is declared.
   type :: instrument_scales_t

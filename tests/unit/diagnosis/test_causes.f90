@@ -2,14 +2,20 @@
 !> The registry of causes: each has a name of its own, a title, a sentence and what it needs, and words for each of its parameters,
 !> whose bounds hold the value at which nothing happens.
 program test_causes
-  use base_cause, only: cause_parameter_t, cause_t, LAST_PLACE
+  use base_cause, only: append, cause_parameter_t, cause_t, find_parameter, LAST_PLACE
+  use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use base_wording, only: wording_t
   use diagnosis_causes, only: find_words, list_causes
   use diagnosis_flight_catalogue, only: flight_causes
-  use diagnosis_flight_changes, only: cause_of_change, change_parameter, change_scales_t, FLOW_FREQUENCY, FLOW_WIND, N_CHANGES
+  use diagnosis_flight_changes, only: cause_of_change, change_parameter, change_scales_t, list_change_causes, FLOW_FREQUENCY, &
+                                      FLOW_WIND, N_CHANGES
+  use measurement_balance_causes, only: balance_scales_t, list_balance_causes
   use measurement_instrument, only: instrument_t
-  use measurement_instrument_causes, only: CREEP_TIME, N_INSTRUMENT
+  use measurement_instrument_causes, only: instrument_scales_t, list_instrument_causes, CREEP_TIME, N_INSTRUMENT
+  use solid_effect, only: N_WING_NEEDS
+  use solid_mass_effects, only: list_mass_causes
+  use solid_structure_causes, only: list_structure_causes
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: N_CAUSES = 17 + 4 + 3 + 12 + 10 + 7 !< structure, masses, damping, instrument, flight, balance
@@ -27,6 +33,7 @@ program test_causes
   end do
   call check_instrument()
   call check_changes()
+  call check_needs()
   call t%finish()
 
 contains
@@ -116,7 +123,58 @@ contains
       p = change_parameter(i, scales)
       call t%check(p%name//' is 0 for the case', abs(p%null) <= 0 .and. index(flight_causes(), cause_of_change(i)) > 0)
     end do
+    scales%is_section = .true.
+    call t%check('a section does not try wind along x', has_wind_along_x(list_change_causes(change_scales_t())) .and. &
+                 .not. has_wind_along_x(list_change_causes(scales)))
     call t%check('three are wind, the last is the frequency', cause_of_change(FLOW_WIND + 3) == 'wind' .and. &
                  cause_of_change(FLOW_FREQUENCY) == 'beat_frequency')
   end subroutine check_changes
+
+  !> Tells whether a diagnosis tries wind along x, beside wind along y and z.
+  logical function has_wind_along_x(list) result(has)
+    type(cause_t), intent(in) :: list(:)
+    integer :: cause, k
+    call find_parameter(list, FLOW_WIND + 1, cause, k)
+    associate (wind => list(cause)%parameters)
+      call t%check('wind is along x, y and z', all(wind%number == FLOW_WIND + [1, 2, 3]) .and. all(wind(2:)%is_tried))
+      has = wind(1)%is_tried
+    end associate
+  end function has_wind_along_x
+
+  !> What one part of the catalogue needs is no need of another part: each judges the needs that it knows.
+  subroutine check_needs()
+    type(instrument_scales_t) :: of_instrument
+    type(change_scales_t) :: of_changes
+    type(balance_scales_t) :: of_balance
+    type(cause_t), allocatable :: structure(:), masses(:)
+    integer, allocatable :: wing(:), bending(:), changes(:), balance(:)
+    integer :: i
+    structure = list_structure_causes()
+    masses = list_mass_causes(1.0_rp)
+    call append(structure, masses)
+    wing = needs_of(structure)
+    bending = needs_of(list_instrument_causes(of_instrument))
+    changes = needs_of(list_change_causes(of_changes))
+    balance = needs_of(list_balance_causes(of_balance))
+    call t%check('each has needs', all([size(wing), size(bending), size(changes), size(balance)] > 0))
+    call t%check('an error of a bending test needs what a wing needs, by the same number, or what no wing needs', &
+                 all([(any(wing == bending(i)) .or. bending(i) > N_WING_NEEDS, i=1, size(bending))]) .and. &
+                 all(wing <= N_WING_NEEDS))
+    call t%check('a change of the flight has needs of its own', &
+                 .not. any([(any(changes == wing(i)), i=1, size(wing)), (any(changes == bending(i)), i=1, size(bending)), &
+                            (any(changes == balance(i)), i=1, size(balance))]))
+    call t%check('and so has an error of the balance', &
+                 .not. any([(any(balance == wing(i)), i=1, size(wing)), (any(balance == bending(i)), i=1, size(bending))]))
+  end subroutine check_needs
+
+  !> Returns the needs of all causes in a list.
+  pure function needs_of(list) result(needs)
+    type(cause_t), intent(in) :: list(:)
+    integer, allocatable :: needs(:)
+    integer :: i
+    allocate (needs(0))
+    do i = 1, size(list)
+      needs = [needs, list(i)%needs]
+    end do
+  end function needs_of
 end program test_causes
