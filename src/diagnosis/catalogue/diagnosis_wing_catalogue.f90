@@ -94,7 +94,7 @@ contains
     real(rp), allocatable :: way(:)
     integer :: v, k, n
     allocate (variants(0))
-    soft = factor_at_sites(NEED_SOFT_PLACE, -9.0_rp, 4.6_rp, KIND_SOFT)
+    soft = factor_at_sites(NEED_SOFT_PLACE, KIND_SOFT)
     do v = 1, size(wing%veins)
       associate (nodes => wing%veins(v)%nodes)
         way = [0.0_rp]
@@ -153,7 +153,7 @@ contains
     real(rp), allocatable :: sites(:, :)
     type(wing_parameter_t) :: damage
     integer :: k, r, n
-    damage = factor_at_sites(NEED_DISC, -4.6_rp, 4.6_rp, KIND_DAMAGE)
+    damage = factor_at_sites(NEED_DISC, KIND_DAMAGE)
     call lattice(wing, e%model%size, spacing, sites)
     do k = 1, size(sites, 2)
       do r = 1, size(radii)
@@ -166,19 +166,15 @@ contains
     end do
   end subroutine scan_damage
 
-  !> Returns the coordinate of a factor on stiffness at one of many places, between these bounds.
-  function factor_at_sites(need, lower, upper, kind) result(p)
+  !> Returns the coordinate of a factor on stiffness at one of many places: that of the effect which has this need.
+  function factor_at_sites(need, kind) result(p)
     integer, intent(in) :: need, kind
-    real(rp), intent(in) :: lower, upper
     type(wing_parameter_t) :: p
-    type(parameter_t) :: factor
     type(cause_t) :: cause
     cause = cause_at_place(need)
-    associate (effect => cause%parameters(1)%value)
-      call define_parameter(factor, effect%name, effect%unit, effect%is_log, lower, upper)
-      factor%prior_sd = effect%prior_sd
+    associate (factor => cause%parameters(1)%value)
+      p = wing_parameter(factor%as_coordinate(factor%null), kind, 0)
     end associate
-    p = wing_parameter(factor, kind, 0)
   end function factor_at_sites
 
   !> Enters the errors of the measurement.

@@ -105,9 +105,9 @@ contains
             call params%set(one%number, q(i))
           end if
         case (KIND_SOFT)
-          if (i == self%placed(1)) call params%set_named('soft', exp(q(i)))
+          if (i == self%placed(1)) call params%set_named(one%name, exp(q(i)))
         case (KIND_DAMAGE)
-          if (i == self%placed(2)) call params%set_named('damage', exp(q(i)))
+          if (i == self%placed(2)) call params%set_named(one%name, exp(q(i)))
         end select
       end associate
     end do
@@ -144,7 +144,7 @@ contains
         call hinge_direction(model, one%number, direction)
       case (KIND_DAMAGE)
         if (abs(q(i) - one%null) > 0) then
-          call parameter_direction(model, model%params%find('damage'), direction)
+          call parameter_direction(model, model%params%find(one%name), direction)
         else
           call damage_direction(model, one%disc, direction)
         end if

@@ -141,10 +141,10 @@ contains
         case (KIND_SOFT)
           params%effects%soft_vein = trim(params%vein_names(one%vein))
           params%effects%soft_fraction = one%fraction
-          numbers = [numbers, params%find('soft')]
+          numbers = [numbers, params%find(one%name)]
         case (KIND_DAMAGE)
           params%effects%disc = one%disc
-          numbers = [numbers, params%find('damage')]
+          numbers = [numbers, params%find(one%name)]
         case (KIND_INSTRUMENT)
           instrument_numbers = [instrument_numbers, one%number]
         end select
@@ -212,7 +212,7 @@ contains
         call simulation%hinge_tangent(e, l, one%number, column)
       case (KIND_DAMAGE)
         if (abs(q(i) - one%null) > 0) then
-          call simulation%parameter_tangent(e, l, e%model%params%find('damage'), column)
+          call simulation%parameter_tangent(e, l, e%model%params%find(one%name), column)
         else
           call simulation%damage_tangent(e, l, one%disc, column)
         end if

@@ -42,6 +42,8 @@ program test_diagnose_words
     end associate
   end do
   call t%check('the catalogue has its 33 causes', n_causes == 33 .and. size(catalogue%effects) == 33)
+  call bounded('soft', 1.0e-4_rp, 1.0e2_rp)
+  call bounded('damage', 1.0e-2_rp, 1.0e2_rp)
   call told('E falls', 'E_gradient', '', 0.0_rp, [-0.43_rp, -0.3667_rp, -0.30_rp], &
             'E falls toward the tip: 31 % lower than at the root, 26 to 35 %'//SURE)
   call told('E rises', 'E_gradient', '', 0.0_rp, [0.8_rp, 0.9_rp, 1.0_rp], &
@@ -109,6 +111,24 @@ contains
       call t%check(name//': '//q%name//' tells plus from minus', text(1) /= text(2))
     end associate
   end subroutine try
+
+  !> What is tried at many places lies between the bounds of the effect at each of them: factors, of which there are logarithms.
+  subroutine bounded(name, lower, upper)
+    character(*), intent(in) :: name
+    real(rp), intent(in) :: lower, upper
+    integer :: i, n
+    logical :: is_right
+    n = 0
+    is_right = .true.
+    do i = 1, size(catalogue%parameters)
+      associate (q => catalogue%parameters(i))
+        if (q%name /= name) cycle
+        n = n + 1
+        is_right = is_right .and. q%is_log .and. abs(q%lower - log(lower)) <= 0 .and. abs(q%upper - log(upper)) <= 0
+      end associate
+    end do
+    call t%check(name//' has its bounds at all of its places', n > 1 .and. is_right)
+  end subroutine bounded
 
   pure real(rp) function value_at(q, is_log)
     real(rp), intent(in) :: q
