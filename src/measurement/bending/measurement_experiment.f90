@@ -33,6 +33,7 @@ module measurement_experiment
     integer, allocatable :: numbers(:)              !< of the wing's parameters that are sought
     type(instrument_t) :: instrument                !< with the parameters that are not sought
     integer, allocatable :: instrument_numbers(:)   !< of those of the instrument that are sought
+    logical, allocatable :: is_log(:)               !< (unknowns without offsets) their coordinates are logarithms
     real(rp), allocatable :: masses(:)              !< (n_points) [kg], or none
     logical :: moves_rest = .false.                 !< the image of the unloaded wing differs from the wing file
     logical :: bends_rest = .false.                 !< it is bent by its weight or its camber
@@ -103,6 +104,7 @@ contains
     if (present(masses)) self%masses = masses
     call check_instrument(self, wing, failure)
     if (failure%failed) return
+    call find_scales(self)
     self%edges = outline_edges(size(wing%points, 2), wing%triangles)
     allocate (self%loads(size(measurement%loads)), self%sites(size(measurement%loads)), &
               self%comparisons(size(measurement%loads)))
@@ -118,6 +120,18 @@ contains
       call self%comparisons(l)%init(measurement, l, wing, self%edges, farthest)
     end do
   end subroutine experiment_init
+
+  !> Finds which unknowns are logarithms, once for all evaluations.
+  subroutine find_scales(self)
+    class(experiment_t), intent(inout) :: self
+    type(parameter_t) :: p
+    integer :: i
+    allocate (self%is_log(self%count_parameters()))
+    do i = 1, size(self%is_log)
+      p = self%describe(i)
+      self%is_log(i) = p%is_log
+    end do
+  end subroutine find_scales
 
   !> Finds the loads on the unloaded wing, and what is missing.
   subroutine check_instrument(self, wing, failure)
@@ -209,18 +223,15 @@ contains
   function experiment_start(self) result(coordinates)
     class(experiment_t), intent(in) :: self
     real(rp) :: coordinates(self%count())
-    type(parameter_t) :: p
     integer :: i
     coordinates = 0
     do i = 1, size(self%numbers)
-      p = self%describe(i)
       coordinates(i) = self%model%params%get(self%numbers(i))
-      if (p%is_log) coordinates(i) = log(coordinates(i))
+      if (self%is_log(i)) coordinates(i) = log(coordinates(i))
     end do
     do i = size(self%numbers) + 1, self%count_parameters()
-      p = self%describe(i)
       coordinates(i) = self%instrument%get(self%instrument_numbers(i - size(self%numbers)))
-      if (p%is_log) coordinates(i) = log(coordinates(i))
+      if (self%is_log(i)) coordinates(i) = log(coordinates(i))
     end do
   end function experiment_start
 
@@ -229,12 +240,10 @@ contains
     class(experiment_t), intent(in) :: self
     real(rp), intent(in) :: coordinates(:)
     type(solid_params_t) :: params
-    type(parameter_t) :: p
     integer :: i
     params = self%model%params
     do i = 1, size(self%numbers)
-      p = params%describe(self%numbers(i))
-      if (p%is_log) then
+      if (self%is_log(i)) then
         call params%set(self%numbers(i), exp(coordinates(i)))
       else
         call params%set(self%numbers(i), coordinates(i))
@@ -247,13 +256,11 @@ contains
     class(experiment_t), intent(in) :: self
     real(rp), intent(in) :: coordinates(:)
     type(instrument_t) :: instrument
-    type(parameter_t) :: p
     integer :: i, j
     instrument = self%instrument
     do i = 1, size(self%instrument_numbers)
       j = size(self%numbers) + i
-      p = self%describe(j)
-      if (p%is_log) then
+      if (self%is_log(j)) then
         call instrument%set(self%instrument_numbers(i), exp(coordinates(j)))
       else
         call instrument%set(self%instrument_numbers(i), coordinates(j))
