@@ -92,7 +92,8 @@ contains
     n = n + N_FACTS
   end function runner_output_size
 
-  !> Does a task: see measurement_bending_task. The status is NOT_SOLVED where no shape was found.
+  !> Does a task: see measurement_bending_task. The status is NOT_SOLVED where no shape was found. There are no directions of a
+  !> shape in an excluded zone, which nobody wants.
   subroutine runner_run_task(self, input, output, status)
     class(bending_runner_t), intent(inout) :: self
     real(rp), intent(in) :: input(:)
@@ -119,7 +120,8 @@ contains
       case (TASK_EVALUATE)
         call give_evaluation(self, is_wanted, l, evaluation%residuals, output(N_FACTS + 1:))
       case default
-        call give_directions(self, is_wanted, task%kind == TASK_DIRECTIONS, l, output(N_FACTS + 1:))
+        if (evaluation%is_feasible()) &
+          call give_directions(self, is_wanted, task%kind == TASK_DIRECTIONS, l, output(N_FACTS + 1:))
       end select
     end associate
   end subroutine runner_run_task

@@ -9,7 +9,8 @@ program test_bending_tasks
   use measurement_bending_pool, only: bending_batch_t, bending_pool_t
   use measurement_bending_runner, only: bending_runner_t
   use measurement_bending_task, only: bending_task_t, take_columns, take_facts, task_input, COST_CHI2, COST_MEAN_SQUARE, &
-                                      N_FACTS, NOT_SOLVED, TASK_COSTS, TASK_DIRECTIONS, TASK_EVALUATE, TASK_NUISANCES
+                                      FACT_VIOLATION, N_FACTS, NOT_SOLVED, TASK_COSTS, TASK_DIRECTIONS, TASK_EVALUATE, &
+                                      TASK_NUISANCES
   use measurement_data, only: measurement_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
@@ -52,6 +53,7 @@ program test_bending_tasks
   end if
   call pool%free()
   call check_stop()
+  call check_zone()
   call t%world%broadcast_integer(n_notes)
   do i = 1, n_notes ! all ranks check
     call t%check(trim(notes(i)), is_true(i))
@@ -167,7 +169,8 @@ contains
       call one%init(experiment, l, .true.)
       call take_facts(batch%outputs(:, l), one)
       is_right = is_right .and. one%is_solved .and. one%factorisations == warm(l)%factorisations .and. &
-                 (one%is_start .eqv. warm(l)%is_start) .and. same(one%violation, warm(l)%violation)
+                 (one%is_start .eqv. warm(l)%is_start) .and. one%snaps == warm(l)%snaps .and. &
+                 (one%was_redone_cold .eqv. warm(l)%was_redone_cold) .and. same(one%violation, warm(l)%violation)
       at = N_FACTS + size(one%residuals)
       is_right = is_right .and. same(batch%outputs(N_FACTS + 1:at, l), warm(l)%residuals)
       call take_columns([2, 1], N, batch%outputs(:, l), at, one%jacobian)
@@ -232,6 +235,30 @@ contains
     call note('without a shape there is a status, and nothing behind the facts', &
                  batch%statuses(1) == NOT_SOLVED .and. .not. any(abs(batch%outputs(N_FACTS + 1:, 1)) > 0))
   end subroutine check_no_shape
+
+  !> Of a shape in an excluded zone there are facts, and no directions. The root is placed where load 1 moves the tip.
+  subroutine check_zone()
+    integer, parameter :: KINDS(2) = [TASK_DIRECTIONS, TASK_NUISANCES]
+    type(bending_batch_t) :: batch
+    integer :: k
+    experiment%root(:2) = experiment%model%points(:2, experiment%tip) + shapes(:2, experiment%tip, 1)
+    call make_pool()
+    if (t%world%is_root) then
+      do k = 1, 2
+        call pool%make_batch(1, KINDS(k), 1, batch)
+        batch%inputs(:, 1) = task_input(bending_task_t(KINDS(k), 1), q, [1])
+        batch%starts = [real(rp) ::]
+        call pool%run(batch)
+        call note('the tip is at the root', batch%statuses(1) == 0 .and. &
+                  any(batch%outputs(FACT_VIOLATION:FACT_VIOLATION + 1, 1) > 0.4_rp))
+        call note('  and nothing is behind the facts',.not. any(abs(batch%outputs(N_FACTS + 1:, 1)) > 0))
+      end do
+      call pool%shut_down()
+    else
+      call pool%serve()
+    end if
+    call pool%free()
+  end subroutine check_zone
 
   !> The time is over when ranks meet: they agree, and the next batch is not begun.
   subroutine check_stop()
