@@ -5,6 +5,7 @@
 !> one has ended, which decides which of several equilibria it finds. A point is therefore evaluated from a state, and the
 !> evaluation gives the state there. Fits hold the state with the point to which it belongs.
 module least_squares_state
+  use base_errors, only: require
   use base_kinds, only: rp
   implicit none
   private
@@ -38,12 +39,15 @@ contains
   end function state_has_jumped
 
   !> Leaves out the groups that `jumped`, too. If there are none, or if no others would be left, nothing changes, and `is_done` is
-  !> false.
-  pure subroutine state_leave_out(self, jumped, is_done)
+  !> false. A state whose residuals jump has groups.
+  subroutine state_leave_out(self, jumped, is_done)
     class(solver_state_t), intent(inout) :: self
     logical, intent(in) :: jumped(:)
     logical, intent(out) :: is_done
-    is_done = any(jumped) .and. .not. all(jumped .or. self%is_left_out)
+    is_done = .false.
+    if (.not. any(jumped)) return
+    call require(allocated(self%is_left_out), 'solver_state_t: what jumps is a group that can be left out')
+    is_done = .not. all(jumped .or. self%is_left_out)
     if (is_done) self%is_left_out = jumped .or. self%is_left_out
   end subroutine state_leave_out
 

@@ -30,7 +30,7 @@ module diagnosis_wing_simulator
   use measurement_experiment, only: experiment_t
   use measurement_instrument_causes, only: FORCE_GAIN
   use measurement_observed_wing, only: observed_wing_t, wing_patterns_t
-  use measurement_simulation, only: N_NUISANCES
+  use measurement_simulation, only: N_LOAD_NUISANCES => N_NUISANCES
   use parallel_world, only: world_t
   use solid_mass_effects, only: mass_parts_t
   use solid_usual_causes, only: PARAM_PLATE
@@ -43,7 +43,7 @@ module diagnosis_wing_simulator
   character(*), parameter :: FAMILY_NAMES(4) = [character(9) :: 'stiffness', 'force', 'veins', 'scans']
   integer, parameter, public :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
   !> Kinds of errors of a load that have one declared sd, in the order of simulation_t, and their names.
-  integer, parameter :: NUISANCE_KIND(N_NUISANCES) = [1, 2, 2, 3, 3, 4]
+  integer, parameter :: NUISANCE_KIND(N_LOAD_NUISANCES) = [1, 2, 2, 3, 3, 4]
   character(*), parameter :: NUISANCE_NAMES(4) = [character(34) :: 'errors of forces', &
                                                   'errors of places', 'tilts of scans', 'heights of whole scans']
 
@@ -274,12 +274,12 @@ contains
     if (.not. self%has_nonlinear_nuisances()) return
     own = wing_state(state)
     associate (sd => self%experiment%measurement%accuracy%position)
-      call own%move_loads(self%experiment, errors, N_NUISANCES)
+      call own%move_loads(self%experiment, errors, N_LOAD_NUISANCES)
       call self%evaluate(q, [integer ::], own, residuals, nothing, is_valid)
       if (is_valid) call self%directions(q, own, nuisances, nothing, is_valid)
       if (.not. is_valid) return
       do l = 1, size(own%load_offset, 2)
-        v = (l - 1)*N_NUISANCES + 1
+        v = (l - 1)*N_LOAD_NUISANCES + 1
         first = self%bins%first(l)
         last = first + self%bins%count(l) - 1
         own%linear(first:last) = matmul(nuisances(first:last, v + 1:v + 2), own%load_offset(:, l)/sd)
@@ -341,13 +341,13 @@ contains
     call run_loads(self, merge(TASK_DIRECTIONS, TASK_NUISANCES, size(patterns, 2) > 0), wanted_loads(self), q, common, state, &
                    outputs, is_valid)
     if (.not. is_valid) return
-    shared = size(outputs, 2)*N_NUISANCES
+    shared = size(outputs, 2)*N_LOAD_NUISANCES
     do l = 1, size(outputs, 2)
       b = self%bins%count(l)
       first = self%bins%first(l)
       at = N_FACTS
-      do i = 1, N_NUISANCES
-        nuisances(first:first + b - 1, (l - 1)*N_NUISANCES + i) = outputs(at + 1:at + b, l)
+      do i = 1, N_LOAD_NUISANCES
+        nuisances(first:first + b - 1, (l - 1)*N_LOAD_NUISANCES + i) = outputs(at + 1:at + b, l)
         at = at + b
       end do
       do i = 1, size(self%parameters)

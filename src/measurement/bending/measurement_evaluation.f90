@@ -7,7 +7,6 @@
 module measurement_evaluation
   use base_errors, only: require
   use base_kinds, only: rp
-  use base_visitor, only: visited_t, visitor_t
   use measurement_experiment, only: experiment_t
   use measurement_simulation, only: simulation_t
   use solid_statics, only: static_report_t
@@ -18,7 +17,7 @@ module measurement_evaluation
   integer, parameter, public :: VIOLATION_BACKWARD = 1, VIOLATION_FOLDED = 2
 
   !> The result of an evaluation.
-  type, extends(visited_t) :: evaluation_t
+  type :: evaluation_t
     logical :: is_solved = .false.          !< the shape was found; otherwise all below is 0
     real(rp) :: violation(2) = 0            !< >= 0, of the wing's length: how far the shape is in the two zones
     integer :: factorisations = 0
@@ -31,7 +30,6 @@ module measurement_evaluation
     procedure :: init => evaluation_init
     procedure :: is_feasible => evaluation_is_feasible
     procedure :: terms => evaluation_terms
-    procedure :: visit => evaluation_visit
   end type evaluation_t
 
   !> Work space of an evaluation; one per process. Nothing of it enters the next evaluation, but after an evaluation it gives
@@ -129,18 +127,4 @@ contains
     violation(VIOLATION_BACKWARD) = max(0.0_rp, -moved)/experiment%model%size
     violation(VIOLATION_FOLDED) = max(0.0_rp, 0.5_rp - norm2(unloaded + u(:2, experiment%tip))/norm2(unloaded))
   end function zone_violations
-
-  !> Shows every component to the visitor. One that is read was made by `init` for the same load.
-  subroutine evaluation_visit(self, visitor)
-    class(evaluation_t), intent(inout) :: self
-    class(visitor_t), intent(inout) :: visitor
-    call visitor%visit('is_solved', self%is_solved)
-    call visitor%visit('violation', self%violation)
-    call visitor%visit('factorisations', self%factorisations)
-    call visitor%visit('snaps', self%snaps)
-    call visitor%visit('is_start', self%is_start)
-    call visitor%visit('was_redone_cold', self%was_redone_cold)
-    call visitor%visit('residuals', self%residuals)
-    call visitor%visit('jacobian', self%jacobian)
-  end subroutine evaluation_visit
 end module measurement_evaluation

@@ -4,10 +4,9 @@
 program test_measurement_comparison
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use base_packing, only: pack_value, unpack_value
   use measurement_comparison, only: observed_shape_t
   use measurement_data, only: measurement_t, QUANTITY_ROTATION
-  use measurement_evaluation, only: evaluation_t, zone_violations, VIOLATION_BACKWARD, VIOLATION_FOLDED
+  use measurement_evaluation, only: zone_violations, VIOLATION_BACKWARD, VIOLATION_FOLDED
   use measurement_experiment, only: experiment_t
   use measurement_sampling, only: height_gradient, outline_edges, sample_surface, sampled_height, surface_sample_t
   use sample_wings, only: make_fly_wing
@@ -192,7 +191,6 @@ contains
     u(3, :) = SLOPE*experiment%model%points(1, :)
     call check_residuals(m, experiment, u)
     call check_zones(experiment, u)
-    call check_message(experiment)
   end subroutine compare_by_hand
 
   !> Two loads at one point, whose heights do not depend on the place, and two observations.
@@ -290,29 +288,4 @@ contains
     violation = zone_violations(experiment, 1, folded)
     call t%check_close('folded: how far', violation(VIOLATION_FOLDED), 0.1_rp, rtol=1.0e-12_rp)
   end subroutine check_zones
-
-  !> A result goes into a message and comes back.
-  subroutine check_message(experiment)
-    type(experiment_t), intent(in) :: experiment
-    type(evaluation_t) :: evaluation, copy
-    type(failure_t) :: failure
-    real(rp), allocatable :: values(:)
-    call evaluation%init(experiment, 2, .true.)
-    call copy%init(experiment, 2, .true.)
-    evaluation%is_solved = .true.
-    evaluation%violation = [0.25_rp, 0.5_rp]
-    evaluation%factorisations = 17
-    evaluation%snaps = 2
-    evaluation%is_start = .true.
-    call random_number(evaluation%residuals)
-    call random_number(evaluation%jacobian)
-    call pack_value(evaluation, values)
-    call unpack_value(values, copy, failure)
-    call t%check('a message of a result is read', .not. failure%failed)
-    call t%check('a result survives a message', copy%is_solved .and. copy%factorisations == 17 .and. copy%snaps == 2 &
-                 .and. copy%is_start .and. .not. copy%was_redone_cold .and. .not. copy%is_feasible() &
-                 .and. .not. any(abs(copy%residuals - evaluation%residuals) > 0) &
-                 .and. .not. any(abs(copy%jacobian - evaluation%jacobian) > 0) &
-                 .and. .not. any(abs(copy%violation - evaluation%violation) > 0))
-  end subroutine check_message
 end program test_measurement_comparison

@@ -203,6 +203,8 @@ contains
       call t%check_close('h and the sum of squares are sums over loads', sum_terms(at, 1), &
                          experiment%cost(report%residuals*sqrt(2.0_rp)*1.0e-9_rp)**2, rtol=1.0e-6_rp)
       call t%check_close('  the sum of squares', sum_terms(at, 2), report%chi2, rtol=1.0e-6_rp)
+    class default
+      call t%check('the state of a fit is a point of the wing', .false.)
     end select
     call t%check_below('h vanishes', experiment%cost(report%residuals*sqrt(2.0_rp)*1.0e-9_rp), 1.0e-12_rp)
     do i = 1, size(truth)
