@@ -51,7 +51,7 @@ contains
     call find_best_loads(s, simulator, state, found)
   end subroutine find_detectability
 
-  !> For each effect the load at a new place that would lower this strength most.
+  !> Finds, for each effect, the load at a new site that would lower this strength most.
   subroutine find_best_loads(s, simulator, from, found)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
@@ -97,7 +97,7 @@ contains
     end do
   end subroutine find_best_loads
 
-  !> Returns the candidate of effect e and the number of its parameter that shows from the smallest share of the prior's sd,
+  !> Finds the candidate of effect e, and the number of its parameter, that shows from the smallest fraction of the prior's sd,
   !> `least`; 0 if none does.
   subroutine most_detectable(s, design, e, snr, best, least)
     class(diagnosis_case_t), intent(in) :: s

@@ -172,14 +172,14 @@ contains
   !> Returns the degrees of freedom of a variance that is found from the median of n second differences in as many loads. For
   !> independent differences the median is as good as 0.37 n squares (its efficiency). Neighbouring and crossing differences have
   !> heights in common, which correlates the events that determine the median as 1 : 2.2 in the sum over all. The same differences
-  !> of two loads share the unloaded scan: its share s of the variance correlates these events by about 0.6 s^2.
+  !> of two loads have the unloaded scan in common: its fraction s of the variance correlates these events by about 0.6 s^2.
   pure integer function effective_dof(n, loads, fraction) result(dof)
     integer, intent(in) :: n, loads
     real(rp), intent(in) :: fraction
     dof = max(1, int(0.37_rp*n/(2.2_rp*(1 + 0.6_rp*(loads - 1)*fraction**2))))
   end function effective_dof
 
-  !> Returns the share of the unloaded scan in the declared variance of deformations.
+  !> Returns the fraction of the unloaded scan in the declared variance of deformations.
   real(rp) function unloaded_fraction(experiment) result(fraction)
     type(experiment_t), intent(in) :: experiment
     real(rp) :: whole
@@ -199,7 +199,7 @@ contains
 
   !> Makes the model of the noise before there are heights. It is not known then how much of correlated errors is independent from
   !> pixel to pixel. They count as independent and as correlated errors of the declared sd at the same time, which no mix of both
-  !> exceeds (w 1 + (1 - w) C <= 1 + C as matrices, for every share w and covariance C).
+  !> exceeds (w 1 + (1 - w) C <= 1 + C as matrices, for every fraction w and covariance C).
   subroutine assume_noise(experiment, estimate)
     type(experiment_t), intent(in) :: experiment
     type(noise_estimate_t), intent(out) :: estimate

@@ -46,7 +46,7 @@ contains
     found = d%baseline
     if (d%extended%is_found) found = d%extended
     call find_triangle(simulator, d, found, r, is_valid)
-    if (.not. is_valid .and. d%extended%is_found) then ! a cause at a bound may do nothing
+    if (.not. is_valid .and. d%extended%is_found) then ! a cause at a bound may have no effect
       found = d%baseline
       call find_triangle(simulator, d, found, r, is_valid)
     end if
@@ -74,8 +74,8 @@ contains
     call test_equality(c(columns, columns), zeros)
   end subroutine compare_zeros
 
-  !> Returns r of the factorisation of all tangents at a fit, with priors. is_valid: they determine all parameters that were
-  !> fitted.
+  !> Computes r, the triangle of the QR factorisation of all tangents at a fit, with rows for the priors. `is_valid` tells whether
+  !> these rows determine all fitted parameters.
   subroutine find_triangle(simulator, d, found, r, is_valid)
     type(wing_simulator_t), intent(inout) :: simulator
     type(diagnosis_t), intent(in) :: d

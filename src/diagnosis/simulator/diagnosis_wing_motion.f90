@@ -98,8 +98,8 @@ contains
   end subroutine motion_nuisances
 
   !> Returns patterns(n, :), the changes of the residuals that unknown causes would make. First come causes at site(2, :) [m] of the
-  !> wing (see `site_tangents`), then causes in flights. The caller must have called `nuisances` or `evaluate` before: the patterns
-  !> are those at the parameters of that call.
+  !> wing (see `site_tangents`), then causes in flights. They are those at the parameters of the last call of `nuisances` or
+  !> `evaluate`, which must precede.
   subroutine motion_patterns(self, site, radius, patterns)
     class(wing_motion_t), intent(inout) :: self
     real(rp), intent(in) :: site(:, :), radius

@@ -36,7 +36,7 @@ contains
     column = 0
     associate (one => rest%parameters(i))
       select case (one%kind)
-      case (KIND_FLIGHT, KIND_BALANCE) ! forces of the air alone feel them
+      case (KIND_FLIGHT, KIND_BALANCE) ! only forces of the air depend on them
       case (KIND_MASS)
         call simulation%mass_tangent(one%number, effects, column)
       case (KIND_POINT_MASS)

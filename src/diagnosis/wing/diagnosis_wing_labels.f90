@@ -54,8 +54,8 @@ contains
     end associate
   end subroutine make_labels
 
-  !> Adds n observations at a place [m]: a surface with its own fold and block. They are no answer to a load; their
-  !> `observed` is 0.
+  !> Adds n observations at a position [m]: a surface with its own fold and block. They are no response to a load; their `observed`
+  !> is 0.
   pure subroutine append_surface(labels, n, site)
     type(labels_t), intent(inout) :: labels
     integer, intent(in) :: n
