@@ -84,7 +84,7 @@ contains
     end do
   end subroutine refit_round
 
-  !> Tells whether the effect at this place of the queue is to be fitted in this round.
+  !> Tells whether the effect at index `place` of the queue is to be fitted in this round.
   logical function is_worth_it(simulator, options, is_last, d, queue, place)
     class(simulator_t), intent(in) :: simulator
     type(diagnosis_options_t), intent(in) :: options

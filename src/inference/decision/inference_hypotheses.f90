@@ -205,7 +205,7 @@ contains
   end function orthogonal_to
 
   !> Adds to the candidates of `known` the variant of effect e that explains most in addition. The evidence is averaged over all
-  !> variants, which penalises an effect that may be at many places.
+  !> variants, which penalises an effect that may be at many positions.
   subroutine add_effect(design, known, e, explained)
     type(design_t), intent(in) :: design
     type(explained_t), intent(in) :: known
