@@ -30,7 +30,7 @@ module least_squares_state
 
 contains
 
-  !> Tells whether any residuals jumped on the way from the state before.
+  !> Tells whether any residuals have jumped on the way from the previous state.
   pure logical function state_has_jumped(self) result(has_jumped)
     class(solver_state_t), intent(in) :: self
     has_jumped = .false.
