@@ -29,12 +29,12 @@ module diagnosis_detectability
     type(design_t) :: design
     real(rp), allocatable :: snr(:)         !< (effects) that would show with a probability of 90 %
     type(best_load_t), allocatable :: best_loads(:) !< (effects)
-    logical :: has_loads = .false.          !< loads at new places could be tried
+    logical :: has_loads = .false.          !< loads at new sites could be tried
   end type detectability_t
 
 contains
 
-  !> Finds from which strength on each effect shows in these data. `store` keeps what is drawn. Rank 0 calls it; the others serve.
+  !> Finds the strength from which each effect shows in these data. `store` keeps the draws. Rank 0 calls it; the others serve.
   subroutine find_detectability(s, simulator, found, failure, store)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator

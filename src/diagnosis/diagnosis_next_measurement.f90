@@ -52,7 +52,7 @@ module diagnosis_next_measurement
 
 contains
 
-  !> Ranks the loads of the measurement, and loads at new places. Rank 0 calls it; the others serve.
+  !> Ranks the loads of the measurement, and loads at new sites. Rank 0 calls it; the others serve.
   subroutine rank_loads(s, simulator, d, next)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
@@ -173,7 +173,7 @@ contains
     end do
   end subroutine discrimination_init
 
-  !> Returns the places in `columns` of the parameters that are fitted if rival r replaces the cause, then those of the cause.
+  !> Returns the indices in `columns` of the parameters that are fitted if rival r replaces the cause, then those of the cause.
   pure function discrimination_block(self, r) result(block)
     class(discrimination_t), intent(in) :: self
     integer, intent(in) :: r
@@ -182,7 +182,7 @@ contains
     block = [[(i, i=1, self%n_common)], self%sites(r)%list, [(i, i=self%n_common + 1, self%n_common + self%n_cause)]]
   end function discrimination_block
 
-  !> Returns the places in `columns` that these rivals need.
+  !> Returns the indices in `columns` that these rivals need.
   pure function discrimination_needed(self, rivals) result(needed)
     class(discrimination_t), intent(in) :: self
     integer, intent(in) :: rivals(:)

@@ -22,7 +22,7 @@ module diagnosis_noise
     logical :: is_found = .false.     !< there were enough neighbours
     integer :: n = 0                  !< differences
     real(rp) :: declared = 0          !< [m] root mean square of the declared sd of deformations
-    real(rp) :: white = 0             !< [m] sd of the part that neighbours do not share
+    real(rp) :: white = 0             !< [m] sd of the part that is independent from pixel to pixel
     integer :: dof = 0                !< degrees of freedom of its square; 0: not found
     type(noise_model_t) :: model      !< what follows
     character(:), allocatable :: warning !< empty: the declared errors are plausible
@@ -95,7 +95,7 @@ contains
     estimate%white = ratio*estimate%declared
     if (estimate%model%length > 0) then
       estimate%model%white = min(1.0_rp, ratio**2)
-      ! Pixels say nothing of errors that neighbours share: the data tell how large they are.
+      ! Pixels do not show errors that neighbours have in common: the data tell how large these are.
       estimate%model%factor = max(1.0_rp, ratio**2)
     else
       estimate%model%factor = ratio**2
@@ -104,7 +104,7 @@ contains
     end if
   end subroutine fill_model
 
-  !> Returns what is wrong with declared errors that must be multiplied by `ratio`; empty if nothing is.
+  !> Returns what is wrong with declared errors that must be multiplied by `ratio`; empty if nothing is wrong.
   pure function warning_of(ratio, is_correlated) result(warning)
     real(rp), intent(in) :: ratio
     logical, intent(in) :: is_correlated

@@ -18,7 +18,7 @@ module diagnosis_unknown
     real(rp), allocatable :: site(:, :)            !< (2, size(region%pattern)) [m]
     real(rp) :: cell = 0                            !< [m] half the distance between neighbouring positions
     type(related_t), allocatable :: related(:)
-    character(:), allocatable :: names(:)           !< (size(related)) title and place
+    character(:), allocatable :: names(:)           !< (size(related)) title and position
     character(:), allocatable :: family             !< of the region
   contains
     procedure :: centre => unknown_centre
@@ -51,7 +51,7 @@ contains
     end do
   end function describe_unknown
 
-  !> Returns title and place of a candidate.
+  !> Returns the title and the position of a candidate.
   function candidate_name(s, d, c) result(text)
     class(diagnosis_case_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Compares the zero readings of instruments, which are unknowns of every fit: all offsets of readings at one place along one
+!> Compares the zero readings of instruments, which are unknowns of every fit: all offsets of readings at one position along one
 !> axis should be equal.
 !>
 !> With the covariance C of the offsets, all other unknowns free, the differences d to the first one have the
@@ -129,7 +129,7 @@ contains
     zeros%log_p = log_chi2_tail(max(0.0_rp, zeros%chi2), size(c, 1) - 1)
   end subroutine test_equality
 
-  !> Returns the numbers of the unknown offsets of readings at one place along one axis, of the first such group of two or more.
+  !> Returns the numbers of the unknown offsets of readings at one position along one axis, for the first such group of two or more.
   pure function offsets_of_a_sensor(m) result(same)
     type(measurement_t), intent(in) :: m
     integer, allocatable :: same(:)

@@ -40,7 +40,7 @@ contains
     integer, intent(in) :: numbers(:)
     real(rp), intent(in) :: decades
     type(catalogue_t), intent(out) :: catalogue
-    type(flight_data_t), intent(in), optional :: flights !< of records of forces over the beat
+    type(flight_data_t), intent(in), optional :: flights !< of records of forces over the beat, if there are any
     type(parameter_t) :: p
     integer :: i, n
     allocate (catalogue%parameters(0), catalogue%effects(0))

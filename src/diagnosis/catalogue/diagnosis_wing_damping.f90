@@ -34,7 +34,7 @@ contains
     p%null = log(2/time)
     p%prior_sd = DECADE
     p%lower = p%null - 4*DECADE
-    p%upper = log(max(20.0_rp, turns)/time) ! above the start, however short the record
+    p%upper = log(max(20.0_rp, turns)/time) ! above the start even for a short record
     n = c%add(wing_parameter(p, KIND_DAMPING, DAMPING_MASS))
   end subroutine add_damping
 

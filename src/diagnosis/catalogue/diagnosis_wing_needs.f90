@@ -16,7 +16,7 @@ module diagnosis_wing_needs
 
 contains
 
-  !> Returns what the data lack to show creep: two times of holding. Empty if they have them.
+  !> Returns what the data lack to show creep, which needs two times of holding; empty if they have them.
   function needs_holds(e) result(missing)
     type(experiment_t), intent(in) :: e
     character(:), allocatable :: missing
@@ -32,8 +32,8 @@ contains
     end associate
   end function needs_holds
 
-  !> Returns what the data lack to show what depends on the strength of the force: two levels at one place. Empty if they have
-  !> them.
+  !> Returns what the data lack to show an effect of the strength of the force, which needs two forces at one site; empty if they
+  !> have them.
   function needs_levels(e) result(missing)
     type(experiment_t), intent(in) :: e
     character(:), allocatable :: missing

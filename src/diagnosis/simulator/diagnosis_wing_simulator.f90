@@ -39,7 +39,7 @@ module diagnosis_wing_simulator
   private
   public :: wing_simulator_t
 
-  !> Kinds of unknown causes: stiffness and forces around places, stiffness along the veins, errors of single scans.
+  !> Kinds of unknown causes: stiffness and forces around sites, stiffness along the veins, errors of single scans.
   character(*), parameter :: FAMILY_NAMES(4) = [character(9) :: 'stiffness', 'force', 'veins', 'scans']
   integer, parameter, public :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
   !> Kinds of errors of a load that have one declared sd, in the order of simulation_t, and their names.

@@ -54,9 +54,9 @@ contains
     end associate
   end subroutine mechanics_tangent
 
-  !> Returns patterns(n, :). The first columns are what unit stiffness around each site(2, :) [m] does. Without bending tests the
-  !> forces of unknown causes are those of inertia: the next columns are a mass of the default prior at each site. Fewer columns
-  !> ask for fewer patterns. `direction` is work.
+  !> Computes patterns(n, :). The first columns are the effects of unit stiffness around each site(2, :) [m]. Without bending tests
+  !> the forces of unknown causes are those of inertia: the next columns are the effects of a mass of the default prior at each
+  !> site. Fewer columns ask for fewer patterns. `direction` is work.
   subroutine site_tangents(simulation, rest, effects, site, radius, direction, patterns)
     class(motion_simulation_t), intent(inout) :: simulation
     type(wing_rest_t), intent(in) :: rest

@@ -9,15 +9,15 @@
 !> | DAMAGE | log of a factor on all stiffness inside a disc |
 !> | ZERO | [m] unknown offset of scalar observations |
 !> | MASS | of an effect of the masses, by its number in solid_mass_effects; only natural modes depend on it |
-!> | POINT_MASS | [kg] a mass at a place, the same |
+!> | POINT_MASS | [kg] a mass at a site, the same |
 !> | DAMPING | of an effect of the damping, by its number in solid_damping_effects; only records of motion depend on it |
 !> | RELAXATION | fraction of the stiffness that relaxes with a time, the same; `number` is that of this time's quantity |
 !> | RELAXATION_TIME | log of a factor on that time; `number` is that of the fraction |
 !> | FLIGHT | a change of kinematics or flow, by its number in diagnosis_flight_runner; only records of forces depend on it |
 !> | BALANCE | an error of the force balance, by its number in measurement_balance, the same |
 !>
-!> Soft hinges, damage, point masses and relaxations exist once for each of many places or times. Only those that differ from
-!> their null are in an experiment, at most one of each kind.
+!> Soft hinges, damage, point masses and relaxations exist once for each of many sites or times. An experiment has only those that
+!> differ from their null, at most one of each kind.
 module diagnosis_wing_parameters
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
@@ -180,7 +180,7 @@ contains
     coordinates = q(fit_case%order)
   end function fit_case_coordinates
 
-  !> Returns all parameters of the wing at q, with the places of effects.
+  !> Returns all parameters of the wing at q, with the sites of effects.
   subroutine fit_case_params(bare, wing, parameters, q, fit_case, params)
     type(experiment_t), intent(in) :: bare
     type(wing_t), intent(in) :: wing
