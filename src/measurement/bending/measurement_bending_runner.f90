@@ -140,7 +140,7 @@ contains
     call evaluate(self%wing%experiment, self%work, coordinates, task%load, task%is_warm, self%u, evaluation, task%load_offset)
   end subroutine solve
 
-  !> Gives residuals and wanted tangents of load l, and after them the displacements.
+  !> Puts the residuals of load l into `output`, then the wanted tangents, then the displacements.
   subroutine give_evaluation(self, is_wanted, l, residuals, output)
     class(bending_runner_t), intent(inout) :: self
     logical, intent(in) :: is_wanted(:)
@@ -154,7 +154,8 @@ contains
     output(at + 1:at + size(self%u)) = reshape(self%u, [size(self%u)])
   end subroutine give_evaluation
 
-  !> Gives the tangents of load l for nuisances, wanted coordinates and, if wanted, patterns.
+  !> Puts the tangents of load l into `output`: first those of nuisances, then those of the wanted coordinates, then, with
+  !> `has_patterns`, those of patterns.
   subroutine give_directions(self, is_wanted, has_patterns, l, output)
     class(bending_runner_t), intent(inout) :: self
     logical, intent(in) :: is_wanted(:), has_patterns
@@ -177,7 +178,7 @@ contains
     end do
   end subroutine give_directions
 
-  !> Gives the tangents of load l for wanted coordinates behind `at`, which moves behind them.
+  !> Puts the tangents of load l for the wanted coordinates into output(at + 1:), and raises `at` to the last number written.
   subroutine give_tangents(self, is_wanted, l, output, at)
     class(bending_runner_t), intent(inout) :: self
     logical, intent(in) :: is_wanted(:)

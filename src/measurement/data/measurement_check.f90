@@ -95,7 +95,7 @@ contains
       do k = 1, l - 1
         if (m%loads(k)%order == m%loads(l)%order) &
           call report%add('/loads/'//m%loads(l)%name, 'attribute order is '//number_text(m%loads(l)%order)// &
-                          ', which is that of '//m%loads(k)%name//' too')
+                          ', as in '//m%loads(k)%name//'; every load needs its own order')
       end do
     end do
   end subroutine check_orders

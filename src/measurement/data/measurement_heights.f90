@@ -157,7 +157,7 @@ contains
     integer :: k
     call read_real_dataset(file, name, nx, values, report)
     if (size(values) > 0 .and. size(values, kind=i8) /= int(nx, i8)*ny) then
-      call report%add(name, 'has '//number_text(size(values)/nx)//' rows; /reference/y asks for '//number_text(ny))
+      call report%add(name, 'has '//number_text(size(values)/nx)//' rows; /reference/y has '//number_text(ny)//' values')
       values = values(:0)
     end if
     has = is_finite(values)

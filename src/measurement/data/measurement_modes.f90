@@ -258,7 +258,7 @@ contains
       do k = 1, i - 1
         if (modes(k)%number == modes(i)%number .and. modes(k)%has_load_of(modes(i))) &
           call report%add('/modes/'//modes(i)%name, 'attribute number is '//number_text(modes(i)%number)// &
-                          ', which is that of '//modes(k)%name//' in the same medium too')
+                          ', as in '//modes(k)%name//'; modes in the same medium need different numbers')
       end do
     end do
 

@@ -125,7 +125,7 @@ contains
     call keys%real('model_sd', c%model_sd, 0.05_rp, 'relative error of the simulated forces over the whole beat, both common '// &
                    'to all components and for each component, in addition to the error of the grid; its causes are the box, '// &
                    'the thickness of the wing and the start from rest (docs/results/flight-records.md)', min=0.0_rp, max=1.0_rp)
-    call keys%integer('harmonics', c%harmonics, 40, 'highest harmonic of the beat in which simulated and measured forces are '// &
-                      'compared', min=1, max=99)
+    call keys%integer('harmonics', c%harmonics, 40, 'highest harmonic of the beat that is kept of the simulated '// &
+                      'forces', min=1, max=99)
   end subroutine flight_keys
 end module common_diagnose_keys

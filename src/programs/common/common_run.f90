@@ -219,7 +219,7 @@ contains
     end if
   end subroutine run_judge
 
-  !> Tells whether a file name matches one of the patterns.
+  !> Tells whether the name of a key matches one of the patterns.
   logical function is_one_of(name, patterns)
     character(*), intent(in) :: name
     type(message_list_t), intent(in) :: patterns
@@ -262,7 +262,7 @@ contains
     if (found%count() == 0) return
     call move_to_folder(found, self%base, folder, failure)
     if (failure%failed) return
-    write (error_unit, '(a)') 'notice: '//number_text(found%count())//' files of an earlier run are in '//folder//' now'
+    write (error_unit, '(a)') 'notice: '//number_text(found%count())//' files of an earlier run were moved to '//folder
     do i = 0, 1
       ! It cannot move if it is read, and must not be taken for one of this run.
       if (has_file(backup_name(self, i))) call failure%raise(backup_name(self, i)//': this file of an earlier run is an input '// &

@@ -133,7 +133,8 @@ contains
                      '1e-6 m', min=-1.0_rp)
       call keys%real('tolfun', o%tolfun, 1.0e-3_rp, &
                      'a run ends when the costs of a generation and the best costs of recent generations differ by less than '// &
-                     'this, relative to the first cost; the polish does the rest; paper: 1e-11', min=0.0_rp, &
+                     'this, relative to the median cost of the first generation; the polish does the rest; paper: '// &
+                     '1e-11', min=0.0_rp, &
                      given=c%has_tolfun)
       call keys%real('tolfunhist', o%tolfunhist, 1.0e-12_rp, 'the same for the best costs alone', min=0.0_rp)
       call keys%real('tolx', o%tolx, 1.0e-11_rp, 'a run ends when the step is shorter than this times sigma0', min=0.0_rp)

@@ -105,7 +105,7 @@ contains
     was_dorsal = s%wing%z_is_dorsal()
     s%wing%z_side = stated
     if (in_file /= '' .and. (was_dorsal .neqv. s%wing%z_is_dorsal())) call config%complain(notices, 'Wing', 'z_side', &
-      stated//' counts, although '//s%path//' says '//trim(in_file)//': it defines +z in [Wing] parameters')
+      stated//' replaces '//trim(in_file)//' of '//s%path//', also for the direction of +z in [Wing] parameters')
   end subroutine take_z_side
 
   !> Adds a mistake if the values in [Wing] were found for another wing, or a notice if the user accepts that.

@@ -49,8 +49,8 @@ module diagnose_job
     type(diagnosis_t) :: diagnosis
     type(discretisation_error_t) :: discretisation
     type(further_runs_t) :: further
-    logical :: has_discretisation = .false. !< the band can be sought
-    logical :: is_over = .false.            !< nothing is left to do
+    logical :: has_discretisation = .false. !< the error of the mesh can be estimated
+    logical :: is_over = .false.            !< there is nothing left to do
     type(lock_t), private :: lock !< of the files, on rank 0
     type(journal_t), private :: journal !< of what was computed, on rank 0
     type(outcome_t) :: outcome  !< of the program
@@ -203,7 +203,7 @@ contains
       if (is_plan .neqv. i == size(RESULTS)) cycle
       path = self%settings%name//trim(RESULTS(i))
       call move_earlier_file(path, has_moved, failure)
-      if (has_moved) write (error_unit, '(a)') 'notice: '//path//' of an earlier diagnosis is '//path//EARLIER_SUFFIX//' now'
+      if (has_moved) write (error_unit, '(a)') 'notice: '//path//' of an earlier diagnosis was renamed to '//path//EARLIER_SUFFIX
     end do
     if (failure%failed) call self%outcome%fail(OUTCOME_UNWRITABLE, failure%reason)
     flush (error_unit)

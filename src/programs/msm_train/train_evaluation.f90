@@ -62,11 +62,11 @@ contains
         evaluations(l)%residuals = evaluations(l)%residuals + offset*evaluations(l)%jacobian(:, i)
       end do
       write (output_unit, '(a,es14.6,a)') 'zero:'//trim(experiment%measurement%zeros(i - experiment%count_parameters()))// &
-        ' is taken as', offset, ' m'
+        ' is fitted:', offset, ' m'
     end do
   end subroutine fit_offsets
 
-  !> Solves all loads at these coordinates without warm starts. Results are missing if the pool was stopped on the way.
+  !> Solves all loads at these coordinates from the unloaded wing. Results are incomplete if the pool was stopped meanwhile.
   subroutine solve_all_cold(experiment, pool, coordinates, evaluations)
     type(experiment_t), intent(in) :: experiment
     type(bending_pool_t), intent(inout) :: pool

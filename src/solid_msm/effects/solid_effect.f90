@@ -20,7 +20,7 @@ module solid_effect
 
   integer, parameter, public :: STAGE_NONE = 0, STAGE_ELEMENTS = 1, STAGE_REGIONS = 2, STAGE_MOMENTS = 3, STAGE_LOADS = 4
 
-  !> Requirements on the wing, NEED_DISC to NEED_NO_SLACK, and on the measurement.
+  !> Requirements of effects: NEED_DISC to NEED_MEMBRANE, NEED_VEINS and NEED_MASS_PLACE on the wing, the others on data.
   integer, parameter, public :: NEED_NOTHING = 0, NEED_DISC = 1, NEED_SOFT_PLACE = 2, NEED_SIDED_JOINTS = 3, &
                                 NEED_SIDED_VEINS = 4, NEED_NO_SLACK = 5, NEED_MEMBRANE = 6, NEED_UNSTRESSED_REST = 7, &
                                 NEED_LEVELS = 8, NEED_BOTH_DIRECTIONS = 9, NEED_MODES_ABOUT_REST = 10, NEED_VEINS = 11, &

@@ -57,9 +57,9 @@ contains
     type(effect_text_t), intent(out) :: text
     text%cause = 'camber'
     text%title = 'a wing that is not flat'
-    text%sentence = 'The wing is curved or twisted when nothing pushes, and stiffer or softer for that.'
+    text%sentence = 'The wing is curved or twisted without a load, and therefore stiffer or softer.'
     text%definition = 'curvatures xx, yy, xy of membrane and veins where they are free of stress; springs and the clamp are '// &
-                      'as in the flat wing, and all find the unloaded shape; needs `[Wing] sided_veins = yes`'
+                      'those of the flat wing; the unloaded shape is the equilibrium of all; needs `[Wing] sided_veins = yes`'
     text%data = 'a membrane'
     text%confused = 'one-way joints, tilted forces'
     call word_plain(text%words(1), 'per m', CURVED, CURVED, 'along the span, with root and tip toward +z', &

@@ -125,7 +125,7 @@ contains
     text%title = 'joints that harden'
     text%sentence = 'Joints of veins get stiffer, or give way, the more they are bent.'
     text%definition = 'h: moment of every joint k Theta (1 + h Theta^2)'
-    text%data = 'two forces at one place; three tell it from an offset of the force'
+    text%data = 'two forces at one place; three distinguish it from an offset of the force'
     text%confused = 'cuticle, load shifts if there is one level only'
     call word_factor(text%words(1), SCALE_LINEAR, 'All joints get stiffer the more they are bent: at 10 degrees', &
       'All joints give way the more they are bent: at 10 degrees', 'stiffer', 'softer', 'than when straight', &
@@ -145,7 +145,7 @@ contains
     text%title = 'one joint that hardens'
     text%sentence = 'One joint gets stiffer, or gives way, the more it is bent.'
     text%definition = 'what is added to h for this joint'
-    text%data = 'two forces at one place; three tell it from an offset of the force'
+    text%data = 'two forces at one place; three distinguish it from an offset of the force'
     text%confused = 'joint_hardening, one-way joints'
     call word_factor(text%words(1), SCALE_LINEAR, 'Joint @ gets stiffer the more it is bent: at 10 degrees', &
       'Joint @ gives way the more it is bent: at 10 degrees', 'stiffer', 'softer', 'than when straight', &
@@ -165,7 +165,7 @@ contains
     text%title = 'nonlinear cuticle'
     text%sentence = 'The veins themselves get stiffer, or soften, the more they are bent.'
     text%definition = 'c: moment of all other hinges EI kappa (1 + c kappa^2), kappa = Theta over the length that bends'
-    text%data = 'two forces at one place; three tell it from an offset of the force'
+    text%data = 'two forces at one place; three distinguish it from an offset of the force'
     text%confused = 'joint_hardening'
     call word_factor(text%words(1), SCALE_LINEAR, 'Veins get stiffer the more they are bent: at a radius of 1 mm', &
       'Veins give way the more they are bent: at a radius of 1 mm', 'stiffer', 'softer', 'than when straight', &

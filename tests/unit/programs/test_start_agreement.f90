@@ -221,7 +221,7 @@ contains
     call t%check('one that fits as well is a warning with the parameter that differs most', &
                  has(lines, 'warning   another start ends in an equally good fit, 1.5 sd away in joint:a'))
     call t%check('one that does not is a higher minimum', &
-                 has(lines, 'not the lowest: chi^2 = 1.0280E+02 against 1.0000E+02, first of all in E'))
+                 has(lines, 'a higher minimum: chi^2 = 1.0280E+02 instead of 1.0000E+02; most different is E'))
     call t%check('the others agree', has(lines, '2 of 4 starts end at this point'))
   end subroutine test_others
 

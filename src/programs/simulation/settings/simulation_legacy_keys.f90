@@ -26,7 +26,7 @@ contains
     character(10), parameter :: TAKE_OFF(6) = [character(10) :: 'ilegs', 'anglegsend', 'kzlegsmax', 'dzlegsmax', &
                                                't0legs', 'tlinlegs']
     integer :: i
-    call registry%add_inert('Time', 'itdrag', 'stands in [Saving]')
+    call registry%add_inert('Time', 'itdrag', 'belongs into [Saving]')
     call registry%add_inert('Time', 'tstart', 'belongs to the dry run of the mask')
     call registry%add_inert('Time', 'M_krylov_max', 'belongs to a time stepper that does not exist')
     call registry%add_inert('Time', 'krylov_err_threshold', 'belongs to a time stepper that does not exist')
