@@ -16,8 +16,8 @@ contains
 
   !> Returns one line for every start that ended away from the best point and, if at least two starts ended there, one line with
   !> their number. The best point has coordinates best(n) and the sum of squares chi2; sd(n) are the standard deviations of its
-  !> parameters `names`. local_minima(1 + n, starts) holds chi^2 and the coordinates where each start ended. A minimum fits as
-  !> well as the best one if its chi^2 lies within the threshold of the 90 % interval.
+  !> parameters `names`. local_minima(1 + n, starts) holds chi^2 and the coordinates where each start ended. A minimum fits as well
+  !> as the best one if its chi^2 lies within the threshold of the 90 % interval.
   function agreement_lines(names, best, chi2, sd, local_minima) result(lines)
     character(*), intent(in) :: names(:)
     real(rp), intent(in) :: best(:), chi2, sd(:), local_minima(:, :)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes one fit from one point to an outcome: least squares, and then the solution of its
-!> final point from the unloaded wing. On rank 0.
+!> Makes one fit from one point to an outcome: least squares, and then the solution of its final point from the unloaded wing. On
+!> rank 0.
 module training_fit
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -28,11 +28,11 @@ module training_fit
 
 contains
 
-  !> Fits from one start to an outcome. A wing that snaps has several shapes, and warm solutions, which begin at the shape of
-  !> an earlier point, may follow a wrong one. If the cold solution of the final point, which begins at the unloaded wing, is
-  !> another shape, the fit continues from there. If the second fit ends in the same way, a third one makes every solution cold.
-  !> A start that only checks other starts is fitted once. `trained` is the outcome, with all evaluations counted; it is
-  !> incomplete if the pool was stopped. On rank 0, while the other ranks serve the pool.
+  !> Fits from one start to an outcome. A wing that snaps has several shapes, and warm solutions, which begin at the shape of an
+  !> earlier point, may follow a wrong one. If the cold solution of the final point, which begins at the unloaded wing, is another
+  !> shape, the fit continues from there. If the second fit ends in the same way, a third one makes every solution cold. A start
+  !> that only checks other starts is fitted once. `trained` is the outcome, with all evaluations counted; it is incomplete if the
+  !> pool was stopped. On rank 0, while the other ranks serve the pool.
   subroutine polish_from_start(settings, problem, unknowns, objective, start, log, trained)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem

@@ -59,9 +59,9 @@ contains
 
   !> Makes the experiment of a checked `measurement` of `wing`. The parameters of the wing with these `numbers` (see solid_params_t)
   !> are free; the others keep their values in `params`. The same holds for `instrument_numbers` and `instrument`; without
-  !> `instrument`, the measurement has no errors. Weight needs masses(n_points) [kg]. Fails if the model cannot be made, if a
-  !> free parameter on a logarithmic scale is not positive, or if the measurement lacks data that a free parameter of the
-  !> instrument needs.
+  !> `instrument`, the measurement has no errors. Weight needs masses(n_points) [kg]. Fails if the model cannot be made, if a free
+  !> parameter on a logarithmic scale is not positive, or if the measurement lacks data that a free parameter of the instrument
+  !> needs.
   subroutine experiment_init(self, measurement, wing, params, numbers, options, failure, instrument, &
                              instrument_numbers, masses)
     class(experiment_t), intent(out) :: self
@@ -120,7 +120,7 @@ contains
     end do
   end subroutine experiment_init
 
-  !> Finds the loads on the unloaded wing, and what is missing.
+  !> Finds the loads on the unloaded wing. Fails if data for a free parameter are missing.
   subroutine check_instrument(self, wing, failure)
     class(experiment_t), intent(inout) :: self
     type(wing_t), intent(in) :: wing
@@ -206,7 +206,7 @@ contains
     p%lower = -p%upper
   end function experiment_describe
 
-  !> Returns the coordinates at which the model and the instrument have their own parameters, and offsets are 0.
+  !> Returns the coordinates that belong to the parameters in `model` and `instrument` and to offsets of 0.
   function experiment_start(self) result(coordinates)
     class(experiment_t), intent(in) :: self
     real(rp) :: coordinates(self%count())
@@ -263,7 +263,7 @@ contains
   end function experiment_instrument_at
 
   !> Returns h [m] of Truong et al.: the square root of the sum over loads of the mean squared difference of the deformations.
-  !> residuals(:) are those of all loads, one behind the other. Scalar observations do not count.
+  !> residuals(:) are those of all loads, one load after another. Scalar observations do not count.
   pure real(rp) function experiment_cost(self, residuals) result(h)
     class(experiment_t), intent(in) :: self
     real(rp), intent(in) :: residuals(:)
@@ -279,7 +279,7 @@ contains
     h = sqrt(h)
   end function experiment_cost
 
-  !> Tells whether the place at the distance `load_offset` [m] from the stated place of load l is on the wing.
+  !> Tells whether the point at the distance `load_offset` [m] from the declared site of load l is on the wing.
   logical function experiment_acts_on_wing(self, l, load_offset) result(acts)
     class(experiment_t), intent(in) :: self
     integer, intent(in) :: l

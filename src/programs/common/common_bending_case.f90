@@ -28,9 +28,8 @@ module common_bending_case
 
 contains
 
-  !> Reads the ini file `path` on all ranks. `can_go_on` is false if there is no such file, or if a section
-  !> asks for something that the program does not have. Adds mistakes to `errors` and remarks to `notices`.
-  !> Collective.
+  !> Reads the ini file `path` on all ranks. `can_go_on` is false if there is no such file, or if a section asks for something that
+  !> the program does not have. Adds mistakes to `errors` and remarks to `notices`. Collective.
   subroutine load_input(path, registry, world, config, errors, notices, can_go_on)
     character(*), intent(in) :: path
     type(registry_t), intent(in) :: registry
