@@ -40,7 +40,7 @@ module train_job
     type(run_t) :: files        !< that rank 0 writes; the lock keeps other runs away from them
     type(trained_t) :: trained  !< on rank 0, once `has_outcome`
     logical :: has_outcome = .false.
-    type(outcome_t) :: outcome  !< of the program; its failure is one of files
+    type(outcome_t) :: outcome  !< of the program; its failure means that files could not be used
   contains
     procedure :: load => training_load
     procedure :: begin => training_begin
@@ -206,7 +206,7 @@ contains
     end do
   end subroutine restore
 
-  !> Tells whether files failed during the search, and takes that failure over into the outcome. The training then ends.
+  !> Tells whether files could not be used during the search. The failure then becomes that of the outcome, and the training ends.
   logical function take_failure(self) result(failed)
     class(training_t), intent(inout) :: self
     failed = self%search%failure%failed
@@ -282,8 +282,8 @@ contains
                                                      '[include]; '//self%settings%name//'_history.h5 has the search')
   end subroutine tell_outcome
 
-  !> Prints the cost of the wing with its given values, or the screening of its parameters. A stop that leaves loads unsolved is
-  !> not counted as a failure of the wing. Only rank 0 calls it.
+  !> Prints the cost of the wing with its given values, or the screening of its parameters. If the program is stopped before all
+  !> loads are solved, this does not count as a failure of the wing. Only rank 0 calls it.
   subroutine training_evaluate(self, command)
     class(training_t), intent(inout) :: self
     type(train_command_t), intent(in) :: command

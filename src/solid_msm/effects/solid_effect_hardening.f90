@@ -13,12 +13,12 @@ module solid_effect_hardening
   private
   public :: joint_hardening_effect, own_hardening_effect, cuticle_effect
 
-  real(rp), parameter :: STRONG = 100.0_rp   !< [1/rad^2] from this value on reports state the stiffness at 1 degree
-  real(rp), parameter :: WEAK = 5.0e-6_rp    !< [m^2] from this value on reports state the stiffness at a radius of 10 mm
+  real(rp), parameter :: STRONG = 100.0_rp   !< [1/rad^2] from this value on, reports give the stiffness at 1 degree
+  real(rp), parameter :: WEAK = 5.0e-6_rp    !< [m^2] from this value on, reports give the stiffness at a radius of 10 mm
 
 contains
 
-  !> Returns the effect `joint_hardening`, of all joints alike: parameter, law and texts.
+  !> Returns the effect `joint_hardening`, which all joints share: parameter, law and texts.
   pure function joint_hardening_effect() result(effect)
     type(effect_t) :: effect
     effect%parameters(1) = effect_parameter_t('joint_hardening', '1/rad^2', .false., -1.0_rp, 1.0e5_rp, 10.0_rp)
@@ -88,7 +88,7 @@ contains
     effect%tell => tell_cuticle
   end function cuticle_effect
 
-  !> Adds the hardening of the veins themselves.
+  !> Adds the hardening of the veins.
   pure subroutine apply_cuticle(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
@@ -112,7 +112,7 @@ contains
     end do
   end subroutine derive_cuticle
 
-  !> Returns the length [m] that bends: half of both segments, or of the free one at the clamped root.
+  !> Returns the length [m] that bends: half of both segments, or of the free segment at the clamped root.
   pure real(rp) function bending_length(plan) result(length)
     type(hinge_plan_t), intent(in) :: plan
     length = sum(plan%lengths)/2

@@ -74,14 +74,14 @@ contains
     end select
   end function usual_parameter
 
-  !> Gives the words of a factor on a stiffness that was assumed.
+  !> Sets the words for a factor on an assumed stiffness.
   pure subroutine word_stiffness(p, up, down)
     type(cause_parameter_t), intent(inout) :: p
     character(*), intent(in) :: up, down
     call word_factor(p%words, SCALE_FACTOR, up, down, 'stiffer', 'softer', ASSUMED, 'as stiff as was assumed')
   end subroutine word_stiffness
 
-  !> Gives the words of springs that are stiffer or softer.
+  !> Sets the words for springs that are stiffer or softer.
   pure subroutine word_springs(p, where)
     type(cause_parameter_t), intent(inout) :: p
     character(*), intent(in) :: where

@@ -125,7 +125,7 @@ contains
     trained%intervals(1)%has_upper = .true.
     trained%intervals%is_complete = .true.
     text = outcome_lines(settings, space, trained, '')
-    call t%check('what does not fit is said', index(text, 'warning: this does not fit within the declared errors') > 0)
+    call t%check('what does not fit is said', index(text, 'warning: the fit does not agree with the declared errors') > 0)
     trained%fits = .true.
     text = outcome_lines(settings, space, trained, '')
     call t%check('and nothing of what fits', index(text, 'warning') == 0 .and. index(text, 'of 50 residuals') > 0)
