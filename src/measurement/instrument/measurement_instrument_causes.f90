@@ -112,11 +112,12 @@ contains
   pure function gain_of_force(scales) result(c)
     type(instrument_scales_t), intent(in) :: scales
     type(cause_t) :: c
-    c = measured('force_gain', 'wrong gain of the force sensor', 'All forces were larger or smaller than stated, by one factor.', &
+    c = measured('force_gain', 'wrong gain of the force sensor', 'All forces were larger or smaller than '// &
+                 'declared, by one factor.', &
                  'bending tests', [integer ::])
     call add(c, FORCE_GAIN, 'force_gain', '1', .true., 0.1_rp, 10.0_rp, declared_or_default(scales%gain_sd, 0.1_rp), OF_ONE)
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'All forces were', 'All forces were', 'larger', 'smaller', &
-                     'than stated', 'what is stated', 1.0_rp)
+                     'than declared', 'what is declared', 1.0_rp)
   end function gain_of_force
 
   !> Returns the zero error of the force sensor.
@@ -125,10 +126,10 @@ contains
     type(cause_t) :: c
     real(rp) :: most
     most = 0.9_rp*scales%smallest_force
-    c = measured('force_offset', 'zero error of the force sensor', 'The same force was added to every force that is stated.', &
+    c = measured('force_offset', 'zero error of the force sensor', 'The same force was added to every declared force.', &
                  'two forces at one place', [NEED_LEVELS])
     call add(c, FORCE_OFFSET, 'force_offset', 'N', .false., -most, most, most/3, OF_FORCE)
-    call word_plain(c%parameters(1)%words, 'N', 'Every force was', 'Every force was', 'larger', 'smaller', 'than stated', 0.0_rp)
+    call word_plain(c%parameters(1)%words, 'N', 'Every force was', 'Every force was', 'larger', 'smaller', 'than declared', 0.0_rp)
   end function offset_of_force
 
   !> Returns the tilt of all forces.
@@ -148,12 +149,12 @@ contains
   pure function position_of_load(scales) result(c)
     type(instrument_scales_t), intent(in) :: scales
     type(cause_t) :: c
-    character(*), parameter :: BESIDE = 'Forces acted beside the stated places:'
+    character(*), parameter :: BESIDE = 'Forces acted beside the declared places:'
     real(rp) :: most, sd
     most = 0.05_rp*scales%length
     sd = declared_or_default(scales%position_sd, most/5)
-    c = measured('load_position', 'forces beside the stated places', &
-                 'All forces acted at a distance from the stated places, the same for all.', 'a membrane', [NEED_MEMBRANE])
+    c = measured('load_position', 'forces beside the declared places', &
+                 'All forces acted at the same distance from the declared places.', 'a membrane', [NEED_MEMBRANE])
     call add(c, LOAD_SHIFT_X, 'load_shift_x', 'm', .false., -most, most, sd, OF_LENGTH)
     call add(c, LOAD_SHIFT_Y, 'load_shift_y', 'm', .false., -most, most, sd, OF_LENGTH)
     call word_plain(c%parameters(1)%words, 'm', BESIDE, BESIDE, 'toward +x', 'toward -x', '', 0.0_rp)
@@ -163,7 +164,7 @@ contains
   !> Returns the wrong scale of heights.
   pure function scale_of_heights() result(c)
     type(cause_t) :: c
-    c = measured('height_scale', 'wrong scale of the heights', 'All heights were larger or smaller than stated, by one factor.', &
+    c = measured('height_scale', 'wrong scale of the heights', 'All heights were larger or smaller than declared, by one factor.', &
                  'heights', [NEED_HEIGHTS])
     call add(c, HEIGHT_SCALE, 'height_scale', '1', .true., 0.5_rp, 2.0_rp, 0.05_rp, OF_ONE)
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The maps show all heights', 'The maps show all heights', 'larger', &
