@@ -67,7 +67,7 @@ contains
       if (start%is_check .or. .not. settings%polish .or. attempt == LAST) exit
       if (trained%cold_difference <= SAME*settings%experiment%model%size) exit
       call log%say('          the solution from the unloaded wing has another shape, because the wing snaps. '// &
-                   trim(merge('The fit continues from this solution               ', &
+                   trim(merge('The fit continues from this solution                ', &
                               'The next fit solves all loads from the unloaded wing', attempt == 1)))
     end do
     trained%n_evaluations = n_evaluations
