@@ -36,7 +36,7 @@ contains
       k = maxloc(distance, 1)
       if (local_minima(1, i) <= chi2 + THRESHOLD_90) then
         write (line, '(a,f0.1,a)') 'warning   another start ends in an equally good fit, ', distance(k), &
-          ' sd away in '//trim(names(k))//': the data cannot distinguish both wings'
+          ' sd away in '//trim(names(k))//': the data cannot distinguish the two wings'
       else
         write (line, '(a,es11.4,a,es11.4,a)') 'polish    another start ends in a higher minimum: '// &
           'chi^2 =', local_minima(1, i), ' instead of', chi2, '; most different is '//trim(names(k))

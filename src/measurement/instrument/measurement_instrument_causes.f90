@@ -113,8 +113,7 @@ contains
     type(instrument_scales_t), intent(in) :: scales
     type(cause_t) :: c
     c = measured('force_gain', 'wrong gain of the force sensor', 'All forces were larger or smaller than '// &
-                 'declared, by one factor.', &
-                 'bending tests', [integer ::])
+                 'declared, by one factor.', 'bending tests', [integer ::])
     call add(c, FORCE_GAIN, 'force_gain', '1', .true., 0.1_rp, 10.0_rp, declared_or_default(scales%gain_sd, 0.1_rp), OF_ONE)
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'All forces were', 'All forces were', 'larger', 'smaller', &
                      'than declared', 'what is declared', 1.0_rp)
@@ -154,7 +153,8 @@ contains
     most = 0.05_rp*scales%length
     sd = declared_or_default(scales%position_sd, most/5)
     c = measured('load_position', 'forces beside the declared places', &
-                 'All forces acted at the same distance from the declared places.', 'a membrane', [NEED_MEMBRANE])
+                 'All forces acted beside the declared places, shifted by the same distance in the same direction.', &
+                 'a membrane', [NEED_MEMBRANE])
     call add(c, LOAD_SHIFT_X, 'load_shift_x', 'm', .false., -most, most, sd, OF_LENGTH)
     call add(c, LOAD_SHIFT_Y, 'load_shift_y', 'm', .false., -most, most, sd, OF_LENGTH)
     call word_plain(c%parameters(1)%words, 'm', BESIDE, BESIDE, 'toward +x', 'toward -x', '', 0.0_rp)
@@ -164,7 +164,7 @@ contains
   !> Returns the wrong scale of heights.
   pure function scale_of_heights() result(c)
     type(cause_t) :: c
-    c = measured('height_scale', 'wrong scale of the heights', 'All heights were larger or smaller than declared, by one factor.', &
+    c = measured('height_scale', 'wrong scale of the heights', 'All heights were larger or smaller than the maps show, by one factor.', &
                  'heights', [NEED_HEIGHTS])
     call add(c, HEIGHT_SCALE, 'height_scale', '1', .true., 0.5_rp, 2.0_rp, 0.05_rp, OF_ONE)
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The maps show all heights', 'The maps show all heights', 'larger', &

@@ -61,8 +61,8 @@ contains
       do l = 1, size(evaluations)
         evaluations(l)%residuals = evaluations(l)%residuals + offset*evaluations(l)%jacobian(:, i)
       end do
-      write (output_unit, '(a,es14.6,a)') 'zero:'//trim(experiment%measurement%zeros(i - experiment%count_parameters()))// &
-        ' is fitted:', offset, ' m'
+      write (output_unit, '(a,es14.6,a)') 'fitted value of zero:'// &
+        trim(experiment%measurement%zeros(i - experiment%count_parameters()))//':', offset, ' m'
     end do
   end subroutine fit_offsets
 
