@@ -164,7 +164,8 @@ contains
   !> Returns the wrong scale of heights.
   pure function scale_of_heights() result(c)
     type(cause_t) :: c
-    c = measured('height_scale', 'wrong scale of the heights', 'All heights were larger or smaller than the maps show, by one factor.', &
+    c = measured('height_scale', 'wrong scale of the heights', 'All heights were larger or smaller than the maps '// &
+                 'show, by one factor.', &
                  'heights', [NEED_HEIGHTS])
     call add(c, HEIGHT_SCALE, 'height_scale', '1', .true., 0.5_rp, 2.0_rp, 0.05_rp, OF_ONE)
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The maps show all heights', 'The maps show all heights', 'larger', &
