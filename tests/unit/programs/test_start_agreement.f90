@@ -125,7 +125,7 @@ contains
     trained%intervals(1)%has_upper = .true.
     trained%intervals%is_complete = .true.
     text = outcome_lines(settings, space, trained, '')
-    call t%check('what does not fit is said', index(text, 'warning: this does not fit within the declared errors') > 0)
+    call t%check('what does not fit is said', index(text, 'warning: the fit does not agree with the declared errors') > 0)
     trained%fits = .true.
     text = outcome_lines(settings, space, trained, '')
     call t%check('and nothing of what fits', index(text, 'warning') == 0 .and. index(text, 'of 50 residuals') > 0)
@@ -221,7 +221,7 @@ contains
     call t%check('one that fits as well is a warning with the parameter that differs most', &
                  has(lines, 'warning   another start ends in an equally good fit, 1.5 sd away in joint:a'))
     call t%check('one that does not is a higher minimum', &
-                 has(lines, 'not the lowest: chi^2 = 1.0280E+02 against 1.0000E+02, first of all in E'))
+                 has(lines, 'a higher minimum: chi^2 = 1.0280E+02 instead of 1.0000E+02; most different is E'))
     call t%check('the others agree', has(lines, '2 of 4 starts end at this point'))
   end subroutine test_others
 
