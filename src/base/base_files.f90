@@ -140,7 +140,7 @@ contains
       is_closed = c_fclose(stream) == 0
       is_on_disk = is_on_disk .and. is_closed
     end if
-    if (.not. is_on_disk) call failure%raise(path//': cannot be brought to the disk')
+    if (.not. is_on_disk) call failure%raise(path//': cannot be flushed to the disk; is it full?')
   end subroutine sync_path
 
   !> Puts the complete file `temporary` in the place of `path`. With `durable`, the content is forced to the disk before the rename

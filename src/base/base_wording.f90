@@ -2,7 +2,7 @@
 !> Defines the words for the value of a parameter: a scale converts it into a number that readers know, and words are placed
 !> around it.
 !>
-!> Scales, for a value v, what it is when nothing happens r, and a constant c of the wording:
+!> Scales, for a value v, its reference r at which nothing happens, and a constant c of the wording:
 !>
 !> | scale | what is displayed |
 !> |---|---|
@@ -12,7 +12,7 @@
 !> | CONTRAST | the factor (1 + v)/(1 - v) of the stiffness along over that across |
 !> | HALF | the factor 2^(r - v) by which a vein of half the diameter is stiffer |
 !> | PLAIN | c (v - r), with a unit |
-!> | SHARE | v itself |
+!> | FRACTION | v itself |
 !>
 !> Directions are those of the wing file: x points to the tip, z up. The word `up` of a wording is used if the displayed number is
 !> larger than without the cause.
@@ -31,7 +31,7 @@ module base_wording
   type :: wording_t
     integer :: scale = SCALE_PLAIN
     real(rp) :: reference = 0            !< value at which nothing happens
-    logical :: is_natural = .false.      !< that value is the law's own, and not what was assumed
+    logical :: is_natural = .false.      !< `reference` is the value of the law of nature, not an assumption of the model
     real(rp) :: factor = 1               !< c
     character(:), allocatable :: unit    !< of the number, or empty; UNIT_OF_PARAMETER: that of the parameter
     character(:), allocatable :: up, down    !< words before the number

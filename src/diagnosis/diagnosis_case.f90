@@ -19,7 +19,7 @@ module diagnosis_case
   private
   public :: diagnosis_case_t
 
-  !> The free parameters are those of the baseline; the experiment itself has no unknowns.
+  !> The free parameters are those of the baseline. The experiment itself has no unknowns.
   type, extends(bending_case_t) :: diagnosis_case_t
     real(rp) :: membrane_sd = 0             !< of log D
     type(catalogue_t) :: catalogue
@@ -30,9 +30,9 @@ module diagnosis_case
     type(diagnosis_options_t) :: options
     type(flight_data_t) :: flights          !< of records of forces over the beat
     type(mode_row_t), allocatable :: modes(:) !< for reports, if natural modes were measured
-    type(series_row_t), allocatable :: series(:) !< for reports, if records of motion were
-    logical :: fits_finer = .false.         !< everything is fitted on the wing of the file with a mesh of half the size
-    type(wing_t) :: file_wing               !< as in the file and the input, where `wing_case` has the finer one
+    type(series_row_t), allocatable :: series(:) !< for reports, if records of motion were measured
+    logical :: fits_finer = .false.         !< all fits use a mesh of half the size of that in the file
+    type(wing_t) :: file_wing               !< the wing of the file and the input, where `wing_case` has that with the finer mesh
     type(solid_params_t) :: file_requested
   contains
     procedure :: only_flies => case_only_flies

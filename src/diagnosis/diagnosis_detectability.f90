@@ -29,12 +29,12 @@ module diagnosis_detectability
     type(design_t) :: design
     real(rp), allocatable :: snr(:)         !< (effects) that would show with a probability of 90 %
     type(best_load_t), allocatable :: best_loads(:) !< (effects)
-    logical :: has_loads = .false.          !< loads at new places could be tried
+    logical :: has_loads = .false.          !< loads at new sites could be tried
   end type detectability_t
 
 contains
 
-  !> Finds from which strength on each effect shows in these data. `store` keeps what is drawn. Rank 0 calls it; the others serve.
+  !> Finds the strength from which each effect shows in these data. `store` keeps the draws. Rank 0 calls it; the others serve.
   subroutine find_detectability(s, simulator, found, failure, store)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
@@ -51,7 +51,7 @@ contains
     call find_best_loads(s, simulator, state, found)
   end subroutine find_detectability
 
-  !> For each effect the load at a new place that would lower this strength most.
+  !> Finds, for each effect, the load at a new site that would lower this strength most.
   subroutine find_best_loads(s, simulator, from, found)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
@@ -97,7 +97,7 @@ contains
     end do
   end subroutine find_best_loads
 
-  !> Returns the candidate of effect e and the number of its parameter that shows from the smallest share of the prior's sd,
+  !> Finds the candidate of effect e, and the number of its parameter, that shows from the smallest fraction of the prior's sd,
   !> `least`; 0 if none does.
   subroutine most_detectable(s, design, e, snr, best, least)
     class(diagnosis_case_t), intent(in) :: s

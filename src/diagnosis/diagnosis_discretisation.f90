@@ -5,12 +5,12 @@
 !> N(0, 1) is common to all loads, as they have the same mesh, and b_l ~ N(0, LOADS_DIFFER^2) allows loads to converge at
 !> different orders.
 !>
-!> Where the diagnosis itself is made on the finer mesh, the error of that mesh is wanted. Richardson's estimate of it from
-!> a difference d between meshes of which one has half the size of the other is d/(2^p - 1), p the order of convergence.
-!> Two meshes do not tell p; nets of springs converge slowly, and p = 1 is taken: the whole d, too much where p is larger.
+!> Where the diagnosis itself is made on the finer mesh, the error of that mesh is needed. Richardson's estimate of it is
+!> d/(2^p - 1), where p is the order of convergence. Two meshes do not determine p. Nets of springs converge slowly, and p = 1 is
+!> assumed: the error is the whole d, which is too much where p is larger.
 !>
-!> What the mesh does depends on the wing. Where a cause is clear, the difference is taken anew with this cause in both
-!> models, as strong as it was found on the mesh of the diagnosis.
+!> The effect of the mesh depends on the wing. Where a cause is clear, the difference is computed anew with this cause in both
+!> models, with the strength that was found on the mesh of the diagnosis.
 !>
 !> Both fits are rough. Their errors lie along the unknowns of the baseline, which all later steps fit again.
 module diagnosis_discretisation
@@ -41,21 +41,21 @@ module diagnosis_discretisation
   private
   public :: discretisation_error_t
 
-  !> Half of what lies between the errors of first order and those of second, d/(2^p - 1) with p = 1 and 2.
+  !> Half of the difference between d/(2^p - 1) for p = 1 and for p = 2, in units of d.
   real(rp), parameter :: LOADS_DIFFER = 1.0_rp/3
 
   type :: discretisation_error_t
     logical :: is_found = .false.
     integer :: n_points = 0               !< of the finer mesh
     real(rp) :: rms = 0                   !< [m] of the difference that remains after both fits
-    real(rp) :: snr = 0                   !< that it would mimic
-    real(rp), allocatable :: start(:)     !< (parameters) where the baseline of the diagnosis was fitted roughly
+    real(rp) :: snr = 0                   !< signal-to-noise ratio of the effect that the difference would imitate
+    real(rp), allocatable :: start(:)     !< (parameters) the rough fit of the baseline on the mesh of the diagnosis
     type(wing_t), private :: wing
     type(experiment_t), private :: experiment
     type(catalogue_t), private :: catalogue
-    type(wing_simulator_t), private :: simulator !< on the mesh that the diagnosis is not made on
+    type(wing_simulator_t), private :: simulator !< on the other mesh, which is not that of the diagnosis
     integer, allocatable, private :: parents(:, :)
-    logical, private :: is_coarser = .false. !< that mesh is the coarser one
+    logical, private :: is_coarser = .false. !< the other mesh is the coarser one
     type(world_t), private :: world
     type(wing_simulator_t), pointer, private :: diagnosis_simulator => null() !< of the diagnosis
     type(fit_options_t), private :: options
@@ -109,7 +109,7 @@ contains
     if (failure%failed) return
     call make_bins(self%experiment, s%bins%size, bins)
     if (bins%n /= s%bins%n) then
-      call failure%raise('the mesh of another size maps to a different set of height samples')
+      call failure%raise('the refined mesh maps to a different set of height samples; --refine=no counts no error of the mesh')
       return
     end if
     call make_catalogue(self%experiment, self%wing, s%free_parameters%numbers, s%prior_decades, self%catalogue, s%flights)
@@ -120,7 +120,7 @@ contains
     self%simulator%membrane_sd = s%membrane_sd
   end subroutine discretisation_init
 
-  !> Makes the farm of the other mesh keep its answers in `journal`, too. On rank 0.
+  !> Makes the simulator of the other mesh keep its results in `journal`, too. On rank 0.
   subroutine discretisation_use_journal(self, journal)
     class(discretisation_error_t), intent(inout) :: self
     type(journal_t), pointer, intent(in) :: journal
@@ -154,7 +154,7 @@ contains
     call simulator%set_error_directions(error_directions(simulator, fine - coarse))
   end subroutine discretisation_find
 
-  !> Returns the directions of the error for a difference(n) of both meshes.
+  !> Returns the directions of the error for the difference(n) between both meshes.
   function error_directions(simulator, difference) result(directions)
     type(wing_simulator_t), intent(in) :: simulator
     real(rp), intent(in) :: difference(:)
@@ -166,9 +166,9 @@ contains
     end do
   end function error_directions
 
-  !> Evaluates the simulator of the diagnosis at q, the fit of a cause, to which `state` belongs, before the other mesh is fitted
-  !> there: residuals `own` and the same point q_other of the other mesh. `can_renew` false: there is no such point, or no result.
-  !> On rank 0, while the others serve the simulator of the diagnosis.
+  !> Prepares `renew` at q, the fit of a cause, to which `state` belongs: computes the residuals `own` of the simulator of the
+  !> diagnosis, and the point q_other of the other mesh that corresponds to q. `can_renew` is false if there is no such point or no
+  !> result. On rank 0, while the others serve the simulator of the diagnosis.
   subroutine discretisation_begin_renewal(self, q, state, q_other, own, can_renew)
     class(discretisation_error_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -184,7 +184,8 @@ contains
     call self%diagnosis_simulator%evaluate(q, [integer ::], state, own, nothing, can_renew)
   end subroutine discretisation_begin_renewal
 
-  !> Gives `state` the difference of both meshes there. On rank 0, after `begin_renewal`; the others are in `serve`.
+  !> Gives `state` the directions of the error from the difference between both meshes at this point. On rank 0, after
+  !> `begin_renewal`; the others are in `serve`.
   subroutine discretisation_renew(self, whitener, q_other, own, state)
     class(discretisation_error_t), intent(inout) :: self
     type(whitener_t), intent(in), target :: whitener
@@ -209,8 +210,8 @@ contains
   end subroutine discretisation_renew
 
   !> Returns the parameters of the other mesh that correspond to q of this mesh, or none if the other mesh lacks a parameter that
-  !> differs from its null. A soft place stands for a piece of vein as long as its edges. What counts is how much more it turns,
-  !> and a piece of half the length is twice as stiff.
+  !> differs from its null. A soft place stands for a piece of vein as long as the adjacent edges. Its additional rotation must be
+  !> the same on both meshes, and a piece of half the length is twice as stiff.
   subroutine map_to_other_mesh(self, q, q_other)
     class(discretisation_error_t), intent(in) :: self
     real(rp), intent(in) :: q(:)
@@ -238,7 +239,7 @@ contains
   pure recursive integer function find_counterpart(parameters, i, others) result(j)
     type(wing_parameter_t), intent(in) :: parameters(:), others(:)
     integer, intent(in) :: i
-    real(rp), parameter :: NEAR = 0.05_rp ! of a vein, where the coarser mesh has no hinge at the place
+    real(rp), parameter :: NEAR = 0.05_rp ! of a vein: largest distance of the corresponding hinge of the other mesh
     integer :: owner
     associate (one => parameters(i))
       owner = 0
@@ -262,8 +263,9 @@ contains
     if (j > size(others)) j = 0
   end function find_counterpart
 
-  !> Fits the coarser wing and then, from there and with the same weights, the finer one. Gives the residuals(n) of both, the
-  !> derivatives of the first, and where the diagnosis begins. It dismisses the ranks that serve in this order.
+  !> Fits the wing on the coarser mesh and then, from there and with the same weights, that on the finer mesh. Returns the
+  !> residuals(n) of both fits and the derivatives of the first. Sets self%start, where the diagnosis begins. Shuts down both
+  !> simulators, the coarser one first.
   subroutine fit_both_meshes(self, s, coarse, fine, whitener, r_coarse, r_fine, jacobian)
     class(discretisation_error_t), intent(inout) :: self
     class(diagnosis_case_t), intent(in) :: s
@@ -295,7 +297,7 @@ contains
     if (.not. self%is_coarser) self%start = one%q
   end subroutine fit_both_meshes
 
-  !> Returns the length of what remains of a without the part that the columns of j can imitate.
+  !> Returns the length of the part of a that the columns of j cannot imitate.
   real(rp) function length_after_projection(a, j) result(length)
     real(rp), intent(in) :: a(:), j(:, :)
     real(rp), allocatable :: q(:, :), r(:, :)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes what a diagnosis asks for while it runs and what its own simulator cannot compute: fits on the other mesh, and flights with
-!> what was found. Rank 0 leads the diagnosis; the other ranks are in `serve` until it ends.
+!> Runs what a diagnosis needs while it runs and its own simulator cannot compute: fits on the other mesh, and flights with the
+!> parameters that were found. Rank 0 leads the diagnosis; the other ranks are in `serve` until it ends.
 module diagnosis_further_runs
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
@@ -22,7 +22,7 @@ module diagnosis_further_runs
   private
   public :: further_runs_t
 
-  real(rp), parameter :: NEAR = 0.1_rp !< of an sd: what is flown differs at most by half of this from what was found
+  real(rp), parameter :: NEAR = 0.1_rp !< of an sd: unit to which the changes of a flight are rounded
   integer, parameter :: IS_OVER = 0, FIT_OTHER_MESH = 1, FLY = 2 !< what rank 0 asks for
 
   type, extends(model_error_t) :: further_runs_t
@@ -30,7 +30,7 @@ module diagnosis_further_runs
     type(world_t), private :: world
     type(wing_simulator_t), pointer, private :: simulator => null()
     type(discretisation_error_t), pointer, private :: other_mesh => null() !< if there is one
-    class(flight_runner_t), pointer, private :: runner => null()           !< if flights may be flown again
+    class(flight_runner_t), pointer, private :: runner => null()           !< if further flights may be made
     type(flight_data_t), pointer, private :: flights => null()
   contains
     procedure :: init => runs_init
@@ -54,7 +54,8 @@ contains
     if (present(other_mesh)) self%other_mesh => other_mesh
   end subroutine runs_init
 
-  !> Allows for so many rounds of flights with what was found. `flights` then gets them. Both must live as long as this.
+  !> Allows up to most_rounds rounds of flights with the parameters that were found, and adds their results to `flights`. `runner`
+  !> and `flights` must live as long as this.
   subroutine runs_take_flights(self, most_rounds, runner, flights)
     class(further_runs_t), intent(inout) :: self
     integer, intent(in) :: most_rounds
@@ -83,7 +84,7 @@ contains
     call self%other_mesh%renew(whitener, q_other, own, state)
   end subroutine runs_renew
 
-  !> Flies the case with the kinematics and the flow of q, and about it with changes of the parameters that are fitted; see
+  !> Simulates the flight with the kinematics and the flow of q, and flights about it with changes of the fitted parameters; see
   !> `model_error_t`. On rank 0.
   subroutine runs_linearise(self, q, sd, state, rows, reason, failure)
     class(further_runs_t), intent(inout) :: self
@@ -106,7 +107,7 @@ contains
       steps = flight_steps(data%facts, data%effects, sd_of)
       response = data%response
       origin = response%seen(c)
-      ! Data that differ little then need the same flights.
+      ! After rounding, data that differ little need the same flights.
       where (sd_of > 0) origin = rounded(origin, NEAR*max(sd_of, tiny(1.0_rp)))
       requests = response%requests(steps, data%is_refined, origin)
       call self%simulator%shut_down()
@@ -121,7 +122,7 @@ contains
     end associate
   end subroutine runs_linearise
 
-  !> Puts a response behind the others.
+  !> Appends a response to the others.
   subroutine append(responses, one)
     type(flight_response_t), allocatable, intent(inout) :: responses(:)
     type(flight_response_t), intent(in) :: one
@@ -153,7 +154,8 @@ contains
     rows = [(i, i=simulator%n_observations - simulator%motion%flight%n + 1, simulator%n_observations)]
   end subroutine approximate_flights
 
-  !> Returns the changes c of kinematics and flow at q, and how well those that are flown are known: 0 if they are not fitted.
+  !> Finds the changes c of kinematics and flow at q, and the standard deviations sd_of of those that flights simulate; 0 for those
+  !> that are not fitted.
   subroutine find_changes(self, q, sd, c, sd_of)
     class(further_runs_t), intent(in) :: self
     real(rp), intent(in) :: q(:), sd(:)
@@ -176,7 +178,7 @@ contains
     end associate
   end subroutine find_changes
 
-  !> Has the requests of rank 0 flown. On the other ranks `requests` may be empty. Collective.
+  !> Simulates the flights that rank 0 requests, on all ranks. On the other ranks `requests` may be empty. Collective.
   subroutine fly_requests(self, requests, records)
     class(further_runs_t), intent(inout) :: self
     type(flight_request_t), intent(in) :: requests(:)

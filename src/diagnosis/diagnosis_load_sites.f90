@@ -5,7 +5,7 @@
 !> At a distance r from the root the force is that of the nearest applied load, at r0, times r0/r: the wing has already carried
 !> this moment at the root. The accuracy of the scan is that of the same load.
 !>
-!> The gain of the forces and D, which all loads share and which are known by their sd, are columns after those of the baseline.
+!> The gain of the forces and D are common to all loads and known by their sd. They are columns after those of the baseline.
 module diagnosis_load_sites
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -37,12 +37,12 @@ module diagnosis_load_sites
     real(rp) :: force = 0                    !< [N]
     real(rp) :: direction(3) = 0
     real(rp), allocatable :: normal(:, :)    !< (columns, columns)
-    real(rp) :: after = 0                    !< sd between rivals with this load too
+    real(rp) :: after = 0                    !< [sd] separation of the nearest rival with this load too
   end type new_load_t
 
   !> A wing to which new loads are applied.
   type :: trial_t
-    integer :: n = 0 !< loads
+    integer :: n = 0 !< number of loads
     type(measurement_t), private :: m
     type(bins_t), private :: bins
     type(fit_case_t), private :: fit_case
@@ -57,8 +57,8 @@ module diagnosis_load_sites
 
 contains
 
-  !> Returns the loads that the wing at q carries without a snap, with their normal matrices of the parameters `columns`. On rank
-  !> 0 alone.
+  !> Finds the loads that the wing at q carries without a snap, with their normal matrices of the parameters `columns`. On rank 0
+  !> alone.
   subroutine try_loads(s, simulator, q, columns, loads)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(in) :: simulator
@@ -99,8 +99,8 @@ contains
     self%n = size(self%m%loads)
   end subroutine trial_begin
 
-  !> Applies load l, and returns in `one` its normal matrix of the parameters `columns`. `ok` is false if the wing does not carry
-  !> it.
+  !> Applies load l, and computes in `one` its normal matrix of the parameters `columns`. `ok` is false if the wing does not carry
+  !> the load.
   subroutine trial_apply(self, simulator, l, columns, one, ok)
     class(trial_t), intent(inout) :: self
     type(wing_simulator_t), intent(in) :: simulator
@@ -121,7 +121,7 @@ contains
     self%n = 0
   end subroutine trial_end
 
-  !> Returns a measurement with all new loads.
+  !> Makes a measurement with all new loads.
   subroutine empty_measurement(s, m)
     class(diagnosis_case_t), intent(in) :: s
     type(measurement_t), intent(out) :: m
@@ -159,7 +159,7 @@ contains
     m%observations = observations(:n_seen)
   end subroutine empty_measurement
 
-  !> Returns the strongest of the loads nearest to a place; 0 if none pushes.
+  !> Returns the strongest of the loads nearest to a site; 0 if no load has a force above 0.
   pure integer function nearest_load(m, site) result(nearest)
     type(measurement_t), intent(in) :: m
     real(rp), intent(in) :: site(2)
@@ -178,7 +178,7 @@ contains
     end do
   end function nearest_load
 
-  !> Computes the normal matrix of load l. `ok` is false if the load has no shape, or only one behind a snap.
+  !> Computes the normal matrix of load l. `ok` is false if the wing has no shape under the load, or only one after a snap.
   subroutine find_normal(self, simulator, columns, l, normal, ok)
     class(trial_t), intent(inout) :: self
     type(wing_simulator_t), intent(in) :: simulator
@@ -211,7 +211,7 @@ contains
     normal = matmul(transpose(white), white)
   end subroutine find_normal
 
-  !> Returns the quantities that all loads share and that are known by their sd.
+  !> Finds the quantities that are common to all loads and known by their sd.
   subroutine common_columns(s, columns, sd)
     class(diagnosis_case_t), intent(in) :: s
     integer, allocatable, intent(out) :: columns(:)
@@ -231,9 +231,10 @@ contains
     end do
   end subroutine common_columns
 
-  !> Returns the normal matrix of all loads of the measurement. columns(:) are the n_baseline of the baseline, as many as
-  !> common_sd(:) that are shared, and others; the first two have priors. `whitened`(n_observations, columns) are the tangents of
-  !> which it is made. Solutions begin at the shapes of `from`. Rank 0 calls it; the others serve.
+  !> Computes the normal matrix of all loads of the measurement. columns(:) are first the n_baseline parameters of the baseline,
+  !> then the size(common_sd) quantities that are common to all loads, then others; the first two groups have priors.
+  !> `whitened`(n_observations, columns) are the whitened tangents that give the matrix. Solutions begin at the shapes of `from`.
+  !> Rank 0 calls it; the others serve.
   subroutine normal_matrix(simulator, q, from, columns, common_sd, normal, ok, whitened)
     type(wing_simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:), common_sd(:)
@@ -256,7 +257,7 @@ contains
     if (failure%failed) ok = .false.
     if (.not. ok) return
     n = N_NUISANCES*size(simulator%experiment%loads)
-    nuisances(:, n + 1:n + N_COMMON_NUISANCES) = 0 ! they are columns here
+    nuisances(:, n + 1:n + N_COMMON_NUISANCES) = 0 ! here these quantities are columns
     call whitener%add_directions(nuisances)
     call whitener%apply(white)
     normal = matmul(transpose(white), white)
@@ -272,10 +273,11 @@ contains
     end do
   end subroutine normal_matrix
 
-  !> Returns the length in sd of that part of the direction p(:) of the last size(p) columns that no columns before can imitate.
+  !> Returns the length [sd] of the part of a direction that the columns before it cannot imitate. The direction is p(:) in the last
+  !> size(p) columns.
   real(rp) function separation(normal, p) result(length)
     real(rp), intent(in) :: normal(:, :), p(:)
-    real(rp), parameter :: RIDGE = 1.0e-10_rp ! of what determines a column
+    real(rp), parameter :: RIDGE = 1.0e-10_rp ! of a diagonal element
     real(rp), allocatable :: g(:, :), h(:, :)
     integer :: i, m, n
     logical :: ok

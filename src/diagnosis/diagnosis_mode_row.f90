@@ -6,7 +6,8 @@ module diagnosis_mode_row
   private
   public :: mode_row_t
 
-  !> Holds what the baseline (1) and the extended wing (2; the baseline again without one) have in place of a measured mode.
+  !> Holds the modes of the baseline (1) and of the extended wing (2) that belong to a measured mode. Without an extended wing both
+  !> are those of the baseline.
   type :: mode_row_t
     integer :: number(2) = 0                !< of the computed mode, or of the first of its cluster
     real(rp) :: frequency(2) = 0            !< [Hz]

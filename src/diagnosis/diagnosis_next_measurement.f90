@@ -2,11 +2,11 @@
 !> Finds the measurement that discriminates best between the possible causes: the design that maximises the sum of squares by
 !> which rival models must differ (Atkinson and Fedorov 1975, DOI 10.1093/biomet/62.1.57).
 !>
-!> The rivals of the first cause are all causes that may stand in its place: each candidate of another effect, at each of its
-!> places, also where the baseline imitates it, as another load may show it. The separation of the cause from a rival is the
-!> length of what baseline and rival together cannot imitate of the cause, at the strength that was found. It is the square root
-!> of a sum of squares. A repeated load adds its share of the sum once more, and a load at a new place adds what it says about all
-!> of them. The value of a load is the separation from the nearest rival after it. Tangents are those at the baseline.
+!> The rivals of the first cause are all causes that may stand in its place: each candidate of another effect, at each of its sites,
+!> even where the baseline imitates it, because another load may show it. The separation of the cause from a rival is the length of
+!> the part of the cause, at the strength that was found, that baseline and rival together cannot imitate. It is the square root of
+!> a sum of squares. A repeated load adds its part of the sum once more, and a load at a new site adds a new part. The value of a
+!> load is the separation from the nearest rival after it. Tangents are those at the baseline.
 module diagnosis_next_measurement
   use base_kinds, only: rp
   use base_sort, only: key_of_real, sorting_order
@@ -24,21 +24,21 @@ module diagnosis_next_measurement
   type :: next_measurement_t
     integer :: cause = 0                     !< the candidate
     integer, allocatable :: rivals(:)        !< candidates, the nearest first
-    real(rp), allocatable :: now(:)          !< sd between the cause and each of these
-    real(rp), allocatable :: after(:)        !< (loads) sd to the nearest with this load once more
+    real(rp), allocatable :: now(:)          !< [sd] separation of the cause from each of these
+    real(rp), allocatable :: after(:)        !< (loads) [sd] separation from the nearest rival if this load is repeated
     integer, allocatable :: order(:)         !< loads, the best first
-    type(new_load_t), allocatable :: sites(:)  !< loads at new places, the best first
+    type(new_load_t), allocatable :: sites(:)  !< loads at new sites, the best first
   end type next_measurement_t
 
   type :: site_list_t
     integer, allocatable :: list(:)
   end type site_list_t
 
-  !> What normal matrices say about a cause and its rivals.
+  !> The separation of a cause from its rivals by normal matrices.
   type :: discrimination_t
-    integer, allocatable :: columns(:)       !< parameters of the baseline, what all loads share, of the cause, of rivals
+    integer, allocatable :: columns(:)       !< parameters of the baseline, those common to all loads, of the cause, of rivals
     integer :: n_common = 0, n_cause = 0
-    type(site_list_t), allocatable :: sites(:) !< of each rival in `columns`, without what it shares with the cause
+    type(site_list_t), allocatable :: sites(:) !< of each rival in `columns`, without those of the cause
     real(rp), allocatable :: strength(:)     !< of the cause
     real(rp), allocatable :: normal(:, :)    !< of the loads that have been applied
     real(rp), allocatable :: white(:, :)     !< (observations, columns) their whitened tangents
@@ -52,7 +52,7 @@ module diagnosis_next_measurement
 
 contains
 
-  !> Ranks the loads of the measurement, and loads at new places. Rank 0 calls it; the others serve.
+  !> Ranks the loads of the measurement, and loads at new sites. Rank 0 calls it; the others serve.
   subroutine rank_loads(s, simulator, d, next)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
@@ -84,9 +84,9 @@ contains
     next%now = discrimination%now(order)
   end subroutine rank_loads
 
-  !> Ranks the places of loads. There are hundreds of rivals with all their places. The procedure first tries all loads against
-  !> the nearest place of each effect, which gives an upper bound. It then tries the loads with the largest bounds against all
-  !> rivals, until no other load can be better or 3 MOST_SITES have been tried.
+  !> Ranks the sites of loads. There are hundreds of rivals with all their sites. The procedure first tries all loads against the
+  !> nearest site of each effect, which gives an upper bound. It then tries the loads with the largest bounds against all rivals,
+  !> until no other load can be better or 3 MOST_SITES have been tried.
   subroutine rank_sites(s, simulator, d, discrimination, next)
     class(diagnosis_case_t), intent(in) :: s
     type(wing_simulator_t), intent(in) :: simulator
@@ -125,7 +125,7 @@ contains
     next%sites = next%sites(order(:min(MOST_SITES, size(order))))
   end subroutine rank_sites
 
-  !> Returns, for every effect, the place at which it comes nearest, of `now`(:).
+  !> Returns, for every effect, the rival with the least separation `now`(:).
   pure function nearest_of_each(effects, now) result(few)
     integer, intent(in) :: effects(:)
     real(rp), intent(in) :: now(:)
@@ -173,7 +173,7 @@ contains
     end do
   end subroutine discrimination_init
 
-  !> Returns the places in `columns` of the parameters that are fitted if rival r replaces the cause, then those of the cause.
+  !> Returns the indices in `columns` of the parameters that are fitted if rival r replaces the cause, then those of the cause.
   pure function discrimination_block(self, r) result(block)
     class(discrimination_t), intent(in) :: self
     integer, intent(in) :: r
@@ -182,7 +182,7 @@ contains
     block = [[(i, i=1, self%n_common)], self%sites(r)%list, [(i, i=self%n_common + 1, self%n_common + self%n_cause)]]
   end function discrimination_block
 
-  !> Returns the places in `columns` that these rivals need.
+  !> Returns the indices in `columns` that these rivals need.
   pure function discrimination_needed(self, rivals) result(needed)
     class(discrimination_t), intent(in) :: self
     integer, intent(in) :: rivals(:)

@@ -22,7 +22,7 @@ module diagnosis_noise
     logical :: is_found = .false.     !< there were enough neighbours
     integer :: n = 0                  !< differences
     real(rp) :: declared = 0          !< [m] root mean square of the declared sd of deformations
-    real(rp) :: white = 0             !< [m] sd of the part that neighbours do not share
+    real(rp) :: white = 0             !< [m] sd of the part that is independent from pixel to pixel
     integer :: dof = 0                !< degrees of freedom of its square; 0: not found
     type(noise_model_t) :: model      !< what follows
     character(:), allocatable :: warning !< empty: the declared errors are plausible
@@ -95,7 +95,7 @@ contains
     estimate%white = ratio*estimate%declared
     if (estimate%model%length > 0) then
       estimate%model%white = min(1.0_rp, ratio**2)
-      ! Pixels say nothing of errors that neighbours share: the data tell how large they are.
+      ! Pixels do not show errors that neighbours have in common: the data tell how large these are.
       estimate%model%factor = max(1.0_rp, ratio**2)
     else
       estimate%model%factor = ratio**2
@@ -104,7 +104,7 @@ contains
     end if
   end subroutine fill_model
 
-  !> Returns what is wrong with declared errors that must be multiplied by `ratio`; empty if nothing is.
+  !> Returns what is wrong with declared errors that must be multiplied by `ratio`; empty if nothing is wrong.
   pure function warning_of(ratio, is_correlated) result(warning)
     real(rp), intent(in) :: ratio
     logical, intent(in) :: is_correlated
@@ -172,14 +172,14 @@ contains
   !> Returns the degrees of freedom of a variance that is found from the median of n second differences in as many loads. For
   !> independent differences the median is as good as 0.37 n squares (its efficiency). Neighbouring and crossing differences have
   !> heights in common, which correlates the events that determine the median as 1 : 2.2 in the sum over all. The same differences
-  !> of two loads share the unloaded scan: its share s of the variance correlates these events by about 0.6 s^2.
+  !> of two loads have the unloaded scan in common: its fraction s of the variance correlates these events by about 0.6 s^2.
   pure integer function effective_dof(n, loads, fraction) result(dof)
     integer, intent(in) :: n, loads
     real(rp), intent(in) :: fraction
     dof = max(1, int(0.37_rp*n/(2.2_rp*(1 + 0.6_rp*(loads - 1)*fraction**2))))
   end function effective_dof
 
-  !> Returns the share of the unloaded scan in the declared variance of deformations.
+  !> Returns the fraction of the unloaded scan in the declared variance of deformations.
   real(rp) function unloaded_fraction(experiment) result(fraction)
     type(experiment_t), intent(in) :: experiment
     real(rp) :: whole
@@ -199,7 +199,7 @@ contains
 
   !> Makes the model of the noise before there are heights. It is not known then how much of correlated errors is independent from
   !> pixel to pixel. They count as independent and as correlated errors of the declared sd at the same time, which no mix of both
-  !> exceeds (w 1 + (1 - w) C <= 1 + C as matrices, for every share w and covariance C).
+  !> exceeds (w 1 + (1 - w) C <= 1 + C as matrices, for every fraction w and covariance C).
   subroutine assume_noise(experiment, estimate)
     type(experiment_t), intent(in) :: experiment
     type(noise_estimate_t), intent(out) :: estimate

@@ -12,13 +12,13 @@ module diagnosis_unknown
   private
   public :: unknown_t, candidate_name, describe_unknown
 
-  !> Empty unless the verdict is an unknown cause.
+  !> Describes an unknown cause. Empty for any other verdict.
   type :: unknown_t
     type(region_t) :: region
     real(rp), allocatable :: site(:, :)            !< (2, size(region%pattern)) [m]
-    real(rp) :: cell = 0                            !< [m] half the distance of places
+    real(rp) :: cell = 0                            !< [m] half the distance between neighbouring positions
     type(related_t), allocatable :: related(:)
-    character(:), allocatable :: names(:)           !< (size(related)) title and place
+    character(:), allocatable :: names(:)           !< (size(related)) title and position
     character(:), allocatable :: family             !< of the region
   contains
     procedure :: centre => unknown_centre
@@ -51,7 +51,7 @@ contains
     end do
   end function describe_unknown
 
-  !> Returns title and place of a candidate.
+  !> Returns the title and the position of a candidate.
   function candidate_name(s, d, c) result(text)
     class(diagnosis_case_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
@@ -65,7 +65,7 @@ contains
     end associate
   end function candidate_name
 
-  !> Returns the mean (2) [m] of the places of part i, weighted with their shares.
+  !> Returns the mean (2) [m] of the positions of part i, weighted with their fractions.
   pure function unknown_centre(self, i) result(centre)
     class(unknown_t), intent(in) :: self
     integer, intent(in) :: i
@@ -74,7 +74,7 @@ contains
     centre = matmul(self%site, weight)/sum(weight)
   end function unknown_centre
 
-  !> Returns the radius [m] of the circle about the centre that holds the cells of all places of part i.
+  !> Returns the radius [m] of the circle about the centre that holds the cells of all positions of part i.
   pure real(rp) function unknown_radius(self, i) result(radius)
     class(unknown_t), intent(in) :: self
     integer, intent(in) :: i

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Compares the zero readings of instruments, which are unknowns of every fit: all offsets of readings at one place along one
+!> Compares the zero readings of instruments, which are unknowns of every fit: all offsets of readings at one position along one
 !> axis should be equal.
 !>
 !> With the covariance C of the offsets, all other unknowns free, the differences d to the first one have the
@@ -46,7 +46,7 @@ contains
     found = d%baseline
     if (d%extended%is_found) found = d%extended
     call find_triangle(simulator, d, found, r, is_valid)
-    if (.not. is_valid .and. d%extended%is_found) then ! a cause at a bound may do nothing
+    if (.not. is_valid .and. d%extended%is_found) then ! a cause at a bound may have no effect
       found = d%baseline
       call find_triangle(simulator, d, found, r, is_valid)
     end if
@@ -74,8 +74,8 @@ contains
     call test_equality(c(columns, columns), zeros)
   end subroutine compare_zeros
 
-  !> Returns r of the factorisation of all tangents at a fit, with priors. is_valid: they determine all parameters that were
-  !> fitted.
+  !> Computes r, the triangle of the QR factorisation of all tangents at a fit, with rows for the priors. `is_valid` tells whether
+  !> these rows determine all fitted parameters.
   subroutine find_triangle(simulator, d, found, r, is_valid)
     type(wing_simulator_t), intent(inout) :: simulator
     type(diagnosis_t), intent(in) :: d
@@ -129,7 +129,7 @@ contains
     zeros%log_p = log_chi2_tail(max(0.0_rp, zeros%chi2), size(c, 1) - 1)
   end subroutine test_equality
 
-  !> Returns the numbers of the unknown offsets of readings at one place along one axis, of the first such group of two or more.
+  !> Returns the numbers of the unknown offsets of readings at one position along one axis, for the first such group of two or more.
   pure function offsets_of_a_sensor(m) result(same)
     type(measurement_t), intent(in) :: m
     integer, allocatable :: same(:)

@@ -27,12 +27,13 @@ module inference_engine
   private
   public :: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
 
-  integer, parameter :: FEWEST_REST = 30    !< degrees of freedom from which the size of the noise is estimated
+  integer, parameter :: FEWEST_REST = 30    !< smallest number of degrees of freedom with which the size of the noise is estimated
 
 contains
 
-  !> Diagnoses from starts(parameters, :) of the baseline. Fails if the baseline has no fit. `store` keeps what is drawn,
-  !> `model_error` renews directions of errors. All fits of `d` carry the state in which they have ended.
+  !> Runs the diagnosis. The fit of the baseline begins at each of starts(parameters, :). Fails if none of them leads to a fit.
+  !> `store` keeps the draws of the calibration. `model_error` renews the directions of model errors and the linearisation of an
+  !> approximate simulator. Each fit in `d` holds the state in which it ended.
   subroutine run_diagnosis(simulator, starts, options, d, failure, store, model_error)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -43,7 +44,7 @@ contains
     class(model_error_t), intent(inout), optional :: model_error
     type(refit_t), allocatable :: before(:)
     integer :: n_effects
-    class(solver_state_t), allocatable :: state !< near the baseline
+    class(solver_state_t), allocatable :: state !< of the simulator, near the fit of the baseline
     real(rp), allocatable :: nuisances(:, :)
     logical :: is_scale_known, has_finer, is_new
     n_effects = size(simulator%effects)
@@ -56,7 +57,7 @@ contains
     deallocate (d%baseline%state)
     allocate (d%baseline%state, source=state) ! all refits begin here
     d%initial_baseline = d%baseline
-    ! If the tests use nearly all directions, the noise model is trusted.
+    ! If the tests leave too few degrees of freedom to estimate the size of the noise, the noise model is trusted.
     is_scale_known = options%is_scale_known .or. d%design%residual_dof < FEWEST_REST
     if (simulator%n_observations < 2*simulator%n_baseline) then
       d%decision%verdict = VERDICT_INSUFFICIENT
@@ -93,7 +94,7 @@ contains
     call validate_causes(simulator, options, d, failure, model_error)
   end subroutine run_diagnosis
 
-  !> Tries the baseline on locations that a fit does not see.
+  !> Validates the baseline: measures how well it predicts locations that were left out of its fit.
   subroutine validate_baseline(simulator, options, d)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -102,7 +103,8 @@ contains
                   d%prediction%baseline)
   end subroutine validate_baseline
 
-  !> Fits the baseline, and once more from there if the noise is not as declared but of other parts. For `state` see fit_baseline.
+  !> Fits the baseline. If the data then show another fraction of correlated noise than before, fits the baseline again from there.
+  !> For `state` see fit_baseline.
   subroutine find_baseline(simulator, starts, options, state, whitener, baseline, spread, nuisances, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -121,8 +123,8 @@ contains
     if (is_new) call fit_baseline(simulator, best, options%fit, state, whitener, baseline, again, failure, nuisances)
   end subroutine find_baseline
 
-  !> The design with finer places about those of the leading candidates, `best` of each effect, at the baseline q. The degrees
-  !> of freedom of the rest stay those of the scan.
+  !> Adds to the design finer positions about those of the leading candidates, `best` of each effect, at the baseline q. The
+  !> residual degrees of freedom stay those of the scan.
   subroutine refine_design(simulator, q, best, state, design, has_finer, failure)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
@@ -139,9 +141,9 @@ contains
     design = finer
   end subroutine refine_design
 
-  !> What the tangents and the checks say: z, statistics, odds, and a first verdict. Checks and statistics that are
-  !> there already are those of the scan, with which the global p and the size of the noise stay: finer places may leave
-  !> nothing to tell it from.
+  !> Computes z, the test statistics, the odds and a first verdict, from the tangents and the checks of residuals. If the statistics
+  !> exist already, those of the scan, which give the global p, and its residual sum of squares are kept, as are the checks: with
+  !> finer positions, the tests may leave no degrees of freedom to estimate the noise.
   subroutine test_hypotheses(simulator, options, is_scale_known, from, d, failure)
     class(simulator_t), intent(inout) :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -175,15 +177,16 @@ contains
     d%decision = d%linear
   end subroutine test_hypotheses
 
-  !> Returns how well the size of the noise is known. A declared one is trusted, and so is one of which the data tell nothing.
+  !> Returns the degrees of freedom with which the size of the noise is known. They are huge if the declared noise is trusted or if
+  !> the data cannot show its size.
   pure integer function noise_dof(options, is_scale_known)
     type(diagnosis_options_t), intent(in) :: options
     logical, intent(in) :: is_scale_known
     noise_dof = merge(huge(1), options%noise_dof, is_scale_known)
   end function noise_dof
 
-  !> Makes a simulator that is an approximation one about the best of the refits, if that is clear, and decides anew with what this
-  !> refit then finds.
+  !> Linearises an approximate simulator anew about the best of the refits, if its gain is clear, fits this candidate again, and
+  !> decides anew with the result.
   subroutine relinearise_best(simulator, options, d, model_error, failure)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -201,7 +204,7 @@ contains
     if (found%is_found) call exchange_refit(simulator, options, d, i, found)
   end subroutine relinearise_best
 
-  !> The same for the causes of the verdict, unless it has been done for them.
+  !> Does what `relinearise_best` does for the causes of the verdict, unless the simulator has already been linearised about them.
   subroutine relinearise_extended(simulator, options, d, model_error, failure)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -226,10 +229,10 @@ contains
     if (has_same) has_same = all(a == b)
   end function has_same
 
-  !> The causes of the verdict: fitted together, with intervals unless most of the misfit is left, and tried on locations that
-  !> the fit did not see. A name is not given if a cause of it has no interval that excludes the null, or an estimate that
-  !> stands at a bound, or if it does not predict better. The rest of several causes gets no name either, as it has been found
-  !> to explain too little.
+  !> Fits the causes of the verdict together, finds intervals unless most of the misfit is left, and validates the fit on locations
+  !> that were left out. Withdraws a name if a cause has no interval that excludes its null, if such an estimate lies at a bound, or
+  !> if the fit does not predict better than the baseline. If one of several causes fails, the others get no name either, because
+  !> they have been found to explain too little.
   subroutine validate_causes(simulator, options, d, failure, model_error)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -259,8 +262,9 @@ contains
     if (d%extended_scale > LARGEST_SCALE .and. any(d%decision%verdict == [VERDICT_NAMED, VERDICT_SET])) then
       call reject_catalogue(d%decision, max(1 - LEVEL, d%decision%posterior_unknown))
     end if
-    ! Nor does an interval in units of the noise say anything then, and its search creeps from one ripple to the next. What the
-    ! extended model leaves beyond the noise is an error of it, of which nobody knows more than its size: intervals carry it.
+    ! An interval in units of the noise has no meaning then either, and its search advances slowly from one local minimum to the
+    ! next. What the extended model leaves beyond the noise is an error of the model, of which only the size is known. Intervals
+    ! therefore include it.
     if (options%finds_intervals .and. .not. d%extended_scale > LARGEST_SCALE) then
       call find_intervals(simulator, whitener, max(d%scale, d%extended_scale), options%fit, d%extended, d%intervals)
       call refit_from_better(simulator, whitener, options%fit, d%intervals, d%extended, ok)
@@ -283,7 +287,7 @@ contains
     end if
   end subroutine validate_causes
 
-  !> Reuses a fit: if a single cause of the verdict has been fitted already, this fit is the extended model.
+  !> Reuses a fit: if the verdict has a single cause that was fitted already, this fit becomes the extended model.
   subroutine reuse_fit(d)
     type(diagnosis_t), intent(inout) :: d
     integer :: i

@@ -1,14 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Linearises about the fit of the top candidate instead of that of the baseline: the nuisances, and a simulator that is itself an
-!> approximation.
+!> Linearises about the fit of the top candidate instead of that of the baseline. This concerns the nuisances, and a simulator that
+!> is itself an approximation.
 !>
-!> What an error of a force, of a place or of the mesh does depends on the wing. Seen from a baseline that is wrong, as one
-!> cause is missing, it is wrong too: the rest then looks like a second cause, and intervals are too narrow. So where a
-!> cause is clear the nuisances are taken anew at its fit, and all hypotheses are compared once more with these.
+!> The effect of an error of a force, of a position or of the mesh depends on the model about which it is computed. If the baseline
+!> lacks a cause, the directions of errors at its fit are wrong as well: what they do not cover looks like a second cause, and
+!> intervals are too narrow. Where a cause is clear, the nuisances are therefore computed anew at its fit, and all hypotheses are
+!> compared again with these nuisances.
 !>
-!> A simulator that is an approximation about the baseline, as one of flights, errs where a cause is strong. Where a cause is clear
-!> the approximation is made anew about its fit, and the cause is fitted again, until it stays. Others are not fitted again: about
-!> the baseline, where they are judged, nothing has changed.
+!> A simulator that is an approximation about the baseline, for instance one of flights, is inaccurate where a cause is strong.
+!> Where a cause is clear, the approximation is therefore made anew about its fit, and the cause is fitted again, until the fit
+!> stays the same. Other causes are not fitted again: they are judged about the baseline, where the approximation has not changed.
 module inference_relinearisation
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -22,16 +23,18 @@ module inference_relinearisation
   private
   public :: is_clear, model_error_t, relinearise, relinearise_simulator
 
-  !> What only other models or further runs tell of a simulator: directions of its errors, from one on another mesh for instance,
-  !> and its values far from where it is an approximation.
+  !> Errors of a simulator that only other models or further runs show. These are the directions of its errors, for instance from a
+  !> model with another mesh, and its values far from the point about which it is an approximation.
   type, abstract :: model_error_t
-    integer :: most_rounds = 0 !< of `linearise`; 0: the simulator is exact
+    integer :: most_rounds = 0 !< largest number of calls of `linearise`; 0: the simulator is exact
   contains
-    !> Gives `state` new ones at q, to which it belongs after a fit with the whitener. If that cannot be done the old ones stay.
+    !> Replaces the directions of errors in `state` by those at q, where a fit with the whitener has ended in this state. If they
+    !> cannot be computed, the old directions stay.
     procedure(renew_interface), deferred :: renew
-    !> Makes `state`, which belongs to q, one of an approximation about q. sd(parameters) are how well they are known, 0 for those
-    !> that are not fitted. `rows` are the observations that it now sees in another way; none if it is exact along these parameters,
-    !> or if there is no result; `reason` then says why, and is empty otherwise. `failure`: the diagnosis cannot go on.
+    !> Makes `state`, which belongs to q, the state of an approximation about q. sd(parameters) are the standard deviations of the
+    !> parameters, 0 for those that are not fitted. `rows` are the observations whose approximation has changed. There are none if
+    !> the simulator is exact along these parameters, or if there is no result. In the second case `reason` says why; otherwise it
+    !> is empty. After a `failure` the diagnosis cannot go on.
     procedure(linearise_interface), deferred :: linearise
   end type model_error_t
 
@@ -60,9 +63,9 @@ module inference_relinearisation
 
 contains
 
-  !> Computes all nuisances anew at the best of the refits: errors that converge, directions, the whitener, the fit of the
-  !> baseline and the design are then new, and so is this refit. `is_new` is false if nothing has changed, because no cause is
-  !> clear or a result is missing.
+  !> Computes all nuisances anew at the best of the refits, about their most probable errors. The directions of errors, the
+  !> whitener, the fit of the baseline, the design and this refit are then replaced by new ones. `is_new` is false if nothing has
+  !> changed, because no cause is clear or because a result is missing.
   subroutine relinearise(simulator, options, d, is_new, model_error)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -92,16 +95,16 @@ contains
     if (is_new) call build_design(simulator, baseline%q, baseline%state, design, failure, d%design, nuisances)
     is_new = is_new .and. .not. failure%failed
     if (.not. is_new) return
-    design%residual_dof = d%design%residual_dof ! of the scan, as the scale is
+    design%residual_dof = d%design%residual_dof ! that of the scan, to which the scale belongs, too
     d%design = design
     d%whitener = whitener
     d%baseline = baseline
     d%refits(i)%found = top_fit
   end subroutine relinearise
 
-  !> Alternates between the fit of the top candidate and the nuisances about it, until it stays or becomes less probable: the larger
-  !> the errors that a cause brings with it, the better it fits, which the determinant of the covariance counts against it.
-  !> `is_new` false: it has not become more probable.
+  !> Alternates between the fit of the top candidate and the nuisances at this fit, until the fit stays the same or becomes less
+  !> probable. A cause fits better if it makes the errors larger, for which the determinant of the covariance penalises it. `is_new`
+  !> is false if the fit has not become more probable.
   subroutine iterate_relinearisation(simulator, options, scale, whitener, top_fit, nuisances, is_new, model_error)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -127,7 +130,7 @@ contains
       trial_whitener = whitener
       call simulator%evaluate(top_fit%q, [integer ::], state, residuals, nothing, is_valid, next_state)
       call move_alloc(next_state, state)
-      ! Twice: what the errors did for the baseline is another thing than what they do for the top candidate.
+      ! Twice, because the first result depends on the linearisation about the most probable errors of the baseline.
       if (is_valid) call relinearise_nuisances(simulator, trial_whitener, top_fit%q, state, is_valid)
       if (is_valid) call relinearise_nuisances(simulator, trial_whitener, top_fit%q, state, is_valid)
       if (is_valid .and. present(model_error)) call model_error%renew(trial_whitener, top_fit%q, state)
@@ -153,15 +156,15 @@ contains
     end do
   end subroutine iterate_relinearisation
 
-  !> Tells whether a gain of the sum of squares, in units of the noise, makes a cause so clear that one linearises about it.
+  !> Tells whether the gain of a cause, a decrease of the sum of squares in units of the noise, suffices to linearise about its fit.
   pure logical function is_clear(gain)
     real(rp), intent(in) :: gain
     is_clear = gain >= CLEAR
   end function is_clear
 
-  !> Makes the simulator an approximation about the fit `found` of causes, and fits them again, until none of their parameters moves
-  !> by more than SETTLED of its sd or `model_error` makes no more rounds. `rounds` is what comes out; rounds%found is not found if
-  !> there is nothing to do, and everything is then as before.
+  !> Makes the simulator an approximation about the fit `found` of causes, and fits the causes again. Repeats both until no
+  !> parameter of the causes moves by more than SETTLED of its sd, or until `model_error` allows no more rounds. `rounds` holds the
+  !> results. If there is nothing to do, rounds%found is not found, and everything is as before.
   subroutine relinearise_simulator(simulator, options, whitener, nuisances, found, model_error, rounds, failure)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -209,7 +212,8 @@ contains
     end do
   end subroutine relinearise_simulator
 
-  !> Returns the sd(parameters) of those that a fit has beside the baseline, 0 for all others.
+  !> Returns sd(parameters), the standard deviations of the parameters that a fit has besides those of the baseline; 0 for all
+  !> others.
   pure function parameter_sd(simulator, found) result(sd)
     class(simulator_t), intent(in) :: simulator
     type(nested_fit_t), intent(in) :: found
@@ -221,7 +225,7 @@ contains
     end do
   end function parameter_sd
 
-  !> Twice the negative logarithm of the probability density of data and parameters, without a constant.
+  !> Returns twice the negative logarithm of the probability density of data and parameters, without a constant.
   real(rp) function minus_two_log_posterior(found, whitener, scale)
     type(nested_fit_t), intent(in) :: found
     type(whitener_t), intent(in) :: whitener

@@ -18,25 +18,25 @@ module inference_top_candidates
 
   public :: exchange_refit, fit_extended, refit_top_candidates
 
-  real(rp), parameter :: SHORTFALL = 20.0_rp     !< of the sum of squares, in units of the noise
-  real(rp), parameter :: FAR = 10.0_rp           !< of the log evidence
+  real(rp), parameter :: SHORTFALL = 20.0_rp !< of a sum of squares, in units of the noise; beyond it fits are tried from elsewhere
+  real(rp), parameter :: FAR = 10.0_rp !< of the log evidence; effects that are less probable by more are not worth a fit
 
   !> The effects during the rounds of fits.
   type :: queue_t
     integer, allocatable :: order(:)      !< the most probable by the tangents first
     real(rp), allocatable :: linear(:)    !< (effects) log evidence by the tangents
     logical, allocatable :: is_tried(:)   !< (effects)
-    real(rp) :: least = huge(1.0_rp)      !< of the sums of squares over the degrees of freedom, of the refits
+    real(rp) :: least = huge(1.0_rp)      !< smallest sum of squares per degree of freedom of the refits
   end type queue_t
 
 contains
 
-  !> Fits the top candidates in full, corrects their evidence by the error of the linear approximation, and decides anew. A
-  !> candidate that is far less probable in that approximation is not fitted, unless others have shown it to be wrong by as much.
-  !> A candidate that is a part of a fitted one is fitted. If most of the misfit remains, all candidates are fitted until one
-  !> leaves less. An unknown cause, or several causes, are the answer only after all candidates were fitted that the tangents
-  !> prefer to no cause: some effects change their shape with their strength. `before`, where given, are refits with other
-  !> nuisances, from which those of the same effects begin.
+  !> Fits the top candidates without linearisation, corrects their evidence by the error of the linear approximation, and decides
+  !> anew. It does not fit candidates that are far less probable in the linear approximation, unless other fits have shown this
+  !> approximation to be wrong by as much. It fits every candidate that is a part of a fitted one. If most of the misfit remains, it
+  !> fits all candidates until one leaves less. Before an unknown cause or several causes become the answer, it fits all candidates
+  !> that the tangents prefer to no cause, because the shape of some effects depends on their strength. `before`, where given, are
+  !> refits with other nuisances, from which the fits of the same effects begin.
   subroutine refit_top_candidates(simulator, options, d, before)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -60,7 +60,8 @@ contains
     end do
   end subroutine refit_top_candidates
 
-  !> Fits those of the queue that are worth it in this round; in the last round again, for parts of the effects fitted meanwhile.
+  !> Fits the effects of the queue that are worth a fit in this round. The last round goes through the queue twice, for parts of the
+  !> effects that were fitted meanwhile.
   subroutine refit_round(simulator, options, is_last, d, queue, before)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -83,7 +84,7 @@ contains
     end do
   end subroutine refit_round
 
-  !> Tells whether the effect at this place of the queue is to be fitted in this round.
+  !> Tells whether the effect at index `place` of the queue is to be fitted in this round.
   logical function is_worth_it(simulator, options, is_last, d, queue, place)
     class(simulator_t), intent(in) :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -107,8 +108,8 @@ contains
     end associate
   end function is_worth_it
 
-  !> Fits the leading variant of an effect and corrects its evidence: from its refit in `before`, if there is one. In the last
-  !> round it fits loosely, and to convergence only if that brings the effect close to the others.
+  !> Fits the leading variant of an effect, starting from its refit in `before` if there is one, and corrects its evidence. In the
+  !> last round it fits loosely, and continues to convergence only if the loose fit brings the effect close to the others.
   subroutine refit_effect(simulator, options, is_last, effect, d, one, before)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -120,7 +121,7 @@ contains
     type(refit_t) :: full
     type(explained_t) :: alone
     logical :: is_better
-    integer :: known ! place in `before`
+    integer :: known ! index in `before`
     known = 0
     if (present(before)) known = findloc(d%design%candidates(before%candidate)%effect, effect, 1)
     if (known > 0) then
@@ -140,7 +141,8 @@ contains
     call replace_if_better(simulator, d, full, one, 0.0_rp, is_better)
   end subroutine refit_effect
 
-  !> Repeats all fits from those of which they are a part, and the fits after the first n_tried also at better places.
+  !> Repeats each fit, starting from the fits of which it is a part. For the fits after the first n_tried it also tries better
+  !> positions.
   subroutine improve_refits(simulator, options, n_tried, d)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -161,7 +163,7 @@ contains
     end do
   end subroutine improve_refits
 
-  !> Tells whether an effect has become so improbable that fits are not worth their time.
+  !> Tells whether an effect has become so improbable that further fits of it are not worth their time.
   pure logical function is_behind(d, effect)
     type(diagnosis_t), intent(in) :: d
     integer, intent(in) :: effect
@@ -196,7 +198,7 @@ contains
     one = other
   end subroutine replace_if_better
 
-  !> Enters `found` in the place of refit i, of the same candidate, and decides anew.
+  !> Replaces refit i by `found`, a fit of the same candidate, and decides anew.
   subroutine exchange_refit(simulator, options, d, i, found)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -211,7 +213,7 @@ contains
     call decide_anew(options, d)
   end subroutine exchange_refit
 
-  !> Decides with what all refits have found.
+  !> Decides anew with the results of all refits.
   subroutine decide_anew(options, d)
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout) :: d
@@ -219,8 +221,8 @@ contains
     call decide(d%design, d%calibration, d%statistics, d%hypotheses, d%z, options%seed, d%decision, combined_log_p(d%checks))
   end subroutine decide_anew
 
-  !> Enters what a refit found. It is looked at where the fit ended: a wing may have another equilibrium with the same
-  !> parameters.
+  !> Corrects the evidence of an effect by its refit. Residuals are evaluated in the state in which the fit ended, because the model
+  !> may have other solutions with the same parameters.
   subroutine apply_refit(simulator, d, one)
     class(simulator_t), intent(inout) :: simulator
     type(diagnosis_t), intent(inout) :: d
@@ -242,8 +244,8 @@ contains
     end associate
   end subroutine apply_refit
 
-  !> Fits effects also from better fits of which they are a part, except the first n_tried refits. Such an effect may suffice
-  !> alone, but not be found from the baseline, where its tangents do not show it.
+  !> Fits an effect again, starting from better fits of which it is a part, except from the first n_tried refits. Such an effect may
+  !> suffice alone, although the fit from the baseline, where its tangents do not show it, has not found it.
   subroutine fit_from_superset(simulator, options, d, one, n_tried)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -262,7 +264,7 @@ contains
     end do
   end subroutine fit_from_superset
 
-  !> Replaces the variant of a refit by others of its effect as long as they promise to be better, and are.
+  !> Replaces the variant of a refit by other variants of its effect, as long as these promise to be better and prove to be so.
   subroutine refine_variant(simulator, options, d, one)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -284,11 +286,11 @@ contains
     end do
   end subroutine refine_variant
 
-  !> Fits the baseline with candidates in full, from the fit of the baseline. If that finds much less than the tangents promise,
-  !> or if they show little of the candidates, it also fits from the values before any fit, as joints that a wrong model has made
-  !> rigid do not recover. `near`, where given, is a refit of this or another variant, or of an effect of which this is a part.
-  !> One candidate is then fitted from the end of `near`, and as without it only if that does not succeed. The fit stops early if
-  !> `is_loose`.
+  !> Fits the baseline with candidates, without linearisation, from the fit of the baseline. If this gains much less than the
+  !> tangents promise, or if the tangents show little of the candidates, it also fits from the values before any fit: a parameter
+  !> that a wrong model has driven to an extreme value does not recover. `near`, where given, is a refit of this or another variant,
+  !> or of an effect of which the candidate is a part. A single candidate is then fitted from the end of `near`, and as without
+  !> `near` only if that fails. The fit stops early if `is_loose`.
   subroutine fit_extended(simulator, options, d, candidates, found, near, is_loose)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options

@@ -4,15 +4,15 @@
 !>
 !>     |r(p)|^2/s^2 + |(p - prior)/prior_sd|^2,
 !>
-!> which is the problem of data with errors s times as large, or of priors s times as narrow. Some unknowns have an effect that
-!> such data could resolve only if others are right. They stay at their prior until then. With the declared errors, the misfit of
-!> the others would drive them far away, often to a bound, from which they do not return.
+!> which is the problem of data with errors s times as large, or of priors s times as narrow. Such data can determine some unknowns
+!> only if others are right. These unknowns stay at their prior until then. With the declared errors, the misfit of the others would
+!> drive them far away, often to a bound, from which they do not return.
 !>
-!> s begins as |r| at the start, so that at first all data have the weight of one prior: the misfit of a start far away is no
-!> scatter, of which n residuals tell more than one, but one error that all of them share. s then decreases with |r|, at least by
-!> a factor of STEP, until the residuals are within the declared errors. The last stage has s = 1 and is solved to the full
-!> tolerances: stages decide which of several minima is found, never its place. (Iterated regularisation: Kaltenbacher, Neubauer
-!> and Scherzer, Iterative Regularization Methods for Nonlinear Ill-Posed Problems, 2008.)
+!> s begins as |r| at the start, so that all data together first have the weight of one prior. The misfit far from the data is not
+!> scatter, which n residuals determine better than one, but a single error that all residuals have in common. s then decreases with
+!> |r|, at least by a factor of STEP, until the residuals are within the declared errors. The last stage has s = 1 and is solved to
+!> the full tolerances. The stages thus decide which of several minima is found, but not its position. (Iterated regularisation:
+!> Kaltenbacher, Neubauer and Scherzer, Iterative Regularization Methods for Nonlinear Ill-Posed Problems, 2008.)
 module least_squares_continuation
   use base_kinds, only: rp
   use least_squares_fit, only: fit
@@ -30,15 +30,16 @@ module least_squares_continuation
 contains
 
   !> Fits as `fit` does, in stages, each of which begins at the point and in the state where the one before has ended. `report` is
-  !> that of the last stage, but n_evaluations counts those of all stages. path(4, :) has every point that any stage has accepted:
-  !> evaluations so far, chi^2 and the priors' chi^2 as declared, and s. Within a stage chi^2/s^2 plus the priors' chi^2 decreases.
+  !> that of the last stage, but n_evaluations counts those of all stages. path(4, :) has a column for every point that any stage
+  !> has accepted: the number of evaluations so far, chi^2 and the priors' chi^2 as declared, and s. Within a stage chi^2/s^2 plus
+  !> the priors' chi^2 decreases.
   subroutine fit_by_continuation(problem, unknowns, start, from, options, has_stages, report, path)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     real(rp), intent(in) :: start(:)
     class(solver_state_t), intent(in) :: from
     type(fit_options_t), intent(in) :: options
-    logical, intent(in) :: has_stages !< otherwise there is but the last
+    logical, intent(in) :: has_stages !< otherwise only the last stage is run
     type(fit_report_t), intent(out) :: report
     real(rp), allocatable, intent(out) :: path(:, :)
     type(unknowns_t) :: narrowed
@@ -54,7 +55,7 @@ contains
     rough = options
     if (has_stages) then
       rough%most_iterations = 0
-      call fit(problem, unknowns, at%p, at%state, rough, report) ! the start alone
+      call fit(problem, unknowns, at%p, at%state, rough, report) ! evaluates the start only
       n_evaluations = report%n_evaluations
       if (size(report%path) == 0) return
       at = report%solver_point_t
@@ -65,7 +66,7 @@ contains
     rough%step_tolerance = max(options%step_tolerance, STAGE_STEP)
     narrowed = unknowns
     if (allocated(options%known)) narrowed%prior = start
-    if (allocated(rough%known)) deallocate (rough%known, rough%known_sd) ! their priors are not the declared ones
+    if (allocated(rough%known)) deallocate (rough%known, rough%known_sd) ! a known minimum belongs to the declared priors
     do while (s > 1)
       if (report%chi2 <= size(report%residuals)) exit
       narrowed%prior_sd = unknowns%prior_sd/s
@@ -82,7 +83,7 @@ contains
     call add_stage(1.0_rp, report, n_evaluations, path)
   end subroutine fit_by_continuation
 
-  !> Appends what a stage accepted to the path, and counts its evaluations in the report too.
+  !> Appends the points that a stage accepted to the path, and counts its evaluations in the report too.
   subroutine add_stage(s, report, n_evaluations, path)
     real(rp), intent(in) :: s
     type(fit_report_t), intent(inout) :: report

@@ -15,12 +15,12 @@ module least_squares_fit
   private
   public :: fit, fit_options_t, fit_report_t
 
-  !> The point that is tried, and how far steps may go.
+  !> The point that is tried, and the limits of steps.
   type, extends(solver_point_t) :: trial_t
-    real(rp) :: damping = 0, growth = 2         !< of steps, and by which it grows when the next one fails
+    real(rp) :: damping = 0, growth = 2         !< damping of steps, and its factor when a step fails
     real(rp) :: radius = 0                      !< largest change of an unknown, in its unit
     real(rp), allocatable :: scale(:)           !< (unknowns) D
-    integer :: rejections = 0, jumps = 0        !< in a row
+    integer :: rejections = 0, jumps = 0        !< number of them in a row
     real(rp), allocatable :: residuals(:), jacobian(:, :)
     logical :: is_valid = .false.               !< there are residuals
     real(rp) :: predicted = 0, actual = 0       !< reduction of the sum of squares
@@ -30,17 +30,17 @@ module least_squares_fit
 
 contains
 
-  !> Minimises the sum of squares from `start`, cut to the box, which is evaluated from the state `from`. Every further point is
-  !> evaluated from the state of the best one so far. Fails, as a report that is not converged, if the start is not valid or the
-  !> steps do not end; p is then the best point found, and the state is that of p, or `from` if the start is not valid.
+  !> Minimises the sum of squares. The start is moved into the box of the bounds and evaluated from the state `from`; every further
+  !> point is evaluated from the state of the best point so far. If the start is not valid or the steps do not end, the report is
+  !> not converged. p is the best point found, and the state is that of p, or `from` if the start is not valid.
   subroutine fit(problem, unknowns, start, from, options, report)
     class(least_squares_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
     real(rp), intent(in) :: start(:)
-    class(solver_state_t), intent(in) :: from !< not that of `report`
+    class(solver_state_t), intent(in) :: from !< must not be the state of `report`
     type(fit_options_t), intent(in) :: options
     type(fit_report_t), intent(out) :: report
-    integer, parameter :: MOST_JUMPS = 6 ! in a row; the step is then 1/64 of the first that met one
+    integer, parameter :: MOST_JUMPS = 6 ! in a row; the step is then 1/64 of the first step that met a jump
     type(trial_t) :: trial
     integer :: iteration
     logical :: is_end
@@ -49,14 +49,14 @@ contains
     trial = trial_t(damping=options%damping, radius=options%largest_step)
     allocate (trial%scale(size(start)), trial%residuals(size(report%residuals)), &
               trial%jacobian(size(report%residuals), size(start)), source=0.0_rp)
-    report%reason = 'too many steps were tried'
+    report%reason = 'the largest number of steps was reached before the fit converged'
     do iteration = 1, options%most_iterations
       call propose_step(unknowns, report, trial)
       call check_next_step(options, trial, report, is_end)
       if (is_end) exit
       call try_point(problem, unknowns, options, report, trial)
       if (trial%jumps >= MOST_JUMPS) then
-        report%reason = 'at the end of every further step a wing snaps to another shape'
+        report%reason = 'every further step, however short, jumps to another branch of solutions'
         exit
       end if
       if (trial%ratio(report%cost()) > 1.0e-4_rp) then
@@ -88,7 +88,7 @@ contains
     n = size(start)
     m = problem%n_residuals
     call require(size(unknowns%lower) == n .and. all(unknowns%lower <= unknowns%upper), &
-                 'least_squares_fit: bounds of other unknowns, or in the wrong order')
+                 'least_squares_fit: every unknown needs bounds, the lower one not above the upper one')
     allocate (report%residuals(m), report%jacobian(m, n), source=0.0_rp)
     allocate (report%is_at_bound(n), source=.false.)
     allocate (report%path(3, 0:-1))
@@ -166,8 +166,8 @@ contains
     end if
   end subroutine try_point
 
-  !> Returns the actual over the predicted reduction of the sum of squares `cost`, -1 without residuals. Reductions below the
-  !> rounding of the sum count as achieved.
+  !> Returns the ratio of the actual to the predicted reduction of the sum of squares `cost`, -1 without residuals. Reductions below
+  !> the rounding of the sum count as achieved.
   pure real(rp) function trial_ratio(self, cost) result(ratio)
     class(trial_t), intent(in) :: self
     real(rp), intent(in) :: cost
@@ -178,7 +178,7 @@ contains
     if (max(self%predicted, -self%actual) <= UNRESOLVED*cost) ratio = 1
   end function trial_ratio
 
-  !> Makes the tried point that of the report, and lengthens the next step.
+  !> Accepts the tried point as that of the report, and lengthens the next step.
   subroutine accept_step(unknowns, options, report, trial)
     type(unknowns_t), intent(in) :: unknowns
     type(fit_options_t), intent(in) :: options

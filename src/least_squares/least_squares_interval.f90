@@ -9,12 +9,12 @@ module least_squares_interval
   !> What data tell about one unknown.
   type :: interval_t
     real(rp) :: best = 0                      !< where the sum of squares without the prior is smallest
-    real(rp) :: lower = 0, upper = 0          !< ends; bounds of the box where there is none
+    real(rp) :: lower = 0, upper = 0          !< ends of the interval; bounds of the box where it has none
     logical :: has_lower = .false., has_upper = .false.
-    !> An end of the interval, lower and upper, is where the sum of squares jumps, or where valid points end.
+    !> Tells whether the lower and the upper end are where the sum of squares jumps, or where valid points end.
     logical :: is_jump(2) = .false.
-    logical :: is_complete = .false.          !< the search of both ends was completed
-    logical, allocatable :: is_left_out(:)    !< (groups) data that do not count in it, see solver_state_t; not allocated: no groups
+    logical :: is_complete = .false.          !< the search for both ends was completed
+    logical, allocatable :: is_left_out(:) !< (groups) data that it does not use, see solver_state_t; not allocated: no groups
     integer :: n_refits = 0, n_evaluations = 0
     real(rp), allocatable :: profile(:, :)    !< (2, :) values tried, in that order, and the sum of squares above its
     !< minimum there
@@ -29,14 +29,14 @@ contains
     logical, intent(in) :: is_log
     type(interval_t), intent(in) :: interval
     character(:), allocatable :: sentence
-    character(*), parameter :: AT_JUMP = ' jump or end, not where the misfit exceeds its limit)'
+    character(*), parameter :: AT_JUMP = ' end shapes jump or cease to exist; the misfit is still within its limit)'
     if (interval%has_lower .and. interval%has_upper) then
       sentence = name//': '//shown(interval%best)//behind()//', with 90 % confidence between '// &
                  shown(interval%lower)//' and '//shown(interval%upper)//behind()
     else if (interval%has_lower) then
-      sentence = name//': not determined by these data; only > '//shown(interval%lower)//behind()//' can be said'
+      sentence = name//': these data give a lower limit only: > '//shown(interval%lower)//behind()
     else if (interval%has_upper) then
-      sentence = name//': not determined by these data; only < '//shown(interval%upper)//behind()//' can be said'
+      sentence = name//': these data give an upper limit only: < '//shown(interval%upper)//behind()
     else if (interval%is_complete) then
       sentence = name//': not determined by these data; every value from '//shown(interval%lower)//' to '// &
                  shown(interval%upper)//behind()//' fits as well'
@@ -45,8 +45,8 @@ contains
       return
     end if
     if (.not. interval%is_complete) sentence = sentence//' (the search for the interval did not finish)'
-    if (interval%is_jump(1)) sentence = sentence//' (the lower end is where shapes'//AT_JUMP
-    if (interval%is_jump(2)) sentence = sentence//' (the upper end is where shapes'//AT_JUMP
+    if (interval%is_jump(1)) sentence = sentence//' (at the lower'//AT_JUMP
+    if (interval%is_jump(2)) sentence = sentence//' (at the upper'//AT_JUMP
 
   contains
 

@@ -14,7 +14,7 @@ module least_squares_posterior
     real(rp), allocatable :: covariance(:, :)      !< (n, n) with priors; huge where nothing is known
     real(rp), allocatable :: sd(:)                 !< (n) square roots of its diagonal
     real(rp), allocatable :: singular_values(:)    !< (n) of the derivatives, without priors, largest first
-    real(rp), allocatable :: combinations(:, :)    !< (n, n) the combination that belongs to each, a column
+    real(rp), allocatable :: combinations(:, :)    !< (n, n) in column i, the combination of unknowns of singular value i
   end type posterior_t
 
 contains

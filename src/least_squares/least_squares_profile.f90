@@ -2,9 +2,9 @@
 !> Finds intervals by profile likelihood: one unknown is held at a value, all others are fitted again, and the interval is where
 !> the sum of squares stays within a threshold of its minimum.
 !>
-!> A sum of squares may jump, for instance where a wing snaps under a load; refits do not cross the jump. If a jump lies between
-!> the minimum and an end, the data that jump are left out and the interval is found from the others: a smaller experiment, with a
-!> wider but correct interval. If nothing can be left out the interval ends at the jump, and `is_jump` says so.
+!> A sum of squares may jump, for instance where a solution moves to another branch; refits do not cross the jump. If a jump lies
+!> between the minimum and an end, the data that jump are left out, and the interval is found from the others. It is that of a
+!> smaller experiment: wider, but correct. If nothing can be left out, the interval ends at the jump, and `is_jump` says so.
 !>
 !> The prior of the unknown itself is left out: the result is what the data alone tell about it. If the profile stays below the
 !> threshold up to the bound, there is no end on that side.
@@ -26,7 +26,7 @@ module least_squares_profile
   !> Guess from the linear approximation where the ends of the interval of an unknown are.
   type :: linear_guess_t
     real(rp) :: sd = 0                !< its standard deviation
-    real(rp), allocatable :: slope(:) !< how all unknowns follow it, if that is known
+    real(rp), allocatable :: slope(:) !< derivatives of all unknowns with respect to it, if known
   end type linear_guess_t
 
   !> The data of a search.
@@ -52,9 +52,9 @@ module least_squares_profile
   type :: bracket_t
     real(rp) :: inside = 0, w_inside = 0, outside = 0, w_outside = 0
     logical :: has_outside = .false.
-    type(solver_point_t) :: at_inside         !< where the last fit there has ended
-    real(rp), allocatable :: at_outside(:)    !< where the last one there has begun
-    integer :: n_same = 0 !< points in a row on the same side of the end, but for the first: inside > 0, outside < 0
+    type(solver_point_t) :: at_inside         !< where the last fit at `inside` has ended
+    real(rp), allocatable :: at_outside(:)    !< where the last fit at `outside` has begun
+    integer :: n_same = 0 !< points in a row on the same side of the end, without the first; inside > 0, outside < 0
   contains
     procedure :: move_inside => bracket_move_inside
     procedure :: next_point => bracket_next_point
@@ -109,7 +109,8 @@ contains
     if (allocated(search%best%state%is_left_out)) interval%is_left_out = search%best%state%is_left_out
   end subroutine profile_interval
 
-  !> Finds the interval about the point that was just fitted from the value p of the unknown. `is_less`: data were left out.
+  !> Finds the interval about the point that was just fitted from the value p of the unknown. `is_less` is true if data were left
+  !> out.
   subroutine find_both_ends(search, problem, p, is_less)
     type(search_t), intent(inout) :: search
     class(least_squares_t), intent(inout) :: problem
@@ -179,7 +180,7 @@ contains
       do n = 1, MOST_REFITS
         at = search%start_at(x, bracket)
         call search%fit_from(problem, at, bracket%at_inside%state)
-        if (search%report%n_evaluations > 1) call take_jump(search, outcome) ! keeps the others from their minimum
+        if (search%report%n_evaluations > 1) call take_jump(search, outcome) ! a jump keeps the other unknowns from their minimum
         if (outcome == SETTLED) call take_value(search, x, w, outcome)
         if (outcome /= SETTLED) return
         if (abs(w - goal) <= ACCURACY*goal) then
@@ -211,7 +212,8 @@ contains
     end associate
   end subroutine find_end
 
-  !> Leaves data out if the last fit has jumped and some can be left out: the outcome is then FEWER_DATA, else as it was.
+  !> Leaves data out if the last fit has jumped and some can be left out. The outcome is then FEWER_DATA; otherwise it does not
+  !> change.
   subroutine take_jump(search, outcome)
     type(search_t), intent(inout) :: search
     integer, intent(inout) :: outcome
@@ -221,8 +223,9 @@ contains
     if (is_less) outcome = FEWER_DATA
   end subroutine take_jump
 
-  !> Enters the last fit, with the unknown at x, in the profile and returns its w, huge without a fit. If it is lower than the
-  !> minimum by more than the accuracy of fits, it becomes the minimum: the outcome is then LOWER_MINIMUM, else as it was.
+  !> Enters the last fit, with the unknown at x, in the profile and returns its w, which is huge without a fit. If the fit is lower
+  !> than the minimum by more than the accuracy of fits, it becomes the minimum, and the outcome becomes LOWER_MINIMUM; otherwise
+  !> the outcome does not change.
   subroutine take_value(search, x, w, outcome)
     type(search_t), intent(inout) :: search
     real(rp), intent(in) :: x
@@ -241,7 +244,8 @@ contains
   end subroutine take_value
 
   !> Fits at the value just outside, starting from the point just inside. The interval ends there if residuals jump, if the fit
-  !> fails, or if the sum of squares has grown enough. Otherwise the value is inside, as there is no jump from nearby.
+  !> fails, or if the sum of squares has grown enough. Otherwise the value is inside, because it can be reached from nearby without
+  !> a jump.
   subroutine probe_far_side(search, problem, goal, bracket, end, outcome)
     type(search_t), intent(inout) :: search
     class(least_squares_t), intent(inout) :: problem

@@ -9,32 +9,32 @@ module least_squares_report
   private
   public :: fit_options_t, fit_report_t, leads_to_known
 
-  !> Choices of the algorithm.
+  !> The choices of the algorithm.
   type :: fit_options_t
     real(rp) :: damping = 1.0e-3_rp       !< of the first step; 0: a full Gauss-Newton step
     real(rp) :: step_tolerance = 1.0e-9_rp      !< of an unknown, in its unit (1 where it is a logarithm)
     real(rp) :: reduction_tolerance = 1.0e-12_rp !< relative, of the sum of squares
     real(rp) :: largest_step = 2.0_rp           !< of an unknown, in its unit
     integer :: most_iterations = 100            !< steps tried
-    !> Rejected steps in a row after which the sum of squares counts as jumping, as where a wing is about to snap under a load,
-    !> and the best point is taken as the minimum.
+    !> Number of rejected steps in a row after which the sum of squares is taken to jump, as where a solution is about to move to
+    !> another branch. The best point is then taken as the minimum.
     integer :: most_rejections = huge(1)
     logical :: is_smooth = .false. !< a point to which the residuals jump is not valid, see solver_state_t
-    !> A minimum, and the standard deviations there: the fit ends as soon as it leads to this minimum. Not allocated: none is
-    !> known.
+    !> A known minimum, and the standard deviations there. The fit ends as soon as it leads to this minimum. Not allocated: no
+    !> minimum is known.
     real(rp), allocatable :: known(:), known_sd(:)
   end type fit_options_t
 
   !> The result. Everything belongs to the point p and its state.
   type, extends(solver_point_t) :: fit_report_t
     logical :: is_converged = .false.
-    logical :: leads_to_known = .false.         !< it ended as it leads to the known minimum of the options
-    logical :: has_jumped = .false.             !< it ended as residuals jump: at the start, or wherever a step leads
-    logical, allocatable :: jumped(:)           !< (groups) if so, these do, see solver_state_t
-    character(:), allocatable :: reason         !< why it ended
-    real(rp), allocatable :: residuals(:), jacobian(:, :) !< those of the problem, without priors
-    real(rp) :: chi2 = 0                        !< sum of their squares
-    real(rp) :: prior_chi2 = 0                  !< the same of the priors
+    logical :: leads_to_known = .false.         !< the fit has ended because it leads to the known minimum of the options
+    logical :: has_jumped = .false.             !< it has ended because residuals jump: at the start, or at the end of every step
+    logical, allocatable :: jumped(:)           !< (groups) those whose residuals jump, see solver_state_t
+    character(:), allocatable :: reason         !< why the fit has ended
+    real(rp), allocatable :: residuals(:), jacobian(:, :) !< of the problem, without priors
+    real(rp) :: chi2 = 0                        !< sum of squares of the residuals
+    real(rp) :: prior_chi2 = 0                  !< sum of squares of the priors
     logical, allocatable :: is_at_bound(:)
     integer :: n_accepted = 0, n_evaluations = 0
     real(rp) :: last_step = 0                   !< largest change of an unknown, in its unit, in the last step tried
@@ -52,8 +52,8 @@ contains
   end function report_cost
 
   !> Tells whether the problem, linear about the point of the report, has its minimum at the known one: no unknown differs by more
-  !> than its known_sd or a quarter of its prior's standard deviation, and at the known point the linear problem costs no more
-  !> than 1 above its minimum. Says so in the report, without convergence.
+  !> than its known_sd or a quarter of its prior's standard deviation, and the sum of squares of the linear problem at the known
+  !> point lies at most 1 above its minimum. Enters this in the report, without convergence.
   logical function leads_to_known(known, known_sd, unknowns, report)
     real(rp), intent(in) :: known(:), known_sd(:)
     type(unknowns_t), intent(in) :: unknowns
@@ -80,6 +80,6 @@ contains
     if (.not. leads_to_known) return
     report%is_converged = .false.
     report%leads_to_known = .true.
-    report%reason = 'it leads to the known minimum'
+    report%reason = 'the fit leads to the known minimum'
   end function leads_to_known
 end module least_squares_report

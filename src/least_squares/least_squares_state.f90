@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Represents the state of a solver as a value.
 !>
-!> A problem may need internal iterations, for instance for the shape of a wing under a load. Each of them begins where another
-!> one has ended, which decides which of several equilibria it finds. A point is therefore evaluated from a state, and the
-!> evaluation gives the state there. Fits hold the state with the point to which it belongs.
+!> A problem may need internal iterations, for instance for an equilibrium. Each of them begins where another one has ended, which
+!> decides which of several equilibria it finds. A point is therefore evaluated from a state, and the evaluation gives the state
+!> there. Fits hold the state with the point to which it belongs.
 module least_squares_state
   use base_errors, only: require
   use base_kinds, only: rp
@@ -11,8 +11,8 @@ module least_squares_state
   private
   public :: solver_point_t, solver_state_t
 
-  !> Problems extend it by their data. A problem without internal iterations needs none. If residuals may jump from one point to
-  !> the next, they belong to groups, each of which can be left out.
+  !> The state of a solver, which problems extend by their data. A problem without internal iterations needs no data. If residuals
+  !> may jump from one point to the next, they belong to groups, each of which can be left out.
   type :: solver_state_t
     logical, allocatable :: jumped(:)      !< (groups) residuals do not follow smoothly from those of the state before
     logical, allocatable :: is_left_out(:) !< (groups) residuals are 0, here and at all points that are evaluated from here
@@ -31,15 +31,15 @@ module least_squares_state
 
 contains
 
-  !> Tells whether any residuals jumped on the way from the state before.
+  !> Tells whether any residuals have jumped on the way from the previous state.
   pure logical function state_has_jumped(self) result(has_jumped)
     class(solver_state_t), intent(in) :: self
     has_jumped = .false.
     if (allocated(self%jumped)) has_jumped = any(self%jumped)
   end function state_has_jumped
 
-  !> Leaves out the groups that `jumped`, too. If there are none, or if no others would be left, nothing changes, and `is_done` is
-  !> false. A state whose residuals jump has groups.
+  !> Leaves out the groups that `jumped`, in addition to those left out before. If none has jumped, or if no group would remain,
+  !> nothing changes, and `is_done` is false. A state whose residuals jump has groups.
   subroutine state_leave_out(self, jumped, is_done)
     class(solver_state_t), intent(inout) :: self
     logical, intent(in) :: jumped(:)
@@ -51,8 +51,8 @@ contains
     if (is_done) self%is_left_out = jumped .or. self%is_left_out
   end subroutine state_leave_out
 
-  !> Makes the next solutions begin at rest: a solver may have followed another equilibrium than the one to which rest leads. A
-  !> state without shapes does not change.
+  !> Makes the next solutions begin at rest, because a solver may have followed another equilibrium than the one that it finds from
+  !> rest. A state without shapes does not change.
   pure subroutine state_begin_at_rest(self)
     class(solver_state_t), intent(inout) :: self
     associate (unused => self)

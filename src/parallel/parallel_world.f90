@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Holds the communicator of a run, with the reductions that all layers need.
 module parallel_world
+  use base_blas, only: prepare_blas
   use base_kinds, only: rp, i8
   use mpi_f08, only: MPI_Comm, MPI_COMM_WORLD, MPI_COMM_SELF, MPI_Init, MPI_Finalize, MPI_Initialized, &
                      MPI_Comm_rank, MPI_Comm_size, MPI_Allreduce, MPI_Bcast, MPI_Barrier, MPI_IN_PLACE, &
@@ -38,12 +39,13 @@ module parallel_world
 
 contains
 
-  !> Starts MPI (once per process) on all ranks. Collective.
+  !> Starts MPI (once per process) on all ranks, and sets up the BLAS (base_blas). Collective.
   subroutine world_start(self)
     class(world_t), intent(out) :: self
     logical :: started
     call MPI_Initialized(started)
     if (.not. started) call MPI_Init()
+    call prepare_blas()
     call self%adopt(MPI_COMM_WORLD)
   end subroutine world_start
 

@@ -10,13 +10,14 @@ module training_agreement
   public :: agreement_lines
 
   integer, parameter, public :: AGREEMENT_LENGTH = 160
-  real(rp), parameter :: APART = 0.5_rp !< of an sd: ends that differ by more are two ends
+  real(rp), parameter :: APART = 0.5_rp !< [sd] points that differ by more in some parameter are two minima
 
 contains
 
-  !> Returns a line for every end that is not the best one, and one line with their number if there are several. The best one has
-  !> coordinates best(n) and the sum of squares chi2; sd(n) are those of its parameters `names`; local_minima(1 + n, starts) are
-  !> chi^2 and coordinates. An end fits as well if it lies within the 90 % interval by its chi^2.
+  !> Returns one line for every start that ended away from the best point and, if at least two starts ended there, one line with
+  !> their number. The best point has coordinates best(n) and the sum of squares chi2; sd(n) are the standard deviations of its
+  !> parameters `names`. local_minima(1 + n, starts) holds chi^2 and the coordinates where each start ended. A minimum fits as well
+  !> as the best one if its chi^2 lies within the threshold of the 90 % interval.
   function agreement_lines(names, best, chi2, sd, local_minima) result(lines)
     character(*), intent(in) :: names(:)
     real(rp), intent(in) :: best(:), chi2, sd(:), local_minima(:, :)
@@ -35,10 +36,10 @@ contains
       k = maxloc(distance, 1)
       if (local_minima(1, i) <= chi2 + THRESHOLD_90) then
         write (line, '(a,f0.1,a)') 'warning   another start ends in an equally good fit, ', distance(k), &
-          ' sd away in '//trim(names(k))//': the data do not tell which wing it is'
+          ' sd away in '//trim(names(k))//': the data cannot distinguish the two wings'
       else
-        write (line, '(a,es11.4,a,es11.4,a)') 'polish    another start ends in a minimum that is not the lowest: '// &
-          'chi^2 =', local_minima(1, i), ' against', chi2, ', first of all in '//trim(names(k))
+        write (line, '(a,es11.4,a,es11.4,a)') 'polish    another start ends in a higher minimum: '// &
+          'chi^2 =', local_minima(1, i), ' instead of', chi2, '; most different is '//trim(names(k))
       end if
       lines = [lines, line]
     end do

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Counts how many candidates a search may still evaluate, and says what ends after them.
+!> Counts how many candidates a search may still evaluate, and what ends when none are left.
 module training_budget
   use base_kinds, only: i8
   use cmaes_params, only: cmaes_params_t, derive_params
@@ -10,8 +10,8 @@ module training_budget
   public :: budget_t, find_budget
 
   type :: budget_t
-    integer(i8) :: evaluations = 0  !< of candidates, at most
-    logical :: is_of_search = .true. !< the search ends with them, not this run alone
+    integer(i8) :: evaluations = 0  !< largest number of candidates
+    logical :: is_of_search = .true. !< after them the whole search ends, not only the present run
   contains
     procedure :: subject => budget_subject
   end type budget_t

@@ -12,26 +12,26 @@ module training_case
   private
   public :: training_case_t
 
-  !> The experiment has the free parameters as its unknowns.
+  !> Holds a training. The unknowns of its experiment are the free parameters.
   type, extends(bending_case_t) :: training_case_t
     type(cmaes_options_t) :: search
     integer :: restarts = RESTARTS_NONE
     integer :: max_restarts = 0
     logical :: starts_at_wing = .false., use_chi2 = .false.
     integer :: n_stages = 1
-    logical :: search_is_short = .false.    !< it ends with the first generation that has a feasible candidate
+    logical :: search_is_short = .false.    !< the search ends with the first generation that has a feasible candidate
     logical :: polish = .true., moves = .true., intervals = .true.
     integer :: polish_starts = 1            !< points of the search from which a polish may begin
     type(fit_options_t) :: fit
     character(:), allocatable :: name       !< first part of the names of checkpoints
-    integer :: checkpoint_every = 1         !< generations
+    integer :: checkpoint_every = 1         !< generations between two checkpoints
   contains
     procedure :: visit => case_visit
   end type training_case_t
 
 contains
 
-  !> Shows to the visitor what determines the search, but not how long it runs and what follows it. Experiment and measurement
+  !> Shows to the visitor what determines the search, but neither how long it runs nor what follows it. Experiment and measurement
   !> enter by numbers that are computed from them: see training_fingerprint.
   subroutine case_visit(self, visitor)
     class(training_case_t), intent(inout) :: self

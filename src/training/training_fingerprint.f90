@@ -49,7 +49,7 @@ contains
     end subroutine add
   end function fingerprint_of
 
-  !> Returns the checksum of the measured values, of their places, and of the loads.
+  !> Returns the checksum of the measured values, of their points, and of the loads.
   integer(i8) function measurement_fingerprint(e) result(number)
     type(experiment_t), intent(in) :: e
     integer :: i, l

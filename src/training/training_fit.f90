@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes one fit from one point to an outcome: least squares, and the cold solution of its end. On rank 0.
+!> Makes one fit from one point to an outcome: least squares, and then the solution of its final point from the unloaded wing. On
+!> rank 0.
 module training_fit
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -27,10 +28,11 @@ module training_fit
 
 contains
 
-  !> Fits from one start to an outcome. A wing that snaps has several shapes, and warm solutions may follow a wrong one. If the
-  !> cold solution of the end is another shape, the fit continues from there. If that ends in the same way, the fit is repeated
-  !> with every solution cold. A start that only checks is not continued. `trained` is the outcome, with all evaluations counted;
-  !> it is incomplete if the pool was stopped. On rank 0, while the other ranks serve the pool.
+  !> Fits from one start to an outcome. A wing that snaps has several shapes, and warm solutions, which begin at the shape of an
+  !> earlier point, may follow a wrong one. If the cold solution of the final point, which begins at the unloaded wing, is another
+  !> shape, the fit continues from there. If the second fit ends in the same way, a third one makes every solution cold. A start
+  !> that only checks other starts is fitted once. `trained` is the outcome, with all evaluations counted; it is incomplete if the
+  !> pool was stopped. On rank 0, while the other ranks serve the pool.
   subroutine polish_from_start(settings, problem, unknowns, objective, start, log, trained)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem
@@ -64,14 +66,15 @@ contains
       n_evaluations = n_evaluations + trained%n_evaluations + 1
       if (start%is_check .or. .not. settings%polish .or. attempt == LAST) exit
       if (trained%cold_difference <= SAME*settings%experiment%model%size) exit
-      call log%say('          its cold solution is another shape: the wing snaps. '// &
-                   trim(merge('It goes on from there        ', 'All loads are now solved cold', attempt == 1)))
+      call log%say('          the solution from the unloaded wing has another shape, because the wing snaps. '// &
+                   trim(merge('The fit continues from this solution                ', &
+                              'The next fit solves all loads from the unloaded wing', attempt == 1)))
     end do
     trained%n_evaluations = n_evaluations
   end subroutine polish_from_start
 
-  !> Makes one fit from a point, at which solutions begin at rest, and puts its results into `trained`. `state` is where it has
-  !> ended.
+  !> Makes one fit from a point, at which solutions begin at the unloaded wing, and puts its results into `trained`. `state` is the
+  !> state of the solver at its final point.
   subroutine polish_once(settings, problem, unknowns, from, has_stages, log, trained, state)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem
@@ -91,7 +94,8 @@ contains
     trained%is_polished = report%is_converged .or. report%n_accepted > 0
     call log%say('polish    '//counted(report%n_evaluations, 'evaluation')//', '// &
                  counted(count_stages(path), 'stage')// &
-                 trim(merge(', all cold; ', ';           ', trained%is_cold))//' '//report%reason)
+                 trim(merge(', all from the unloaded wing; ', ';                             ', trained%is_cold))//' '// &
+                 report%reason)
     if (.not. trained%is_polished) return
     trained%coordinates = report%p
     trained%prior_chi2 = report%prior_chi2

@@ -48,11 +48,11 @@ contains
   end subroutine history_init
 
   !> Adds a generation. `row` has the columns of GENERATION_COLUMNS up to condition except the best and the median of the
-  !> generation, which are found here; `mean` is in the units of the unknowns.
+  !> generation, which this procedure computes; `mean` is in the units of the unknowns.
   subroutine history_add_generation(self, counts, best, sigma, condition, costs, mean)
     class(train_history_t), intent(inout) :: self
     integer(i8), intent(in) :: counts(5)  !< stage, run, generation, lambda, evaluations
-    real(rp), intent(in) :: best          !< cost so far; huge if there is none
+    real(rp), intent(in) :: best          !< lowest cost so far; huge if no candidate was feasible
     real(rp), intent(in) :: sigma, condition
     type(candidate_costs_t), intent(in) :: costs
     real(rp), intent(in) :: mean(:)
@@ -139,7 +139,7 @@ contains
     is_apart = any(abs(a - b) > apart*max(abs(a), abs(b)))
   end function is_apart
 
-  !> Returns the middle value, the lower one of two.
+  !> Returns the median; of two middle values, the lower one.
   pure real(rp) function median(values)
     real(rp), intent(in) :: values(:)
     integer :: i

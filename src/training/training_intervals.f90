@@ -48,11 +48,11 @@ contains
     do l = 1, n_loads
       i = count(trained%is_left_out(l, :))
       if (i > 0) call log%say('warning   the shape under '//settings%experiment%measurement%loads(l)%name// &
-                              ' jumps: it is left out of '//counted(i, 'interval'))
+                              ' jumps, so this load is left out of '//counted(i, 'interval'))
     end do
   end subroutine find_intervals
 
-  !> Returns a sentence about parameter i, with the loads on which alone it rests.
+  !> Returns a sentence about parameter i, with the loads that its interval leaves out.
   function interval_sentence(experiment, space, trained, i) result(sentence)
     type(experiment_t), intent(in) :: experiment
     type(search_space_t), intent(in) :: space
@@ -61,10 +61,10 @@ contains
     character(:), allocatable :: sentence, names
     sentence = profile_sentence(trim(space%names(i)), trim(space%units(i)), space%is_log(i), trained%intervals(i))
     names = left_out_names(experiment, trained, i)
-    if (names /= '') sentence = sentence//'; without '//names//', where the shape snaps as the parameter moves'
+    if (names /= '') sentence = sentence//'; found without '//names//', where the shape snaps as the parameter changes'
   end function interval_sentence
 
-  !> Returns the names of the loads that do not count in interval i, with a blank between them; empty if all count.
+  !> Returns the names of the loads that interval i leaves out, with a blank between them; empty if there are none.
   function left_out_names(experiment, trained, i) result(names)
     type(experiment_t), intent(in) :: experiment
     type(trained_t), intent(in) :: trained

@@ -39,7 +39,7 @@ module training_listener
       import :: rp, training_listener_t
       class(training_listener_t), intent(inout) :: self
       character(*), intent(in) :: kind
-      integer, intent(in) :: part, n_parts !< of so many at most
+      integer, intent(in) :: part, n_parts !< number of the present fit, and the largest number of fits
       integer, intent(in) :: evaluations
       real(rp), intent(in) :: chi2, begun
     end subroutine polish_progress
@@ -48,7 +48,7 @@ module training_listener
     subroutine interval_progress(self, name, done, n, evaluations, begun)
       import :: rp, training_listener_t
       class(training_listener_t), intent(inout) :: self
-      character(*), intent(in) :: name     !< of the parameter whose interval is being sought
+      character(*), intent(in) :: name     !< of the parameter whose interval is computed
       integer, intent(in) :: done, n, evaluations
       real(rp), intent(in) :: begun
     end subroutine interval_progress

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Leaves a minimum that is not the lowest. The sum of squares of a wing has several minima. Two of them usually differ by one
-!> parameter that is soft in one and stiff in the other, and by the values of the others that follow from it. Therefore each
-!> parameter in turn is moved to the opposite side of its prior, and the fit is repeated from there. On rank 0.
+!> Leaves a minimum that is not the lowest one. The sum of squares of a wing has several minima. Two of them usually differ by one
+!> parameter, which is soft in one minimum and stiff in the other, and by values of other parameters that follow from it. Therefore
+!> each parameter in turn is moved to the opposite side of its prior, and the fit is repeated from there. On rank 0.
 module training_moves
   use base_kinds, only: rp
   use base_process, only: wall_seconds
@@ -20,18 +20,18 @@ module training_moves
   private
   public :: try_moves
 
-  !> Differences of the cost: minima that differ by less, or by less than a millionth of it, are one minimum. One sd changes it by
-  !> 1.
+  !> Differences of the cost. Minima that differ by less than this, or by less than a millionth of the cost, are the same minimum. A
+  !> change of one sd changes the cost by 1.
   real(rp), parameter :: LOWER = 0.1_rp, RELATIVELY_LOWER = 1.0e-6_rp
-  integer, parameter :: MOST_ROUNDS = 5 !< every parameter is moved at most so often
+  integer, parameter :: MOST_ROUNDS = 5 !< largest number of moves of each parameter
 
 contains
 
   !> Replaces `trained`, which must be polished and solved, by the lowest minimum to which moves lead. Appends to local_minima(1 +
-  !> unknowns, :), see trained_t, all others that fit as well as it, within the 90 % interval by chi^2. After a lower minimum, all
-  !> parameters are moved again from there. It ends when no move leads lower, or if the pool is stopped. Parameters that are fixed
-  !> or have no prior are not moved. n_evaluations grows by the number of solved points. Every move begins cold: it depends on the
-  !> minimum alone.
+  !> unknowns, :), see trained_t, all other minima that fit as well, that is within the threshold of the 90 % interval. After a
+  !> lower minimum, all parameters are moved again from there. It ends when no move leads lower, or if the pool is stopped.
+  !> Parameters that are fixed or have no prior are not moved. n_evaluations grows by the number of solved points. Every move begins
+  !> at the unloaded wing and therefore depends on the minimum alone.
   subroutine try_moves(settings, problem, unknowns, objective, log, trained, local_minima, n_evaluations)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem
@@ -133,7 +133,7 @@ contains
     call fit_by_continuation(problem, unknowns, start, problem%initial_state(), options, .true., report, path)
   end subroutine move
 
-  !> Tells whether a fit ended in another point that is lower, or that fits as well.
+  !> Tells whether a fit ended in another minimum that is lower or that fits as well.
   pure logical function ends_elsewhere(report, trained)
     type(fit_report_t), intent(in) :: report
     type(trained_t), intent(in) :: trained

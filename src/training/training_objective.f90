@@ -57,7 +57,7 @@ contains
     allocate (self%expected(n_loads), source=1.0_rp)
   end subroutine objective_init
 
-  !> Makes the next solution of the mean a cold one.
+  !> Makes the next solution of the mean begin at the unloaded wing.
   subroutine objective_forget(self)
     class(train_objective_t), intent(inout) :: self
     self%is_start = .false.

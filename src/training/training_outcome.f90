@@ -9,28 +9,28 @@ module training_outcome
   private
   public :: trained_t
 
-  !> The outcome of a training.
+  !> Holds the outcome of a training.
   type :: trained_t
     real(rp), allocatable :: coordinates(:)  !< of the experiment
     real(rp), allocatable :: values(:)       !< of the unknowns, in their units
     integer, allocatable :: sides(:)         !< (unknowns) -1 or 1: the value is at the lower or upper bound of its box
-    logical :: is_cold = .false.             !< all solutions of the polish were cold
+    logical :: is_cold = .false.             !< all solutions of the polish began at the unloaded wing
     logical :: is_polished = .false.         !< least squares were completed, and the following results are known
     character(:), allocatable :: reason      !< why least squares ended; not allocated if they were not asked for
     real(rp), allocatable :: path(:, :)      !< of least squares, see fit_by_continuation
     real(rp), allocatable :: local_minima(:, :)      !< (1 + unknowns, starts) chi^2 and coordinates where each start ended
     type(posterior_t) :: posterior
-    real(rp), allocatable :: prior_sd(:)     !< of the coordinates that the posterior belongs to; 0: nothing was known
+    real(rp), allocatable :: prior_sd(:)     !< prior sd of the coordinates of the posterior; 0: no prior
     logical :: has_intervals = .false.
     type(interval_t), allocatable :: intervals(:)
     logical, allocatable :: is_left_out(:, :) !< (loads, unknowns) the load does not count in the interval, because it jumps
-    logical :: is_solved = .false.           !< all shapes were found cold, and lie in no excluded zone
-    type(evaluation_t), allocatable :: evaluations(:) !< (loads) of the cold solution
-    real(rp) :: h = 0                        !< [m] of the cold solution
+    logical :: is_solved = .false.           !< all shapes were found from the unloaded wing, and lie in no excluded zone
+    type(evaluation_t), allocatable :: evaluations(:) !< (loads) of the solution from the unloaded wing
+    real(rp) :: h = 0                        !< [m] cost of the solution from the unloaded wing
     real(rp) :: chi2 = 0
     real(rp) :: prior_chi2 = 0               !< sum of squares of the priors
-    logical :: fits = .false.                !< within the declared errors: chi2 is no more than three sd too large
-    real(rp) :: cold_difference = 0          !< [m] largest distance of a point between warm and cold solution
+    logical :: fits = .false.                !< chi2 agrees with the declared errors: it is at most three sd too large
+    real(rp) :: cold_difference = 0          !< [m] largest distance of a point between warm and cold solutions
     integer :: n_evaluations = 0             !< points at which all loads were solved
   contains
     procedure :: cost => trained_cost
@@ -48,8 +48,8 @@ contains
   end function trained_cost
 
   !> Tells whether the data determine unknown i: its interval has two ends or, if intervals were not asked for, the data halve its
-  !> prior standard deviation, and its box does not hold it. A polish that failed determines nothing. If no polish was asked for,
-  !> true unless it is at a bound.
+  !> prior standard deviation and it is not at a bound of its box. A polish that failed determines nothing. If no polish was asked
+  !> for, the result is true unless the unknown is at a bound.
   pure logical function trained_determines(self, i) result(is_determined)
     class(trained_t), intent(in) :: self
     integer, intent(in) :: i
@@ -62,7 +62,7 @@ contains
     if (self%prior_sd(i) > 0) is_determined = is_determined .and. self%posterior%sd(i) <= self%prior_sd(i)/2
   end function trained_determines
 
-  !> Tells whether a polish was asked for, but least squares accepted no step, so that nothing is known but the search's point.
+  !> Tells whether a polish was asked for but least squares accepted no step, so that only the point of the search is known.
   pure logical function trained_has_failed_polish(self) result(has_failed)
     class(trained_t), intent(in) :: self
     has_failed = allocated(self%reason) .and. .not. self%is_polished

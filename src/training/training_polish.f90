@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Refines the result of the search by least squares with exact derivatives, finds what the data tell about every parameter, and
-!> solves the final point cold. On rank 0; the others serve the pool.
+!> solves the final point from the unloaded wing. Rank 0 does this while the other ranks serve the pool.
 module training_polish
   use base_kinds, only: rp
   use base_process, only: wall_seconds
@@ -23,15 +23,15 @@ module training_polish
   private
   public :: polish_points
 
-  real(rp), parameter :: AT_BOUND = 1.0e-3_rp !< of the box's side: nearer to a bound is at it
+  real(rp), parameter :: AT_BOUND = 1.0e-3_rp !< of the box's side: a value nearer to a bound than this is at the bound
 
 contains
 
-  !> Goes from points of the search, starts(unknowns, :) as coordinates of the experiment, the best first, to the outcome. The
-  !> first is polished by continuation, which leads to one point from nearly all starts. Others are tried as long as the result
-  !> does not fit within the errors, and while polishing has cost fewer evaluations than the search. They use the declared errors
-  !> from the beginning, so that they may end elsewhere, which is reported. Then moves of single parameters search for a lower
-  !> minimum, if wanted (training_moves). If the pool is stopped the outcome is not complete.
+  !> Finds the outcome from points of the search, starts(unknowns, :), which are coordinates of the experiment, the best one first.
+  !> The first start is polished by continuation, which leads to the same point from nearly all starts. Further starts are tried as
+  !> long as the result does not fit within the errors and polishing has cost fewer evaluations than the search. They use the
+  !> declared errors from the beginning, so that they may end elsewhere; the log then says so. Then moves of single parameters
+  !> search for a lower minimum, if wanted (training_moves). If the pool is stopped the outcome is not complete.
   subroutine polish_points(settings, pool, space, objective, starts, log, trained)
     class(training_case_t), intent(in), target :: settings
     type(bending_pool_t), intent(inout), target :: pool
@@ -85,7 +85,7 @@ contains
     call problem%free()
   end subroutine polish_points
 
-  !> Returns the point with the state of its solution, which begins at rest.
+  !> Returns the point with its state, at which solutions begin at the unloaded wing.
   function solved_at(problem, coordinates) result(point)
     type(pool_problem_t), intent(inout) :: problem
     real(rp), intent(in) :: coordinates(:)
@@ -97,7 +97,7 @@ contains
     call move_alloc(at, point%state)
   end function solved_at
 
-  !> Says whether all starts came to the same end, and describes those that did not.
+  !> Writes to the log whether all starts ended at the same point, and describes the starts that did not.
   subroutine report_start_agreement(space, trained, log)
     type(search_space_t), intent(in) :: space
     type(trained_t), intent(in) :: trained

@@ -15,13 +15,13 @@ module training_pool_problem
   private
   public :: pool_problem_t, make_unknowns
 
-  !> The problem of least squares whose loads are solved by the pool. With a log it reports its progress.
+  !> Poses the problem of least squares; the pool solves its loads. With a log it reports its progress.
   type, extends(wing_problem_t) :: pool_problem_t
     type(bending_pool_t), pointer :: pool => null()
     class(training_listener_t), pointer :: log => null()
-    integer :: part = 0, n_parts = 0         !< the present start, move or interval, of so many
+    integer :: part = 0, n_parts = 0         !< number of the present start, move or interval, and of all of them
     character(:), allocatable :: kind_of_part !< 'start' or 'move', for messages about a fit
-    character(:), allocatable :: name        !< of the parameter whose interval is sought, if one is
+    character(:), allocatable :: name        !< of the parameter whose interval is computed, if one is
     integer :: n_solved = 0                  !< points so far
     real(rp) :: lowest = huge(1.0_rp)        !< chi^2 from the present start or move
     real(rp) :: begun = 0           !< [s] wall time of the first start, move or interval
@@ -44,7 +44,7 @@ contains
     if (associated(self%log)) call tell_progress(self, evaluations)
   end subroutine problem_run
 
-  !> Writes to the log how far the fit is, which has just solved all loads of a point.
+  !> Writes the progress of the fit to the log, after all loads of a point were solved.
   subroutine tell_progress(self, evaluations)
     type(pool_problem_t), intent(inout) :: self
     type(evaluation_t), intent(in) :: evaluations(:)

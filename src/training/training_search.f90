@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Searches globally by CMA-ES, generation by generation, with a checkpoint and a row of the history for each; in two stages if
-!> wanted, the second with E fixed. On rank 0; the others serve the pool.
+!> wanted, the second one with E fixed. Rank 0 searches while the other ranks serve the pool.
 module training_search
   use base_errors, only: failure_t
   use base_files, only: folder_of, join_path, name_of
@@ -31,7 +31,7 @@ module training_search
 
   character(*), parameter :: SCHEMA = 'flusi-msm training'
   integer, parameter :: MOST_DRAWS = 20 !< of random starts
-  integer(i8), parameter :: DRAWS = 2_i8**62 !< stream of random numbers that the optimiser does not use
+  integer(i8), parameter :: DRAWS = 2_i8**62 !< number of a stream of random numbers that the optimiser does not use
   character(*), parameter :: PREFIX = 'search_of_' !< of what the optimiser stores
 
   type :: train_search_t
@@ -45,7 +45,7 @@ module training_search
     type(failure_t) :: failure             !< of files
     type(identity_t) :: identity           !< of the run, for checkpoints
     type(checkpoint_slots_t), private :: slots
-    integer(i8), private :: fingerprint = 0       !< what a checkpoint must belong to
+    integer(i8), private :: fingerprint = 0       !< identifies the training to which a checkpoint must belong
     integer, private :: since_checkpoint = 0
   contains
     procedure :: init => search_init
@@ -76,8 +76,9 @@ contains
     call begin_stage(self, settings)
   end subroutine search_init
 
-  !> Begins at a random point of the box where the wing can carry all loads: elsewhere every candidate may fail, at high cost.
-  !> After MOST_DRAWS draws any point is accepted. A search that has begun, or begins at [Wing], is not changed.
+  !> Moves the start to a random point of the box where the wing has an equilibrium under all loads. Elsewhere every candidate may
+  !> fail, at high cost. After MOST_DRAWS draws it accepts any point. It does not change a search that has begun or that begins at
+  !> the values of [Wing].
   subroutine search_choose_start(self, settings, pool, log)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in) :: settings
@@ -216,7 +217,7 @@ contains
     self%is_done = (self%search%state%stop_code /= RUNNING .or. has_enough(self, settings)) .and. self%stage == settings%n_stages
   end subroutine load_state
 
-  !> Makes generations until the search ends or the pool is stopped; then writes a checkpoint.
+  !> Makes generations until the search ends or the pool is stopped. Then it writes a checkpoint.
   subroutine search_run(self, settings, pool, log)
     class(train_search_t), intent(inout) :: self
     class(training_case_t), intent(in) :: settings
@@ -237,7 +238,7 @@ contains
   !> Makes one generation. If the pool is stopped during it, nothing changes.
   subroutine make_generation(self, n_coming, pool, log)
     class(train_search_t), intent(inout) :: self
-    integer, intent(in) :: n_coming !< stages behind this one
+    integer, intent(in) :: n_coming !< stages that follow this one
     type(bending_pool_t), intent(inout) :: pool
     class(training_listener_t), intent(inout) :: log
     type(train_objective_t) :: before
@@ -312,7 +313,7 @@ contains
     call fix_youngs_modulus(self, settings, whole(self, u))
   end subroutine finish_stage
 
-  !> Returns the places of all unknowns in [0, 1] from those of the free ones.
+  !> Returns the values of all unknowns in the box [0, 1] from those of the free unknowns.
   pure function whole(self, u) result(all_u)
     class(train_search_t), intent(in) :: self
     real(rp), intent(in) :: u(:)
@@ -335,13 +336,13 @@ contains
     call begin_stage(self, settings)
   end subroutine fix_youngs_modulus
 
-  !> Returns the evaluations of candidates in all stages.
+  !> Returns the number of candidates that all stages have evaluated.
   pure integer(i8) function search_evaluations(self) result(n)
     class(train_search_t), intent(in) :: self
     n = self%spent + self%search%evaluations()
   end function search_evaluations
 
-  !> Returns the best feasible point of all stages, for the space of the present one.
+  !> Returns the best feasible point of all stages, in the space of the present stage.
   subroutine search_best(self, has_best, cost, u)
     class(train_search_t), intent(in) :: self
     logical, intent(out) :: has_best
@@ -353,8 +354,8 @@ contains
     if (self%stage > 1) call self%history%improve(self%space, has_best, cost, u)
   end subroutine search_best
 
-  !> Returns the points from which polishes may begin, as coordinates of the experiment, the best first: the point u, and other
-  !> good ones.
+  !> Returns the points from which polishes may begin, as coordinates of the experiment. The point u comes first, then other good
+  !> points.
   subroutine search_starts(self, settings, u, starts)
     class(train_search_t), intent(in) :: self
     class(training_case_t), intent(in) :: settings

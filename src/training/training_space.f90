@@ -15,7 +15,7 @@ module training_space
     type(cmaes_box_t) :: box              !< of all unknowns, in their units
     logical, allocatable :: is_log(:)     !< the coordinate of the experiment is the logarithm
     integer, allocatable :: free(:)       !< unknowns that the search moves
-    real(rp), allocatable :: fixed(:)     !< (unknowns) in [0, 1], of those that are not free
+    real(rp), allocatable :: fixed(:)     !< (unknowns) in [0, 1], values of the unknowns that are not free
     character(128), allocatable :: names(:)
     character(16), allocatable :: units(:)
   contains
@@ -28,7 +28,7 @@ module training_space
 
 contains
 
-  !> Makes all unknowns free: the parameters that are sought, then the offsets of observations.
+  !> Makes all unknowns free: first the free parameters, then the offsets of observations.
   subroutine space_init(self, experiment, free_parameters)
     class(search_space_t), intent(out) :: self
     type(experiment_t), intent(in) :: experiment
@@ -57,7 +57,7 @@ contains
     self%free = [(i, i=1, n)]
   end subroutine space_init
 
-  !> Holds unknown i at its place among u, the coordinates of the free unknowns. The places of all are kept.
+  !> Fixes unknown i at its value in u, the coordinates of the free unknowns. Stores the values of all unknowns.
   subroutine space_fix(self, i, u)
     class(search_space_t), intent(inout) :: self
     integer, intent(in) :: i
@@ -66,7 +66,7 @@ contains
     self%free = pack(self%free, self%free /= i)
   end subroutine space_fix
 
-  !> Returns the values of all unknowns, in their units, at the point u of the free ones, clipped to the box.
+  !> Returns the values of all unknowns, in their units, at the point u of the free unknowns, clipped to the box.
   pure function space_values(self, u) result(values)
     class(search_space_t), intent(in) :: self
     real(rp), intent(in) :: u(:)
@@ -76,7 +76,7 @@ contains
     values = self%box%value(clip(whole))
   end function space_values
 
-  !> Returns the same as coordinates of the experiment.
+  !> Returns the values of all unknowns at the point u as coordinates of the experiment.
   pure function space_coordinates(self, u) result(coordinates)
     class(search_space_t), intent(in) :: self
     real(rp), intent(in) :: u(:)

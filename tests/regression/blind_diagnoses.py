@@ -220,7 +220,7 @@ def test_tilted(case):
 
 
 def test_beside(case):
-    """All forces act 0.15 mm beside the stated places: that is found, where the truth lies within the interval, widened as in
+    """All forces act 0.15 mm beside the declared places: that is found, where the truth lies within the interval, widened as in
     diagnosis_entries.py. What else is said of the wing excludes that there is nothing of it, or is no name."""
     design, shift = quick_design(), {"load_shift_x": 1.06e-4, "load_shift_y": -1.06e-4}
     design["fixed"] = {"beside": {"hidden": {"load_shift": list(shift.values())}}}

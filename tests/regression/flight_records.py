@@ -199,7 +199,7 @@ def test_joint(case):
     check(code == SET or len(leads) == 1 and 0.03 < leads[0] < 0.07, f"the plate turns 0.05 beats early: {leads}")
     moved = found["flight"]["moved_sd"]
     check(len(moved) == 1 and moved[0] > 0.1 and not found["flight"]["has_settled"], f"one round is not enough: {moved} sd")
-    check("not settled: simulated with the fitted values, this still moves by" in found["verdict"]["sentence"], "the verdict says so")
+    check("not settled: the last simulation with the fitted values still changed them by" in found["verdict"]["sentence"], "the verdict says so")
 
 
 def forces(folder):

@@ -121,7 +121,7 @@ def test_refused(case):
     beam = merged(INSECT, {"Penalization": {"iMask": "Flexibility"}, "SolidModel": {"ns": 32},
                            "Time": {"iTimeMethodFluid": "FSI_AB2_iteration"}})
     for name, ini, text in (
-            ("beam", beam, "iMask: 'Flexibility' is known from FLUSI"),
+            ("beam", beam, "iMask: 'Flexibility' is a value of FLUSI"),
             ("wing", merged(INSECT, {"Penalization": {"iMask": "Flexible_wing"}, "Flexible_wing": {
                 "use_flexible_wing_model": "yes", "EIy": 1e-5}, "units": {"length": 0.01, "frequency": 100.0,
                                                                        "density": 1.2},

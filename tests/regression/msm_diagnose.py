@@ -261,7 +261,7 @@ def test_plan(case):
         synthesise(case, *arguments)
         case.write("diagnose.ini", (case.folder / "diagnose.ini").read_text() + "noise = declared;\n")
         done = case.run("diagnose.ini", "--plan", code=EXIT_OK)
-        check(("their shares are not known" in done.out) == (name == "mixed"), done.out)
+        check(("their fractions are not known" in done.out) == (name == "mixed"), done.out)
         found[name] = (case.folder / "diagnosis_plan.json").read_text()
     done = case.run("diagnose.ini", ranks=1, code=EXIT_USER)
     check(done.err.count("bending.h5: ") == 1 and "is the plan of an experiment" in done.err, done.err)

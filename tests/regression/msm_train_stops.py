@@ -88,7 +88,7 @@ def test_kill(case):
     done = whole.run("train.ini", ranks=0)
     # No candidate of so short a search meets heights to the declared 0.1 um.
     for text in (done.out, (whole.folder / "trained.ini").read_text()):
-        check("warning: this does not fit within the declared errors" in text, f"what does not fit is told:\n{text}")
+        check("warning: the fit does not agree with the declared errors" in text, f"what does not fit is told:\n{text}")
     told = r"^generation +\d+  evaluations +(\d+) "
     first, second = random.randint(10, 20), random.randint(30, 80)  # the backup of generation 1, of 5 candidates, is written then
     print(f"killed after {first} evaluations or a little later, stopped after {second}")

@@ -293,7 +293,7 @@ def test_flight(case):
         flusi.write("fly.ini", text.replace(str(WING), TURNED) + "\n[include]\nfile = trained.ini\n")
         done = flusi.run("fly.ini", "--dry-run", ranks=0)
         check(f"+z of [Wing] is the {side} side" in done.out, f"{stated}:\n{done.out}")
-        check((done.out + done.err).count(f"[Wing] z_side: left ventral counts, although {TURNED} says right dorsal") == notices,
+        check((done.out + done.err).count(f"[Wing] z_side: left ventral replaces right dorsal of {TURNED}") == notices,
               f"{stated}:\n{done.err}")
 
 

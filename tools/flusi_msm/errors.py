@@ -50,5 +50,5 @@ def run_command(name: str, main: Callable[[], None]) -> None:
 
 
 def tell_new_name(old: str, new: str) -> None:
-    """Prints that a tool has another name now. The old one goes on working."""
-    print(f"{old}: this tool is now called {new}", file=sys.stderr)
+    """Prints the present name of a tool that was called by an older name, which works too."""
+    print(f"{old}: this tool is called {new}; the older name works too", file=sys.stderr)

@@ -38,8 +38,8 @@ contains
     call append(list, more)
   end function list_causes
 
-  !> Returns the words for parameter `name` at `site` with a value of about `best`: of a usual parameter of the wing, which a
-  !> baseline may seek, or of a parameter of a cause. `words%is_known` is false if no parameter has this name.
+  !> Returns the words for parameter `name` at `site` with a value of about `best`. It is a usual parameter of the wing, which a
+  !> baseline may fit, or a parameter of a cause. `words%is_known` is false if no parameter has this name.
   pure subroutine find_words(name, site, best, words)
     character(*), intent(in) :: name, site
     real(rp), intent(in) :: best

@@ -32,15 +32,15 @@ module diagnosis_wing_catalogue
 
 contains
 
-  !> Makes the catalogue for an experiment without unknowns on `wing`. The baseline seeks the parameters of these
-  !> numbers, with `decades` as sd of their priors.
+  !> Makes the catalogue for an experiment without unknowns on `wing`. The baseline fits the parameters of these numbers, with
+  !> `decades` as sd of their priors.
   subroutine make_catalogue(experiment, wing, numbers, decades, catalogue, flights)
     type(experiment_t), intent(in) :: experiment
     type(wing_t), intent(in) :: wing
     integer, intent(in) :: numbers(:)
     real(rp), intent(in) :: decades
     type(catalogue_t), intent(out) :: catalogue
-    type(flight_data_t), intent(in), optional :: flights !< of records of forces over the beat
+    type(flight_data_t), intent(in), optional :: flights !< of records of forces over the beat, if there are any
     type(parameter_t) :: p
     integer :: i, n
     allocate (catalogue%parameters(0), catalogue%effects(0))
@@ -59,7 +59,7 @@ contains
     catalogue%n_baseline = size(catalogue%parameters)
     if (present(flights)) then
       if (flights%has_records) call enter_flights(catalogue, flights%facts, experiment%measurement%flights, flights%effects)
-      ! Nothing else is seen in forces on a wing whose motion is prescribed.
+      ! On a wing whose motion is prescribed, forces show nothing else.
       if (flights%has_records .and. size(experiment%loads) == 0 .and. .not. experiment%measurement%moves()) return
     end if
     call enter_structure(catalogue, experiment, numbers)
@@ -69,8 +69,8 @@ contains
     call enter_measurement(catalogue, experiment)
   end subroutine make_catalogue
 
-  !> Enters parameters of the wing that the baseline does not seek already: those that every wing has, and its effects. Those that
-  !> are tried at many places are not among them: see `enter_scans`.
+  !> Enters parameters of the wing that the baseline does not fit already: those that every wing has, and its effects. `enter_scans`
+  !> enters those that are tried at many sites.
   subroutine enter_structure(c, e, numbers)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -122,7 +122,7 @@ contains
       call enter_scanned(c, NEED_DISC, variants)
   end subroutine enter_scans
 
-  !> Enters the cause that needs a place, with these places.
+  !> Enters the cause that needs a site, with these sites.
   subroutine enter_scanned(c, need, variants)
     type(catalogue_t), intent(inout) :: c
     integer, intent(in) :: need
@@ -130,7 +130,7 @@ contains
     call c%enter(cause_at_place(need), '', variants)
   end subroutine enter_scanned
 
-  !> Returns the effect that has this need, a place.
+  !> Returns the effect that needs a site of this kind.
   function cause_at_place(need) result(cause)
     integer, intent(in) :: need
     type(cause_t) :: cause
@@ -142,7 +142,7 @@ contains
     end do
   end function cause_at_place
 
-  !> Returns discs of these radii around the points of a lattice; radii and spacing are shares of the wing's size.
+  !> Returns discs of these radii around the points of a lattice; radii and spacing are fractions of the wing's size.
   subroutine scan_damage(c, e, wing, spacing, radii, is_finer, variants)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -166,7 +166,7 @@ contains
     end do
   end subroutine scan_damage
 
-  !> Returns the coordinate of a factor on stiffness at one of many places: that of the effect which has this need.
+  !> Returns the coordinate of a factor on stiffness at one of many sites: that of the effect which has this need.
   function factor_at_sites(need, kind) result(p)
     integer, intent(in) :: need, kind
     type(wing_parameter_t) :: p

@@ -20,8 +20,8 @@ module diagnosis_wing_damping
 
 contains
 
-  !> Adds a parameter to the baseline. If there are records, it fits damping in proportion to the mass. It begins with one that
-  !> ends the motion within the longest of them, and the sd of its logarithm is a decade.
+  !> Adds a parameter to the baseline. If there are records, the baseline fits damping in proportion to the mass. The fit begins
+  !> with a damping that ends the motion within the longest of the records; the sd of its logarithm is a decade.
   subroutine add_damping(c, e)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -35,7 +35,7 @@ contains
     p%null = log(2/time)
     p%prior_sd = DECADE
     p%lower = p%null - 4*DECADE
-    p%upper = log(max(20.0_rp, turns)/time) ! above the start, however short the record
+    p%upper = log(max(20.0_rp, turns)/time) ! above the start even for a short record
     n = c%add(wing_parameter(p, KIND_DAMPING, DAMPING_MASS))
   end subroutine add_damping
 
@@ -82,7 +82,7 @@ contains
     end do
   end subroutine enter_damping
 
-  !> Enters a share that relaxes and a factor on its time, for each of several times.
+  !> Enters the fraction of the stiffness that relaxes and a factor on its relaxation time, for each of several times.
   subroutine scan_times(c, cause, time, turns, variants)
     type(catalogue_t), intent(inout) :: c
     type(cause_t), intent(in) :: cause

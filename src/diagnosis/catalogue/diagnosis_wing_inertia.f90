@@ -18,12 +18,12 @@ module diagnosis_wing_inertia
   private
   public :: add_air, enter_inertia
 
-  real(rp), parameter :: SPACING = 0.1_rp, FINER_SPACING = 0.04_rp !< of places of a point mass, of the wing's size
+  real(rp), parameter :: SPACING = 0.1_rp, FINER_SPACING = 0.04_rp !< of the sites of a point mass, of the wing's size
 
 contains
 
-  !> Adds a parameter to the baseline. If the wing moved in air, it fits the ratio of the air that moves with the wing to that of
-  !> strip theory.
+  !> Adds a parameter to the baseline. If the wing moved in air, the baseline fits the ratio of the air that moves with the wing to
+  !> that of strip theory.
   subroutine add_air(c, e)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -34,7 +34,7 @@ contains
     n = c%add(wing_parameter(p%as_coordinate(p%null), KIND_MASS, MASS_ADDED))
   end subroutine add_air
 
-  !> Enters the mass of the wing, and a point mass at any place.
+  !> Enters the mass of the wing, and a point mass at any site.
   subroutine enter_inertia(c, e, wing)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -54,7 +54,7 @@ contains
     end do
   end subroutine enter_inertia
 
-  !> Enters a cause that has one parameter of the masses, at all places if it needs one.
+  !> Enters a cause that has one parameter of the masses, at all sites if it needs one.
   subroutine enter_one(c, e, wing, cause)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -75,7 +75,7 @@ contains
     call c%enter(cause, '', variants)
   end subroutine enter_one
 
-  !> Enters the parameter p of a point mass at every place of a lattice.
+  !> Enters the parameter p of a point mass at every site of a lattice.
   subroutine scan(c, e, wing, p, fraction, is_finer, variants)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e

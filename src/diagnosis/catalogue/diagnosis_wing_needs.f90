@@ -13,12 +13,12 @@ module diagnosis_wing_needs
   private
   public :: missing_of
 
-  real(rp), parameter :: SAME_SITE = 0.02_rp !< of the wing's size: places that are nearer to each other are one
+  real(rp), parameter :: SAME_SITE = 0.02_rp !< of the wing's size: sites that are nearer to each other are the same
   real(rp), parameter :: OTHER_FORCE = 0.05_rp !< of the other force
 
 contains
 
-  !> Returns what the data lack to show creep: two times of holding. Empty if they have them.
+  !> Returns what the data lack to show creep, which needs two times of holding; empty if they have them.
   function needs_holds(e) result(missing)
     type(experiment_t), intent(in) :: e
     character(:), allocatable :: missing
@@ -34,8 +34,8 @@ contains
     end associate
   end function needs_holds
 
-  !> Returns what the data lack to show what depends on the strength of the force: two levels at one place. Empty if they have
-  !> them.
+  !> Returns what the data lack to show an effect of the strength of the force, which needs two forces at one site; empty if they
+  !> have them.
   function needs_levels(e) result(missing)
     type(experiment_t), intent(in) :: e
     character(:), allocatable :: missing
@@ -70,9 +70,11 @@ contains
       case (NEED_NO_SLACK)
         if (e%model%params%slack < 1) missing = 'needs a membrane that does not go slack'
       case (NEED_UNSTRESSED_REST) ! motion is that about a flat wing without stress
-        if (e%measurement%moves()) missing = 'cannot be sought where natural modes or records of motion are in the data'
+        if (e%measurement%moves()) missing = 'cannot be tested together with natural modes or '// &
+                                             'records of motion, which need a wing that is flat and free of stress at rest'
       case (NEED_MODES_ABOUT_REST)
-        if (e%measurement%has_loaded_modes()) missing = 'cannot be sought where natural modes under loads are in the data'
+        if (e%measurement%has_loaded_modes()) missing = 'cannot be tested together with natural modes under '// &
+                                                        'loads, which need a stiff clamp'
       case (NEED_SIDED_JOINTS)
         missing = lacks(e%model%params%effects, needs(i))
       case (NEED_TWO_HOLDS)
@@ -81,7 +83,7 @@ contains
         missing = needs_mass(e)
       case (NEED_SMALL_DEFLECTIONS)
         missing = needs_small_deflections(e)
-      case default ! the diagnosis itself gives sides to veins, and missing_for knows what the file lacks
+      case default ! the diagnosis itself gives sided veins, and missing_for knows what the file lacks
         call require(any(needs(i) == [NEED_SIDED_VEINS, NEED_ORDER, NEED_TIME, NEED_HOLD, NEED_HEIGHTS]), &
                      'diagnosis_wing_needs: an unknown need')
       end select
@@ -123,6 +125,6 @@ contains
     character(:), allocatable :: missing
     missing = needs_levels(e)
     if (e%instrument%get(NONLINEARITY) >= 1) &
-      missing = 'the baseline has it: [Instrument] parameters = nonlinearity 0 leaves it out'
+      missing = 'is already part of the baseline; [Instrument] parameters = nonlinearity 0 takes it out'
   end function needs_small_deflections
 end module diagnosis_wing_needs

@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Makes the entries of the catalogue that records of forces over the beat can show: errors of the kinematics, of the flow and of
-!> the force balance. Without such records the catalogue has none of these
-!> entries.
+!> the force balance. Without such records the catalogue has none of these entries.
 module diagnosis_flight_catalogue
   use base_cause, only: cause_t
   use base_errors, only: require
@@ -27,10 +26,10 @@ contains
   !> about which forces are approximated. It is 0, and no flight is made, if no effect in the list `wanted` needs the change or
   !> if the case cannot make it. An empty `wanted` means all effects.
   !>
-  !> About the case nobody knows yet what a change does, and the step is its prior sd. Once the data have determined a change to
-  !> sd(j), forces are needed where the data leave it, and the step is STEP sd(j): forces then change by STEP times their noise. It
-  !> is never larger than the prior sd, and never smaller than LEAST_STEP times that, where the difference of two flights would come
-  !> near the errors that both have by themselves. It has one digit, so that data that differ little need the same flights. A change
+  !> Before the first flights the effect of a change is not known, and the step is its prior sd. Once the data have determined a
+  !> change to sd(j), forces are needed over that range, and the step is STEP sd(j): forces then change by STEP times their noise.
+  !> The step is never larger than the prior sd. It is never smaller than LEAST_STEP times the prior sd, where the difference of two
+  !> flights would come near their own errors. It has one digit, so that data that differ little need the same flights. A change
   !> with sd(j) = 0 gets no step.
   pure function flight_steps(facts, wanted, sd) result(steps)
     type(flight_facts_t), intent(in) :: facts

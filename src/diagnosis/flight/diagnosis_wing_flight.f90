@@ -20,18 +20,18 @@ module diagnosis_wing_flight
   public :: flight_data_t, wing_flight_t
 
   integer, parameter :: N_WAVES = 6           !< harmonics of an unknown cause
-  real(rp), parameter :: UNKNOWN_SHARE = 0.1_rp !< of a component's root mean square: its size
+  real(rp), parameter :: UNKNOWN_SHARE = 0.1_rp !< size of an unknown cause, as a fraction of a component's root mean square
 
   !> The data hold everything that is known of flights before the statistics begin.
   type :: flight_data_t
     logical :: has_records = .false. !< there are any; the rest counts then
     type(flight_response_t) :: response
     type(flight_facts_t) :: facts
-    character(:), allocatable :: effects !< of the catalogue that are sought; empty: all
-    logical :: is_refined = .false. !< what a finer grid changes is known
+    character(:), allocatable :: effects !< of the catalogue that are tested; empty: all
+    logical :: is_refined = .false. !< the difference that a finer grid makes is known
     real(rp) :: model_sd = 0        !< relative error of all simulated components together, and of each, the same over the beat
     logical :: is_ready = .false.   !< flights have been flown
-    type(flight_response_t), allocatable :: again(:) !< about what was found, in the order in which it was flown again
+    type(flight_response_t), allocatable :: again(:) !< approximations about fitted values, in the order of their flights
   end type flight_data_t
 
   !> Forces for other kinematics and another flow, near the flight about which they are approximated.

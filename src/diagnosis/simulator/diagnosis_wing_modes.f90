@@ -75,7 +75,7 @@ contains
                                                      self%rest%bare%options)
   end subroutine prepare
 
-  !> Returns residuals(n) at q. `ok` is false if the wing at rest is not stable. Tangents are those there.
+  !> Computes residuals(n) at q, about which later tangents are taken. `ok` is false if the wing at rest is not stable.
   subroutine modes_evaluate(self, q, residuals, ok)
     class(wing_modes_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -110,7 +110,8 @@ contains
     end do
   end subroutine modes_tangents
 
-  !> Returns patterns(n, :), what unknown causes at site(2, :) [m] do, at the last `evaluate`; see `site_tangents`.
+  !> Computes patterns(n, :), the effects of unknown causes at site(2, :) [m], at the point of the last `evaluate`; see
+  !> `site_tangents`.
   subroutine modes_patterns(self, site, radius, patterns)
     class(wing_modes_t), intent(inout) :: self
     real(rp), intent(in) :: site(:, :), radius

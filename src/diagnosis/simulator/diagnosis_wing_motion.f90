@@ -16,8 +16,8 @@ module diagnosis_wing_motion
   public :: wing_motion_t
 
   type :: wing_motion_t
-    integer :: n = 0           !< observations
-    integer :: n_nuisances = 0 !< of records
+    integer :: n = 0           !< number of observations
+    integer :: n_nuisances = 0 !< number of nuisances, those of records
     type(wing_modes_t) :: modes
     type(wing_series_t) :: series
     type(wing_flight_t) :: flight
@@ -34,14 +34,14 @@ module diagnosis_wing_motion
 
 contains
 
-  !> Takes what the measurement of `bare` holds, on a wing of these masses. Both must live as long as this.
+  !> Takes the modes and records of the measurement of `bare`, on a wing of these masses. Both must live as long as this.
   subroutine motion_init(self, bare, wing, parameters, parts, flights)
     class(wing_motion_t), intent(inout) :: self
     type(experiment_t), intent(in), target :: bare
     type(wing_t), intent(in), target :: wing
     type(wing_parameter_t), intent(in) :: parameters(:)
     type(mass_parts_t), intent(in) :: parts
-    type(flight_data_t), intent(in) :: flights !< counts if it is ready
+    type(flight_data_t), intent(in) :: flights !< used if it is ready
     if (bare%measurement%count_modes() > 0) call self%modes%init(bare, wing, parameters, parts)
     if (bare%measurement%count_series() > 0) call self%series%init(bare, wing, parameters, parts)
     if (flights%is_ready) call self%flight%init(bare%measurement%flights, parameters, flights)
@@ -76,9 +76,9 @@ contains
     if (ok) call self%series%tangents(q, columns, jacobian(n + 1:m, :))
   end subroutine motion_evaluate
 
-  !> Returns nuisances(n, 1 + n_nuisances) at q. The first column is what an error of `membrane_sd` of the coordinate of D does to
-  !> the residuals, where parameter `membrane` is D; if D is no nuisance (0), the column stays what it was. The others are errors
-  !> of the records. `ok` is false if the wing at rest is not stable.
+  !> Returns nuisances(n, 1 + n_nuisances) at q. The first column is the effect on the residuals of an error of `membrane_sd` of the
+  !> coordinate of D, which is parameter `membrane`. If D is no nuisance (0), this column does not change. The others are the
+  !> effects of errors of the records. `ok` is false if the wing at rest is not stable.
   subroutine motion_nuisances(self, q, membrane, membrane_sd, nuisances, ok)
     class(wing_motion_t), intent(inout) :: self
     real(rp), intent(in) :: q(:), membrane_sd
@@ -98,8 +98,8 @@ contains
   end subroutine motion_nuisances
 
   !> Returns patterns(n, :), the changes of the residuals that unknown causes would make. First come causes at site(2, :) [m] of the
-  !> wing (see `site_tangents`), then causes in flights. The caller must have called `nuisances` or `evaluate` before: the patterns
-  !> are those at the parameters of that call.
+  !> wing (see `site_tangents`), then causes in flights. They are those at the parameters of the last call of `nuisances` or
+  !> `evaluate`, which must precede.
   subroutine motion_patterns(self, site, radius, patterns)
     class(wing_motion_t), intent(inout) :: self
     real(rp), intent(in) :: site(:, :), radius

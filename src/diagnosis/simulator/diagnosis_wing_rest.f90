@@ -26,7 +26,7 @@ module diagnosis_wing_rest
     type(experiment_t), pointer :: bare => null()
     type(wing_t), pointer :: wing => null()
     type(wing_parameter_t), allocatable :: parameters(:)
-    integer, private :: placed(2) = -1 !< parameters whose place the model has: a soft hinge, a damage; 0: none
+    integer, private :: placed(2) = -1 !< parameters whose sites are in the model: a soft hinge, a damage; 0: none
   contains
     procedure :: init => rest_init
     procedure :: prepare => rest_prepare
@@ -49,8 +49,8 @@ contains
     self%placed = -1
   end subroutine rest_init
 
-  !> Makes a model with the places of all parameters that differ from their null at q, or of the bare wing if q is empty. It keeps
-  !> the model of the last call if its places are still right. `ok` is false if there is no such model.
+  !> Makes a model with the sites of all parameters that differ from their null at q, or of the bare wing if q is empty. It keeps
+  !> the model of the last call if its sites are still right. `ok` is false if there is no such model.
   subroutine rest_prepare(self, q, model, ok)
     class(wing_rest_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -85,7 +85,7 @@ contains
     if (.not. ok) deallocate (model)
   end subroutine rest_prepare
 
-  !> Returns all parameters at q, of a model that `prepare` has made for it.
+  !> Returns all parameters at q of the model that `prepare` has made for q.
   function rest_params(self, model, q) result(params)
     class(wing_rest_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
@@ -113,7 +113,7 @@ contains
     end do
   end function rest_params
 
-  !> Returns the axis about which parameter i lets the clamp turn, 1: x, 2: y; 0: it is something else.
+  !> Returns the axis about which parameter i lets the clamp turn, 1: x, 2: y; 0: the parameter is of another kind.
   integer function rest_clamp(self, model, i) result(axis)
     class(wing_rest_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
@@ -123,7 +123,7 @@ contains
       axis = clamp_axis(model%params%effects, self%parameters(i)%number - model%params%count_basic())
   end function rest_clamp
 
-  !> Returns how all stiffness changes with parameter i at q. `is_any` is false if it is no parameter of stiffness.
+  !> Finds how all stiffness changes with parameter i at q. `is_any` is false if the parameter does not concern stiffness.
   subroutine rest_direction(self, model, q, i, direction, is_any, is_joint)
     class(wing_rest_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
@@ -177,7 +177,7 @@ contains
     end do
   end function mass_effects_at
 
-  !> Moves the point mass of `effects` to this place [m] of the wing.
+  !> Moves the point mass of `effects` to this position [m] on the wing.
   subroutine put_mass_at(bare, site, effects)
     type(experiment_t), intent(in) :: bare
     real(rp), intent(in) :: site(2)

@@ -81,7 +81,7 @@ contains
     if (allocated(model)) call self%simulation%init(self%rest%bare%measurement, model, self%parts)
   end subroutine series_prepare
 
-  !> Returns residuals(n) at q. `ok` is false if the wing at rest is not stable. Tangents are those there.
+  !> Computes residuals(n) at q, about which later tangents are taken. `ok` is false if the wing at rest is not stable.
   subroutine series_evaluate(self, q, residuals, ok)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -132,15 +132,16 @@ contains
     end do
   end subroutine series_tangents
 
-  !> Returns nuisances(n, n_nuisances), what errors of one sd of the sizes and times of the excitations do to the residuals, at
-  !> the last `evaluate`.
+  !> Computes nuisances(n, n_nuisances), the effects on the residuals of errors of one sd of the sizes and times of the excitations,
+  !> at the point of the last `evaluate`.
   subroutine series_nuisances(self, nuisances)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(inout) :: nuisances(:, :)
     call self%simulation%nuisances(nuisances)
   end subroutine series_nuisances
 
-  !> Returns patterns(n, :), what unknown causes at site(2, :) [m] do, at the last `evaluate`; see `site_tangents`.
+  !> Computes patterns(n, :), the effects of unknown causes at site(2, :) [m], at the point of the last `evaluate`; see
+  !> `site_tangents`.
   subroutine series_patterns(self, site, radius, patterns)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(in) :: site(:, :), radius

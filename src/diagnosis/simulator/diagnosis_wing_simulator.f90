@@ -39,7 +39,7 @@ module diagnosis_wing_simulator
   private
   public :: wing_simulator_t
 
-  !> Kinds of unknown causes: stiffness and forces around places, stiffness along the veins, errors of single scans.
+  !> Kinds of unknown causes: stiffness and forces around sites, stiffness along the veins, errors of single scans.
   character(*), parameter :: FAMILY_NAMES(4) = [character(9) :: 'stiffness', 'force', 'veins', 'scans']
   integer, parameter, public :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
   !> Kinds of errors of a load that have one declared sd, in the order of simulation_t, and their names.
@@ -49,19 +49,19 @@ module diagnosis_wing_simulator
 
   type, extends(simulator_t) :: wing_simulator_t
     type(experiment_t), pointer :: experiment => null()
-    type(wing_parameter_t), allocatable :: wing_parameters(:) !< `parameters`, with what they are of the wing
+    type(wing_parameter_t), allocatable :: wing_parameters(:) !< `parameters`, with their meaning for the wing
     type(wing_patterns_t), private :: patterns
     type(bins_t) :: bins
     type(noise_model_t) :: noise
     type(wing_motion_t) :: motion                !< on rank 0: observations behind those of `bins`
     integer :: n_evaluations = 0
-    type(journal_t), pointer :: journal => null() !< of what the pool has answered, on rank 0
+    type(journal_t), pointer :: journal => null() !< of the results of the pool, on rank 0
     type(bending_pool_t), private :: pool
-    real(rp) :: membrane_sd = 0                  !< of log D, which a mesh changes
+    real(rp) :: membrane_sd = 0                  !< of log D, which depends on the mesh
     character(9), allocatable :: family_names(:) !< of unknown causes
-    !> Numbers of the parameters for the gain of all forces and for D, if the baseline does not seek it; 0: none.
+    !> Numbers of the parameters for the gain of all forces and for D; 0: none, for instance because the baseline fits it.
     integer, private :: gain = 0, membrane = 0
-    real(rp), allocatable, private :: error_directions(:, :) !< (n_observations, :) of the initial state
+    real(rp), allocatable, private :: error_directions(:, :) !< (n_observations, :) those of the initial state
   contains
     procedure :: init => wing_init
     procedure :: free => wing_free
@@ -90,7 +90,7 @@ contains
     type(catalogue_t), intent(in) :: catalogue
     type(bins_t), intent(in) :: bins
     type(wing_patterns_t), intent(in) :: patterns
-    type(mass_parts_t), intent(in) :: parts !< of the wing's mass, for what moves
+    type(mass_parts_t), intent(in) :: parts !< of the wing's mass, for natural modes and records of motion
     type(flight_data_t), intent(in) :: flights
     type(diagnosed_wing_t), allocatable :: diagnosed
     class(observed_wing_t), allocatable :: observed
@@ -135,7 +135,7 @@ contains
     call self%motion%free()
   end subroutine wing_free
 
-  !> Does tasks until rank 0 dismisses. On the other ranks.
+  !> Does tasks until rank 0 calls `shut_down`. On the other ranks.
   subroutine wing_serve(self)
     class(wing_simulator_t), intent(inout) :: self
     call self%pool%serve()
@@ -147,7 +147,7 @@ contains
     call self%pool%shut_down()
   end subroutine wing_shut_down
 
-  !> Gives the initial state directions(n_observations, :), what further errors of unit strength do.
+  !> Gives the initial state directions(n_observations, :), the effects of further errors of unit strength.
   subroutine wing_set_error_directions(self, directions)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: directions(:, :)
@@ -155,7 +155,7 @@ contains
     self%error_directions = directions
   end subroutine wing_set_error_directions
 
-  !> Returns the state in which solutions begin at rest, and nuisances are linear about none; see `simulator_t`.
+  !> Returns the state in which solutions begin at rest and the nuisances are linear about zero errors; see `simulator_t`.
   subroutine wing_initial_state(self, state)
     class(wing_simulator_t), intent(in) :: self
     class(solver_state_t), allocatable, intent(out) :: state
@@ -166,8 +166,8 @@ contains
     call move_alloc(rest, state)
   end subroutine wing_initial_state
 
-  !> Returns the state with the shapes, as starts of warm solutions, and the errors of `other`, a state of the same loads on a mesh
-  !> of half or of twice the size. parents(2, points of the finer mesh) are the points of the coarser one between which each lies.
+  !> Makes the state that begins at the shapes and has the errors of `other`, a state of the same loads on a mesh of half or of
+  !> twice the size. parents(2, points of the finer mesh) are the points of the coarser mesh between which each of them lies.
   subroutine wing_state_from_mesh(self, other, parents, state)
     class(wing_simulator_t), intent(in) :: self
     class(solver_state_t), intent(in) :: other
@@ -181,7 +181,8 @@ contains
     call move_alloc(own, state)
   end subroutine wing_state_from_mesh
 
-  !> One batch: `task` of the `loads` at q, whose solutions begin at `state`. results(:, size(loads)).
+  !> Runs one batch: `task` of each of the `loads` at q. Solutions begin at `state`. results(:, size(loads)) has a column for each
+  !> load.
   subroutine run_loads(self, task, loads, q, columns, state, results, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     integer, intent(in) :: task, loads(:), columns(:)
@@ -252,7 +253,7 @@ contains
     end if
   end subroutine wing_evaluate
 
-  !> Whether anything is wanted of what moves.
+  !> Tells whether any observation of motion is wanted.
   pure logical function wants_motion(self, is_wanted) result(wants)
     class(wing_simulator_t), intent(in) :: self
     logical, intent(in), optional :: is_wanted(:)
@@ -260,7 +261,7 @@ contains
     if (present(is_wanted)) wants = any(is_wanted(size(self%experiment%loads) + 1:))
   end function wants_motion
 
-  !> See `simulator_t`. Errors of places are not linear where a load meets a soft place or the edge of a triangle.
+  !> See `simulator_t`. Errors of positions are not linear where a load meets a soft place or the edge of a triangle.
   subroutine wing_linearise_at(self, errors, q, state, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: errors(:), q(:)
@@ -288,7 +289,7 @@ contains
     call move_alloc(own, state)
   end subroutine wing_linearise_at
 
-  !> Tells whether there are errors of places: only these are not linear.
+  !> Tells whether the positions of loads have errors: only these are not linear.
   pure logical function wing_has_nonlinear_nuisances(self) result(has_some)
     class(wing_simulator_t), intent(in) :: self
     has_some = self%experiment%measurement%accuracy%position > 0 .and. size(self%experiment%model%triangles) > 0
@@ -306,13 +307,13 @@ contains
     end if
   end subroutine wing_covariance
 
-  !> Returns the correlated share of the errors, see `simulator_t`; negative if no correlation length is declared.
+  !> Returns the correlated fraction of the errors, see `simulator_t`; negative if no correlation length is declared.
   pure real(rp) function wing_common_fraction(self) result(fraction)
     class(wing_simulator_t), intent(in) :: self
     fraction = merge(1 - self%noise%white, -1.0_rp, self%noise%length > 0)
   end function wing_common_fraction
 
-  !> Sets this share. The variance of white errors stays the same.
+  !> Sets this fraction. The variance of white errors stays the same.
   subroutine wing_set_common_fraction(self, fraction)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: fraction
@@ -320,7 +321,8 @@ contains
     self%noise%white = 1 - fraction
   end subroutine wing_set_common_fraction
 
-  !> Nuisances: errors of every load (see simulation_t), the gain of all forces, D, those of motion, and the band.
+  !> See `simulator_t`. The nuisances are the errors of every load (see simulation_t), the gain of all forces, D, the errors of
+  !> records of motion, and the error of the mesh, in this order.
   subroutine wing_directions(self, q, from, nuisances, patterns, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)

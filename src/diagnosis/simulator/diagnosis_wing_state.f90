@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds the state of a simulator of a wing: the shapes from which solutions begin, the errors about which the nuisances are
-!> linearised, and the flight about which flights are.
+!> Holds the state of a simulator of a wing: the shapes from which solutions begin, the errors about which the nuisances are linear,
+!> and the flight about which forces over the beat are approximated.
 module diagnosis_wing_state
   use base_errors, only: require
   use base_kinds, only: rp
@@ -13,9 +13,9 @@ module diagnosis_wing_state
 
   type, extends(bending_state_t) :: wing_state_t
     real(rp), allocatable :: error_directions(:, :) !< (n, :) further directions of errors, of the mesh for instance
-    real(rp), allocatable :: load_offset(:, :) !< (2, loads) [m] errors of places about which nuisances are linear
+    real(rp), allocatable :: load_offset(:, :) !< (2, loads) [m] errors of positions about which the nuisances are linear
     integer :: flight = 1                    !< number of the approximation of flights, see wing_flight_t
-    real(rp), allocatable :: linear(:)       !< (n) what these errors do by the tangent there
+    real(rp), allocatable :: linear(:)       !< (n) linear effect of these errors, by the tangents there
   contains
     procedure :: init => state_init
     procedure :: start_from_mesh => state_start_from_mesh
@@ -24,7 +24,7 @@ module diagnosis_wing_state
 
 contains
 
-  !> Makes the state at rest, for n observations, of which n_bent are of loads, and shapes(3, n_all, n_loads).
+  !> Makes the state at rest for n observations, n_bent of which belong to loads. It has shapes(3, n_all, n_loads).
   subroutine state_init(self, n, n_bent, n_all, n_loads)
     class(wing_state_t), intent(out) :: self
     integer, intent(in) :: n, n_bent, n_all, n_loads
@@ -32,8 +32,8 @@ contains
     allocate (self%error_directions(n, 0), self%load_offset(2, n_loads), self%linear(n_bent), source=0.0_rp)
   end subroutine state_init
 
-  !> Takes the shapes of `other`, the same loads on a mesh of half or of twice the size, and its errors. This mesh has
-  !> n_points; parents(2, points of the finer mesh): the points of the coarser one between which each lies.
+  !> Takes the shapes and the errors of `other`, a state of the same loads on a mesh of half or of twice the size. This mesh has
+  !> n_points points. parents(2, points of the finer mesh) are the points of the coarser mesh between which each of them lies.
   subroutine state_start_from_mesh(self, other, n_points, parents)
     class(wing_state_t), intent(inout) :: self
     type(wing_state_t), intent(in) :: other
@@ -49,7 +49,7 @@ contains
     self%linear = other%linear
   end subroutine state_start_from_mesh
 
-  !> Returns a state as one of a wing. Any other stops the program.
+  !> Returns `state` as the state of a wing. Stops the program if it is another.
   function wing_state(state) result(own)
     class(solver_state_t), intent(in) :: state
     type(wing_state_t) :: own
@@ -61,7 +61,7 @@ contains
     end select
   end function wing_state
 
-  !> Moves every load to where it acts with these errors of places, of which load l has errors(v + 1:v + 2),
+  !> Moves every load to the position where it acts with these errors of positions. Those of load l are errors(v + 1:v + 2),
   !> v = (l - 1) stride + 1.
   subroutine state_move_loads(self, experiment, errors, stride)
     class(wing_state_t), intent(inout) :: self
@@ -74,8 +74,8 @@ contains
     end do
   end subroutine state_move_loads
 
-  !> Returns the distance(2) [m] from its stated place at which load l acts, for errors(2) of that place in units of their sd.
-  !> Errors are limited to MOST sd, and further where the place would not be on the wing.
+  !> Returns the offset(2) [m] of load l from its declared position, for errors(2) of this position in units of their sd. Errors are
+  !> limited to MOST sd, and reduced further where the position would not be on the wing.
   function offset_on_wing(experiment, l, errors) result(offset)
     type(experiment_t), intent(in) :: experiment
     integer, intent(in) :: l

@@ -36,7 +36,7 @@ contains
     column = 0
     associate (one => rest%parameters(i))
       select case (one%kind)
-      case (KIND_FLIGHT, KIND_BALANCE) ! forces of the air alone feel them
+      case (KIND_FLIGHT, KIND_BALANCE) ! only forces of the air depend on them
       case (KIND_MASS)
         call simulation%mass_tangent(one%number, effects, column)
       case (KIND_POINT_MASS)
@@ -54,9 +54,9 @@ contains
     end associate
   end subroutine mechanics_tangent
 
-  !> Returns patterns(n, :). The first columns are what unit stiffness around each site(2, :) [m] does. Without bending tests the
-  !> forces of unknown causes are those of inertia: the next columns are a mass of the default prior at each site. Fewer columns
-  !> ask for fewer patterns. `direction` is work.
+  !> Computes patterns(n, :). The first columns are the effects of unit stiffness around each site(2, :) [m]. Without bending tests
+  !> the forces of unknown causes are those of inertia: the next columns are the effects of a mass of the default prior at each
+  !> site. Fewer columns ask for fewer patterns. `direction` is work.
   subroutine site_tangents(simulation, rest, effects, site, radius, direction, patterns)
     class(motion_simulation_t), intent(inout) :: simulation
     type(wing_rest_t), intent(in) :: rest

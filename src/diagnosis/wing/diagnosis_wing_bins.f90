@@ -2,12 +2,12 @@
 !> Averages heights over the squares of a lattice, so that a few hundred numbers hold what thousands of pixels say about smooth
 !> shapes. It also gives the covariance of the errors of these averages.
 !>
-!> Errors of one height are white with the variance share `white`, and correlated as exp(-(r/length)^2/2) with the rest of the
-!> variance. Averaging divides the white part by the number of pixels, and reduces the rest where it differs within a square. Let
-!> s_a and s_b [m] be the spreads of the pixels of squares a and b about their means along an axis. Then the mean of
+!> Errors of one height are white with the fraction `white` of the variance, and correlated as exp(-(r/length)^2/2) with the rest of
+!> the variance. Averaging divides the white part by the number of pixels, and reduces the rest where it differs within a square.
+!> Let s_a and s_b [m] be the spreads of the pixels of squares a and b about their means along an axis. Then the mean of
 !> exp(-(r/length)^2/2) over all pairs of pixels is, up to fourth moments and for each axis, length/c exp(-(r/c)^2/2), c^2 =
-!> length^2 + s_a^2 + s_b^2, with r between the means. (This is exact for normally distributed pixels, and therefore always
-!> positive definite.) The error of the unloaded scan is common to all loads.
+!> length^2 + s_a^2 + s_b^2, with r between the means. (This is exact for normally distributed pixels, and therefore always positive
+!> definite.) The error of the unloaded scan is common to all loads.
 module diagnosis_wing_bins
   use base_kinds, only: rp
   use measurement_data, only: measurement_t
@@ -20,7 +20,7 @@ module diagnosis_wing_bins
 
   !> Errors of one height.
   type :: noise_model_t
-    real(rp) :: white = 1      !< share of the declared variance that is independent from pixel to pixel
+    real(rp) :: white = 1      !< fraction of the declared variance that is independent from pixel to pixel
     real(rp) :: length = 0     !< [m] of the correlation of the rest
     real(rp) :: factor = 1     !< of the declared variance
     real(rp) :: unloaded = 1   !< further factor on that of the unloaded scan
@@ -167,9 +167,9 @@ contains
     end do
   end subroutine bin_covariance
 
-  !> Returns smooth errors of the scan of load l besides its tilt and height, patterns(count, N_DISTORTIONS), as from a rig that
-  !> has bent or a wing that keeps a part of an earlier deformation. They are polynomials of second degree, and of third degree
-  !> along the wing, from its root [m] over its size [m].
+  !> Returns smooth errors of the scan of load l besides its tilt and height, patterns(count, N_DISTORTIONS). A bent rig or a wing
+  !> that keeps a part of an earlier deformation cause such errors. They are polynomials of second degree, and of third degree along
+  !> the wing, from its root [m] over its size [m].
   subroutine bin_distortions(bins, l, root, size_of_wing, patterns)
     type(bins_t), intent(in) :: bins
     integer, intent(in) :: l
@@ -179,7 +179,7 @@ contains
     associate (first => bins%first(l), last => bins%first(l) + bins%count(l) - 1)
       x = (bins%site(1, first:last) - root(1))/size_of_wing
       y = (bins%site(2, first:last) - root(2))/size_of_wing
-      x = merge(x, 0.0_rp, bins%cell(1, first:last) > 0) ! else observed otherwise
+      x = merge(x, 0.0_rp, bins%cell(1, first:last) > 0) ! 0 for scalar observations
       y = merge(y, 0.0_rp, bins%cell(1, first:last) > 0)
     end associate
     patterns(:, 1) = x**2

@@ -27,9 +27,9 @@ module diagnosis_wing_entries
 
 contains
 
-  !> Enters a cause with those of its parameters that the wing has (one whose name ends with a colon is one for each part),
-  !> released together or one after another. It is not testable if `missing` says what the data lack, if the wing has no such
-  !> parameter, or if the baseline seeks it as one of the parameters `numbers`.
+  !> Enters a cause with those of its parameters that the wing has, released together or one after another. A parameter whose name
+  !> ends with a colon is one for each part. The cause is not testable if `missing` says what the data lack, if the wing has no such
+  !> parameter, or if the baseline fits it as one of the parameters `numbers`.
   subroutine enter_structural(c, e, numbers, cause, missing)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -63,7 +63,7 @@ contains
     call c%enter(cause, missing, variants)
   end subroutine enter_structural
 
-  !> Tells whether a parameter is the one of this name or, if that ends with a colon, one of those of parts.
+  !> Tells whether `parameter` has this name or, if the name ends with a colon, is one of the parameters of parts.
   pure logical function has_name(parameter, name)
     character(*), intent(in) :: parameter, name
     has_name = parameter == name
@@ -102,8 +102,8 @@ contains
     do i = 1, size(numbers)
       if (lacking == '') lacking = missing_for(numbers(i), e%measurement)
       p = e%instrument%describe(numbers(i))
-      p = p%as_coordinate(e%instrument%get(numbers(i))) ! null is where the input has it
-      ! Beyond what is declared, which is a nuisance already.
+      p = p%as_coordinate(e%instrument%get(numbers(i))) ! its null is its value in the input
+      ! The prior covers values beyond the declared error, which is a nuisance already.
       p%prior_sd = max(p%prior_sd, 0.05_rp*(p%upper - p%lower))
       columns(i) = c%add(wing_parameter(p, KIND_INSTRUMENT, numbers(i)))
     end do
@@ -127,7 +127,7 @@ contains
     call move_alloc(parameters, self%parameters)
   end function catalogue_add
 
-  !> Adds a parameter of the wing, once, and returns its number. Its null is where the wing has it.
+  !> Adds a parameter of the wing, once, and returns its number. Its null is the value that the wing has.
   integer function catalogue_add_parameter(self, e, number) result(n)
     class(catalogue_t), intent(inout) :: self
     type(experiment_t), intent(in) :: e

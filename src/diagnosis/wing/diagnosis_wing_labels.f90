@@ -11,7 +11,7 @@ module diagnosis_wing_labels
 
 contains
 
-  !> Returns the labels of all observations: see `labels_t`. A fold is a location; loads of any size at one place share a fold.
+  !> Returns the labels of all observations: see `labels_t`. A fold is a location: loads of any size at one site have the same fold.
   subroutine make_labels(experiment, bins, labels)
     type(experiment_t), intent(in) :: experiment
     type(bins_t), intent(in) :: bins
@@ -54,8 +54,8 @@ contains
     end associate
   end subroutine make_labels
 
-  !> Adds n observations at a place [m]: a surface with its own fold and block. They are no answer to a load; their
-  !> `observed` is 0.
+  !> Adds n observations at a position [m]: a surface with its own fold and block. They are no response to a load; their `observed`
+  !> is 0.
   pure subroutine append_surface(labels, n, site)
     type(labels_t), intent(inout) :: labels
     integer, intent(in) :: n
@@ -75,7 +75,7 @@ contains
     labels%replicate = [labels%replicate, surface]
   end subroutine append_surface
 
-  !> Changes the folds: where all loads act at one place, each force with its repeats is left out instead.
+  !> Changes the folds, for loads that all act at one site: each force with its repeats gets its own fold.
   subroutine fold_by_force(labels)
     type(labels_t), intent(inout) :: labels
     integer :: l, k, folds

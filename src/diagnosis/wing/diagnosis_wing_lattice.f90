@@ -15,7 +15,7 @@ module diagnosis_wing_lattice
 
 contains
 
-  !> Returns the places of unknown causes.
+  !> Finds the sites of unknown causes.
   subroutine make_patterns(experiment, wing, patterns)
     type(experiment_t), intent(in) :: experiment
     type(wing_t), intent(in) :: wing
@@ -24,7 +24,7 @@ contains
     call lattice(wing, experiment%model%size, PATTERN_RADIUS, patterns%site)
   end subroutine make_patterns
 
-  !> Returns the families and the sites (2, :) [m] of all patterns: stiffness and forces at the places of `patterns`, n_scan_errors
+  !> Finds the families and the sites (2, :) [m] of all patterns: stiffness and forces at the sites of `patterns`, n_scan_errors
   !> errors of each scan at its load, and the fields of soft places at their hinges: the parameters with the numbers `field`.
   subroutine lay_out_patterns(experiment, parameters, patterns, n_scan_errors, field, family, sites)
     type(experiment_t), intent(in) :: experiment
@@ -41,8 +41,8 @@ contains
                      experiment%model%layout%hinge_site(:, parameters(field)%number)], [2, size(family)])
   end subroutine lay_out_patterns
 
-  !> Returns points (2, n) [m] of a triangular lattice on the wing, or on its veins if it has no membrane. Their distance is a
-  !> share of its size.
+  !> Finds points (2, n) [m] of a triangular lattice on the wing, or on its veins if it has no membrane. Their distance is a
+  !> fraction of its size.
   subroutine lattice(wing, length, fraction, sites)
     type(wing_t), intent(in) :: wing
     real(rp), intent(in) :: length, fraction
@@ -67,7 +67,7 @@ contains
     end do
   end subroutine lattice
 
-  !> Returns points of a wing without membrane, no two of them closer than `spacing` [m].
+  !> Finds points of a wing without membrane, no two of them closer than `spacing` [m].
   subroutine along_veins(wing, spacing, sites)
     type(wing_t), intent(in) :: wing
     real(rp), intent(in) :: spacing

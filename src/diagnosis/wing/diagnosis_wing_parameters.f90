@@ -8,16 +8,16 @@
 !> | SOFT | log of a factor on the stiffness of one hinge of a vein |
 !> | DAMAGE | log of a factor on all stiffness inside a disc |
 !> | ZERO | [m] unknown offset of scalar observations |
-!> | MASS | of an effect of the masses, by its number in solid_mass_effects; natural modes alone feel it |
-!> | POINT_MASS | [kg] a mass at a place, the same |
-!> | DAMPING | of an effect of the damping, by its number in solid_damping_effects; records of motion alone feel it |
-!> | RELAXATION | share of the stiffness that relaxes with a time, the same; `number` is that of this time's quantity |
-!> | RELAXATION_TIME | log of a factor on that time; `number` is that of the share |
-!> | FLIGHT | a change of kinematics or flow, by its number in diagnosis_flight_runner; records of forces alone feel it |
+!> | MASS | of an effect of the masses, by its number in solid_mass_effects; only natural modes depend on it |
+!> | POINT_MASS | [kg] a mass at a site, the same |
+!> | DAMPING | of an effect of the damping, by its number in solid_damping_effects; only records of motion depend on it |
+!> | RELAXATION | fraction of the stiffness that relaxes with a time, the same; `number` is that of this time's quantity |
+!> | RELAXATION_TIME | log of a factor on that time; `number` is that of the fraction |
+!> | FLIGHT | a change of kinematics or flow, by its number in diagnosis_flight_runner; only records of forces depend on it |
 !> | BALANCE | an error of the force balance, by its number in measurement_balance, the same |
 !>
-!> Soft hinges, damage, point masses and relaxations exist once for each of many places or times. Only those that differ from
-!> their null are in an experiment, at most one of each kind.
+!> Soft hinges, damage, point masses and relaxations exist once for each of many sites or times. An experiment has only those that
+!> differ from their null, at most one of each kind.
 module diagnosis_wing_parameters
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
@@ -41,14 +41,14 @@ module diagnosis_wing_parameters
   integer, parameter :: OF_MOTION(7) = [KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME, &
                                         KIND_FLIGHT, KIND_BALANCE]
 
-  !> A parameter with its coordinates. Its null is where it has no effect, or where the wing has it.
+  !> A parameter with its coordinates. At its null it has no effect, or the value that the wing has.
   type, extends(parameter_t) :: wing_parameter_t
     integer :: kind = KIND_PARAMETER
     integer :: number = 0        !< of the parameter, the hinge, the offset or another quantity
     real(rp) :: disc(3) = 0      !< [m] x, y, radius of a damage; x, y of a point mass
     real(rp) :: time = 0         !< [s] of a relaxation
     integer :: vein = 0          !< of a soft hinge
-    real(rp) :: fraction = 0     !< its place, of the vein's length
+    real(rp) :: fraction = 0     !< position of the hinge, as a fraction of the vein's length
   end type wing_parameter_t
 
   !> An experiment whose unknowns are the parameters `order`, in that order.
@@ -130,7 +130,7 @@ contains
     params = bare%model%params
     wanted = differing(parameters, q)
     call require(count(parameters(wanted)%kind == KIND_SOFT) <= 1 .and. &
-                 count(parameters(wanted)%kind == KIND_DAMAGE) <= 1, 'diagnosis_wing_parameters: one place at a time')
+                 count(parameters(wanted)%kind == KIND_DAMAGE) <= 1, 'diagnosis_wing_parameters: only one soft place, one damage')
     allocate (numbers(0), instrument_numbers(0), wing_order(0), other_order(0), zero_order(0))
     do i = 1, size(wanted)
       associate (one => parameters(wanted(i)))
@@ -160,7 +160,7 @@ contains
     fit_case%order = [wing_order, other_order, zero_order]
     call fit_case%experiment%init(bare%measurement, wing, params, numbers, bare%options, failure, bare%instrument, &
                                   instrument_numbers, bare%masses)
-    call require(.not. failure%failed, 'diagnosis_wing_parameters: an experiment of tested parts')
+    call require(.not. failure%failed, 'diagnosis_wing_parameters: the experiment must be valid')
   end subroutine make_fit_case
 
   !> Tells whether a parameter belongs to an effect that needs [Wing] sided_veins.
@@ -180,7 +180,7 @@ contains
     coordinates = q(fit_case%order)
   end function fit_case_coordinates
 
-  !> Returns all parameters of the wing at q, with the places of effects.
+  !> Returns all parameters of the wing at q, with the sites of effects.
   subroutine fit_case_params(bare, wing, parameters, q, fit_case, params)
     type(experiment_t), intent(in) :: bare
     type(wing_t), intent(in) :: wing

@@ -130,8 +130,9 @@ contains
                    'inflow from the beginning', unit='T', min=0.0_rp)
     call keys%switch('compute_forces', s%compute_forces, .true., 'write forces.t and the related time series')
     call keys%switch('unst_corrections', s%unsteady_corrections, .false., 'no effect on wings, whose unsteady correction is '// &
-                     'exact and always written, or on bodies at rest. Free flight: with no, the insect carries the fluid '// &
-                     'inside its mask along, as in FLUSI', given=s%has_corrections)
+                     'exact and always written, or on bodies at rest. Free flight: if the file sets it to no, the insect '// &
+                     'carries the fluid inside its mask along, as in FLUSI; if it is not given, it does not', &
+                     given=s%has_corrections)
     call keys%switch('periodic', s%periodic_torque, .false., 'wrap lever arms of torques around the box')
     call keys%reals('us_fixed', s%us_fixed, [0.0_rp, 0.0_rp, 0.0_rp], 'velocity imposed inside the body', unit='L/T')
     call keys%real('omega', s%omega, 1.25_rp, 'angular velocity of the inner cylinder of the couette body', unit='1/T')

@@ -4,8 +4,8 @@
 !> 10.1109/TVCG.2005.49).
 !>
 !> Each cell of edge a holds the triangles within 3 r of its middle, where r = sqrt(3)/2 a. If the surface is farther than r from
-!> the middle, it does not cross the cell, which then lies on one side. Otherwise the cell holds the triangle that is nearest to any
-!> point in the cell. A cell without triangles lies on the same side as its neighbour along x.
+!> the middle, it does not cross the cell, which then lies on one side. Otherwise, for every point in the cell, the nearest triangle
+!> is among those that the cell holds. A cell without triangles lies on the same side as its neighbour along x.
 module fsi_closed_surface
   use base_kinds, only: rp
   use fsi_rotation, only: cross

@@ -68,8 +68,8 @@ contains
                      instead='command-line*: from_file::NAME.ini with the constant terms of alpha, phi and theta, one file '// &
                      'for each run')
     end do
-    call keys%text('infile', c%file, 'none', 'file of a motion that is given by the word from_file or kinematics_loader alone', &
-                   given=c%has_file)
+    call keys%text('infile', c%file, 'none', 'file of a motion that is given by the word from_file, from_file_hermite or '// &
+                   'kinematics_loader alone', given=c%has_file)
     call keys%reals('init_alpha_phi_theta', c%resting, ZERO, 'the first value is minus the angle alpha of revolving-set2 and '// &
                     'revolving-set3', unit='degree')
     call keys%reals('x_pivot_l', c%hinge(:, 1), ZERO, 'hinge of the left wing in the body frame; if it is not given and there '// &

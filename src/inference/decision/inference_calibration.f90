@@ -270,7 +270,7 @@ contains
     end do
   end function calibration_combine
 
-  !> Returns the logarithm of the probability that chance alone makes the combined rule at least so sure.
+  !> Returns the logarithm of the probability that, by chance alone, the combined rule gives a p as small as this.
   pure real(rp) function calibration_log_p_global(self, statistics) result(log_p)
     class(calibration_t), intent(in) :: self
     type(statistics_t), intent(in) :: statistics

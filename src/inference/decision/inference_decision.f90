@@ -9,7 +9,7 @@
 !> POWER |
 !> | set | the same, but several effects do, or the data are too weak to exclude an unknown cause |
 !> | unknown | the checks alone speak against the baseline; or no effects of the catalogue, up to three together, leave
-!> nothing but noise; or an unknown cause is more probable than they are and than not |
+!> nothing but noise; or an unknown cause is more probable than they are, and than one half |
 !> | insufficient | there is nothing that the data could show |
 module inference_decision
   use base_kinds, only: i8, rp
@@ -32,7 +32,7 @@ module inference_decision
                                      NO_GAIN = 'no_gain'
   real(rp), parameter, public :: LEVEL = 0.05_rp, REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
   real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be distinguished
-  real(rp), parameter :: ALIAS_FRACTION = 0.01_rp !< of the effect of a cause beyond the baseline: too little to trust priors with
+  real(rp), parameter :: ALIAS_FRACTION = 0.01_rp !< of a cause's effect beyond the baseline: below it priors do not decide
   real(rp), parameter, public :: TESTS_FRACTION = 0.8_rp !< of the level, the rest is for the checks
   real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause if one cause already leaves nothing but noise
   real(rp), parameter :: NAME_PROBABILITY = 0.9_rp
@@ -100,8 +100,8 @@ contains
   end function rank_effects
 
   !> Finds the verdict for z(k), in units of the noise, with its statistics and hypotheses; nonlinear fits may have corrected the
-  !> evidences. The checks of residuals, whose combined log p is `checks_log_p`, have their share of the level: where they alone
-  !> speak against the baseline, the cause is unknown.
+  !> evidences. The checks of residuals, whose combined log p is `checks_log_p`, have a fraction of the level of their own. If they
+  !> alone speak against the baseline, the cause is unknown.
   subroutine decide(design, calibration, statistics, hypotheses, z, seed, decision, checks_log_p)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
@@ -162,7 +162,8 @@ contains
     end if
   end subroutine decide
 
-  !> Finds the p of tests and checks, each with its share of the level, and whether the checks alone speak against the baseline.
+  !> Finds the p of tests and of checks, each with its fraction of the level, and whether the checks alone speak against the
+  !> baseline.
   pure subroutine find_global_p(tests, checks, decision)
     real(rp), intent(in) :: tests
     real(rp), intent(in), optional :: checks
@@ -175,7 +176,7 @@ contains
     decision%is_rejected_by_checks = decision%log_p_global <= log(LEVEL) .and. tests > log(LEVEL*TESTS_FRACTION)
   end subroutine find_global_p
 
-  !> Makes the verdict an unknown cause, with this probability. The rest of 1 is shared as before.
+  !> Makes the verdict an unknown cause, with this probability. The other hypotheses keep their proportions in the rest of 1.
   pure subroutine reject_catalogue(decision, probability)
     type(decision_t), intent(inout) :: decision
     real(rp), intent(in) :: probability
@@ -232,7 +233,7 @@ contains
   end subroutine find_posterior
 
   !> Finds the first effect and all effects that the data cannot distinguish from it: they fit nearly as well, or are expected to.
-  !> An effect that differs by a share of ALIAS_FRACTION or less belongs to them even if priors have made its evidence small.
+  !> An effect that differs by a fraction of ALIAS_FRACTION or less belongs to them even if priors have made its evidence small.
   subroutine find_set(design, hypotheses, order, z, decision)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses

@@ -117,9 +117,9 @@ contains
     end do
   end function log_odds_unknown
 
-  !> Takes the results of a nonlinear fit of effect e: by how much its evidence is larger than in the linear approximation, by how
-  !> much it lowers the sum of squares, the log p of what it leaves, and z(k) with that in place of what the linear approximation
-  !> leaves.
+  !> Takes the results of a nonlinear fit of effect e: by how much its evidence exceeds that in the linear approximation, by how
+  !> much the fit lowers the sum of squares, the log p of the remainder of the fit, and z(k) in which this remainder replaces that
+  !> of the linear approximation.
   subroutine hypotheses_correct(self, e, correction, gain, remainder, z)
     class(hypotheses_t), intent(inout) :: self
     integer, intent(in) :: e
@@ -132,11 +132,11 @@ contains
     self%z(:, e) = z
   end subroutine hypotheses_correct
 
-  !> Corrects the evidence of unknown causes. Only tangents can judge them. Where the tangents are inaccurate, unknown causes
-  !> would explain a part of the data that the fit of the best effect has shown to be its own. Their evidence is that for z with
-  !> the remainder of this fit, with the correction of the effect: both then refer to the same remainder. What the fit has found
-  !> beyond its tangents is shared only up to the part that the tangents show: an effect that its tangent hardly shows has no
-  !> image in z that others could share.
+  !> Corrects the evidence of unknown causes, which only tangents can judge. Where the tangents are inaccurate, unknown causes would
+  !> explain a part of the data that belongs to the best effect, as its fit has shown. Their evidence is therefore that for z with
+  !> the remainder of this fit, with the correction of the effect: both then refer to the same remainder. The gain of the fit beyond
+  !> its tangents counts only up to the part that the tangents show: an effect that its tangent hardly shows has no image in z that
+  !> unknown causes could imitate.
   subroutine hypotheses_correct_unknown(self, design)
     class(hypotheses_t), intent(inout) :: self
     type(design_t), intent(in) :: design
@@ -151,8 +151,8 @@ contains
     end do
   end subroutine hypotheses_correct_unknown
 
-  !> Returns the log evidence of one family of unknown causes. Such a cause is equally likely a field over the whole wing and a
-  !> single place.
+  !> Returns the log evidence of one family of unknown causes. A field over all positions and a single position have the same prior
+  !> probability.
   pure real(rp) function unknown_evidence(family, z) result(log_evidence)
     type(family_t), intent(in) :: family
     real(rp), intent(in) :: z(:)
@@ -205,7 +205,7 @@ contains
   end function orthogonal_to
 
   !> Adds to the candidates of `known` the variant of effect e that explains most in addition. The evidence is averaged over all
-  !> variants, which penalises an effect that may be at many places.
+  !> variants, which penalises an effect that may be at many positions.
   subroutine add_effect(design, known, e, explained)
     type(design_t), intent(in) :: design
     type(explained_t), intent(in) :: known

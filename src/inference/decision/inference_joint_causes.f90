@@ -82,7 +82,7 @@ contains
     end do
   end subroutine swap_members
 
-  !> Returns these effects one after the other, the most probable one first, each at the place where it explains most in addition.
+  !> Returns these effects one after the other, the most probable one first, each with the variant that explains most in addition.
   function forward_selection(design, hypotheses, effects) result(known)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses

@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Locates an unknown cause on the wing, and finds the entries of the catalogue that are most similar to it.
+!> Locates an unknown cause, and finds the entries of the catalogue that are most similar to it.
 !>
-!> An unknown cause is one place of the wing or a smooth field over it (inference_hypotheses), a change of stiffness or
-!> further forces. If it is one place, the evidences of all places are the posterior of where it is, and the region is the
-!> smallest set of places that holds it with the probability REGION_LEVEL. If it is a field, with amplitudes of posterior
-!> mean m and sd s at its most likely strength, the region are the fewest places that have this share of the sum of
-!> (m/s)^2, as far as their intervals of this probability do not hold 0. A place stands for the cell of the lattice around it.
+!> An unknown cause, for instance a change of stiffness or further forces, acts at a single position or as a smooth field over all
+!> positions (inference_hypotheses). For a single position, the evidences of all positions give its posterior distribution, and the
+!> region is the smallest set of positions that contains it with the probability REGION_LEVEL. A field has amplitudes with posterior
+!> means m and sds s at its most likely strength. Its region is the smallest set of positions that holds the fraction REGION_LEVEL
+!> of the sum of (m/s)^2, without those whose intervals of this probability contain 0. A position stands for the cell of the lattice
+!> around it.
 module inference_region
   use base_kinds, only: rp
   use inference_calibration, only: calibration_t, statistics_t
@@ -17,32 +18,32 @@ module inference_region
   public :: related_t, region_t, find_region, find_related
 
   real(rp), parameter, public :: REGION_LEVEL = 0.9_rp
-  real(rp), parameter :: TWO_SIDED = 1.6448536269514722_rp !< sd of a normal number, REGION_LEVEL within
+  real(rp), parameter :: TWO_SIDED = 1.6448536269514722_rp !< [sd] a normal variable lies within this with probability REGION_LEVEL
   real(rp), parameter :: NEIGHBOURS = 1.2_rp               !< times the distance of lattice points
   real(rp), parameter :: RELATED_LEVEL = 0.05_rp
   integer, parameter :: MOST_RELATED = 3
 
-  !> The region, in connected parts. Without places no region is more probable than others.
+  !> The region, in connected parts. It is empty if no region is more probable than others.
   type :: region_t
     logical :: is_found = .false.           !< there are families of unknown causes
     integer :: family = 0                   !< of the design
     logical :: is_one_site = .false.       !< more probable than a field
     integer :: n_parts = 0
-    integer, allocatable :: pattern(:)      !< of the family's patterns, part by part, the largest share first
-    integer, allocatable :: part(:)         !< that it belongs to
-    real(rp), allocatable :: fraction(:)    !< probability of a place; of a field, of the sum of (mean/sd)^2
+    integer, allocatable :: pattern(:)      !< of the family's patterns, part by part, the largest fraction first
+    integer, allocatable :: part(:)         !< the part to which it belongs
+    real(rp), allocatable :: fraction(:)    !< probability of a position; for a field, fraction of the sum of (mean/sd)^2
   end type region_t
 
   !> An effect that would cause a part of the misfit.
   type :: related_t
     integer :: effect = 0, candidate = 0
-    real(rp) :: explained = 0               !< share of |z|^2 beyond what noise has
+    real(rp) :: explained = 0               !< fraction of |z|^2 in excess of that of noise
   end type related_t
 
 contains
 
-  !> Finds the region for z(k), in units of the noise. site(2, patterns) [m] are the places of the simulator's patterns,
-  !> `distance` [m] that of neighbours on their lattice.
+  !> Finds the region for z(k), in units of the noise. site(2, patterns) [m] are the positions of the simulator's patterns, and
+  !> `distance` [m] is that between neighbours on their lattice.
   subroutine find_region(design, z, site, distance, region)
     type(design_t), intent(in) :: design
     real(rp), intent(in) :: z(:), site(:, :), distance
@@ -78,7 +79,7 @@ contains
     end associate
   end subroutine find_region
 
-  !> Returns the log evidences of a family: as a field, as one place, and alone(patterns) for each place.
+  !> Returns the log evidences of a family: as a field, as a single position, and alone(patterns) for each position.
   subroutine find_evidences(family, z, field, one, alone)
     type(family_t), intent(in) :: family
     real(rp), intent(in) :: z(:)
@@ -97,7 +98,7 @@ contains
     one = one - log(real(max(1, size(family%alone, 2)), rp))
   end subroutine find_evidences
 
-  !> Returns the fewest of the allowed places that hold REGION_LEVEL of weight(:), which adds up to 1; all if they hold less.
+  !> Returns the fewest of the allowed positions that hold REGION_LEVEL of weight(:), which adds up to 1; all if they hold less.
   pure function highest_density_set(weight, is_allowed) result(is_in)
     real(rp), intent(in) :: weight(:)
     logical, intent(in) :: is_allowed(:)
@@ -111,7 +112,7 @@ contains
     end do
   end function highest_density_set
 
-  !> Sorts places into connected parts: each place has a neighbour within `reach` in its part.
+  !> Sorts positions into connected parts: each position has a neighbour within `reach` in its part.
   subroutine find_connected_parts(site, reach, weight, is_in, region)
     real(rp), intent(in) :: site(:, :), reach, weight(:)
     logical, intent(in) :: is_in(:)

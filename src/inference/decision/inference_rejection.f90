@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes the power of the naming rule: the probability that it would reject a name if the truth were an unknown cause.
 !>
-!> A name has no meaning if the rule would also have given it to most random fields of the same strength. The name is an effect
-!> and not one of its places. In every draw the rule therefore takes the place that fits best, as it has done with the data.
+!> A name has no meaning if the rule would also have given it to most random fields of the same strength. The name is an effect and
+!> not one of its positions. In every draw the rule therefore takes the position that fits best, as it has done with the data.
 module inference_rejection
   use base_kinds, only: i8, rp
   use base_random, only: random_stream_t
@@ -18,10 +18,10 @@ module inference_rejection
 contains
 
   !> Returns the probability that a name, the effects(:) jointly, would be rejected if the truth were an unknown cause of
-  !> signal-to-noise ratio `snr`: over n_draws random fields of each family, for the family that imitates the name best. (On
-  !> average over families a soft place has enough power: no bent scan looks like one. But a wave of stiffness along its vein
-  !> does.) Names are rejected if log p of the remainder is at most log_level. (Odds take no part: they hardly ever prefer a wrong
-  !> name, because of the priors alone, and were already evaluated for the data.)
+  !> signal-to-noise ratio `snr`. It draws n_draws random fields of each family, and counts the family that imitates the name best:
+  !> an average over families would hide that one of them can imitate it. Names are rejected if log p of the remainder is at most
+  !> log_level. (Odds take no part: they were already evaluated for the data, and because of the priors alone they hardly ever
+  !> prefer a wrong name.)
   real(rp) function name_power(design, calibration, effects, snr, log_level, n_draws, seed) result(power)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
@@ -46,8 +46,8 @@ contains
     power = real(minval(n), rp)/n_draws
   end function name_power
 
-  !> Tells whether the remainder of z(k) after the name rejects it. Further causes get the places that fit best to the remainder
-  !> of those before them.
+  !> Tells whether the remainder of z(k) after the named effects rejects the name. Each further effect takes the position that fits
+  !> best to the remainder of those before it.
   logical function is_rejected(design, calibration, effects, z, log_level)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration

@@ -23,14 +23,14 @@ module inference_design
   !> An effect below this fraction still counts as visible if its remainder has this signal-to-noise ratio for one prior sd, down
   !> to the fraction at which the remainder may be an error of the linear approximation.
   real(rp), parameter :: SHOWN = 2.0_rp, RELIABLE = 0.01_rp
-  real(rp), parameter :: FAINT = 0.5_rp         !< sd that the farthest value in reach causes
+  real(rp), parameter :: FAINT = 0.5_rp !< [sd] smallest effect that a parameter must have at the farthest value in its reach
   real(rp), parameter :: FARTHEST = 1.0e6_rp    !< [prior sd], for parameters without bounds
 
   !> One variant of one effect.
   type :: candidate_t
     integer :: effect = 0, variant = 0
-    logical :: is_finer = .false.           !< not scanned
-    real(rp) :: weight = 0                  !< prior share of its effect; those of variants with df > 0 add up to 1
+    logical :: is_finer = .false.           !< not part of the scan
+    real(rp) :: weight = 0                  !< prior probability within its effect; those of variants with df > 0 add up to 1
     integer, allocatable :: columns(:)      !< its parameters
     integer :: df = 0                       !< directions that the baseline does not absorb; 0: absorbed
     real(rp) :: retained = 0                !< largest retained fraction of a direction
@@ -43,11 +43,11 @@ module inference_design
 
   !> Unknown causes of one kind: smooth fields with a Gaussian prior.
   type :: family_t
-    integer, allocatable :: patterns(:)     !< of the simulator
+    integer, allocatable :: patterns(:)     !< indices of the simulator's patterns
     real(rp), allocatable :: basis(:, :)    !< (k, m) principal directions
     real(rp), allocatable :: scale(:)       !< (m) their sd for unit strength, the largest is 1
     real(rp), allocatable :: weights(:, :)  !< (patterns, m) pattern amplitudes of unit strength
-    real(rp), allocatable :: alone(:, :)    !< (k, shown) of length 1, those that the baseline does not absorb
+    real(rp), allocatable :: alone(:, :)    !< (k, shown) single patterns of length 1 that the baseline does not absorb
     integer, allocatable :: shown(:)        !< which of `patterns` they are
     type(effect_size_prior_t) :: size_prior_alone
     type(effect_size_prior_t) :: size_prior
@@ -63,9 +63,9 @@ module inference_design
     integer :: residual_dof = 0                   !< degrees of freedom other than those of baseline and z
     type(candidate_t), allocatable :: candidates(:)
     type(family_t), allocatable :: families(:)
-    real(rp), allocatable :: prior(:), weight(:) !< of baseline unknowns; weight 0: none
+    real(rp), allocatable :: prior(:), weight(:) !< of the unknowns of the baseline; weight 0: no prior
     real(rp), allocatable, private :: q_base(:, :), q_all(:, :)
-    integer, allocatable, private :: columns(:)  !< of the tangents
+    integer, allocatable, private :: columns(:)  !< parameters of the tangents
     real(rp), allocatable :: nuisances(:, :) !< as the simulator gave them
     real(rp), allocatable, dimension(:, :), private :: tangents, patterns
   contains
@@ -84,11 +84,11 @@ contains
                  all([(any(other%columns == one%columns(k)), k=1, size(one%columns))])
   end function is_part_of
 
-  !> Builds the design of a simulator at q, which `state` is near to before, and belongs to afterwards. It leaves out candidates
-  !> whose data are missing, and finer variants that are not released. Fails if the simulator has no result at q.
-  !> `known` is a design of the same simulator at the same q, of which only some effects, or variants, are missing, or at a q
-  !> close by, whose tangents and patterns are kept. nuisances(n, :), where given, take the place of its own; no direction of a
-  !> candidate that `known` has is lost to these.
+  !> Builds the design of a simulator at q. `state` is near q before, and belongs to q afterwards. The design leaves out candidates
+  !> whose data are missing, and finer variants that are not released. Fails if the simulator has no result at q. `known`, where
+  !> given, is a design of the same simulator at q or at a point close by. Its tangents and patterns are reused, and only missing
+  !> tangents are computed. nuisances(n, :), where given, replace those of the simulator or of `known`; each candidate then keeps at
+  !> least as many directions as it has in `known`.
   subroutine build_design(simulator, q, state, design, failure, known, nuisances)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
@@ -107,7 +107,7 @@ contains
     design%q = q
     call evaluate_tangents(simulator, q, columns, state, design, is_valid, known)
     if (.not. is_valid) then
-      call failure%raise('the wing cannot be computed at the best fit of the baseline: check loads, units and [Wing]')
+      call failure%raise('the model cannot be computed at the best fit of the baseline: check the loads, their units and the input')
       return
     end if
     if (present(nuisances)) design%nuisances = nuisances
@@ -132,7 +132,7 @@ contains
     allocate (all(n + b, size(columns) - b + size(patterns, 2)), source=0.0_rp)
     all(:n, :size(columns) - b) = tangents(:, b + 1:)
     all(:n, size(columns) - b + 1:) = patterns
-    do i = 1, 2 ! once more against rounding
+    do i = 1, 2 ! the second pass removes rounding errors
       all = all - matmul(design%q_base, matmul(transpose(design%q_base), all))
     end do
     call orthogonalise(all, design%q_all, r)
@@ -146,7 +146,7 @@ contains
                                         field_among(simulator, columns(b + 1:))]), design)
   end subroutine build_design
 
-  !> All that the simulator has to tell at q, where `state` goes. What `known` has is not asked for again.
+  !> Computes at q all that the design needs from the simulator; `state` then belongs to q. Reuses what `known` has.
   subroutine evaluate_tangents(simulator, q, columns, state, design, is_valid, known)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)
@@ -183,7 +183,7 @@ contains
     end if
   end subroutine evaluate_tangents
 
-  !> Returns columns b + 1, .. of the tangents without the part that the first b imitate, regardless of priors.
+  !> Returns columns b + 1, .. of the tangents without the part that the first b columns can imitate, whatever their priors.
   function project_out_baseline(tangents, b) result(projected)
     real(rp), intent(in) :: tangents(:, :)
     integer, intent(in) :: b
@@ -193,7 +193,7 @@ contains
     call decompose(tangents(:, :b), u, s, vt)
     basis = u(:, :count(s > 1.0e-9_rp*maxval(s)))
     projected = tangents(:, b + 1:)
-    do i = 1, 2 ! once more against rounding
+    do i = 1, 2 ! the second pass removes rounding errors
       projected = projected - matmul(basis, matmul(transpose(basis), projected))
     end do
   end function project_out_baseline
@@ -217,7 +217,7 @@ contains
     end do
   end function effect_columns
 
-  !> Returns where the parameters of the simulator's field are among columns(:).
+  !> Returns the positions in columns(:) of the parameters of the simulator's field.
   pure function field_among(simulator, columns) result(at)
     class(simulator_t), intent(in) :: simulator
     integer, intent(in) :: columns(:)

@@ -37,7 +37,7 @@ contains
     allocate (intervals(n - first + 1))
     fits = options
     fits%most_rejections = 3
-    ! The tolerance is a share of the sum of squares at the end of an interval: its minimum may be far below the threshold.
+    ! The tolerance is a fraction of the sum of squares at the end of an interval: its minimum may be far below the threshold.
     fits%reduction_tolerance = max(fits%reduction_tolerance, RESOLUTION*THRESHOLD_90*scale/ &
                                    (extended%cost() + THRESHOLD_90*scale))
     optimum%p = extended%q(extended%active)

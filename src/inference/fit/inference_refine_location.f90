@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Finds the variant of an effect that should replace the fitted one, by a Gauss-Newton step over sites.
 !>
-!> A scan by tangents at the baseline finds the place only roughly, because strong effects are not linear. At the fit with
-!> strength a0 in one place, a strength a in another place has the residuals r - S0 a0 + S a, where S and S0 are the tangents
-!> there. The error is of second order in the difference of both, which is small for places that overlap.
+!> A scan by tangents at the baseline finds the position only roughly, because strong effects are not linear. At the fit with
+!> strength a0 at one position, a strength a at another position has the residuals r - S0 a0 + S a, where S and S0 are the tangents
+!> there. The error is of second order in the difference of both, which is small for positions that overlap.
 module inference_refine_location
   use base_kinds, only: rp
   use base_lapack, only: orthogonalise
@@ -72,7 +72,7 @@ contains
   end subroutine refine_location
 
   !> Releases the finer variants about the best candidate best_of(effects) of each scan, 0: none, for the next design. The
-  !> calibration stays that of the scan: finer variants only improve the place of an effect that the scan has found.
+  !> calibration stays that of the scan: finer variants only improve the position of an effect that the scan has found.
   subroutine add_finer(simulator, design, best_of, has_finer)
     class(simulator_t), intent(inout) :: simulator
     type(design_t), intent(in) :: design

@@ -27,7 +27,7 @@ module inference_refit
     type(whitener_t), pointer :: whitener => null()
     integer, allocatable :: active(:)
     real(rp), allocatable :: q(:)
-    logical, allocatable, private :: is_wanted(:)  !< (surfaces) not allocated: all are
+    logical, allocatable, private :: is_wanted(:)  !< (surfaces) those to which the observations belong; not allocated: all
     real(rp), allocatable, private :: raw(:), raw_jacobian(:, :)
   contains
     procedure :: init => nested_init
@@ -120,7 +120,7 @@ contains
   end function nested_unknowns
 
   !> Fits the parameters `active` over the observations of the whitener, from q and the state `from`. typical(parameters), where
-  !> given, is a point as far from their null as effects are expected to be; is_wanted(surfaces) are those of the observations.
+  !> given, is a point at which effects are as strong as expected; is_wanted(surfaces) are those of the observations.
   subroutine fit_nested(simulator, whitener, active, q, from, options, found, typical, is_wanted)
     class(simulator_t), intent(inout), target :: simulator
     type(whitener_t), intent(in), target :: whitener
@@ -155,12 +155,13 @@ contains
     call move_alloc(report%state, found%state)
   end subroutine fit_nested
 
-  !> Fits the baseline from several starts (parameters, :), each as `fit_loosely` does, and the most probable of them to
-  !> the end, in passes that begin at shapes found from rest and at the most probable errors, until two end alike. Errors may
-  !> go to and fro about a kink; the most probable pass counts. `whitener`, over all observations, has then the directions of
-  !> `nuisances` at this point, and the fit is the best one with these. spread(starts) is how much less
-  !> probable than the best each start ended (sum of squares and log determinant), huge without an end. `state` holds the errors
-  !> about which nuisances are linear, before and after, and the shapes at the end. Fails if no start has an end.
+  !> Fits the baseline from several starts (parameters, :), each as `fit_loosely` does, and continues the most probable of these
+  !> fits to convergence, in passes. Each pass begins with solutions from rest and with nuisances about their most probable errors.
+  !> The passes end if two of them agree. Where the nuisances have a kink, passes may alternate between two results; the most
+  !> probable pass counts. `whitener`, over all observations, then has the directions of `nuisances` at this point, and the fit is
+  !> the best one with these. spread(starts) says by how much less probable than the best fit that of each start is (sum of squares
+  !> and log determinant); it is huge for a start without a fit. `state` holds the errors about which nuisances are linear, before
+  !> and after, and the solutions of the fit afterwards. Fails if no start leads to a fit.
   subroutine fit_baseline(simulator, starts, options, state, whitener, found, spread, failure, nuisances)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -180,7 +181,7 @@ contains
     call copy_state(found%state, state)
     call update_directions(simulator, found%q, state, whitener, is_valid, seen, nuisances)
     if (.not. is_valid) then
-      call failure%raise('the wing cannot be computed at the best fit of the baseline: check loads, units and [Wing]')
+      call failure%raise('the model cannot be computed at the best fit of the baseline: check the loads, their units and the input')
       return
     end if
     ! If the passes do not converge, these directions may differ from those of the fit.
@@ -199,7 +200,7 @@ contains
     allocate (to, source=from)
   end subroutine copy_state
 
-  !> The most probable of loose fits of the baseline, from these starts, and `spread` as `fit_baseline` has it.
+  !> Finds the most probable of the loose fits of the baseline from these starts, and `spread` as in `fit_baseline`.
   subroutine fit_best_start(simulator, starts, options, state, whitener, found, spread, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
@@ -267,9 +268,9 @@ contains
     end do
   end subroutine settle_baseline
 
-  !> Fits the baseline roughly from q with a whitener over all observations, which has then the nuisances where the fit
-  !> ends. They are linear about the errors that `from` holds. On the way a wing may follow an equilibrium that it would not come to
-  !> from rest: where the fit ends all shapes are found from rest, and if they are others it goes on from them, if that is possible.
+  !> Fits the baseline roughly from q with a whitener over all observations, which then has the nuisances at the end of the fit.
+  !> They are linear about the errors that `from` holds. The fit may follow a branch of solutions that a solver does not reach from
+  !> rest. At its end all solutions are therefore found from rest. If they differ, the fit continues from them, if that is possible.
   subroutine fit_loosely(simulator, q, from, options, whitener, found, failure)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: q(:)
@@ -291,7 +292,7 @@ contains
     call update_directions(simulator, q, state, whitener, is_valid)
     if (is_valid) call fit_nested(simulator, whitener, active, q, state, loose_options(options), found)
     if (.not. found%is_found) then
-      call failure%raise('the baseline could not be fitted: check loads, units and [Wing]')
+      call failure%raise('the baseline cannot be fitted from this start: check the loads, their units and the start')
       return
     end if
     check: block
@@ -319,9 +320,9 @@ contains
     loose%reduction_tolerance = max(LOOSE_TOLERANCE, options%reduction_tolerance)
   end function loose_options
 
-  !> Takes the nuisances about their most probable errors at q, to which `state` belongs, since what they do is not linear: `state`
-  !> then holds these errors. If there is anything to settle, the directions of the whitener, over all observations, are then those
-  !> at q before that. If there is no result (`is_valid` false), errors are as before.
+  !> Linearises the nuisances about their most probable errors at q, to which `state` belongs, because their effect is not linear.
+  !> `state` then holds these errors. Unless all nuisances are linear anyway, the whitener, over all observations, then has the
+  !> directions at q about the previous errors. If there is no result (`is_valid` is false), the errors stay as they were.
   subroutine relinearise_nuisances(simulator, whitener, q, state, is_valid)
     class(simulator_t), intent(inout) :: simulator
     type(whitener_t), intent(inout) :: whitener
@@ -343,7 +344,8 @@ contains
     call simulator%linearise_at(-matmul(residuals, nuisances), q, state, is_valid)
   end subroutine relinearise_nuisances
 
-  !> Nuisances at q, where `state` goes, and the residuals that are then `seen`.
+  !> Computes the nuisances at q and gives their directions to the whitener; `state` then belongs to q. `seen` are the residuals
+  !> there, `directions` the nuisances of all observations.
   subroutine update_directions(simulator, q, state, whitener, is_valid, seen, directions)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)

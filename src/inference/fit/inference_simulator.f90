@@ -15,10 +15,10 @@ module inference_simulator
 
   !> One way in which an effect may be present.
   type :: variant_t
-    character(:), allocatable :: label        !< where, or empty
+    character(:), allocatable :: label        !< words for its position, or empty
     integer, allocatable :: columns(:)        !< parameters that it releases
-    real(rp) :: site(2) = 0                  !< [m] of a position on the wing
-    !> Not scanned, but tried after the scan has found an effect nearby and the variant is released.
+    real(rp) :: site(2) = 0                  !< [m] its position, if it has one
+    !> The variant is not part of the scan. It is tried after the scan has found its effect nearby and the variant is released.
     logical :: is_finer = .false., is_released = .false.
   contains
     procedure :: is_tried => variant_is_tried
@@ -29,7 +29,7 @@ module inference_simulator
     character(:), allocatable :: name         !< a word, as in ini files
     character(:), allocatable :: title
     character(:), allocatable :: sentence     !< for a biologist
-    logical :: is_measurement = .false.       !< of the measurement, not of the wing
+    logical :: is_measurement = .false.       !< it belongs to the measurement, not to the measured object
     character(:), allocatable :: missing      !< what the data lack to test it; empty: nothing
     type(variant_t), allocatable :: variants(:)
   contains
@@ -44,8 +44,8 @@ module inference_simulator
     real(rp), allocatable :: observed(:)      !< (n) what was observed
     integer, allocatable :: fold(:)           !< (surfaces) location: all levels and repeats of it are one fold
     real(rp), allocatable :: level(:)         !< (surfaces) signed strength of the load
-    real(rp), allocatable :: order(:)         !< (surfaces) in the sequence of measurements, 0: not stated
-    real(rp), allocatable :: hold(:)          !< (surfaces) [s], negative: not stated
+    real(rp), allocatable :: order(:)         !< (surfaces) in the sequence of measurements, 0: not given
+    real(rp), allocatable :: hold(:)          !< (surfaces) [s], negative: not given
     real(rp), allocatable :: moment(:)        !< (surfaces) of the load about the root
     integer, allocatable :: replicate(:)           !< (surfaces) first surface under the same load, itself if none
   end type labels_t
@@ -54,18 +54,18 @@ module inference_simulator
     integer :: n_observations = 0
     integer :: n_baseline = 0                 !< parameters 1 .. n_baseline are the unknowns of the baseline
     integer :: n_nuisances = 0                !< directions of errors that are known only by their sd
-    !> (at most n_nuisances) for the first nuisances, the kind 1, 2, .. of errors with one declared sd; 0: no kind.
+    !> (at most n_nuisances) Kind 1, 2, .. of each of the first nuisances, or 0. Errors of one kind have one declared sd.
     integer, allocatable :: nuisance_kind(:)
     character(:), allocatable :: nuisance_names(:) !< of the kinds, in the plural
     integer :: n_patterns = 0                 !< of unknown causes
-    integer :: n_alone = huge(1)              !< so many of them, the first, may also be such a cause alone
+    integer :: n_alone = huge(1)              !< each of the first n_alone of them may also be an unknown cause alone
     type(labels_t) :: labels
     type(parameter_t), allocatable :: parameters(:) !< by their coordinates; those of the baseline start at their null
     type(effect_t), allocatable :: effects(:)
-    !> Quantities whose values may all differ from what they should be. Their tangents are patterns too, after the others.
+    !> Parameters whose values may all deviate at the same time, as a field. Their tangents are patterns too, after the others.
     integer, allocatable :: field(:)
     integer, allocatable :: family(:)         !< (n_patterns + size(field)) 1, 2, .. kind of unknown cause
-    real(rp), allocatable :: pattern_site(:, :) !< (2, n_patterns + size(field)) [m] where on the wing
+    real(rp), allocatable :: pattern_site(:, :) !< (2, n_patterns + size(field)) [m] position
   contains
     procedure(evaluate_interface), deferred :: evaluate
     procedure(covariance_interface), deferred :: covariance
@@ -79,10 +79,10 @@ module inference_simulator
   end type simulator_t
 
   abstract interface
-    !> residuals(n) (computed minus observed) at q(parameters), and their derivatives jacobian(n, size(columns)) with
-    !> respect to the parameters `columns`. Solutions begin at the shapes of `from`, and `to` holds those that were found.
-    !> is_wanted(surfaces), where given, tells which surfaces count: a simulator may leave out the others, whose residuals are then
-    !> 0. `is_valid` false: there is no result at q, and `to` is `from`.
+    !> Computes residuals(n), simulated minus observed, at q(parameters), and their derivatives jacobian(n, size(columns)) with
+    !> respect to the parameters `columns`. Solutions begin at the shapes of `from`, and `to` holds the shapes that were found.
+    !> is_wanted(surfaces), where given, tells which surfaces count. A simulator may leave out the others, whose residuals are then
+    !> 0. If `is_valid` is false, there is no result at q, and `to` is `from`.
     subroutine evaluate_interface(self, q, columns, from, residuals, jacobian, is_valid, to, is_wanted)
       import :: simulator_t, solver_state_t, rp
       class(simulator_t), intent(inout) :: self
@@ -103,8 +103,8 @@ module inference_simulator
       real(rp), intent(out) :: c(:, :)
     end subroutine covariance_interface
 
-    !> At q: nuisances(n, n_nuisances), what an error of one sd of each nuisance does to the residuals; and
-    !> patterns(n, n_patterns), what an unknown cause of unit strength at each place would do, or patterns(n, 0). Solutions
+    !> Computes at q nuisances(n, n_nuisances), the change of the residuals by an error of one sd of each nuisance, and
+    !> patterns(n, n_patterns), that by an unknown cause of unit strength at each position, or patterns(n, 0). Solutions
     !> begin at the shapes of `from`.
     subroutine directions_interface(self, q, from, nuisances, patterns, is_valid)
       import :: simulator_t, solver_state_t, rp
@@ -131,7 +131,7 @@ contains
     if (allocated(self%missing)) is_testable = self%missing == ''
   end function effect_is_testable
 
-  !> Returns the share of the variance of a single error that neighbours have in common; negative if it is fixed.
+  !> Returns the fraction of the variance of a single error that neighbours have in common; negative if it is fixed.
   pure real(rp) function simulator_common_fraction(self) result(fraction)
     class(simulator_t), intent(in) :: self
     fraction = -1
@@ -139,7 +139,7 @@ contains
     end associate
   end function simulator_common_fraction
 
-  !> Sets that share. The variance that neighbours do not share stays the same.
+  !> Sets this fraction. The variance that neighbours do not have in common stays the same.
   subroutine simulator_set_common_fraction(self, fraction)
     class(simulator_t), intent(inout) :: self
     real(rp), intent(in) :: fraction
@@ -147,7 +147,7 @@ contains
     end associate
   end subroutine simulator_set_common_fraction
 
-  !> Returns the state of a simulator that has not found anything yet. One without iterations of its own has an empty state.
+  !> Returns the state of a simulator before its first solution. A simulator without internal iterations has an empty state.
   subroutine simulator_initial_state(self, state)
     class(simulator_t), intent(in) :: self
     class(solver_state_t), allocatable, intent(out) :: state
@@ -156,9 +156,10 @@ contains
     end associate
   end subroutine simulator_initial_state
 
-  !> Takes nuisances about errors(n_nuisances) sd, as far as they are not linear: residuals are then those with these errors, less
-  !> what the tangents there, which are the new directions, say of them. `state` belongs to q, and holds the errors afterwards. If q
-  !> has no result (`is_valid` false), it does not change. `whitener_t` needs its directions anew.
+  !> Linearises nuisances about errors(n_nuisances), in sd, as far as they are not linear. Residuals are then those with these
+  !> errors, minus the linear effect of the errors by the tangents there, which are the new directions. `state` belongs to q, and
+  !> holds the errors afterwards. It does not change if q has no result (`is_valid` is false). A whitener needs its directions anew
+  !> afterwards.
   subroutine simulator_linearise_at(self, errors, q, state, is_valid)
     class(simulator_t), intent(inout) :: self
     real(rp), intent(in) :: errors(:), q(:)

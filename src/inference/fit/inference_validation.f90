@@ -32,7 +32,7 @@ module inference_validation
     logical :: is_complete = .false.       !< all folds could be predicted
   end type validation_t
 
-  !> Everything at one point.
+  !> Residuals, derivatives and state at one point.
   type :: tangents_t
     logical :: is_valid = .false.
     real(rp), allocatable :: q(:), residuals(:), jacobian(:, :), nuisances(:, :)
@@ -44,8 +44,8 @@ module inference_validation
 
 contains
 
-  !> Validates the model with the parameters `active` free, from its fit q to everything, which ended in the state `from`, with the
-  !> nuisances(n, :) of this fit.
+  !> Validates the model with the parameters `active` free. It starts from q, the fit to all data, which ended in the state `from`,
+  !> and uses the nuisances(n, :) of this fit.
   subroutine validate(simulator, active, q, from, nuisances, options, validation)
     class(simulator_t), intent(inout), target :: simulator
     integer, intent(in) :: active(:)
@@ -77,7 +77,7 @@ contains
     end do
   end subroutine validate
 
-  !> Residuals, derivatives and state of everything at q, found from the state `from`.
+  !> Computes residuals, derivatives and state of all observations at q, starting from the state `from`.
   subroutine find_tangents(simulator, active, q, from, full, is_valid)
     class(simulator_t), intent(inout) :: simulator
     integer, intent(in) :: active(:)

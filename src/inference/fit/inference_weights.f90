@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Gives the prior probability of each variant of an effect, if the effect is there.
 !>
-!> All places of a scan are equally probable. Finer places are tried where the data have found an effect, so that their set
-!> depends on the data. They therefore share the weight that the scan gives to their neighbourhood.
+!> All positions of a scan are equally probable. Finer positions are tried where the data have found an effect, so that their set
+!> depends on the data. They therefore divide the weight that the scan gives to their neighbourhood.
 module inference_weights
   use base_kinds, only: rp
   implicit none
@@ -13,7 +13,7 @@ contains
 
   !> Returns weight(n) of variants at place(2, n). The weights add up to 1 over those that are shown and are 0 for others. A finer
   !> variant belongs to the cell of the nearest one of the scan. A cell has the weight that its variants of the scan would have
-  !> without finer ones; all that are in it, finer or not, share it equally.
+  !> without finer ones. All variants in it, finer or not, have the same weight.
   pure function cell_weights(site, is_finer, is_shown) result(weight)
     real(rp), intent(in) :: site(:, :)
     logical, intent(in) :: is_finer(:), is_shown(:)

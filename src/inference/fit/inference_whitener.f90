@@ -72,7 +72,7 @@ contains
     self%log_determinant = self%noise_log_determinant
   end subroutine whitener_init
 
-  !> Takes v(n, :) as all nuisances, in place of those before.
+  !> Takes v(n, :) as the directions of all nuisances, instead of those before.
   subroutine whitener_add_directions(self, v)
     class(whitener_t), intent(inout) :: self
     real(rp), intent(in) :: v(:, :)

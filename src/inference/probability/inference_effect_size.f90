@@ -46,7 +46,7 @@ contains
     log_evidence = most + log(sum(exp(max(-700.0_rp, terms - most)))/N_SCALES)
   end function prior_log_evidence
 
-  !> Returns the same at the most likely strength, at least 0.
+  !> Returns this logarithm at the most likely strength, at least 0.
   pure real(rp) function prior_log_likelihood(self, w) result(log_likelihood)
     class(effect_size_prior_t), intent(in) :: self
     real(rp), intent(in) :: w(:)

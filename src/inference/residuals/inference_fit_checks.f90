@@ -14,8 +14,8 @@ module inference_fit_checks
 
 contains
 
-  !> Returns the checks of the residuals of a fit, with the whitener of the design. There are none without a result there. For
-  !> `scale` and `noise_dof` see check_residuals.
+  !> Returns the checks of the residuals of a fit, with the whitener of the design. There are none if the simulator has no result
+  !> there. For `scale` and `noise_dof` see check_residuals.
   subroutine check_fit(simulator, design, fitted, scale, noise_dof, checks)
     class(simulator_t), intent(inout) :: simulator
     type(design_t), intent(in) :: design

@@ -13,12 +13,12 @@ module inference_noise_fraction
   public :: find_noise_fraction
 
   integer, parameter :: MOST_EVALUATIONS = 9
-  real(rp), parameter :: LARGEST = 0.9_rp !< share of the variance
+  real(rp), parameter :: LARGEST = 0.9_rp !< of the variance
 
 contains
 
-  !> Sets the share at the baseline q by golden section. `is_new` tells whether it is another one than before by more than a
-  !> thousandth. Where something fails the share stays.
+  !> Sets the fraction at the baseline q by golden section. `is_new` tells whether it differs from the previous one by more than a
+  !> thousandth. Where something fails the fraction stays.
   subroutine find_noise_fraction(simulator, q, from, is_new)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:)

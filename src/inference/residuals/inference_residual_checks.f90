@@ -171,7 +171,7 @@ contains
       do k = 1, size(residuals)
         if (k == i .or. labels%surface(k) /= labels%surface(i)) cycle
         distance = sum((labels%site(:, i) - labels%site(:, k))**2)
-        if (.not. distance > 0) cycle ! samples of one record, and readings without a place, are no neighbours
+        if (.not. distance > 0) cycle ! samples of one record, and readings without a position, are no neighbours
         if (distance < nearest) at = k
         nearest = min(nearest, distance)
       end do

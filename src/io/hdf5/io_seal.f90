@@ -70,7 +70,7 @@ contains
     close (unit)
   end subroutine check_seal
 
-  !> Seals a closed file, unless it has a valid seal. Does nothing after a failure; fails if the file cannot get a seal.
+  !> Seals a closed file, unless it has a valid seal. Does nothing after a failure; fails if it cannot write the seal.
   subroutine write_seal(path, failure)
     character(*), intent(in) :: path
     type(failure_t), intent(inout) :: failure
@@ -88,7 +88,7 @@ contains
       close (unit)
       call check_seal(path, state)
     end if
-    if (state /= SEAL_GOOD) call failure%raise(path//': cannot get a seal; is the disk full?')
+    if (state /= SEAL_GOOD) call failure%raise(path//': cannot be sealed by a checksum at its end; is the disk full?')
   end subroutine write_seal
 
   !> Returns the seal of the first `total` bytes; blank if they cannot be read.

@@ -35,8 +35,8 @@ contains
     type(registry_t), intent(inout) :: registry
     call registry%add_section(INCLUDE_SECTION, 'parameters from other files')
     call registry%add_text(INCLUDE_SECTION, INCLUDED_FILE, '', &
-                           'names of parameter files in the folder of this file, separated by blanks; the keys of this file '// &
-                           'take precedence over theirs')
+                           'names of parameter files, separated by blanks; the program looks in the current folder, then in '// &
+                           'the folder of this file; the keys of this file take precedence over theirs')
   end subroutine register_include
 
   !> Puts the sections and keys of all files that `document` includes, directly or not, behind its own. A file that is included

@@ -222,8 +222,8 @@ contains
     class(registry_t), intent(inout) :: self
     character(*), intent(in) :: section, physics, instead
     logical, intent(in), optional :: can_go
-    call self%add_inert_section(section, 'Not built here: '//physics//'.')
-    self%sections(self%n_sections)%unbuilt = 'asks for '//physics//', which is not built here; instead: '//instead
+    call self%add_inert_section(section, 'This program does not have '//physics//'.')
+    self%sections(self%n_sections)%unbuilt = 'asks for '//physics//', which this program does not have; use instead: '//instead
     if (present(can_go)) self%sections(self%n_sections)%can_go = can_go
   end subroutine registry_add_unbuilt_section
 

@@ -165,7 +165,7 @@ contains
       call offer_all(suggestion, TRUE_WORDS//'|'//FALSE_WORDS)
       problem = quoted(raw)//' is neither yes nor no; valid: '//key%choices_text()//suggestion%hint()
     else if (is_on .and. len(key%unbuilt) > 0) then
-      problem = quoted(raw)//' asks for '//key%unbuilt//', which is not built here'//instead_of(raw, key%instead)// &
+      problem = quoted(raw)//' asks for '//key%unbuilt//', which this program does not have'//instead_of(raw, key%instead)// &
                 '; valid: no'
       is_unbuilt = .true.
     else
@@ -182,7 +182,7 @@ contains
     type(suggestion_t) :: suggestion
     if (matches_any(raw, key%allowed)) return
     if (matches_any(raw, key%unbuilt)) then
-      problem = quoted(raw)//' is known from FLUSI, but not built here'//instead_of(raw, key%instead)// &
+      problem = quoted(raw)//' is a value of FLUSI that this program does not have'//instead_of(raw, key%instead)// &
                 '; valid: '//key%choices_text()
       is_unbuilt = .true.
       return
@@ -192,7 +192,7 @@ contains
     problem = quoted(raw)//' is unknown; valid: '//key%choices_text()//suggestion%hint()
   end subroutine check_word
 
-  !> Returns '; instead: ' and the sentence that belongs to `raw` in 'a: sentence|b*: sentence', or nothing.
+  !> Returns '; use instead: ' and the sentence that belongs to `raw` in 'a: sentence|b*: sentence', or nothing.
   function instead_of(raw, sentences) result(text)
     character(*), intent(in) :: raw, sentences
     character(:), allocatable :: text
@@ -205,7 +205,7 @@ contains
       if (.not. found) return
       colon = first + index(sentences(first:last), ': ') - 1
       if (.not. matches_any(raw, sentences(first:colon - 1))) cycle
-      text = '; instead: '//sentences(colon + 2:last)
+      text = '; use instead: '//sentences(colon + 2:last)
       return
     end do
   end function instead_of

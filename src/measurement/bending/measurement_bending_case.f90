@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds what trainings and diagnoses have in common: a wing, its bending tests, and the parameters that may be varied. SI
-!> units.
+!> Holds what trainings and diagnoses have in common: a wing, its bending tests, and the free parameters. SI units.
 module measurement_bending_case
   use base_kinds, only: rp
   use measurement_data, only: measurement_t
@@ -15,7 +14,7 @@ module measurement_bending_case
 
   type :: bending_case_t
     type(wing_case_t) :: wing_case
-    character(:), allocatable :: measurement_path !< not allocated if there is no such file
+    character(:), allocatable :: measurement_path !< not allocated if [Measurement] names no file
     type(measurement_t) :: measurement
     type(outliers_t) :: outliers            !< heights that were left out
     type(instrument_t) :: instrument        !< the assumed instrument

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes all ranks work for rank 0 on bending tasks, in batches. With rules for it, all ranks take the same decision to stop.
+!> Makes all ranks work for rank 0 on bending tasks, in batches. If there are rules for stopping, all ranks take the same decision.
 !>
 !>     call pool%init(world, runner, limits)         collective
 !>     if (world%is_root) then
@@ -17,14 +17,14 @@ module measurement_bending_pool
   private
   public :: bending_batch_t, bending_pool_t
 
-  !> Tasks and their results, see measurement_bending_task.
+  !> Holds tasks and their results, see measurement_bending_task.
   type :: bending_batch_t
-    real(rp), allocatable :: starts(:)     !< what warm solutions start from, (3, n_all, loads) flat
-    integer, allocatable :: order(:)       !< numbers of the tasks, the first to be begun first
+    real(rp), allocatable :: starts(:)     !< shapes (3, n_all, loads) at which warm solutions begin, in one row
+    integer, allocatable :: order(:)       !< numbers of the tasks in the order in which they begin
     real(rp), allocatable :: inputs(:, :)  !< (numbers, tasks)
     real(rp), allocatable :: outputs(:, :) !< (numbers, tasks)
     integer, allocatable :: statuses(:)    !< (tasks) negative: not done
-    real(rp), allocatable :: seconds(:)    !< (tasks) that they took
+    real(rp), allocatable :: seconds(:)    !< (tasks) duration of each
   end type bending_batch_t
 
   type :: bending_pool_t
@@ -45,7 +45,8 @@ module measurement_bending_pool
 
 contains
 
-  !> Takes the runner, which is not allocated afterwards. Without limits nothing but its end stops a batch. Collective.
+  !> Takes over the runner, whose actual argument is not allocated afterwards. Without limits, every batch runs to its end.
+  !> Collective.
   subroutine pool_init(self, world, runner, limits)
     class(bending_pool_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -94,7 +95,7 @@ contains
     self%runner%is_stopping = .true.
   end subroutine pool_poll
 
-  !> Does what rank 0 asks for until it ends the service. On the other ranks.
+  !> Does the tasks of rank 0 until rank 0 ends the service. On the other ranks.
   subroutine pool_serve(self)
     class(bending_pool_t), intent(inout) :: self
     call self%farm%serve(self%runner)

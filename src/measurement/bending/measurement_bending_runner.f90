@@ -17,7 +17,8 @@ module measurement_bending_runner
   private
   public :: bending_runner_t
 
-  !> The context that rank 0 shares is empty or holds the starts of warm solutions, (3, n_all, loads).
+  !> Does the tasks. The context that rank 0 broadcasts is empty or holds the shapes (3, n_all, loads) at which warm solutions
+  !> begin.
   type, extends(task_runner_t) :: bending_runner_t
     class(observed_wing_t), allocatable :: wing
     type(stop_rules_t) :: stop_rules
@@ -37,7 +38,7 @@ module measurement_bending_runner
 
 contains
 
-  !> Takes `wing`, which is not allocated afterwards.
+  !> Takes over `wing`, whose actual argument is not allocated afterwards.
   subroutine runner_init(self, wing)
     class(bending_runner_t), intent(inout) :: self
     class(observed_wing_t), allocatable, intent(inout) :: wing
@@ -63,14 +64,15 @@ contains
     n = input_size(self%wing%n_coordinates)
   end function runner_input_size
 
-  !> Returns how many numbers any task gives back at most.
+  !> Returns the largest number of values in the output of any task.
   pure integer function runner_most_output(self) result(n)
     class(bending_runner_t), intent(in) :: self
     integer :: kind
     n = maxval([(self%output_size(kind, self%wing%n_coordinates), kind=TASK_EVALUATE, TASK_COSTS)])
   end function runner_most_output
 
-  !> Returns how many numbers a task of this kind with derivatives with respect to n_columns coordinates gives back at most.
+  !> Returns the largest number of values in the output of a task of this kind, with derivatives with respect to n_columns
+  !> coordinates.
   pure integer function runner_output_size(self, kind, n_columns) result(n)
     class(bending_runner_t), intent(in) :: self
     integer, intent(in) :: kind, n_columns
@@ -92,8 +94,8 @@ contains
     n = n + N_FACTS
   end function runner_output_size
 
-  !> Does a task: see measurement_bending_task. The status is NOT_SOLVED where no shape was found. There are no directions of a
-  !> shape in an excluded zone, which nobody wants.
+  !> Does a task: see measurement_bending_task. The status is NOT_SOLVED if no shape was found. If the shape lies in an excluded
+  !> zone, there are no directions: the caller would discard them.
   subroutine runner_run_task(self, input, output, status)
     class(bending_runner_t), intent(inout) :: self
     real(rp), intent(in) :: input(:)
@@ -126,7 +128,8 @@ contains
     end associate
   end subroutine runner_run_task
 
-  !> Solves for the load of the task, from rest or from its shape in the context, and compares: see `evaluate`.
+  !> Solves the load of the task, from the unloaded wing or from its shape in the context, and compares the result with the
+  !> measurement: see `evaluate`.
   subroutine solve(self, task, coordinates, evaluation)
     class(bending_runner_t), intent(inout) :: self
     type(bending_task_t), intent(in) :: task
@@ -142,7 +145,7 @@ contains
     call evaluate(self%wing%experiment, self%work, coordinates, task%load, task%is_warm, self%u, evaluation, task%load_offset)
   end subroutine solve
 
-  !> Gives residuals and wanted tangents of load l, and after them the displacements.
+  !> Puts the residuals of load l into `output`, then the wanted tangents, then the displacements.
   subroutine give_evaluation(self, is_wanted, l, residuals, output)
     class(bending_runner_t), intent(inout) :: self
     logical, intent(in) :: is_wanted(:)
@@ -156,7 +159,8 @@ contains
     output(at + 1:at + size(self%u)) = reshape(self%u, [size(self%u)])
   end subroutine give_evaluation
 
-  !> Gives the tangents of load l for nuisances, wanted coordinates and, if wanted, patterns.
+  !> Puts the tangents of load l into `output`: first those of nuisances, then those of the wanted coordinates, then, with
+  !> `has_patterns`, those of patterns.
   subroutine give_directions(self, is_wanted, has_patterns, l, output)
     class(bending_runner_t), intent(inout) :: self
     logical, intent(in) :: is_wanted(:), has_patterns
@@ -179,7 +183,7 @@ contains
     end do
   end subroutine give_directions
 
-  !> Gives the tangents of load l for wanted coordinates behind `at`, which moves behind them.
+  !> Puts the tangents of load l for the wanted coordinates into output(at + 1:), and raises `at` to the last number written.
   subroutine give_tangents(self, is_wanted, l, output, at)
     class(bending_runner_t), intent(inout) :: self
     logical, intent(in) :: is_wanted(:)
@@ -197,15 +201,15 @@ contains
     end do
   end subroutine give_tangents
 
-  !> Tells whether a signal has asked rank 0 to stop, or its time is over: a batch may last longer than a job has left. Without
-  !> rules nothing stops it.
+  !> Tells whether a signal has asked rank 0 to stop, or whether its time is over, since a batch may last longer than the job.
+  !> Returns false if there are no rules for stopping.
   logical function runner_wants_stop(self) result(wants)
     class(bending_runner_t), intent(inout) :: self
     if (self%has_stop_rules) self%is_stopping = self%is_stopping .or. signal_caught() > 0 .or. self%stop_rules%is_time_over()
     wants = self%is_stopping
   end function runner_wants_stop
 
-  !> Agrees on whether to stop, if there are rules for it. Collective.
+  !> Makes all ranks agree on whether to stop. Does nothing if there are no rules for stopping. Collective.
   subroutine runner_meet(self, world)
     class(bending_runner_t), intent(inout) :: self
     type(world_t), intent(in) :: world

@@ -8,10 +8,10 @@ module measurement_bending_state
   private
   public :: bending_state_t
 
-  !> The groups of its data are the loads.
+  !> A state of a problem whose groups of data are the loads.
   type, extends(solver_state_t) :: bending_state_t
     real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, loads) [m]
-    logical, allocatable :: is_start(:)      !< (loads) the shape is one where a solution may begin
+    logical, allocatable :: is_start(:)      !< (loads) a solution may begin at this shape
   contains
     procedure :: init_shapes => state_init_shapes
     procedure :: begin_at_rest => state_begin_at_rest
@@ -20,7 +20,7 @@ module measurement_bending_state
 
 contains
 
-  !> Makes room for shapes(3, n_all, n_loads). Solutions begin at rest.
+  !> Makes room for shapes(3, n_all, n_loads). Solutions begin at the unloaded wing.
   pure subroutine state_init_shapes(self, n_all, n_loads)
     class(bending_state_t), intent(inout) :: self
     integer, intent(in) :: n_all, n_loads
@@ -28,14 +28,14 @@ contains
     allocate (self%is_start(n_loads), source=.false.)
   end subroutine state_init_shapes
 
-  !> Makes the next solutions begin at rest.
+  !> Makes the next solutions begin at the unloaded wing.
   pure subroutine state_begin_at_rest(self)
     class(bending_state_t), intent(inout) :: self
     self%is_start = .false.
   end subroutine state_begin_at_rest
 
-  !> Takes the shapes of `other`, from which the next solutions begin; all else stays. A state without shapes of a wing stops the
-  !> program.
+  !> Takes the shapes of `other`, at which the next solutions begin, and nothing else. Stops the program if `other` has no shapes of
+  !> a wing.
   subroutine state_take_shapes(self, other)
     class(bending_state_t), intent(inout) :: self
     class(solver_state_t), intent(in) :: other

@@ -1,12 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Defines the tasks of trainings and diagnoses: one load on one wing, on any rank. A task is an array of numbers, and its output is
-!> another one.
+!> Defines the tasks of trainings and diagnoses: one load on one wing, on any rank. A task and its output are arrays of numbers.
 !>
 !> The input is the head (kind, load, warm or cold, offset of the load), the coordinates q(n) of the wing, and for each of them 1 if
 !> derivatives with respect to it are wanted, otherwise 0. The output begins with the N_FACTS facts about the solution. If a shape
-!> was found, what the kind of the task asks for follows; b are the observations of the load:
+!> was found, results follow that depend on the kind of the task. b is the number of observations of the load.
 !>
-!> | kind | gives |
+!> | kind | results |
 !> |---|---|
 !> | TASK_EVALUATE | residuals(b), derivatives(b, wanted) in the order of the coordinates, the shape (3, n_all) [m] |
 !> | TASK_DIRECTIONS | nuisances(b, N_NUISANCES) of one declared sd (see simulation_t), derivatives(b, wanted), patterns(b, :) |
@@ -20,10 +19,10 @@ module measurement_bending_task
   public :: bending_task_t, input_size, put_facts, take_columns, take_facts, task_input, task_of
 
   integer, parameter, public :: TASK_EVALUATE = 1, TASK_DIRECTIONS = 2, TASK_NUISANCES = 3, TASK_COSTS = 4
-  integer, parameter, public :: N_HEAD = 5     !< numbers of an input that tell the task
+  integer, parameter, public :: N_HEAD = 5     !< numbers at the beginning of an input that describe the task
   integer, parameter, public :: NOT_SOLVED = 1 !< status of a task whose shape was not found
 
-  !> Numbers of an output: facts, and the costs behind them.
+  !> Indices of the numbers of an output: first facts, then costs.
   integer, parameter, public :: N_FACTS = 7
   integer, parameter, public :: FACT_SOLVED = 1, FACT_VIOLATION = 2, FACT_FACTORISATIONS = 4, FACT_SNAPS = 5, FACT_START = 6, &
                                 FACT_REDONE = 7
@@ -32,12 +31,12 @@ module measurement_bending_task
   type :: bending_task_t
     integer :: kind = 0, load = 0
     logical :: is_warm = .false.    !< it begins at the shape that rank 0 has broadcast
-    real(rp) :: load_offset(2) = 0  !< [m] of the load from its place
+    real(rp) :: load_offset(2) = 0  !< [m] distance of the load from its declared site
   end type bending_task_t
 
 contains
 
-  !> Returns how many numbers the input of a task about n coordinates has.
+  !> Returns the size of the input of a task with n coordinates.
   pure integer function input_size(n)
     integer, intent(in) :: n
     input_size = N_HEAD + 2*n
@@ -55,7 +54,7 @@ contains
     input(N_HEAD + size(q) + columns) = 1
   end function task_input
 
-  !> Returns the task that the first numbers of an input say.
+  !> Returns the task that the first numbers of an input describe.
   pure type(bending_task_t) function task_of(input) result(task)
     real(rp), intent(in) :: input(:)
     task%kind = nint(input(1))
@@ -88,8 +87,8 @@ contains
     evaluation%was_redone_cold = output(FACT_REDONE) > 0.5_rp
   end subroutine take_facts
 
-  !> Takes derivatives(rows, columns) of one load out of an output, which has those of each of n coordinates once, in their order,
-  !> behind `at`. `at` moves behind them.
+  !> Reads derivatives(rows, columns) of one load from an output, which has them behind index `at`, once for each of n coordinates
+  !> and in their order. Raises `at` to the last index that was read.
   pure subroutine take_columns(columns, n, output, at, derivatives)
     integer, intent(in) :: columns(:), n
     real(rp), intent(in) :: output(:)

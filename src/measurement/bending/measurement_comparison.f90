@@ -14,28 +14,29 @@ module measurement_comparison
   private
   public :: comparison_t, observed_shape_t
 
-  !> A scalar observation on the wing.
+  !> Describes a scalar observation on the wing.
   type :: gauge_t
     logical :: is_rotation = .false.
     type(material_point_t) :: site
-    integer :: nodes(2) = 1        !< the line that turns
+    integer :: nodes(2) = 1        !< ends of the line whose rotation is measured
     real(rp) :: line(3) = 0        !< [m] the unloaded line
     real(rp) :: axis(3) = 0
     integer :: zero = 0
   end type gauge_t
 
-  !> A shape of the wing, its image in the instrument, and the measured places on that image. Nothing is allocated after `init`.
+  !> Holds a shape of the wing, its image in the instrument, and the measured points on that image. Nothing is allocated after
+  !> `init`.
   type :: observed_shape_t
     real(rp), allocatable :: positions(:, :) !< (3, n_points) [m] of the points of the wing
     real(rp), allocatable :: seen(:, :)      !< (3, n_points) [m] where the instrument sees them
-    type(surface_sample_t) :: sample         !< of `seen`, at the places of one load
+    type(surface_sample_t) :: sample         !< of `seen`, at the measured points of one load
   contains
     procedure :: init => shape_init
   end type observed_shape_t
 
-  !> All measured values under one load. They do not change.
+  !> Holds all values measured under one load. They do not change.
   type :: comparison_t
-    integer :: n = 0                          !< heights, then observations
+    integer :: n = 0                          !< number of heights and scalar observations
     integer :: n_heights = 0
     integer, allocatable :: number(:, :)      !< (nx, ny) of the height at a grid point, 0: none
     integer, allocatable :: node(:, :)        !< (2, n_heights) its grid point
@@ -54,7 +55,7 @@ module measurement_comparison
 
 contains
 
-  !> Makes room for n_points points and n_places places or fewer; the points are at the origin.
+  !> Makes room for n_points points and at most n_places measured points. The points of the wing are at the origin.
   subroutine shape_init(self, n_points, n_places)
     class(observed_shape_t), intent(out) :: self
     integer, intent(in) :: n_points, n_places
@@ -138,7 +139,7 @@ contains
 
   contains
 
-    !> Takes the line between two points if it lies more across the axis than those before it.
+    !> Takes the line between two points if it lies more across the axis than all earlier lines.
     subroutine offer(from, to)
       integer, intent(in) :: from, to
       line = wing%points(:, to) - wing%points(:, from)
@@ -151,8 +152,8 @@ contains
 
   end subroutine choose_line
 
-  !> Finds the places of this load on the image of `shape`, on the grid x(:), y(:) [m] of the measurement; `triangles` and the
-  !> outline edges(2, :) are those of the wing. `shape` has room for n_heights places or more.
+  !> Finds the measured points of this load on the image of `shape`, on the grid x(:), y(:) [m] of the measurement. The wing has
+  !> these `triangles` and the outline edges(2, :). `shape` has room for at least n_heights measured points.
   pure subroutine comparison_locate(self, x, y, triangles, edges, shape)
     class(comparison_t), intent(in) :: self
     real(rp), intent(in) :: x(:), y(:)
@@ -162,7 +163,7 @@ contains
       call sample_surface(shape%seen, triangles, edges, x, y, self%number, self%node, shape%sample)
   end subroutine comparison_locate
 
-  !> Returns the heights(n_heights) [m] of the image of `shape` at the places of this load, after `locate`.
+  !> Returns the heights(n_heights) [m] of the image of `shape` at the measured points of this load, after `locate`.
   pure subroutine comparison_heights(self, shape, heights)
     class(comparison_t), intent(in) :: self
     type(observed_shape_t), intent(in) :: shape
@@ -173,7 +174,7 @@ contains
     end do
   end subroutine comparison_heights
 
-  !> Returns slopes(n_heights), the change of the heights if the points of the image move by motion(3, n_points); after `locate`.
+  !> Returns slopes(n_heights), the change of the heights if the points of the image move by motion(3, n_points), after `locate`.
   pure subroutine comparison_height_slopes(self, x, y, shape, motion, slopes)
     class(comparison_t), intent(in) :: self
     real(rp), intent(in) :: x(:), y(:), motion(:, :)
@@ -190,9 +191,9 @@ contains
     end do
   end subroutine comparison_height_slopes
 
-  !> Returns residuals(n), computed minus measured, after `locate`. Heights are those of the image of `shape`, less the heights
-  !> rest(n_heights) [m] without the load. Scalar observations are those of its positions, which are points(3, n_points) [m] in
-  !> the wing file, with the unknown offsets zeros(:). Displacements count `factor` times.
+  !> Returns residuals(n), computed minus measured, after `locate`. The computed heights are those of the image of `shape` minus the
+  !> heights rest(n_heights) [m] without the load. The computed scalar observations follow from the positions of `shape`, from
+  !> points(3, n_points) [m] of the wing file and from the unknown offsets zeros(:). Displacements are multiplied by `factor`.
   pure subroutine comparison_residuals(self, points, shape, rest, factor, zeros, residuals)
     class(comparison_t), intent(in) :: self
     real(rp), intent(in) :: points(:, :), rest(:), factor, zeros(:)
@@ -222,8 +223,8 @@ contains
     end do
   end subroutine comparison_residuals
 
-  !> Returns derivatives(n), the change of the residuals if the positions of `shape` move by motion(3, n_points) and their image
-  !> by seen_motion(3, n_points); after `residuals` with the same shape. It leaves out the change of the wing without load.
+  !> Returns derivatives(n), the change of the residuals if the positions of `shape` move by motion(3, n_points) and their image by
+  !> seen_motion(3, n_points), after `residuals` with the same shape. It leaves out the change of the wing without load.
   pure subroutine comparison_derivatives(self, x, y, shape, motion, seen_motion, derivatives)
     class(comparison_t), intent(in) :: self
     real(rp), intent(in) :: x(:), y(:), motion(:, :), seen_motion(:, :)

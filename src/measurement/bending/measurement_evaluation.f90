@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Evaluates one load on one candidate, which is the task of all fits. Its result depends on its arguments only, never on what
-!> was computed before, so that tasks may run on any rank.
+!> Evaluates one load on one candidate, which is the task of all fits. The result depends on the arguments only and never on earlier
+!> evaluations, so that tasks may run on any rank.
 !>
-!> Two zones are excluded, as by Truong et al., but shapes are ranked by how far they lie in them: the loaded place moves against
-!> the force, or the horizontal distance from root to tip falls below half of the unloaded one.
+!> Two zones are excluded, as by Truong et al.: the loaded point moves against the force, or the horizontal distance from root to
+!> tip falls below half of the unloaded one. In contrast to Truong et al., shapes are ranked by how far they lie in these zones.
 module measurement_evaluation
   use base_errors, only: require
   use base_kinds, only: rp
@@ -16,10 +16,10 @@ module measurement_evaluation
 
   integer, parameter, public :: VIOLATION_BACKWARD = 1, VIOLATION_FOLDED = 2
 
-  !> The result of an evaluation.
+  !> Holds the result of an evaluation.
   type :: evaluation_t
-    logical :: is_solved = .false.          !< the shape was found; otherwise all below is 0
-    real(rp) :: violation(2) = 0            !< >= 0, of the wing's length: how far the shape is in the two zones
+    logical :: is_solved = .false.          !< the shape was found; otherwise all following components are 0
+    real(rp) :: violation(2) = 0            !< >= 0, in lengths of the wing: how far the shape lies in the two zones
     integer :: factorisations = 0
     integer :: snaps = 0
     logical :: is_start = .false.           !< a start for warm solutions, see static_report_t
@@ -32,8 +32,8 @@ module measurement_evaluation
     procedure :: terms => evaluation_terms
   end type evaluation_t
 
-  !> Work space of an evaluation; one per process. Nothing of it enters the next evaluation, but after an evaluation it gives
-  !> derivatives with respect to parameters that are no unknowns: see simulation_t.
+  !> Work space of evaluations, one per process. It does not affect the next evaluation. After an evaluation it can return
+  !> derivatives with respect to parameters that are not unknowns: see simulation_t.
   type, extends(simulation_t) :: evaluation_work_t
   end type evaluation_work_t
 
@@ -74,10 +74,10 @@ contains
     end associate
   end function evaluation_terms
 
-  !> Solves for load l at these coordinates and compares. u(3, n_all) [m] is always the result, and the start of a warm solution,
-  !> which must be a shape under the same load whose evaluation said `is_start`. `evaluation` was made by its `init`, which says
-  !> whether derivatives are wanted. The comparison allocates nothing. If `load_offset` is given, the force acts at this distance
-  !> [m] from its place.
+  !> Solves load l at these coordinates and compares the result with the measurement. u(3, n_all) [m] is always the result, and the
+  !> start of a warm solution, which must be a shape under the same load whose evaluation said `is_start`. `evaluation` was made by
+  !> its `init`, which says whether derivatives are wanted. The comparison allocates nothing. If `load_offset` is given, the force
+  !> acts at this distance [m] from its declared site.
   subroutine evaluate(experiment, work, coordinates, l, is_warm, u, evaluation, load_offset)
     type(experiment_t), intent(in) :: experiment
     type(evaluation_work_t), intent(inout) :: work
@@ -107,8 +107,8 @@ contains
     end do
   end subroutine evaluate
 
-  !> Returns how far the wing, moved by u(3, n_all) [m] under load l, lies in the two excluded zones, as shares of the length of
-  !> the wing; 0 outside. The numbers are the displacement of the loaded place against the force, and the difference of the
+  !> Returns how far the wing, moved by u(3, n_all) [m] under load l, lies in the two excluded zones, as fractions of the length of
+  !> the wing; 0 outside. The numbers are the displacement of the loaded point against the force, and the difference of the
   !> horizontal distance from root to tip from one half of the unloaded one.
   pure function zone_violations(experiment, l, u) result(violation)
     type(experiment_t), intent(in) :: experiment

@@ -25,24 +25,24 @@ module measurement_experiment
   private
   public :: experiment_t, bends_rest
 
-  !> All data that do not depend on the unknowns. Constant during a fit.
+  !> Holds all data that do not depend on the unknowns. They stay the same during a fit.
   type :: experiment_t
     type(measurement_t) :: measurement
-    type(solid_model_t) :: model                    !< with the parameters that are not sought
+    type(solid_model_t) :: model                    !< with the values of all parameters that are not free
     type(static_options_t) :: options
-    integer, allocatable :: numbers(:)              !< of the wing's parameters that are sought
-    type(instrument_t) :: instrument                !< with the parameters that are not sought
-    integer, allocatable :: instrument_numbers(:)   !< of those of the instrument that are sought
-    logical, allocatable :: is_log(:)               !< (unknowns without offsets) their coordinates are logarithms
-    real(rp), allocatable :: masses(:)              !< (n_points) [kg], or none
+    integer, allocatable :: numbers(:)              !< of the free parameters of the wing
+    type(instrument_t) :: instrument                !< with the values of all parameters that are not free
+    integer, allocatable :: instrument_numbers(:)   !< of the free parameters of the instrument
+    logical, allocatable :: is_log(:)               !< (free parameters) their coordinates are logarithms
+    real(rp), allocatable :: masses(:)              !< (n_points) [kg]; empty if there is no weight
     logical :: moves_rest = .false.                 !< the image of the unloaded wing differs from the wing file
-    logical :: bends_rest = .false.                 !< it is bent by its weight or its camber
+    logical :: bends_rest = .false.                 !< weight or camber bends the unloaded wing
     type(load_t), allocatable :: loads(:)
     type(material_point_t), allocatable :: sites(:)  !< where the forces act
     type(comparison_t), allocatable :: comparisons(:)
     integer, allocatable :: edges(:, :)             !< (2, :) the outline
     real(rp) :: root(3) = 0                         !< [m] centre of the clamped points
-    integer :: tip = 1                              !< the point farthest from it
+    integer :: tip = 1                              !< the point farthest from the root
   contains
     procedure :: init => experiment_init
     procedure :: count => experiment_count
@@ -58,10 +58,11 @@ module measurement_experiment
 
 contains
 
-  !> Makes the experiment of a checked `measurement` of `wing`. Parameters with these numbers (see solid_params_t) are sought; the
-  !> others are as in `params`. The same holds for the instrument, which has no effect unless it is given. Weight needs
-  !> masses(n_points) [kg]. Fails if the model fails, if a parameter that is sought by factors is not positive, or if the
-  !> measurement lacks data that a parameter of the instrument needs.
+  !> Makes the experiment of a checked `measurement` of `wing`. The parameters of the wing with these `numbers` (see solid_params_t)
+  !> are free; the others keep their values in `params`. The same holds for `instrument_numbers` and `instrument`; without
+  !> `instrument`, the measurement has no errors. Weight needs masses(n_points) [kg]. Fails if the model cannot be made, if a free
+  !> parameter on a logarithmic scale is not positive, or if the measurement lacks data that a free parameter of the instrument
+  !> needs.
   subroutine experiment_init(self, measurement, wing, params, numbers, options, failure, instrument, &
                              instrument_numbers, masses)
     class(experiment_t), intent(out) :: self
@@ -121,7 +122,7 @@ contains
     end do
   end subroutine experiment_init
 
-  !> Finds which unknowns are logarithms, once for all evaluations.
+  !> Finds the free parameters whose coordinates are logarithms, once for all evaluations.
   subroutine find_scales(self)
     class(experiment_t), intent(inout) :: self
     type(parameter_t) :: p
@@ -133,7 +134,7 @@ contains
     end do
   end subroutine find_scales
 
-  !> Finds the loads on the unloaded wing, and what is missing.
+  !> Finds the loads on the unloaded wing. Fails if data for a free parameter are missing.
   subroutine check_instrument(self, wing, failure)
     class(experiment_t), intent(inout) :: self
     type(wing_t), intent(in) :: wing
@@ -219,7 +220,7 @@ contains
     p%lower = -p%upper
   end function experiment_describe
 
-  !> Returns the coordinates at which the model and the instrument have their own parameters, and offsets are 0.
+  !> Returns the coordinates that belong to the parameters in `model` and `instrument` and to offsets of 0.
   function experiment_start(self) result(coordinates)
     class(experiment_t), intent(in) :: self
     real(rp) :: coordinates(self%count())
@@ -269,7 +270,7 @@ contains
   end function experiment_instrument_at
 
   !> Returns h [m] of Truong et al.: the square root of the sum over loads of the mean squared difference of the deformations.
-  !> residuals(:) are those of all loads, one behind the other. Scalar observations do not count.
+  !> residuals(:) are those of all loads, one load after another. Scalar observations do not count.
   pure real(rp) function experiment_cost(self, residuals) result(h)
     class(experiment_t), intent(in) :: self
     real(rp), intent(in) :: residuals(:)
@@ -285,7 +286,7 @@ contains
     h = sqrt(h)
   end function experiment_cost
 
-  !> Tells whether the place at the distance `load_offset` [m] from the stated place of load l is on the wing.
+  !> Tells whether the point at the distance `load_offset` [m] from the declared site of load l is on the wing.
   logical function experiment_acts_on_wing(self, l, load_offset) result(acts)
     class(experiment_t), intent(in) :: self
     integer, intent(in) :: l

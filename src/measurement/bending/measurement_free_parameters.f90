@@ -7,11 +7,11 @@ module measurement_free_parameters
   private
   public :: free_parameters_t
 
-  !> Parameters that are sought, by their numbers in solid_params_t and instrument_t; those of the wing come first.
+  !> Holds the free parameters by their numbers in solid_params_t and instrument_t. The parameters of the wing come first.
   type, extends(visited_t) :: free_parameters_t
     integer, allocatable :: numbers(:), instrument_numbers(:)
-    real(rp), allocatable :: lower(:), upper(:) !< in their units
-    logical, allocatable :: is_log(:)           !< scale of the search
+    real(rp), allocatable :: lower(:), upper(:) !< bounds, in the units of the parameters
+    logical, allocatable :: is_log(:)           !< the search uses the logarithm
   contains
     procedure :: visit => free_parameters_visit
     procedure :: count => free_parameters_count
@@ -30,7 +30,7 @@ contains
     call visitor%visit_allocatable('is_log', self%is_log)
   end subroutine free_parameters_visit
 
-  !> Returns the number of parameters that are sought.
+  !> Returns the number of free parameters.
   pure integer function free_parameters_count(self) result(n)
     class(free_parameters_t), intent(in) :: self
     n = 0

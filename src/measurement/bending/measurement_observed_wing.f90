@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes a wing from the coordinates of a task, and tells what is observed of it. Here it is the wing of one experiment, whose
-!> unknowns are the coordinates, with all observations as they are: that of a training. Others extend the type.
+!> Makes a wing from the coordinates of a task, and selects what is observed of it. This type is that of a training: the unknowns of
+!> one experiment are the coordinates, and observations are not averaged. Other types extend it.
 module measurement_observed_wing
   use base_errors, only: require
   use base_kinds, only: rp
@@ -10,7 +10,8 @@ module measurement_observed_wing
   private
   public :: observed_wing_t, wing_patterns_t
 
-  !> Unknown causes: log stiffness in discs, and forces in proportion to the load around the same places.
+  !> Holds patterns that stand for unknown causes: log stiffness in discs, and forces proportional to the load around the same
+  !> sites.
   type :: wing_patterns_t
     real(rp), allocatable :: site(:, :)      !< (2, n) [m]; not allocated: there are none
     real(rp) :: radius = 0                   !< [m]
@@ -21,7 +22,7 @@ module measurement_observed_wing
 
   type :: observed_wing_t
     integer :: n_coordinates = 0
-    type(experiment_t), pointer :: experiment => null() !< that of the coordinates that were taken last, or of none
+    type(experiment_t), pointer :: experiment => null() !< experiment of the last coordinates; null before the first
     type(wing_patterns_t) :: patterns
     logical, private :: is_taken = .false.
   contains
@@ -44,7 +45,7 @@ contains
     self%n_coordinates = experiment%count()
   end subroutine wing_take_experiment
 
-  !> Makes the wing at q, a point of the experiment with these `coordinates`. `is_other`: the experiment is another than before.
+  !> Makes the wing at q, a point of the experiment with these `coordinates`. `is_other` tells whether the experiment changed.
   subroutine wing_take(self, q, coordinates, is_other)
     class(observed_wing_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -66,15 +67,15 @@ contains
     call simulation%derivative(self%experiment, l, i, column)
   end subroutine wing_tangent
 
-  !> Returns how many observations of load l there are.
+  !> Returns the number of observations of load l.
   pure integer function wing_count_rows(self, l) result(n)
     class(observed_wing_t), intent(in) :: self
     integer, intent(in) :: l
     n = self%experiment%count_residuals(l)
   end function wing_count_rows
 
-  !> Returns the observations rows(count_rows(l)) of the residuals of load l, or of their derivatives: averages, if heights are
-  !> averaged.
+  !> Reduces the residuals of load l, or their derivatives, to the observations rows(count_rows(l)). Types that average heights
+  !> return averages.
   pure subroutine wing_average(self, l, column, rows)
     class(observed_wing_t), intent(in) :: self
     integer, intent(in) :: l
@@ -89,15 +90,15 @@ contains
     self%is_taken = .false.
   end subroutine wing_free
 
-  !> Returns how many patterns there are.
+  !> Returns the number of patterns.
   pure integer function patterns_count(self) result(n)
     class(wing_patterns_t), intent(in) :: self
     n = 0
     if (allocated(self%site)) n = 2*size(self%site, 2)
   end function patterns_count
 
-  !> Returns column(n), what pattern i does to the residuals of load l, after `simulation` has computed them: first stiffness at all
-  !> places, then forces.
+  !> Returns column(n), the derivative of the residuals of load l with respect to pattern i, after `simulation` has computed the
+  !> residuals. The patterns of stiffness at all sites come first, then those of forces.
   subroutine patterns_tangent(self, experiment, simulation, i, l, column)
     class(wing_patterns_t), intent(in) :: self
     type(experiment_t), intent(in) :: experiment
@@ -116,7 +117,7 @@ contains
     end associate
   end subroutine patterns_tangent
 
-  !> Returns the stated load l, spread over the wing around a place.
+  !> Returns the declared force of load l, spread over the wing around a site.
   subroutine spread_force(experiment, l, site, radius, force)
     type(experiment_t), intent(in) :: experiment
     integer, intent(in) :: l

@@ -2,10 +2,10 @@
 !> Finds outliers among heights: single heights that differ from all heights around them, because of specks, gaps of the light or
 !> wrong fringes. The rest of the program assumes normal errors, which have no outliers.
 !>
-!> The expected height follows from the heights within two grid lines, without the one in question: from the polynomial of second
-!> degree through them, or from the plane if they are few. A height that differs by more than FAR sd, and by more than all others
-!> near it, is left out, and those near it are tested again without it. The sd are the declared ones, or larger ones that medians
-!> give (Rousseeuw and Croux 1993, DOI 10.1080/01621459.1993.10476408). Normal errors do this to two heights in 10^9.
+!> The expected height follows from the heights within two grid lines, without the tested one: from the polynomial of second degree
+!> through them, or from a plane if there are few heights. A height that differs by more than FAR sd, and by more than all heights
+!> near it, is left out; the heights near it are then tested again. The sd are the declared ones, or larger ones that medians give
+!> (Rousseeuw and Croux 1993, DOI 10.1080/01621459.1993.10476408). Normal errors do this to two heights in 10^9.
 !>
 !> Real features of a surface are kept. Ridges and steps also affect neighbouring heights; an outlier must therefore be ALONE,
 !> except for one neighbour if it has all eight. A tip, as under a needle, changes its slope by less than TIP.
@@ -25,14 +25,14 @@ module measurement_outliers
   integer, parameter :: TERMS(2) = [3, 6]
   integer, parameter :: MOST_PASSES = 50
 
-  !> The heights that were left out.
+  !> Counts the heights that were left out.
   type :: outliers_t
-    integer :: n = 0           !< heights
-    integer :: n_tested = 0    !< of all that have enough heights around them
-    real(rp) :: fraction(2) = 0 !< 90 % interval of their share (Wilson 1927, DOI 10.1080/01621459.1927.10502953)
+    integer :: n = 0           !< number of outliers
+    integer :: n_tested = 0    !< number of heights with enough heights around them
+    real(rp) :: fraction(2) = 0 !< 90 % interval of the fraction of outliers (Wilson 1927, DOI 10.1080/01621459.1927.10502953)
   end type outliers_t
 
-  !> One scan on its grid, with a margin.
+  !> Holds one scan on its grid, with a margin.
   type :: scan_t
     integer, allocatable :: number(:, :)         !< of the height; 0: none
     real(rp), allocatable :: value(:, :), sd(:, :) !< deformation and its declared sd
@@ -42,7 +42,7 @@ module measurement_outliers
 
 contains
 
-  !> Removes the outliers among the heights of `m`. The module head says which these are.
+  !> Removes the outliers among the heights of `m`. The header of this module defines them.
   subroutine leave_out_outliers(m, outliers)
     type(measurement_t), intent(inout) :: m
     type(outliers_t), intent(out) :: outliers
@@ -116,7 +116,7 @@ contains
     scan%least(i, j) = max(tiny(sd), TIP*distance(m, i, j)/sd)
   end subroutine find_deviation
 
-  !> Finds weights of the heights of a window, without its centre, for the value at the centre; 0 if they are too few.
+  !> Finds the weights with which the heights of a window predict the height at its centre; 0 if there are too few heights.
   subroutine find_weights(is_there, weights)
     logical, intent(in) :: is_there(:)
     real(rp), intent(out) :: weights(:)
@@ -205,11 +205,11 @@ contains
     if (.not. is_outlier) return
     alike = sign(1.0_rp, deviation)*scan%deviation(i - 1:i + 1, j - 1:j + 1)
     alike(2, 2) = 0
-    ! One in four of those around it may be an outlier too.
+    ! One in four of the heights around it may be an outlier too.
     is_outlier = count(alike > abs(deviation)/ALONE) <= max(0, (count(scan%number(i - 1:i + 1, j - 1:j + 1) > 0) - 5)/4)
   end function is_outlier
 
-  !> Returns the sd over the declared ones, by the median of all, at least 1.
+  !> Returns the ratio of the observed sd, from the median of all deviations, to the declared sd; at least 1.
   real(rp) function robust_scale(scans) result(scale)
     type(scan_t), intent(in) :: scans(:)
     real(rp), allocatable :: all(:)

@@ -2,11 +2,11 @@
 !> Poses the fit of a wing's parameters to an experiment as a problem of least squares, solved by one process. Residuals are in
 !> units of the declared standard deviations.
 !>
-!> Every load is solved warm from its own shape in the state from which a point is evaluated, so that results do not depend on how
-!> loads are distributed. An extension that computes them elsewhere overrides `run`.
+!> Each evaluation of a point begins at a state. Every load is solved warm from its own shape in this state, so that results do not
+!> depend on how loads are distributed. An extension that solves loads on other ranks overrides `run`.
 !>
-!> If the wing snaps, the shape under a load jumps as a parameter moves (see solid_statics). A load has jumped if its shape was
-!> not reached directly from the one before and its residuals changed by far more than their derivatives at both ends predict.
+!> If the wing snaps, the shape under a load jumps as a parameter changes (see solid_statics). A load has jumped if its shape was
+!> not reached directly from the shape before and its residuals changed by far more than their derivatives at both ends predict.
 !> Such loads can be left out.
 module measurement_problem
   use base_errors, only: require
@@ -21,21 +21,21 @@ module measurement_problem
   private
   public :: wing_point_t, wing_problem_t, wing_unknowns
 
-  !> Smallest size of a jump, in units of the residuals' sd: far less than what changes the sum of squares by 1.
+  !> Smallest size of a jump, in units of the residuals' sd. It changes the sum of squares by far less than 1.
   real(rp), parameter :: SHORTEST_JUMP = 0.3_rp
-  real(rp), parameter :: CURVED = 2 !< a change by so many times that of the derivatives may still be smooth
+  real(rp), parameter :: CURVED = 2 !< a change by up to this multiple of the linear prediction may be smooth
 
   real(rp), parameter, public :: ONE_DECADE = 2.302585092994046_rp !< ln 10, sd of the usual prior
 
-  !> The shapes at a point, and the results there.
+  !> Holds the shapes and the results at a point.
   type, extends(bending_state_t) :: wing_point_t
-    real(rp), allocatable :: p(:)                      !< not allocated: no point so far
+    real(rp), allocatable :: p(:)                      !< the point; not allocated before the first one
     type(evaluation_t), allocatable :: evaluations(:)  !< (loads)
   end type wing_point_t
 
   type, extends(least_squares_t) :: wing_problem_t
     type(experiment_t), pointer :: experiment => null()
-    logical :: is_cold = .false.                       !< no solution is warm
+    logical :: is_cold = .false.                       !< all solutions begin at the unloaded wing
     type(evaluation_work_t), private :: work
   contains
     procedure :: init => problem_init
@@ -65,15 +65,15 @@ contains
     call self%work%free()
   end subroutine problem_free
 
-  !> Returns the state of no point: all loads are solved cold, and none is left out.
+  !> Returns the state before the first point: all loads are solved from the unloaded wing, and none is left out.
   pure type(wing_point_t) function problem_initial_state(self) result(rest)
     class(wing_problem_t), intent(in) :: self
     call rest%init_shapes(self%experiment%model%n_all, size(self%experiment%loads))
     allocate (rest%is_left_out(size(self%experiment%loads)), source=.false.)
   end function problem_initial_state
 
-  !> Solves all loads that are not left out at p, warm from the shapes of `from` where they are starts. Those that are left out are
-  !> not solved, and keep their shapes.
+  !> Solves all loads that are not left out at p, warm from the shapes of `from` where they are starts. Loads that are left out are
+  !> not solved and keep their shapes.
   subroutine problem_run(self, p, from, evaluations, shapes)
     class(wing_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)
@@ -90,7 +90,7 @@ contains
     end do
   end subroutine problem_run
 
-  !> Solves all loads at p as `run` does; `to` is the state there. A state `from` that is not one of this problem stops the program.
+  !> Solves all loads at p as `run` does; `to` is the state there. Stops the program if `from` is a state of another problem.
   subroutine problem_solve(self, p, from, to)
     class(wing_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)
@@ -141,7 +141,7 @@ contains
     call move_alloc(at, to)
   end subroutine problem_evaluate
 
-  !> Tells whether load l counts and jumped from the point `from` to the point `to`, or has no shape there.
+  !> Tells whether load l, unless it is left out, jumped from the point `from` to the point `to`, or has no shape at `to`.
   logical function is_jump(self, from, to, l)
     class(wing_problem_t), intent(in) :: self
     type(wing_point_t), intent(in) :: from, to
@@ -151,7 +151,7 @@ contains
     is_jump = .false.
     if (from%is_left_out(l) .or. .not. allocated(from%p)) return
     associate (old => from%evaluations(l), new => to%evaluations(l), sigma => self%experiment%comparisons(l)%sigma)
-      ! Was it solved directly from there?
+      ! A shape that was solved directly from the one before has not jumped.
       if (from%is_start(l) .and. new%is_start .and. .not. (new%was_redone_cold .or. self%is_cold)) return
       is_jump = .not. new%is_solved
       if (is_jump) return
@@ -163,8 +163,8 @@ contains
     end associate
   end function is_jump
 
-  !> Solves every load cold at p: `to` is the state there. `difference` is the largest distance [m] of a point of the wing from its
-  !> place in the shapes of `warm`; huge if a shape is not found.
+  !> Solves every load at p from the unloaded wing: `to` is the state there. `difference` is the largest distance [m] of a point of
+  !> the wing from its place in the shapes of `warm`; huge if a shape is not found.
   subroutine problem_solve_cold(self, p, warm, to, difference)
     class(wing_problem_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)
@@ -183,7 +183,7 @@ contains
   end subroutine problem_solve_cold
 
   !> Returns the bounds of all unknowns, and their normal priors: about `centre`, with the standard deviation `decades` ln 10 for
-  !> logarithms, and with their own usual one for effects. Other unknowns have none.
+  !> logarithms, and with the usual sd of each effect. Other unknowns have no prior.
   function wing_unknowns(experiment, centre, decades) result(unknowns)
     type(experiment_t), intent(in) :: experiment
     real(rp), intent(in) :: centre(:), decades

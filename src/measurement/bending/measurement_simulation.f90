@@ -2,8 +2,8 @@
 !> Repeats the experiment for one load: it bends the wing by the true load and applies the instrument. It also differentiates the
 !> result with respect to every unknown, to effects that are not unknowns, and to errors of the load.
 !>
-!> All derivatives are exact: one back-substitution each with the factorised tangent of the shape (and another with that
-!> of the wing without a load, where its weight bends that too).
+!> All derivatives are exact: one back-substitution each with the factorised tangent of the shape (and a second one with the tangent
+!> of the unloaded wing, if its weight bends it).
 module measurement_simulation
   use base_errors, only: require
   use base_kinds, only: rp
@@ -24,13 +24,13 @@ module measurement_simulation
   private
   public :: simulation_t
 
-  integer, parameter, public :: N_NUISANCES = 6 !< force, x and y of its place, tilt about x and y, piston
+  integer, parameter, public :: N_NUISANCES = 6 !< force, x and y of its site, tilt about x and y, piston
 
-  !> Work space of a simulation; one per process. Nothing of it enters the next one; derivatives are those of the last simulation.
+  !> Work space of simulations, one per process. It does not affect the next simulation. Derivatives are those of the last one.
   type :: simulation_t
     type(bent_wing_t) :: loaded                      !< the wing under the load
-    type(view_t) :: view                             !< what is shown
-    type(bent_wing_t), private :: rest               !< without a load, if its weight bends it
+    type(view_t) :: view                             !< what the instrument shows
+    type(bent_wing_t), private :: rest               !< the wing without a load, if its weight bends it
     type(applied_t), private :: applied
     type(solid_params_t), private :: params          !< without drying and creep
     type(stiffness_t), private :: direction
@@ -75,8 +75,8 @@ contains
     if (allocated(self%force)) deallocate (self%force, self%change, self%motion, self%rest_u, self%outcome)
   end subroutine simulation_free
 
-  !> Finds the shape under load l at these coordinates. u(3, n_all) [m] is as in `bent_wing_t%solve`. If `load_offset` is given,
-  !> the force acts at this distance [m] from its place. The report fails if drying leaves no stiffness, or if the force acts
+  !> Finds the shape under load l at these coordinates. u(3, n_all) [m] is as in `bent_wing_t%solve`. If `load_offset` is given, the
+  !> force acts at this distance [m] from its declared site. The report fails if drying leaves no stiffness, or if the force acts
   !> outside the wing.
   subroutine simulation_solve(self, experiment, coordinates, l, is_warm, u, report, load_offset)
     class(simulation_t), intent(inout) :: self
@@ -130,8 +130,8 @@ contains
     report%reason = 'under its weight alone: '//rest_report%reason
   end subroutine simulation_solve
 
-  !> Returns the tolerance for the wing under its weight, which is a small load, so that rounding is relatively larger: the same
-  !> tolerance as for the load, in newtons.
+  !> Returns the tolerance for the wing under its weight. In newtons it is that of the load, because the weight is a small load, for
+  !> which rounding is relatively larger.
   pure function options_for(options, load, weight) result(changed)
     type(static_options_t), intent(in) :: options
     real(rp), intent(in) :: load(:, :), weight(:, :)
@@ -179,7 +179,8 @@ contains
     end associate
   end subroutine keep_outcome
 
-  !> Returns column(n), the derivative of the residuals with respect to unknown i. Call this and all below after `residuals`.
+  !> Returns column(n), the derivative of the residuals with respect to unknown i. Call this and the following procedures after
+  !> `residuals`.
   subroutine simulation_derivative(self, experiment, l, i, column)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -201,7 +202,7 @@ contains
     end if
   end subroutine simulation_derivative
 
-  !> Returns the derivative with respect to parameter `number` of the wing, sought or not, per log unit if it varies by factors.
+  !> Returns the derivative with respect to parameter `number` of the wing, free or not, per log unit if it varies by factors.
   subroutine simulation_parameter_tangent(self, experiment, l, number, column)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -261,8 +262,8 @@ contains
     call self%view%loaded_tangent(experiment, l, self%motion, column)
   end subroutine simulation_force_tangent
 
-  !> Returns the derivative with respect to the coordinate of parameter `number` of the instrument, sought or not. The measurement
-  !> must hold what it needs (see `missing_for`), and the experiment the masses for its weight.
+  !> Returns the derivative with respect to the coordinate of parameter `number` of the instrument, free or not. The measurement
+  !> must hold the data that the parameter needs (see `missing_for`), and the experiment the masses for its weight.
   subroutine simulation_instrument_tangent(self, experiment, l, number, column)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -326,7 +327,7 @@ contains
   end subroutine find_nonlinearity
 
   !> Returns columns(n, N_NUISANCES), the derivatives with respect to errors of this load alone: its force [N], x and y [m] of its
-  !> place, tilt [rad] about x and about y and piston [m] of its scan. Returns their declared sd, too, 0 if none is declared.
+  !> site, tilt [rad] about x and about y, and piston [m] of its scan. Also returns their declared sd, 0 if none is declared.
   subroutine simulation_nuisance_tangents(self, experiment, l, columns, sd)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -352,7 +353,7 @@ contains
     end associate
   end subroutine simulation_nuisance_tangents
 
-  !> Factorises the tangent of the wing without a load, where nothing bends it.
+  !> Factorises the tangent of the wing without a load, if no weight bends it.
   subroutine find_rest(self, experiment)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment

@@ -11,10 +11,10 @@ module measurement_view
   private
   public :: view_t
 
-  !> There is one per process. Nothing is allocated after `init`.
+  !> Holds the image of the wing, one per process. Nothing is allocated after `init`.
   type :: view_t
     type(instrument_t) :: instrument
-    real(rp) :: scale = 1                            !< of the forces; displacements are divided by it
+    real(rp) :: scale = 1                            !< factor on the forces; displacements are divided by it
     type(observed_shape_t), private :: loaded, rest  !< the wing with and without the load
     real(rp), allocatable, private :: shown(:, :)
     real(rp), allocatable, private :: rest_heights(:), slopes(:)
@@ -52,7 +52,7 @@ contains
     if (allocated(self%shown)) deallocate (self%shown, self%rest_heights, self%slopes)
   end subroutine view_free
 
-  !> Takes over an instrument.
+  !> Sets the instrument.
   subroutine view_set(self, instrument)
     class(view_t), intent(inout) :: self
     type(instrument_t), intent(in) :: instrument
@@ -60,8 +60,8 @@ contains
     self%scale = instrument%load_scale()
   end subroutine view_set
 
-  !> Finds the heights of the wing without a load at the places of load l. Its weight has moved it by moved(3, :) [m], if that
-  !> bends it.
+  !> Finds the heights of the wing without a load at the measured points of load l. If weight bends the wing, it has moved it by
+  !> moved(3, :) [m].
   subroutine view_observe_rest(self, experiment, l, moved)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -79,7 +79,7 @@ contains
   end subroutine view_observe_rest
 
   !> Returns residuals(n) under load l without the plane of the scan. The wing is moved by moved(3, :) [m]; zeros(:) are unknown
-  !> offsets. Call `observe_rest` before if the experiment moves the wing without a load.
+  !> offsets. If the instrument or the weight moves the unloaded wing, call `observe_rest` first.
   subroutine view_residuals(self, experiment, l, moved, zeros, residuals)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -144,7 +144,7 @@ contains
     column = column/self%scale
   end subroutine view_loaded_tangent
 
-  !> Adds to column(n) the change by motion(3, :) [m per unit] of the wing without a load; after `observe_rest`.
+  !> Adds to column(n) the change by motion(3, :) [m per unit] of the wing without a load, after `observe_rest`.
   subroutine view_rest_tangent(self, experiment, l, motion, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
@@ -155,7 +155,7 @@ contains
     call subtract_rest(self, experiment, l, column)
   end subroutine view_rest_tangent
 
-  !> Returns column(n), the change of both by parameter `number` of the map; 0 if they do not depend on it.
+  !> Returns column(n), the change of the residuals by parameter `number` of the map; 0 if they do not depend on it.
   subroutine view_map_tangent(self, experiment, l, number, column)
     class(view_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment

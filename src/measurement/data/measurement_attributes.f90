@@ -13,7 +13,7 @@ module measurement_attributes
   private
   public :: check_names, read_real, read_direction, read_vector, read_whole, read_word, valid_range_t, above_zero, from_zero
 
-  !> The values that are valid for a number in a file.
+  !> Holds the range of valid values of a number in a file.
   type :: valid_range_t
     real(rp) :: lowest = 0, highest = huge(1.0_rp)
     logical :: is_open = .false. !< the lowest value itself is not valid
@@ -46,8 +46,9 @@ contains
     call report_unknown('attribute', object, names, known, report)
   end subroutine check_names
 
-  !> Reads a real (or integer) attribute in `unit`, in the range that is valid. If it is left out, it is `default`; without a
-  !> default that is a mistake. After a mistake, which goes to `report`, the value is the default or the lowest one of the range.
+  !> Reads a real (or integer) attribute in `unit`, in the range that is valid. If it is missing, it is `default`; without a
+  !> default, a missing attribute is a mistake. After a mistake, which goes to `report`, the value is the default or the lowest one
+  !> of the range.
   subroutine read_real(file, object, name, unit, valid, value, report, default)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name, unit
@@ -105,7 +106,8 @@ contains
     if (.not. is_valid) direction = [0.0_rp, 0.0_rp, 1.0_rp]
   end subroutine read_direction
 
-  !> Reads as many finite numbers as `values`. They are 0 after a mistake, which goes to `report`; `is_valid` is then false.
+  !> Reads as many finite numbers as `values` has elements. They are 0 after a mistake, which goes to `report`; `is_valid` is then
+  !> false.
   subroutine read_numbers(file, object, name, unit, values, is_valid, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name, unit
@@ -138,8 +140,8 @@ contains
     if (.not. is_valid) values = 0
   end subroutine read_numbers
 
-  !> Reads an optional integer between `lowest` and `highest`. It is `default` if it is left out, or after a mistake, which goes
-  !> to `report`.
+  !> Reads an optional integer between `lowest` and `highest`. It is `default` if it is missing, or after a mistake, which goes to
+  !> `report`.
   subroutine read_whole(file, object, name, lowest, highest, default, value, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -161,7 +163,7 @@ contains
     end if
   end subroutine read_whole
 
-  !> Reads a text. If it is left out it is empty, which is a mistake if `is_required`. After a mistake, which goes to `report`, it
+  !> Reads a text. If it is missing, it is empty, which is a mistake if `is_required`. After a mistake, which goes to `report`, it
   !> is empty.
   subroutine read_word(file, object, name, is_required, text, report)
     type(hdf5_file_t), intent(in) :: file

@@ -13,8 +13,8 @@ module measurement_broadcast
 
 contains
 
-  !> Reads the file on rank 0, and gives the measurement and the messages to all ranks. The file `may_be_plan` of an experiment
-  !> (by default not). `wing` is the same on all ranks. Collective.
+  !> Reads the file on rank 0, and gives the measurement and the messages to all ranks. `may_be_plan` allows a file that is only the
+  !> plan of an experiment (by default it is false). `wing` is the same on all ranks. Collective.
   subroutine load_measurement(world, path, wing, measurement, messages, may_be_plan)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path

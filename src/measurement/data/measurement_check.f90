@@ -17,9 +17,9 @@ module measurement_check
   public :: check_measurement
 
   real(rp), parameter :: MOST_SCALE = 30        !< extent of the grid over that of the wing, or the reverse
-  real(rp), parameter :: MOST_DEFORMATION = 2   !< of the wing's length
-  !> [Pa] Young's modulus that a force and a deformation may mean. Veins at E of 0.1 to 100 GPa seem to have
-  !> E/25 to E, so that a factor of 1000 is noticed for usual E.
+  real(rp), parameter :: MOST_DEFORMATION = 2   !< in lengths of the wing
+  !> [Pa] range of Young's modulus that a force and a deformation may mean. For veins with E of 0.1 to 100 GPa, the estimate is E/25
+  !> to E, so that an error of a factor of 1000 is noticed for usual E.
   real(rp), parameter :: SOFTEST = 2.0e6_rp, STIFFEST = 3.0e11_rp
 
 contains
@@ -95,7 +95,7 @@ contains
       do k = 1, l - 1
         if (m%loads(k)%order == m%loads(l)%order) &
           call report%add('/loads/'//m%loads(l)%name, 'attribute order is '//number_text(m%loads(l)%order)// &
-                          ', which is that of '//m%loads(k)%name//' too')
+                          ', as in '//m%loads(k)%name//'; every load needs its own order')
       end do
     end do
   end subroutine check_orders
@@ -113,7 +113,7 @@ contains
                                   ' m and the wing over '//number_text(rounded(length, 3))//' m; are the grid lines in metres?')
   end subroutine check_scale
 
-  !> Checks that there are known heights on the wing, of a size that the wing and the force allow.
+  !> Checks that there are known heights on the wing, of a size that the wing and the force permit.
   subroutine check_surfaces(m, wing, root, length, report)
     type(measurement_t), intent(in) :: m
     type(wing_t), intent(in) :: wing

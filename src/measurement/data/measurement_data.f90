@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds what was measured on one wing: heights of its surface at fixed places, unloaded and under point forces, scalar readings,
+!> Holds what was measured on one wing: heights of its surface at fixed points, unloaded and under point forces, scalar readings,
 !> natural modes and records, with their declared accuracy (docs/formats/measurement-format.md). SI units, frame of the wing.
 module measurement_data
   use base_kinds, only: rp
@@ -16,7 +16,7 @@ module measurement_data
   integer, parameter, public :: QUANTITY_DISPLACEMENT = 1, QUANTITY_ROTATION = 2
   real(rp), parameter, public :: NOT_STATED = -1 !< of a time
 
-  !> Declared standard deviations.
+  !> Holds declared standard deviations.
   type, extends(visited_t) :: accuracy_t
     real(rp) :: height = 0             !< [m] of one height
     real(rp) :: correlation_length = 0 !< [m] of the errors of heights
@@ -29,7 +29,7 @@ module measurement_data
     procedure :: visit => accuracy_visit
   end type accuracy_t
 
-  !> How the instruments were calibrated: 1 yes, 0 no, -1 not known.
+  !> Holds the answers about the calibration of the instruments: 1 yes, 0 no, -1 not known.
   type, extends(visited_t) :: calibration_t
     integer :: force_by_weight = -1
     integer :: height_by_gauge = -1
@@ -39,13 +39,13 @@ module measurement_data
     procedure :: visit => calibration_visit
   end type calibration_t
 
-  !> A force and the surface under it.
+  !> Holds a force and the surface under it.
   type, extends(visited_t) :: measured_load_t
     character(:), allocatable :: name
     real(rp) :: force = 0                 !< [N] magnitude
     real(rp) :: direction(3) = 0          !< unit vector, which the force keeps
     real(rp) :: point(2) = 0              !< [m] (x, y) on the unloaded wing
-    integer :: order = 0                  !< in the sequence of measurements; 0: not stated
+    integer :: order = 0                  !< in the sequence of measurements; 0: not declared
     integer :: replicate = 1
     real(rp) :: time = NOT_STATED         !< [s] since the start of the experiment
     real(rp) :: hold = NOT_STATED         !< [s] between force and scan
@@ -58,10 +58,10 @@ module measurement_data
     procedure :: count => load_count
   end type measured_load_t
 
-  !> A scalar reading under a load.
+  !> Holds a scalar reading under a load.
   type, extends(visited_t) :: observation_t
     character(:), allocatable :: name
-    integer :: load = 0                   !< its number
+    integer :: load = 0                   !< number of the load
     integer :: quantity = QUANTITY_DISPLACEMENT
     real(rp) :: point(2) = 0              !< [m] (x, y) on the unloaded wing
     real(rp) :: axis(3) = 0               !< unit vector
@@ -72,7 +72,7 @@ module measurement_data
     procedure :: visit => observation_visit
   end type observation_t
 
-  !> All measured data.
+  !> Holds all measured data.
   type, extends(visited_t) :: measurement_t
     real(rp), allocatable :: x(:), y(:)               !< [m] grid lines; empty without heights
     logical, allocatable :: has_unloaded(:, :)        !< (nx, ny) where the unloaded height is known
@@ -83,11 +83,11 @@ module measurement_data
     character(NAME_LENGTH), allocatable :: zeros(:)   !< names of the unknown offsets
     type(accuracy_t) :: accuracy
     type(calibration_t) :: calibration
-    type(measured_mode_t), allocatable :: modes(:)    !< or none
+    type(measured_mode_t), allocatable :: modes(:)    !< empty if there are none
     real(rp) :: air_density = AIR_DENSITY             !< [kg/m^3] around modes in air
-    type(measured_series_t), allocatable :: series(:) !< records of a vibrating wing, or none
-    real(rp) :: series_air_density = AIR_DENSITY      !< [kg/m^3] around those in air
-    type(measured_flight_t), allocatable :: flights(:) !< records of forces over the beat, or none
+    type(measured_series_t), allocatable :: series(:) !< records of a vibrating wing; may be empty
+    real(rp) :: series_air_density = AIR_DENSITY      !< [kg/m^3] around vibrating wings in air
+    type(measured_flight_t), allocatable :: flights(:) !< records of forces over the beat; may be empty
     logical :: is_plan = .false.                      !< of an experiment: all heights are 0, none has been measured
   contains
     procedure :: visit => measurement_visit
@@ -207,7 +207,7 @@ contains
     if (allocated(self%modes)) n = size(self%modes)
   end function measurement_count_modes
 
-  !> Tells whether a natural mode is one about a shape under loads.
+  !> Tells whether a natural mode was measured about a shape under loads.
   pure logical function measurement_has_loaded_modes(self) result(has_some)
     class(measurement_t), intent(in) :: self
     integer :: i
@@ -217,7 +217,7 @@ contains
     end do
   end function measurement_has_loaded_modes
 
-  !> Returns how many numbers natural modes are compared by: a frequency each, and one less than places of a shape.
+  !> Returns how many numbers compare natural modes: for each mode its frequency, and one number less than its shape has points.
   pure integer function measurement_count_mode_observations(self) result(n)
     class(measurement_t), intent(in) :: self
     integer :: i
@@ -227,13 +227,13 @@ contains
     end do
   end function measurement_count_mode_observations
 
-  !> Tells whether the wing moved: there are modes or records, which depend on its mass.
+  !> Tells whether the wing moved, which means that there are modes or records; they depend on its mass.
   pure logical function measurement_moves(self) result(moves)
     class(measurement_t), intent(in) :: self
     moves = self%count_modes() + self%count_series() > 0
   end function measurement_moves
 
-  !> Tells whether it moved in air.
+  !> Tells whether the wing moved in air.
   pure logical function measurement_is_in_air(self) result(is_in_air)
     class(measurement_t), intent(in) :: self
     is_in_air = .false.
@@ -248,7 +248,7 @@ contains
     if (allocated(self%series)) n = size(self%series)
   end function measurement_count_series
 
-  !> Returns how many numbers the records have.
+  !> Returns how many numbers the records of a vibrating wing have.
   pure integer function measurement_count_series_observations(self) result(n)
     class(measurement_t), intent(in) :: self
     integer :: i
@@ -265,7 +265,7 @@ contains
     if (allocated(self%flights)) n = size(self%flights)
   end function measurement_count_flights
 
-  !> Returns how many numbers they have.
+  !> Returns how many numbers the records of forces have.
   pure integer function measurement_count_flight_observations(self) result(n)
     class(measurement_t), intent(in) :: self
     integer :: i
@@ -275,8 +275,8 @@ contains
     end do
   end function measurement_count_flight_observations
 
-  !> Returns a name: of load l; after the loads, of a mode; after the modes, of a trace (the name of its record and its number
-  !> there); and after these, of a component of a flight.
+  !> Returns the name of group l of the data. The loads come first, then the modes, then the traces (name of the record and number
+  !> of the trace), then the components of flights.
   pure function measurement_surface_name(self, l) result(name)
     class(measurement_t), intent(in) :: self
     integer, intent(in) :: l
@@ -305,7 +305,7 @@ contains
     end if
   end function measurement_surface_name
 
-  !> Returns the place (x, y) [m] of height number k of load l.
+  !> Returns the point (x, y) [m] of height number k of load l.
   pure function measurement_site(self, l, k) result(site)
     class(measurement_t), intent(in) :: self
     integer, intent(in) :: l, k
@@ -313,7 +313,7 @@ contains
     site = [self%x(self%loads(l)%node(1, k)), self%y(self%loads(l)%node(2, k))]
   end function measurement_site
 
-  !> Returns the loaded minus the unloaded height [m], number k of load l.
+  !> Returns deformation number k of load l, the loaded minus the unloaded height [m].
   pure real(rp) function measurement_deformation(self, l, k) result(deformation)
     class(measurement_t), intent(in) :: self
     integer, intent(in) :: l, k
@@ -322,7 +322,7 @@ contains
     end associate
   end function measurement_deformation
 
-  !> Returns its standard deviation [m]: that of the errors of loaded and unloaded height combined.
+  !> Returns the standard deviation [m] of this deformation from the errors of both heights.
   pure real(rp) function measurement_deformation_sigma(self, l, k) result(sigma)
     class(measurement_t), intent(in) :: self
     integer, intent(in) :: l, k

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads a measurement file (docs/formats/measurement-format.md). All mistakes of a file are reported together,
-!> each with the object; a measurement that is delivered has passed every check of measurement_check.
+!> Reads a measurement file (docs/formats/measurement-format.md). All mistakes of a file are reported together, each with the
+!> object; every measurement that this module returns has passed the checks of measurement_check.
 module measurement_file
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -32,9 +32,9 @@ module measurement_file
 
 contains
 
-  !> Reads the measurement file `path` of the valid `wing` in this process alone; MPI need not run. If `messages` has
-  !> no more entries than before, `measurement` is complete and checked; otherwise its content is undefined. If it
-  !> `may_be_plan` of an experiment, nothing in the file has to be measured: see `is_plan`.
+  !> Reads the measurement file `path` of the valid `wing` in this process alone; MPI need not run. If `messages` has no more
+  !> entries than before, `measurement` is complete and checked; otherwise its content is undefined. With `may_be_plan`, the file
+  !> may be the plan of an experiment without measured values: see `is_plan`.
   subroutine read_measurement(path, wing, measurement, messages, may_be_plan)
     character(*), intent(in) :: path
     type(wing_t), intent(in) :: wing
@@ -123,7 +123,7 @@ contains
     call read_whole(file, OBJECT, 'order_is_random', 0, 1, -1, m%calibration%order_is_random, report)
   end subroutine read_calibration
 
-  !> Reads the reference and all loads. A file without heights is a plan, or an error unless `may_be_plan`.
+  !> Reads the reference and all loads. A file without heights is a plan, which is a mistake unless `may_be_plan`.
   subroutine read_all_heights(file, may_be_plan, m, report)
     type(hdf5_file_t), intent(in) :: file
     logical, intent(in) :: may_be_plan

@@ -26,10 +26,10 @@ module measurement_flight
   type, extends(visited_t) :: measured_flight_t
     character(:), allocatable :: name
     real(rp) :: frequency = 0                 !< [Hz] of the beat
-    integer :: beats = 1                      !< that were averaged
-    real(rp) :: reference(3) = 0              !< [m] point about which torques are
+    integer :: beats = 1                      !< number of beats that were averaged
+    real(rp) :: reference(3) = 0              !< [m] point about which torques act
     real(rp) :: correlation_time = 0          !< [s] of the errors of each component; 0: they are independent
-    logical :: is_per_length = .false.        !< of a two-dimensional section: all is per metre of span
+    logical :: is_per_length = .false.        !< values are per metre of span, from a two-dimensional section
     integer, allocatable :: component(:)      !< (k) numbers in COMPONENT_NAMES
     real(rp), allocatable :: time(:)          !< (n) of the beat, increasing, in [0, 1)
     real(rp), allocatable :: mean(:, :)       !< (n, k) [N], [N m] or [W]; 0 where unknown

@@ -13,12 +13,12 @@ module measurement_heights
   public :: read_reference, read_surface
 
   real(rp), parameter :: LARGEST = 1.0e4_rp !< [m] of any coordinate
-  integer, parameter :: MOST_POINTS = 10000000 !< of the grid: far beyond any scan, but it fits the memory
+  integer, parameter :: MOST_POINTS = 10000000 !< of the grid: far more than any scan has, but they fit into memory
   integer(i8), parameter :: MANTISSA_BITS = int(z'000FFFFFFFFFFFFF', i8)
 
 contains
 
-  !> Reads grid lines and unloaded heights, which a plan does not have. The arrays are always allocated, empty after a mistake.
+  !> Reads grid lines and unloaded heights, which are missing in a plan. The arrays are always allocated, empty after a mistake.
   subroutine read_reference(file, m, report)
     type(hdf5_file_t), intent(in) :: file
     type(measurement_t), intent(inout) :: m
@@ -84,7 +84,8 @@ contains
     call report%finish()
   end subroutine read_axis
 
-  !> Reads the known heights of a load where the unloaded height is known too; in a plan all heights, or those whose sd is known.
+  !> Reads the known heights of a load where the unloaded height is known too. In a plan, it takes all heights, or those whose sd is
+  !> known.
   subroutine read_surface(file, group, m, load, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -157,7 +158,7 @@ contains
     integer :: k
     call read_real_dataset(file, name, nx, values, report)
     if (size(values) > 0 .and. size(values, kind=i8) /= int(nx, i8)*ny) then
-      call report%add(name, 'has '//number_text(size(values)/nx)//' rows; /reference/y asks for '//number_text(ny))
+      call report%add(name, 'has '//number_text(size(values)/nx)//' rows; /reference/y has '//number_text(ny)//' values')
       values = values(:0)
     end if
     has = is_finite(values)

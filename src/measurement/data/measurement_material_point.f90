@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Finds a place (x, y) on the unloaded wing: the triangle that holds it or, without triangles, the nearest point.
+!> Finds a point (x, y) on the unloaded wing: the triangle that contains it or, without triangles, the nearest point of the wing.
 module measurement_material_point
   use base_kinds, only: rp
   implicit none
   private
   public :: material_point_t, find_material_point, weight_gradient
 
-  real(rp), parameter, public :: NEAR = 0.01_rp !< of the wing's length: farthest point of a structure of veins
+  real(rp), parameter, public :: NEAR = 0.01_rp !< in lengths of the wing: largest distance from a point of a structure of veins
 
-  !> A point that moves with the wing: the sum of share*(corner).
+  !> Describes a point that moves with the wing: the sum of share*(corner).
   type :: material_point_t
     logical :: is_found = .false.
     integer :: corner(3) = 1
@@ -18,7 +18,7 @@ module measurement_material_point
 
 contains
 
-  !> Finds the place (x, y) [m] on the wing of these points (3, n) [m] and triangles (3, m), whose length is `length` [m].
+  !> Finds the point (x, y) [m] on the wing of these points (3, n) [m] and triangles (3, m), whose length is `length` [m].
   pure function find_material_point(points, triangles, length, site) result(found)
     real(rp), intent(in) :: points(:, :), length, site(2)
     integer, intent(in) :: triangles(:, :)
@@ -48,7 +48,7 @@ contains
     found%weight = [1.0_rp, 0.0_rp, 0.0_rp]
   end function find_material_point
 
-  !> Returns gradient(2, 3) [1/m], the change of the shares of a place in a triangle when it moves in x and y.
+  !> Returns gradient(2, 3) [1/m], the change of the shares of a point in a triangle when it moves in x and y.
   pure function weight_gradient(points, site) result(gradient)
     real(rp), intent(in) :: points(:, :)
     type(material_point_t), intent(in) :: site

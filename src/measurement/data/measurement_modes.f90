@@ -21,21 +21,21 @@ module measurement_modes
   character(6), parameter, public :: MEDIUM_NAMES(2) = [character(6) :: 'vacuum', 'air']
   real(rp), parameter, public :: AIR_DENSITY = 1.2_rp !< [kg/m^3] unless the file says another one
 
-  !> One natural mode.
+  !> Holds one natural mode.
   type, extends(visited_t) :: measured_mode_t
     character(:), allocatable :: name
     integer :: medium = MEDIUM_VACUUM
-    integer :: number = 0                     !< among all modes of the wing, from the lowest; 0: not stated
+    integer :: number = 0                     !< among all modes of the wing, from the lowest; 0: not declared
     real(rp) :: frequency = 0                 !< [Hz] of the undamped mode
     real(rp) :: frequency_sigma = 0           !< [Hz] its sd
-    real(rp) :: damping = -1                  !< share of the critical one; negative: not measured
+    real(rp) :: damping = -1                  !< fraction of critical damping; negative: not measured
     real(rp) :: damping_sigma = 0             !< its sd
     real(rp), allocatable :: place(:, :)      !< (2, n) [m] (x, y) on the wing
     real(rp), allocatable :: shape(:)         !< (n) displacement along z there, in any unit
     real(rp), allocatable :: sigma(:)         !< (n) its sd, in the same unit
     !> Dead loads that bend the wing while it vibrates: sizes(m) [N], directions(3, m), unit vectors, and places(2, m) [m].
     real(rp), allocatable :: load_size(:), load_direction(:, :), load_place(:, :)
-    real(rp) :: gravity(3) = 0                !< [m/s^2] whose weight bends it too
+    real(rp) :: gravity(3) = 0                !< [m/s^2] gravity, if the weight bends the wing too
   contains
     procedure :: visit => mode_visit
     procedure :: is_loaded => mode_is_loaded
@@ -43,7 +43,7 @@ module measurement_modes
   end type measured_mode_t
 
   real(rp), parameter :: FAR = 1.0e4_rp       !< [m]
-  integer, parameter :: FEWEST = 2            !< places: a single one gives no shape
+  integer, parameter :: FEWEST = 2            !< smallest number of points that make a shape
 
 contains
 
@@ -67,14 +67,14 @@ contains
     call visitor%visit('gravity', self%gravity)
   end subroutine mode_visit
 
-  !> Tells whether the wing vibrates about a shape under loads or under its weight, and not about rest.
+  !> Tells whether the wing vibrates about a shape under loads or under its weight, and not about its unloaded shape.
   pure logical function mode_is_loaded(self) result(is_loaded)
     class(measured_mode_t), intent(in) :: self
     is_loaded = any(abs(self%gravity) > 0)
     if (allocated(self%load_size)) is_loaded = is_loaded .or. size(self%load_size) > 0
   end function mode_is_loaded
 
-  !> Tells whether both vibrate in the same medium and about the same shape: under the same loads, or both about rest.
+  !> Tells whether both vibrate in the same medium and about the same shape: under the same loads, or both without loads.
   pure logical function mode_has_load_of(self, other) result(same)
     class(measured_mode_t), intent(in) :: self, other
     same = self%medium == other%medium .and. .not. any(abs(self%gravity - other%gravity) > 0)
@@ -91,7 +91,8 @@ contains
     if (allocated(mode%load_size)) n = size(mode%load_size)
   end function count_loads
 
-  !> Reads the modes of a file, in alphabetical order, and the density of the air [kg/m^3]. A file without modes gives none.
+  !> Reads the modes of a file, in alphabetical order, and the density of the air [kg/m^3]. Without modes in the file, the list is
+  !> empty.
   subroutine read_modes(file, modes, density, report)
     type(hdf5_file_t), intent(in) :: file
     type(measured_mode_t), allocatable, intent(out) :: modes(:)
@@ -106,8 +107,8 @@ contains
     end do
   end subroutine read_modes
 
-  !> Reads the names in a group of modes or records, in alphabetical order, and the density of the air [kg/m^3]. A file without
-  !> such a group gives none.
+  !> Reads the names in a group of modes or records, in alphabetical order, and the density of the air [kg/m^3]. If the file lacks
+  !> such a group, there are no names.
   subroutine read_names_and_air(file, group, names, density, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -175,7 +176,7 @@ contains
     end if
   end subroutine read_mode
 
-  !> Reads the loads under which the mode was measured, none or more, in alphabetical order.
+  !> Reads the loads under which the mode was measured, possibly none, in alphabetical order.
   subroutine read_loads(file, group, mode, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -203,7 +204,7 @@ contains
     end do
   end subroutine read_loads
 
-  !> Reads the points, the shape and its sd of one mode, if they are there, and reports their mistakes.
+  !> Reads the points, the shape and its sd of one mode, if the file has them, and reports their mistakes.
   subroutine read_shape(file, group, mode, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -236,7 +237,7 @@ contains
     end if
   end subroutine read_shape
 
-  !> Reports places of shapes and of loads that are not on the wing of this length [m], and modes that are stated twice.
+  !> Reports places of shapes and of loads that are not on the wing of this length [m], and modes with the same number.
   subroutine check_modes(modes, wing, length, report)
     type(measured_mode_t), intent(in) :: modes(:)
     type(wing_t), intent(in) :: wing
@@ -258,7 +259,7 @@ contains
       do k = 1, i - 1
         if (modes(k)%number == modes(i)%number .and. modes(k)%has_load_of(modes(i))) &
           call report%add('/modes/'//modes(i)%name, 'attribute number is '//number_text(modes(i)%number)// &
-                          ', which is that of '//modes(k)%name//' in the same medium too')
+                          ', as in '//modes(k)%name//'; modes in the same medium need different numbers')
       end do
     end do
 

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes the height of a deformed wing at fixed places (x, y), as a profilometer shows it, and its derivatives.
+!> Computes the height of a deformed wing at fixed points (x, y), as a profilometer shows it, and its derivatives.
 !>
-!> Inside a triangle the height is the barycentric interpolation of its corners. Where triangles lie over each other the highest
-!> one counts. Beside the wing the height is that of the nearest point of its outline, so that it stays continuous while the
-!> outline moves across the place. The triangles are drawn into the grid one after another, without a search: the cost is
-!> proportional to the number of grid points that they cover.
+!> Inside a triangle the height is the barycentric interpolation of its corners. Where triangles overlap, the highest one counts.
+!> Beside the wing the height is that of the nearest point of its outline, so that it stays continuous while the outline moves
+!> across the point. The triangles are drawn into the grid one after another, without a search: the cost is proportional to the
+!> number of grid points that they cover.
 module measurement_sampling
   use base_kinds, only: rp
   implicit none
@@ -13,9 +13,9 @@ module measurement_sampling
 
   real(rp), parameter :: TOLERANCE = 1.0e-9_rp !< of a barycentric weight, so that edges belong to both sides
 
-  !> The points of the wing between which each place lies: the height is the sum of share*z of the corners.
+  !> Holds the points of the wing between which each sample lies: its height is the sum of weight*z of the corners.
   type :: surface_sample_t
-    integer, allocatable :: corner(:, :)    !< (3, n) points; outside the wing the ends of an edge, the second twice
+    integer, allocatable :: corner(:, :)    !< (3, n) points; outside the wing the ends of the nearest edge, the second end twice
     real(rp), allocatable :: weight(:, :)   !< (3, n)
     logical, allocatable :: is_beside(:)    !< (n) outside the wing
   contains
@@ -24,7 +24,7 @@ module measurement_sampling
 
 contains
 
-  !> Makes room for n places.
+  !> Makes room for n samples.
   subroutine sample_init(self, n)
     class(surface_sample_t), intent(out) :: self
     integer, intent(in) :: n
@@ -33,13 +33,13 @@ contains
     allocate (self%is_beside(n), source=.true.)
   end subroutine sample_init
 
-  !> Returns the edges (2, k) of only one of the triangles.
+  !> Returns the edges (2, k) that belong to one triangle only.
   function outline_edges(n_points, triangles) result(edges)
     integer, intent(in) :: n_points, triangles(:, :)
     integer, allocatable :: edges(:, :), from(:), next(:)
     logical, allocatable :: is_single(:)
     integer :: t, c, e, f
-    ! Half-edge e = 3 (t - 1) + c from corner c of triangle t to the next; lists of those that start at a point.
+    ! Half-edge e = 3 (t - 1) + c from corner c of triangle t to the next; lists of the half-edges that start at a point.
     allocate (from(n_points), next(size(triangles)), source=0)
     allocate (is_single(size(triangles)), source=.true.)
     do t = 1, size(triangles, 2)
@@ -76,8 +76,8 @@ contains
 
   end function outline_edges
 
-  !> Finds the places of the grid x(:), y(:), increasing, on the surface of `triangles` with corners at
-  !> positions(3, :) [m]. number(nx, ny) is the place's number, 0: not asked for; node(2, n) its grid point.
+  !> Finds the points of the grid x(:), y(:), which increase, on the surface of `triangles` with corners at positions(3, :) [m].
+  !> number(nx, ny) is the number of the sample at a grid point, or 0; node(2, n) is the grid point of each sample.
   pure subroutine sample_surface(positions, triangles, edges, x, y, number, node, sample)
     real(rp), intent(in) :: positions(:, :), x(:), y(:)
     integer, intent(in) :: triangles(:, :), edges(:, :), number(:, :), node(:, :)
@@ -115,7 +115,7 @@ contains
     end do
   end subroutine sample_surface
 
-  !> Returns the height [m] at place k.
+  !> Returns the height [m] of sample k.
   pure real(rp) function sampled_height(positions, sample, k) result(height)
     real(rp), intent(in) :: positions(:, :)
     type(surface_sample_t), intent(in) :: sample
@@ -127,7 +127,7 @@ contains
     end do
   end function sampled_height
 
-  !> Returns gradient(3, 3), the derivatives of the height at place k, which is at (x, y), with respect to the coordinates (first
+  !> Returns gradient(3, 3), the derivatives of the height of sample k, which is at (x, y), with respect to the coordinates (first
   !> index) of its corners (second index). Where the surface slopes, sideways motion changes the height too.
   pure subroutine height_gradient(positions, sample, k, site, gradient)
     real(rp), intent(in) :: positions(:, :), site(2)
@@ -161,7 +161,7 @@ contains
     end associate
   end subroutine height_gradient
 
-  !> Finds the place on the edges that is nearest to `site` in the plane.
+  !> Finds the point on the edges that is nearest to `site` in the plane.
   pure subroutine find_nearest_edge(positions, edges, site, corner, weight)
     real(rp), intent(in) :: positions(:, :), site(2)
     integer, intent(in) :: edges(:, :)
@@ -186,7 +186,7 @@ contains
     end do
   end subroutine find_nearest_edge
 
-  !> Returns the index of the first of increasing `values` that is not below `lowest`; one more than their number if none is.
+  !> Returns the index of the first of increasing `values` that is not below `lowest`; one more than their number if all are below.
   pure integer function first_from(values, lowest) result(first)
     real(rp), intent(in) :: values(:), lowest
     integer :: last, middle

@@ -19,9 +19,9 @@ module measurement_series
   private
   public :: measured_series_t, check_series, read_series
 
-  integer, parameter, public :: MOST_NUMBERS = 20000 !< of all series: they are compared with one another
+  integer, parameter, public :: MOST_NUMBERS = 20000 !< of all series together
 
-  !> One record.
+  !> Holds one record.
   type, extends(visited_t) :: measured_series_t
     character(:), allocatable :: name
     integer :: medium = MEDIUM_VACUUM
@@ -29,9 +29,9 @@ module measurement_series
     logical :: is_velocity = .false.
     real(rp) :: point(2) = 0                  !< [m] where the wing was held or tapped
     real(rp) :: direction(3) = 0              !< of the force that bent it, of the impulse, or of the base's motion
-    real(rp) :: size = 1                      !< [N] force that was released, [N s] impulse; 1 of a base motion
+    real(rp) :: size = 1                      !< [N] force that was released, or [N s] impulse; 1 for a motion of the base
     real(rp) :: size_sigma = 0                !< its sd, in the same unit
-    real(rp) :: axis(3) = 0                   !< along which the motion was seen
+    real(rp) :: axis(3) = 0                   !< direction of the measured motion
     real(rp) :: rate = 0                      !< [Hz] samples
     real(rp) :: start = 0                     !< [s] of the first sample after the excitation
     real(rp) :: trigger_sigma = 0             !< [s] sd of the time of the excitation
@@ -40,7 +40,7 @@ module measurement_series
     real(rp), allocatable :: place(:, :)      !< (2, m) [m] (x, y) on the wing
     real(rp), allocatable :: values(:, :)     !< (n, m) [m] or [m/s]; 0 where unknown
     logical, allocatable :: is_known(:, :)    !< (n, m)
-    real(rp), allocatable :: sigma(:)         !< (m) sd of values, of single ones
+    real(rp), allocatable :: sigma(:)         !< (m) sd of a single value
     real(rp), allocatable :: base(:)          !< (n) [m/s2] acceleration of the clamp; empty unless it moves
   contains
     procedure :: visit => series_visit
@@ -90,7 +90,8 @@ contains
     length = self%start + (size(self%values, 1) - 1)/self%rate
   end function series_length
 
-  !> Reads the records of a file, in alphabetical order, and the density of the air [kg/m^3]. A file without records gives none.
+  !> Reads the records of a file, in alphabetical order, and the density of the air [kg/m^3]. Without records in the file, the list
+  !> is empty.
   subroutine read_series(file, series, density, report)
     type(hdf5_file_t), intent(in) :: file
     type(measured_series_t), allocatable, intent(out) :: series(:)
@@ -171,7 +172,7 @@ contains
     call read_real(file, group, 'size_sigma', unit, from_zero(1.0e6_rp), s%size_sigma, report)
   end subroutine read_excitation
 
-  !> Reads places, values and their sd.
+  !> Reads the points, the values and their sd.
   subroutine read_values(file, group, s, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group

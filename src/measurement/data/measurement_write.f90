@@ -271,14 +271,14 @@ contains
     call write_reals(file, name, shape(values), flat, failure)
   end subroutine write_map
 
-  !> Writes an array of reals with its units, m unless stated.
+  !> Writes an array of reals with its units.
   subroutine write_reals(file, name, dims, values, failure, units)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
     integer, intent(in) :: dims(:)
     real(rp), contiguous, intent(in) :: values(:)
     type(failure_t), intent(inout) :: failure
-    character(*), intent(in), optional :: units !< m without
+    character(*), intent(in), optional :: units !< m if absent
     integer(i8) :: start(size(dims))
     start = 0
     call write_slab(file, name, int(dims, i8), start, int(dims, i8), values, .false., failure)

@@ -17,14 +17,14 @@ module measurement_balance_causes
   integer, parameter, public :: BALANCE_GAIN = 1, BALANCE_OFFSET = 1, BALANCE_TURN = 8, BALANCE_LOWPASS = 12, BALANCE_DELAY = 13, &
                                 BALANCE_MASS = 14, BALANCE_CROSS = 14, N_BALANCE = 14 + 12
 
-  integer, parameter, public :: NEED_FORCES = N_BENDING_NEEDS + 1 !< or torques: power alone does not show the cause
+  integer, parameter, public :: NEED_FORCES = N_BENDING_NEEDS + 1 !< forces or torques; power alone does not show the cause
 
-  !> Quantities of the records that bounds and priors are multiples of.
+  !> Holds quantities of the records. Bounds and priors are multiples of them.
   type :: balance_scales_t
     real(rp) :: sizes(N_COMPONENTS) = 1 !< of the components, in their units
     real(rp) :: period = 1              !< [s] of the beat
-    real(rp) :: mass = 1                !< [kg, or kg/m if `is_per_length`] prior sd of the mass
-    logical :: is_per_length = .false.  !< of a section
+    real(rp) :: mass = 1                !< [kg, or kg/m if `is_per_length`] prior sd of the mass in `inertia`
+    logical :: is_per_length = .false.  !< forces are those of a section, per length
   end type balance_scales_t
 
   real(rp), parameter :: TO_MILLI = 1.0e3_rp
@@ -45,7 +45,7 @@ contains
     call enlist(list, inertia(scales))
   end function list_balance_causes
 
-  !> Returns the number of the cross-talk that adds a share of component j to the indication of component i. Both must be forces
+  !> Returns the number of the cross-talk that adds a fraction of component j to the indication of component i. Both must be forces
   !> (1 to 3) or both torques (4 to 6), and they must differ.
   pure integer function cross_number(i, j) result(number)
     integer, intent(in) :: i, j
@@ -55,7 +55,7 @@ contains
     number = BALANCE_CROSS + 6*((i - 1)/3) + 2*own + merge(other, other - 1, other < own) + 1
   end function cross_number
 
-  !> Returns the components [i, j] of the cross-talk with this number, [0, 0] if it is none.
+  !> Returns the components [i, j] of the cross-talk with this number, or [0, 0] if no cross-talk has it.
   pure function cross_components(number) result(pair)
     integer, intent(in) :: number
     integer :: pair(2)
@@ -70,7 +70,7 @@ contains
     end do
   end function cross_components
 
-  !> Adds a parameter that does nothing at 1, if it varies by factors, or at 0.
+  !> Adds a parameter that has no effect at 1 if it varies by factors, else at 0.
   pure subroutine add(cause, number, name, unit, is_log, lower, upper, sd, scale)
     type(cause_t), intent(inout) :: cause
     integer, intent(in) :: number
@@ -82,7 +82,7 @@ contains
     call cause%add(number, p, scale)
   end subroutine add
 
-  !> Returns an error of the balance.
+  !> Returns an error of the balance, so far without parameters.
   pure function of_balance(name, title, sentence, data) result(cause)
     character(*), intent(in) :: name, title, sentence, data
     type(cause_t) :: cause
@@ -90,6 +90,7 @@ contains
     cause%is_measurement = .true.
   end function of_balance
 
+  !> Returns the wrong gain, one factor on all forces and torques.
   pure function gain() result(c)
     type(cause_t) :: c
     c = of_balance('balance_gain', 'wrong gain of the force balance', &
@@ -99,7 +100,7 @@ contains
                      'larger', 'smaller', 'than they are', 'as large as they are', 1.0_rp)
   end function gain
 
-  !> Has an offset for each component.
+  !> Returns the zero error, with one offset for each component.
   pure function offset(scales) result(c)
     type(balance_scales_t), intent(in) :: scales
     type(cause_t) :: c
@@ -115,6 +116,7 @@ contains
     end do
   end function offset
 
+  !> Returns the turned balance, with one angle about each axis.
   pure function turn() result(c)
     type(cause_t) :: c
     character(:), allocatable :: lead
@@ -130,23 +132,24 @@ contains
     end do
   end function turn
 
-  !> Has a share of each force in each other one, and the same of torques.
+  !> Returns the cross-talk: a fraction of each force adds to each other force, and the same holds for torques.
   pure function cross_talk() result(c)
     type(cause_t) :: c
     character(:), allocatable :: lead, from, to
     integer :: number, pair(2)
-    c = of_balance('cross_talk', 'cross-talk of the force balance', 'The balance showed a share of one component in another.', &
+    c = of_balance('cross_talk', 'cross-talk of the force balance', 'The balance showed a fraction of one component in another.', &
                    'two forces, or two torques')
     do number = BALANCE_CROSS + 1, N_BALANCE
       pair = cross_components(number)
       to = trim(COMPONENT_NAMES(pair(1)))
       from = trim(COMPONENT_NAMES(pair(2)))
       call add(c, number, 'cross_talk:'//from//'-'//to, '1', .false., -0.5_rp, 0.5_rp, 0.05_rp, OF_ONE)
-      lead = 'The balance shows a share of '//from//' in '//to//':'
+      lead = 'The balance shows a fraction of '//from//' in '//to//':'
       call word_plain(c%parameters(size(c%parameters))%words, '', lead, lead, 'of it', 'of it, reversed', '', 0.0_rp)
     end do
   end function cross_talk
 
+  !> Returns the slow balance, with the time constant of a filter of first order.
   pure function lowpass(scales) result(c)
     type(balance_scales_t), intent(in) :: scales
     type(cause_t) :: c
@@ -158,6 +161,7 @@ contains
     c%parameters(1)%words%factor = TO_MILLI
   end function lowpass
 
+  !> Returns the delay of forces against the motion.
   pure function delay(scales) result(c)
     type(balance_scales_t), intent(in) :: scales
     type(cause_t) :: c
@@ -171,6 +175,7 @@ contains
     c%parameters(1)%words%factor = TO_MILLI
   end function delay
 
+  !> Returns the inertia of the wing in the forces, with the mass that was not subtracted.
   pure function inertia(scales) result(c)
     type(balance_scales_t), intent(in) :: scales
     type(cause_t) :: c

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes the true force under a load with a given instrument, and its derivatives; also the change of stiffness by drying and
-!> creep up to that load.
+!> Computes the true force under a load with a given instrument, and its derivatives. Also computes the change of stiffness by
+!> drying and creep up to that load.
 module measurement_forces
   use base_kinds, only: rp
   use measurement_data, only: measured_load_t
@@ -15,19 +15,19 @@ module measurement_forces
   public :: applied_t, apply_load, add_weight, force_derivative, magnitude_derivative, position_derivative, &
             stiffness_factor, stiffness_slopes
 
-  !> Where and how a force acts.
+  !> Describes where and how a force acts.
   type :: applied_t
     type(material_point_t) :: site
     real(rp) :: magnitude = 0             !< [N]
     real(rp) :: direction(3) = 0          !< unit vector
     logical :: is_applied = .false.       !< there is a force, and it acts on the wing
-    logical :: is_valid = .true.          !< .not. : it would act outside the wing
+    logical :: is_valid = .true.          !< false: the force would act outside the wing
   end type applied_t
 
 contains
 
-  !> Sets force(3, :) [N] to the force of `load` on the points of `model`. `site` is the stated place of the load. The force acts
-  !> at the distance load_offset(2) [m] from where the instrument lets it act. If that is outside the wing, `applied` is not valid
+  !> Sets force(3, :) [N] to the force of `load` on the points of `model`. `site` is the declared site of the load. The force acts
+  !> at the distance load_offset(2) [m] from the site that the instrument gives. If it acts outside the wing, `applied` is not valid
   !> and the force is zero.
   subroutine apply_load(instrument, load, site, model, load_offset, applied, force)
     type(instrument_t), intent(in) :: instrument
@@ -113,7 +113,7 @@ contains
     call spread_force(applied, applied%direction, derivative)
   end subroutine magnitude_derivative
 
-  !> Returns derivative(3, :) [N/m] of the force with respect to x (axis 1) or y of its place; 0 on a structure without triangles.
+  !> Returns derivative(3, :) [N/m] of the force with respect to x (axis 1) or y of its site; 0 on a structure without triangles.
   subroutine position_derivative(applied, points, axis, derivative)
     type(applied_t), intent(in) :: applied
     real(rp), intent(in) :: points(:, :)

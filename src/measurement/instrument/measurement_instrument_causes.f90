@@ -1,24 +1,24 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Describes what a measurement of bending can get wrong: the causes, and their parameters, which have a null value at which they
-!> have no effect. measurement_instrument holds their values, measurement_forces and measurement_map have the laws.
+!> Describes what a measurement of bending can get wrong: the causes and their parameters. At its null value a parameter has no
+!> effect. measurement_instrument holds the values, measurement_forces and measurement_map have the laws.
 !>
 !> With q = 0 deflections are proportional to forces, as in the theory of small deflections. They are computed as the response to
 !> a hundredth of the force, which differs from the limit by 1e-4 of the nonlinear part.
 !>
 !> | name | what | unit | null |
 !> |---|---|---|---|
-!> | `force_gain` | forces are this times what is stated | 1 | 1 |
-!> | `force_offset` | and this more, along their direction | N | 0 |
-!> | `force_tilt_x`, `_y` | rotation vector of all directions | rad | 0 |
-!> | `load_shift_x`, `_y` | of all points of application | m | 0 |
+!> | `force_gain` | factor on every declared force | 1 | 1 |
+!> | `force_offset` | what is added to every force, along its direction | N | 0 |
+!> | `force_tilt_x`, `_y` | rotation vector of the directions of all forces | rad | 0 |
+!> | `load_shift_x`, `_y` | shift of all points of application | m | 0 |
 !> | `drift` | r: all bending stiffness times 1 + r (order - 1) | 1 | 0 |
 !> | `drift_rate` | r: all bending stiffness times 1 + r time | 1/s | 0 |
 !> | `drift_veins` | as `drift`, of the veins' E alone | 1 | 0 |
 !> | `creep`, `creep_time` | a, tau: all bending stiffness over 1 + a log10(1 + hold/tau) | 1, s | 0, - |
-!> | `height_scale` | heights are shown as this times what they are | 1 | 1 |
-!> | `tilt_x`, `tilt_y`, `piston` | p, q, h: loaded maps show p y - q x + h more | rad, m | 0 |
-!> | `map_shift_x`, `_y`, `map_rotation`, `map_scale` | a place x is shown at scale R x + shift | m, rad, 1 | 0, 1 |
-!> | `nonlinearity` | q: what is shown is that of the forces times sqrt q, over sqrt q | 1 | 1 |
+!> | `height_scale` | factor on all shown heights | 1 | 1 |
+!> | `tilt_x`, `tilt_y`, `piston` | p, q, h: loaded maps show heights that are larger by p y - q x + h | rad, m | 0 |
+!> | `map_shift_x`, `_y`, `map_rotation`, `map_scale` | the point x is shown at scale R x + shift | m, rad, 1 | 0, 1 |
+!> | `nonlinearity` | q: deflections are those under sqrt q times the forces, divided by sqrt q | 1 | 1 |
 !> | `gravity_x`, `_y`, `_z` | acceleration that bends the wing, also unloaded | m/s^2 | 0 |
 module measurement_instrument_causes
   use base_cause, only: cause_t, enlist, make_cause
@@ -37,26 +37,27 @@ module measurement_instrument_causes
                                 MAP_SHIFT_X = 16, MAP_SHIFT_Y = 17, MAP_ROTATION = 18, MAP_SCALE = 19, GRAVITY_X = 20, &
                                 GRAVITY_Y = 21, GRAVITY_Z = 22, NONLINEARITY = 23
   integer, parameter, public :: N_INSTRUMENT = 23
-  !> The null, or the usual value, in the same order.
+  !> The values without effect (for creep_time the usual value), in the same order.
   real(rp), parameter, public :: INSTRUMENT_DEFAULTS(N_INSTRUMENT) = &
                                  [real(rp) :: 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1]
 
-  !> Requirements on the measurement beside those of solid_effect. The first four are those of the file: measurement_instrument.
+  !> Requirements on the measurement beside those of solid_effect. Module measurement_instrument checks the first four, what the
+  !> file has to contain.
   integer, parameter, public :: NEED_ORDER = N_WING_NEEDS + 1, NEED_TIME = N_WING_NEEDS + 2, NEED_HOLD = N_WING_NEEDS + 3, &
                                 NEED_HEIGHTS = N_WING_NEEDS + 4, NEED_TWO_HOLDS = N_WING_NEEDS + 5, &
                                 NEED_MASS = N_WING_NEEDS + 6, NEED_SMALL_DEFLECTIONS = N_WING_NEEDS + 7, &
                                 N_BENDING_NEEDS = N_WING_NEEDS + 7
 
-  !> Quantities of an experiment that bounds and priors are multiples of. A declared sd of 0 means that none is declared.
+  !> Holds quantities of an experiment. Bounds and priors are multiples of them. An sd of 0 means that the file declares none.
   type :: instrument_scales_t
     real(rp) :: length = 1            !< [m] of the wing
-    real(rp) :: smallest_force = 1    !< [N] that was applied
+    real(rp) :: smallest_force = 1    !< [N] of all loads
     real(rp) :: last_order = 2, last_time = 1 !< [1], [s]
-    real(rp) :: gain_sd = 0, position_sd = 0, tilt_sd = 0, piston_sd = 0 !< declared
+    real(rp) :: gain_sd = 0, position_sd = 0, tilt_sd = 0, piston_sd = 0 !< of the errors, as declared
   end type instrument_scales_t
 
   character(*), parameter :: OF_FORCE = 'the smallest force', OF_LENGTH = 'the length of the wing', &
-                             OF_ORDER = '1/(number of loads - 1)', OF_TIME = '1/(time of the last load)', OF_ONE = ''
+                             OF_ORDER = '1/(largest order - 1)', OF_TIME = '1/(time of the last load)', OF_ONE = ''
 
 contains
 
@@ -78,7 +79,7 @@ contains
     call enlist(list, large_deflections())
   end function list_instrument_causes
 
-  !> Returns an error of the measurement, which needs bending tests and these things.
+  !> Returns an error of a bending test that needs the data of `needs`, so far without parameters.
   pure function measured(name, title, sentence, data, needs) result(cause)
     character(*), intent(in) :: name, title, sentence, data
     integer, intent(in) :: needs(:)
@@ -88,7 +89,7 @@ contains
     cause%needs = needs
   end function measured
 
-  !> Adds a parameter that does nothing at 1, if it varies by factors, or at 0.
+  !> Adds a parameter that has no effect at 1 if it varies by factors, else at 0.
   pure subroutine add(cause, number, name, unit, is_log, lower, upper, sd, scale)
     type(cause_t), intent(inout) :: cause
     integer, intent(in) :: number
@@ -108,27 +109,30 @@ contains
     if (sd > 0) declared_or_default = sd
   end function declared_or_default
 
+  !> Returns the wrong gain of the force sensor.
   pure function gain_of_force(scales) result(c)
     type(instrument_scales_t), intent(in) :: scales
     type(cause_t) :: c
-    c = measured('force_gain', 'wrong gain of the force sensor', 'All forces were larger or smaller than stated, by one factor.', &
-                 'bending tests', [integer ::])
+    c = measured('force_gain', 'wrong gain of the force sensor', 'All forces were larger or smaller than '// &
+                 'declared, by one factor.', 'bending tests', [integer ::])
     call add(c, FORCE_GAIN, 'force_gain', '1', .true., 0.1_rp, 10.0_rp, declared_or_default(scales%gain_sd, 0.1_rp), OF_ONE)
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'All forces were', 'All forces were', 'larger', 'smaller', &
-                     'than stated', 'what is stated', 1.0_rp)
+                     'than declared', 'what is declared', 1.0_rp)
   end function gain_of_force
 
+  !> Returns the zero error of the force sensor.
   pure function offset_of_force(scales) result(c)
     type(instrument_scales_t), intent(in) :: scales
     type(cause_t) :: c
     real(rp) :: most
     most = 0.9_rp*scales%smallest_force
-    c = measured('force_offset', 'zero error of the force sensor', 'The same force was added to every force that is stated.', &
+    c = measured('force_offset', 'zero error of the force sensor', 'The same force was added to every declared force.', &
                  'two forces at one place', [NEED_LEVELS])
     call add(c, FORCE_OFFSET, 'force_offset', 'N', .false., -most, most, most/3, OF_FORCE)
-    call word_plain(c%parameters(1)%words, 'N', 'Every force was', 'Every force was', 'larger', 'smaller', 'than stated', 0.0_rp)
+    call word_plain(c%parameters(1)%words, 'N', 'Every force was', 'Every force was', 'larger', 'smaller', 'than declared', 0.0_rp)
   end function offset_of_force
 
+  !> Returns the tilt of all forces.
   pure function direction_of_force() result(c)
     type(cause_t) :: c
     character(*), parameter :: UPRIGHT = 'Forces were not upright but turned:'
@@ -141,30 +145,35 @@ contains
                       'about y, those that point up toward -x')
   end function direction_of_force
 
+  !> Returns the shift of all points of application.
   pure function position_of_load(scales) result(c)
     type(instrument_scales_t), intent(in) :: scales
     type(cause_t) :: c
-    character(*), parameter :: BESIDE = 'Forces acted beside the stated places:'
+    character(*), parameter :: BESIDE = 'Forces acted beside the declared places:'
     real(rp) :: most, sd
     most = 0.05_rp*scales%length
     sd = declared_or_default(scales%position_sd, most/5)
-    c = measured('load_position', 'forces beside the stated places', &
-                 'All forces acted at a distance from the stated places, the same for all.', 'a membrane', [NEED_MEMBRANE])
+    c = measured('load_position', 'forces beside the declared places', &
+                 'All forces acted beside the declared places, shifted by the same distance in the same direction.', &
+                 'a membrane', [NEED_MEMBRANE])
     call add(c, LOAD_SHIFT_X, 'load_shift_x', 'm', .false., -most, most, sd, OF_LENGTH)
     call add(c, LOAD_SHIFT_Y, 'load_shift_y', 'm', .false., -most, most, sd, OF_LENGTH)
     call word_plain(c%parameters(1)%words, 'm', BESIDE, BESIDE, 'toward +x', 'toward -x', '', 0.0_rp)
     call word_plain(c%parameters(2)%words, 'm', BESIDE, BESIDE, 'toward +y', 'toward -y', '', 0.0_rp)
   end function position_of_load
 
+  !> Returns the wrong scale of heights.
   pure function scale_of_heights() result(c)
     type(cause_t) :: c
-    c = measured('height_scale', 'wrong scale of the heights', 'All heights were larger or smaller than stated, by one factor.', &
+    c = measured('height_scale', 'wrong scale of the heights', 'All heights were larger or smaller than the maps '// &
+                 'show, by one factor.', &
                  'heights', [NEED_HEIGHTS])
     call add(c, HEIGHT_SCALE, 'height_scale', '1', .true., 0.5_rp, 2.0_rp, 0.05_rp, OF_ONE)
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The maps show all heights', 'The maps show all heights', 'larger', &
                      'smaller', 'than they are', 'as large as they are', 1.0_rp)
   end function scale_of_heights
 
+  !> Returns the tilt and the lift of loaded scans.
   pure function plane_of_scans(scales) result(c)
     type(instrument_scales_t), intent(in) :: scales
     type(cause_t) :: c
@@ -183,6 +192,7 @@ contains
     call word_plain(c%parameters(3)%words, 'm', MOVED, MOVED, 'up', 'down', '', 0.0_rp)
   end function plane_of_scans
 
+  !> Returns the shift, the turn and the scale of maps.
   pure function registration_of_maps(scales) result(c)
     type(instrument_scales_t), intent(in) :: scales
     type(cause_t) :: c
@@ -203,7 +213,7 @@ contains
                      'than it is', 'as large as it is', 1.0_rp)
   end function registration_of_maps
 
-  !> Has the drift of all stiffness and, for trainings alone, that of the veins.
+  !> Returns the drift by order, with the drift of all stiffness and, for trainings alone, of the stiffness of veins.
   pure function drift_by_order(scales) result(c)
     type(instrument_scales_t), intent(in) :: scales
     type(cause_t) :: c
@@ -223,6 +233,7 @@ contains
     end do
   end function drift_by_order
 
+  !> Returns the drift with time.
   pure function drift_by_time(scales) result(c)
     type(instrument_scales_t), intent(in) :: scales
     type(cause_t) :: c
@@ -238,7 +249,7 @@ contains
     c%parameters(1)%words%factor = MINUTE
   end function drift_by_time
 
-  !> Has the creep and its time, which the input gives.
+  !> Returns the creep, with its size and its time; the input gives the time.
   pure function creep_under_load() result(c)
     type(cause_t) :: c
     type(parameter_t) :: time
@@ -254,6 +265,7 @@ contains
                      'as far in ten times the time', 0.0_rp)
   end function creep_under_load
 
+  !> Returns the weight of the wing, with one acceleration along each axis.
   pure function weight_of_wing() result(c)
     type(cause_t) :: c
     character(*), parameter :: LEAD = 'The wing''s own weight bends it:', AXES = 'xyz'
@@ -266,6 +278,7 @@ contains
     end do
   end function weight_of_wing
 
+  !> Returns the nonlinearity of large deflections.
   pure function large_deflections() result(c)
     type(cause_t) :: c
     c = measured('nonlinearity', 'large deflections', &

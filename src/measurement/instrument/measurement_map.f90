@@ -12,8 +12,8 @@ module measurement_map
 
 contains
 
-  !> Returns seen(3, n) [m], where the instrument shows positions(3, n) [m]; the same to the last bit if the instrument has no
-  !> effect.
+  !> Returns seen(3, n) [m], where the instrument shows positions(3, n) [m]. It equals positions to the last bit if the instrument
+  !> has no effect.
   pure subroutine map_positions(instrument, positions, seen)
     type(instrument_t), intent(in) :: instrument
     real(rp), intent(in) :: positions(:, :)
@@ -28,7 +28,7 @@ contains
     seen(3, :) = instrument%values(HEIGHT_SCALE)*positions(3, :)
   end subroutine map_positions
 
-  !> Returns the derivatives of the shown positions, for derivatives motion(3, n) of the true ones.
+  !> Returns the derivatives of the shown positions for the derivatives motion(3, n) of the true positions.
   pure subroutine map_position_derivatives(instrument, motion, seen)
     type(instrument_t), intent(in) :: instrument
     real(rp), intent(in) :: motion(:, :)
@@ -41,8 +41,8 @@ contains
     seen(3, :) = instrument%values(HEIGHT_SCALE)*motion(3, :)
   end subroutine map_position_derivatives
 
-  !> Returns motion(3, n), the derivatives of the shown places of positions(3, n) with respect to the coordinate of parameter
-  !> `number`, per log unit of both scales; 0 for parameters that are not of the map.
+  !> Returns motion(3, n), the derivatives of the shown positions of positions(3, n) with respect to the coordinate of parameter
+  !> `number`, per log unit of both scales; 0 for parameters of anything but the map.
   pure subroutine map_parameter_derivatives(instrument, number, positions, motion)
     type(instrument_t), intent(in) :: instrument
     integer, intent(in) :: number
@@ -83,7 +83,7 @@ contains
     height = instrument%values(TILT_X)*y - instrument%values(TILT_Y)*x + instrument%values(PISTON)
   end function plane_height
 
-  !> Returns the derivative of that with respect to parameter `number`.
+  !> Returns the derivative of this additional height with respect to parameter `number`.
   pure real(rp) function plane_slope(number, x, y) result(slope)
     integer, intent(in) :: number
     real(rp), intent(in) :: x, y

@@ -27,10 +27,10 @@ module measurement_mode_simulation
 
   real(rp), parameter :: GAP = 0.01_rp   !< relative difference of frequencies within a cluster
   real(rp), parameter :: SPREAD = 0.5_rp !< standard deviation of ln(f/f_m) of a pair
-  integer, parameter :: MISSED = 4       !< modes that a measurement may lack below its last one
+  integer, parameter :: MISSED = 4       !< modes below the last measured one that a measurement may miss
   integer, parameter :: BESIDE = 3       !< further modes that are computed for the derivatives
 
-  !> A state of the wing: the medium and the loads.
+  !> Describes a state of the wing: its medium and its loads.
   type :: state_t
     type(measured_mode_t) :: example              !< the first mode of this state
     real(rp) :: density = 0                       !< [kg/m^3] of the air

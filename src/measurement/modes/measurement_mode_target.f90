@@ -1,15 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Compares one measured mode with a computed one, or with a cluster of them.
 !>
-!> Observations, all in units of their sd: ln(f/f_m)/(sigma_f/f_m), and for a shape at n places n - 1 numbers. With s the measured
-!> shape over its sd, phi_i the computed ones over the same sd and v = sum of beta_i phi_i nearest to s (least squares), these are
+!> Observations, all in units of their sd: ln(f/f_m)/(sigma_f/f_m), and for a shape at n points n - 1 numbers. With s the measured
+!> shape over its sd, phi_i the computed shapes over the same sd and v = sum of beta_i phi_i nearest to s (least squares), these are
 !> the components normal to s of
 !>
 !>     v (s.s)/(s.v),
 !>
 !> which are 0 if both are parallel. Neither size nor sign of a mode matters, and to first order their errors are independent with
 !> variance 1, whatever the size of the mode was. MAC = (s.v)^2/((s.s)(v.v)), the modal assurance criterion (Allemang & Brown 1982)
-!> with the sd as weights, is 1/(1 + their squared length over s.s).
+!> with the sd as weights, is 1/(1 + the squared length of these components over s.s).
 !>
 !> In a cluster, whose frequencies are nearer than GAP, single shapes change completely with small changes of the wing. Only the
 !> space that they span is compared, and the frequency is that of v: lambda = sum beta_i^2 lambda_i/sum beta_i^2.
@@ -24,13 +24,13 @@ module measurement_mode_target
   private
   public :: mode_target_t
 
-  !> A measured mode, and the computed modes lo to hi with which it is paired.
+  !> Holds a measured mode, and the computed modes lo to hi with which it is paired.
   type :: mode_target_t
     integer :: n = 0                       !< observations
     integer :: state = 1                   !< medium and loads, as the simulation counts them
     integer :: number = 0
     integer :: lo = 0, hi = 0
-    real(rp) :: mac = 0                    !< of the pair; 1 without a shape
+    real(rp) :: mac = 0                    !< MAC of the pair; 1 without a shape
     real(rp) :: frequency = 0              !< [Hz] computed
     real(rp), allocatable :: seen(:)       !< (places) v in the units of the measurement, as long as this is along it
     real(rp), private :: log_frequency = 0, log_sigma = 1, lambda = 0
@@ -68,7 +68,7 @@ contains
     if (n == 0) return
     allocate (full(n, n), source=0.0_rp)
     full(:, 1) = self%s
-    k = maxloc(abs(self%s), 1) ! the unit vectors but this one complete s to a basis
+    k = maxloc(abs(self%s), 1) ! all unit vectors except number k complete s to a basis
     call fill_units(full, k)
     call orthogonalise(full, q, r)
     self%normal = q(:, 2:)
@@ -99,8 +99,8 @@ contains
     end do
   end function observe
 
-  !> Returns the MAC of the mode with the space of shapes(3, :, :); negative if they are more than the places can distinguish, or
-  !> if they do not move the places.
+  !> Returns the MAC of the mode with the space of shapes(3, :, :); negative if there are more shapes than the points can
+  !> distinguish, or if they do not move the points.
   real(rp) function target_assurance(self, shapes) result(mac)
     class(mode_target_t), intent(in) :: self
     real(rp), intent(in) :: shapes(:, :, :)
@@ -146,7 +146,7 @@ contains
       end do
       self%gram = matmul(transpose(self%phi), self%phi)
       trace = sum(self%phi**2)
-      do i = 1, m ! the places may not distinguish all of them: then the smallest sum is taken
+      do i = 1, m ! if the points do not distinguish all shapes, the smallest sum is taken
         self%gram(i, i) = self%gram(i, i) + UNSEEN*trace
       end do
       call factorise(self%gram, ok)

@@ -13,7 +13,7 @@ module measurement_series_projections
 
 contains
 
-  !> Computes stiff(3, n_all, modes) = K_joints Phi of the first modes, with the parameters of the model.
+  !> Computes stiff(3, n_all, modes) = K_joints Phi for the first modes, with the parameters of the model.
   subroutine apply_joints(modal, stiff)
     class(modal_t), intent(in) :: modal
     real(rp), intent(out) :: stiff(:, :, :)
@@ -43,7 +43,7 @@ contains
     c = matmul(transpose(reshape(a, [n, size(a, 3)])), reshape(b, [n, size(b, 3)]))
   end function products
 
-  !> Returns the displacements of a place along an axis.
+  !> Returns the displacements of a site along an axis.
   pure function displacement_along(site, axis, shapes) result(values)
     type(material_point_t), intent(in) :: site
     real(rp), intent(in) :: axis(3), shapes(:, :, :)

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes the records of a vibrating wing: residuals in units of their sd, and their exact derivatives.
 !>
-!> The wing moves little about its flat rest, in its N_MODES lowest modes; in air, its membrane carries the added mass of strip
-!> theory. The motion that a release excites in higher modes is not computed.
+!> The wing makes small motions about its flat unloaded shape, in its N_MODES lowest modes; in air, its membrane carries the added
+!> mass of strip theory. The motion that a release excites in higher modes is not computed.
 module measurement_series_simulation
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t
@@ -25,10 +25,10 @@ module measurement_series_simulation
   private
   public :: series_simulation_t
 
-  integer, parameter :: N_MODES = 16 !< that move
+  integer, parameter :: N_MODES = 16 !< number of modes in the motion
   integer, parameter :: BESIDE = 6   !< further modes that are computed for the derivatives
 
-  !> There is one per process. Nothing of an evaluation enters the next one.
+  !> Holds the simulation, one per process. An evaluation does not depend on earlier ones.
   type, extends(motion_simulation_t) :: series_simulation_t
     integer :: n = 0                                   !< observations
     type(measured_series_t), allocatable :: series(:)
@@ -130,8 +130,8 @@ contains
     self%n = 0
   end subroutine simulation_free
 
-  !> Computes the motions with these parameters, masses and damping, and residuals(n). `ok` is false if there are none, as the
-  !> wing at rest is unstable.
+  !> Computes the motions with these parameters, masses and damping, and residuals(n). `ok` is false if there are no residuals,
+  !> because the unloaded wing is unstable.
   subroutine simulation_evaluate(self, params, effects, damping, residuals, ok)
     class(series_simulation_t), intent(inout) :: self
     type(solid_params_t), intent(in) :: params
@@ -175,7 +175,7 @@ contains
     end associate
   end subroutine ring_with
 
-  !> Returns shapes(3, n_all, modes) at the places of record i along the measured axis.
+  !> Returns shapes(3, n_all, modes) at the sites of record i along the measured axis.
   pure function observation_matrix(self, i, shapes) result(observation)
     class(series_simulation_t), intent(in) :: self
     integer, intent(in) :: i
@@ -187,7 +187,7 @@ contains
     end do
   end function observation_matrix
 
-  !> Returns the stated excitation of record i on shapes(3, n_all, modes); see ringing_t.
+  !> Returns the declared excitation of record i on shapes(3, n_all, modes); see ringing_t.
   pure function forcing_vector(self, i, shapes) result(forcing)
     class(series_simulation_t), intent(in) :: self
     integer, intent(in) :: i
@@ -233,7 +233,8 @@ contains
     end associate
   end subroutine subtract_measured
 
-  !> Returns seen(samples, traces) of record i, after `evaluate`; with `errors` of the size and the time of its excitation, in sd.
+  !> Returns seen(samples, traces) of record i, after `evaluate`; with the `errors` of the size and of the time of its excitation,
+  !> in sd.
   function simulation_computed(self, i, errors) result(seen)
     class(series_simulation_t), intent(in) :: self
     integer, intent(in) :: i
@@ -352,8 +353,8 @@ contains
     end do
   end subroutine project_change
 
-  !> Does the same for damping effect `number`, of the relaxation with this time [s], or for the logarithm of the time of the
-  !> present relaxation (DAMPING_TIME).
+  !> Returns the change of the residuals by damping effect `number`, of the relaxation with this time [s], or for the logarithm of
+  !> the time of the present relaxation (DAMPING_TIME).
   subroutine simulation_damping_tangent(self, number, time, column)
     class(series_simulation_t), intent(inout) :: self
     integer, intent(in) :: number

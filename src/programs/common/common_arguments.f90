@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Sorts the arguments of a program: one file, options of which at most one says what to do, and options that go with others.
+!> Sorts the arguments of a program: files, at most one option that chooses an action, and options that modify the action.
 module common_arguments
   use base_errors, only: message_list_t
   implicit none
@@ -8,12 +8,12 @@ module common_arguments
 
   !> Holds the arguments that were found.
   type :: arguments_t
-    integer :: action = 0                     !< number of the action in the list of them; 0: none was given
+    integer :: action = 0                     !< index of the action in `actions`; 0: none was given
     logical, allocatable :: has_flag(:)       !< for each of the flags
-    logical :: is_final = .false.             !< --help, --version or a reference: nothing else matters
+    logical :: is_final = .false.             !< the action is --help, --version or a reference, which ignores all other arguments
     logical :: restart = .false.
-    logical :: overwrite = .false.            !< results of an earlier run move aside
-    logical :: accepts = .false.              !< a restart takes inputs that do not fit the checkpoint
+    logical :: overwrite = .false.            !< move the results of an earlier run to another folder
+    logical :: accepts = .false.              !< a restart accepts inputs that do not fit the checkpoint
     character(:), allocatable :: restart_file !< empty: the newest valid backup
     integer :: n_files = 0
     character(:), allocatable :: file, other_file !< the first two; empty if not given
@@ -21,9 +21,9 @@ module common_arguments
 
 contains
 
-  !> Sorts the arguments of the program into `arguments`. The user may give at most one of `actions`, apart from those that end
-  !> everything (--help, also as -h, --version, --parameters, --causes); the program must list these in `actions` too. The user
-  !> may give any number of `flags`. If `takes_restart`, it also accepts --restart, --restart=FILE, --overwrite and
+  !> Sorts the arguments of the program into `arguments`. The user may give at most one of `actions`. An exception are final actions
+  !> (--help, also as -h, --version, --parameters, --causes), which the program must list in `actions` too. The user may give any
+  !> number of `flags`. If `takes_restart`, it also accepts --restart, --restart=FILE, --overwrite and
   !> --accept-changes. Adds every mistake to `errors`, but leaves it to the caller to report too many or missing files.
   subroutine parse_arguments(actions, flags, takes_restart, arguments, errors)
     character(*), intent(in) :: actions(:), flags(:)

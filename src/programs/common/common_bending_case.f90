@@ -20,17 +20,16 @@ module common_bending_case
   !> Holds what differs between the programs.
   type :: bending_input_t
     character(:), allocatable :: wing, measurement   !< paths as the input has them
-    character(:), allocatable :: section, parameters !< what is sought, and the section that says it
-    logical :: scale_is_log = .true.        !< scale of bounds for which the input states none
+    character(:), allocatable :: section, parameters !< names of the free parameters, and the section that lists them
+    logical :: scale_is_log = .true.        !< scale of bounds for which the input gives none
     logical :: may_plan = .false.           !< the measurement may have no heights
     logical :: keeps_outliers = .false.     !< the preset of [Measurement] outliers keeps them
   end type bending_input_t
 
 contains
 
-  !> Reads the ini file `path` on all ranks. `can_go_on` is false because there is no such file or because
-  !> a section asks for something that the program does not have. Adds mistakes to `errors` and remarks to `notices`.
-  !> Collective.
+  !> Reads the ini file `path` on all ranks. `can_go_on` is false if there is no such file, or if a section asks for something that
+  !> the program does not have. Adds mistakes to `errors` and remarks to `notices`. Collective.
   subroutine load_input(path, registry, world, config, errors, notices, can_go_on)
     character(*), intent(in) :: path
     type(registry_t), intent(in) :: registry
@@ -86,7 +85,7 @@ contains
     call load_measurement(world, case%measurement_path, case%wing_case%wing, case%measurement, errors, input%may_plan)
     if (errors%count() > 0) return
     if (case%measurement%is_plan .and. size(case%measurement%x) > 0) &
-      call notices%add(case%measurement_path//': the plan of an experiment, without heights, for --plan alone')
+      call notices%add(case%measurement_path//': this plan of an experiment has no heights; only --plan can use it')
     call choose_heights(config, case%measurement_path, input%keeps_outliers, case%measurement, case%outliers, notices)
   end subroutine read_measurement
 end module common_bending_case

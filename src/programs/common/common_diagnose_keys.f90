@@ -30,7 +30,7 @@ module common_diagnose_keys
     real(rp) :: prior_decades = 1, membrane_sd = 0
     character(:), allocatable :: refine, noise
     integer :: n_starts = 1
-    integer :: observations = 0             !< at most
+    integer :: observations = 0             !< largest number of observations
     type(flight_choices_t) :: flight
     type(diagnosis_options_t) :: options
     type(static_options_t) :: solver
@@ -63,7 +63,7 @@ contains
     call registry%write_markdown(unit)
   end subroutine write_diagnose_reference
 
-  !> Declares and reads all keys of a diagnosis but those of the wing, the measurement and the instrument.
+  !> Declares and reads all keys of a diagnosis except those of the wing, the measurement and the instrument.
   subroutine diagnose_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(diagnose_choices_t), intent(inout) :: c
@@ -125,7 +125,7 @@ contains
     call keys%real('model_sd', c%model_sd, 0.05_rp, 'relative error of the simulated forces over the whole beat, both common '// &
                    'to all components and for each component, in addition to the error of the grid; its causes are the box, '// &
                    'the thickness of the wing and the start from rest (docs/results/flight-records.md)', min=0.0_rp, max=1.0_rp)
-    call keys%integer('harmonics', c%harmonics, 40, 'highest harmonic of the beat in which simulated and measured forces are '// &
-                      'compared', min=1, max=99)
+    call keys%integer('harmonics', c%harmonics, 40, 'highest harmonic of the beat that is kept of the simulated '// &
+                      'forces', min=1, max=99)
   end subroutine flight_keys
 end module common_diagnose_keys

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads the lists [Train] parameters and [Diagnose] parameters: which parameters to seek, and within which bounds.
+!> Reads the lists [Train] parameters and [Diagnose] parameters: the free parameters and their bounds.
 module common_free_parameters
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -22,11 +22,11 @@ module common_free_parameters
 
 contains
 
-  !> Reads the list in `text` into `free_parameters`. Adds all mistakes to `errors` in one message. If the list states no
-  !> bounds, they are those of the parameters of the wing and, for joints, those of the search by Truong et al.
+  !> Reads the list in `text` into `free_parameters`. Adds all mistakes to `errors` in one message. Bounds that are not in the list
+  !> are those of the parameters of the wing or, for joints, those of the search by Truong et al.
   subroutine read_free_parameters(config, section, text, params, instrument, scale_is_log, free_parameters, errors)
     type(config_t), intent(in) :: config
-    character(*), intent(in) :: section, text !< that has the key `parameters`, and its value
+    character(*), intent(in) :: section, text !< the section with the key `parameters`, and the value of this key
     type(solid_params_t), intent(in) :: params
     type(instrument_t), intent(in) :: instrument
     logical, intent(in) :: scale_is_log
@@ -119,7 +119,7 @@ contains
     end if
   end function description
 
-  !> Tells whether `known` is this name, or begins with it if the name ends in :*.
+  !> Tells whether `known` is this name or, if the name ends in :*, begins with the part before the star.
   pure logical function matches(name, known)
     character(*), intent(in) :: name, known
     matches = known == name
@@ -128,7 +128,7 @@ contains
     end if
   end function matches
 
-  !> Returns the bounds of parameter `i` that hold where the input names none; joints have those of the paper.
+  !> Returns the bounds of parameter `i` for an input without bounds. Joints have the bounds of the paper.
   function default_bounds(params, p, i) result(bounds)
     type(solid_params_t), intent(in) :: params
     type(parameter_t), intent(in) :: p
@@ -138,7 +138,7 @@ contains
     if (i > N_COMMON + size(params%vein_factor) .and. i <= params%count_basic()) bounds = PAPER_JOINT
   end function default_bounds
 
-  !> Adds parameter `i` to the free ones. `problem` says why this is not possible.
+  !> Adds parameter `i` to the free parameters. `problem` says why this is not possible.
   subroutine add(free_parameters, params, p, i, bounds, is_log, scale_is_given, problem)
     type(free_parameters_t), intent(inout) :: free_parameters
     type(solid_params_t), intent(in) :: params
@@ -177,7 +177,7 @@ contains
     free_parameters%is_log = [free_parameters%is_log(:n), log_scale, free_parameters%is_log(n + 1:)]
   end subroutine add
 
-  !> Returns the list of valid names, with the one that is most like `name`.
+  !> Returns the list of valid names, with the one that is most similar to `name`.
   function hint(name, params, instrument) result(text)
     character(*), intent(in) :: name
     type(solid_params_t), intent(in) :: params

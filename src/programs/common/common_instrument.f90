@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads [Instrument]: effects of the instrument that the file of a measurement does not state. `msm_train` and `msm_diagnose`
-!> use the section. The input of a wing's shape or flight may carry it along with a trained wing; there it is known to have no
-!> effect.
+!> Reads [Instrument]: effects of the instrument that the measurement file does not contain. `msm_train` and `msm_diagnose` use the
+!> section. Inputs of `flusi` may contain it together with a trained wing; there it has no effect.
 module common_instrument
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -44,7 +43,7 @@ contains
     call r%add_inert('Instrument', 'parameters', 'belongs to the measurement, not to the wing')
   end subroutine register_idle_instrument
 
-  !> Sets in `instrument` what the section [Instrument] says. Adds all mistakes to `errors` in one message.
+  !> Sets `instrument` from the section [Instrument]. Adds all mistakes to `errors` in one message.
   subroutine read_instrument(config, instrument, errors)
     type(config_t), intent(in), target :: config
     type(instrument_t), intent(inout) :: instrument

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads [Measurement]: the file of the measurement, and whether heights count that stand out from those around them.
+!> Reads [Measurement]: the measurement file, and whether outliers among the heights are used.
 module common_measurement_keys
   use base_errors, only: message_list_t
   use base_text, only: number_text
@@ -52,8 +52,8 @@ contains
     call measurement_keys(keys, choices, '', '', '')
   end subroutine read_measurement_keys
 
-  !> Removes from the measurement the heights that stand out, unless the user keeps them or the preset of the program does, as
-  !> `keeps` says. Adds a notice on their number to `notices`.
+  !> Removes outliers among the heights from the measurement, unless the user keeps them or, with `keeps`, the preset of the program
+  !> does. Adds a notice on their number to `notices`.
   subroutine choose_heights(config, path, keeps, measurement, outliers, notices)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: path !< of the measurement

@@ -16,7 +16,7 @@ contains
     type(config_t), intent(in) :: config
     character(*), intent(in) :: section, key
     character(*), intent(in) :: output
-    type(message_list_t), intent(in) :: inputs !< paths; an empty one is none
+    type(message_list_t), intent(in) :: inputs !< paths; empty ones are ignored
     type(message_list_t), intent(inout) :: errors
     logical :: is_input
     integer :: i

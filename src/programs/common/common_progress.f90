@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Shows how far a run is and how long it will take: in one live line on a terminal, or in a line per interval in a log.
+!> Shows how far a run is and how long it will take: in one live line on a terminal, or in one line for each interval in a log.
 module common_progress
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: rp
@@ -15,7 +15,7 @@ module common_progress
     real(rp) :: interval = 30, begun = 0, shown = -huge(1.0_rp), last_step = 0
     real(rp) :: seconds_per_step = 0 !< moving average
     integer :: steps = 0
-    character(:), allocatable :: quantity !< what is shown beside the time step
+    character(:), allocatable :: quantity !< name of the number that is shown beside the time step
   contains
     procedure :: init => progress_init
     procedure :: step_done => progress_step_done
@@ -40,8 +40,8 @@ contains
     self%last_step = self%begun
   end subroutine progress_init
 
-  !> Notes that a step has ended, shows the progress if it is time to, and returns in `seconds` the wall time of the step. Every
-  !> rank may call it; no rank waits for another.
+  !> Counts a step that has ended, shows the progress if it is due, and returns in `seconds` the wall time of the step. Every rank
+  !> may call it; no rank waits for another.
   subroutine progress_step_done(self, step, time, dt, u_max, t_max, max_steps, seconds)
     class(progress_t), intent(inout) :: self
     integer, intent(in) :: step, max_steps
@@ -54,7 +54,7 @@ contains
     self%last_step = now
     self%steps = self%steps + 1
     self%seconds_per_step = self%seconds_per_step + (seconds - self%seconds_per_step)/min(self%steps, 50)
-    ! The first steps warm caches up and would promise a wrong end.
+    ! The first steps are slower, because caches are empty. They would give a wrong estimate.
     if (.not. self%speaks .or. self%steps < 3 .or. now - self%shown < self%interval) return
     self%shown = now
     steps_left = min((t_max - time)/dt, real(max_steps - step, rp))

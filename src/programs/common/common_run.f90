@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Guards a run and the files that it writes. One run at a time may write them, no run overwrites the results of another, and a
-!> restart continues the same run only. `begin` locks the files; `check_new` or `judge` decides whether the run may start;
-!> `settle` moves earlier files away just before the run writes its first file; `finish` unlocks. The names of all files begin
-!> with the same text, the base: `runtime` for a flow, in the current folder.
+!> Guards a run and the files that it writes. Only one run at a time may write them, no run overwrites the results of another, and a
+!> restart continues the same run only. `begin` locks the files; `check_new` or `judge` decides whether the run may start; `settle`
+!> moves earlier files away just before the run writes its first file; `finish` unlocks. The names of all files begin with the same
+!> text, the base: `runtime` for a flow, in the current folder.
 module common_run
   use, intrinsic :: iso_fortran_env, only: error_unit
   use base_errors, only: failure_t, message_list_t
@@ -27,7 +27,7 @@ module common_run
 
   !> Guards the files of one run, as the head of this module describes.
   type :: run_t
-    type(identity_t) :: identity            !< for its checkpoints, once settled
+    type(identity_t) :: identity            !< of the run, for its checkpoints; known after `settle`
     type(world_t), private :: world
     type(lock_t), private :: lock
     character(:), allocatable, private :: base, program
@@ -35,7 +35,7 @@ module common_run
     character(:), allocatable, private :: ini
     logical, private :: moves = .false.     !< `settle` moves the files of an earlier run away
     type(message_list_t), private :: patterns
-    type(message_list_t), private :: state_keys !< on which the state in a checkpoint depends
+    type(message_list_t), private :: state_keys !< keys on which the state in a checkpoint depends
   contains
     procedure :: begin => run_begin
     procedure :: check_new => run_check_new
@@ -113,7 +113,7 @@ contains
                       'earlier_1 (or 2, ...) and starts from the beginning; you can also start in another folder')
   end subroutine run_check_new
 
-  !> Says what the files tell about an earlier run and how the user can continue it; it is empty if there was none.
+  !> Returns what the files show about an earlier run and how the user can continue it; empty if there was none.
   function earlier_run(self) result(what)
     class(run_t), intent(in) :: self
     character(:), allocatable :: what
@@ -147,7 +147,7 @@ contains
     name = self%base//'_backup'//number_text(slot)//'.h5'
   end function backup_name
 
-  !> Returns a value of the file that states to which run the others belong; it is empty if the value is not there.
+  !> Returns a value of BASE_identity.txt, which says to which run the files belong; empty if the value is missing.
   function stored(self, key) result(value)
     class(run_t), intent(in) :: self
     character(*), intent(in) :: key
@@ -163,10 +163,10 @@ contains
     value = value(:index(value//NL, NL) - 1)
   end function stored
 
-  !> Decides whether this run may continue from a checkpoint of the run `was`. It fails, unless the user `accepts` the
-  !> differences, if an input differs on which the state in a checkpoint depends, as the statements of keys say, if the other files
-  !> are of another run, or if there are `conflicts`. Adds a line to `remarks` for each other input that differs, and for each
-  !> difference that is accepted. Collective.
+  !> Decides whether this run may continue from a checkpoint of the run `was`. Fails, unless the user `accepts` the differences, if
+  !> the checkpoint depends on an input that differs, if the other files are of another run, or if there are `conflicts`. The
+  !> declarations of keys say on which of them checkpoints depend. Adds a line to `remarks` for each other input that differs, and
+  !> for each difference that is accepted. Collective.
   subroutine run_judge(self, was, conflicts, accepts, remarks, failure)
     class(run_t), intent(inout) :: self
     type(identity_t), intent(in) :: was
@@ -219,7 +219,7 @@ contains
     end if
   end subroutine run_judge
 
-  !> Tells whether a file name matches one of the patterns.
+  !> Tells whether the name of a key matches one of the patterns.
   logical function is_one_of(name, patterns)
     character(*), intent(in) :: name
     type(message_list_t), intent(in) :: patterns
@@ -230,8 +230,8 @@ contains
     end do
   end function is_one_of
 
-  !> Moves away the files of an earlier run, if `check_new` decided so, and writes the file that states to which run the others
-  !> belong. Fails if it cannot. Collective.
+  !> Moves away the files of an earlier run, if `check_new` decided so, and writes BASE_identity.txt, which says to which run the
+  !> files belong. Fails if a file cannot be moved or written. Collective.
   subroutine run_settle(self, outcome)
     class(run_t), intent(inout) :: self
     type(outcome_t), intent(inout) :: outcome
@@ -252,7 +252,7 @@ contains
     type(message_list_t) :: patterns, found
     character(:), allocatable :: folder
     integer :: i
-    ! Backups go first: whatever ends the program meanwhile, none is left where a restart would find it.
+    ! Backups go first. If the program is then interrupted, a restart finds no backup of the earlier run.
     call patterns%add(self%base//'_backup#.h5')
     do i = 1, self%patterns%count()
       call patterns%add(self%patterns%text(i))
@@ -262,9 +262,9 @@ contains
     if (found%count() == 0) return
     call move_to_folder(found, self%base, folder, failure)
     if (failure%failed) return
-    write (error_unit, '(a)') 'notice: '//number_text(found%count())//' files of an earlier run are in '//folder//' now'
+    write (error_unit, '(a)') 'notice: '//number_text(found%count())//' files of an earlier run were moved to '//folder
     do i = 0, 1
-      ! It cannot move if it is read, and must not be taken for one of this run.
+      ! A backup that this run reads cannot be moved, but a restart would take it for a backup of this run.
       if (has_file(backup_name(self, i))) call failure%raise(backup_name(self, i)//': this file of an earlier run is an input '// &
                                                                 'of this run: give it another name')
     end do
@@ -275,7 +275,7 @@ contains
   subroutine write_identity(self, failure)
     class(run_t), intent(in) :: self
     type(failure_t), intent(inout) :: failure
-    call write_text(self%base//'_identity.txt', '% Which run the files here are of, by '//self%program//NL// &
+    call write_text(self%base//'_identity.txt', '% The run to which these files belong, by '//self%program//NL// &
                     'id = '//self%identity%id//NL//'input = '//self%ini//NL// &
                     'fingerprint = '//self%identity%fingerprint()//NL//'version = '//self%identity%version//NL// &
                     'begun = '//date_and_clock(), failure)

@@ -20,10 +20,10 @@ module common_train_keys
   private
   public :: train_choices_t, train_keys, register_train_keys, write_train_reference
 
-  !> Holds what a user chooses. It keeps the words of the user where the preset decides what they mean.
+  !> Holds what a user chooses. Where the preset decides what a word means, it keeps the word.
   type :: train_choices_t
     character(:), allocatable :: preset, parameters, scale, cost, start, stages, polish
-    integer :: weights = 0, constants = 0             !< 0: as `preset` says
+    integer :: weights = 0, constants = 0             !< 0: chosen by `preset`
     integer :: restarts = RESTARTS_NONE
     integer :: max_restarts = 0
     logical :: moves = .true., intervals = .true.
@@ -66,7 +66,7 @@ contains
     call registry%write_markdown(unit)
   end subroutine write_train_reference
 
-  !> Declares and reads all keys of a training but those of the wing, the measurement and the instrument.
+  !> Declares and reads all keys of a training except those of the wing, the measurement and the instrument.
   subroutine train_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(train_choices_t), intent(inout) :: c
@@ -133,7 +133,8 @@ contains
                      '1e-6 m', min=-1.0_rp)
       call keys%real('tolfun', o%tolfun, 1.0e-3_rp, &
                      'a run ends when the costs of a generation and the best costs of recent generations differ by less than '// &
-                     'this, relative to the first cost; the polish does the rest; paper: 1e-11', min=0.0_rp, &
+                     'this, relative to the median cost of the first generation; the polish does the rest; paper: '// &
+                     '1e-11', min=0.0_rp, &
                      given=c%has_tolfun)
       call keys%real('tolfunhist', o%tolfunhist, 1.0e-12_rp, 'the same for the best costs alone', min=0.0_rp)
       call keys%real('tolx', o%tolx, 1.0e-11_rp, 'a run ends when the step is shorter than this times sigma0', min=0.0_rp)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes remarks on the material of a wing: on values of a blowfly that replace missing ones, and on values that are wrong by
+!> Makes remarks on the material of a wing: on values of a blowfly that replace missing values, and on values that are wrong by
 !> orders of magnitude. It also prints the remarks on an input.
 module common_wing_doubts
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
@@ -21,7 +21,7 @@ module common_wing_doubts
   real(rp), parameter :: DENSITY(2) = [100.0_rp, 1.0e4_rp]       !< cuticle [kg/m^3]
   real(rp), parameter :: AREAL(2) = [1.0e-4_rp, 1.0e-1_rp]       !< membrane [kg/m^2]
   real(rp), parameter :: LONGEST = 0.2_rp                        !< wings longer than this are not those of insects [m]
-  real(rp), parameter :: SHORTEST = 1.0e-4_rp                    !< that of the smallest wasps [m]
+  real(rp), parameter :: SHORTEST = 1.0e-4_rp                    !< length of the wings of the smallest wasps [m]
   real(rp), parameter :: IMPOSSIBLE = 10                         !< sizes above this multiple of LONGEST are mistakes
 
 contains
@@ -38,8 +38,8 @@ contains
     end if
   end subroutine print_notices
 
-  !> Adds a notice for each number that is assumed because neither the input nor the wing file states it, and says whose number
-  !> it is.
+  !> Adds a notice for each number that is assumed because neither the input nor the wing file gives it. The notice says of what
+  !> wing the number is.
   subroutine notice_assumptions(c, is_paper, choices, wing, needs_mass, notices)
     type(config_t), intent(in) :: c
     logical, intent(in) :: is_paper !< [Wing] preset = paper
@@ -76,7 +76,7 @@ contains
     end subroutine assume
   end subroutine notice_assumptions
 
-  !> Adds a notice for each number that no insect wing has, with the unit in which it may be meant. It does not judge large
+  !> Adds a notice for each number that no insect wing has, with the unit that the user may have meant. It does not check large
   !> wings.
   subroutine notice_magnitudes(c, law, s, notices)
     type(config_t), intent(in) :: c

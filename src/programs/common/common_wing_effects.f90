@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads the [Wing] keys that say where certain effects act, which a usual wing does not have. [Wing] parameters says how strong
-!> they are.
+!> Reads the [Wing] keys with the sites of effects that a usual wing does not have. [Wing] parameters gives the strength of these
+!> effects.
 module common_wing_effects
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -92,8 +92,8 @@ contains
     end associate
   end subroutine take_soft_place
 
-  !> Adds a mistake if the clamp of a wing in motion gives way. Only a wing on a test bench has such a clamp; a frame holds a
-  !> wing in motion.
+  !> Adds a mistake if the clamp of a wing in motion is compliant. Only a wing on a test bench has such a clamp; a wing in motion is
+  !> fixed to its frame.
   subroutine refuse_root_compliance(c, params, errors)
     type(config_t), intent(in) :: c
     type(solid_params_t), intent(in) :: params
@@ -103,8 +103,8 @@ contains
                       'wing in motion is held by its frame: leave them out')
   end subroutine refuse_root_compliance
 
-  !> Says what [Wing] must state before parameter `number` can be sought or set. It is empty if nothing is missing, and for
-  !> parameters that are no effects.
+  !> Returns what [Wing] must contain before parameter `number` can be fitted or set. It is empty if nothing is missing, and for
+  !> parameters that are not effects.
   function effect_without_site(params, number) result(problem)
     type(solid_params_t), intent(in) :: params
     integer, intent(in) :: number

@@ -18,7 +18,7 @@ module common_wing_keys
   character(*), parameter, public :: PLACE_HELP = 'PLACE: tip, vein:NAME:first, vein:NAME:last, vein:NAME:K '// &
                                      '(its K-th point), joint:NAME, point:K (from 1) or at:X:Y (on the membrane, m)'
 
-  !> Holds what [Wing] says.
+  !> Holds the values of [Wing].
   type :: wing_choices_t
     character(:), allocatable :: file, preset, cross_springs, parameters, z_side, fingerprint
     logical :: has_file = .false., has_fingerprint = .false., has_found_size = .false.
@@ -31,7 +31,7 @@ module common_wing_keys
     type(effect_sites_t) :: sites
   end type wing_choices_t
 
-  !> Holds what [Mass] says.
+  !> Holds the values of [Mass].
   type :: mass_choices_t
     character(:), allocatable :: law             !< of the membrane
     logical :: has_law = .false., has_vein_density = .false., has_membrane_mass = .false., has_areal_density = .false.
@@ -40,7 +40,7 @@ module common_wing_keys
 
 contains
 
-  !> Adds [Wing] and [Mass] to `registry`. Without `required` a run may do without a wing file.
+  !> Adds [Wing] and [Mass] to `registry`. Without `required`, a run needs no wing file.
   subroutine register_wing_keys(registry, required)
     type(registry_t), intent(inout), target :: registry
     logical, intent(in) :: required
@@ -52,7 +52,7 @@ contains
     call mass_keys(keys, mass)
   end subroutine register_wing_keys
 
-  !> Returns what [Wing] says.
+  !> Returns the values of [Wing].
   subroutine read_wing_keys(config, choices)
     type(config_t), intent(in), target :: config
     type(wing_choices_t), intent(out) :: choices
@@ -61,7 +61,7 @@ contains
     call wing_keys(keys, choices, .false.)
   end subroutine read_wing_keys
 
-  !> Returns what [Mass] says.
+  !> Returns the values of [Mass].
   subroutine read_mass_keys(config, choices)
     type(config_t), intent(in), target :: config
     type(mass_choices_t), intent(out) :: choices
@@ -80,7 +80,7 @@ contains
     call damping_keys(keys, unused, nodal)
   end subroutine register_damping_keys
 
-  !> Returns what [Damping] says. It changes only the damping of `inertia`; `nodal` is a force per velocity at every point
+  !> Returns the values of [Damping]. It changes only the damping of `inertia`; `nodal` is a force per velocity at every point
   !> [kg/s].
   subroutine read_damping_keys(config, inertia, nodal)
     type(config_t), intent(in), target :: config

@@ -34,8 +34,8 @@ contains
     type(wing_case_t), intent(out) :: s
     logical, intent(out) :: found
     type(message_list_t), intent(inout) :: errors, notices
-    type(world_t), intent(in), optional :: world !< with it root reads the file for all, and this is collective
-    character(*), intent(in), optional :: file   !< to take in place of [Wing] file
+    type(world_t), intent(in), optional :: world !< if present, root reads the file for all ranks, and the call is collective
+    character(*), intent(in), optional :: file   !< replaces [Wing] file
     type(failure_t) :: failure
     type(wing_choices_t) :: choices
     type(mass_choices_t) :: mass
@@ -105,7 +105,7 @@ contains
     was_dorsal = s%wing%z_is_dorsal()
     s%wing%z_side = stated
     if (in_file /= '' .and. (was_dorsal .neqv. s%wing%z_is_dorsal())) call config%complain(notices, 'Wing', 'z_side', &
-      stated//' counts, although '//s%path//' says '//trim(in_file)//': it defines +z in [Wing] parameters')
+      stated//' replaces '//trim(in_file)//' of '//s%path//', also for the direction of +z in [Wing] parameters')
   end subroutine take_z_side
 
   !> Adds a mistake if the values in [Wing] were found for another wing, or a notice if the user accepts that.
@@ -130,18 +130,18 @@ contains
     end if
   end subroutine check_fingerprint
 
-  !> Returns in `path` where the file `name` is: first it looks for the name as it stands, then in the folder of the input file
-  !> `ini`. If the file is in neither place, `problem` says so; otherwise it is not allocated.
+  !> Returns in `path` where the file `name` is. It looks first in the current folder, then in the folder of the input file `ini`.
+  !> If the file is in neither place, `problem` says so; otherwise it is not allocated.
   subroutine find_beside(ini, name, path, problem, world)
     character(*), intent(in) :: ini, name
     character(:), allocatable, intent(out) :: path, problem
-    type(world_t), intent(in), optional :: world !< with it root looks for all, and this is collective
+    type(world_t), intent(in), optional :: world !< if present, root looks for the file for all ranks, and the call is collective
     path = named_path(name, ini, world)
     if (path == '') problem = quoted(name)//' does not exist, neither here nor beside the input file'
   end subroutine find_beside
 
-  !> Adds a mistake if `name`, with which the names of all files begin, has characters that cannot stand in an index for
-  !> viewers, which is XML.
+  !> Adds a mistake if `name`, with which the names of all files begin, has characters that are not allowed in XML, the format of
+  !> indices for viewers.
   subroutine check_name(config, name, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: name
@@ -193,7 +193,7 @@ contains
     if (.not. choices%has_vein_density .and. s%wing%mass%vein_density > 0) s%material%vein_density = s%wing%mass%vein_density
     s%material%membrane_law = merge(MEMBRANE_BILINEAR, MEMBRANE_UNIFORM, choices%law == 'bilinear')
     if (.not. (choices%has_law .or. choices%has_areal_density) .and. s%wing%mass%law /= '') then
-      s%material%membrane_law = MEMBRANE_BILINEAR ! what the file says of this very wing
+      s%material%membrane_law = MEMBRANE_BILINEAR ! the file has the law of this wing
       if (.not. choices%has_membrane_mass) s%material%membrane_mass = s%wing%mass%membrane
       s%material%weights = [1.0_rp, 0.0_rp, 0.0_rp]
       if (s%wing%mass%law == 'bilinear') s%material%weights = s%wing%mass%weights

@@ -12,7 +12,7 @@ module common_wing_size
   private
   public :: scale_wing, wing_size, notice_other_size
 
-  real(rp), parameter :: SAME = 1.0e-6_rp !< sizes differ by less, relatively
+  real(rp), parameter :: SAME = 1.0e-6_rp !< sizes with a smaller relative difference are equal
 
 contains
 
@@ -56,11 +56,10 @@ contains
     end associate
   end function wing_size
 
-  !> Adds a notice if the values in [Wing] were found for a wing of another size, because the stiffness does not follow the
-  !> size.
+  !> Adds a notice if the values in [Wing] were found for a wing of another size, because stiffness does not scale with the size.
   subroutine notice_other_size(config, then, wing, notices)
     type(config_t), intent(in) :: config
-    real(rp), intent(in) :: then(2)  !< length and mean chord of that wing [m]
+    real(rp), intent(in) :: then(2)  !< length and mean chord [m] of the wing for which the values were found
     type(wing_t), intent(in) :: wing !< as it is used
     type(message_list_t), intent(inout) :: notices
     real(rp) :: here(2)

@@ -32,7 +32,7 @@ program flusi
 
   call parse_command_line(command, errors)
   needs_mpi = errors%count() == 0 .and. any(command%action == [ACTION_RUN, ACTION_DRY_RUN, ACTION_SOLID])
-  ! Whatever runs without MPI is said once, also behind a launcher.
+  ! Actions without MPI print their output once, also if a launcher starts several processes.
   if (.not. needs_mpi .and. launched_rank() > 0) call exit_with(exit_code_of(OUTCOME_DONE))
   if (errors%count() > 0) then
     call errors%print(error_unit, 'flusi: ')

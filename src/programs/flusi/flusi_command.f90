@@ -21,7 +21,7 @@ module flusi_command
   type, extends(simulation_start_t) :: command_t
     integer :: action = ACTION_RUN
     logical :: flusi_compat = .false.         !< duplicate keys: the first wins
-    logical :: postprocess = .false.          !< called in FLUSI's way, results go to files
+    logical :: postprocess = .false.          !< called as FLUSI is called; results are written to files
     character(:), allocatable :: file, other_file
   end type command_t
 
@@ -55,7 +55,7 @@ contains
     call check_files(command, arguments%n_files, errors)
   end subroutine parse_command_line
 
-  !> Changes what is run or checked if --static or --solid is given.
+  !> Changes the action if --static or --solid is given.
   subroutine choose_wing_alone(command, argument, to_run, to_check, errors)
     type(command_t), intent(inout) :: command
     character(*), intent(in) :: argument

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reports what a run would need and do, without doing it.
+!> Reports what a run would need and write, without running it.
 module flusi_dry_run
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: rp
@@ -85,7 +85,7 @@ contains
       if (p%solids%is_moving) write (unit, '(a)') '  at the end summary.txt'
       if (p%solids%is_moving) write (unit, '(a)') '  surfaces '//of_sides(settings, 'wing')
       if (n > 0) then
-        ! One save at the start, one at the end, and one at each multiple between.
+        ! Fields are saved at the start, at each multiple of the interval, and at the end.
         times = ceiling(min(1.0e9_rp, max(0.0_rp, t_end - max(o%fields%first, 0.0_rp))/o%fields%interval - 1.0e-9_rp)) + 1
         bytes = n*times*product(real(p%grid%n, rp)/o%fields%stride)*merge(4, 8, o%fields%single_precision)
         write (unit, '(a,i0,a,f0.2,a)') '  fields    '//prefixes//' at about ', nint(min(times, 1.0e9_rp)), ' times: ', &
@@ -106,7 +106,7 @@ contains
     end subroutine add
   end subroutine print_files
 
-  !> Prints the names of all series, as many in each line as fit.
+  !> Prints the names of all series, as many in each line as possible.
   subroutine print_series(unit, settings)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings

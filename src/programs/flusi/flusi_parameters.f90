@@ -36,13 +36,13 @@ contains
       call errors%add(problem)
     else
       call load_settings(text, command%ini, command%flusi_compat, settings, errors, notices, world)
-      ! A dry run tells which numbers of ranks would do.
+      ! A dry run reports which numbers of ranks are possible.
       if (present(world) .and. errors%count() == 0 .and. command%action /= ACTION_DRY_RUN) &
         call check_ranks(world, settings, errors)
     end if
     if (speaks .and. errors%count() > 0) call errors%print(error_unit, '')
     if (errors%count() > 0) call outcome%end_as(OUTCOME_MISTAKE)
-    ! A file that one rank sees and another does not must not part them.
+    ! If only some ranks can read a file, all ranks must still take the same decision.
     if (present(world)) call agree_on_outcome(world, outcome)
     if (speaks .and. outcome%kind == OUTCOME_MISTAKE .and. errors%count() == 0) write (error_unit, '(a)') &
       command%ini//': only some ranks can read a file that it names'

@@ -13,7 +13,8 @@ module flusi_postprocess
 
 contains
 
-  !> Prints the key of a field, that is a few numbers that characterise it. A call in FLUSI's way also writes it to FILE.key.
+  !> Prints the key of a field, a few numbers that characterise it. If the program is called as FLUSI is called, it also writes them
+  !> to FILE.key.
   subroutine run_keyvalues(command, outcome)
     type(command_t), intent(in) :: command
     type(outcome_t), intent(inout) :: outcome

@@ -56,7 +56,7 @@ contains
     list = list//item
   end subroutine collect
 
-  !> Returns the name of a parameter, or what stands for all names that differ behind a colon.
+  !> Returns the name of a parameter, or a common name for all names that differ only behind a colon.
   pure function family_of(name) result(family)
     character(*), intent(in) :: name
     character(:), allocatable :: family
@@ -72,7 +72,7 @@ contains
     text = number_text(sign(rounded(abs(x), DIGITS), x))
   end function number
 
-  !> Returns what a number is a multiple of, as words behind it.
+  !> Returns words that follow a number and say of what it is a multiple.
   function times(scale) result(text)
     character(*), intent(in) :: scale
     character(:), allocatable :: text

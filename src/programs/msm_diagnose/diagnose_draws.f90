@@ -23,7 +23,7 @@ module diagnose_draws
   integer, parameter :: MOST(4) = [1000000, 1000, 1000, 1] !< draws, families, effects, whether the scale is known
 
   type, extends(calibration_store_t) :: draws_file_t
-    character(:), allocatable :: path !< empty: nothing is kept
+    character(:), allocatable :: path !< empty: no draws are kept
   contains
     procedure :: recall => draws_recall
     procedure :: keep => draws_keep
@@ -31,7 +31,7 @@ module diagnose_draws
 
 contains
 
-  !> Reads the null distribution of the design `key`. `is_found` is false if the file has no valid one. Not collective: one
+  !> Reads the null distribution of the design `key`. `is_found` is false if the file has none that is valid. Not collective: one
   !> process calls it.
   subroutine draws_recall(self, key, calibration, is_found)
     class(draws_file_t), intent(inout) :: self

@@ -75,7 +75,8 @@ contains
   end subroutine write_fragment
 
   !> Writes NAME.h5. For each load it holds the averages with the residuals of the baseline and of the extended wing, as they are
-  !> and whitened. It also holds the tables of modes and of records of motion, and shows where on the wing unknown causes would act.
+  !> and whitened. It also holds the tables of modes and of records of motion, and a map of where on the wing an unknown cause would
+  !> act.
   subroutine write_maps(s, simulator, d, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(wing_simulator_t), intent(inout) :: simulator
@@ -121,8 +122,8 @@ contains
     call file%publish(s%name//'.h5', .false., failure)
   end subroutine write_maps
 
-  !> Writes the posterior means and sd of the pattern strengths over their largest prior sd, from the whole misfit of the
-  !> baseline, with the place of each pattern.
+  !> Writes, with the site of each pattern, the posterior mean and sd of its strength from the whole misfit of the baseline, divided
+  !> by the largest prior sd of all patterns.
   subroutine write_unknown(file, simulator, d, failure)
     type(hdf5_file_t), intent(in) :: file
     type(wing_simulator_t), intent(in) :: simulator

@@ -36,7 +36,7 @@ contains
   end function parameter_finding
 
   !> Returns in words the smallest strength of effect e that these data would show in nine of ten experiments. There is a part for
-  !> each of its parameters that shows alone, for an increase of its coordinate. The text is empty if none shows at any strength.
+  !> each of its parameters that is detectable alone, for an increase of its coordinate. The text is empty if none is detectable.
   function shows_from(s, d, e) result(text)
     class(diagnosis_case_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d

@@ -28,13 +28,13 @@ module diagnose_flight_case
   public :: flight_case_t
 
   real(rp), parameter :: REFINEMENT = 1.5_rp !< of points and steps of a finer grid
-  real(rp), parameter :: SECONDS = 6.0e-7_rp !< of one point and step on one rank, roughly
+  real(rp), parameter :: SECONDS = 6.0e-7_rp !< of one step for each point on one rank, roughly
   character(*), parameter :: NL = new_line('a')
 
   type :: flight_case_t
     character(:), allocatable :: path         !< from the root
-    integer :: beats = 1                      !< that are flown
-    type(settings_t) :: settings              !< of the case as it is
+    integer :: beats = 1                      !< number of simulated beats
+    type(settings_t) :: settings              !< of the given case
     type(kinematics_choices_t) :: kinematics
     type(body_motion_choices_t) :: body
   contains
@@ -83,7 +83,7 @@ contains
     end associate
   end subroutine case_load
 
-  !> Fills `facts` with what is known of the case before any flight.
+  !> Fills `facts` with what is known about the case before any flight.
   subroutine case_tell(self, facts)
     class(flight_case_t), intent(in) :: self
     type(flight_facts_t), intent(inout) :: facts
@@ -236,8 +236,8 @@ contains
     end do
   end function numbers
 
-  !> Returns the keys of a grid with about half as many points again in each direction, an even number, and of a sponge of the
-  !> same physical size.
+  !> Returns the keys of a grid with about 1.5 times as many points in each direction, in even numbers, and of a sponge of the same
+  !> physical size.
   function finer_grid(s) result(text)
     type(settings_t), intent(in) :: s
     character(:), allocatable :: text
@@ -271,8 +271,8 @@ contains
     call load_settings(self%text(request), self%name(), .false., settings, errors, notices, world)
   end subroutine case_read
 
-  !> Returns a word that differs whenever the inputs of a flight or the version of the program differ. `reason` is allocated, and
-  !> says why, if the inputs are not valid. Not collective.
+  !> Returns a word that identifies the inputs of a flight and the version of the program. If the inputs are not valid, `reason` is
+  !> allocated and says why. Not collective.
   subroutine case_fingerprint(self, request, word, reason)
     class(flight_case_t), intent(in) :: self
     type(flight_request_t), intent(in) :: request

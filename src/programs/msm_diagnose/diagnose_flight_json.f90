@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Writes records of forces over the beat to NAME.json: as measured, as simulated by the case as it is, and as simulated with the
-!> causes that were found. It also writes the case with these causes for flusi.
+!> Writes records of forces over the beat to NAME.json: measured, simulated by the given case, and simulated with the causes that
+!> were found. It also writes the case with these causes for flusi.
 module diagnose_flight_json
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -72,7 +72,7 @@ contains
 
   contains
 
-    !> Writes the measured values plus residuals(:), which are in sd, at the times at which values are known.
+    !> Writes the measured values plus residuals(:), which are in sd, at the times with known values.
     subroutine put_residuals(name, residuals)
       character(*), intent(in) :: name
       real(rp), intent(in) :: residuals(:)
@@ -99,7 +99,7 @@ contains
     end select
   end subroutine use_flight_of
 
-  !> Adds how far the causes moved in the rounds of flights, if there were any.
+  !> Adds by how much the fitted values changed in each round of flights, if there were any.
   subroutine put_rounds(json, d)
     type(json_t), intent(inout) :: json
     type(diagnosis_t), intent(in) :: d
@@ -110,8 +110,8 @@ contains
     call json%put('no_more_rounds', d%rounds%reason)
   end subroutine put_rounds
 
-  !> Writes NAME_extended_flight.ini: the case with the errors of the kinematics and the flow that were found. A comment states
-  !> another beat frequency. Writes nothing if no other error was found.
+  !> Writes NAME_extended_flight.ini: the case with the errors of the kinematics and the flow that were found. Another beat
+  !> frequency is only mentioned in a comment. Writes nothing if no other error was found.
   subroutine write_extended_flight(s, d, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d

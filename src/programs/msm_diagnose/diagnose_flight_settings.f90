@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Handles the section [Flight] of a diagnosis. It reads the case that simulates the experiment in which forces were recorded,
-!> checks that the records fit the case, estimates the cost of the flights, and has them flown.
+!> checks that the records fit the case, estimates the cost of the flights, and starts their simulation.
 module diagnose_flight_settings
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -71,7 +71,7 @@ contains
     data%response%wind = runner%facts%wind
   end subroutine load_flights
 
-  !> Adds an error for every name in `effects` that is no effect of a flight.
+  !> Adds a mistake for every name in `effects` that is not an effect of a flight.
   subroutine check_effects(config, effects, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: effects
@@ -99,8 +99,8 @@ contains
     end do
   end subroutine check_effects
 
-  !> Complains about records that do not belong to this case: another frequency of the beat, or components that the case does not
-  !> have.
+  !> Adds a mistake for every record that does not belong to this case: another frequency of the beat, or components that the case
+  !> does not have.
   subroutine check_records(measurement, runner, errors)
     type(measurement_t), intent(in) :: measurement
     type(flusi_runner_t), intent(in) :: runner
@@ -128,8 +128,8 @@ contains
     end associate
   end subroutine check_records
 
-  !> Prints on `unit` how many flights are needed and what they may cost, and how many more there may be in `most_rounds` rounds
-  !> with what is found. Not collective: rank 0 calls it.
+  !> Prints on `unit` how many flights are needed and what they may cost, and how many more may follow in `most_rounds` rounds with
+  !> the fitted values. Not collective: rank 0 calls it.
   subroutine print_cost(unit, most_rounds, runner, data, world)
     integer, intent(in) :: unit, most_rounds
     type(flusi_runner_t), intent(inout) :: runner

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Simulates flights with `flusi` inside this program. Groups of ranks simulate whole flights, each in a folder of its own, whose
-!> name depends on the inputs of the flight. A flight that has ended is read and not flown again. An interrupted flight continues
-!> from its backup, or begins again if it has none.
+!> name depends on the inputs of the flight. A flight that has ended is read and not simulated again. An interrupted flight
+!> continues from its backup, or begins again if it has none.
 module diagnose_flights
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: failure_t, message_list_t
@@ -50,8 +50,8 @@ module diagnose_flights
 contains
 
   !> Simulates the requests whose folders hold no ended flight; each group of ranks does one at a time. Then rank 0 reads all
-  !> records. `outcome` is a failure if a flight cannot be begun or was stopped. A flight that ends by itself without a result gives
-  !> the reason in its record. Collective.
+  !> records. `outcome` is a failure if a flight cannot be begun or was stopped. The record of a flight that ends by itself without
+  !> a result has the reason. Collective.
   subroutine runner_fly(self, world, requests, records, outcome)
     class(flusi_runner_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -67,13 +67,13 @@ contains
     ranks = world%size
     if (self%ranks > 0) ranks = min(ranks, self%ranks)
     n_groups = world%size/ranks
-    own = min(world%rank/ranks, n_groups) ! the last group has those that are left over, and does not fly
+    own = min(world%rank/ranks, n_groups) ! the last group has the ranks that are left over, and simulates nothing
     call world%split(own, group)
     k = 0
     do i = 1, size(requests)
       if (names(i)%has_ended .or. names(i)%reason /= '') cycle
       if (any([(names(i)%folder == names(k)%folder, k=1, i - 1)])) cycle
-      k = count(.not. names(:i - 1)%has_ended) ! static order: groups take turns
+      k = count(.not. names(:i - 1)%has_ended) ! groups take turns in a fixed order
       if (modulo(k, n_groups) /= own .or. .not. outcome%is_good()) cycle
       call fly_one(self, group, requests(i), names(i)%folder, outcome)
     end do
@@ -100,7 +100,7 @@ contains
     if (.not. outcome%failure%failed) call outcome%fail(kind, reason)
   end subroutine agree
 
-  !> Returns how many of the requests have not been flown. Not collective.
+  !> Returns how many of the requests have not been simulated. Not collective.
   integer function runner_count_missing(self, requests) result(n)
     class(flusi_runner_t), intent(inout) :: self
     type(flight_request_t), intent(in) :: requests(:)
@@ -186,13 +186,13 @@ contains
                      'to continue')
   end subroutine fly_one
 
-  !> Writes the input file of a flight into its folder, which it makes if it is missing. Fails if it cannot.
+  !> Writes the input file of a flight into its folder, which it makes if it is missing. Fails if it cannot write the file.
   subroutine write_start(self, request, folder, failure)
     class(flusi_runner_t), intent(in) :: self
     type(flight_request_t), intent(in) :: request
     character(*), intent(in) :: folder
     type(failure_t), intent(inout) :: failure
-    type(failure_t) :: unmade(2) ! does not matter if another group has just made the folder
+    type(failure_t) :: unmade(2) ! ignored, because another group may have made the folder just before
     if (.not. file_exists(self%folder//'/.')) call make_folder(self%folder, unmade(1))
     if (.not. file_exists(folder//'/.')) call make_folder(folder, unmade(2))
     call write_text(join_path(folder, INI), self%case%text(request), failure)
@@ -221,7 +221,7 @@ contains
     deallocate (simulation)
   end subroutine simulate
 
-  !> Writes the mark of a flight that has ended and need not be flown again. Fails if it cannot.
+  !> Writes the mark of a flight that has ended and need not be simulated again. Fails if it cannot write it.
   subroutine write_end(outcome, failure)
     type(outcome_t), intent(in) :: outcome
     type(failure_t), intent(inout) :: failure

@@ -49,10 +49,10 @@ module diagnose_job
     type(diagnosis_t) :: diagnosis
     type(discretisation_error_t) :: discretisation
     type(further_runs_t) :: further
-    logical :: has_discretisation = .false. !< the band can be sought
-    logical :: is_over = .false.            !< nothing is left to do
+    logical :: has_discretisation = .false. !< the error of the mesh can be estimated
+    logical :: is_over = .false.            !< there is nothing left to do
     type(lock_t), private :: lock !< of the files, on rank 0
-    type(journal_t), private :: journal !< of what was computed, on rank 0
+    type(journal_t), private :: journal !< of all computed results, on rank 0
     type(outcome_t) :: outcome  !< of the program
   contains
     procedure :: load => diagnose_load
@@ -132,7 +132,8 @@ contains
     end associate
   end subroutine fly
 
-  !> Makes the diagnosis, prints it and writes the files; for a plan it prints what the loads could show. Only rank 0 calls it.
+  !> Makes the diagnosis, prints it and writes the files; for a plan it prints the smallest effects that the loads would show. Only
+  !> rank 0 calls it.
   subroutine diagnose_lead(self, command)
     class(diagnose_t), intent(inout), target :: self
     type(diagnose_command_t), intent(in) :: command
@@ -182,8 +183,8 @@ contains
     call self%outcome%classify(OUTCOME_UNWRITABLE)
   end subroutine diagnose_lead
 
-  !> Locks the files against another run, which also shows whether they can be written, and moves the results of an earlier
-  !> diagnosis aside. No verdict is then left if this run ends without one. Only rank 0 calls it.
+  !> Locks the files against another run, which also shows whether they can be written. Renames the results of an earlier diagnosis,
+  !> so that no verdict is left if this run ends without one. Only rank 0 calls it.
   subroutine prepare_files(self, is_plan)
     class(diagnose_t), intent(inout) :: self
     logical, intent(in) :: is_plan
@@ -203,13 +204,13 @@ contains
       if (is_plan .neqv. i == size(RESULTS)) cycle
       path = self%settings%name//trim(RESULTS(i))
       call move_earlier_file(path, has_moved, failure)
-      if (has_moved) write (error_unit, '(a)') 'notice: '//path//' of an earlier diagnosis is '//path//EARLIER_SUFFIX//' now'
+      if (has_moved) write (error_unit, '(a)') 'notice: '//path//' of an earlier diagnosis was renamed to '//path//EARLIER_SUFFIX
     end do
     if (failure%failed) call self%outcome%fail(OUTCOME_UNWRITABLE, failure%reason)
     flush (error_unit)
   end subroutine prepare_files
 
-  !> Begins to keep what is computed in a journal. If the journal is of a diagnosis of the same inputs that did not end, this
+  !> Begins to store all computed results in a journal. If there is a journal of an unfinished diagnosis of the same inputs, this
   !> diagnosis continues it. Only rank 0 calls it.
   subroutine begin_journal(self, command)
     class(diagnose_t), intent(inout), target :: self
@@ -240,8 +241,8 @@ contains
     call self%further%shut_down()
   end subroutine diagnose_shut_down
 
-  !> Returns the points from which fits start, one in each column. The first has the values of [Wing], or those at which the fit
-  !> for the error of the mesh ended. The others are random points about the values of [Wing].
+  !> Returns the points from which fits start, one in each column. The first start has the values of [Wing], or the result of the
+  !> fit for the error of the mesh. The other starts are random points about the values of [Wing].
   function starts(self) result(points)
     class(diagnose_t), intent(in) :: self
     real(rp), allocatable :: points(:, :)
@@ -267,7 +268,7 @@ contains
     if (self%outcome%failure%failed .and. (self%world%is_root .or. .not. self%is_over)) &
       write (error_unit, '(a)') 'msm_diagnose: '//self%outcome%failure%reason
     flush (error_unit)
-    ! What a stop or a full disk ended goes on later.
+    ! After a stop or a full disk, the journal is kept for a later run.
     call self%journal%finish(all(self%outcome%kind /= [OUTCOME_UNWRITABLE, OUTCOME_STOPPED]))
     call self%lock%release()
     call self%simulator%free()

@@ -75,7 +75,7 @@ contains
     call write_text(s%name//'.json', json%text, failure)
   end subroutine write_diagnosis_json
 
-  !> Lists the rival effects, each with the variant that comes nearest to the first cause.
+  !> Lists the rival effects, each with the variant that is hardest to distinguish from the first cause.
   subroutine put_rivals(json, s, d, next)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
@@ -99,7 +99,7 @@ contains
     call json%close()
   end subroutine put_rivals
 
-  !> Writes the verdict, its probability and the tests that it rests on.
+  !> Writes the verdict, its probability and the tests behind it.
   subroutine put_verdict(json, s, d, unknown)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
@@ -152,7 +152,7 @@ contains
     end associate
   end subroutine put_verdict
 
-  !> Writes the errors of the measurement, declared and found.
+  !> Writes the declared and the estimated errors of the measurement.
   subroutine put_noise(json, s, d)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
@@ -238,7 +238,7 @@ contains
     call json%close()
   end subroutine put_findings
 
-  !> Writes what is known about effect `e`: whether it was tested, how likely it is and from which strength it shows.
+  !> Writes what is known about effect `e`: whether it was tested, how likely it is and from which strength on it is detectable.
   subroutine put_effect(json, s, d, e)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
@@ -276,7 +276,7 @@ contains
           call json%put('log_evidence', d%hypotheses%effect(e))
           call json%put('posterior', d%decision%posterior(e))
           call json%put('detectable_snr', d%detectable_snr(e))
-          ! A parameter that the baseline imitates alone shows at no strength.
+          ! A parameter that the baseline imitates completely is not detectable at any strength.
           call json%put('detectable', [(merge(huge(1.0_rp), d%detectable_snr(e)/max(norm2(one%tangents(:, i)), FAINT), &
                                               norm2(one%tangents(:, i)) < FAINT), i=1, size(one%columns))])
           call json%put('shows_from', shows_from(s, d, e))

@@ -11,8 +11,8 @@ module diagnose_json_parts
 
 contains
 
-  !> Adds the member `mesh_band`, the error of the mesh, to the open object. `is_fitted_on` means that everything is fitted on the
-  !> finer mesh.
+  !> Adds the member `mesh_band`, the error of the mesh, to the open object. `is_fitted_on` tells whether all fits use the finer
+  !> mesh.
   subroutine put_discretisation(json, discretisation, is_fitted_on)
     type(json_t), intent(inout) :: json
     type(discretisation_error_t), intent(in) :: discretisation

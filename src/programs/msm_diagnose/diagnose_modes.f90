@@ -31,7 +31,7 @@ contains
     if (.not. allocated(s%modes)) return
     associate (modes => s%measurement%modes, rows => s%modes)
       i = maxloc([(abs(rows(k)%frequency(1) - modes(k)%frequency)/modes(k)%frequency_sigma, k=1, size(rows))], 1)
-      text = 'modes     worst is '//modes(i)%name//': '//fixed(modes(i)%frequency, 1)//' +- '// &
+      text = 'modes     the worst fit is that of '//modes(i)%name//': '//fixed(modes(i)%frequency, 1)//' +- '// &
              fixed(modes(i)%frequency_sigma, 1)//' Hz, baseline '//fixed(rows(i)%frequency(1), 1)//' Hz (MAC '// &
              fixed(rows(i)%mac(1), 3)//')'
       if (d%extended%is_found) text = text//', extended '//fixed(rows(i)%frequency(2), 1)//' Hz (MAC '// &

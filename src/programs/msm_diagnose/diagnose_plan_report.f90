@@ -48,7 +48,7 @@ contains
     if (found%has_loads) call print_best_loads(unit, s, found%best_loads)
     write (unit, '(a)') '', 'These strengths assume that the declared errors are right and that the data have no other errors.'
     if (s%measurement%is_plan .and. any(s%measurement%loads%has_surface) .and. s%noise%model%length > 0) write (unit, '(a)') &
-      'Errors of heights count in full as independent errors and in full as correlated errors, because their shares are not '// &
+      'Errors of heights count in full as independent errors and in full as correlated errors, because their fractions are not '// &
       'known before the measurement.'
     if (s%finds_discretisation) write (unit, '(a)') &
       'A diagnosis with `refine = yes` also counts the error of the mesh, and needs stronger effects.'
@@ -56,7 +56,7 @@ contains
     call write_plan(s, found%design, found%snr, found%best_loads, failure)
   end subroutine print_plan
 
-  !> Prints for each effect the load at a new place that would lower its smallest strength most.
+  !> Prints for each effect the load at a new site that would lower its smallest strength most.
   subroutine print_best_loads(unit, s, best_loads)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -76,7 +76,7 @@ contains
     end do
   end subroutine print_best_loads
 
-  !> Prints the variant of effect e that shows best and its smallest detectable strength.
+  !> Prints the variant of effect e that is easiest to detect, and its smallest detectable strength.
   subroutine print_detectable(unit, s, design, e, snr)
     integer, intent(in) :: unit, e
     type(diagnose_settings_t), intent(in) :: s

@@ -33,9 +33,9 @@ module diagnose_settings
   type, extends(diagnosis_case_t) :: diagnose_settings_t
     type(config_t) :: config
     type(diagnose_choices_t) :: choices
-    logical :: finds_discretisation = .false. !< what another mesh changes counts as an error
+    logical :: finds_discretisation = .false. !< the change by another mesh counts as an error
     character(:), allocatable :: name       !< first part of the names of the files to write
-    type(flusi_runner_t) :: runner          !< of flights
+    type(flusi_runner_t) :: runner          !< simulates flights
     character(:), allocatable :: draws_path !< of the file with the null distribution; empty: it is not kept
   end type diagnose_settings_t
 
@@ -78,7 +78,7 @@ contains
     if (errors%count() == 0) call make_all(s, errors, notices)
   end subroutine load_diagnose_settings
 
-  !> Complains if a measurement of natural modes or motion lacks what it needs: the mass of the wing, a wing that is flat and
+  !> Adds a mistake if a measurement of natural modes or motion lacks what it needs: the mass of the wing, a wing that is flat and
   !> free of stress at rest and, for modes under loads, a stiff clamp.
   subroutine check_modes(s, errors)
     type(diagnose_settings_t), intent(in) :: s
@@ -104,7 +104,7 @@ contains
     end associate
   end subroutine check_modes
 
-  !> Complains if a result would overwrite a file that is read.
+  !> Adds a mistake if a result would overwrite a file that is read.
   subroutine check_output_files(s, errors)
     type(diagnose_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: errors
@@ -161,7 +161,7 @@ contains
     end associate
   end subroutine read_options
 
-  !> Makes the experiment, the averages and the catalogue, and finds what neighbouring heights say about their errors.
+  !> Makes the experiment, the averages and the catalogue, and estimates the errors of heights from neighbouring heights.
   subroutine make_all(s, errors, notices)
     type(diagnose_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors, notices
@@ -171,7 +171,7 @@ contains
     if (is_loaded_from_both_sides(s%measurement) .and. size(s%wing_case%wing%joints) > 0) &
       s%wing_case%requested%effects%has_sides = .true.
     if (s%wing_case%has_mass) call s%parts%init(s%wing_case%wing, s%wing_case%mass)
-    if (s%only_flies()) then ! the mechanics do not matter, nor does the mesh
+    if (s%only_flies()) then ! neither the mechanics nor the mesh matters
       s%free_parameters%numbers = [integer ::]
       s%finds_discretisation = .false.
     end if
@@ -199,7 +199,7 @@ contains
     if (s%noise%warning /= '') call notices%add(s%measurement_path//': '//s%noise%warning)
   end subroutine make_all
 
-  !> Tells whether some loads push up and others down, without which one-way joints cannot show.
+  !> Tells whether some loads push up and others down, which the detection of one-way joints needs.
   pure logical function is_loaded_from_both_sides(m) result(is_it)
     type(measurement_t), intent(in) :: m
     integer :: l

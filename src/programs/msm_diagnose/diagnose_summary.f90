@@ -42,7 +42,7 @@ contains
       if (s%bins%n == 0) what = 'the motion'
       what = what//' after a refit, as a signal-to-noise ratio of '//fixed(discretisation%snr, 1)//' ('// &
              number_text(discretisation%n_points)//' points'
-      if (s%fits_finer) what = what//', on which all is fitted'
+      if (s%fits_finer) what = what//'; all fits use this mesh'
       write (unit, '(a)') 'mesh      changes '//what//')'
     end if
     call print_misfit(unit, s, d)
@@ -58,7 +58,7 @@ contains
     if (size(zeros%value) > 1) call print_zeros(unit, zeros)
     if (d%prediction%has_gain) then
       write (unit, '(a)') 'gain      of log predictive density '//fixed(d%prediction%gain, 2)//' +- '// &
-        fixed(d%prediction%gain_error, 2)//' for a location that was left out'
+        fixed(d%prediction%gain_error, 2)//' for each location that was left out'
     end if
     call print_modes(unit, s, d)
     if (size(next%order) > 0) call print_next(unit, s, d, next)
@@ -69,7 +69,7 @@ contains
     flush (unit)
   end subroutine print_verdict
 
-  !> Prints how well the baseline fits, and how surely something is left.
+  !> Prints how well the baseline fits, and the probability that noise alone gives such a misfit.
   subroutine print_misfit(unit, s, d)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -79,13 +79,14 @@ contains
         s%measurement%count_flight_observations()
     write (unit, '(a)') 'baseline  chi^2 = '//fixed(d%initial_baseline%chi2, 1)//' of '//number_text(n)// &
       ' numbers; variance over that of the noise model '//fixed(d%scale, 3)
-    write (unit, '(a)') 'misfit    chance alone does this with p = '//probability_text(d%decision%log_p_global)// &
+    write (unit, '(a)') 'misfit    noise alone gives differences of this size with p = '// &
+      probability_text(d%decision%log_p_global)// &
       ' (all tests and checks together); signal-to-noise ratio of the causes '//fixed(d%decision%snr, 1)
     if (hides_cause(n, d)) write (unit, '(a)') '          (a good chi^2 can hide a cause: it sums the noise of all '// &
       'observations, and a cause shows in few combinations of them)'
   end subroutine print_misfit
 
-  !> Tells whether something was found although the sum of squares is like that of noise, at most two of its sd above its mean.
+  !> Tells whether a misfit was found although the sum of squares is at most two sd above the mean that noise gives.
   pure logical function hides_cause(n, d) result(hides)
     integer, intent(in) :: n
     type(diagnosis_t), intent(in) :: d
@@ -111,10 +112,10 @@ contains
     character(200) :: line
     integer :: i
     i = maxloc(abs(zeros%difference)/max(zeros%error, tiny(1.0_rp)), 1)
-    write (line, '(a,es9.2,a,es8.1,3a)') ' reads ', abs(zeros%difference(i)), ' m +-', zeros%error(i), ' m ', &
-      merge('more', 'less', zeros%difference(i) > 0), ' than '
-    write (unit, '(a)') 'zeros     '//trim(zeros%names(i))//trim(line)//' '//trim(zeros%names(1))// &
-      '; they are equal with p = '//probability_text(zeros%log_p)
+    write (line, '(a,es9.2,a,es8.1,3a)') ' is ', abs(zeros%difference(i)), ' m +-', zeros%error(i), ' m ', &
+      merge('above', 'below', zeros%difference(i) > 0), ' that of '
+    write (unit, '(a)') 'zeros     the zero of '//trim(zeros%names(i))//trim(line)//' '//trim(zeros%names(1))// &
+      '; p = '//probability_text(zeros%log_p)//' if all zeros are equal'
   end subroutine print_zeros
 
   !> Prints the check of the residuals that speaks against the baseline, if there is one.
@@ -124,11 +125,11 @@ contains
     integer :: at
     at = alarm_of(d)
     if (at == 0) return
-    write (unit, '(a)') 'check     of what the baseline leaves: '//d%checks(at)%sentence//' (p = '// &
+    write (unit, '(a)') 'check     of the residuals of the baseline: '//d%checks(at)%sentence//' (p = '// &
       probability_text(d%checks(at)%log_p)//' of '//number_text(count(d%checks%takes_part))//' checks)'
   end subroutine print_alarm
 
-  !> Prints the measurement that separates the cause from its nearest rival best. It is a repeat or a load at a new place.
+  !> Prints the measurement that separates the cause from its nearest rival best. It is a repeat or a load at a new site.
   subroutine print_next(unit, s, d, next)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -154,8 +155,8 @@ contains
     if (after < NOTHING) then
       write (unit, '(a)') 'next      '//what_was_tried(s)//' would distinguish '//cause//' from '//rival
     else
-      write (unit, '(a)') 'next      '//what//': '//cause//' is then '//fixed(after, 1)//' sd from all others, now '// &
-        fixed(next%now(1), 1)//' sd from '//rival
+      write (unit, '(a)') 'next      '//what//': after it, at least '//fixed(after, 1)//' sd separate '//cause// &
+        ' from every rival; at present '//fixed(next%now(1), 1)//' sd separate it from '//rival
     end if
 
   contains
@@ -168,7 +169,7 @@ contains
 
   end subroutine print_next
 
-  !> Returns which measurements were tried in vain: a further point load where there are loads, and what else there is once more.
+  !> Names the measurements that would not help: a further point load if there are loads, and a repeat of every other kind of data.
   function what_was_tried(s) result(text)
     type(diagnose_settings_t), intent(in) :: s
     character(:), allocatable :: text, others
@@ -206,9 +207,9 @@ contains
       return
     end if
     write (unit, '(a)') what//' averages over squares of '//fixed(1.0e3_rp*s%bins%size, 2)//' mm; '//s%measurement_path
-    what = 'noise     neighbours scatter by '//fixed(1.0e6_rp*s%noise%white, 2)//' um, declared are '// &
-           fixed(1.0e6_rp*s%noise%declared, 2)//' um'
-    if (s%outliers%n > 0) what = what//'; '//number_text(s%outliers%n)//' heights stand out and are left out'
+    what = 'noise     neighbouring heights scatter by '//fixed(1.0e6_rp*s%noise%white, 2)// &
+           ' um; the declared standard deviation is '//fixed(1.0e6_rp*s%noise%declared, 2)//' um'
+    if (s%outliers%n > 0) what = what//'; '//number_text(s%outliers%n)//' outliers are left out'
     write (unit, '(a)') what
   end subroutine print_data
 
@@ -259,8 +260,8 @@ contains
     text = text//' (probability '//trim(percent)//' %)'//unsettled(d)
   end function verdict_sentence
 
-  !> Returns by how much the causes still moved when they were flown for the last time. The text is empty if they have settled, or
-  !> if there are none or nothing was flown again.
+  !> Returns by how much the fitted values still changed in the last round of simulated flights. The text is empty if they have
+  !> settled, if there are no causes, or if no flight was simulated again.
   function unsettled(d) result(text)
     type(diagnosis_t), intent(in) :: d
     character(:), allocatable :: text
@@ -271,7 +272,7 @@ contains
     if (d%rounds%reason /= '') then
       text = '; not simulated with the fitted values: '//d%rounds%reason
     else if (size(d%rounds%moved) > 0) then
-      text = '; not settled: simulated with the fitted values, this still moves by '// &
+      text = '; not settled: the last simulation with the fitted values still changed them by '// &
              fixed(d%rounds%moved(size(d%rounds%moved)), 1)//' sd'
     end if
   end function unsettled
@@ -310,7 +311,7 @@ contains
     end select
   end function because
 
-  !> Returns the title and the place of cause i of the verdict.
+  !> Returns the title and the site of cause i of the verdict.
   function cause_name(s, d, i) result(text)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d

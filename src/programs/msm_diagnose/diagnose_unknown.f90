@@ -63,7 +63,7 @@ contains
     do i = 1, size(unknown%related)
       text = text//'; '//trim(unknown%names(i))//' ('//number_text(nint(100*unknown%related(i)%explained))//' %)'
     end do
-    write (unit, '(a)') '          related, not sufficient (share of the misfit): '//text(3:)
+    write (unit, '(a)') '          related, but not sufficient (fraction of the misfit explained): '//text(3:)
   end subroutine print_unknown
 
   !> Describes in words the largest part of the region.

@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Finds the words for the parameters of causes, which the causes have, and chooses prefixes of units. base_wording defines the
-!> scales.
+!> Finds the words for a parameter in the record of its cause, and chooses prefixes of units. base_wording defines the scales.
 module diagnose_wordings
   use base_kinds, only: rp
   use base_wording, only: displayed, word_by_name, wording_t, SCALE_PLAIN, UNIT_OF_PARAMETER
@@ -25,7 +24,7 @@ contains
     if (w%scale == SCALE_PLAIN) call choose_prefix(w, best)
   end function find_wording
 
-  !> Chooses a prefix that brings the number between 1 and 1000, if the unit takes one.
+  !> Chooses a prefix that brings the number between 1 and 1000, if the unit can have one.
   subroutine choose_prefix(w, best)
     type(wording_t), intent(inout) :: w
     real(rp), intent(in) :: best

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Describes a parameter of a cause in a sentence for people: its direction, size, unit and uncertainty.
 !>
-!> | known of it | the sentence has |
+!> | known about the parameter | the sentence contains |
 !> |---|---|
-!> | an interval without "nothing" | the value and both ends |
-!> | an interval with "nothing" inside | both ends, and "perhaps" |
-!> | one end | "at least" or "at most", and no value |
-!> | no end | that the data do not determine it, and no value |
-!> | an interval was not sought | "about" and the value |
+!> | an interval that excludes no effect | the value and both ends |
+!> | an interval that contains no effect | both ends, and "perhaps" |
+!> | one end of the interval | "at least" or "at most", and no value |
+!> | no end of the interval | that the data do not determine it, and no value |
+!> | no interval was computed | "about" and the value |
 !>
 !> The words of each parameter are in the record of its cause: see diagnosis_causes. diagnose_wordings finds them.
 module diagnose_words
@@ -27,12 +27,12 @@ module diagnose_words
     character(:), allocatable :: name    !< of the parameter, as in ini files
     character(:), allocatable :: unit
     character(:), allocatable :: site   !< in words, or empty
-    real(rp) :: null = 0                 !< what was assumed
+    real(rp) :: null = 0                 !< assumed value
     real(rp) :: best = 0
-    logical :: has_interval = .false.    !< one was sought
+    logical :: has_interval = .false.    !< an interval was computed
     logical :: has_lower = .false., has_upper = .false.
-    real(rp) :: lower = 0, upper = 0     !< of 90 %, where there are ends
-    logical :: is_jump = .false.         !< an end is where a shape jumps
+    real(rp) :: lower = 0, upper = 0     !< ends of the 90 % interval, if it has them
+    logical :: is_jump = .false.         !< the interval ends where a shape jumps
   end type finding_t
 
   !> These are the numbers of a finding as they are displayed.
@@ -40,10 +40,10 @@ module diagnose_words
     type(wording_t) :: w
     real(rp) :: shown(3) = 0        !< lower end, value and upper end
     real(rp) :: nothing = 0         !< what is displayed if nothing happens
-    logical :: is_times = .false.   !< as "3.1 times"
-    logical :: is_absolute = .false. !< not as so much more or less
-    logical :: is_up = .false.      !< the value is above nothing
-    integer :: decimals = 0           !< behind the point
+    logical :: is_times = .false.   !< displayed as "3.1 times"
+    logical :: is_absolute = .false. !< not displayed as a difference
+    logical :: is_up = .false.      !< the value is above `nothing`
+    integer :: decimals = 0           !< digits behind the decimal point
   end type numbers_t
 
 contains
@@ -57,7 +57,7 @@ contains
     n%w = find_wording(finding%name, finding%unit, finding%site, finding%null, finding%best)
     n%shown = displayed(n%w, [finding%lower, finding%best, finding%upper])
     has = [finding%has_lower, finding%has_upper]
-    if (displayed(n%w, finding%best + max(abs(finding%best), SMALL)*SMALL) < n%shown(2)) then ! it falls with the value
+    if (displayed(n%w, finding%best + max(abs(finding%best), SMALL)*SMALL) < n%shown(2)) then ! it decreases with the value
       n%shown = n%shown([3, 2, 1])
       has = has([2, 1])
     end if
@@ -77,8 +77,8 @@ contains
     if (n%w%is_natural .and. abs(finding%null - n%w%reference) > 0) text = text//'; the input assumes that it is present'
   end function finding_text
 
-  !> Returns by how much a parameter at `best` differs from nothing, without the words that lead to the number, as in "25 % higher
-  !> than at the root".
+  !> Returns by how much a parameter at `best` differs from no effect, without the words before the number, as in "25 % higher than
+  !> at the root".
   function strength_text(finding) result(text)
     type(finding_t), intent(in) :: finding
     character(:), allocatable :: text
@@ -98,7 +98,7 @@ contains
     character(:), allocatable :: text, lead, tail
     character(*), parameter :: SURE = ' with 90 % confidence', HALF = ' with 95 % confidence', &
                                UNKNOWN = ' (these data do not say how much)'
-    real(rp) :: inner, outer ! the ends toward and away from nothing
+    real(rp) :: inner, outer ! the ends toward `nothing` and away from it
     lead = n%w%down
     if (n%is_up) lead = n%w%up
     inner = merge(n%shown(1), n%shown(3), n%is_up)

@@ -19,7 +19,7 @@ program msm_diagnose
   type(world_t) :: world
 
   call parse_diagnose_command(command, errors)
-  ! Whatever runs without MPI is said once, also behind a launcher.
+  ! Actions without MPI print their output once, also if a launcher starts several processes.
   if (errors%count() > 0 .or. any(command%action == [DIAGNOSE_HELP, DIAGNOSE_VERSION, DIAGNOSE_PARAMETERS, DIAGNOSE_CAUSES])) then
     if (launched_rank() > 0) call exit_with(exit_code_of(OUTCOME_DONE))
     select case (merge(0, command%action, errors%count() > 0))

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> msm_probe wing|measurement FILE reads a file without a seal before another program does. Damage that crashes the HDF5 library
-!> then ends this process and not the other one. Exit code 0 means that the file can be read; it may still have mistakes.
+!> msm_probe wing|measurement FILE reads a file without a seal before another program does. If damage crashes the HDF5 library, it
+!> ends this process and not the other program. Exit code 0 means that the file can be read; it may still have mistakes.
 program msm_probe
   use base_errors, only: failure_t, message_list_t
   use base_outcome, only: exit_code_of, OUTCOME_DONE, OUTCOME_MISTAKE

@@ -18,7 +18,7 @@ program msm_train
   type(outcome_t) :: outcome
 
   call parse_train_command(command, errors)
-  ! Whatever runs without MPI is said once, also behind a launcher.
+  ! Actions without MPI print their output once, also if a launcher starts several processes.
   if (errors%count() > 0 .or. any(command%action == [TRAIN_HELP, TRAIN_VERSION, TRAIN_PARAMETERS])) then
     if (launched_rank() > 0) call exit_with(exit_code_of(OUTCOME_DONE))
     select case (merge(0, command%action, errors%count() > 0))

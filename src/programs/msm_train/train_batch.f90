@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Carries out what the command line of `msm_train` asks for, for one individual after another. It checks all inputs before it
-!> begins the first individual. If one individual cannot be trained, the others still are.
+!> begins the first individual. If one individual cannot be trained, it continues with the others.
 module train_batch
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: failure_t, message_list_t
@@ -22,7 +22,8 @@ module train_batch
 contains
 
   !> Carries out `command` for every individual. A stop or files that cannot be written end the work at once. `outcome` is that of
-  !> the first individual that was not done, or done if all are; its kind is the same on all ranks. Collective.
+  !> the first individual whose training did not reach its end, or OUTCOME_DONE if all did; its kind is the same on all ranks.
+  !> Collective.
   subroutine train_individuals(command, world, outcome)
     type(train_command_t), intent(in) :: command
     type(world_t), intent(in) :: world
@@ -81,7 +82,7 @@ contains
 
   contains
 
-    !> Adds the messages of individual `number` that are not there yet; most of the input is common to all individuals.
+    !> Adds the messages of individual `number` that are not in the list yet; most of the input is common to all individuals.
     subroutine add_new_messages(number)
       integer, intent(in) :: number
       type(message_list_t) :: own_errors, own_notices
@@ -92,7 +93,7 @@ contains
     end subroutine add_new_messages
   end subroutine check_all
 
-  !> Adds those messages of `more` that `all` does not have yet.
+  !> Adds the messages of `more` that `all` does not have yet.
   subroutine add_new(all, more)
     type(message_list_t), intent(inout) :: all
     type(message_list_t), intent(in) :: more

@@ -19,8 +19,8 @@ module train_command
     character(:), allocatable :: ini          !< parameter file
     logical :: restart = .false.
     character(:), allocatable :: restart_file !< empty: the newest valid backup
-    logical :: overwrite = .false.            !< results of an earlier run move aside
-    logical :: accepts = .false.              !< a restart takes inputs that do not fit the checkpoint
+    logical :: overwrite = .false.            !< move the results of an earlier run to another folder
+    logical :: accepts = .false.              !< a restart accepts inputs that do not fit the checkpoint
   end type train_command_t
 
 contains

@@ -50,7 +50,7 @@ contains
     call write_readings(file, settings, trained, failure)
   end subroutine write_details
 
-  !> Writes a row for each start of the polish: chi^2 and the values, in their units, at which it ended.
+  !> Writes a row for each start of the polish: chi^2 and the values, in their units, where it ended.
   subroutine write_local_minima(file, space, local_minima, failure)
     type(hdf5_file_t), intent(in) :: file
     type(search_space_t), intent(in) :: space
@@ -65,12 +65,11 @@ contains
     call put_table(file, '/outcome/ends', rows, 'chi2, then the values', failure)
   end subroutine write_local_minima
 
-  !> Writes a profile. Each row holds a value that was tried, in its unit, and how far the sum of squares was above its minimum.
-  !> The values ascend.
+  !> Writes a profile. Each row holds a tried value, in its unit, and the sum of squares minus its minimum. The values ascend.
   subroutine write_profile(file, name, interval, is_log, left_out, failure)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: name
-    character(*), intent(in) :: left_out !< names of the loads that do not count
+    character(*), intent(in) :: left_out !< names of the loads that the interval leaves out
     type(interval_t), intent(in) :: interval
     logical, intent(in) :: is_log
     type(failure_t), intent(inout) :: failure

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Implements `msm_train --evaluate`: computes the cost of the wing with the values in [Wing], load by load, without warm starts.
+!> Implements `msm_train --evaluate`: computes the cost of the wing with the values in [Wing], load by load, from the unloaded wing.
 !> Rank 0 runs it while the other ranks serve the pool.
 module train_evaluation
   use, intrinsic :: iso_fortran_env, only: output_unit
@@ -16,7 +16,7 @@ module train_evaluation
 contains
 
   !> Prints the table of loads and, if every shape was found, the cost h [m]; `are_solved` is then true. Prints nothing if the pool
-  !> is stopped on the way. Only rank 0 calls it.
+  !> is stopped meanwhile. Only rank 0 calls it.
   subroutine evaluate_wing(settings, pool, are_solved)
     type(train_settings_t), intent(in) :: settings
     type(bending_pool_t), intent(inout) :: pool
@@ -39,8 +39,8 @@ contains
     write (output_unit, '(a,es23.15,a)') 'h = ', settings%experiment%cost(residuals), ' m'
   end subroutine evaluate_wing
 
-  !> Gives the unknown offsets of observations, which are no property of the wing, their least-squares values. Corrects the
-  !> residuals by them and prints them.
+  !> Fits the unknown offsets of observations, which are not properties of the wing, by least squares. Corrects the residuals by the
+  !> offsets and prints the offsets.
   subroutine fit_offsets(experiment, evaluations)
     type(experiment_t), intent(in) :: experiment
     type(evaluation_t), intent(inout) :: evaluations(:)
@@ -61,12 +61,12 @@ contains
       do l = 1, size(evaluations)
         evaluations(l)%residuals = evaluations(l)%residuals + offset*evaluations(l)%jacobian(:, i)
       end do
-      write (output_unit, '(a,es14.6,a)') 'zero:'//trim(experiment%measurement%zeros(i - experiment%count_parameters()))// &
-        ' is taken as', offset, ' m'
+      write (output_unit, '(a,es14.6,a)') 'fitted value of zero:'// &
+        trim(experiment%measurement%zeros(i - experiment%count_parameters()))//':', offset, ' m'
     end do
   end subroutine fit_offsets
 
-  !> Solves all loads at these coordinates without warm starts. Results are missing if the pool was stopped on the way.
+  !> Solves all loads at these coordinates from the unloaded wing. Results are incomplete if the pool was stopped meanwhile.
   subroutine solve_all_cold(experiment, pool, coordinates, evaluations)
     type(experiment_t), intent(in) :: experiment
     type(bending_pool_t), intent(inout) :: pool

@@ -15,10 +15,10 @@ module train_files
 
 contains
 
-  !> Chooses the wing and the measurement of individual `number` from the lists in [Wing] file (one wing for all individuals, or
-  !> one for each) and [Measurement] file. Commas separate the items of a list. `individual` is the name of the individual: that
-  !> of its measurement without folder and ending, or empty if there is only one. `n_individuals` is the number of measurements,
-  !> at least 1. A complaint goes to `errors` if the lists do not fit together or two measurements have the same name.
+  !> Chooses the wing and the measurement of individual `number` from the lists in [Wing] file (one wing for all individuals, or one
+  !> for each) and [Measurement] file. Commas separate the items of a list. `individual` is the name of the individual: that of its
+  !> measurement without folder and ending, or empty if there is only one. `n_individuals` is the number of measurements, at least
+  !> 1. A mistake goes to `errors` if the lists do not fit together or two measurements have the same name.
   subroutine choose_individual(config, number, n_individuals, individual, wing, measurement, errors)
     type(config_t), intent(in) :: config
     integer, intent(in) :: number
@@ -84,8 +84,8 @@ contains
     measurements = measurement%file
   end subroutine file_names
 
-  !> Returns the name of a file of this individual. `individual` is inserted before `ending`, or appended to a name that does not
-  !> end so.
+  !> Returns the name of a file of this individual. `individual` is inserted before `ending`, or appended to a name with another
+  !> ending.
   pure function of_individual(name, individual, ending) result(own)
     character(*), intent(in) :: name, individual, ending
     character(:), allocatable :: own

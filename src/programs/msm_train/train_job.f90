@@ -37,10 +37,10 @@ module train_job
     type(bending_pool_t) :: pool
     type(train_search_t) :: search
     type(train_log_t) :: log
-    type(run_t) :: files        !< that rank 0 writes, and no other run's
+    type(run_t) :: files        !< that rank 0 writes; the lock keeps other runs away from them
     type(trained_t) :: trained  !< on rank 0, once `has_outcome`
     logical :: has_outcome = .false.
-    type(outcome_t) :: outcome  !< of the program; its failure is one of files
+    type(outcome_t) :: outcome  !< of the program; its failure means that files could not be used
   contains
     procedure :: load => training_load
     procedure :: begin => training_begin
@@ -181,7 +181,7 @@ contains
       if (self%outcome%failure%failed) return
       self%search%identity = self%files%identity
       call move_earlier_file(s%result, has_moved, self%outcome%failure)
-      if (has_moved) call self%log%say('notice: '//s%result//' of an earlier training is '//s%result//EARLIER_SUFFIX//' now')
+      if (has_moved) call self%log%say('notice: '//s%result//' of an earlier training was renamed to '//s%result//EARLIER_SUFFIX)
     end associate
   end subroutine open_files
 
@@ -206,14 +206,14 @@ contains
     end do
   end subroutine restore
 
-  !> Tells whether files failed during the search, and takes that failure over into the outcome. The training then ends.
+  !> Tells whether files could not be used during the search. The failure then becomes that of the outcome, and the training ends.
   logical function take_failure(self) result(failed)
     class(training_t), intent(inout) :: self
     failed = self%search%failure%failed
     if (failed) self%outcome%failure = self%search%failure
   end function take_failure
 
-  !> Writes to the log what is compared, which parameters are sought and how.
+  !> Writes to the log what is compared, which parameters are free, and how the search works.
   subroutine tell_what(self)
     class(training_t), intent(inout) :: self
     integer :: i
@@ -235,9 +235,9 @@ contains
     class(training_t), intent(inout) :: self
     character(200) :: line
     associate (o => self%search%objective, pool => self%pool)
-      write (line, '(5(a,i0),a,f8.1,a)') 'solved    ', o%n_warm, ' warm and ', o%n_cold, ' cold, of them ', &
-        o%n_redone, ' again cold and ', o%n_unsolved, ' without success; ', o%n_factorisations, ' factorisations; ', &
-        pool%busy_seconds, ' s of all ranks in this run'
+      write (line, '(5(a,i0),a,f8.1,a)') 'solved    ', o%n_warm, ' from the shape of the mean, ', o%n_cold, &
+        ' from the unloaded wing; ', o%n_redone, ' repeated from it, ', o%n_unsolved, ' unsolved; ', &
+        o%n_factorisations, ' factorisations; ', pool%busy_seconds, ' s of all ranks in this run'
       call self%log%say(trim(line))
     end associate
   end subroutine tell_effort
@@ -254,7 +254,7 @@ contains
     do l = 1, size(trained%evaluations)
       if (trained%evaluations(l)%snaps > 0) &
         call self%log%say('warning   the wing snaps under '//self%settings%experiment%measurement%loads(l)%name// &
-                          ': the cost may jump there, and is hard to minimise; bend the wing less, or leave this load out')
+                          ': the cost may jump there, and is hard to minimise; apply a smaller force, or leave this load out')
     end do
     text = outcome_lines(self%settings, self%search%space, trained, '')
     first = 1
@@ -265,11 +265,12 @@ contains
     end do
     if (.not. trained%is_solved) then
       call self%outcome%end_as(OUTCOME_NOT_CONVERGED)
-      call self%log%say('failed    the final point has no cold solution in every load, or lies in an excluded zone')
+      call self%log%say('failed    at the final point, some load has no solution from the unloaded wing, or the point '// &
+                        'lies in an excluded zone: start again with other bounds or another seed')
       return
     end if
-    write (line, '(a,es9.2,a)') 'the cold solution of the final point differs from the warm one by at most ', &
-      trained%cold_difference, ' m'
+    write (line, '(a,es9.2,a)') 'at the final point, solutions from the unloaded wing and from an earlier shape differ by '// &
+      'at most ', trained%cold_difference, ' m'
     call self%log%say(trim(line))
     call self%log%say('evaluations '//number_text(int(self%search%evaluations()) + trained%n_evaluations)// &
                       ' in all')
@@ -277,12 +278,12 @@ contains
     if (trained%has_failed_polish()) call self%outcome%end_as(OUTCOME_NOT_CONVERGED)
     call write_fragment(self%settings, self%search%space, trained, self%outcome%failure)
     call write_history(self%settings, self%search%space, self%search%history, self%outcome%failure, trained)
-    if (.not. self%outcome%failure%failed) call self%log%say('done: '//self%settings%result//' is the trained wing, for '// &
-                                                     '[include]; '//self%settings%name//'_history.h5 the search')
+    if (.not. self%outcome%failure%failed) call self%log%say('done: '//self%settings%result//' has the trained wing, for '// &
+                                                     '[include]; '//self%settings%name//'_history.h5 has the search')
   end subroutine tell_outcome
 
-  !> Prints the cost of the wing with its given values, or the screening of its parameters. A stop that leaves loads unsolved is
-  !> not counted as a failure of the wing. Only rank 0 calls it.
+  !> Prints the cost of the wing with its given values, or the screening of its parameters. If the program is stopped before all
+  !> loads are solved, this does not count as a failure of the wing. Only rank 0 calls it.
   subroutine training_evaluate(self, command)
     class(training_t), intent(inout) :: self
     type(train_command_t), intent(in) :: command

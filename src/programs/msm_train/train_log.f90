@@ -31,8 +31,8 @@ module train_log
 
 contains
 
-  !> Opens the log file; after a restart it appends to the file. Does nothing on ranks that do not speak. Fails if the file
-  !> cannot be opened, and the training must then not run.
+  !> Opens the log file; after a restart it appends to the file. Does nothing on ranks that print no messages. Fails if the file
+  !> cannot be opened, and the training must not run then.
   subroutine log_open(self, speaks, path, is_restart, interval, failure)
     class(train_log_t), intent(inout) :: self
     logical, intent(in) :: speaks, is_restart
@@ -55,7 +55,7 @@ contains
   subroutine log_say(self, text)
     class(train_log_t), intent(inout) :: self
     character(*), intent(in) :: text
-    type(failure_t) :: ignored ! a line less in the log does not end a training
+    type(failure_t) :: ignored ! a missing line in the log does not end a training
     if (.not. self%speaks) return
     call self%end_line()
     write (output_unit, '(a)') text
@@ -97,7 +97,7 @@ contains
   subroutine log_polish_progress(self, kind, part, n_parts, evaluations, chi2, begun)
     class(train_log_t), intent(inout) :: self
     character(*), intent(in) :: kind        !< 'start' or 'move'
-    integer, intent(in) :: part, n_parts    !< of so many at most
+    integer, intent(in) :: part, n_parts    !< number of this part, and the largest number of parts
     integer, intent(in) :: evaluations
     real(rp), intent(in) :: chi2, begun
     real(rp) :: now
@@ -113,7 +113,7 @@ contains
   !> Shows the progress of the intervals: `done` of n were found since the wall time `begun` [s].
   subroutine log_interval_progress(self, name, done, n, evaluations, begun)
     class(train_log_t), intent(inout) :: self
-    character(*), intent(in) :: name     !< of the parameter whose interval is being sought
+    character(*), intent(in) :: name     !< of the parameter whose interval is computed
     integer, intent(in) :: done, n, evaluations
     real(rp), intent(in) :: begun
     real(rp) :: now

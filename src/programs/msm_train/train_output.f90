@@ -55,7 +55,7 @@ contains
     character(:), allocatable :: text
     integer :: i
     text = ''
-    if (trained%has_failed_polish()) return ! the outcome says so of all
+    if (trained%has_failed_polish()) return ! the outcome says that no value is known
     do i = 1, size(trained%values)
       if (.not. trained%determines(i)) text = text//', '//trim(space%names(i))
     end do
@@ -79,7 +79,7 @@ contains
     end if
     write (line, '(a,es11.4,a,i0,a)') 'chi^2 = ', trained%chi2, ' of ', n, ' residuals'
     text = text//trim(line)//NL
-    if (.not. trained%fits) text = text//prefix//'warning: this does not fit within the declared errors, and the '// &
+    if (.not. trained%fits) text = text//prefix//'warning: the fit does not agree with the declared errors, so the '// &
                                    'uncertainties of the parameters below are not valid'//NL
     if (trained%has_failed_polish()) &
       text = text//prefix//'warning: least squares failed ('//trained%reason//'): the values are those at the end of the '// &
@@ -93,7 +93,7 @@ contains
     end do
   end function outcome_lines
 
-  !> Returns what is said about unknown i if no interval was sought: its value, and how far the value can be trusted.
+  !> Describes unknown i if no interval was computed: its value, and how far the value can be trusted.
   function value_words(space, trained, i) result(words)
     type(search_space_t), intent(in) :: space
     type(trained_t), intent(in) :: trained

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Implements `msm_train --screen`: tells which veins and joints these loads can determine at all. It takes the derivatives of
-!> everything that was measured, in units of its errors, at the wing with the values in [Wing]. Rank 0 runs it while the other
-!> ranks serve the pool.
+!> Implements `msm_train --screen`: tells which veins and joints these loads can determine at all. It uses the derivatives of all
+!> measured values, in units of their errors, at the wing with the values in [Wing]. Rank 0 runs it while the other ranks serve the
+!> pool.
 !>
-!> It ranks the parameters one after another (QR with column pivoting). The next one is always the parameter whose effect those
-!> already ranked imitate least. A parameter is proposed while its predicted 90 % interval, with the proposed ones sought too, is
-!> within a factor of two.
+!> It ranks the parameters one after another (QR with column pivoting). The next parameter is always the one whose effect the
+!> parameters ranked so far imitate least. Parameters are proposed as long as the predicted 90 % interval of each, in a fit together
+!> with all earlier proposals, is within a factor of two.
 module train_screening
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t
@@ -22,7 +22,7 @@ module train_screening
   public :: prepare_screen, screen_wing
 
   real(rp), parameter :: QUANTILE_90 = 1.6448536269514722_rp !< of the normal distribution, two-sided
-  real(rp), parameter :: WORTH = log(2.0_rp)/QUANTILE_90     !< sd of the logarithm that is still worth seeking
+  real(rp), parameter :: WORTH = log(2.0_rp)/QUANTILE_90     !< largest sd of the logarithm of a parameter that is proposed
 
 contains
 
@@ -38,8 +38,8 @@ contains
     end associate
   end subroutine prepare_screen
 
-  !> Prints the ranking and a proposal. `are_solved` tells whether every shape was found. Prints nothing if the pool is
-  !> stopped on the way.
+  !> Prints the ranking and a proposal. `are_solved` tells whether every shape was found. Prints nothing if the pool is stopped
+  !> meanwhile.
   subroutine screen_wing(settings, pool, are_solved)
     type(train_settings_t), intent(in) :: settings
     type(bending_pool_t), intent(inout) :: pool
@@ -75,7 +75,7 @@ contains
     end associate
   end subroutine screen_wing
 
-  !> Removes from the first n columns what the columns after them, those of unknown offsets, can imitate.
+  !> Removes from the first n columns what the other columns, which belong to unknown offsets, can imitate.
   pure subroutine remove_offsets(rows, n)
     real(rp), intent(inout) :: rows(:, :)
     integer, intent(in) :: n
@@ -96,8 +96,8 @@ contains
     if (square > 0) b = b - a*(dot_product(a, b)/square)
   end subroutine project_out
 
-  !> Returns in order(n) the columns in an order in which each one is the longest of the rest after those before it have been
-  !> projected out. remaining(n) holds these lengths in the same order.
+  !> Returns order(n), in which each column is the longest of the remaining ones after all earlier columns have been projected out.
+  !> remaining(n) holds these lengths in the same order.
   pure subroutine pivot_columns(columns, order, remaining)
     real(rp), intent(in) :: columns(:, :)
     integer, allocatable, intent(out) :: order(:)
@@ -113,7 +113,7 @@ contains
     do i = 1, n
       order(i) = maxloc(norm2(left, 1), 1, mask=.not. is_taken)
       length = norm2(left(:, order(i)))
-      ! What round-off leaves of a column that the others imitate exactly is nothing.
+      ! A column that the others imitate exactly differs from zero by round-off only.
       if (.not. length > 1.0e-10_rp*lengths(order(i))) length = 0
       remaining(i) = length
       is_taken(order(i)) = .true.

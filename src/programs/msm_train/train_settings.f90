@@ -32,7 +32,7 @@ module train_settings
     type(config_t) :: config
     type(train_choices_t) :: choices
     integer :: n_individuals = 1            !< in the lists of [Measurement] and [Wing]
-    character(:), allocatable :: individual !< name of this one, part of the names of its files; empty if it is the only one
+    character(:), allocatable :: individual !< name of this individual, part of the names of its files; empty if there is only one
     logical :: is_paper = .false.
     character(:), allocatable :: result     !< the fragment to write; all other files begin with `name`
     type(job_limits_t) :: limits
@@ -45,7 +45,7 @@ contains
   subroutine load_train_settings(path, number, writes, world, s, errors, notices)
     character(*), intent(in) :: path
     integer, intent(in) :: number !< of the individual
-    logical, intent(in) :: writes !< files of results, which must not be among those that are read
+    logical, intent(in) :: writes !< results will be written; they must not overwrite files that are read
     type(world_t), intent(in) :: world
     type(train_settings_t), intent(out) :: s
     type(message_list_t), intent(inout) :: errors, notices
@@ -102,7 +102,7 @@ contains
     end associate
   end subroutine read_options
 
-  !> Complains if a result would overwrite an input, also one of another individual.
+  !> Adds a mistake if a result would overwrite an input, also one of another individual.
   subroutine check_output_files(s, ini, world, errors)
     type(train_settings_t), intent(in) :: s
     character(*), intent(in) :: ini
@@ -118,7 +118,7 @@ contains
     end do
   end subroutine check_output_files
 
-  !> Complains if the measurement has no bending tests, which a training needs.
+  !> Adds a mistake if the measurement has no bending tests, which a training needs.
   subroutine check_tests(s, errors)
     type(train_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: errors
@@ -178,7 +178,7 @@ contains
     if (problem /= '') call s%config%complain(errors, 'CMAES', key_of(problem), problem)
   end subroutine read_search
 
-  !> Returns the key that a sentence of `option_problem` is about. It is the first word, unless that word stands for several keys.
+  !> Returns the key to which a message of `option_problem` belongs: its first word, unless that word stands for several keys.
   pure function key_of(problem) result(key)
     character(*), intent(in) :: problem
     character(:), allocatable :: key
@@ -187,7 +187,7 @@ contains
     if (key == 'there') key = 'lambda'
   end function key_of
 
-  !> Returns the kind `given`, or that of the preset if `given` is 0, which leaves the choice to it.
+  !> Returns the kind `given`, or that of the preset if `given` is 0.
   pure integer function preset_kind(s, given, usual, paper) result(kind)
     type(train_settings_t), intent(in) :: s
     integer, intent(in) :: given, usual, paper
@@ -245,8 +245,8 @@ contains
     end function origin
   end subroutine settle_choices
 
-  !> Adds a notice for each joint that is not sought and was never set, if E is sought. Such a joint keeps the stiffness of a vein
-  !> with the E of [Wing].
+  !> If E is free, adds a notice for each joint that is neither free nor given. Such a joint keeps the stiffness of a vein with the
+  !> E of [Wing].
   subroutine add_notices(s, notices)
     type(train_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: notices

@@ -21,7 +21,7 @@ module train_summary
     character(:), allocatable :: individual, name, unit
     real(rp) :: value = 0, lower = 0, upper = 0
     logical :: has_lower = .false., has_upper = .false.
-    logical :: counts = .true. !< for means: the data determine it, as far as that was asked
+    logical :: counts = .true. !< it counts in means: the data determine it, or no uncertainty was asked for
   end type entry_t
 
   type :: summary_t
@@ -35,7 +35,7 @@ module train_summary
 
 contains
 
-  !> Adds an individual. Without `has_outcome` it is counted as one that was not trained.
+  !> Adds an individual. Without `has_outcome` it counts as not trained.
   subroutine summary_add(self, settings, space, trained, has_outcome)
     class(summary_t), intent(inout) :: self
     type(train_settings_t), intent(in) :: settings
@@ -147,7 +147,7 @@ contains
     sd = sqrt(sum((values - mean)**2)/max(1, size(values) - 1))
   end subroutine moments
 
-  !> Returns the end of an interval, or nothing where it is open.
+  !> Returns the end of an interval as text, or an empty text if the interval is open there.
   function end_text(has_end, value) result(text)
     logical, intent(in) :: has_end
     real(rp), intent(in) :: value

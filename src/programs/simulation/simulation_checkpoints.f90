@@ -26,7 +26,7 @@ contains
   subroutine put_state(writer, settings, parts, has_markers)
     type(checkpoint_writer_t), intent(inout) :: writer
     type(settings_t), intent(in) :: settings
-    type(run_parts_t), intent(inout) :: parts !< are not changed
+    type(run_parts_t), intent(inout) :: parts !< stay unchanged
     logical, intent(in) :: has_markers
     associate (fluid => parts%fluid)
       call save_fluid(writer, settings%fluid, fluid%transform%sticks, fluid%rhs%state)
@@ -39,9 +39,9 @@ contains
     if (allocated(parts%thin) .and. has_markers) call save_thin_wings(writer, parts%wings, parts%thin)
   end subroutine put_state
 
-  !> Restores the state from the checkpoint at `path`. fsi_pose_restart compares the motions themselves, that is where the wings are
-  !> and how they move at the time of the checkpoint. Fails if the file cannot be read. Also fails if the checkpoint does not
-  !> fit this run, unless the user `accepts` the differences and the run can go on with them. Adds a line to `remarks` for every
+  !> Restores the state from the checkpoint at `path`. fsi_pose_restart compares the motions themselves, that is the position and
+  !> the velocity of the wings at the time of the checkpoint. Fails if the file cannot be read. Also fails if the checkpoint does
+  !> not fit this run, unless the user `accepts` the differences and the run can go on with them. Adds a line to `remarks` for every
   !> difference that does no harm or is accepted. Collective.
   subroutine restore_state(world, path, settings, run, accepts, parts, remarks, failure)
     type(world_t), intent(in) :: world
@@ -98,7 +98,7 @@ contains
   subroutine set_clocks(coupler, time)
     type(coupler_t), intent(inout) :: coupler
     real(rp), intent(in) :: time !< [T] of the flow
-    real(rp), parameter :: SMALL = 1.0e-9_rp !< [T] far above what the sum of steps loses
+    real(rp), parameter :: SMALL = 1.0e-9_rp !< [T] far above the round-off of the sum of steps
     associate (own => time*coupler%params%units%time)
       where (abs(coupler%states%time - own) > SMALL*coupler%params%units%time*max(1.0_rp, abs(time))) &
         coupler%states%time = own

@@ -15,9 +15,9 @@ module simulation_machine
 
 contains
 
-  !> Refuses a run, with OUTCOME_NO_MEMORY, that needs more memory than a machine has or than the job may use there. Warns of a
-  !> run that needs more than other programs leave free now. The need is that of the flow alone. It does not judge a machine
-  !> whose memory is unknown. Tests set FLUSI_TEST_SYSTEM to a folder with files like those of the system. Collective.
+  !> Refuses a run, with OUTCOME_NO_MEMORY, that needs more memory than a machine has or than the job may use there. Warns of a run
+  !> that needs more than other programs leave free now. The need is that of the flow alone. It makes no check on a machine whose
+  !> memory is unknown. Tests set FLUSI_TEST_SYSTEM to a folder with files like those of the system. Collective.
   subroutine check_machine(world, settings, outcome)
     type(world_t), intent(in) :: world
     type(settings_t), intent(in) :: settings
@@ -30,7 +30,7 @@ contains
     need = estimate_memory(settings, world%size)
     peak = max(need%starting, need%running)
     memory = read_machine_memory(environment_value('FLUSI_TEST_SYSTEM'))
-    if (.not. need%possible) return ! which is refused elsewhere
+    if (.not. need%possible) return ! another check refuses this run
     verdict = 0
     if (memory%is_known .and. n_here*peak > memory%free) verdict = 1
     if (memory%is_known .and. n_here*peak > memory%total) verdict = 2
@@ -41,11 +41,11 @@ contains
     if (world%rank == speaker) call tell(verdict == 2, n_here, peak, memory)
   end subroutine check_machine
 
-  !> Writes how much memory the run needs on this machine, and that it is refused or may be ended by the system.
+  !> Prints how much memory the run needs on this machine, and that the program refuses the run or that the system may end it.
   subroutine tell(is_refused, n_here, need, memory)
     logical, intent(in) :: is_refused
     integer, intent(in) :: n_here
-    real(rp), intent(in) :: need !< [byte] of a rank
+    real(rp), intent(in) :: need !< [byte] for each rank
     type(machine_memory_t), intent(in) :: memory
     character(300) :: line
     write (line, '(i0,a,3(f0.2,a))') n_here, ' ranks on '//host_name()//' need about ', &

@@ -11,9 +11,9 @@ module simulation_memory
   private
   public :: memory_t, estimate_memory
 
-  !> Holds the estimated memory of the rank that needs most, and how the ranks share the grid.
+  !> Holds the estimated memory of the rank that needs the largest amount, and how the ranks share the grid.
   type :: memory_t
-    logical :: possible = .false.    !< whether the grid can be shared among so many ranks
+    logical :: possible = .false.    !< the grid can be divided among this number of ranks
     integer :: rows = 1, columns = 1
     real(rp) :: running = 0          !< bytes at most while stepping, writing and backing up
     real(rp) :: starting = 0         !< bytes at most until the first step has been written
@@ -33,8 +33,8 @@ module simulation_memory
 
 contains
 
-  !> Returns the largest memory that any of `ranks` ranks needs. It leaves out what does not grow with the grid, namely wings
-  !> and their markers. No rank waits for another.
+  !> Returns the largest memory that any of `ranks` ranks needs. It leaves out wings and their markers, whose memory does not grow
+  !> with the grid. No rank waits for another.
   function estimate_memory(settings, ranks) result(m)
     type(settings_t), intent(in) :: settings
     integer, intent(in) :: ranks
@@ -50,8 +50,8 @@ contains
         call sticks_portion(p, ranks, m, s)
       end if
       if (.not. m%possible) return
-      n_sent = merge(FIELDS_IN - 1, FIELDS_IN, m%rows == 1) ! the vorticity along z is made of the velocity
-      ! State and history, and what is kept of a pass.
+      n_sent = merge(FIELDS_IN - 1, FIELDS_IN, m%rows == 1) ! the vorticity along z is computed from the velocity
+      ! The state, its history, and the fields that are kept from a pass.
       kept = s%spectrum*merge(9, 6, p%time%scheme == SCHEME_RK4)
       if (settings%needs_pressure()) kept = kept + s%spectrum
       if (settings%needs_trials()) kept = kept + 3*s%spectrum

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Gathers what a run computes with: the flow, and the wings in it. These parts hold all that a checkpoint contains.
+!> Gathers the parts of a run: the flow, and the wings in it. These parts hold everything that a checkpoint contains.
 module simulation_parts
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -18,10 +18,10 @@ module simulation_parts
   !> Holds the parts of a run. A part that the settings do not ask for is not allocated.
   type :: run_parts_t
     type(fluid_t) :: fluid
-    type(flapping_wings_t), allocatable :: wings !< if anything moves
-    type(coupler_t), allocatable :: coupler      !< if the flow bends them
+    type(flapping_wings_t), allocatable :: wings !< allocated if anything moves
+    type(coupler_t), allocatable :: coupler      !< allocated if the flow bends the wings
     type(thin_wings_t), allocatable :: thin      !< of wings without thickness
-    type(averages_t), allocatable :: averages    !< over time, if wanted
+    type(averages_t), allocatable :: averages    !< means over time, if the user wants them
   contains
     procedure :: build => parts_build
     procedure :: start => parts_start
@@ -61,11 +61,11 @@ contains
     class(run_parts_t), intent(inout) :: self
     type(failure_t), intent(inout) :: failure
     call self%fluid%start(failure)
-    ! A field from a file brings its time with it.
+    ! A field from a file sets the time of the state.
     if (allocated(self%coupler)) self%coupler%states%time = self%fluid%rhs%state%time*self%coupler%params%units%time
   end subroutine parts_start
 
-  !> Moves the wings to their places at the time of the state, and starts a free flight. If the settings want it, the times of
+  !> Moves the wings to their positions at the time of the state, and starts a free flight. If the settings want it, the times of
   !> output limit the time steps. Collective.
   subroutine parts_settle_in(self, world, settings, failure)
     class(run_parts_t), intent(inout) :: self

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Estimates how long a run will be, and decides whether FFTW measures its plans for it.
 !>
-!> Measuring takes about MEASURING seconds on any grid. A step takes about STEP seconds for each point, and measured plans make
-!> it faster by up to a tenth. They pay off where measuring costs less than 1 % of the run. The rule uses the parameters alone,
-!> neither the clock nor the number of ranks, so that the same input always gets the same plans.
+!> Measuring takes about MEASURING seconds on any grid. A step takes about STEP seconds for each point, and measured plans make it
+!> faster by up to a tenth. They pay off where measuring costs less than 1 % of the run. The rule uses the parameters alone, not the
+!> clock or the number of ranks, so that the same input always gets the same plans.
 module simulation_plans
   use base_constants, only: PI
   use base_files, only: file_exists
@@ -64,7 +64,7 @@ contains
   !> continues measures if the first part of the run did; `has_wisdom` tells that by the file of its plans.
   subroutine choose_planner(planner, steps, points, restarts, has_wisdom, reason)
     character(:), allocatable, intent(inout) :: planner
-    real(rp), intent(in) :: steps, points !< of the run, of the grid
+    real(rp), intent(in) :: steps, points !< of the run and of the grid
     logical, intent(in) :: restarts, has_wisdom
     character(:), allocatable, intent(out) :: reason
     logical :: measures
@@ -82,7 +82,7 @@ contains
     planner = trim(merge('measure ', 'estimate', measures))
   end subroutine choose_planner
 
-  !> Returns a velocity [L/T] that the flow will have, as far as the parameters tell.
+  !> Returns a velocity [L/T] that the flow will have, as far as it follows from the parameters.
   pure real(rp) function reference_speed(p) result(speed)
     type(fluid_params_t), intent(in) :: p
     speed = max(norm2(p%mean%velocity), norm2(p%solids%us_fixed))

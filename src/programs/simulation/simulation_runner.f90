@@ -118,7 +118,7 @@ contains
     call self%timers%start(self%t_start)
   end subroutine begin_timers
 
-  !> Takes the folder for this run. Fails if a new run would meet the results of another one. Collective.
+  !> Locks the folder for this run. Fails if a new run would find results of another run there. Collective.
   subroutine begin_files(self, start, restarts)
     type(simulation_t), intent(inout) :: self
     type(simulation_start_t), intent(in) :: start
@@ -209,7 +209,7 @@ contains
       end if
       if (.not. self%outcome%failure%failed) return
       call self%outcome%classify(OUTCOME_UNWRITABLE)
-      ! Other parameters may bring flexible wings on, but a collision would be the same.
+      ! With other parameters flexible wings may continue, but a collision would occur again.
       if (self%outcome%kind == OUTCOME_NOT_CONVERGED) call self%back_up_failed()
       if (self%outcome%kind == OUTCOME_DIVERGED) call self%output%write_failed(fluid, self%outcome%failure)
       call print_reason(self)
@@ -230,7 +230,7 @@ contains
     if (self%settings%output%backup) call self%back_up()
   end subroutine write_end
 
-  !> Decides which output is due, and saves what the next step would change of the present state.
+  !> Decides which output is due, and saves those parts of the present state that the next step would change.
   subroutine request_fields(self, is_last, request)
     class(simulation_t), intent(inout) :: self
     logical, intent(in) :: is_last
@@ -240,7 +240,7 @@ contains
     if (allocated(self%coupler)) call self%coupler%add_request(request)
   end subroutine request_fields
 
-  !> Samples the load on the flexible wings at their present places.
+  !> Samples the load on the flexible wings at their present positions.
   subroutine sample_loads(self)
     type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_wings)
@@ -280,7 +280,7 @@ contains
     call self%outcome%classify(OUTCOME_COLLISION)
   end subroutine push
 
-  !> Closes the files, writes the summary, prints where the time went, and releases memory and locks. Collective.
+  !> Closes the files, writes the summary, prints how the time was spent, and releases memory and locks. Collective.
   subroutine simulation_finish(self)
     class(simulation_t), intent(inout) :: self
     if (.not. self%is_built) then
@@ -330,7 +330,7 @@ contains
     type(message_list_t), intent(inout) :: remarks
     character(:), allocatable :: path
     path = start%restart_file
-    ! --restart goes on from the newest backup, also where the run once began from a named one.
+    ! --restart continues from the newest backup, even if the run itself began from a named one.
     if (.not. start%restart .and. len(path) == 0) path = self%settings%fluid%initial%backup()
     if (path == '') call self%slots%must_find(path, self%outcome%failure)
     if (self%outcome%failure%failed) return
@@ -339,7 +339,7 @@ contains
     call self%slots%came_from(path)
   end subroutine restart
 
-  !> Writes the next of the two alternating checkpoints, if an evaluation shows that the last step was sound.
+  !> Writes the next of the two alternating checkpoints, if an evaluation shows that the last step is valid.
   subroutine back_up(self)
     class(simulation_t), intent(inout) :: self
     type(checkpoint_writer_t) :: writer
@@ -361,7 +361,7 @@ contains
     call self%timers%stop(self%t_backup)
   end subroutine back_up
 
-  !> Writes a checkpoint of a run whose wings could not go on: the present flow, and the wings before the step that failed. A
+  !> Writes a checkpoint of a run that failed in a step of its wings: the present flow, and the wings before the step that failed. A
   !> user may continue from it with other parameters. The periodic checkpoints stay as they are. Collective.
   subroutine back_up_failed(self)
     class(simulation_t), intent(inout) :: self

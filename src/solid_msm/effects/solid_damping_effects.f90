@@ -5,8 +5,8 @@
 !> |---|---|---|---|
 !> | `rayleigh_mass` | damping force per mass and velocity: still air, to first order | 1/s | 0 |
 !> | `rayleigh_stiffness` | damping force per rate of the elastic force | s | 0 |
-!> | `joint_friction` | the same of the joints of veins alone: moment per rate of their elastic moment | s | 0 |
-!> | `relaxation` | share g: for a sudden force the stiffness is 1 + g times larger; this relaxes in `relaxation_time` | 1 | 0 |
+!> | `joint_friction` | the same for the joints of veins alone: moment per rate of their elastic moment | s | 0 |
+!> | `relaxation` | g: a sudden force meets 1 + g times the stiffness; the addition relaxes in `relaxation_time` | 1 | 0 |
 !>
 !> The forces of a viscoelastic wing are those of a standard linear solid: f + g z with z' = f' - z/tau, f the elastic force.
 module solid_damping_effects
@@ -20,12 +20,12 @@ module solid_damping_effects
 
   integer, parameter, public :: DAMPING_MASS = 1, DAMPING_STIFFNESS = 2, DAMPING_JOINTS = 3, DAMPING_RELAXATION = 4, &
                                 N_DAMPING_EFFECTS = 4, &
-                                DAMPING_TIME = 5 !< logarithm of the relaxation time, needs a relaxation
+                                DAMPING_TIME = 5 !< logarithm of the relaxation time; needs a relaxation
 
-  real(rp), parameter, public :: RELAXATION_STEP = 2.0_rp !< between the times of relaxation that are tried
+  real(rp), parameter, public :: RELAXATION_STEP = 2.0_rp !< ratio of the relaxation times that are tried
   character(*), parameter :: RECORDS = 'records of motion', PER_TURN = 'T/n', PER_TURN_SQUARED = 'T/n^2'
 
-  !> Values of the effects.
+  !> Holds the values of the effects.
   type :: damping_effects_t
     real(rp) :: mass = 0            !< [1/s]
     real(rp) :: stiffness = 0       !< [s]
@@ -38,8 +38,8 @@ module solid_damping_effects
 
 contains
 
-  !> Returns the causes that are losses of energy beyond those in proportion to the mass. The priors are those of a wing whose
-  !> motion decays within `time` [s], in which it turns by `turns` [rad].
+  !> Returns the causes that are losses of energy other than the damping in proportion to the mass. The priors are those of a wing
+  !> whose motion decays within `time` [s], while its phase turns by `turns` [rad].
   pure function list_damping_causes(time, turns) result(list)
     real(rp), intent(in) :: time, turns
     type(cause_t), allocatable :: list(:)
@@ -79,7 +79,8 @@ contains
     call word_by_name(cause%parameters(1)%words, p%name)
   end function friction_of_joints
 
-  !> Has the share that relaxes, and a factor on the time in which it does. It is tried with several times.
+  !> Returns the relaxation, with the fraction of the stiffness that relaxes and a factor on the time. It is tried with several
+  !> times.
   pure function viscoelasticity(turns) result(cause)
     real(rp), intent(in) :: turns
     type(cause_t) :: cause

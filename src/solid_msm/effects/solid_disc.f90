@@ -8,8 +8,8 @@ module solid_disc
 
 contains
 
-  !> Returns w at the place (x, y) [m] for disc = (x, y, radius a) [m], r from its centre: w = s^2 (3 - 2 s), s = (1.05 - r/a)/0.1
-  !> cut to 0..1; 0 everywhere if there is no radius.
+  !> Returns w at the point (x, y) [m] for disc = (x, y, radius a) [m], r from its centre: w = s^2 (3 - 2 s), s = (1.05 - r/a)/0.1
+  !> limited to 0..1. It is 0 everywhere if the radius is 0.
   pure real(rp) function disc_weight(disc, site) result(w)
     real(rp), intent(in) :: disc(3), site(2)
     real(rp), parameter :: OUTER = 1.05_rp, RIM = 0.1_rp ! of the radius

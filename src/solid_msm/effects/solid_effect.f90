@@ -20,7 +20,7 @@ module solid_effect
 
   integer, parameter, public :: STAGE_NONE = 0, STAGE_ELEMENTS = 1, STAGE_REGIONS = 2, STAGE_MOMENTS = 3, STAGE_LOADS = 4
 
-  !> Requirements on the wing, NEED_DISC to NEED_NO_SLACK, and on the measurement.
+  !> Requirements of effects: NEED_DISC to NEED_MEMBRANE, NEED_VEINS and NEED_MASS_PLACE on the wing, the others on data.
   integer, parameter, public :: NEED_NOTHING = 0, NEED_DISC = 1, NEED_SOFT_PLACE = 2, NEED_SIDED_JOINTS = 3, &
                                 NEED_SIDED_VEINS = 4, NEED_NO_SLACK = 5, NEED_MEMBRANE = 6, NEED_UNSTRESSED_REST = 7, &
                                 NEED_LEVELS = 8, NEED_BOTH_DIRECTIONS = 9, NEED_MODES_ABOUT_REST = 10, NEED_VEINS = 11, &
@@ -28,20 +28,20 @@ module solid_effect
   integer, parameter, public :: MOST_PARAMETERS = 3 !< of one effect
 
   type :: effect_parameter_t
-    character(20) :: name = ''        !< of one for each joint: what stands before the joint's name, NAME:
+    character(20) :: name = ''        !< of a parameter of each joint: the part NAME: before the name of the joint
     character(12) :: unit = '1'
-    logical :: is_log = .false.       !< varied by factors: it has no effect at 1; else at 0
+    logical :: is_log = .false.       !< it varies by factors and has no effect at 1; otherwise it has none at 0
     real(rp) :: lower = 0, upper = 0  !< in its unit
     real(rp) :: prior_sd = 1          !< of its coordinate
-    real(rp) :: strong = 0            !< value from which fits begin too, where the tangent at null misleads; 0: none
+    real(rp) :: strong = 0            !< further start of fits, for effects whose tangent at null misleads; 0: none
     integer :: clamp_axis = 0         !< it lets the clamp turn about x (1) or y (2), by its value times the moment
   end type effect_parameter_t
 
   type :: effect_t
-    integer :: n = 1                          !< number of parameters of an effect that is not of each joint
+    integer :: n = 1                          !< number of parameters, unless `is_per_joint`
     type(effect_parameter_t) :: parameters(MOST_PARAMETERS)
-    logical :: is_per_joint = .false.         !< it has the first parameter for every joint
-    integer :: needs(4) = NEED_NOTHING        !< the first missing one is reported
+    logical :: is_per_joint = .false.         !< every joint has the first parameter
+    integer :: needs(4) = NEED_NOTHING        !< the first one that is not met is reported
     integer :: place = LAST_PLACE             !< in the catalogue of the diagnosis
     logical :: curves_rest = .false.          !< it bends the wing without a load
     integer :: stage = STAGE_NONE             !< of `apply`
@@ -52,19 +52,19 @@ module solid_effect
     procedure(text_teller), pointer, nopass :: tell => null()
   end type effect_t
 
-  !> Texts of an effect. In wordings, @ is the joint or the place.
+  !> Holds the texts of an effect. In wordings, @ is the joint or the site.
   type :: effect_text_t
     character(:), allocatable :: cause        !< name of the entry in the catalogue of the diagnosis
     character(:), allocatable :: title, sentence !< of the entry
     character(:), allocatable :: definition   !< with the equation
-    character(:), allocatable :: data         !< that it needs to show
+    character(:), allocatable :: data         !< that make it detectable
     character(:), allocatable :: confused     !< what it may be confused with
     type(wording_t) :: words(MOST_PARAMETERS)
     type(wording_t) :: beyond(MOST_PARAMETERS)    !< for values of at least `far`
     real(rp) :: far(MOST_PARAMETERS) = huge(1.0_rp)
   end type effect_text_t
 
-  !> The place where a law acts: the values of the parameters of its effect, and the elements of the wing.
+  !> Holds what a law acts on: the values of the parameters of its effect, and the elements of the wing.
   type :: effect_site_t
     integer :: k = 1                            !< the parameter for a derivative
     real(rp), allocatable :: values(:)          !< of the effect
@@ -75,7 +75,7 @@ module solid_effect
   end type effect_site_t
 
   abstract interface
-    !> Changes `stiffness` to the one with the effect.
+    !> Changes `stiffness` to the stiffness with the effect.
     pure subroutine stiffness_law(site, stiffness)
       import :: effect_site_t, stiffness_t
       type(effect_site_t), intent(in) :: site

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Describes a wing that is curved where it is free of stress, with the same curvatures [1/m] everywhere: z0 = (k_xx x^2 + k_yy
-!> y^2 + 2 k_xy x y)/2 above the plane of the wing file. Moments bend the edges of the membrane (solid_arch) and the veins
-!> (`camber_evaluate` of solid_twist); springs and the clamp are as in the flat wing.
+!> Describes a wing that is curved where it is free of stress, with the same curvatures [1/m] everywhere: z0 = (k_xx x^2 + k_yy y^2
+!> + 2 k_xy x y)/2 above the plane of the wing file. Moments bend the edges of the membrane (solid_arch) and the veins
+!> (`camber_evaluate` of solid_twist); springs and the clamp are those of the flat wing.
 module solid_effect_camber
   use base_kinds, only: rp
   use base_wording, only: word_plain
@@ -17,7 +17,8 @@ module solid_effect_camber
 
 contains
 
-  !> Returns the effects `camber_span`, `camber_chord` and `camber_twist`: parameters, law and texts. The module head has the law.
+  !> Returns the effects `camber_span`, `camber_chord` and `camber_twist`: parameters, law and texts. The header of this module has
+  !> the law.
   pure function camber_effect() result(effect)
     type(effect_t) :: effect
     effect%n = 3
@@ -33,7 +34,7 @@ contains
     effect%tell => tell_camber
   end function camber_effect
 
-  !> Adds the moments of a wing that is curved at rest.
+  !> Adds the moments of a wing that is curved without loads.
   pure subroutine apply_camber(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
@@ -57,9 +58,9 @@ contains
     type(effect_text_t), intent(out) :: text
     text%cause = 'camber'
     text%title = 'a wing that is not flat'
-    text%sentence = 'The wing is curved or twisted when nothing pushes, and stiffer or softer for that.'
+    text%sentence = 'The wing is curved or twisted without a load, and therefore stiffer or softer.'
     text%definition = 'curvatures xx, yy, xy of membrane and veins where they are free of stress; springs and the clamp are '// &
-                      'as in the flat wing, and all find the unloaded shape; needs `[Wing] sided_veins = yes`'
+                      'those of the flat wing; the unloaded shape is the equilibrium of all; needs `[Wing] sided_veins = yes`'
     text%data = 'a membrane'
     text%confused = 'one-way joints, tilted forces'
     call word_plain(text%words(1), 'per m', CURVED, CURVED, 'along the span, with root and tip toward +z', &

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Describes local damage (or a patch): all stiffness in a disc is multiplied by a factor f.
 !>
-!> At the distance r from the centre the factor is 1 + (f - 1) w, w = s^2 (3 - 2 s), s = (1.05 - r/a)/0.1 cut to 0..1: full inside
-!> the radius a, with a smooth rim of a tenth of it, one half at a. The place of an element is its middle: springs have it
-!> halfway, hinges at their point, and an edge of the membrane has the mean of its two triangles' centroids.
+!> At the distance r from the centre the factor is 1 + (f - 1) w, w = s^2 (3 - 2 s), s = (1.05 - r/a)/0.1 cut to 0..1: w is 1 inside
+!> the disc, 1/2 at the radius a, and falls to 0 in a smooth rim whose width is a tenth of a. The site of an element is its middle:
+!> the midpoint of a spring, the point of a hinge, and for an edge of the membrane the mean of the centroids of its two triangles.
 module solid_effect_damage
   use base_kinds, only: rp
   use base_wording, only: word_factor, SCALE_FACTOR
@@ -17,7 +17,7 @@ module solid_effect_damage
 
 contains
 
-  !> Returns the effect `damage`: parameter, law and texts. The module head has the law.
+  !> Returns the effect `damage`: parameter, law and texts. The header of this module has the law.
   pure function damage_effect() result(effect)
     type(effect_t) :: effect
     effect%parameters(1) = effect_parameter_t('damage', '1', .true., 1.0e-2_rp, 1.0e2_rp, 1.0_rp)
@@ -28,7 +28,7 @@ contains
     effect%tell => tell_damage
   end function damage_effect
 
-  !> Makes everything in the damaged disc softer or stiffer.
+  !> Makes all elements in the damaged disc softer or stiffer.
   pure subroutine apply_damage(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness

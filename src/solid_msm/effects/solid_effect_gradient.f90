@@ -13,7 +13,7 @@ module solid_effect_gradient
 
 contains
 
-  !> Returns the effect `E_gradient`: parameter, law and texts. The module head has the law.
+  !> Returns the effect `E_gradient`: parameter, law and texts. The header of this module has the law.
   pure function gradient_effect() result(effect)
     type(effect_t) :: effect
     effect%parameters(1) = effect_parameter_t('E_gradient', '1', .false., -5.0_rp, 5.0_rp, 1.0_rp)

@@ -13,12 +13,12 @@ module solid_effect_hardening
   private
   public :: joint_hardening_effect, own_hardening_effect, cuticle_effect
 
-  real(rp), parameter :: STRONG = 100.0_rp   !< [1/rad^2] from this value on reports state the stiffness at 1 degree
-  real(rp), parameter :: WEAK = 5.0e-6_rp    !< [m^2] from this value on reports state the stiffness at a radius of 10 mm
+  real(rp), parameter :: STRONG = 100.0_rp   !< [1/rad^2] from this value on, reports give the stiffness at 1 degree
+  real(rp), parameter :: WEAK = 5.0e-6_rp    !< [m^2] from this value on, reports give the stiffness at a radius of 10 mm
 
 contains
 
-  !> Returns the effect `joint_hardening`, of all joints alike: parameter, law and texts.
+  !> Returns the effect `joint_hardening`, which all joints share: parameter, law and texts.
   pure function joint_hardening_effect() result(effect)
     type(effect_t) :: effect
     effect%parameters(1) = effect_parameter_t('joint_hardening', '1/rad^2', .false., -1.0_rp, 1.0e5_rp, 10.0_rp)
@@ -88,7 +88,7 @@ contains
     effect%tell => tell_cuticle
   end function cuticle_effect
 
-  !> Adds the hardening of the veins themselves.
+  !> Adds the hardening of the veins.
   pure subroutine apply_cuticle(site, stiffness)
     type(effect_site_t), intent(in) :: site
     type(stiffness_t), intent(inout) :: stiffness
@@ -112,7 +112,7 @@ contains
     end do
   end subroutine derive_cuticle
 
-  !> Returns the length [m] that bends: half of both segments, or of the free one at the clamped root.
+  !> Returns the length [m] that bends: half of both segments, or of the free segment at the clamped root.
   pure real(rp) function bending_length(plan) result(length)
     type(hinge_plan_t), intent(in) :: plan
     length = sum(plan%lengths)/2
@@ -125,7 +125,7 @@ contains
     text%title = 'joints that harden'
     text%sentence = 'Joints of veins get stiffer, or give way, the more they are bent.'
     text%definition = 'h: moment of every joint k Theta (1 + h Theta^2)'
-    text%data = 'two forces at one place; three tell it from an offset of the force'
+    text%data = 'two forces at one place; three distinguish it from an offset of the force'
     text%confused = 'cuticle, load shifts if there is one level only'
     call word_factor(text%words(1), SCALE_LINEAR, 'All joints get stiffer the more they are bent: at 10 degrees', &
       'All joints give way the more they are bent: at 10 degrees', 'stiffer', 'softer', 'than when straight', &
@@ -145,7 +145,7 @@ contains
     text%title = 'one joint that hardens'
     text%sentence = 'One joint gets stiffer, or gives way, the more it is bent.'
     text%definition = 'what is added to h for this joint'
-    text%data = 'two forces at one place; three tell it from an offset of the force'
+    text%data = 'two forces at one place; three distinguish it from an offset of the force'
     text%confused = 'joint_hardening, one-way joints'
     call word_factor(text%words(1), SCALE_LINEAR, 'Joint @ gets stiffer the more it is bent: at 10 degrees', &
       'Joint @ gives way the more it is bent: at 10 degrees', 'stiffer', 'softer', 'than when straight', &
@@ -165,7 +165,7 @@ contains
     text%title = 'nonlinear cuticle'
     text%sentence = 'The veins themselves get stiffer, or soften, the more they are bent.'
     text%definition = 'c: moment of all other hinges EI kappa (1 + c kappa^2), kappa = Theta over the length that bends'
-    text%data = 'two forces at one place; three tell it from an offset of the force'
+    text%data = 'two forces at one place; three distinguish it from an offset of the force'
     text%confused = 'joint_hardening'
     call word_factor(text%words(1), SCALE_LINEAR, 'Veins get stiffer the more they are bent: at a radius of 1 mm', &
       'Veins give way the more they are bent: at a radius of 1 mm', 'stiffer', 'softer', 'than when straight', &

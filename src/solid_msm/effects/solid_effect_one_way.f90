@@ -13,7 +13,7 @@ module solid_effect_one_way
 
 contains
 
-  !> Returns the effects `one_way:<joint>`, of one joint each: parameter, law and texts. The module head has the law.
+  !> Returns the effects `one_way:<joint>`, of one joint each: parameter, law and texts. The header of this module has the law.
   pure function one_way_effect() result(effect)
     type(effect_t) :: effect
     effect%parameters(1) = effect_parameter_t('one_way:', '1', .true., 0.1_rp, 10.0_rp, 0.5_rp)

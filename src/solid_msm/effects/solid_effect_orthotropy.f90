@@ -12,7 +12,7 @@ module solid_effect_orthotropy
 
 contains
 
-  !> Returns the effect `orthotropy`: parameter, law and texts. The module head has the law.
+  !> Returns the effect `orthotropy`: parameter, law and texts. The header of this module has the law.
   pure function orthotropy_effect() result(effect)
     type(effect_t) :: effect
     effect%parameters(1) = effect_parameter_t('orthotropy', '1', .false., -0.9_rp, 0.9_rp, 0.5_rp)

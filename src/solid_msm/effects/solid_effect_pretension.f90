@@ -13,7 +13,7 @@ module solid_effect_pretension
 
 contains
 
-  !> Returns the effect `pretension`: parameter, law and texts. The module head has the law.
+  !> Returns the effect `pretension`: parameter, law and texts. The header of this module has the law.
   pure function pretension_effect() result(effect)
     type(effect_t) :: effect
     effect%parameters(1) = effect_parameter_t('pretension', 'N/m', .false., 0.0_rp, 10.0_rp, 0.1_rp)

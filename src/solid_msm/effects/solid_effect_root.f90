@@ -11,7 +11,7 @@ module solid_effect_root
 
 contains
 
-  !> Returns the effects `root_flap` and `root_twist`: parameters, law and texts. The module head has the law.
+  !> Returns the effects `root_flap` and `root_twist`: parameters, law and texts. The header of this module has the law.
   pure function root_effect() result(effect)
     type(effect_t) :: effect
     effect%n = 2

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Writes the places where the effects of a wing act as text, for input files and to distinguish wings.
+!> Writes the sites of effects of a wing as text, for input files and to distinguish wings.
 module solid_effect_sites
   use base_text, only: number_text
   use solid_effects, only: effects_t
@@ -9,7 +9,7 @@ module solid_effect_sites
 
 contains
 
-  !> Returns the lines of the section [Wing] of an ini file that say where the effects act; empty where no effect has a place.
+  !> Returns the lines of the section [Wing] of an ini file that say where the effects act; empty if no effect has a site.
   function effect_site_lines(effects) result(text)
     type(effects_t), intent(in) :: effects
     character(:), allocatable :: text

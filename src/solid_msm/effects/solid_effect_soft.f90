@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Describes one more soft hinge: a factor on the stiffness of the hinge at the point inside a vein that is nearest to a fraction
-!> of its length.
+!> Describes an additional soft hinge: a factor on the stiffness of the hinge at the point inside a vein that is nearest to a
+!> fraction of its length.
 module solid_effect_soft
   use base_kinds, only: rp
   use base_wording, only: word_factor, SCALE_FACTOR
@@ -12,7 +12,7 @@ module solid_effect_soft
 
 contains
 
-  !> Returns the effect `soft`: parameter, law and texts. The module head has the law.
+  !> Returns the effect `soft`: parameter, law and texts. The header of this module has the law.
   pure function soft_effect() result(effect)
     type(effect_t) :: effect
     effect%parameters(1) = effect_parameter_t('soft', '1', .true., 1.0e-4_rp, 1.0e2_rp, 2.0_rp)

@@ -17,7 +17,7 @@ contains
   !> stiffness removes; the tangent at the null shows only those modes.
   pure function torsion_effect() result(effect)
     type(effect_t) :: effect
-    real(rp), parameter :: STRONG = 0.2_rp ! a quarter of what solid circular veins have
+    real(rp), parameter :: STRONG = 0.2_rp ! a quarter of the value of solid circular veins
     effect%parameters(1) = effect_parameter_t('torsion', '1', .false., 0.0_rp, 10.0_rp, 1.0_rp, STRONG)
     effect%needs(:2) = [NEED_MEMBRANE, NEED_SIDED_VEINS]
     effect%stage = STAGE_MOMENTS

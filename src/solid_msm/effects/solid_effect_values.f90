@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Holds the strength of the effects of a wing, and the places where they act. The module solid_effect_* of an effect defines it;
+!> Holds the strength of the effects of a wing, and the sites where they act. The module solid_effect_* of an effect defines it;
 !> solid_effects lists all effects, which gives the order of the values.
 module solid_effect_values
   use base_kinds, only: rp
@@ -11,10 +11,10 @@ module solid_effect_values
     integer :: n_joints = 0
     real(rp), allocatable :: value(:)         !< of all parameters, each in its unit
     real(rp) :: disc(3) = 0                   !< [m] x, y and radius of the damage; radius 0: none
-    character(:), allocatable :: soft_vein    !< with one more soft hinge; not allocated: none
-    real(rp) :: soft_fraction = 0                !< its place, of the vein's length
+    character(:), allocatable :: soft_vein    !< vein with an additional soft hinge; not allocated: none
+    real(rp) :: soft_fraction = 0                !< site of this hinge, as a fraction of the length of the vein
     logical :: has_sided_veins = .false.      !< veins feel the membrane's normal
-    logical :: has_sides = .false.            !< joints can tell up from down
+    logical :: has_sides = .false.            !< joints distinguish up from down
   contains
     procedure :: count => effects_count
     procedure :: get => effects_get
@@ -45,7 +45,7 @@ contains
     self%value(i) = value
   end subroutine effects_set
 
-  !> Tells whether a place of damage is given.
+  !> Tells whether the site of a damage is given.
   pure logical function effects_has_damage(self) result(has)
     class(effects_t), intent(in) :: self
     has = self%disc(3) > 0

@@ -46,7 +46,7 @@ contains
             one_way_effect()]
   end function list_effects
 
-  !> Returns the values of the effects of a wing with so many joints, at which no effect acts.
+  !> Returns the values of the effects of a wing with this number of joints, at which no effect acts.
   subroutine start_effects(n_joints, effects)
     integer, intent(in) :: n_joints
     type(effects_t), intent(inout) :: effects
@@ -69,7 +69,7 @@ contains
     end do
   end subroutine start_effects
 
-  !> Returns the number of values of an effect of a wing with so many joints.
+  !> Returns the number of values of an effect of a wing with this number of joints.
   pure integer function count_values(effect, n_joints) result(n)
     type(effect_t), intent(in) :: effect
     integer, intent(in) :: n_joints
@@ -83,8 +83,8 @@ contains
     null = merge(1.0_rp, 0.0_rp, effect%parameters(merge(1, k, effect%is_per_joint))%is_log)
   end function null_of
 
-  !> Finds the effect that has parameter i of a wing with so many joints: its number in `list`, and the number k among its own
-  !> parameters.
+  !> Finds the effect that has parameter i of a wing with this number of joints: its number in `list`, and the number k among its
+  !> own parameters.
   pure subroutine find_effect(list, n_joints, i, e, k)
     type(effect_t), intent(in) :: list(:)
     integer, intent(in) :: n_joints, i
@@ -111,7 +111,7 @@ contains
     values = effects%value(first + 1:first + count_values(list(e), effects%n_joints))
   end function values_of
 
-  !> Tells whether effect e of `list` has any influence. (All parameters of one effect have the same scale.)
+  !> Tells whether effect e of `list` has a value other than null. All parameters of one effect have the same scale.
   pure logical function is_active(list, e, effects) result(is_it)
     type(effect_t), intent(in) :: list(:)
     integer, intent(in) :: e
@@ -149,8 +149,8 @@ contains
     needs = pack(list(e)%needs, list(e)%needs /= NEED_NOTHING)
   end function needs_of
 
-  !> Returns what a need that keys of [Wing] fill still lacks, as words that follow the name of a parameter; empty if it lacks
-  !> nothing.
+  !> Returns what is missing in [Wing] for a need that keys of [Wing] fulfil, as words that follow the name of a parameter; empty if
+  !> nothing is missing.
   function lacks(effects, need) result(problem)
     type(effects_t), intent(in) :: effects
     integer, intent(in) :: need
@@ -245,8 +245,8 @@ contains
     end do
   end function modulus_factors
 
-  !> Returns the causes of the diagnosis that the effects are, in the order of the list. The parameters of each have no numbers:
-  !> those depend on the wing.
+  !> Returns the causes of the diagnosis that correspond to the effects, in the order of the list. Their parameters have no numbers,
+  !> because these depend on the wing.
   pure function list_effect_causes() result(causes)
     type(cause_t), allocatable :: causes(:)
     type(effect_t), allocatable :: list(:)
@@ -257,7 +257,7 @@ contains
     end do
   end function list_effect_causes
 
-  !> Returns the cause that an effect is.
+  !> Returns the cause that corresponds to an effect.
   pure function cause_of(effect) result(cause)
     type(effect_t), intent(in) :: effect
     type(cause_t) :: cause

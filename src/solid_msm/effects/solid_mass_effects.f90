@@ -7,7 +7,7 @@
 !> | `membrane_mass` | factor on the mass of the membrane | 1 | 1 |
 !> | `membrane_gradient` | g: mass of the membrane times exp(g (x/R - 1/2)), x from the root, R the extent along x | 1 | 0 |
 !> | `added_mass` | factor on the air that strip theory lets the wing accelerate along z | 1 | 1 |
-!> | `point_mass` | a mass at a place: dust, glue, a marker | kg | 0 |
+!> | `point_mass` | a mass at a site: dust, glue, a marker | kg | 0 |
 !>
 !> All effects of a mass are linear in the factors and in the point mass.
 module solid_mass_effects
@@ -27,20 +27,20 @@ module solid_mass_effects
                                 N_MASS_EFFECTS = 5
   character(*), parameter :: MOTION = 'natural modes or records of motion'
 
-  !> Values of the effects, and the place of the point mass.
+  !> Holds the values of the effects, and the site of the point mass.
   type :: mass_effects_t
     real(rp) :: veins = 1, membrane = 1, gradient = 0, added = 1
     real(rp) :: point = 0                        !< [kg]
     integer :: corner(3) = 1                     !< points of the wing that carry it
-    real(rp) :: weight(3) = [1.0_rp, 0.0_rp, 0.0_rp] !< their shares
+    real(rp) :: weight(3) = [1.0_rp, 0.0_rp, 0.0_rp] !< fractions of the mass at these points
   contains
     procedure :: get => effects_get
     procedure :: set => effects_set
   end type mass_effects_t
 
-  !> Parts of the mass of a wing.
+  !> Holds the parts of the mass of a wing.
   type :: mass_parts_t
-    real(rp), allocatable :: veins(:), membrane(:), fixed(:) !< (n_points) [kg]; the last is known to sit on the wing
+    real(rp), allocatable :: veins(:), membrane(:), fixed(:) !< (n_points) [kg]; the last one is a known mass on the wing
     real(rp), allocatable :: added(:)    !< (n_points) [m^3] times the density of the fluid: along z
     real(rp), allocatable :: station(:)  !< (n_points) x/R - 1/2
   contains
@@ -102,7 +102,7 @@ contains
                      0.0_rp)
   end function gradient_of_membrane
 
-  !> Is tried at many places. Its prior is a share of the wing's mass.
+  !> Returns the point mass, which is tried at many sites. Its prior is a fraction of the mass of the wing.
   pure function mass_at_point(wing_mass) result(cause)
     real(rp), intent(in) :: wing_mass
     type(cause_t) :: cause
@@ -189,7 +189,7 @@ contains
   end subroutine parts_masses
 
   !> Returns slope(3, n_all), the derivative of these masses with respect to the coordinate of effect i: [kg] per log unit of the
-  !> factors, per unit of the others. A point mass is at the place that `effects` says.
+  !> factors, per unit of the others. `effects` has the site of the point mass.
   pure subroutine parts_derivative(self, effects, density, i, slope)
     class(mass_parts_t), intent(in) :: self
     type(mass_effects_t), intent(in) :: effects

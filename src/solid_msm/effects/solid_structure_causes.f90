@@ -11,7 +11,7 @@ module solid_structure_causes
 
 contains
 
-  !> Returns the causes by their places in the catalogue.
+  !> Returns the causes in the order of their places in the catalogue.
   pure function list_structure_causes() result(list)
     type(cause_t), allocatable :: list(:)
     type(cause_t), allocatable :: all_causes(:), usual(:)
@@ -22,7 +22,7 @@ contains
     call append(all_causes, usual)
     allocate (is_left(size(all_causes)), source=.true.)
     do i = 1, size(all_causes)
-      next = minloc(all_causes%place, 1, mask=is_left) ! the first of those that have the same place
+      next = minloc(all_causes%place, 1, mask=is_left) ! the first one among equal places
       is_left(next) = .false.
       call enlist(list, all_causes(next))
     end do

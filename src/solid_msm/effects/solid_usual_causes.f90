@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Describes the parameters that every wing has, and the causes of a misfit that are wrong values of them. What a usual model leaves
-!> out are effects: see solid_effects.
+!> Describes the parameters that every wing has, and the causes of a misfit that are wrong values of these parameters. Module
+!> solid_effects describes what a usual model leaves out.
 !>
 !> | name | what | unit | scale |
 !> |---|---|---|---|
@@ -8,7 +8,7 @@
 !> | `E:<vein>` | factor on E of one vein | 1 | log |
 !> | `joint:<name>` | stiffness of one joint | N m/rad | log |
 !> | `D` | bending stiffness of the membrane | N m | log |
-!> | `thickness` | the membrane thickness that D means | m | log |
+!> | `thickness` | thickness of a membrane with the bending stiffness D | m | log |
 !> | `root` | factor on the hinges at the clamped root | 1 | log |
 !> | `diameter_exponent` | p in I = pi dm^4/64 (d/dm)^p, dm the mean diameter, 4: circles | 1 | linear |
 !> | `k_vein`, `k_membrane`, `k_cross` | extension stiffness of a spring | N/m | log |
@@ -24,7 +24,7 @@ module solid_usual_causes
   integer, parameter, public :: PARAM_YOUNG = 1, PARAM_PLATE = 2, PARAM_THICKNESS = 3, PARAM_ROOT = 4, &
                                 PARAM_EXPONENT = 5, PARAM_K_VEIN = 6, PARAM_K_MEMBRANE = 7, PARAM_K_CROSS = 8
   integer, parameter, public :: N_COMMON = 8 !< parameters of every wing
-  !> One for each vein or joint: they follow those of every wing.
+  !> The parameters that each vein or each joint has. They follow the parameters of every wing.
   integer, parameter, public :: EACH_VEIN = N_COMMON + 1, EACH_JOINT = N_COMMON + 2, N_USUAL = N_COMMON + 2
 
 contains
@@ -74,14 +74,14 @@ contains
     end select
   end function usual_parameter
 
-  !> Gives the words of a factor on a stiffness that was assumed.
+  !> Sets the words for a factor on an assumed stiffness.
   pure subroutine word_stiffness(p, up, down)
     type(cause_parameter_t), intent(inout) :: p
     character(*), intent(in) :: up, down
     call word_factor(p%words, SCALE_FACTOR, up, down, 'stiffer', 'softer', ASSUMED, 'as stiff as was assumed')
   end subroutine word_stiffness
 
-  !> Gives the words of springs that are stiffer or softer.
+  !> Sets the words for springs that are stiffer or softer.
   pure subroutine word_springs(p, where)
     type(cause_parameter_t), intent(inout) :: p
     character(*), intent(in) :: where
@@ -105,7 +105,8 @@ contains
                'Everything elastic that is not fitted, membrane and springs, is stiffer or softer than was assumed, '// &
                'as if all forces had another size.', 'loads that bend the membrane')
   end function list_usual_causes
-  !> Enters one cause, which has this place in the catalogue and these parameters. Those of all veins are tried one by one.
+
+  !> Enters one cause with its `place` in the catalogue and its parameters. A cause with EACH_VEIN is tried for one vein at a time.
   pure subroutine enter(list, name, place, numbers, title, sentence, data)
     type(cause_t), allocatable, intent(inout) :: list(:)
     character(*), intent(in) :: name, title, sentence, data

@@ -20,7 +20,7 @@ module solid_wing_check_held
 
 contains
 
-  !> Reports every part of the wing that is connected by one point alone, The wing must have no other mistakes.
+  !> Reports every part of the wing that is connected by one point alone. The wing must have no other mistakes.
   subroutine check_held(wing, edges, segments, plans, report)
     type(wing_t), intent(in) :: wing
     type(edge_table_t), intent(in) :: edges, segments !< of the triangles, of the veins

@@ -79,7 +79,7 @@ contains
     call rename_file('new.txt', 'newer.txt', unmoved)
     call t%check('none does after a failure', file_exists('new.txt'))
     call replace_file('old.txt', 'new.txt', .true., undurable)
-    call t%check('nothing is replaced by what is not on the disk', says(undurable, 'old.txt: cannot be brought to the disk') &
+    call t%check('nothing is replaced by what is not on the disk', says(undurable, 'old.txt: cannot be flushed to the disk') &
                  .and. content('new.txt') == 'old')
     call empty_file('new.txt', failure)
     call t%check('a file is made empty', .not. failure%failed .and. content('new.txt') == '')

@@ -103,7 +103,7 @@ contains
     call t%check('a file gets a seal', .not. failure%failed .and. state == SEAL_GOOD)
     call write_seal('missing.h5', unsealed)
     call t%check('a missing one does not', unsealed%failed)
-    if (unsealed%failed) call t%check('which is a failure', index(unsealed%reason, 'missing.h5: cannot get a seal') == 1)
+    if (unsealed%failed) call t%check('which is a failure', index(unsealed%reason, 'missing.h5: cannot be sealed') == 1)
   end subroutine test_publication
 
   logical function says(failed, text)

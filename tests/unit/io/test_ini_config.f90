@@ -179,7 +179,7 @@ contains
                 "f.ini:5: [Time] iTimeMethodFluid: 'Newmark' is unknown; "// &
                 'valid: AB2 | RK4')
     call expect(kit, 'iTimeMethodFluid=FSI_AB2_staggered;', "f.ini:5: [Time] iTimeMethodFluid: "// &
-                "'FSI_AB2_staggered' is known from FLUSI, but not built here; valid: AB2 | RK4")
+                "'FSI_AB2_staggered' is a value of FLUSI that this program does not have; valid: AB2 | RK4")
     call expect(kit, '[InitialCondition]'//NL//'inicond=backup:file.h5', &
                 "f.ini:6: [InitialCondition] inicond: "// &
                 "'backup:file.h5' is unknown; valid: quiescent | backup::*")
@@ -188,7 +188,7 @@ contains
                 "valid: yes | no | 1 | 0 | true | false; did you mean 'yes'?")
     call expect(kit, '[Penalization]'//NL//'iMoving=1;', &
                 "f.ini:6: [Penalization] iMoving: '1' asks for moving "// &
-                'bodies, which is not built here; valid: no')
+                'bodies, which this program does not have; valid: no')
     call kit%check('all spellings of a switch', is_accepted('intelligent_dt=yes;') .and. &
                    is_accepted('intelligent_dt=1;') .and. is_accepted('intelligent_dt=true;') .and. &
                    is_accepted('intelligent_dt=.true.;') .and. is_accepted('intelligent_dt=no;') .and. &
@@ -274,7 +274,7 @@ contains
     if (notices%count() > 0) call kit%check(notices%text(1), notices%text(1) == WANT)
     call expect(kit, '[Insects]'//NL//'use_insects=yes;', &
                 "f.ini:6: [Insects] use_insects: 'yes' asks for "// &
-                'insects, which is not built here; valid: no')
+                'insects, which this program does not have; valid: no')
     call kit%check('a registered key of an inert section is quiet', is_accepted('[Insects]'//NL// &
                                                                                 'use_insects=no;'))
   end subroutine check_notices

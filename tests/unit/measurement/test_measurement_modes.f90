@@ -187,7 +187,7 @@ contains
     call w%delete_attribute('/modes/two', 'gravity')
     call w%text_attribute('/modes/one', 'medium', 'vacuum')
     call w%integer_attribute('/modes/one', 'number', 3)
-    call refused('/modes/two', 'attribute number is 3, which is that of one in the same medium too')
+    call refused('/modes/two', 'attribute number is 3, as in one; modes in the same medium need different numbers')
     call sample()
     call w%real_attribute('/modes', 'air_density', [0.0_rp])
     call refused('/modes', 'attribute air_density is 0.0; valid: above 0.0')

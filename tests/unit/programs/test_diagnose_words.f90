@@ -51,16 +51,16 @@ program test_diagnose_words
   call told('E perhaps falls', 'E_gradient', '', 0.0_rp, [-0.43_rp, -0.2_rp, 0.04_rp], &
             'Perhaps E falls toward the tip: from 35 % lower to 4 % higher than at the root'//SURE)
   call told('gain', 'force_gain', '', 1.0_rp, [1.227_rp, 1.249_rp, 1.272_rp], &
-            'All forces were 25 % larger than stated, 23 to 27 %'//SURE)
+            'All forces were 25 % larger than declared, 23 to 27 %'//SURE)
   call told('a weak gain', 'force_gain', '', 1.0_rp, [0.78_rp, 0.801_rp, 0.82_rp], &
-            'All forces were 19.9 % smaller than stated, 18.0 to 22.0 %'//SURE)
+            'All forces were 19.9 % smaller than declared, 18.0 to 22.0 %'//SURE)
   call told('mass', 'point_mass', 'at (8.7, -0.9) mm', 0.0_rp, [3.024e-9_rp, 3.395e-9_rp, 3.794e-9_rp], &
             'Something sits on the wing at (8.7, -0.9) mm: 3.4 ug, 3.0 to 3.8 ug'//SURE)
   call told('thin veins', 'diameter_exponent', '', 4.0_rp, [3.1_rp, 3.2_rp, 3.3_rp], &
             'Thin veins are stiff against thick ones: one of half the diameter is 74 % stiffer than if both were solid and '// &
             'round, 62 to 87 %'//SURE)
   call told('a shift', 'load_shift_y', '', 0.0_rp, [-8.0e-5_rp, -6.0e-5_rp, -4.0e-5_rp], &
-            'Forces acted beside the stated places: 60 um toward -y, 40 to 80 um'//SURE)
+            'Forces acted beside the declared places: 60 um toward -y, 40 to 80 um'//SURE)
   call told('torsion', 'torsion', '', 0.0_rp, [0.031_rp, 0.036_rp, 0.041_rp], 'Veins resist being twisted: with 0.036 of '// &
             'their stiffness against bending (solid round veins: 0.77), 0.031 to 0.041'//SURE)
   call told('cuticle', 'cuticle', '', 0.0_rp, [1.1e-6_rp, 1.23e-6_rp, 1.35e-6_rp], &

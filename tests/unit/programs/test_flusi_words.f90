@@ -56,9 +56,10 @@ program test_flusi_words
   call words('Adjoint', 'adjoint', 'F|T')
   call words('Lagrangian', 'use_lagrangian', '0|1')
   call one_message('magnetohydrodynamics', '[MHD]'//NL//'eta=0.01;'//NL//'[MHDGeometry]'//NL//'r1=1;'//NL//'[Time]'//NL// &
-                   'CFL=-1;'//NL, 'f.ini:1: [MHD]: asks for magnetohydrodynamics, which is not built here; instead: ')
+                   'CFL=-1;'//NL, 'f.ini:1: [MHD]: asks for magnetohydrodynamics, which this program does not have; use instead: ')
   call one_message('artificial compressibility', '[Incompressibility]'//NL//'c_0=20;'//NL, &
-                   'f.ini:1: [Incompressibility]: asks for artificial compressibility, which is not built here; instead: ')
+                   'f.ini:1: [Incompressibility]: asks for artificial compressibility, which this program does not have; '// &
+                   'use instead: ')
   call check_both()
   call one_message('a beam in its mask', '[Penalization]'//NL//'iPenalization=1;'//NL//'iMask=Flexibility;'//NL// &
                    '[SolidModel]'//NL//'use_solid_model=yes;'//NL, 'f.ini:5: [SolidModel] use_solid_model: ')
@@ -90,7 +91,7 @@ contains
       do m = 1, errors%count()
         if (index(errors%text(m), place) == 0) cycle
         n = n + 1
-        if (index(errors%text(m), 'not built here; instead: ') == 0) n = 9
+        if (index(errors%text(m), 'does not have; use instead: ') == 0) n = 9
       end do
       call kit%check(key//' = '//list(first:last)//' is taken, or refused with what to give instead', n <= 1)
       call kit%check(key//' = '//list(first:last)//': a refusal is known as such', (n == 1) .eqv. c%asks_for_unbuilt())

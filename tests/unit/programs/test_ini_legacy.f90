@@ -243,7 +243,7 @@ contains
     call c%load_text('['//section//']'//NL//line, 'f.ini', registry, errors, notices)
     holds = errors%count() == 1
     if (holds) holds = index(errors%text(1), 'f.ini:2: ['//section//'] '//key//': ') == 1 .and. &
-                       index(errors%text(1), 'not built here') > 0
+                       index(errors%text(1), 'this program does not have') > 0
     call kit%check('refused: ['//section//'] '//line, holds)
   end subroutine refuses
 end program test_ini_legacy

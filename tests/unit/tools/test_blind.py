@@ -230,7 +230,7 @@ class Batches(WithDesign):
         (verdicts / "0001.json").write_text('{"verdict": "adequate"}')
         self.assertIn("1 of 2 verdicts are missing", self.run_tool("blind_score", "a", code=2).stderr)
         old = self.run_tool("blindscore", "a", code=2).stderr
-        self.assertIn("blindscore: this tool is now called blind_score", old)
+        self.assertIn("blindscore: this tool is called blind_score", old)
         self.assertIn("1 of 2 verdicts are missing", old)
         self.assertFalse((self.folder / "a/opened.json").exists())
         (verdicts / "0002/diagnosis.json").write_text('{"verdict": "named", "causes": [{"names": ["drift"]}]}')

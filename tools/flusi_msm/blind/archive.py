@@ -110,7 +110,7 @@ class Archive:
             if self.path.exists():
                 facts, rows = read_lines(self.path)
                 if rows and facts != self.facts:
-                    raise InputError(f"{self.path}: holds verdicts of another study by now")
+                    raise InputError(f"{self.path}: holds verdicts of another study")
                 self.rows = {**rows, **self.rows}
             lines = [json.dumps(row, sort_keys=True) for row in (self.facts, *(self.rows[n] for n in sorted(self.rows)))]
             write(self.path, "\n".join(lines) + "\n")

@@ -51,7 +51,7 @@ def rotation(v: np.ndarray) -> np.ndarray:
 
 def rest_on_clamp(model: Model, path: Path, load: np.ndarray, start: np.ndarray | None = None) -> tuple[np.ndarray, Report, np.ndarray]:
     """Returns displacements under load (nodes, 3) of a wing whose clamp turns about y and x by its compliance times the moment,
-    and a report. The clamped wing is solved in the frame of the turned clamp until the angles no longer change."""
+    and a report. The clamped wing is solved in the frame of the turned clamp until the angles stay the same."""
     flap, twist = model.stiffness.root_compliance
     u, report = path.solve(load, start)
     if flap == 0 and twist == 0:

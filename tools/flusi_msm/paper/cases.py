@@ -179,7 +179,7 @@ def refuse_changed(cases: Iterable[Case], anew: bool) -> None:
     for case in cases:
         changed = case.changed()
         if changed and anew:
-            print(f"{case.name}: the input is another one; what was there is now {case.set_aside().name}")
+            print(f"{case.name}: the input differs; the earlier flight was moved to {case.set_aside().name}")
         elif changed:
             problems.append(f"{case.folder} was flown with another input: {'; '.join(changed[:4])}"
                             + (f" and {len(changed) - 4} more" if len(changed) > 4 else ""))

@@ -95,7 +95,7 @@ class Field:
             with h5py.File(self.path, "r") as file:
                 values = np.asarray(file[self.dataset][box[:self._rank]], dtype="f8")
         except (OSError, KeyError):
-            raise InputError(f"{self.path}: cannot be read any more: it has been moved or changed, or is damaged") from None
+            raise InputError(f"{self.path}: cannot be read: it was moved, changed or damaged after it was opened") from None
         if values.ndim == 2:
             values = values[:, :, None][:, :, box[2]]
         if not np.isfinite(values).all():

@@ -31,7 +31,7 @@ module flusi_solid
   private
   public :: check_solid, run_solid
 
-  real(rp), parameter :: PART = 1.0e-6_rp !< of a step: times closer than this are the same
+  real(rp), parameter :: PART = 1.0e-6_rp !< fraction of a step: times closer than this are equal
   !> Holds one run.
   type :: solid_run_t
     type(world_t) :: world
@@ -48,8 +48,8 @@ module flusi_solid
     type(progress_t) :: progress
     real(rp), allocatable :: force(:, :) !< (3, n_all) [N] external forces at the time of the state
     integer :: step = 0
-    logical :: is_open = .false.         !< the output
-    type(outcome_t) :: outcome           !< its failure is one of files
+    logical :: is_open = .false.         !< output files are open
+    type(outcome_t) :: outcome           !< its failure means that files could not be used
   contains
     procedure :: start => run_start
     procedure :: advance => run_advance
@@ -59,7 +59,7 @@ module flusi_solid
 
 contains
 
-  !> Reads the input. Prints the mistakes, if there are any; `outcome` is then not good.
+  !> Reads the input. Prints the mistakes, if there are any; `outcome` then says so.
   subroutine read_settings(command, settings, is_check, outcome)
     type(command_t), intent(in) :: command
     type(solid_settings_t), intent(out) :: settings
@@ -75,7 +75,7 @@ contains
     end if
   end subroutine read_settings
 
-  !> Prints the value of every key that the input sets or leaves at its default. Prints the mistakes instead if there are any.
+  !> Prints the values of all keys, given or default. If the input has mistakes, it prints the mistakes instead.
   subroutine check_solid(command, outcome)
     type(command_t), intent(in) :: command
     type(outcome_t), intent(inout) :: outcome
@@ -285,7 +285,7 @@ contains
     real(rp) :: h, before
     associate (s => self%settings, state => self%state, model => self%settings%wing_case%model)
       h = s%dt
-      ! The last step is shorter if the end is no multiple of dt.
+      ! The last step is shorter if the end time is not a multiple of dt.
       if (s%t_max - state%time < (1 - PART)*s%dt) h = s%t_max - state%time
       before = state%time
       call s%loads%at(before, self%force)

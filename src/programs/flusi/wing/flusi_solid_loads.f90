@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Forces on a wing as functions of time: a list of forces, each with its law.
+!> Computes forces on a wing as functions of time, from a list of forces with a law for each.
 module flusi_solid_loads
   use base_constants, only: TWO_PI
   use base_kinds, only: rp
@@ -9,7 +9,7 @@ module flusi_solid_loads
   private
   public :: solid_loads_t
 
-  !> One force and how it depends on time, LAW_* of simulation_solid_keys.
+  !> Holds a force and its dependence on time, LAW_* of simulation_solid_keys.
   type :: solid_load_t
     type(point_force_t) :: force
     integer :: law = LAW_CONSTANT
@@ -47,7 +47,7 @@ contains
     end do
   end subroutine loads_at
 
-  !> By how much a force of this law is multiplied at `time`.
+  !> Returns the factor on a force of this law at `time`.
   pure real(rp) function factor(self, law, time)
     class(solid_loads_t), intent(in) :: self
     integer, intent(in) :: law

@@ -27,7 +27,7 @@ module flusi_solid_output
                           'L_x [kg m^2/s]', 'L_y [kg m^2/s]', 'L_z [kg m^2/s]']
   character(*), parameter :: VECTORS(1) = ['velocity']
   integer, parameter :: DIGITS = 10
-  real(rp), parameter :: PART = 1.0e-6_rp !< of a step: times closer than this are the same
+  real(rp), parameter :: PART = 1.0e-6_rp !< fraction of a step: times closer than this are equal
 
   !> Writes the series and the shapes of a run.
   type :: solid_output_t
@@ -63,7 +63,7 @@ contains
     self%number = 0
     if (is_restart) then
       self%number = shape_number(settings, state%time) + 1
-      ! The record of this time is kept too: it tells how the last step went.
+      ! The record at this time is kept too, because it has numbers of the last step.
       call self%series%open(world, settings%name//'.t', COLUMNS, failure, digits=DIGITS, &
                             restart_time=state%time + 0.5_rp*state%old_step)
       call self%index%open(settings%name//'.xmf', failure, restart_time=state%time)
@@ -88,7 +88,7 @@ contains
     is_due = shape_number(settings, time) >= self%number
   end function output_is_due
 
-  !> Writes one record of the time series. A failure shows in `close`.
+  !> Writes one record of the time series. `close` reports a failure.
   subroutine output_record(self, settings, frame, state, work, report)
     class(solid_output_t), intent(inout) :: self
     type(solid_settings_t), intent(in) :: settings

@@ -113,7 +113,7 @@ contains
     end associate
   end subroutine read_options
 
-  !> Adds a notice for each key of a motion that was not chosen. Such keys are allowed but have no effect.
+  !> Adds a notice for each key that belongs to another type of motion. Such keys are allowed but have no effect.
   subroutine notice_idle_keys(c, type, notices)
     type(config_t), intent(in) :: c
     character(*), intent(in) :: type !< of the motion
@@ -130,7 +130,7 @@ contains
     end do
   end subroutine notice_idle_keys
 
-  !> Sets a wing frame at rest.
+  !> Sets the motion of a wing frame at rest.
   subroutine read_rest(s)
     type(solid_settings_t), intent(inout) :: s
     type(steady_motion_t) :: rest
@@ -138,7 +138,7 @@ contains
     allocate (s%motion, source=rest)
   end subroutine read_rest
 
-  !> Sets a wing frame that turns about a fixed axis.
+  !> Sets the motion of a wing frame that turns about a fixed axis.
   subroutine read_rotation(s, errors)
     type(solid_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors
@@ -175,7 +175,7 @@ contains
       wing = merge(1, 2, s%wing == 'left')
       key = 'FlappingMotion_'//s%wing
       call read_body(c, flapping%body)
-      call read_mounts(c, AT_CENTRE, mounts, motions, both) ! it complains of wings in one place; here is one wing only
+      call read_mounts(c, AT_CENTRE, mounts, motions, both) ! its check of overlapping wings cannot fail with one wing
       flapping%mount = mounts(wing)
       flapping%motion = motions(wing)
       flapping%length = s%unit_length
@@ -198,8 +198,8 @@ contains
     allocate (s%motion, source=flapping)
   end subroutine read_flapping
 
-  !> The mechanics uses the axes of the wing file. If z of the flapping wing points to another side, that wing is the mirror
-  !> image of the one in the file, and this makes the wing in the file perform the mirrored motion.
+  !> Mirrors the motion if necessary. The mechanics uses the axes of the wing file. If z of the flapping wing points to another
+  !> side, this wing is the mirror image of the wing in the file, which then performs the mirrored motion.
   subroutine mirror_motion(wing, motion, is_mirrored)
     type(wing_t), intent(in) :: wing
     class(motion_t), intent(inout) :: motion

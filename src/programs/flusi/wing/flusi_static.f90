@@ -49,7 +49,7 @@ contains
     call outcome%classify(OUTCOME_UNWRITABLE)
   end subroutine run_static
 
-  !> Prints and saves the natural modes of the unloaded wing. If they cannot be found, the loads are still computed.
+  !> Prints and saves the natural modes of the unloaded wing. If there are none, the program still computes the loads.
   subroutine solve_modes(settings, outcome)
     type(static_settings_t), intent(in) :: settings
     type(outcome_t), intent(inout) :: outcome
@@ -105,7 +105,7 @@ contains
       'deformed wings in '//settings%name//'_NN.xmf, NN the number of the load, for ParaView'
   end subroutine solve_all
 
-  !> Computes the equilibrium u(3, n_all) [m] under load i, and what to report about it.
+  !> Computes the equilibrium u(3, n_all) [m] under load i, and its row of the report.
   subroutine solve_one(settings, i, work, u, row)
     type(static_settings_t), intent(in) :: settings
     integer, intent(in) :: i
@@ -120,7 +120,7 @@ contains
       u = work%moved
       call cpu_time(t1)
       row%seconds = t1 - t0
-      if (.not. row%report%converged) return ! u belongs to a part of the load only
+      if (.not. row%report%converged) return ! u is the shape under a part of the load only
       n = model%n_points
       row%at_load = sum(l%applied*u)/l%magnitude
       row%tip = u(:, settings%wing_case%tip)
@@ -148,7 +148,7 @@ contains
       if (r%converged) then
         write (unit, '(es10.1,i9,i7,f14.5,f13.5,f10.1)') r%residual, r%factorisations, r%snaps, MM*row%at_load, &
           MM*row%tip(3), 1000*row%seconds
-        if (r%was_repeated) write (unit, '(a)') '     found with finer settings: the usual path did not reach the full load'
+        if (r%was_repeated) write (unit, '(a)') '     found with finer settings, because the usual path did not reach the full load'
       else
         write (unit, '(a10,i9,i7,a14,a13,f10.1)') '-', r%factorisations, r%snaps, '-', '-', 1000*row%seconds
         write (unit, '(a)') '     failed: '//r%reason

@@ -25,13 +25,13 @@ module flusi_static_output
   !> Holds the result for one load. The shape is defined only if the solution converged.
   type :: static_row_t
     type(static_report_t) :: report
-    real(rp) :: at_load = 0  !< [m] movement of the loaded place along the force
+    real(rp) :: at_load = 0  !< [m] movement of the loaded point along the force
     real(rp) :: tip(3) = 0   !< [m] displacement of the point farthest from the root
     real(rp) :: largest = 0  !< [m]
     real(rp) :: seconds = 0  !< CPU time
   end type static_row_t
 
-  !> Holds the table of loads. It is written again as a whole after every load.
+  !> Holds the table of loads. The whole table is written again after every load.
   type :: static_table_t
     private
     character(:), allocatable :: path, text
@@ -56,8 +56,8 @@ contains
     call save(self, failure)
   end subroutine table_start
 
-  !> Adds the row of load number `number` and writes the table again. What a failed load leaves unknown is NaN. Fails if the
-  !> table cannot be written.
+  !> Adds the row of load number `number` and writes the table again. Unknown values of a failed load are NaN. Fails if the table
+  !> cannot be written.
   subroutine table_add(self, settings, number, row, failure)
     class(static_table_t), intent(inout) :: self
     type(static_settings_t), intent(in) :: settings

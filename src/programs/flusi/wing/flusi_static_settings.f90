@@ -20,10 +20,10 @@ module flusi_static_settings
 
   !> Holds one load of the list.
   type :: static_load_t
-    type(load_t) :: load                   !< everything
-    real(rp), allocatable :: applied(:, :) !< (3, n_all) [N] its forces without the weight, or the weight alone
+    type(load_t) :: load                   !< all forces of the load
+    real(rp), allocatable :: applied(:, :) !< (3, n_all) [N] its forces without weight; the weight if there are none
     real(rp) :: site(2) = 0               !< [m] of the first force, on the unloaded wing
-    real(rp) :: force(3) = 0               !< [N] sum of what is applied
+    real(rp) :: force(3) = 0               !< [N] sum of the applied forces
     real(rp) :: magnitude = 0              !< [N] sum of the magnitudes
   end type static_load_t
 
@@ -93,7 +93,7 @@ contains
       if (.not. any(abs(s%loads(n + m + i)%load%force) > 0) .and. size(groups(i)%forces) > 1) &
         call s%config%complain(errors, 'Loads', 'named_forces', 'the forces of load '//number_text(i)//' cancel')
     end do
-    if (errors%count() > 0) return ! with mistakes there may be no mass
+    if (errors%count() > 0) return ! after mistakes the mass may be missing
     do i = 1, size(s%loads)
       call complete(s, s%loads(i))
     end do
@@ -166,7 +166,7 @@ contains
     end associate
   end subroutine take_group
 
-  !> Adds the weight. The weight counts as the applied force only if there is no other one.
+  !> Adds the weight. The weight counts as the applied force only if there is no other force.
   subroutine complete(s, load)
     type(static_settings_t), intent(in) :: s
     type(static_load_t), intent(inout) :: load
@@ -185,7 +185,7 @@ contains
     end do
   end subroutine complete
 
-  !> Adds a problem if the load cannot move anything.
+  !> Adds a problem if the load cannot move any point.
   subroutine check_force(model, row, load, problems)
     type(solid_model_t), intent(in) :: model
     integer, intent(in) :: row

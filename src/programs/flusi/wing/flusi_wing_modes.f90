@@ -23,8 +23,8 @@ module flusi_wing_modes
 
 contains
 
-  !> Finds the frequencies(:) [Hz], lowest first, and the shapes(3, n_all, :) of small undamped vibrations about the unloaded
-  !> wing at rest. The largest movement in each shape is 1, and it points to +z if it moves along z at all. Fails if the modes
+  !> Finds the frequencies(:) [Hz], lowest first, and the shapes(3, n_all, :) of small undamped vibrations about the unloaded wing
+  !> at rest. The largest movement in each shape is 1, and it points to +z unless it has no component along z. Fails if the modes
   !> cannot be found.
   subroutine find_modes(s, frequencies, shapes, failure)
     type(wing_case_t), intent(in) :: s

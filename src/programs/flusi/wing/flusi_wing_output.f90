@@ -19,9 +19,9 @@ module flusi_wing_output
   public :: wing_lines_t, put_wing, put_wing_vectors, shape_grid
 
   character(*), parameter :: NL = new_line('a')
-  integer, parameter :: POLYLINE = 2 !< XDMF's number of this kind of cell
+  integer, parameter :: POLYLINE = 2 !< number of this kind of cell in XDMF
 
-  !> Holds the points and diameters of all veins one after the other, and the cells that join them.
+  !> Holds the points and diameters of all veins, vein after vein, and the cells that join them.
   type :: wing_lines_t
     integer :: n_points = 0, n_triangles = 0, n_veins = 0 !< of the wing
     integer, allocatable :: nodes(:), cells(:)

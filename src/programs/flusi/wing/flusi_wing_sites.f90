@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads forces at named places. For example, 'tip 0 0 1e-4 + vein:C:last 0 0 2e-5, joint:C_Sc 0 0 1e-4' lists two groups, the
-!> first of which has two forces. PLACE_HELP explains the places.
+!> Reads forces at named sites. For example, 'tip 0 0 1e-4 + vein:C:last 0 0 2e-5, joint:C_Sc 0 0 1e-4' lists two groups, the first
+!> of which has two forces. PLACE_HELP explains the names of sites.
 module flusi_wing_sites
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
@@ -12,14 +12,14 @@ module flusi_wing_sites
   private
   public :: site_t, point_force_t, force_group_t, read_force_groups, add_force
 
-  !> Holds a point of the wing, or a place in a triangle as its corners and their shares.
+  !> Holds a point of the wing, or a point in a triangle by its corners and their fractions.
   type :: site_t
     integer :: n = 0
     integer :: points(3) = 0
     real(rp) :: weights(3) = 0
   end type site_t
 
-  !> Holds a force and its place.
+  !> Holds a force and its site.
   type :: point_force_t
     type(site_t) :: site
     real(rp) :: force(3) = 0 !< [N]
@@ -32,7 +32,7 @@ module flusi_wing_sites
 
 contains
 
-  !> Adds `factor` times this force to forces(3, n_all) [N], shared among the points of its place.
+  !> Adds `factor` times this force to forces(3, n_all) [N], distributed among the points of its site.
   pure subroutine add_force(self, factor, forces)
     type(point_force_t), intent(in) :: self
     real(rp), intent(in) :: factor
@@ -70,7 +70,7 @@ contains
     if (len(problems) > 0) call config%complain(errors, section, key, problems(3:))
   end subroutine read_force_groups
 
-  !> Reads forces that act at the same time, separated by '+'. Adds to `problems` what is wrong with them.
+  !> Reads forces that act at the same time, separated by '+'. Adds their mistakes to `problems`.
   subroutine read_group(text, s, group, problems)
     character(*), intent(in) :: text
     type(wing_case_t), intent(in) :: s
@@ -130,7 +130,7 @@ contains
     end if
   end subroutine read_force
 
-  !> Finds the place called `name`. Sets `problem` if there is none.
+  !> Finds the site called `name`. Sets `problem` if there is none.
   subroutine find_site(name, s, site, problem)
     character(*), intent(in) :: name
     type(wing_case_t), intent(in) :: s
@@ -194,7 +194,7 @@ contains
     problem = 'there is no joint '//quoted(name)//'; valid: '//names(min(4, len(names) + 1):)
   end subroutine find_joint
 
-  !> Finds a place of the form NAME:first, NAME:last or NAME:K.
+  !> Finds a site of the form NAME:first, NAME:last or NAME:K.
   subroutine find_on_vein(text, s, point, problem)
     character(*), intent(in) :: text
     type(wing_case_t), intent(in) :: s
@@ -226,7 +226,7 @@ contains
     problem = 'there is no vein '//quoted(text(:colon - 1))//'; valid: '//names(min(4, len(names) + 1):)
   end subroutine find_on_vein
 
-  !> Finds a place of the form X:Y. The corners of the triangle there share it.
+  !> Finds a site of the form X:Y. It is distributed among the corners of its triangle.
   subroutine find_at(text, s, site, problem)
     character(*), intent(in) :: text
     type(wing_case_t), intent(in) :: s

@@ -43,7 +43,7 @@ contains
     call self%index%open(opening%world, opening%name//'_body.xmf', opening%failure, opening%restart_time)
   end subroutine output_init
 
-  !> Writes the body at its present place, if there is a body. Root writes; if it cannot, all ranks fail. Collective.
+  !> Writes the body at its present position, if there is a body. Root writes; if it fails, all ranks fail. Collective.
   subroutine output_write(self, wings, label, note, failure)
     class(body_output_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings

@@ -2,8 +2,7 @@
 !> Records in every step how well the coupling of each flexible wing works, in `coupling_left.t` and `coupling_right.t`.
 !>
 !> A record belongs to the beginning of its step. It holds the sampled load that bends the wing, and the difference between this
-!> load and that of the penalization, which is the same load as the flow feels it. Then follows the work that the step has
-!> taken.
+!> load and that of the penalization, which is the same load as the flow feels it. The work of the step follows.
 module simulation_coupling_series
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -81,7 +80,7 @@ contains
     end do
   end subroutine series_record
 
-  !> Writes one record for each wing on the step that `coupler` has just made. A failure shows in `close`.
+  !> Writes one record for each wing on the step that `coupler` has just made. `close` reports a failure.
   subroutine series_write(self, coupler)
     class(coupling_series_t), intent(inout) :: self
     type(coupler_t), intent(in) :: coupler

@@ -56,16 +56,16 @@ contains
     end do
   end subroutine output_init
 
-  !> Writes the body and all wings under one label. With `coupler`, which knows the wings that bend, it also writes what bends
-  !> them. Root writes; if it cannot, all ranks fail. Collective.
+  !> Writes the body and all wings under one label. With `coupler`, which knows the wings that bend, it also writes what bends them.
+  !> Root writes; if it fails, all ranks fail. Collective.
   subroutine output_write(self, wings, label, note, failure, coupler, sides)
     class(flight_output_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings
     character(*), intent(in) :: label
     character(*), intent(in) :: note !< on the units, stored unless it is empty
     type(failure_t), intent(inout) :: failure
-    type(coupler_t), intent(in), optional :: coupler !< must have sampled the loads at the present places of the wings
-    type(wing_sides_t), intent(in), optional :: sides !< as well
+    type(coupler_t), intent(in), optional :: coupler !< must have sampled the loads at the present positions of the wings
+    type(wing_sides_t), intent(in), optional :: sides !< must have sampled the flow there as well
     character(:), allocatable :: path
     type(failure_t) :: writing
     character(12), allocatable :: vectors(:)

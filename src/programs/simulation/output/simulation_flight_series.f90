@@ -35,8 +35,8 @@ module simulation_flight_series
 
 contains
 
-  !> Opens all files through `opening`, and those on bending if the wings are `flexible`. Nothing can be written if `wings` is
-  !> absent. Collective.
+  !> Opens all files through `opening`, and the files on bending if the wings are `flexible`. Without `wings`, nothing can be
+  !> written. Collective.
   subroutine series_open(self, opening, flight, flexible, wings)
     class(flight_series_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
@@ -149,7 +149,8 @@ contains
     end associate
   end subroutine series_write_bending
 
-  !> Writes one record to every file. `loads` are those of the wings in their order, and `of_body` is the power of the body.
+  !> Writes one record to every file. `loads` are the loads on the wings in the order of the wings, and `of_body` is the power of
+  !> the body.
   subroutine series_write(self, wings, loads, of_body)
     class(flight_series_t), intent(inout) :: self
     type(flapping_wings_t), intent(in) :: wings

@@ -26,7 +26,7 @@ contains
       do k = 0, int(settings%fluid%time%t_max/p%fields%interval + 1.0e-9_rp)
         if (k >= settings%fluid%time%nt .or. failure%failed) exit
         state%time = k*p%fields%interval
-        state%step = k + 1 ! what is written belongs to the step before
+        state%step = k + 1 ! the output belongs to the previous step
         fluid%sums_time = state%time
         if (present(wings)) call wings%place(state%time, fluid%rhs%penalty, failure)
         output%fields_due = .not. failure%failed .and. state%time >= p%fields%first

@@ -12,8 +12,8 @@ module simulation_opening
   !> Holds what all files of a run share, the names of the series, and the first failure.
   type :: opening_t
     type(world_t) :: world
-    character(:), allocatable :: name      !< first part of the names of files that have the run's
-    character(:), allocatable :: note      !< on the units, stored with every file unless it is empty
+    character(:), allocatable :: name      !< first part of the names of files that carry the name of the run
+    character(:), allocatable :: note      !< text on the units, stored with every file unless it is empty
     real(rp), allocatable :: restart_time  !< files keep their records before this time; not allocated in a new run
     logical :: is_listing = .false.        !< nothing is opened: there is no run
     type(message_list_t) :: series         !< names of the series, in their order
@@ -25,8 +25,8 @@ module simulation_opening
 
 contains
 
-  !> Opens `series` in the file `path` and lists its name. After a first failure it opens the other series in name only, so that
-  !> the caller can close all of them. Collective.
+  !> Opens `series` in the file `path` and lists its name. After a first failure it opens no further file, but the caller can still
+  !> close all series. Collective.
   subroutine opening_open(self, series, path, columns)
     class(opening_t), intent(inout) :: self
     type(series_t), intent(inout) :: series

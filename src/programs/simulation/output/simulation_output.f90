@@ -25,7 +25,7 @@ module simulation_output
   private
   public :: output_t
 
-  !> Knows what is due in the present step, and holds scratch memory for fields.
+  !> Holds which output is due in the present step, and scratch memory for fields.
   type :: output_t
     type(output_params_t) :: params
     character(:), allocatable, private :: note
@@ -77,12 +77,12 @@ contains
     call self%index%open(opening%world, opening%name//'.xmf', opening%failure, opening%restart_time)
   end subroutine output_init
 
-  !> Decides what to write for the present state of `fluid`, and states in `request` what the next pass must provide. If Q is
-  !> due it computes Q now, because the next step changes it, and keeps it in the scratch until `write`. Collective.
+  !> Decides what to write for the present state of `fluid`, and sets in `request` what the next pass must provide. If Q is due it
+  !> computes Q now, because the next step changes it, and keeps it in the scratch until `write`. Collective.
   subroutine output_request_fields(self, fluid, is_last, request, averages)
     class(output_t), target, intent(inout) :: self
     type(fluid_t), target, intent(inout) :: fluid
-    logical, intent(in) :: is_last !< the end of the run: everything is due
+    logical, intent(in) :: is_last !< the run ends, so that all output is due
     type(request_t), intent(out) :: request
     type(averages_t), intent(in), optional :: averages
     associate (p => self%params, t => fluid%rhs%state%time, dt => fluid%rhs%state%dt_old, &
@@ -103,7 +103,7 @@ contains
       call q_criterion(fluid%transform, fluid%rhs%state%u, self%scratch(:, :, :, 1))
   end subroutine output_request_fields
 
-  !> Writes what `request_fields` found due, from the pass that has run since then. Collective.
+  !> Writes the output that `request_fields` found due, from the pass that has run since then. Collective.
   subroutine output_write(self, fluid, failure, wings, coupler, averages)
     class(output_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -155,7 +155,7 @@ contains
     type(failure_t), intent(inout) :: failure
     integer :: c
     associate (p => self%params, penalty => fluid%rhs%penalty)
-      if (p%fields%q_criterion) call save('Q') ! before the scratch is used for others
+      if (p%fields%q_criterion) call save('Q') ! before the scratch is used for other fields
       do c = 1, 3
         if (p%fields%velocity) call save_flow('u'//AXES(c:c), c)
       end do
@@ -283,7 +283,7 @@ contains
     if (writing%failed) failure%reason = failure%reason//'; moreover: '//writing%reason
   end subroutine output_write_failed
 
-  !> Returns what every field file says of its run: time, viscosity, permeability and grid.
+  !> Returns the data on the run that every field file contains: time, viscosity, permeability and grid.
   function meta_of(fluid, time) result(meta)
     type(fluid_t), intent(in) :: fluid
     real(rp), intent(in) :: time
@@ -303,7 +303,7 @@ contains
     character(:), allocatable :: label
     real(rp) :: shown
     shown = time
-    ! A whole number of periods is 0 whatever its round-off.
+    ! A whole number of periods gives 0 in spite of round-off.
     if (p%fields%one_period) shown = max(0.0_rp, time - p%fields%period*aint(time/p%fields%period + 1.0e-9_rp))
     label = field_label(shown, int(step, i8), finest_naming(p%fields%naming, interval))
   end function label_of

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Prints what a run says about itself at its start and at its end.
+!> Prints the reports at the start and at the end of a run.
 module simulation_report
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_build, only: BUILD_VERSION, BUILD_COMMIT, BUILD_COMPILER
@@ -32,7 +32,7 @@ contains
   subroutine print_run_header(unit, settings, plans, fluid, restart_time, thin)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
-    character(*), intent(in) :: plans !< why FFTW plans as it does
+    character(*), intent(in) :: plans !< why FFTW measures or estimates its plans
     type(fluid_t), intent(in) :: fluid
     real(rp), intent(in), optional :: restart_time
     type(thin_wings_t), intent(in), optional :: thin !< wings without thickness
@@ -144,7 +144,7 @@ contains
     if (settings%flexible) call print_bending(unit, settings)
   end subroutine print_flight
 
-  !> Prints what the wings that bend are made of, and whether their coupling is safe (docs/theory/coupling.md).
+  !> Prints the material of wings that bend, and whether their coupling is safe (docs/theory/coupling.md).
   subroutine print_bending(unit, settings)
     integer, intent(in) :: unit
     type(settings_t), intent(in) :: settings
@@ -181,7 +181,7 @@ contains
     end associate
   end subroutine print_bending
 
-  !> Says what a large added mass means for a coupling.
+  !> Returns what a large added mass means for a coupling.
   pure function advice(coupling) result(text)
     integer, intent(in) :: coupling
     character(:), allocatable :: text
@@ -219,7 +219,7 @@ contains
     end associate
   end subroutine print_coupling
 
-  !> Prints where the time of the run went, over all ranks. Root prints. Collective.
+  !> Prints how the time of the run was spent, over all ranks. Root prints. Collective.
   subroutine print_time_table(world, timers, whole, fluid, wings)
     type(world_t), intent(in) :: world
     type(timers_t), intent(in) :: timers
@@ -245,7 +245,7 @@ contains
     call world%max_reals(busy)
     sums = [wings%seconds, wings%cells]
     call world%sum_reals(sums)
-    if (sums(2) <= 0) return ! nothing that moves is in the mask
+    if (sums(2) <= 0) return ! the mask has no moving solid
     if (world%is_root) write (output_unit, '(2(a,f0.2),a)') 'drawing the wings took at most ', busy(1), &
       ' s on a rank, ', 1.0e9_rp*sums(1)/max(1.0_rp, sums(2)), ' ns per cell of the band around them'
   end subroutine print_time_table

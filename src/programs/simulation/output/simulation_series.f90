@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Writes the time series of a run with FLUSI's file names and columns. Root writes, and every record reaches the disk at once.
+!> Writes the time series of a run with FLUSI's file names and columns. Root writes, and every record is flushed to the disk at
+!> once.
 module simulation_series
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -50,8 +51,8 @@ module simulation_series
 
 contains
 
-  !> Opens all files. Moving wings must be at their places. `fluid`, and `wings` if wings move, are absent only where there is
-  !> no run and `opening` only gathers names. Collective.
+  !> Opens all files. Moving wings must be at their positions. `fluid`, and `wings` if wings move, are absent only where there is no
+  !> run and `opening` only gathers names. Collective.
   subroutine series_open(self, opening, settings, fluid, wings)
     class(run_series_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
@@ -87,7 +88,7 @@ contains
                       [character(40) :: T, ('rms |u-us| color '//achar(iachar('0') + c)//' [L/T]', c=0, N_COLORS - 1)])
   end subroutine open_solids
 
-  !> Opens the series of the forces on all solids and on each part. Only a run knows which parts there are.
+  !> Opens the series of the forces on all solids and on each part. Only a run knows the parts.
   subroutine open_forces(self, opening, fluid, wings)
     class(run_series_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
@@ -202,8 +203,8 @@ contains
     if (allocated(wings%flyer)) call self%body%write(wings%time, wings%flyer)
   end subroutine series_write_flight
 
-  !> Stores the energy spectra of the present state, if they are written. The integrals of the next step need them, and that
-  !> step changes the state. Collective.
+  !> Stores the energy spectra of the present state if the run writes them. The integrals need them after the next step, which
+  !> changes the state. Collective.
   subroutine series_record_spectra(self, fluid)
     class(run_series_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid
@@ -211,7 +212,7 @@ contains
   end subroutine series_record_spectra
 
   !> Writes the records of every step at the time at which the step began. `seconds` is the wall time that the step took. With
-  !> `coupler`, the caller must have called `record` in this step. A failure shows in `write_integrals` or `close`.
+  !> `coupler`, the caller must have called `record` in this step. `write_integrals` or `close` reports a failure.
   subroutine series_write_step(self, fluid, seconds, ranks, coupler, thin)
     class(run_series_t), intent(inout) :: self
     type(fluid_t), intent(in) :: fluid

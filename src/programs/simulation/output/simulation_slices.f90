@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Saves planes of the velocity, stacked over time as FLUSI does. A file such as sliceu1-ix0012_000000.h5 holds up to
-!> `ncache_slices` planes of one place and one component; its x is the time. slice_times.t lists the time of every plane and the
-!> number of its file.
+!> `ncache_slices` planes at one position and of one component; its x axis is the time. slice_times.t lists the time of every plane
+!> and the number of its file.
 module simulation_slices
   use base_errors, only: failure_t
   use base_files, only: file_exists
@@ -23,8 +23,8 @@ module simulation_slices
   type :: slices_t
     private
     integer, allocatable :: place(:)          !< x indices of the planes, from 0
-    integer :: n_held = 0                     !< planes in the cache, of every place
-    integer :: number = 0                     !< of the next file
+    integer :: n_held = 0                     !< planes in the cache at each position
+    integer :: number = 0                     !< number of the next file
     real(rp), allocatable :: time(:)          !< (size of the cache)
     real(rp), allocatable :: cache(:, :, :, :, :) !< (size of the cache, ny_local, nz_local, 3, places)
     type(series_t) :: times

@@ -30,8 +30,8 @@ module simulation_spectra
 
 contains
 
-  !> Opens all files through `opening`. If `fluid` is absent, nothing can be written. If this call is not made, the other calls
-  !> do nothing. Collective.
+  !> Opens all files through `opening`. Without `fluid`, nothing can be written. Without this call, the other calls do nothing.
+  !> Collective.
   subroutine spectra_open(self, opening, fluid)
     class(spectra_t), intent(inout) :: self
     type(opening_t), intent(inout) :: opening
@@ -74,7 +74,7 @@ contains
     call shell_energies(fluid%rhs%world, fluid%rhs%params%grid, fluid%transform%sticks, fluid%rhs%state%u, self%energies)
   end subroutine spectra_record
 
-  !> Writes the spectra that the last `record` computed, which was at `time` [T]. A failure shows in `close`.
+  !> Writes the spectra that the last `record` computed, which was at `time` [T]. `close` reports a failure.
   subroutine spectra_write(self, time)
     class(spectra_t), intent(inout) :: self
     real(rp), intent(in) :: time

@@ -21,7 +21,7 @@ module simulation_summary
   character(*), parameter :: NL = new_line('a')
   integer, parameter :: FORCE_COLUMNS = 15, SLIP_COLUMNS = 1 + N_COLORS, THIN_COLUMNS = 7, &
                         COUPLING_COLUMNS = 11
-  real(rp), parameter :: START = 0.1_rp !< of the first beat, in which the flow starts suddenly, with large forces
+  real(rp), parameter :: START = 0.1_rp !< fraction of the first beat in which the flow starts suddenly, with large forces
   integer, parameter :: LIFT = 1, DRAG = 2, SIDE = 3, POWER = 4, INERTIAL = 5
   character(18), parameter :: NAMES(5) = [character(18) :: 'lift', 'drag', 'side force', 'aerodynamic power', &
                                                                                                    'inertial power']
@@ -193,7 +193,7 @@ contains
     has_rows = count(times >= (n - 1)*period .and. times <= n*period) > 1
   end function has_rows
 
-  !> Says how well the flow follows wings without thickness in the last beat.
+  !> Returns how well the flow follows wings without thickness in the last beat.
   function thin_slip_text(settings, series, period, n) result(text)
     type(settings_t), intent(in) :: settings
     real(rp), intent(in) :: series(:, :) !< of slip.t
@@ -224,8 +224,8 @@ contains
     if (fraction > MUCH) text = text//'            the flow does not follow the wings well: set a smaller CFL'//NL
   end function thin_slip_text
 
-  !> Says whether the flow receives the power that the wings lose, in the mean of the last beat. It says nothing about wings
-  !> that give and take power in turns and none in the mean.
+  !> Returns whether the flow receives the power that the wings lose, in the mean of the last beat. It is empty for wings that
+  !> exchange power with the flow but lose none in the mean.
   function balance_text(lost, received, least, advice) result(text)
     real(rp), intent(in) :: lost, least
     type(beat_t), intent(in) :: received
@@ -243,7 +243,7 @@ contains
     if (ratio < least .or. ratio > 1/least) text = text//'            these should be equal: '//advice//NL
   end function balance_text
 
-  !> Says how much flow passes through the wings, which are porous: the slip is about (pressure difference) C_eta/thickness.
+  !> Returns how much flow passes through the wings, which are porous: the slip is about (pressure difference) C_eta/thickness.
   function slip_text(settings, series, period, n) result(text)
     type(settings_t), intent(in) :: settings
     real(rp), intent(in) :: series(:, :) !< of u_residual.t

@@ -3,7 +3,7 @@
 !>
 !>     mean f(t) = 1/(t - t_0) int_{t_0}^t f dt',  t_0 the first time not before tstart_avg,
 !>
-!> It integrates by the trapezoidal rule over the time steps. Over whole beats of a periodic flow this rule has no error but the
+!> It integrates by the trapezoidal rule over the time steps. Over whole beats of a periodic flow this rule has no error except the
 !> one from unequal steps. f is u, |u|^2/2 or |omega|^2/2, on the grid.
 module simulation_averages
   use base_errors, only: failure_t
@@ -26,16 +26,16 @@ module simulation_averages
     logical :: is_on = .false.
     logical :: velocity = .true., kinetic_energy = .false., enstrophy = .false.
     real(rp) :: begin = 0       !< T
-    logical :: one_only = .true. !< the newest means replace those before
+    logical :: one_only = .true. !< the newest means replace earlier ones
   contains
     procedure :: n_fields => params_n_fields
   end type average_params_t
 
-  !> Holds the state of the means: the sums, the time at which they begin, and the length of the step before.
+  !> Holds the state of the means: the sums, the time at which they begin, and the length of the previous step.
   type :: averages_t
     type(average_params_t) :: params
     integer :: n = 0                              !< number of fields
-    integer, private :: kind(MOST_AVERAGES) = 0   !< what they are, AVERAGE_*
+    integer, private :: kind(MOST_AVERAGES) = 0   !< kinds of the fields, AVERAGE_*
     character(7) :: name(MOST_AVERAGES) = ''      !< their prefixes
     real(rp), allocatable, private :: sum(:, :, :, :) !< (nx, ny_local, nz_local, n) int f dt
     real(rp), private :: since = 0                !< T; counts if `has_begun`
@@ -121,7 +121,7 @@ contains
     self%dt_old = fluid%dt
   end subroutine averages_add
 
-  !> Tells whether a mean exists at `time` [T], that is whether time has passed since the beginning of the means.
+  !> Tells whether a mean exists at `time` [T], which needs some time since the beginning of the means.
   pure logical function averages_has(self, time) result(has)
     class(averages_t), intent(in) :: self
     real(rp), intent(in) :: time

@@ -23,7 +23,7 @@ module simulation_flight_faults
 contains
 
   !> Fails if a wing leaves the box. Also fails if two wings, or a wing and a periodic image of a wing, are closer to each other
-  !> than their thickness in the mask, because the mask cannot tell such wings apart. No rank waits for another.
+  !> than their thickness in the mask, because the mask cannot separate such wings. No rank waits for another.
   subroutine check_flight(wings, grid, failure)
     type(flapping_wings_t), intent(in) :: wings
     type(grid_t), intent(in) :: grid
@@ -42,10 +42,10 @@ contains
                                           contact(gap, wings%params, ' wing touches '))
   end subroutine check_flight
 
-  !> Foresees faults of a flight before it begins. It moves the wings, without bending them, over the ramp and the first beat
-  !> until `t_end` [T], and checks whether they leave the box, whether they touch, and whether they are thinner than the mask
-  !> resolves. Leaving the box is a mistake for flexible wings, which it would stop, and a remark for rigid ones, whose flow is
-  !> periodic.
+  !> Finds faults of a flight before it begins. It moves the wings, without bending them, over the ramp and the first beat until
+  !> `t_end` [T], and checks whether they leave the box, whether they touch, and whether they are thinner than the mask resolves. It
+  !> is a mistake if flexible wings leave the box, because the run would stop, and a remark if rigid wings leave it, because the
+  !> flow is periodic.
   subroutine foresee_flight(config, flight, grid, t_end, flexible, errors, notices)
     type(config_t), intent(in) :: config
     type(flight_params_t), intent(in) :: flight
@@ -63,7 +63,7 @@ contains
       call notices%add('the wings are '//rounded(2*flight%half_thickness/grid%max_spacing())// &
                        ' cells thick: with less than 4 the mask resolves them badly and more of the flow leaks through')
     do i = 1, size(flight%wings)
-      if (size(flight%wings(i)%points) == 0) return ! a shape that could not be read has been reported
+      if (size(flight%wings(i)%points) == 0) return ! the shape could not be read, which has been reported
       call surfaces(i)%init(flight%wings(i)%points, flight%wings(i)%triangles, flight%wings(i)%color)
     end do
     has_left = .false.
@@ -85,7 +85,7 @@ contains
 
   contains
 
-    !> Says that a wing leaves the box: an error for flexible wings, a notice for rigid ones.
+    !> Reports that a wing leaves the box: a mistake for flexible wings, a notice for rigid ones.
     subroutine tell_leaving(wing)
       integer, intent(in) :: wing
       character(:), allocatable :: what
@@ -127,8 +127,8 @@ contains
     duration = min(duration, t_end)
   end function duration
 
-  !> Returns the first direction in which points of a surface lie outside the box, or 0 if all points lie inside. It ignores x
-  !> in a two-dimensional flow, where the section of the wing has no place along x.
+  !> Returns the first direction in which points of a surface lie outside the box, or 0 if all points lie inside. It ignores x in a
+  !> two-dimensional flow, where the wing is a section without a position along x.
   pure integer function way_out(surface, grid) result(axis)
     type(surface_t), intent(in) :: surface
     type(grid_t), intent(in) :: grid
@@ -139,7 +139,7 @@ contains
     axis = 0
   end function way_out
 
-  !> Says how far a surface that leaves the box reaches along this axis.
+  !> Returns how far a surface that leaves the box reaches along this axis.
   function direction(surface, grid, axis) result(text)
     type(surface_t), intent(in) :: surface
     type(grid_t), intent(in) :: grid
@@ -157,7 +157,7 @@ contains
     if (grid%is_2d) length(1) = 0
   end function periods
 
-  !> Says which wings do what `verb` states, and how close they are.
+  !> Returns which wings do what `verb` says, and their distance.
   function contact(gap, flight, verb) result(text)
     type(gap_t), intent(in) :: gap
     type(flight_params_t), intent(in) :: flight

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Checks whether an insect can fly freely as the input says, computes its masses, and writes its lines of the summary.
+!> Checks the input of a free flight, computes the masses of the insect, and writes its lines of the summary.
 module simulation_free_flight
   use base_constants, only: PI
   use base_errors, only: failure_t, message_list_t
@@ -19,7 +19,7 @@ module simulation_free_flight
   public :: check_free_flight, take_masses, free_flight_text
 
   character(*), parameter :: SECTION = 'Insects'
-  real(rp), parameter :: WEIGHTS(2) = [0.05_rp, 20.0_rp] !< over the lift that wings like these have, in all flights
+  real(rp), parameter :: WEIGHTS(2) = [0.05_rp, 20.0_rp] !< range of the weight over the lift that such wings usually have
 
 contains
 
@@ -51,7 +51,7 @@ contains
                            'that does not move freely; valid with BodyMotion = free_flight: weak, extrapolated, or surface = thin')
     wings = 0
     if (flexible) then
-      if (.not. allocated(coupler%inertia%mass)) return ! why there are none has been reported
+      if (.not. allocated(coupler%inertia%mass)) return ! there is no mass, which has been reported
       call set_gravity(config, units, flight, coupler, errors)
       wings = size(flight%wings)*sum(coupler%inertia%mass)/units%mass
     else
@@ -93,7 +93,7 @@ contains
     end do
   end subroutine drop_masses
 
-  !> Gives each rigid wing of a free flight the mass of every point that [Wing] states, unless the user states another mass.
+  !> Gives each rigid wing of a free flight the mass of every point that [Wing] gives, unless the user gives another mass.
   subroutine take_masses(wing_case, units, flight)
     type(wing_case_t), intent(in) :: wing_case
     type(unit_scales_t), intent(in) :: units
@@ -147,7 +147,7 @@ contains
     type(flight_params_t), intent(in) :: flight
     type(message_list_t), intent(inout) :: notices
     real(rp) :: way(3)
-    if (fluid%time%t_max > 1.0e6_rp) return ! the number of steps ends this run
+    if (fluid%time%t_max > 1.0e6_rp) return ! the number of steps limits this run
     way = (flight%motion%velocity - fluid%mean%velocity)*fluid%time%t_max
     if (all(abs(way) <= fluid%grid%length)) return
     call config%complain(notices, SECTION, 'v0', 'moves the insect through the periodic box before Tmax, over '// &

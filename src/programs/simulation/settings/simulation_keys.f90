@@ -43,8 +43,8 @@ contains
     call set_conditions(registry)
   end subroutine register_all_keys
 
-  !> States when keys of optional parts are of use. FLUSI files carry the keys of insects, elastic wings and other parts along,
-  !> whether they use them or not.
+  !> Declares on which conditions keys of optional parts have an effect. FLUSI files often contain the keys of insects, elastic
+  !> wings and other parts without using them.
   subroutine set_conditions(registry)
     type(registry_t), intent(inout) :: registry
     character(13), parameter :: SECTIONS(2) = ['Insects      ', 'Flexible_wing']
@@ -58,7 +58,7 @@ contains
     do i = 1, size(BODIES)
       call registry%key_only_if('Penalization', trim(BODIES(i)), 'Penalization', 'iPenalization', YES)
     end do
-    ! The beam, which is refused, may be alone.
+    ! The section of the beam, which is refused, may stand alone.
     call registry%key_only_if('Penalization', 'iMask', 'SolidModel', 'use_solid_model', 'no|0|false|.false.')
     call registry%key_only_if('InitialCondition', 'inicond', 'SolidModel', 'use_solid_model', 'no|0|false|.false.')
     call registry%key_only_if('Sponge', 'iSpongeType', 'Sponge', 'iVorticitySponge', YES)

@@ -1,9 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Registers keys of FLUSI that no package of this program handles, so that the program can read existing FLUSI files.
 !>
-!> There are three kinds. FLUSI itself ignores the first kind. The second belongs to physics that this program does not have;
-!> these keys do no harm as long as nothing switches that physics on. The third kind switches that physics on; the program
-!> refuses it.
+!> There are three kinds. FLUSI itself ignores the first kind. The second kind belongs to physics that this program does not have;
+!> these keys have no effect as long as nothing switches that physics on. The third kind switches it on, and the program refuses it.
 module simulation_legacy_keys
   use io_registry, only: registry_t
   implicit none
@@ -26,7 +25,7 @@ contains
     character(10), parameter :: TAKE_OFF(6) = [character(10) :: 'ilegs', 'anglegsend', 'kzlegsmax', 'dzlegsmax', &
                                                't0legs', 'tlinlegs']
     integer :: i
-    call registry%add_inert('Time', 'itdrag', 'stands in [Saving]')
+    call registry%add_inert('Time', 'itdrag', 'belongs in [Saving]')
     call registry%add_inert('Time', 'tstart', 'belongs to the dry run of the mask')
     call registry%add_inert('Time', 'M_krylov_max', 'belongs to a time stepper that does not exist')
     call registry%add_inert('Time', 'krylov_err_threshold', 'belongs to a time stepper that does not exist')
@@ -73,8 +72,8 @@ contains
                              instead='turbulence that fills the box at the start, inicond = infile')
     call registry%add_inert_section('PassiveScalar', 'Transported scalars.')
     call registry%add_switch('PassiveScalar', 'use_passive_scalar', .false., 'transport scalars', &
-                             unbuilt='transport of passive scalars', instead='nothing; saved velocities may carry one '// &
-                             'in another program')
+                             unbuilt='transport of passive scalars', instead='nothing; another program can transport '// &
+                             'scalars with the saved velocities')
     call registry%add_inert_section('Scalar*', 'One transported scalar.')
     call registry%add_inert_section('Adjoint', 'The adjoint equations.')
     call registry%add_word('Adjoint', 'adjoint', 'F', 'F|no|0|false|.false.', 'solve the adjoint equations, too', &
@@ -90,7 +89,7 @@ contains
                                       'with the pressure of the incompressible flow', can_go=.true.)
   end subroutine register_unbuilt_flow_physics
 
-  !> Registers the keys of solids that this program does not have. [Penalization] iMask refuses the masks that draw them.
+  !> Registers the keys of solids that this program does not have. [Penalization] iMask refuses the masks of these solids.
   subroutine register_unbuilt_solids(registry)
     type(registry_t), intent(inout) :: registry
     call registry%add_inert_section('SolidModel', 'The elastic beam.')

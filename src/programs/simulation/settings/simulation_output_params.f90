@@ -43,7 +43,7 @@ module simulation_output_params
     integer :: it_integral = 0
     logical :: spectra = .false.
     logical :: backup = .true.
-    logical :: mask_only = .false.    !< there is no flow
+    logical :: mask_only = .false.    !< the run has no flow
     type(job_limits_t) :: limits      !< of backups, and when to stop
     real(rp) :: progress_seconds = 30
   contains
@@ -121,7 +121,7 @@ contains
     call keys%older_name('nslice_cache')
   end subroutine slice_keys
 
-  !> Returns what the user asks for, whether or not the run has anything to write for it.
+  !> Returns the output that the user asks for, even if the run has nothing to write for it.
   function wanted_output(c) result(p)
     type(config_t), intent(in), target :: c
     type(output_params_t) :: p
@@ -160,7 +160,7 @@ contains
     write (name, '(a,i1)') 'slice', i
   end function slice_name
 
-  !> Drops all output that needs a flow. Adds a mistake if nothing remains.
+  !> Removes all output that needs a flow. Adds a mistake if nothing remains.
   subroutine leave_mask_only(c, fluid, p, errors)
     type(config_t), intent(in) :: c
     type(fluid_params_t), intent(in) :: fluid

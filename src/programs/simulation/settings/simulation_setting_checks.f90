@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Finds mistakes and doubts that concern keys of several sections: units, and wings that nothing uses.
+!> Finds mistakes and doubtful values that concern keys of several sections: units, and wings that have no effect.
 module simulation_setting_checks
   use base_errors, only: message_list_t
   use base_kinds, only: rp
@@ -16,7 +16,7 @@ module simulation_setting_checks
   public :: check_si_numbers, check_wing_use, check_scale, notice_flow, &
             notice_frequency
 
-  real(rp), parameter :: REYNOLDS(2) = [0.1_rp, 1.0e6_rp] !< insects and models of them, with a decade of room
+  real(rp), parameter :: REYNOLDS(2) = [0.1_rp, 1.0e6_rp] !< range of insects and their models, a decade wider on each side
   real(rp), parameter :: VISCOSITY(2) = [5.0e-7_rp, 5.0e-5_rp] !< water to air [m^2/s]
   real(rp), parameter :: WING_SIZE(2) = [0.01_rp, 100.0_rp]    !< of wings, in L
   real(rp), parameter :: FAST = 2.0e4_rp                       !< Reynolds number that no insect has
@@ -57,7 +57,7 @@ contains
     logical, intent(in) :: moving
     type(message_list_t), intent(inout) :: errors
     if (moving .or. .not. has_flexible_wings(c)) return
-    ! A mistake in the mask's own keys is reported already and may be all that is wrong.
+    ! A mistake in the keys of the mask has been reported and may be the only mistake.
     if (is_wrong('iMask') .or. is_wrong('iPenalization')) return
     call c%complain(errors, 'Insects', 'wings', &
                     'there are no wings to bend; valid with [Penalization] iPenalization = yes and iMask = Insect')
@@ -70,7 +70,7 @@ contains
     end function is_wrong
   end subroutine check_wing_use
 
-  !> Adds a remark if the wings are orders of magnitude larger or smaller than L, because then one of the two is in another
+  !> Adds a remark if the wings are orders of magnitude larger or smaller than L, because then one of the two is probably in another
   !> unit. `length` is L in m.
   subroutine check_scale(c, flight, length, errors)
     type(config_t), intent(in) :: c
@@ -86,8 +86,8 @@ contains
                     number_text(rounded(wing*length, 3))//' m long; are both in metres? L usually is about as long as the wing')
   end subroutine check_scale
 
-  !> Adds a remark on a viscosity or a penalization that flapping wings do not have, for instance because it is meant in another
-  !> unit, and on one that the input does not state. `unit` is L^2/T in m^2/s if the numbers of the input are in L and T, and 0
+  !> Adds a remark on a viscosity or a penalization that flapping wings do not have, for instance because the user meant another
+  !> unit, and on a value that the input does not give. `unit` is L^2/T in m^2/s if the numbers of the input are in L and T, and 0
   !> otherwise.
   subroutine notice_flow(c, fluid, flight, unit, notices)
     type(config_t), intent(in) :: c

@@ -57,7 +57,7 @@ contains
     call register_all_keys(registry)
     call settings%config%load_text(text, name, registry, errors, notices, flusi_compat, world)
     if (settings%config%asks_for_unbuilt()) return
-    ! Keys with mistakes hold their defaults now, so that mistakes across keys are found in the same go.
+    ! Keys with mistakes hold their defaults, so that mistakes between keys are found at the same time.
     call read_units(settings%config, settings%units, errors, notices)
     call translate_words(settings%config, notices)
     call read_fluid_params(settings%config, settings%fluid, errors, draws_solids(settings%config), &
@@ -117,7 +117,7 @@ contains
     end if
     if (s%units%given .and. errors%count() == errors_before) then
       call check_scale(s%config, s%flight, s%units%length, errors)
-      if (errors%count() > errors_before) return ! all that follows would be wrong by the same factor
+      if (errors%count() > errors_before) return ! all following checks would be wrong by the same factor
     end if
     s%flexible = has_file .and. wants_flexible(s%config)
     if (wants_flexible(s%config)) then
@@ -145,25 +145,25 @@ contains
                              s%flight%motion%mean_speed(), s%fluid, errors, notices)
   end subroutine read_wings
 
-  !> Tells whether any pass will be asked for velocity or vorticity in physical space.
+  !> Tells whether any pass must provide velocity or vorticity in physical space.
   pure logical function settings_needs_fields(self) result(needs)
     class(settings_t), intent(in) :: self
     needs = self%output%needs_fields() .or. (self%samples_pressure() .and. self%coupler%needs_fields())
   end function settings_needs_fields
 
-  !> Tells whether the coupling will make trials of the flow.
+  !> Tells whether the coupling repeats steps of the flow as trials.
   pure logical function settings_needs_trials(self) result(needs)
     class(settings_t), intent(in) :: self
     needs = self%samples_pressure() .and. self%coupler%needs_trials()
   end function settings_needs_trials
 
-  !> Tells whether any pass will be asked for the pressure.
+  !> Tells whether any pass must provide the pressure.
   pure logical function settings_needs_pressure(self) result(needs)
     class(settings_t), intent(in) :: self
     needs = self%output%fields%pressure .or. self%output%fields%wing_sides .or. self%samples_pressure()
   end function settings_needs_pressure
 
-  !> Tells whether the load that bends the wings is that of the pressure beside them.
+  !> Tells whether the pressure beside the wings gives the load that bends them.
   pure logical function settings_samples_pressure(self) result(samples)
     class(settings_t), intent(in) :: self
     samples = self%flexible .and. .not. self%flight%thin%is_thin

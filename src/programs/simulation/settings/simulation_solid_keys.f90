@@ -19,8 +19,8 @@ module simulation_solid_keys
   public :: solid_choices_t, motion_keys, load_keys, solid_keys, register_solid_keys, write_solid_reference, LAWS, LAW_CONSTANT, &
             LAW_RAMP, LAW_SINE
 
-  !> How forces depend on time: for each law a key of [Loads], a list of forces. A new one also needs its factor in
-  !> flusi_solid_loads.
+  !> The laws by which forces depend on time. Each law has a key of [Loads] with a list of forces. A new law also needs its factor
+  !> in flusi_solid_loads.
   integer, parameter :: LAW_CONSTANT = 1, LAW_RAMP = 2, LAW_SINE = 3
   type(named_kind_t), parameter :: LAWS(3) = [named_kind_t('constant', LAW_CONSTANT), named_kind_t('ramped', LAW_RAMP), &
                                               named_kind_t('sinusoidal', LAW_SINE)]
@@ -28,7 +28,7 @@ module simulation_solid_keys
                                             'forces that grow smoothly from 0 over the time `ramp` and then stay', &
                                             'forces times sin(2 pi frequency t + phase)']
 
-  !> Forces as the user gives them.
+  !> Holds forces as the user gives them.
   type :: force_list_t
     character(:), allocatable :: text
   end type force_list_t
@@ -42,7 +42,7 @@ module simulation_solid_keys
     real(rp) :: turns = 0, turn_ramp = 0            !< of the rotation, [1/s] and [s]
     real(rp) :: unit_length = 1, unit_frequency = 1 !< of [Insects], [m] and [1/s]
     type(force_list_t) :: forces(size(LAWS))        !< of each law
-    character(:), allocatable :: released_forces    !< a list of forces, too
+    character(:), allocatable :: released_forces    !< list of forces that bend the wing before time 0
     real(rp) :: gravity(3) = 0                      !< [m/s^2]
     real(rp) :: load_ramp = 1, load_frequency = 0, load_phase = 0 !< [s], [1/s], [rad]
     integer :: mode = 0                             !< natural mode in which the wing starts

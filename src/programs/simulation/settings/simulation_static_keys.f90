@@ -50,7 +50,7 @@ contains
     call registry%write_markdown(unit)
   end subroutine write_static_reference
 
-  !> Declares and reads all keys but those of the wing.
+  !> Declares and reads all keys except those of the wing.
   subroutine static_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(static_choices_t), intent(inout) :: c

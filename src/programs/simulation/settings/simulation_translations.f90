@@ -56,8 +56,8 @@ contains
     call config%settle('Insects', 'BodyType', 'nobody', 'as [Penalization] iMask = Flexible_wing')
   end subroutine translate_flexible_wing
 
-  !> Translates FLUSI's time stepper, which also names the coupling. Its semi-implicit one, too, takes the load at the old time
-  !> where the wing is one of masses and springs.
+  !> Translates FLUSI's time stepper, which also names the coupling. For a wing of masses and springs, FLUSI's semi-implicit
+  !> coupling also takes the load at the old time.
   subroutine translate_scheme(config, notices)
     type(config_t), intent(inout) :: config
     type(message_list_t), intent(inout) :: notices
@@ -109,7 +109,7 @@ contains
                          ', eta0 = eta_stroke')
   end subroutine translate_take_off
 
-  !> Translates bodies that are held still: the name stands for a place, an attitude and a stroke plane.
+  !> Translates bodies that are held still: the name stands for a position, an attitude and a stroke plane.
   subroutine translate_pose(config, solids, box, notices)
     type(config_t), intent(inout) :: config
     type(solids_t), intent(in) :: solids

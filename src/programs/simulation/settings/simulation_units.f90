@@ -13,7 +13,7 @@ module simulation_units
   !> Holds the length [m], the frequency [1/s] and the density [kg/m^3] that make the units of a run.
   type :: units_t
     logical :: has(3) = .false.   !< the user says what length, frequency and density are
-    logical :: given = .false.    !< all of them
+    logical :: given = .false.    !< the user says all three
     logical :: si_input = .false. !< numbers of the parameter file are in SI units
     real(rp) :: length = 1, frequency = 1, density = 1
   contains
@@ -31,7 +31,7 @@ contains
     call keys%section('units', 'SI values of the units; without this section all quantities are dimensionless')
     call keys%word('input', word, 'dimensionless', 'dimensionless|SI', 'units of the values in this file: L, T and M as '// &
                    'defined below, or m, s and kg instead; results are in L, T and M, and those in summary.txt in both')
-    ! Wings count their time in these units.
+    ! The time of wings depends on these units.
     call keys%real('length', u%length, 1.0_rp, 'one L, for instance the wing length', unit='m', above=0.0_rp, given=u%has(1))
     call keys%in_checkpoint()
     call keys%real('frequency', u%frequency, 1.0_rp, '1/T, for instance the wing beat frequency', unit='1/s', above=0.0_rp, &
@@ -60,7 +60,7 @@ contains
     end if
   end subroutine read_units
 
-  !> Adds a mistake unless all three values are there or none, and all of them with input = SI.
+  !> Adds a mistake unless all three values or none are given. With input = SI, all three must be given.
   subroutine check_units_together(c, units, errors)
     type(config_t), intent(in) :: c
     type(units_t), intent(in) :: units
