@@ -4,7 +4,7 @@
 !> bench/diagnosis/run learns the map and writes inference_probability_table.
 module inference_probability
   use base_kinds, only: rp
-  use inference_probability_table, only: KNOTS, RAW, RIGHT, VERDICT, PROVENANCE
+  use inference_probability_table, only: RAW, RIGHT, VERDICT, PROVENANCE
   implicit none
   private
   public :: grade_of, calibrated_probability, follow_knots, PROVENANCE

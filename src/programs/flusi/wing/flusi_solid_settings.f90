@@ -2,7 +2,7 @@
 !> Reads what `flusi --solid` must compute: it makes a mechanical model, its motion and its loads from the ini file, the wing
 !> file and the kinematics file. It finds all mistakes of the user before the program computes or writes anything. SI units.
 module flusi_solid_settings
-  use base_constants, only: PI, TWO_PI
+  use base_constants, only: TWO_PI
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
