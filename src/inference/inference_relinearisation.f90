@@ -31,7 +31,7 @@ module inference_relinearisation
     procedure(renew_interface), deferred :: renew
     !> Makes `state`, which belongs to q, one of an approximation about q. sd(parameters) are how well they are known, 0 for those
     !> that are not fitted. `rows` are the observations that it now sees in another way; none if it is exact along these parameters,
-    !> or if there is no result; `reason` then says why, and is empty otherwise. `failure`: the diagnosis cannot go on.
+    !> or if there is no result; `unmade` then says why. `failure`: the diagnosis cannot go on.
     procedure(linearise_interface), deferred :: linearise
   end type model_error_t
 
@@ -44,13 +44,13 @@ module inference_relinearisation
       class(solver_state_t), intent(inout) :: state
     end subroutine renew_interface
 
-    subroutine linearise_interface(self, q, sd, state, rows, reason, failure)
+    subroutine linearise_interface(self, q, sd, state, rows, unmade, failure)
       import :: failure_t, model_error_t, rp, solver_state_t
       class(model_error_t), intent(inout) :: self
       real(rp), intent(in) :: q(:), sd(:)
       class(solver_state_t), intent(inout) :: state
       integer, allocatable, intent(out) :: rows(:)
-      character(:), allocatable, intent(out) :: reason
+      type(failure_t), intent(out) :: unmade
       type(failure_t), intent(inout) :: failure
     end subroutine linearise_interface
   end interface
@@ -172,6 +172,7 @@ contains
     type(rounds_t), intent(out), target :: rounds
     type(failure_t), intent(inout) :: failure
     real(rp), parameter :: SETTLED = 0.1_rp ! of the sd of a parameter
+    type(failure_t) :: unmade
     type(nested_fit_t) :: last, next
     type(whitener_t), target :: trial
     integer, allocatable :: rows(:)
@@ -187,7 +188,8 @@ contains
     last = found
     do round = 1, model_error%most_rounds
       sd = parameter_sd(simulator, last)
-      call model_error%linearise(last%q, sd, last%state, rows, rounds%reason, failure)
+      call model_error%linearise(last%q, sd, last%state, rows, unmade, failure)
+      if (unmade%failed) rounds%reason = unmade%reason
       if (failure%failed .or. size(rows) == 0) exit
       call simulator%directions(last%q, last%state, directions, nothing, is_valid)
       if (.not. is_valid) exit
