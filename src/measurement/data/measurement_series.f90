@@ -19,7 +19,7 @@ module measurement_series
   private
   public :: measured_series_t, check_series, read_series
 
-  integer, parameter, public :: MOST_NUMBERS = 20000 !< of all series: they are compared with one another
+  integer, parameter :: MOST_NUMBERS = 20000 !< of all series: they are compared with one another
 
   !> One record.
   type, extends(visited_t) :: measured_series_t
