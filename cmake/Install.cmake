@@ -18,12 +18,13 @@ install(FILES tools/pyproject.toml tools/requirements.txt tools/requirements-mes
 install(DIRECTORY docs/ DESTINATION ${doc}/docs PATTERN "*.py" EXCLUDE)
 install(FILES README.md CHANGELOG.md CITATION.cff LICENSE DESTINATION ${doc})
 
-# The commands: what tools holds that belongs to the package, under the names that pip gives them.
+# The commands: what tools holds that belongs to the package, under the names that pip gives them. The old name reproduce-paper would
+# give the command of reproduce_paper again.
 file(GLOB candidates CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tools/*)
 set(wrappers ${CMAKE_BINARY_DIR}/generated/wrappers)
 foreach(candidate ${candidates})
   get_filename_component(tool ${candidate} NAME)
-  if(NOT IS_DIRECTORY ${candidate} AND NOT IS_SYMLINK ${candidate} AND NOT tool MATCHES "\\.")
+  if(NOT IS_DIRECTORY ${candidate} AND NOT IS_SYMLINK ${candidate} AND NOT tool MATCHES "[.-]")
     file(STRINGS ${candidate} uses_package REGEX "^import flusi_msm" LIMIT_COUNT 1)
     if(uses_package)
       string(REPLACE "_" "-" command flusi-${tool})

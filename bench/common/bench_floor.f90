@@ -7,7 +7,7 @@ module bench_floor
   use base_kinds, only: rp
   use fluid_kernels, only: line_product
   use spectral_fftw, only: plan_t, plan_lines, plan_columns, plan_c2r, plan_r2c, execute_complex, execute_c2r, &
-                           execute_r2c, free_plan, alloc_complex, alloc_real, free_buffer, effort_flag
+                           execute_r2c, free_plan, alloc_complex, alloc_real, free_buffer, effort_flag, PLAN_MEASURE
   use spectral_transform, only: transform_t
   implicit none
   private
@@ -55,9 +55,9 @@ contains
     call alloc_real(int(n*batch, c_size_t), line_handle, line)
     lines(1:n, 1:batch) => line
     if (backward) then
-      call plan_c2r(plan, n, batch, half, line, effort_flag('measure'))
+      call plan_c2r(plan, n, batch, half, line, effort_flag(PLAN_MEASURE))
     else
-      call plan_r2c(plan, n, batch, line, half, effort_flag('measure'))
+      call plan_r2c(plan, n, batch, line, half, effort_flag(PLAN_MEASURE))
     end if
     half = 0
     line = 0
@@ -84,7 +84,7 @@ contains
     type(c_ptr) :: handle
     complex(rp), pointer, contiguous :: work(:)
     call alloc_complex(int(n_kx, c_size_t)*ny, handle, work)
-    call plan_columns(plan, n_kx, ny, work, 1, effort_flag('measure'))
+    call plan_columns(plan, n_kx, ny, work, 1, effort_flag(PLAN_MEASURE))
     t = complex_time(plan, work)
     call free_plan(plan)
     call free_buffer(handle)
@@ -97,7 +97,7 @@ contains
     type(c_ptr) :: handle
     complex(rp), pointer, contiguous :: work(:)
     call alloc_complex(int(nz, c_size_t)*batch, handle, work)
-    call plan_lines(plan, nz, batch, work, 1, effort_flag('measure'))
+    call plan_lines(plan, nz, batch, work, 1, effort_flag(PLAN_MEASURE))
     t = complex_time(plan, work)
     call free_plan(plan)
     call free_buffer(handle)

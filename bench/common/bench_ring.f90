@@ -5,6 +5,7 @@ module bench_ring
   use fluid_initial_keys, only: FLOW_RING
   use fluid_params, only: fluid_params_t
   use fluid_solid_keys, only: CHANNEL_NONE, MASK_NONE
+  use spectral_fftw, only: PLAN_MEASURE
   use spectral_grid, only: make_grid
   use spectral_sticks, only: DEALIAS_ELLIPSOID
   implicit none
@@ -19,7 +20,7 @@ contains
     integer, intent(in) :: n(3)
     type(fluid_params_t) :: p
     p%grid = make_grid(n, 2.5_rp*n/maxval(n))
-    p%resolution%planner = 'measure'
+    p%resolution%planner = PLAN_MEASURE
     p%resolution%dealias = DEALIAS_ELLIPSOID
     p%nu = 1.0e-2_rp
     p%time%t_max = huge(1.0_rp)

@@ -17,6 +17,7 @@ program bench_mask
   use fsi_planform_mesh, only: triangulate_planform
   use fsi_surface, only: surface_t
   use parallel_world, only: world_t
+  use spectral_fftw, only: PLAN_MEASURE
   use spectral_grid, only: make_grid
   use spectral_sticks, only: DEALIAS_ELLIPSOID
   implicit none
@@ -37,7 +38,7 @@ program bench_mask
   call world%start()
   ! The box is that of the blowfly experiment: 4 R x 4 R x 2 R, the hinges are half a wing length away from the middle.
   p%grid = make_grid(arguments(1:3), [4.0_rp, 4.0_rp, 2.0_rp])
-  p%resolution%planner = 'measure'
+  p%resolution%planner = PLAN_MEASURE
   p%resolution%dealias = DEALIAS_ELLIPSOID
   p%nu = 1.0e-3_rp
   p%time%t_max = huge(1.0_rp)

@@ -7,12 +7,13 @@ program bench_transform
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_named_kinds, only: kind_of
   use bench_ring, only: vortex_ring
   use fluid_params, only: fluid_params_t
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
   use parallel_world, only: world_t
-  use spectral_backends, only: HAS_P3DFFT
+  use spectral_backends, only: HAS_P3DFFT, TRANSFORMS
   implicit none
   character(8), parameter :: NAMES(2) = ['builtin', 'p3dfft ']
   integer, parameter :: FIELDS = 3
@@ -64,7 +65,7 @@ contains
     type(request_t) :: nothing
     integer :: step
     p = vortex_ring([n, n, n])
-    p%resolution%transform = name
+    p%resolution%transform = kind_of(TRANSFORMS, name)
     call fluid%init(world, p, .false., failure, keeps_pressure=.false.)
     if (.not. failure%failed) call fluid%start(failure)
     do step = 1, 2

@@ -150,9 +150,12 @@ contains
     character(*), intent(in) :: temporary, path
     logical, intent(in) :: durable
     type(failure_t), intent(inout) :: failure
+    type(failure_t) :: unsynced
     if (durable) call sync_path(temporary, failure)
     call rename_file(temporary, path, failure)
-    if (durable) call sync_path(folder_of(path), failure)
+    if (.not. durable .or. failure%failed) return
+    call sync_path(folder_of(path), unsynced)
+    if (unsynced%failed) call failure%raise(path//': its new content cannot be brought to the disk')
   end subroutine replace_file
 
   !> Returns `folder`/`name`; an empty folder is the current one.

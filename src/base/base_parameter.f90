@@ -4,7 +4,7 @@ module base_parameter
   use base_kinds, only: rp
   implicit none
   private
-  public :: parameter_t, define_parameter, define_effect
+  public :: parameter_t, define_parameter, define_effect, effect_parameter
 
   !> The coordinate of a parameter is its natural logarithm if `is_log`, and its value otherwise. In the definition of a parameter
   !> `lower`, `upper` and `null` are values; in the result of `as_coordinate` they are coordinates.
@@ -48,6 +48,15 @@ contains
     p%null = merge(1.0_rp, 0.0_rp, is_log)
     p%prior_sd = prior_sd
   end subroutine define_effect
+
+  !> Returns the parameter of an effect: see define_effect.
+  pure function effect_parameter(name, unit, is_log, lower, upper, prior_sd) result(p)
+    character(*), intent(in) :: name, unit
+    logical, intent(in) :: is_log
+    real(rp), intent(in) :: lower, upper, prior_sd
+    type(parameter_t) :: p
+    call define_effect(p, name, unit, is_log, lower, upper, prior_sd)
+  end function effect_parameter
 
   !> Returns the same parameter with coordinates in place of values, and with the coordinate of `value` as its null. A parameter
   !> that varies by factors and has no positive lower bound gets the least positive number as its lower bound.

@@ -6,7 +6,7 @@
 !> [0, 1]^n; `cmaes_box` defines their meaning.
 module cmaes_optimiser
   use base_errors, only: require
-  use base_kinds, only: rp, i8
+  use base_kinds, only: rp
   use cmaes_box, only: clip
   use cmaes_eigen, only: build_roots, decompose
   use cmaes_options, only: cmaes_options_t

@@ -8,7 +8,7 @@ module cmaes_options
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none
   private
-  public :: cmaes_options_t, option_problem, default_lambda, UNSET, WEIGHTINGS, WEIGHTS_ACTIVE, WEIGHTS_POSITIVE, WEIGHTS_PAPER, &
+  public :: cmaes_options_t, option_problem, default_lambda, WEIGHTINGS, WEIGHTS_ACTIVE, WEIGHTS_POSITIVE, WEIGHTS_PAPER, &
             CONSTANT_SETS, CONSTANTS_TUTORIAL, CONSTANTS_PAPER
 
   integer, parameter :: WEIGHTS_ACTIVE = 1, WEIGHTS_POSITIVE = 2, WEIGHTS_PAPER = 3

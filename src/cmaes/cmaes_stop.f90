@@ -2,7 +2,7 @@
 !> Decides when a run of CMA-ES ends. Criteria of pycma have their names and defaults of pycma. The tolerances of f are relative to
 !> `f_scale`, because f may have any unit.
 module cmaes_stop
-  use base_kinds, only: rp, i8
+  use base_kinds, only: rp
   use cmaes_options, only: cmaes_options_t
   use cmaes_params, only: cmaes_params_t
   use cmaes_ranking, only: FEASIBLE, sort_values

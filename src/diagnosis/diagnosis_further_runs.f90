@@ -86,12 +86,12 @@ contains
 
   !> Simulates the flight with the kinematics and the flow of q, and flights about it with changes of the fitted parameters; see
   !> `model_error_t`. On rank 0.
-  subroutine runs_linearise(self, q, sd, state, rows, reason, failure)
+  subroutine runs_linearise(self, q, sd, state, rows, unmade, failure)
     class(further_runs_t), intent(inout) :: self
     real(rp), intent(in) :: q(:), sd(:)
     class(solver_state_t), intent(inout) :: state
     integer, allocatable, intent(out) :: rows(:)
-    character(:), allocatable, intent(out) :: reason
+    type(failure_t), intent(out) :: unmade
     type(failure_t), intent(inout) :: failure
     type(flight_request_t), allocatable :: requests(:)
     type(flight_record_t), allocatable :: records(:)
@@ -99,7 +99,6 @@ contains
     real(rp) :: c(N_CHANGES), sd_of(N_FLOW), steps(N_FLOW), origin(N_FLOW)
     integer :: asked
     allocate (rows(0))
-    reason = ''
     if (.not. associated(self%flights)) return
     call find_changes(self, q, sd, c, sd_of)
     if (.not. any(sd_of > 0)) return
@@ -115,8 +114,8 @@ contains
       call fly_requests(self, requests, records)
       failure = self%outcome%failure
       if (failure%failed) return
-      call response%move(origin, steps, data%is_refined, records, reason)
-      if (reason /= '') return
+      call response%move(origin, steps, data%is_refined, records, unmade)
+      if (unmade%failed) return
       call append(data%again, response)
       call approximate_flights(self%simulator, response, state, rows)
     end associate

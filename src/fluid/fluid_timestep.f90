@@ -6,7 +6,7 @@ module fluid_timestep
   use fluid_params, only: fluid_params_t
   implicit none
   private
-  public :: next_step_length, is_due, TOO_FAST, SPONGE_LIMIT
+  public :: next_step_length, is_due, TOO_FAST
 
   !> A larger velocity means that the run has blown up, because the units are chosen such that velocities are of order 1.
   real(rp), parameter :: TOO_FAST = 1.0e3_rp

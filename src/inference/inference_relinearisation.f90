@@ -33,8 +33,8 @@ module inference_relinearisation
     procedure(renew_interface), deferred :: renew
     !> Makes `state`, which belongs to q, the state of an approximation about q. sd(parameters) are the standard deviations of the
     !> parameters, 0 for those that are not fitted. `rows` are the observations whose approximation has changed. There are none if
-    !> the simulator is exact along these parameters, or if there is no result. In the second case `reason` says why; otherwise it
-    !> is empty. After a `failure` the diagnosis cannot go on.
+    !> the simulator is exact along these parameters, or if there is no result. In the second case `unmade` says why. After a
+    !> `failure` the diagnosis cannot go on.
     procedure(linearise_interface), deferred :: linearise
   end type model_error_t
 
@@ -47,13 +47,13 @@ module inference_relinearisation
       class(solver_state_t), intent(inout) :: state
     end subroutine renew_interface
 
-    subroutine linearise_interface(self, q, sd, state, rows, reason, failure)
+    subroutine linearise_interface(self, q, sd, state, rows, unmade, failure)
       import :: failure_t, model_error_t, rp, solver_state_t
       class(model_error_t), intent(inout) :: self
       real(rp), intent(in) :: q(:), sd(:)
       class(solver_state_t), intent(inout) :: state
       integer, allocatable, intent(out) :: rows(:)
-      character(:), allocatable, intent(out) :: reason
+      type(failure_t), intent(out) :: unmade
       type(failure_t), intent(inout) :: failure
     end subroutine linearise_interface
   end interface
@@ -175,6 +175,7 @@ contains
     type(rounds_t), intent(out), target :: rounds
     type(failure_t), intent(inout) :: failure
     real(rp), parameter :: SETTLED = 0.1_rp ! of the sd of a parameter
+    type(failure_t) :: unmade
     type(nested_fit_t) :: last, next
     type(whitener_t), target :: trial
     integer, allocatable :: rows(:)
@@ -190,7 +191,8 @@ contains
     last = found
     do round = 1, model_error%most_rounds
       sd = parameter_sd(simulator, last)
-      call model_error%linearise(last%q, sd, last%state, rows, rounds%reason, failure)
+      call model_error%linearise(last%q, sd, last%state, rows, unmade, failure)
+      if (unmade%failed) rounds%reason = unmade%reason
       if (failure%failed .or. size(rows) == 0) exit
       call simulator%directions(last%q, last%state, directions, nothing, is_valid)
       if (.not. is_valid) exit

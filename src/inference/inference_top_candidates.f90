@@ -5,7 +5,7 @@ module inference_top_candidates
   use base_kinds, only: rp
   use inference_residual_checks, only: combined_log_p
   use inference_decision, only: decide, rank_effects, VERDICT_UNKNOWN
-  use inference_design, only: design_t, is_part_of
+  use inference_design, only: is_part_of
   use inference_hypotheses, only: explain, explained_t, remainder_log_p
   use inference_record, only: compress_at, diagnosis_options_t, diagnosis_t, refit_t, LARGEST_SCALE
   use inference_refine_location, only: refine_location

@@ -2,7 +2,7 @@
 !> Prints the timing table of a run over all ranks.
 module parallel_report
   use base_errors, only: require
-  use base_kinds, only: rp, i8
+  use base_kinds, only: rp
   use base_timers, only: timers_t
   use parallel_world, only: world_t
   implicit none

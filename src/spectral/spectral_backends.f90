@@ -1,23 +1,29 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes the available transforms by name: `builtin`, and `p3dfft` if it was found when the program was built.
+!> Makes the available transforms: `builtin`, and `p3dfft` if it was found when the program was built.
 module spectral_backends
   use base_errors, only: failure_t, require
+  use base_named_kinds, only: named_kind_t
   use parallel_world, only: world_t
   use spectral_external, only: HAS_P3DFFT, make_external, make_external_full
+  use spectral_fftw, only: PLAN_ESTIMATE
   use spectral_grid, only: grid_t
   use spectral_pencil, only: pencil_t
   use spectral_sticks, only: DEALIAS_ELLIPSOID, DEALIAS_NONE
   use spectral_transform, only: transform_t
   implicit none
   private
-  public :: make_transform, make_full_transform, transform_choices_t, HAS_P3DFFT
+  public :: make_transform, make_full_transform, transform_choices_t, HAS_P3DFFT, TRANSFORMS, TRANSFORM_BUILTIN, TRANSFORM_P3DFFT
+
+  integer, parameter :: TRANSFORM_BUILTIN = 1, TRANSFORM_P3DFFT = 2
+  type(named_kind_t), parameter :: TRANSFORMS(2) = [named_kind_t('builtin', TRANSFORM_BUILTIN), &
+                                                    named_kind_t('p3dfft', TRANSFORM_P3DFFT)]
 
   !> Options of a transform.
   type :: transform_choices_t
-    character(8) :: name = 'builtin'      !< or 'p3dfft'
+    integer :: kind = TRANSFORM_BUILTIN   !< or TRANSFORM_P3DFFT
     integer :: dealias = DEALIAS_ELLIPSOID !< modes that are kept
     integer :: wanted_rows = 0            !< rows of the process grid, 0 for the best
-    character(8) :: effort = 'estimate'   !< of FFTW's planning, or 'measure'
+    integer :: effort = PLAN_ESTIMATE     !< of FFTW's planning, or PLAN_MEASURE
   end type transform_choices_t
 
 contains
@@ -32,14 +38,14 @@ contains
     type(transform_choices_t), intent(in) :: choices
     integer, intent(in) :: max_in, max_out
     type(failure_t), intent(inout) :: failure
-    select case (choices%name)
-    case ('builtin')
+    select case (choices%kind)
+    case (TRANSFORM_BUILTIN)
       call make_builtin(transform, world, grid, choices, max_in, max_out)
-    case ('p3dfft')
-      call make_external(transform, world, grid, choices%dealias, choices%wanted_rows, trim(choices%effort), &
+    case (TRANSFORM_P3DFFT)
+      call make_external(transform, world, grid, choices%dealias, choices%wanted_rows, choices%effort, &
                          max_in + max_out, failure)
     case default
-      call require(.false., 'make_transform: builtin or p3dfft')
+      call require(.false., 'make_transform: TRANSFORM_BUILTIN or TRANSFORM_P3DFFT')
     end select
   end subroutine make_transform
 
@@ -65,7 +71,7 @@ contains
     integer, intent(in) :: max_in, max_out
     type(pencil_t), allocatable :: made
     allocate (made)
-    call made%init(world, grid, choices%dealias, choices%wanted_rows, trim(choices%effort), max_in, max_out)
+    call made%init(world, grid, choices%dealias, choices%wanted_rows, choices%effort, max_in, max_out)
     call move_alloc(made, transform)
   end subroutine make_builtin
 end module spectral_backends

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Starts a tool again with the Python of tools/quickstart if this one lacks packages. Every tool imports it first."""
+from __future__ import annotations
+
 import os
 import sys
 from collections.abc import Iterable

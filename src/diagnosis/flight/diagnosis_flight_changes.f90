@@ -4,7 +4,7 @@
 module diagnosis_flight_changes
   use base_cause, only: cause_t, enlist, find_parameter, make_cause, parameter_of
   use base_kinds, only: rp
-  use base_parameter, only: define_effect, parameter_t
+  use base_parameter, only: effect_parameter, parameter_t
   use base_wording, only: word_factor, word_plain, SCALE_FACTOR, SCALE_LINEAR
   use measurement_balance_causes, only: NEED_FORCES
   implicit none
@@ -74,26 +74,13 @@ contains
     name = list(cause)%name
   end function cause_of_change
 
-  !> Adds a parameter that does nothing at 1, if it varies by factors, or at 0.
-  pure subroutine add(cause, number, name, unit, is_log, lower, upper, sd, scale)
-    type(cause_t), intent(inout) :: cause
-    integer, intent(in) :: number
-    character(*), intent(in) :: name, unit
-    logical, intent(in) :: is_log
-    real(rp), intent(in) :: lower, upper, sd
-    character(*), intent(in), optional :: scale
-    type(parameter_t) :: p
-    call define_effect(p, name, unit, is_log, lower, upper, sd)
-    call cause%add(number, p, scale)
-  end subroutine add
-
   !> Returns the cause of another amplitude of an angle.
   pure function amplitude(number, name, lead, title, sentence) result(c)
     integer, intent(in) :: number
     character(*), intent(in) :: name, lead, title, sentence
     type(cause_t) :: c
     c = make_cause(name, title, sentence, RECORDS)
-    call add(c, number, name, '1', .false., -0.4_rp, 0.4_rp, 0.05_rp)
+    call c%add(number, effect_parameter(name, '1', .false., -0.4_rp, 0.4_rp, 0.05_rp))
     call word_factor(c%parameters(1)%words, SCALE_LINEAR, lead, lead, 'larger', 'smaller', 'than the kinematics say', &
                      'what the kinematics say', 0.0_rp)
   end function amplitude
@@ -104,7 +91,7 @@ contains
     character(*), intent(in) :: name, lead, title, sentence
     type(cause_t) :: c
     c = make_cause(name, title, sentence, RECORDS)
-    call add(c, number, name, 'degree', .false., -20.0_rp, 20.0_rp, 3.0_rp)
+    call c%add(number, effect_parameter(name, 'degree', .false., -20.0_rp, 20.0_rp, 3.0_rp))
     call word_plain(c%parameters(1)%words, 'degrees', lead//' plus', lead//' minus', '', '', '', 0.0_rp)
   end function angle
 
@@ -112,7 +99,7 @@ contains
     type(cause_t) :: c
     c = make_cause('pitch_lead', 'pitch at another time', &
                    'The wing turned about its long axis earlier, or later, in the beat than the kinematics say.', RECORDS)
-    call add(c, FLOW_LEAD, c%name, 'beat', .false., -0.2_rp, 0.2_rp, 0.02_rp)
+    call c%add(FLOW_LEAD, effect_parameter(c%name, 'beat', .false., -0.2_rp, 0.2_rp, 0.02_rp))
     call word_plain(c%parameters(1)%words, 'beats', 'The pitch was early by', 'The pitch was late by', '', '', '', 0.0_rp)
   end function pitch_lead
 
@@ -122,7 +109,7 @@ contains
     c = make_cause('beat_frequency', 'another beat frequency', 'The wing beat faster, or slower, than was stated.', &
                    'records of forces on wings that do not bend')
     c%needs = [NEED_RIGID]
-    call add(c, FLOW_FREQUENCY, c%name, '1', .true., 0.7_rp, 1.4_rp, 0.05_rp)
+    call c%add(FLOW_FREQUENCY, effect_parameter(c%name, '1', .true., 0.7_rp, 1.4_rp, 0.05_rp))
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The wing beat faster:', 'The wing beat slower:', &
                      'more beats in a second', 'fewer beats in a second', 'than stated', 'as many beats as stated', 1.0_rp)
   end function beat_frequency
@@ -134,8 +121,9 @@ contains
     integer :: k
     c = make_cause('wind', 'wind', 'The air moved against the wing as a whole.', RECORDS)
     do k = 1, 3
-      call add(c, FLOW_WIND + k, 'wind:'//AXES(k:k), 'm/s', .false., -0.5_rp*scales%speed, 0.5_rp*scales%speed, &
-               WIND_SD*scales%speed, 'the speed of the wing tip')
+      call c%add(FLOW_WIND + k, &
+                 effect_parameter('wind:'//AXES(k:k), 'm/s', .false., -0.5_rp*scales%speed, 0.5_rp*scales%speed, &
+                                  WIND_SD*scales%speed), 'the speed of the wing tip')
       call word_plain(c%parameters(k)%words, 'm/s', LEAD, LEAD, 'along +'//AXES(k:k), 'along -'//AXES(k:k), '', 0.0_rp)
     end do
     c%parameters(1)%is_tried = .not. scales%is_section
@@ -145,7 +133,7 @@ contains
     type(cause_t) :: c
     c = make_cause('viscosity', 'another viscosity', &
                    'The fluid was more, or less, viscous than was stated: its temperature differs.', RECORDS)
-    call add(c, FLOW_VISCOSITY, c%name, '1', .true., 0.5_rp, 2.0_rp, 0.05_rp)
+    call c%add(FLOW_VISCOSITY, effect_parameter(c%name, '1', .true., 0.5_rp, 2.0_rp, 0.05_rp))
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The fluid was', 'The fluid was', 'more viscous', 'less viscous', &
                      'than stated', 'as viscous as stated', 1.0_rp)
   end function viscosity

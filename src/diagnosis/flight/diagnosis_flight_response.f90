@@ -12,6 +12,7 @@
 !> of viscosity nu exp(-e) with a wind that is exp(-e) times that of the case. Its forces are exp(2 e) times and its power is
 !> exp(3 e) times as large.
 module diagnosis_flight_response
+  use base_errors, only: failure_t
   use base_kinds, only: rp
   use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_VISCOSITY, FLOW_WIND, N_CHANGES, N_FLOW
   use diagnosis_flight_runner, only: flight_record_t, flight_request_t
@@ -71,21 +72,22 @@ contains
   end function response_requests
 
   !> Takes the records of the flights that `requests` lists for `origin` into the approximation, which is then about these changes.
-  !> `reason` says why nothing was taken, if any of them is missing; otherwise it is empty.
-  subroutine response_move(self, origin, steps, is_refined, records, reason)
+  !> Fails, and takes nothing, if any of them is missing.
+  subroutine response_move(self, origin, steps, is_refined, records, failure)
     class(flight_response_t), intent(inout) :: self
     real(rp), intent(in) :: origin(N_FLOW), steps(N_FLOW)
     logical, intent(in) :: is_refined
     type(flight_record_t), intent(in) :: records(:)
-    character(:), allocatable, intent(out) :: reason
+    type(failure_t), intent(out) :: failure
     type(flight_response_t) :: moved
     integer :: j
     moved%n_harmonics = self%n_harmonics
-    call moved%take(steps, is_refined, records, reason)
+    call moved%take(steps, is_refined, records, failure)
+    if (failure%failed) return
     do j = 1, N_FLOW
-      if (reason == '' .and. steps(j) > 0 .and. .not. moved%is_known(j)) reason = trim(moved%reason(j))
+      if (steps(j) > 0 .and. .not. moved%is_known(j)) call failure%raise(trim(moved%reason(j)))
     end do
-    if (reason /= '') return
+    if (failure%failed) return
     do j = 1, N_FLOW
       if (.not. steps(j) > 0) cycle
       self%slope(:, :, j) = moved%slope(:, :, j)
@@ -97,25 +99,24 @@ contains
     self%origin = origin
   end subroutine response_move
 
-  !> Takes the records of the flights in the order in which `requests` lists them. If the flight of the case, or the one on the
-  !> finer grid, is missing, `reason` says why and nothing is taken. Otherwise `reason` is empty. If a flight of change j is
-  !> missing, is_known(j) is false and self%reason(j) says why.
-  subroutine response_take(self, steps, is_refined, records, reason)
+  !> Takes the records of the flights in the order in which `requests` lists them. Fails, and takes nothing, if the flight of the
+  !> case, or the one on the finer grid, is missing. If a flight of change j is missing, is_known(j) is false and self%reason(j)
+  !> says why.
+  subroutine response_take(self, steps, is_refined, records, failure)
     class(flight_response_t), intent(inout) :: self
     real(rp), intent(in) :: steps(N_FLOW)
     logical, intent(in) :: is_refined
     type(flight_record_t), intent(in) :: records(:)
-    character(:), allocatable, intent(out) :: reason
+    type(failure_t), intent(out) :: failure
     complex(rp), dimension(0:self%n_harmonics, N_COMPONENTS) :: above, below
     integer :: j, n
-    reason = ''
     n = merge(2, 1, is_refined)
+    if (.not. records(1)%is_flown) call failure%raise(records(1)%reason)
     if (is_refined) then
-      if (.not. records(2)%is_flown) reason = records(2)%reason//'. This is the flight on the finer grid; [Flight] refine = no '// &
-                                              'leaves it out'
+      if (.not. records(2)%is_flown) call failure%raise(records(2)%reason//'. This is the flight on the finer grid; [Flight] '// &
+                                                        'refine = no leaves it out')
     end if
-    if (.not. records(1)%is_flown) reason = records(1)%reason
-    if (reason /= '') return
+    if (failure%failed) return
     self%value = series(self, records(1))
     self%samples = records(1)%values
     self%of_grid = 0*self%value

@@ -10,7 +10,6 @@
 !> definite.) The error of the unloaded scan is common to all loads.
 module diagnosis_wing_bins
   use base_kinds, only: rp
-  use measurement_data, only: measurement_t
   use measurement_experiment, only: experiment_t
   implicit none
   private

@@ -5,7 +5,8 @@ module fluid_resolution_keys
   use base_named_kinds, only: named_kind_t
   use io_config, only: config_t
   use io_keys, only: keys_t
-  use spectral_backends, only: HAS_P3DFFT
+  use spectral_backends, only: HAS_P3DFFT, TRANSFORMS, TRANSFORM_BUILTIN, TRANSFORM_P3DFFT
+  use spectral_fftw, only: PLANNERS, PLAN_AUTO
   use spectral_grid, only: is_fft_friendly
   use spectral_sticks, only: DEALIAS_ELLIPSOID, DEALIAS_NONE, TRUNCATIONS
   implicit none
@@ -21,8 +22,8 @@ module fluid_resolution_keys
   type :: resolution_t
     integer :: n(3) = 0                    !< points in x, y, z
     integer :: process_rows = 0
-    character(:), allocatable :: planner
-    character(8) :: transform = 'builtin'  !< or 'p3dfft'
+    integer :: planner = PLAN_AUTO
+    integer :: transform = TRANSFORM_BUILTIN
     integer :: dealias = DEALIAS_ELLIPSOID
   end type resolution_t
 
@@ -32,7 +33,6 @@ contains
   subroutine resolution_keys(keys, p)
     type(keys_t), intent(inout) :: keys
     type(resolution_t), intent(inout) :: p
-    character(:), allocatable :: word !< not allocated where keys are declared
     call keys%section('Resolution', 'grid points and how they are shared among the ranks')
     call keys%integer('nx', p%n(1), 4, 'points in x, even; 1 means a two-dimensional flow in the y-z plane', min=1, max=32768, &
                       required=.true.)
@@ -40,12 +40,11 @@ contains
     call keys%integer('nz', p%n(3), 4, 'points in z, even', min=4, max=32768, required=.true.)
     call keys%integer('process_rows', p%process_rows, 0, 'rows of the process grid (they share y); 0 chooses slabs if possible', &
                       min=0)
-    call keys%word('planner', p%planner, 'auto', 'auto|estimate|measure', 'FFTW planning; estimate: results repeat to the '// &
+    call keys%kind('planner', p%planner, 'auto', PLANNERS, 'FFTW planning; estimate: results repeat to the '// &
                    'last bit; measure: faster; auto: measure for long runs')
     call keys%section('Parallel', 'how the ranks work together')
-    call keys%word('transform', word, 'builtin', 'builtin|p3dfft', 'Fourier transforms: builtin, or the library P3DFFT if the '// &
+    call keys%kind('transform', p%transform, 'builtin', TRANSFORMS, 'Fourier transforms: builtin, or the library P3DFFT if the '// &
                    'program was built with it')
-    if (allocated(word)) p%transform = word
   end subroutine resolution_keys
 
   !> Declares and reads the keys of [Dealiasing].
@@ -69,7 +68,7 @@ contains
       if (p%n(i) < 4) call c%complain(errors, 'Resolution', POINTS(i), &
                                       'needs at least 4 points, or nx = 1 for a two-dimensional flow')
     end do
-    if (p%transform == 'p3dfft' .and. .not. HAS_P3DFFT) call c%complain(errors, 'Parallel', 'transform', &
+    if (p%transform == TRANSFORM_P3DFFT .and. .not. HAS_P3DFFT) call c%complain(errors, 'Parallel', 'transform', &
       'this program was built without P3DFFT: set builtin, or build it again with P3DFFT_ROOT (docs/theory/transforms.md)')
   end subroutine check_resolution
 

@@ -16,7 +16,6 @@
 !> The sums over modes are fast transforms to and from the grid, done only where the window about the points reaches
 !> (spectral_window).
 module fluid_point_forces
-  use base_constants, only: TWO_PI
   use base_errors, only: require
   use base_kinds, only: rp
   use parallel_block, only: block_t

@@ -3,7 +3,6 @@
 module fsi_flight_params
   use base_errors, only: message_list_t
   use base_kinds, only: rp
-  use base_text, only: number_text
   use fsi_body_keys, only: body_pivot, read_body_shape, wants_body
   use fsi_body_motion, only: body_motion_t
   use fsi_body_motion_keys, only: read_body_motion

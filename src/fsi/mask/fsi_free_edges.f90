@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Finds the free edge of a triangulated sheet.
 module fsi_free_edges
-  use base_kinds, only: rp
   implicit none
   private
   public :: find_free_edges

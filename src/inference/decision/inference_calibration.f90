@@ -18,7 +18,7 @@ module inference_calibration
   private
   public :: calibration_t, statistics_t, find_detectable, find_statistics
 
-  real(rp), parameter, public :: EFFECTS_FRACTION = 0.8_rp !< of the level, the rest is for unknown causes
+  real(rp), parameter :: EFFECTS_FRACTION = 0.8_rp !< of the level, the rest is for unknown causes
   integer(i8), parameter :: NOISE_STREAM = 1, SCALE_STREAM = 2
 
   !> Statistics of one z.

@@ -22,7 +22,7 @@ module inference_decision
   use inference_rejection, only: name_power
   implicit none
   private
-  public :: decision_t, decide, rank_effects, reject_catalogue, withdraw_name, verdict_word
+  public :: decision_t, decide, rank_effects, reject_catalogue, withdraw_name, verdict_word, grade_of
 
   integer, parameter, public :: VERDICT_ADEQUATE = 0, VERDICT_NAMED = 10, VERDICT_SET = 11, VERDICT_UNKNOWN = 12, &
                                 VERDICT_INSUFFICIENT = 20 !< exit codes
@@ -30,8 +30,9 @@ module inference_decision
   character(*), parameter, public :: ALIAS = 'alias', NO_POWER = 'not_rejectable', NOT_SURE = 'probability', &
                                      NO_FIT = 'no_fit', NO_INTERVAL = 'null_not_excluded', AT_BOUND = 'at_bound', &
                                      NO_GAIN = 'no_gain'
-  real(rp), parameter, public :: LEVEL = 0.05_rp, REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
-  real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be distinguished
+  real(rp), parameter, public :: LEVEL = 0.05_rp
+  real(rp), parameter :: REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
+  real(rp), parameter :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be distinguished
   real(rp), parameter :: ALIAS_FRACTION = 0.01_rp !< of a cause's effect beyond the baseline: below it priors do not decide
   real(rp), parameter, public :: TESTS_FRACTION = 0.8_rp !< of the level, the rest is for the checks
   real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause if one cause already leaves nothing but noise
@@ -81,6 +82,15 @@ contains
       word = 'data_insufficient'
     end select
   end function verdict_word
+
+  !> Returns the grade of a verdict. A: one answer, which an unknown cause of the same strength would not have received. B: the
+  !> answer is consistent with the data, but other causes are not excluded. Verdicts that give no cause have no grade.
+  pure character(1) function grade_of(verdict) result(grade)
+    integer, intent(in) :: verdict
+    grade = ' '
+    if (verdict == VERDICT_NAMED) grade = 'A'
+    if (verdict == VERDICT_SET) grade = 'B'
+  end function grade_of
 
   !> Returns the effects that can be tested, the largest evidence first.
   pure function rank_effects(hypotheses) result(order)

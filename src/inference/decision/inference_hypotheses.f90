@@ -14,7 +14,7 @@ module inference_hypotheses
   implicit none
   private
   public :: hypotheses_t, explained_t, explain, add_effect, average_variants, remainder_log_p, expect_loss, log_prior, &
-            log_odds_unknown, unknown_evidence
+            log_odds_unknown
 
   real(rp), parameter, public :: PRIOR_NONE = 0.35_rp, PRIOR_ONE = 0.35_rp, PRIOR_TWO = 0.1_rp, PRIOR_UNKNOWN = 0.2_rp
 

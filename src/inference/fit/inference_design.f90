@@ -19,7 +19,7 @@ module inference_design
   private
   public :: design_t, candidate_t, family_t, build_design, is_part_of
 
-  real(rp), parameter, public :: ABSORBED = 0.05_rp !< retained fraction below which the baseline imitates an effect
+  real(rp), parameter :: ABSORBED = 0.05_rp !< retained fraction below which the baseline imitates an effect
   !> An effect below this fraction still counts as visible if its remainder has this signal-to-noise ratio for one prior sd, down
   !> to the fraction at which the remainder may be an error of the linear approximation.
   real(rp), parameter :: SHOWN = 2.0_rp, RELIABLE = 0.01_rp

@@ -57,18 +57,18 @@ contains
     real(rp) :: scores(3)
     integer, allocatable :: outside(:)
     integer :: f, i
-    logical :: ok
+    logical :: is_valid
     allocate (validation%fold(0), validation%n(0), validation%density(0), validation%chi2(0), validation%square(0))
     validation%is_complete = .true.
-    call find_tangents(simulator, active, q, from, full, ok)
+    call find_tangents(simulator, active, q, from, full, is_valid)
     full%nuisances = nuisances
     do f = 1, maxval(simulator%labels%fold)
       outside = pack([(i, i=1, simulator%n_observations)], simulator%labels%fold(simulator%labels%surface) == f)
       if (size(outside) == 0) cycle
       scores = 0
-      if (full%is_valid) call predict_fold(simulator, f, active, full, options, outside, scores, ok)
-      validation%is_complete = validation%is_complete .and. ok
-      if (.not. ok) cycle
+      if (full%is_valid) call predict_fold(simulator, f, active, full, options, outside, scores, is_valid)
+      validation%is_complete = validation%is_complete .and. is_valid
+      if (.not. is_valid) cycle
       validation%fold = [validation%fold, f]
       validation%n = [validation%n, size(outside)]
       validation%density = [validation%density, scores(1)]
@@ -94,13 +94,13 @@ contains
   end subroutine find_tangents
 
   !> Returns the scores of fold f, whose observations are `outside`: log density, chi^2, sum of squares.
-  subroutine predict_fold(simulator, f, active, full, options, outside, scores, ok)
+  subroutine predict_fold(simulator, f, active, full, options, outside, scores, is_valid)
     class(simulator_t), intent(inout), target :: simulator
     integer, intent(in) :: f, active(:), outside(:)
     type(tangents_t), intent(in) :: full
     type(fit_options_t), intent(in) :: options
     real(rp), intent(out) :: scores(3)
-    logical, intent(out) :: ok
+    logical, intent(out) :: is_valid
     type(whitener_t), target :: inner, outer, wide
     type(nested_fit_t) :: found
     type(fit_options_t) :: few
@@ -111,12 +111,12 @@ contains
     logical :: is_linear
     scores = 0
     inside = pack([(i, i=1, simulator%n_observations)], simulator%labels%fold(simulator%labels%surface) /= f)
-    ok = size(inside) > size(active)
-    if (.not. ok) return
+    is_valid = size(inside) > size(active)
+    if (.not. is_valid) return
     call inner%init(simulator, inside, failure)
     if (.not. failure%failed) call outer%init(simulator, outside, failure)
-    ok = .not. failure%failed
-    if (.not. ok) return
+    is_valid = .not. failure%failed
+    if (.not. is_valid) return
     call inner%add_directions(full%nuisances(inside, :))
     call step_without(simulator, active, full, inner, step, spread)
     wide = outer
@@ -126,20 +126,20 @@ contains
     q = full%q
     q(active) = q(active) + step
     promised = full%residuals(outside) + matmul(full%jacobian(outside, :), step)
-    call predict(simulator, full%state, f, q, outside, seen, ok)
+    call predict(simulator, full%state, f, q, outside, seen, is_valid)
     is_linear = .false.
-    if (ok) is_linear = abs(log_density(wide, seen) - log_density(wide, promised)) <= LINEAR
+    if (is_valid) is_linear = abs(log_density(wide, seen) - log_density(wide, promised)) <= LINEAR
     if (.not. is_linear) then
       few = options
       few%reduction_tolerance = max(options%reduction_tolerance, LINEAR/max(1.0_rp, real(inner%n, rp)))
       few%most_rejections = 2
       few%most_iterations = min(options%most_iterations, MOST_STEPS)
-      call fit_nested(simulator, inner, active, merge(q, full%q, ok), full%state, few, found, &
+      call fit_nested(simulator, inner, active, merge(q, full%q, is_valid), full%state, few, found, &
                       is_wanted=simulator%labels%fold /= f)
-      ok = found%is_found
-      if (ok) call predict(simulator, full%state, f, found%q, outside, seen, ok)
+      is_valid = found%is_found
+      if (is_valid) call predict(simulator, full%state, f, found%q, outside, seen, is_valid)
     end if
-    if (.not. ok) return
+    if (.not. is_valid) return
     scores(3) = sum(seen**2)
     scores(1) = log_density(wide, seen)
     call outer%apply_one(seen)
@@ -147,15 +147,15 @@ contains
   end subroutine predict_fold
 
   !> Computes residuals of the observations of fold f at q, starting from `state`.
-  subroutine predict(simulator, state, f, q, outside, residuals, ok)
+  subroutine predict(simulator, state, f, q, outside, residuals, is_valid)
     class(simulator_t), intent(inout) :: simulator
     class(solver_state_t), intent(in) :: state
     integer, intent(in) :: f, outside(:)
     real(rp), intent(in) :: q(:)
     real(rp), allocatable, intent(out) :: residuals(:)
-    logical, intent(out) :: ok
+    logical, intent(out) :: is_valid
     real(rp) :: all(simulator%n_observations), jacobian(simulator%n_observations, 0)
-    call simulator%evaluate(q, [integer ::], state, all, jacobian, ok, is_wanted=simulator%labels%fold == f)
+    call simulator%evaluate(q, [integer ::], state, all, jacobian, is_valid, is_wanted=simulator%labels%fold == f)
     residuals = all(outside)
   end subroutine predict
 
@@ -209,11 +209,11 @@ contains
   end subroutine step_without
 
   !> Returns the mean gain of log predictive density per fold of `other` over `one`, and the standard error of that mean over
-  !> folds that both predict. `ok` is false if there are fewer than 2.
-  subroutine compare_folds(one, other, gain, standard_error, ok)
+  !> folds that both predict. `is_valid` is false if there are fewer than 2.
+  subroutine compare_folds(one, other, gain, standard_error, is_valid)
     type(validation_t), intent(in) :: one, other
     real(rp), intent(out) :: gain, standard_error
-    logical, intent(out) :: ok
+    logical, intent(out) :: is_valid
     real(rp), allocatable :: gains(:)
     integer :: i, k
     allocate (gains(0))
@@ -224,8 +224,8 @@ contains
     end do
     gain = 0
     standard_error = huge(standard_error)
-    ok = size(gains) >= 2
-    if (.not. ok) return
+    is_valid = size(gains) >= 2
+    if (.not. is_valid) return
     gain = sum(gains)/size(gains)
     standard_error = sqrt(sum((gains - gain)**2)/(size(gains) - 1)/size(gains))
   end subroutine compare_folds

@@ -4,10 +4,10 @@
 !> bench/diagnosis/run learns the map and writes inference_probability_table.
 module inference_probability
   use base_kinds, only: rp
-  use inference_probability_table, only: KNOTS, RAW, RIGHT, VERDICT, PROVENANCE
+  use inference_probability_table, only: RAW, RIGHT, VERDICT, PROVENANCE
   implicit none
   private
-  public :: grade_of, calibrated_probability, follow_knots, PROVENANCE
+  public :: calibrated_probability, follow_knots, PROVENANCE
 
 contains
 
@@ -34,13 +34,4 @@ contains
       value = y(i) + (y(i + 1) - y(i))*(p - x(i))/(x(i + 1) - x(i))
     end if
   end function follow_knots
-
-  !> Returns the grade of a verdict. A: one answer, which an unknown cause of the same strength would not have received. B: the
-  !> answer is consistent with the data, but other causes are not excluded. Verdicts that give no cause have no grade.
-  pure character(1) function grade_of(word) result(grade)
-    character(*), intent(in) :: word
-    grade = ' '
-    if (word == 'named') grade = 'A'
-    if (word == 'consistent_with_set') grade = 'B'
-  end function grade_of
 end module inference_probability

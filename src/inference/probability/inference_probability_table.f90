@@ -5,7 +5,7 @@ module inference_probability_table
   use base_kinds, only: rp
   implicit none
   private
-  public :: KNOTS, VERDICT, RAW, RIGHT, PROVENANCE
+  public :: VERDICT, RAW, RIGHT, PROVENANCE
 
   integer, parameter :: KNOTS = 19
   integer, parameter :: VERDICT(KNOTS) = [ &

@@ -28,16 +28,16 @@ contains
     real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :), directions(:, :)
     real(rp) :: ends(2), inner(2), values(2), before
     integer :: i, n, m
-    logical :: ok
+    logical :: is_valid
     is_new = .false.
     before = simulator%common_fraction()
     if (before < 0) return
     n = simulator%n_observations
     m = simulator%n_baseline
     allocate (residuals(n), jacobian(n, m), nuisances(n, simulator%n_nuisances), patterns(n, simulator%n_patterns))
-    call simulator%evaluate(q, [(i, i=1, m)], from, residuals, jacobian, ok)
-    if (ok) call simulator%directions(q, from, nuisances, patterns, ok)
-    if (.not. ok) return
+    call simulator%evaluate(q, [(i, i=1, m)], from, residuals, jacobian, is_valid)
+    if (is_valid) call simulator%directions(q, from, nuisances, patterns, is_valid)
+    if (.not. is_valid) return
     do i = 1, m
       jacobian(:, i) = jacobian(:, i)*simulator%parameters(i)%prior_sd
     end do

@@ -4,7 +4,7 @@
 !> One real is a number of the file, or a table of one if `reals_are_tables`; an array is a table in the order of its elements.
 !> Integers and logicals are integers of the file, arrays of them tables.
 module io_checkpoint_values
-  use base_errors, only: failure_t, require
+  use base_errors, only: require
   use base_kinds, only: i8, rp
   use base_text, only: number_text
   use base_visitor, only: visitor_t

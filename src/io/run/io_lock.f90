@@ -88,12 +88,13 @@ contains
       ! Some file systems have no links.
       if (.not. is_linked .and. .not. file_exists(path)) then
         call file%create_new(path, unwritten)
-        call file%write(own_text(), unwritten)
         if (unwritten%failed) then
           state = merge(LOCK_TAKEN, LOCK_UNWRITABLE, file_exists(path))
         else
+          call file%write(own_text(), unwritten)
           call file%close(unwritten)
           state = merge(LOCK_UNWRITABLE, LOCK_HELD, unwritten%failed)
+          if (unwritten%failed) call remove_file(path)
         end if
       end if
     end if

@@ -5,7 +5,7 @@ module measurement_check
   use base_kinds, only: rp
   use base_magnitude, only: rounded
   use base_text, only: number_text
-  use measurement_data, only: measurement_t, measured_load_t
+  use measurement_data, only: measurement_t
   use measurement_modes, only: check_modes
   use measurement_series, only: check_series
   use measurement_material_point, only: find_material_point, material_point_t, NEAR

@@ -4,7 +4,7 @@
 module measurement_file
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
-  use base_text, only: number_text, quoted
+  use base_text, only: quoted
   use io_arrays, only: is_group
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use io_seal, only: guard_input

@@ -19,7 +19,7 @@ module measurement_flight
   integer, parameter, public :: N_COMPONENTS = 7
   character(5), parameter, public :: COMPONENT_NAMES(N_COMPONENTS) = [character(5) :: 'Fx', 'Fy', 'Fz', 'Mx', 'My', 'Mz', 'power']
   integer, parameter, public :: COMPONENT_POWER = 7
-  integer, parameter, public :: MOST_FLIGHT_NUMBERS = 20000 !< of all records
+  integer, parameter :: MOST_FLIGHT_NUMBERS = 20000 !< of all records
   integer, parameter :: FEWEST = 4 !< times of a record
 
   !> A record holds the means over several beats at fixed times of the beat.

@@ -19,7 +19,7 @@ module measurement_series
   private
   public :: measured_series_t, check_series, read_series
 
-  integer, parameter, public :: MOST_NUMBERS = 20000 !< of all series together
+  integer, parameter :: MOST_NUMBERS = 20000 !< of all series together
 
   !> Holds one record.
   type, extends(visited_t) :: measured_series_t

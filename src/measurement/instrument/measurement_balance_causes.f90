@@ -4,7 +4,7 @@
 module measurement_balance_causes
   use base_cause, only: cause_t, enlist, make_cause
   use base_kinds, only: rp
-  use base_parameter, only: define_effect, parameter_t
+  use base_parameter, only: effect_parameter
   use base_wording, only: word_factor, word_plain, SCALE_FACTOR, UNIT_OF_PARAMETER
   use measurement_flight, only: component_unit, COMPONENT_NAMES, N_COMPONENTS
   use measurement_instrument_causes, only: N_BENDING_NEEDS
@@ -70,18 +70,6 @@ contains
     end do
   end function cross_components
 
-  !> Adds a parameter that has no effect at 1 if it varies by factors, else at 0.
-  pure subroutine add(cause, number, name, unit, is_log, lower, upper, sd, scale)
-    type(cause_t), intent(inout) :: cause
-    integer, intent(in) :: number
-    character(*), intent(in) :: name, unit, scale
-    logical, intent(in) :: is_log
-    real(rp), intent(in) :: lower, upper, sd
-    type(parameter_t) :: p
-    call define_effect(p, name, unit, is_log, lower, upper, sd)
-    call cause%add(number, p, scale)
-  end subroutine add
-
   !> Returns an error of the balance, so far without parameters.
   pure function of_balance(name, title, sentence, data) result(cause)
     character(*), intent(in) :: name, title, sentence, data
@@ -95,7 +83,7 @@ contains
     type(cause_t) :: c
     c = of_balance('balance_gain', 'wrong gain of the force balance', &
                    'All forces and torques were larger, or smaller, than the balance says, by one factor.', 'records of forces')
-    call add(c, BALANCE_GAIN, 'balance_gain', '1', .true., 0.5_rp, 2.0_rp, 0.1_rp, OF_ONE)
+    call c%add(BALANCE_GAIN, effect_parameter('balance_gain', '1', .true., 0.5_rp, 2.0_rp, 0.1_rp), OF_ONE)
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The balance shows all forces', 'The balance shows all forces', &
                      'larger', 'smaller', 'than they are', 'as large as they are', 1.0_rp)
   end function gain
@@ -109,8 +97,9 @@ contains
     c = of_balance('balance_offset', 'zero error of the force balance', 'The balance did not show 0 where there was no force.', &
                    'records of forces')
     do i = 1, N_COMPONENTS
-      call add(c, BALANCE_OFFSET + i, 'balance_offset:'//trim(COMPONENT_NAMES(i)), component_unit(i, scales%is_per_length), &
-               .false., -scales%sizes(i), scales%sizes(i), 0.1_rp*scales%sizes(i), 'the root mean square')
+      call c%add(BALANCE_OFFSET + i, &
+                 effect_parameter('balance_offset:'//trim(COMPONENT_NAMES(i)), component_unit(i, scales%is_per_length), .false., &
+                                  -scales%sizes(i), scales%sizes(i), 0.1_rp*scales%sizes(i)), 'the root mean square')
       lead = 'The balance shows '//trim(COMPONENT_NAMES(i))//' where there is none:'
       call word_plain(c%parameters(i)%words, UNIT_OF_PARAMETER, lead, lead, 'too much', 'too little', '', 0.0_rp)
     end do
@@ -126,7 +115,8 @@ contains
                    'forces or torques')
     c%needs = [NEED_FORCES]
     do i = 1, 3
-      call add(c, BALANCE_TURN + i, 'balance_turn:'//AXES(i:i), 'degree', .false., -15.0_rp, 15.0_rp, 2.0_rp, OF_ONE)
+      call c%add(BALANCE_TURN + i, effect_parameter('balance_turn:'//AXES(i:i), 'degree', .false., &
+                                                    -15.0_rp, 15.0_rp, 2.0_rp), OF_ONE)
       lead = 'The balance is turned about '//AXES(i:i)//':'
       call word_plain(c%parameters(i)%words, 'degrees', lead, lead, 'right-handed', 'left-handed', '', 0.0_rp)
     end do
@@ -143,7 +133,7 @@ contains
       pair = cross_components(number)
       to = trim(COMPONENT_NAMES(pair(1)))
       from = trim(COMPONENT_NAMES(pair(2)))
-      call add(c, number, 'cross_talk:'//from//'-'//to, '1', .false., -0.5_rp, 0.5_rp, 0.05_rp, OF_ONE)
+      call c%add(number, effect_parameter('cross_talk:'//from//'-'//to, '1', .false., -0.5_rp, 0.5_rp, 0.05_rp), OF_ONE)
       lead = 'The balance shows a fraction of '//from//' in '//to//':'
       call word_plain(c%parameters(size(c%parameters))%words, '', lead, lead, 'of it', 'of it, reversed', '', 0.0_rp)
     end do
@@ -155,7 +145,8 @@ contains
     type(cause_t) :: c
     c = of_balance('balance_lowpass', 'slow force balance', 'The balance smoothed the record, as a filter of first order.', &
                    'records of forces')
-    call add(c, BALANCE_LOWPASS, 'balance_lowpass', 's', .false., 0.0_rp, 0.2_rp*scales%period, 0.02_rp*scales%period, OF_PERIOD)
+    call c%add(BALANCE_LOWPASS, effect_parameter('balance_lowpass', 's', .false., &
+                                                 0.0_rp, 0.2_rp*scales%period, 0.02_rp*scales%period), OF_PERIOD)
     call word_plain(c%parameters(1)%words, 'ms', 'The balance is slow: it has a time constant of', 'The balance is fast:', '', &
                     'less', '', 0.0_rp)
     c%parameters(1)%words%factor = TO_MILLI
@@ -168,8 +159,8 @@ contains
     c = of_balance('balance_delay', 'forces and kinematics that do not begin together', &
                    'The record of the forces was late, or early, against that of the motion: balance and camera had different '// &
                    'clocks.', 'records of forces')
-    call add(c, BALANCE_DELAY, 'balance_delay', 's', .false., -0.25_rp*scales%period, 0.25_rp*scales%period, &
-             0.02_rp*scales%period, OF_PERIOD)
+    call c%add(BALANCE_DELAY, effect_parameter('balance_delay', 's', .false., &
+                                               -0.25_rp*scales%period, 0.25_rp*scales%period, 0.02_rp*scales%period), OF_PERIOD)
     call word_plain(c%parameters(1)%words, 'ms', 'Forces come late against the motion by', &
                     'Forces come early against the motion by', '', '', '', 0.0_rp)
     c%parameters(1)%words%factor = TO_MILLI
@@ -183,8 +174,9 @@ contains
                    'The inertia of the wing was not subtracted from what the balance shows, or too much of it.', &
                    'forces or torques')
     c%needs = [NEED_FORCES]
-    call add(c, BALANCE_MASS, 'inertia_mass', trim(merge('kg/m', 'kg  ', scales%is_per_length)), .false., -10*scales%mass, &
-             10*scales%mass, scales%mass, 'the mass whose inertia is a tenth of the forces')
+    call c%add(BALANCE_MASS, &
+               effect_parameter('inertia_mass', trim(merge('kg/m', 'kg  ', scales%is_per_length)), .false., -10*scales%mass, &
+                                10*scales%mass, scales%mass), 'the mass whose inertia is a tenth of the forces')
     call word_plain(c%parameters(1)%words, UNIT_OF_PARAMETER, 'The inertia of the wing is in the forces: that of', &
                     'Too much inertia of the wing was subtracted: that of', '', '', '', 0.0_rp)
   end function inertia

@@ -23,7 +23,7 @@
 module measurement_instrument_causes
   use base_cause, only: cause_t, enlist, make_cause
   use base_kinds, only: rp
-  use base_parameter, only: define_effect, define_parameter, parameter_t
+  use base_parameter, only: define_parameter, effect_parameter, parameter_t
   use base_wording, only: word_degrees, word_factor, word_fraction, word_plain, SCALE_FACTOR, SCALE_LINEAR
   use solid_effect, only: NEED_LEVELS, NEED_MEMBRANE, N_WING_NEEDS
   implicit none
@@ -89,17 +89,16 @@ contains
     cause%needs = needs
   end function measured
 
-  !> Adds a parameter that has no effect at 1 if it varies by factors, else at 0.
-  pure subroutine add(cause, number, name, unit, is_log, lower, upper, sd, scale)
+  !> Adds a parameter, whose null is in INSTRUMENT_DEFAULTS.
+  pure subroutine add(cause, number, p, scale)
     type(cause_t), intent(inout) :: cause
     integer, intent(in) :: number
-    character(*), intent(in) :: name, unit, scale
-    logical, intent(in) :: is_log
-    real(rp), intent(in) :: lower, upper, sd
-    type(parameter_t) :: p
-    call define_effect(p, name, unit, is_log, lower, upper, sd)
-    p%null = INSTRUMENT_DEFAULTS(number)
-    call cause%add(number, p, scale)
+    type(parameter_t), intent(in) :: p
+    character(*), intent(in) :: scale
+    type(parameter_t) :: own
+    own = p
+    own%null = INSTRUMENT_DEFAULTS(number)
+    call cause%add(number, own, scale)
   end subroutine add
 
   !> Returns a declared sd, or a default if none is declared.
@@ -115,7 +114,8 @@ contains
     type(cause_t) :: c
     c = measured('force_gain', 'wrong gain of the force sensor', 'All forces were larger or smaller than '// &
                  'declared, by one factor.', 'bending tests', [integer ::])
-    call add(c, FORCE_GAIN, 'force_gain', '1', .true., 0.1_rp, 10.0_rp, declared_or_default(scales%gain_sd, 0.1_rp), OF_ONE)
+    call add(c, FORCE_GAIN, effect_parameter('force_gain', '1', .true., &
+                                             0.1_rp, 10.0_rp, declared_or_default(scales%gain_sd, 0.1_rp)), OF_ONE)
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'All forces were', 'All forces were', 'larger', 'smaller', &
                      'than declared', 'what is declared', 1.0_rp)
   end function gain_of_force
@@ -128,7 +128,7 @@ contains
     most = 0.9_rp*scales%smallest_force
     c = measured('force_offset', 'zero error of the force sensor', 'The same force was added to every declared force.', &
                  'two forces at one place', [NEED_LEVELS])
-    call add(c, FORCE_OFFSET, 'force_offset', 'N', .false., -most, most, most/3, OF_FORCE)
+    call add(c, FORCE_OFFSET, effect_parameter('force_offset', 'N', .false., -most, most, most/3), OF_FORCE)
     call word_plain(c%parameters(1)%words, 'N', 'Every force was', 'Every force was', 'larger', 'smaller', 'than declared', 0.0_rp)
   end function offset_of_force
 
@@ -137,8 +137,8 @@ contains
     type(cause_t) :: c
     character(*), parameter :: UPRIGHT = 'Forces were not upright but turned:'
     c = measured('force_direction', 'forces that were not upright', 'All forces leaned to one side.', 'bending tests', [integer ::])
-    call add(c, FORCE_TILT_X, 'force_tilt_x', 'rad', .false., -0.5_rp, 0.5_rp, 0.05_rp, OF_ONE)
-    call add(c, FORCE_TILT_Y, 'force_tilt_y', 'rad', .false., -0.5_rp, 0.5_rp, 0.05_rp, OF_ONE)
+    call add(c, FORCE_TILT_X, effect_parameter('force_tilt_x', 'rad', .false., -0.5_rp, 0.5_rp, 0.05_rp), OF_ONE)
+    call add(c, FORCE_TILT_Y, effect_parameter('force_tilt_y', 'rad', .false., -0.5_rp, 0.5_rp, 0.05_rp), OF_ONE)
     call word_degrees(c%parameters(1)%words, UPRIGHT, 'about x, those that point up toward -y', &
                       'about x, those that point up toward +y')
     call word_degrees(c%parameters(2)%words, UPRIGHT, 'about y, those that point up toward +x', &
@@ -156,8 +156,8 @@ contains
     c = measured('load_position', 'forces beside the declared places', &
                  'All forces acted beside the declared places, shifted by the same distance in the same direction.', &
                  'a membrane', [NEED_MEMBRANE])
-    call add(c, LOAD_SHIFT_X, 'load_shift_x', 'm', .false., -most, most, sd, OF_LENGTH)
-    call add(c, LOAD_SHIFT_Y, 'load_shift_y', 'm', .false., -most, most, sd, OF_LENGTH)
+    call add(c, LOAD_SHIFT_X, effect_parameter('load_shift_x', 'm', .false., -most, most, sd), OF_LENGTH)
+    call add(c, LOAD_SHIFT_Y, effect_parameter('load_shift_y', 'm', .false., -most, most, sd), OF_LENGTH)
     call word_plain(c%parameters(1)%words, 'm', BESIDE, BESIDE, 'toward +x', 'toward -x', '', 0.0_rp)
     call word_plain(c%parameters(2)%words, 'm', BESIDE, BESIDE, 'toward +y', 'toward -y', '', 0.0_rp)
   end function position_of_load
@@ -168,7 +168,7 @@ contains
     c = measured('height_scale', 'wrong scale of the heights', 'All heights were larger or smaller than the maps '// &
                  'show, by one factor.', &
                  'heights', [NEED_HEIGHTS])
-    call add(c, HEIGHT_SCALE, 'height_scale', '1', .true., 0.5_rp, 2.0_rp, 0.05_rp, OF_ONE)
+    call add(c, HEIGHT_SCALE, effect_parameter('height_scale', '1', .true., 0.5_rp, 2.0_rp, 0.05_rp), OF_ONE)
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The maps show all heights', 'The maps show all heights', 'larger', &
                      'smaller', 'than they are', 'as large as they are', 1.0_rp)
   end function scale_of_heights
@@ -184,9 +184,10 @@ contains
     sd = declared_or_default(scales%tilt_sd, 1.0e-2_rp)
     c = measured('scan_plane', 'tilted or lifted scans', &
                  'All loaded scans were tilted or lifted against the unloaded one, in the same way.', 'heights', [NEED_HEIGHTS])
-    call add(c, TILT_X, 'tilt_x', 'rad', .false., -0.2_rp, 0.2_rp, sd, OF_ONE)
-    call add(c, TILT_Y, 'tilt_y', 'rad', .false., -0.2_rp, 0.2_rp, sd, OF_ONE)
-    call add(c, PISTON, 'piston', 'm', .false., -most, most, declared_or_default(scales%piston_sd, most/5), OF_LENGTH)
+    call add(c, TILT_X, effect_parameter('tilt_x', 'rad', .false., -0.2_rp, 0.2_rp, sd), OF_ONE)
+    call add(c, TILT_Y, effect_parameter('tilt_y', 'rad', .false., -0.2_rp, 0.2_rp, sd), OF_ONE)
+    call add(c, PISTON, effect_parameter('piston', 'm', .false., &
+                                         -most, most, declared_or_default(scales%piston_sd, most/5)), OF_LENGTH)
     call word_degrees(c%parameters(1)%words, TILTED, 'up toward +y', 'down toward +y')
     call word_degrees(c%parameters(2)%words, TILTED, 'down toward +x', 'up toward +x')
     call word_plain(c%parameters(3)%words, 'm', MOVED, MOVED, 'up', 'down', '', 0.0_rp)
@@ -202,10 +203,10 @@ contains
     c = measured('registration', 'shifted or turned maps', &
                  'In the height maps the wing was shifted, turned or magnified against what the file says.', 'heights', &
                  [NEED_HEIGHTS])
-    call add(c, MAP_SHIFT_X, 'map_shift_x', 'm', .false., -most, most, most/5, OF_LENGTH)
-    call add(c, MAP_SHIFT_Y, 'map_shift_y', 'm', .false., -most, most, most/5, OF_LENGTH)
-    call add(c, MAP_ROTATION, 'map_rotation', 'rad', .false., -0.2_rp, 0.2_rp, 0.02_rp, OF_ONE)
-    call add(c, MAP_SCALE, 'map_scale', '1', .true., 0.9_rp, 1.1_rp, 0.01_rp, OF_ONE)
+    call add(c, MAP_SHIFT_X, effect_parameter('map_shift_x', 'm', .false., -most, most, most/5), OF_LENGTH)
+    call add(c, MAP_SHIFT_Y, effect_parameter('map_shift_y', 'm', .false., -most, most, most/5), OF_LENGTH)
+    call add(c, MAP_ROTATION, effect_parameter('map_rotation', 'rad', .false., -0.2_rp, 0.2_rp, 0.02_rp), OF_ONE)
+    call add(c, MAP_SCALE, effect_parameter('map_scale', '1', .true., 0.9_rp, 1.1_rp, 0.01_rp), OF_ONE)
     call word_plain(c%parameters(1)%words, 'm', DISPLACED, DISPLACED, 'toward +x', 'toward -x', '', 0.0_rp)
     call word_plain(c%parameters(2)%words, 'm', DISPLACED, DISPLACED, 'toward +y', 'toward -y', '', 0.0_rp)
     call word_degrees(c%parameters(3)%words, 'The wing is turned in the maps:', 'counter-clockwise', 'clockwise')
@@ -223,8 +224,8 @@ contains
     c = measured('drift', 'a wing that changed during the experiment', &
                  'The wing became stiffer (it dried) or softer from one measurement to the next.', 'the order of all loads', &
                  [NEED_ORDER])
-    call add(c, DRIFT, 'drift', '1', .false., -most, most, most/3, OF_ORDER)
-    call add(c, DRIFT_VEINS, 'drift_veins', '1', .false., -most, most, most/3, OF_ORDER)
+    call add(c, DRIFT, effect_parameter('drift', '1', .false., -most, most, most/3), OF_ORDER)
+    call add(c, DRIFT_VEINS, effect_parameter('drift_veins', '1', .false., -most, most, most/3), OF_ORDER)
     c%parameters(2)%is_tried = .false.
     do k = 1, 2
       call word_factor(c%parameters(k)%words, SCALE_LINEAR, 'The wing became stiffer from one measurement to the next:', &
@@ -242,7 +243,7 @@ contains
     most = 0.9_rp/scales%last_time
     c = measured('drift_in_time', 'a wing that changed with time', 'The wing became stiffer (it dried) or softer with time.', &
                  'the time of all loads', [NEED_TIME])
-    call add(c, DRIFT_RATE, 'drift_rate', '1/s', .false., -most, most, most/3, OF_TIME)
+    call add(c, DRIFT_RATE, effect_parameter('drift_rate', '1/s', .false., -most, most, most/3), OF_TIME)
     call word_factor(c%parameters(1)%words, SCALE_LINEAR, 'The wing became stiffer with time:', &
                      'The wing became softer with time:', 'stiffer', 'softer', 'in every minute', 'as stiff in every minute', &
                      0.0_rp)
@@ -256,7 +257,7 @@ contains
     c = measured('creep', 'creep under load', 'The wing went on bending while the force was held.', &
                  'loads whose `hold` differs by a factor of 1.5 or more', [NEED_TWO_HOLDS, NEED_HOLD])
     c%is_measurement = .false.
-    call add(c, CREEP, 'creep', '1', .false., -0.1_rp, 2.0_rp, 0.1_rp, OF_ONE)
+    call add(c, CREEP, effect_parameter('creep', '1', .false., -0.1_rp, 2.0_rp, 0.1_rp), OF_ONE)
     call define_parameter(time, 'creep_time', 's', .true., 1.0e-3_rp, 1.0e5_rp)
     call c%add(CREEP_TIME, time)
     c%parameters(2)%is_tried = .false.
@@ -273,7 +274,7 @@ contains
     c = measured('gravity', 'weight of the wing', 'The wing''s own weight bends it, also when nothing pushes.', &
                  'the mass of the wing', [NEED_MASS])
     do k = 1, 3
-      call add(c, GRAVITY_X + k - 1, 'gravity_'//AXES(k:k), 'm/s^2', .false., -20.0_rp, 20.0_rp, 10.0_rp, OF_ONE)
+      call add(c, GRAVITY_X + k - 1, effect_parameter('gravity_'//AXES(k:k), 'm/s^2', .false., -20.0_rp, 20.0_rp, 10.0_rp), OF_ONE)
       call word_plain(c%parameters(k)%words, 'm/s^2', LEAD, LEAD, 'toward +'//AXES(k:k), 'toward -'//AXES(k:k), '', 0.0_rp)
     end do
   end function weight_of_wing
@@ -285,7 +286,7 @@ contains
                  'The wing bends so far that twice the force does not bend it twice as far. Geometry alone does that.', &
                  'two forces at one place', [NEED_SMALL_DEFLECTIONS])
     c%is_measurement = .false.
-    call add(c, NONLINEARITY, 'nonlinearity', '1', .false., 0.0_rp, 2.0_rp, 0.5_rp, OF_ONE)
+    call add(c, NONLINEARITY, effect_parameter('nonlinearity', '1', .false., 0.0_rp, 2.0_rp, 0.5_rp), OF_ONE)
     call word_fraction(c%parameters(1)%words, &
                        'The wing bends so far that twice the force does not bend it twice as far: with', &
                        'The wing bends more in proportion to the force than was assumed: with', 'of what geometry alone makes')

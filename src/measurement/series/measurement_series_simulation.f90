@@ -7,7 +7,6 @@ module measurement_series_simulation
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use base_parameter, only: parameter_t
   use measurement_data, only: measurement_t
   use measurement_modes, only: MEDIUM_AIR
   use measurement_material_point, only: find_material_point, material_point_t

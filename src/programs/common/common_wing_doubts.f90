@@ -8,6 +8,7 @@ module common_wing_doubts
   use base_magnitude, only: magnitude_doubt, rounded
   use common_wing_keys, only: mass_choices_t
   use io_config, only: config_t
+  use solid_mass, only: MEMBRANE_UNIFORM
   use solid_wing, only: wing_t
   use solid_wing_case, only: wing_case_t
   implicit none
@@ -58,7 +59,7 @@ contains
       call assume('Mass', 'vein_density', '1300 kg/m^3, of insect cuticle')
     if (.not. has_membrane) return
     if (wing%mass%law /= '' .and. .not. (choices%has_law .or. choices%has_areal_density)) return
-    if (choices%law == 'uniform') then
+    if (choices%law == MEMBRANE_UNIFORM) then
       call assume('Mass', 'areal_density', '3e-3 kg/m^2, about 2.5 um of cuticle, which was not measured on any wing')
     else if (choices%has_membrane_mass) then
       call assume('Mass', 'membrane_law', 'bilinear, so that the mass is spread as in a blowfly''s wing ('//PAPER//'); uniform '// &
@@ -80,7 +81,7 @@ contains
   !> wings.
   subroutine notice_magnitudes(c, law, s, notices)
     type(config_t), intent(in) :: c
-    character(*), intent(in) :: law !< [Mass] membrane_law
+    integer, intent(in) :: law !< [Mass] membrane_law
     type(wing_case_t), intent(in) :: s
     type(message_list_t), intent(inout) :: notices
     if (maxval(abs(s%wing%points)) > LONGEST) return
@@ -91,7 +92,7 @@ contains
     if (size(s%wing%triangles, 2) == 0) return
     call doubt('Wing', 'D', s%requested%plate, PLATE, 'N m', 'membranes of insects')
     if (.not. s%mass%area > 0) return
-    if (law == 'uniform') then
+    if (law == MEMBRANE_UNIFORM) then
       call doubt('Mass', 'areal_density', s%mass%membrane/s%mass%area, AREAL, 'kg/m^2', 'membranes of insects')
     else
       call doubt('Mass', 'membrane_mass', s%material%membrane_mass, rounded(AREAL*s%mass%area, 1), 'kg', 'membranes of this size')

@@ -2,17 +2,26 @@
 !> Declares the ini keys of a wing that all programs share: its file, stiffness, mass and damping. SI units.
 module common_wing_keys
   use base_kinds, only: rp
+  use base_named_kinds, only: named_kind_t
   use common_wing_effects, only: effect_keys, effect_sites_t
   use io_config, only: config_t
   use io_keys, only: declaring, keys_t, reading
   use io_registry, only: registry_t
   use solid_inertia, only: inertia_t
-  use solid_mass, only: mass_params_t
+  use solid_mass, only: mass_params_t, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
   use solid_wing, only: z_side_choices
   implicit none
   private
   public :: wing_choices_t, mass_choices_t, register_wing_keys, register_damping_keys, read_wing_keys, read_mass_keys, &
-            read_damping_keys
+            read_damping_keys, MEMBRANE_LAWS
+
+  integer, parameter, public :: WING_DEFAULT = 1, WING_PAPER = 2              !< presets
+  integer, parameter, public :: CROSS_PRESET = 1, CROSS_YES = 2, CROSS_NO = 3 !< cross-springs
+  type(named_kind_t), parameter :: PRESETS(2) = [named_kind_t('default', WING_DEFAULT), named_kind_t('paper', WING_PAPER)]
+  type(named_kind_t), parameter :: CROSS_SPRINGS(3) = [named_kind_t('preset', CROSS_PRESET), named_kind_t('yes', CROSS_YES), &
+                                                       named_kind_t('no', CROSS_NO)]
+  type(named_kind_t), parameter :: MEMBRANE_LAWS(2) = [named_kind_t('bilinear', MEMBRANE_BILINEAR), &
+                                                       named_kind_t('uniform', MEMBRANE_UNIFORM)]
 
   !> This is the help of every key that lists forces.
   character(*), parameter, public :: PLACE_HELP = 'PLACE: tip, vein:NAME:first, vein:NAME:last, vein:NAME:K '// &
@@ -20,7 +29,8 @@ module common_wing_keys
 
   !> Holds the values of [Wing].
   type :: wing_choices_t
-    character(:), allocatable :: file, preset, cross_springs, parameters, z_side, fingerprint
+    character(:), allocatable :: file, parameters, z_side, fingerprint
+    integer :: preset = WING_DEFAULT, cross_springs = CROSS_PRESET
     logical :: has_file = .false., has_fingerprint = .false., has_found_size = .false.
     real(rp) :: length = 0, mean_chord = 0       !< [m], 0: as in the file
     real(rp) :: young = 0, spring = 0, plate = 0 !< [Pa], [N/m], [N m]
@@ -33,7 +43,7 @@ module common_wing_keys
 
   !> Holds the values of [Mass].
   type :: mass_choices_t
-    character(:), allocatable :: law             !< of the membrane
+    integer :: law = MEMBRANE_BILINEAR           !< of the membrane
     logical :: has_law = .false., has_vein_density = .false., has_membrane_mass = .false., has_areal_density = .false.
     type(mass_params_t) :: material              !< all other keys; its membrane_law follows from `law` and the wing file
   end type mass_choices_t
@@ -103,10 +113,10 @@ contains
                    'is this; 0: the size in its file', unit='m', min=0.0_rp)
     call keys%real('mean_chord', c%mean_chord, 0.0_rp, 'after that, y is stretched so that the area divided by the extent '// &
                    'along x is this; 0: not stretched', unit='m', min=0.0_rp)
-    call keys%word('preset', c%preset, 'default', 'default|paper', 'paper: with cross-springs, as in Truong et al.')
+    call keys%kind('preset', c%preset, 'default', PRESETS, 'paper: with cross-springs, as in Truong et al.')
     call keys%real('E', c%young, 12.58e9_rp, 'Young''s modulus of all veins', unit='Pa', above=0.0_rp)
     call keys%real('k_e', c%spring, 1.0e5_rp, 'extension stiffness of every spring', unit='N/m', above=0.0_rp)
-    call keys%word('cross_springs', c%cross_springs, 'preset', 'preset|yes|no', 'springs between the apexes of neighbouring '// &
+    call keys%kind('cross_springs', c%cross_springs, 'preset', CROSS_SPRINGS, 'springs between the apexes of neighbouring '// &
                    'triangles; their effect depends on the mesh')
     call keys%real('D', c%plate, 2.0e-7_rp, 'bending stiffness of the membrane, a regularisation that was not measured', &
                    unit='N m', &
@@ -142,7 +152,7 @@ contains
     call keys%real('vein_density', c%material%vein_density, 1300.0_rp, 'density of the cuticle of the veins', unit='kg/m^3', &
                    above=0.0_rp, &
                    given=c%has_vein_density)
-    call keys%word('membrane_law', c%law, 'bilinear', 'bilinear|uniform', 'areal density of the membrane: 1.75 - 147 x + 101 '// &
+    call keys%kind('membrane_law', c%law, 'bilinear', MEMBRANE_LAWS, 'areal density of the membrane: 1.75 - 147 x + 101 '// &
                    'y scaled to membrane_mass, or areal_density; if neither this nor areal_density is given, the law of the '// &
                    'wing file is used', given=c%has_law)
     call keys%real('membrane_mass', c%material%membrane_mass, 81.475e-9_rp, 'mass of the membrane, for membrane_law = bilinear', &

@@ -4,17 +4,19 @@
 module common_wing_settings
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
+  use base_named_kinds, only: kind_of
   use base_parameter, only: parameter_t
   use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
   use common_wing_doubts, only: check_size, notice_assumptions, notice_magnitudes
   use common_wing_effects, only: effect_without_site, take_effect_sites
-  use common_wing_keys, only: mass_choices_t, read_damping_keys, read_mass_keys, read_wing_keys, wing_choices_t
+  use common_wing_keys, only: mass_choices_t, read_damping_keys, read_mass_keys, read_wing_keys, wing_choices_t, CROSS_PRESET, &
+                              CROSS_YES, MEMBRANE_LAWS, WING_PAPER
   use common_wing_size, only: notice_other_size, scale_wing
   use io_config, only: config_t
   use io_broadcast_text, only: named_path
   use parallel_world, only: world_t
   use solid_inertia, only: inertia_t
-  use solid_mass, only: lump_mass, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
+  use solid_mass, only: lump_mass, MEMBRANE_BILINEAR
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, membrane_note, solid_params_t
   use solid_wing_case, only: wing_case_t
@@ -59,7 +61,7 @@ contains
     if (choices%has_fingerprint) call check_fingerprint(config, choices, s, errors, notices)
     call take_material(config, choices, s, errors, notices)
     call take_mass(config, mass, needs_mass, s, errors, notices)
-    call notice_assumptions(config, choices%preset == 'paper', mass, s%wing, needs_mass, notices)
+    call notice_assumptions(config, choices%preset == WING_PAPER, mass, s%wing, needs_mass, notices)
     if (s%has_mass) call notice_magnitudes(config, mass%law, s, notices)
     call s%model%init(s%wing, s%requested, failure)
     if (failure%failed) then
@@ -165,8 +167,8 @@ contains
       p%k_vein = choices%spring
       p%k_membrane = p%k_vein
       p%k_cross = p%k_vein
-      p%cross_springs = choices%cross_springs == 'yes' .or. &
-                        (choices%cross_springs == 'preset' .and. choices%preset == 'paper')
+      p%cross_springs = choices%cross_springs == CROSS_YES .or. &
+                        (choices%cross_springs == CROSS_PRESET .and. choices%preset == WING_PAPER)
       p%slack = choices%slack
       p%slack_width = choices%slack_width
       if (.not. choices%joint > 0 .and. abs(choices%joint + 1) > 0) &
@@ -191,12 +193,12 @@ contains
     integer :: i
     s%material = choices%material
     if (.not. choices%has_vein_density .and. s%wing%mass%vein_density > 0) s%material%vein_density = s%wing%mass%vein_density
-    s%material%membrane_law = merge(MEMBRANE_BILINEAR, MEMBRANE_UNIFORM, choices%law == 'bilinear')
+    s%material%membrane_law = choices%law
     if (.not. (choices%has_law .or. choices%has_areal_density) .and. s%wing%mass%law /= '') then
       s%material%membrane_law = MEMBRANE_BILINEAR ! the file has the law of this wing
       if (.not. choices%has_membrane_mass) s%material%membrane_mass = s%wing%mass%membrane
       s%material%weights = [1.0_rp, 0.0_rp, 0.0_rp]
-      if (s%wing%mass%law == 'bilinear') s%material%weights = s%wing%mass%weights
+      if (kind_of(MEMBRANE_LAWS, s%wing%mass%law) == MEMBRANE_BILINEAR) s%material%weights = s%wing%mass%weights
     end if
     s%material%weights(2:) = s%material%weights(2:)/s%scale ! the law belongs to the unscaled wing
     call lump_mass(s%wing, s%material, s%mass, messages)

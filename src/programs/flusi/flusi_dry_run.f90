@@ -6,7 +6,6 @@ module flusi_dry_run
   use parallel_world, only: world_t
   use simulation_memory, only: memory_t, estimate_memory
   use simulation_opening, only: opening_t
-  use simulation_output_params, only: output_params_t
   use simulation_plans, only: expected_steps
   use simulation_report, only: print_scales
   use simulation_series, only: run_series_t

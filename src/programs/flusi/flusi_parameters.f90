@@ -10,6 +10,7 @@ module flusi_parameters
   use parallel_world, only: world_t
   use simulation_memory, only: memory_t, estimate_memory
   use simulation_settings, only: settings_t, load_settings
+  use spectral_backends, only: TRANSFORM_P3DFFT
   use spectral_sticks, only: kept_columns
   implicit none
   private
@@ -63,8 +64,8 @@ contains
     if (m%possible) then
       write (text, '(a,i0,a)') 'the grid is too large for ', world%size, &
         ' ranks: an exchange buffer would exceed 2^31 '//trim(merge('bytes  ', 'numbers', &
-                                                                    settings%fluid%resolution%transform == 'p3dfft'))
-    else if (settings%fluid%resolution%transform == 'p3dfft') then
+                                                                    settings%fluid%resolution%transform == TRANSFORM_P3DFFT))
+    else if (settings%fluid%resolution%transform == TRANSFORM_P3DFFT) then
       write (text, '(2(a,i0))') 'P3DFFT cannot share the grid among ', world%size, ' ranks: columns must not exceed ny and '// &
         'nz, rows must divide the ranks and not exceed ny and ', kept_columns(settings%fluid%grid, &
                                                                               settings%fluid%resolution%dealias)

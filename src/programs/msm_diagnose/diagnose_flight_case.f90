@@ -4,7 +4,6 @@
 module diagnose_flight_case
   use base_build, only: BUILD_VERSION
   use base_checksum, only: checksum_text
-  use base_constants, only: PI
   use base_errors, only: message_list_t
   use base_files, only: folder_of, join_path, name_of, real_path
   use base_kinds, only: rp

@@ -2,7 +2,7 @@
 !> Handles the section [Flight] of a diagnosis. It reads the case that simulates the experiment in which forces were recorded,
 !> checks that the records fit the case, estimates the cost of the flights, and starts their simulation.
 module diagnose_flight_settings
-  use base_errors, only: message_list_t
+  use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_outcome, only: outcome_t, OUTCOME_NOT_CONVERGED
   use base_text, only: next_word, number_text, quoted
@@ -17,6 +17,7 @@ module diagnose_flight_settings
   use io_suggest, only: suggestion_t
   use measurement_data, only: measurement_t
   use measurement_flight, only: COMPONENT_NAMES, COMPONENT_POWER
+  use parallel_failure, only: share_failure
   use parallel_world, only: world_t
   implicit none
   private
@@ -173,17 +174,18 @@ contains
     type(catalogue_t), intent(inout) :: catalogue
     type(outcome_t), intent(inout) :: outcome
     type(flight_record_t), allocatable :: records(:)
+    type(failure_t) :: missing, failure
     character(:), allocatable :: reason
     real(rp) :: steps(size(data%response%is_known))
     integer :: j
     steps = flight_steps(data%facts, data%effects)
     call runner%fly(world, data%response%requests(steps, data%is_refined), records, outcome)
     if (.not. outcome%is_good()) return
-    reason = ''
-    if (world%is_root) call data%response%take(steps, data%is_refined, records, reason)
-    call world%broadcast_text(reason)
-    if (reason /= '') then
-      call outcome%fail(OUTCOME_NOT_CONVERGED, 'the flight of '//data%facts%path//' cannot be compared with the records: '//reason)
+    if (world%is_root) call data%response%take(steps, data%is_refined, records, missing)
+    call share_failure(world, missing, failure)
+    if (failure%failed) then
+      call outcome%fail(OUTCOME_NOT_CONVERGED, 'the flight of '//data%facts%path//' cannot be compared with the records: '// &
+                        failure%reason)
       return
     end if
     do j = 1, size(steps)

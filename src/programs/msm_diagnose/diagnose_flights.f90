@@ -3,7 +3,7 @@
 !> name depends on the inputs of the flight. A flight that has ended is read and not simulated again. An interrupted flight
 !> continues from its backup, or begins again if it has none.
 module diagnose_flights
-  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t, message_list_t
   use base_files, only: file_exists, join_path, make_folder, real_path
   use base_kinds, only: rp

@@ -29,7 +29,6 @@ module diagnose_job
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_zeros, only: compare_zeros, zeros_t
   use inference_engine, only: diagnosis_t, run_diagnosis
-  use inference_residual_checks, only: residual_check_t, check_residuals
   use io_earlier_results, only: move_earlier_file, EARLIER_SUFFIX
   use io_journal, only: journal_t
   use io_lock, only: lock_t, LOCK_TAKEN

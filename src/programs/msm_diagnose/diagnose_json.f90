@@ -19,9 +19,9 @@ module diagnose_json
   use diagnosis_unknown, only: unknown_t
   use diagnosis_zeros, only: zeros_t
   use diagnose_checks, only: alarm_name, put_checks
-  use inference_decision, only: verdict_word
+  use inference_decision, only: grade_of, verdict_word
   use inference_engine, only: diagnosis_t
-  use inference_probability, only: grade_of, calibrated_probability, PROVENANCE
+  use inference_probability, only: calibrated_probability, PROVENANCE
   use inference_refit, only: nested_fit_t
   use inference_residual_checks, only: residual_check_t
   use inference_validation, only: validation_t
@@ -111,7 +111,7 @@ contains
       call json%put('word', verdict_word(v%verdict))
       call json%put('exit_code', v%verdict)
       call json%put('sentence', verdict_sentence(s, d))
-      call json%put('grade', trim(grade_of(verdict_word(v%verdict))))
+      call json%put('grade', trim(grade_of(v%verdict)))
       call json%put('probability', calibrated_probability(v%verdict, v%probability))
       call json%put('probability_raw', v%probability)
       call json%put('probability_map', PROVENANCE)

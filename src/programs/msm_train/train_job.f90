@@ -4,7 +4,7 @@
 module train_job
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: failure_t, message_list_t, require
-  use base_kinds, only: i8, rp
+  use base_kinds, only: rp
   use base_named_kinds, only: word_of
   use base_outcome, only: outcome_t, OUTCOME_DONE, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED, OUTCOME_STOPPED, OUTCOME_UNWRITABLE
   use base_text, only: number_text

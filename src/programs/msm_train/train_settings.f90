@@ -12,7 +12,7 @@ module train_settings
   use common_bending_case, only: bending_input_t, load_bending_case, load_input
   use common_overwrite_guard, only: refuse_overwriting
   use common_train_keys, only: register_train_keys, train_choices_t, train_keys
-  use common_wing_keys, only: read_wing_keys, wing_choices_t
+  use common_wing_keys, only: read_wing_keys, wing_choices_t, CROSS_PRESET
   use common_wing_settings, only: check_name
   use io_config, only: config_t
   use io_keys, only: keys_t, reading
@@ -134,7 +134,7 @@ contains
     type(failure_t) :: failure
     type(wing_choices_t) :: wing
     call read_wing_keys(s%config, wing)
-    if (s%is_paper .and. wing%cross_springs == 'preset') s%wing_case%requested%cross_springs = .true.
+    if (s%is_paper .and. wing%cross_springs == CROSS_PRESET) s%wing_case%requested%cross_springs = .true.
     call s%experiment%init(s%measurement, s%wing_case%wing, s%wing_case%requested, s%free_parameters%numbers, &
                            s%choices%solver, failure, s%instrument, s%free_parameters%instrument_numbers, s%masses())
     if (failure%failed) call errors%add(failure%reason)

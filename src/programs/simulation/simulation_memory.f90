@@ -6,6 +6,7 @@ module simulation_memory
   use fluid_initial_flow, only: MOST_PARTS
   use fluid_params, only: fluid_params_t, SCHEME_RK4
   use simulation_settings, only: settings_t
+  use spectral_backends, only: TRANSFORM_P3DFFT
   use spectral_sticks, only: sticks_t, kept_columns, make_block_sticks, make_sticks, process_grid
   implicit none
   private
@@ -44,7 +45,7 @@ contains
     integer :: n_out, n_sent, parts
     associate (p => settings%fluid, o => settings%output)
       n_out = merge(6, 3, p%sponge%is_on) + merge(1, 0, settings%needs_pressure())
-      if (p%resolution%transform == 'p3dfft') then
+      if (p%resolution%transform == TRANSFORM_P3DFFT) then
         call blocks_portion(p, ranks, m, s)
       else
         call sticks_portion(p, ranks, m, s)
@@ -62,7 +63,7 @@ contains
       ! One field and its copy of single precision; a component of the state as a table and its copy.
       writing = merge(1, 0, o%needs_scratch())*s%field
       writing = writing + max(merge(0.5_rp, 0.0_rp, o%fields%single_precision .and. o%needs_scratch())*s%field, 2*s%spectrum)
-      if (p%resolution%transform == 'p3dfft') then
+      if (p%resolution%transform == TRANSFORM_P3DFFT) then
         m%running = kept + flow + writing + s%exchange + (s%spectrum + s%field)*(FIELDS_IN + n_out)
         m%starting = m%running
         if (.not. is_uniform(p)) m%starting = m%running + FIELDS_IN*s%field + 8*s%whole

@@ -14,7 +14,7 @@ module simulation_plans
   use fluid_timestep, only: next_step_length
   use parallel_world, only: world_t
   use simulation_settings, only: settings_t
-  use spectral_fftw, only: import_wisdom
+  use spectral_fftw, only: import_wisdom, PLAN_AUTO, PLAN_ESTIMATE, PLAN_MEASURE
   implicit none
   private
   public :: plan_run, expected_steps, choose_planner
@@ -41,7 +41,7 @@ contains
     call expected_steps(settings, dt, speed, steps)
     call choose_planner(settings%fluid%resolution%planner, steps, product(real(settings%fluid%grid%n, rp)), restarts, &
                         has_wisdom == 1, reason)
-    if (settings%fluid%resolution%planner == 'measure') call import_wisdom(wisdom, done)
+    if (settings%fluid%resolution%planner == PLAN_MEASURE) call import_wisdom(wisdom, done)
   end subroutine plan_run
 
   !> Estimates the length `dt` [T] and the number of the time steps from the parameters, for the expected velocity `speed`
@@ -60,15 +60,15 @@ contains
     end associate
   end subroutine expected_steps
 
-  !> Replaces `planner`, one of auto, estimate and measure, by estimate or measure, and returns the reason as text. A run that
+  !> Replaces `planner`, PLAN_AUTO or another one, by PLAN_ESTIMATE or PLAN_MEASURE, and returns the reason as text. A run that
   !> continues measures if the first part of the run did; `has_wisdom` tells that by the file of its plans.
   subroutine choose_planner(planner, steps, points, restarts, has_wisdom, reason)
-    character(:), allocatable, intent(inout) :: planner
+    integer, intent(inout) :: planner
     real(rp), intent(in) :: steps, points !< of the run and of the grid
     logical, intent(in) :: restarts, has_wisdom
     character(:), allocatable, intent(out) :: reason
     logical :: measures
-    if (planner /= 'auto') then
+    if (planner /= PLAN_AUTO) then
       reason = 'as [Resolution] planner says'
       return
     end if
@@ -79,7 +79,7 @@ contains
       measures = steps*points*STEP > 100*MEASURING
       reason = trim(merge('the run is long ', 'the run is short', measures))
     end if
-    planner = trim(merge('measure ', 'estimate', measures))
+    planner = merge(PLAN_MEASURE, PLAN_ESTIMATE, measures)
   end subroutine choose_planner
 
   !> Returns a velocity [L/T] that the flow will have, as far as it follows from the parameters.

@@ -29,7 +29,7 @@ module simulation_runner
   use simulation_settings, only: settings_t
   use simulation_start, only: simulation_start_t
   use simulation_summary, only: write_summary
-  use spectral_fftw, only: export_wisdom
+  use spectral_fftw, only: export_wisdom, PLAN_MEASURE
   implicit none
   private
   public :: simulation_t
@@ -355,7 +355,7 @@ contains
       call put_state(writer, self%settings, self%run_parts_t, .true.)
       call self%slots%commit(writer, self%outcome%failure)
       ! A restart must plan as this run did, or it would differ in the last bits.
-      if (self%world%is_root .and. self%settings%fluid%resolution%planner == 'measure') call export_wisdom(WISDOM_NAME, written)
+      if (self%world%is_root .and. self%settings%fluid%resolution%planner == PLAN_MEASURE) call export_wisdom(WISDOM_NAME, written)
     end if
     call self%stop_rules%backup_done()
     call self%timers%stop(self%t_backup)

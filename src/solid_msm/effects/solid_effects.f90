@@ -8,7 +8,7 @@ module solid_effects
   use base_errors, only: require
   use base_kinds, only: rp
   use base_parameter, only: define_effect, parameter_t
-  use solid_effect, only: effect_site_t, effect_t, effect_text_t, NEED_DISC, NEED_NOTHING, NEED_SIDED_JOINTS, NEED_SIDED_VEINS, &
+  use solid_effect, only: effect_t, effect_text_t, NEED_DISC, NEED_NOTHING, NEED_SIDED_JOINTS, NEED_SIDED_VEINS, &
                           NEED_SOFT_PLACE
   use solid_effect_camber, only: camber_effect
   use solid_effect_damage, only: damage_effect

@@ -5,7 +5,7 @@ module solid_elements
   use solid_edges, only: edges_t
   use solid_twist, only: twist_t
   use solid_extension, only: extensions_t, SPRING_VEIN, SPRING_MEMBRANE, SPRING_CROSS
-  use solid_hinge, only: hinge_t, HINGE_NODES
+  use solid_hinge, only: hinge_t
   use solid_junctions, only: hinge_plan_t
   use solid_params, only: solid_params_t
   use solid_pattern, only: pattern_t, make_pattern

@@ -18,7 +18,6 @@ module solid_bent_wing
   use solid_effects, only: clamp_axis, clamp_compliance
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
-  use solid_params, only: solid_params_t
   use solid_rotation, only: rotation_derivative, rotation_matrix
   use solid_sensitivity, only: direction_sensitivity, force_sensitivity
   use solid_statics, only: solve_static, static_options_t, static_report_t

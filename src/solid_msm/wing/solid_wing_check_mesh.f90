@@ -2,7 +2,6 @@
 !> Checks triangles and veins whose indices are known to be valid.
 module solid_wing_check_mesh
   use base_kinds, only: rp
-  use base_text, only: number_text
   use solid_wing, only: wing_t, vein_t
   use solid_wing_edges, only: edge_table_t
   use solid_wing_report, only: wing_report_t

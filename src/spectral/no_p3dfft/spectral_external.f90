@@ -18,9 +18,7 @@ contains
     class(transform_t), allocatable, intent(out) :: transform
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
-    integer, intent(in) :: dealias
-    character(*), intent(in) :: effort
-    integer, intent(in) :: wanted_rows, most
+    integer, intent(in) :: dealias, wanted_rows, effort, most
     type(failure_t), intent(inout) :: failure
     call require(.false., 'make_external: this program was built without P3DFFT')
     associate (nothing => transform, there => world, to => grid, make => dealias, a => effort, field => wanted_rows, &

@@ -19,9 +19,7 @@ contains
     class(transform_t), allocatable, intent(out) :: transform
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
-    integer, intent(in) :: dealias
-    character(*), intent(in) :: effort
-    integer, intent(in) :: wanted_rows, most
+    integer, intent(in) :: dealias, wanted_rows, effort, most
     type(failure_t), intent(inout) :: failure
     type(p3dfft_t), allocatable :: made
     allocate (made)

@@ -15,7 +15,7 @@ module spectral_p3dfft
   use base_memory, only: check_allocation, COMPLEX_BYTES
   use p3dfft, only: p3dfft_btran_c2r, p3dfft_clean, p3dfft_ftran_r2c, p3dfft_get_dims, p3dfft_setup, proc_dims
   use parallel_world, only: world_t
-  use spectral_fftw, only: forget_wisdom, learn_wisdom, wisdom_text
+  use spectral_fftw, only: forget_wisdom, learn_wisdom, wisdom_text, PLAN_MEASURE
   use spectral_grid, only: grid_t
   use spectral_sticks, only: kept_columns, make_block_sticks, process_grid, DEALIAS_NONE
   use spectral_transform, only: transform_t
@@ -51,7 +51,7 @@ contains
     type(grid_t), intent(in) :: grid
     integer, intent(in) :: dealias !< DEALIAS_* of spectral_sticks
     integer, intent(in) :: wanted_rows  !< rows of the process grid, 0 for the best
-    character(*), intent(in) :: effort  !< 'measure': all ranks agree on the plans that P3DFFT has measured
+    integer, intent(in) :: effort       !< PLAN_MEASURE: all ranks agree on the plans that P3DFFT has measured
     integer, intent(in) :: most         !< fields of a pipeline, in and out
     type(failure_t), intent(inout) :: failure
     logical :: possible
@@ -68,7 +68,7 @@ contains
     call require(possible, 'p3dfft_t: no process grid for this number of ranks')
     self%owns_library = .true.
     call set_up(self)
-    if (effort == 'measure') call agree_on_plans(self)
+    if (effort == PLAN_MEASURE) call agree_on_plans(self)
     call check_wave(self, failure)
     call take_modes(self, dealias)
     call self%reserve(most)

@@ -15,7 +15,7 @@ module spectral_pencil
   use parallel_world, only: world_t
   use spectral_buffer, only: buffer_t
   use spectral_copy, only: copy_backward, copy_forward
-  use spectral_fftw, only: effort_flag, wisdom_text, learn_wisdom
+  use spectral_fftw, only: effort_flag, learn_wisdom, wisdom_text, PLAN_MEASURE
   use spectral_grid, only: grid_t
   use spectral_pencil_planes, only: is_wanted, leave_out_planes
   use spectral_pencil_stages, only: stages_t, STICK_BATCH
@@ -59,7 +59,7 @@ contains
     type(grid_t), intent(in) :: grid
     integer, intent(in) :: dealias !< DEALIAS_* of spectral_sticks
     integer, intent(in) :: wanted_rows  !< rows of the process grid, 0 for the best
-    character(*), intent(in) :: effort  !< FFTW planning: 'estimate' or 'measure'
+    integer, intent(in) :: effort  !< PLAN_ESTIMATE or PLAN_MEASURE of spectral_fftw
     integer, intent(in) :: max_in, max_out
     integer :: row, column, lines
     logical :: possible
@@ -81,7 +81,7 @@ contains
     call split_evenly(grid%n(3), self%columns, column, self%block%start(3), self%block%count(3))
     ! Measured plans differ between measurements. Ranks of a row have the same sizes, and there are at most two kinds of rows. The
     ! first and the last row measure, and all other rows take their plans, so that equal sizes have equal plans.
-    if (effort == 'measure') then
+    if (effort == PLAN_MEASURE) then
       call make_plans(self, row, effort, 0)
       if (self%rows > 1) call make_plans(self, row, effort, self%rows - 1)
       if (world%rank /= 0 .and. world%rank /= self%rows - 1) &
@@ -103,8 +103,7 @@ contains
   !> Makes the plans of rank `planning_rank` and gives its wisdom to all others. Collective.
   subroutine make_plans(self, row, effort, planning_rank)
     class(pencil_t), intent(inout) :: self
-    integer, intent(in) :: row, planning_rank
-    character(*), intent(in) :: effort
+    integer, intent(in) :: row, effort, planning_rank
     character(:), allocatable :: learnt
     if (self%world%rank == planning_rank) then
       call self%stages%init(self%grid, self%sticks, self%block, self%rows, self%columns, row, effort_flag(effort))

@@ -7,13 +7,20 @@ module spectral_fftw
                                                                             c_float, c_float_complex, c_null_char
   use base_kinds, only: rp
   use base_memory, only: check_allocation, COMPLEX_BYTES, REAL_BYTES
+  use base_named_kinds, only: named_kind_t
   implicit none
   private
   public :: alloc_complex, alloc_real, free_buffer, plan_lines, plan_columns, plan_c2r, plan_r2c, &
-            execute_complex, execute_c2r, execute_r2c, free_plan, plan_t, effort_flag, &
+            execute_complex, execute_c2r, execute_r2c, free_plan, plan_t, effort_flag, PLANNERS, &
             export_wisdom, import_wisdom, wisdom_text, learn_wisdom, forget_wisdom
 
   include 'fftw3.f03'
+
+  integer, parameter, public :: PLAN_ESTIMATE = 1 !< results repeat to the last bit
+  integer, parameter, public :: PLAN_MEASURE = 2  !< fast
+  integer, parameter, public :: PLAN_AUTO = 3     !< the program has to choose one of both
+  type(named_kind_t), parameter :: PLANNERS(3) = [named_kind_t('auto', PLAN_AUTO), named_kind_t('estimate', PLAN_ESTIMATE), &
+                                                  named_kind_t('measure', PLAN_MEASURE)]
 
   interface
     pure function c_strlen(text) result(length) bind(c, name='strlen')
@@ -36,10 +43,10 @@ module spectral_fftw
 
 contains
 
-  !> Returns FFTW's planning flag for the ini word `estimate` (reproducible) or `measure` (fast).
+  !> Returns FFTW's planning flag for PLAN_MEASURE or PLAN_ESTIMATE.
   pure integer(c_int) function effort_flag(effort) result(flag)
-    character(*), intent(in) :: effort
-    flag = merge(FFTW_MEASURE, FFTW_ESTIMATE, effort == 'measure')
+    integer, intent(in) :: effort
+    flag = merge(FFTW_MEASURE, FFTW_ESTIMATE, effort == PLAN_MEASURE)
   end function effort_flag
 
   !> Allocates `n` complex numbers (at least one), aligned for SIMD; free with `free_buffer`.

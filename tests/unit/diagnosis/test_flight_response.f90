@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Approximations of flights: about the case, about what was found, with the steps of both.
 program test_flight_response
+  use base_errors, only: failure_t
   use base_kinds, only: rp
   use diagnosis_flight_catalogue, only: flight_steps, rounded
   use diagnosis_flight_response, only: flight_response_t
@@ -53,15 +54,15 @@ contains
   subroutine check_move()
     type(flight_response_t) :: response
     type(flight_record_t), allocatable :: records(:)
-    character(:), allocatable :: reason
+    type(failure_t) :: failure
     real(rp) :: steps(N_FLOW), c(N_CHANGES), origin(N_FLOW)
     real(rp), parameter :: FOUND = 0.3_rp
     response%n_harmonics = 2
     steps = 0
     steps([FLOW_LEAD, FLOW_VISCOSITY]) = 0.01_rp
     call fly(response%requests(steps, .false.), records)
-    call response%take(steps, .false., records, reason)
-    call t%check('the flights about the case are taken', reason == '')
+    call response%take(steps, .false., records, failure)
+    call t%check('the flights about the case are taken', .not. failure%failed)
     c = 0
     c(FLOW_LEAD) = FOUND
     call t%check('far from the case the approximation errs', abs(error_at(response, c)) > 1.0e-3_rp)
@@ -69,8 +70,8 @@ contains
     steps(FLOW_VISCOSITY) = 0
     call fly(response%requests(steps, .true., origin), records)
     call t%check('the flight, a finer one and two about it', size(records) == 4)
-    call response%move(origin, steps, .true., records, reason)
-    call t%check('they are taken', reason == '')
+    call response%move(origin, steps, .true., records, failure)
+    call t%check('they are taken', .not. failure%failed)
     call t%check_close('forces are those that were flown', error_at(response, c), 0.0_rp, atol=1.0e-14_rp)
     call t%check_close('a finer grid changes them as there', real(response%of_grid(1, 1), rp), &
                        0.1_rp*force(c(:N_FLOW)), rtol=1.0e-12_rp)
@@ -83,9 +84,10 @@ contains
     call check_derivative(response, c, FLOW_FREQUENCY)
     records(3)%is_flown = .false.
     records(3)%reason = 'it diverged'
-    call response%move(0*origin, steps, .true., records, reason)
-    call t%check('without one of the flights nothing is taken', reason == 'it diverged' .and. &
+    call response%move(0*origin, steps, .true., records, failure)
+    call t%check('without one of the flights nothing is taken', failure%failed .and. &
                  abs(response%origin(FLOW_LEAD) - FOUND) <= 0)
+    if (failure%failed) call t%check('and why', failure%reason == 'it diverged')
   end subroutine check_move
 
   subroutine check_derivative(response, c, j)

@@ -7,9 +7,9 @@ program test_region
   use base_random, only: random_stream_t
   use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_SPAN
   use inference_calibration, only: calibration_t, find_statistics, statistics_t
-  use inference_decision, only: VERDICT_NAMED
+  use inference_decision, only: grade_of, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET
   use inference_design, only: build_design, design_t
-  use inference_probability, only: follow_knots, grade_of, calibrated_probability
+  use inference_probability, only: follow_knots, calibrated_probability
   use inference_region, only: find_region, find_related, region_t, related_t
   use least_squares_state, only: solver_state_t
   use testkit, only: testkit_t
@@ -190,6 +190,6 @@ contains
       before = p
     end do
     call test%check('names have grade A, sets B, other verdicts none', &
-                    grade_of('named')//grade_of('consistent_with_set')//grade_of('adequate') == 'AB ')
+                    grade_of(VERDICT_NAMED)//grade_of(VERDICT_SET)//grade_of(VERDICT_ADEQUATE) == 'AB ')
   end subroutine test_stated
 end program test_region

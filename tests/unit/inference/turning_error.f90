@@ -92,16 +92,15 @@ contains
   end subroutine turning_renew
 
   !> The beam is exact: there is nothing to linearise.
-  subroutine turning_linearise(self, q, sd, state, rows, reason, failure)
+  subroutine turning_linearise(self, q, sd, state, rows, unmade, failure)
     class(turning_t), intent(inout) :: self
     real(rp), intent(in) :: q(:), sd(:)
     class(solver_state_t), intent(inout) :: state
     integer, allocatable, intent(out) :: rows(:)
-    character(:), allocatable, intent(out) :: reason
+    type(failure_t), intent(out) :: unmade
     type(failure_t), intent(inout) :: failure
     allocate (rows(0))
-    reason = ''
-    associate (unused => self, point => q, error => sd, nothing => state, none => failure)
+    associate (unused => self, point => q, error => sd, nothing => state, none => failure, no_reason => unmade)
     end associate
   end subroutine turning_linearise
 

@@ -7,12 +7,12 @@ program test_measurement_file
   use measurement_data, only: measurement_t
   use measurement_file, only: read_measurement
   use measurement_broadcast, only: load_measurement
-  use measurement_write, only: write_measurement
   use measurement_writer, only: measurement_writer_t, loaded_heights, unloaded_heights, MM, NX, NY, X, Y
   use solid_wing, only: wing_t
   use solid_wing_file, only: read_wing
   use testkit, only: testkit_t
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
+  use whole_measurement, only: write_measurement
   implicit none
   character(*), parameter :: PATH = 'measurement.h5', OTHER = 'again.h5'
   type(testkit_t) :: t

@@ -8,12 +8,12 @@ program test_measurement_modes
   use measurement_file, only: read_measurement
   use measurement_modes, only: AIR_DENSITY, MEDIUM_AIR, MEDIUM_VACUUM
   use measurement_broadcast, only: load_measurement
-  use measurement_write, only: write_measurement
   use measurement_refusals, only: check_refused
   use measurement_writer, only: measurement_writer_t, MM
   use solid_wing, only: wing_t
   use solid_wing_file, only: read_wing
   use testkit, only: testkit_t
+  use whole_measurement, only: write_measurement
   implicit none
   character(*), parameter :: PATH = 'modes.h5', OTHER = 'modes_again.h5'
   real(rp), parameter :: PLACES(6) = MM*[0.5_rp, 0.5_rp, 1.0_rp, 0.2_rp, 1.9_rp, 1.5_rp], SHAPE_OF(3) = [1.0_rp, -2.0_rp, 0.3_rp], &

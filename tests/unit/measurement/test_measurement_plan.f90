@@ -6,12 +6,12 @@ program test_measurement_plan
   use base_kinds, only: rp
   use measurement_data, only: measurement_t
   use measurement_broadcast, only: load_measurement
-  use measurement_write, only: write_measurement
   use measurement_writer, only: measurement_writer_t, MM, NX, NY
   use solid_wing, only: wing_t
   use solid_wing_file, only: read_wing
   use testkit, only: testkit_t
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+  use whole_measurement, only: write_measurement
   implicit none
   character(*), parameter :: MEASURED = 'measured.h5', PLANNED = 'planned.h5', AGAIN = 'again.h5', HALF = 'half.h5', &
                              READINGS = 'readings.h5'

@@ -6,9 +6,9 @@ module written_again
   use base_packing, only: pack_value
   use measurement_data, only: measurement_t
   use measurement_file, only: read_measurement
-  use measurement_write, only: write_measurement
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
+  use whole_measurement, only: write_measurement
   implicit none
   private
   public :: check_written_again

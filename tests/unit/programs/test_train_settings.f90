@@ -11,10 +11,10 @@ program test_train_settings
   use common_train_keys, only: register_train_keys
   use io_registry, only: registry_t
   use measurement_data, only: measurement_t
-  use measurement_write, only: write_measurement
   use solid_usual_causes, only: PARAM_YOUNG
   use testkit, only: testkit_t
   use train_settings, only: load_train_settings, train_settings_t
+  use whole_measurement, only: write_measurement
   implicit none
   character(*), parameter :: NL = new_line('a')
   integer, parameter :: N = 24

@@ -5,7 +5,9 @@ program test_p3dfft
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_named_kinds, only: word_of
-  use spectral_backends, only: HAS_P3DFFT, make_full_transform, make_transform, transform_choices_t
+  use spectral_backends, only: HAS_P3DFFT, make_full_transform, make_transform, transform_choices_t, TRANSFORM_BUILTIN, &
+                               TRANSFORM_P3DFFT
+  use spectral_fftw, only: PLAN_MEASURE
   use spectral_grid, only: grid_t, make_grid
   use spectral_sticks, only: kept_columns, process_grid, DEALIAS_BOX, DEALIAS_ELLIPSOID, DEALIAS_NONE, TRUNCATIONS
   use spectral_transform, only: transform_t
@@ -46,8 +48,9 @@ contains
     call process_grid(test%world%size, n, rows, grid_rows, columns, possible, [kept_columns(grid, dealias), n(2)])
     if (.not. possible) return
     write (name, '(3(i0,1x),a,a,i0)') n, word_of(TRUNCATIONS, dealias), ', rows ', rows
-    call make_transform(builtin, test%world, grid, transform_choices_t('builtin', dealias, rows), 5, 2, failure)
-    call make_transform(foreign, test%world, grid, transform_choices_t('p3dfft', dealias, rows, 'measure'), 5, 2, failure)
+    call make_transform(builtin, test%world, grid, transform_choices_t(TRANSFORM_BUILTIN, dealias, rows), 5, 2, failure)
+    call make_transform(foreign, test%world, grid, transform_choices_t(TRANSFORM_P3DFFT, dealias, rows, PLAN_MEASURE), 5, 2, &
+                        failure)
     call test%check(trim(name)//': P3DFFT can be used', .not. failure%failed)
     if (failure%failed) then
       call builtin%free()
@@ -170,7 +173,7 @@ contains
     real(rp), allocatable :: x(:, :, :, :), back(:, :, :, :)
     complex(rp), allocatable :: modes(:, :, :)
     type(transform_choices_t) :: choices
-    choices = transform_choices_t('p3dfft', DEALIAS_NONE)
+    choices = transform_choices_t(TRANSFORM_P3DFFT, DEALIAS_NONE)
     associate (box => [1.0_rp, 1.0_rp, 1.0_rp])
       call make_transform(first, test%world, make_grid([8, 8, 8], box), choices, 1, 1, none)
       call make_transform(second, test%world, make_grid([8, 8, 12], box), choices, 1, 1, refused)

@@ -7,8 +7,8 @@ program test_transform
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use base_named_kinds, only: word_of
-  use spectral_backends, only: make_transform, transform_choices_t
+  use base_named_kinds, only: kind_of, word_of
+  use spectral_backends, only: make_transform, transform_choices_t, TRANSFORMS
   use spectral_grid, only: grid_t, make_grid
   use spectral_sticks, only: kept_columns, process_grid, DEALIAS_BOX, DEALIAS_ELLIPSOID, DEALIAS_NONE, TRUNCATIONS
   use spectral_transform, only: transform_t
@@ -49,7 +49,8 @@ contains
       call process_grid(test%world%size, n, rows, grid_rows, columns, possible, [kept_columns(grid, dealias), n(2)])
       if (.not. possible) return
     end if
-    call make_transform(t, test%world, grid, transform_choices_t(asked_transform(), dealias, rows), 5, 2, failure)
+    call make_transform(t, test%world, grid, transform_choices_t(kind_of(TRANSFORMS, asked_transform()), &
+                                                                  dealias, rows), 5, 2, failure)
     call test%check(trim(name)//': there is such a transform', .not. failure%failed)
     call check_table(t, trim(name))
     call check_modes(t, trim(name))

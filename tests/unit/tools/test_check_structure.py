@@ -13,7 +13,7 @@ module base_thing
   use base_kinds, &
     only: rp
   implicit none
-  character(*), parameter :: text = 'do print *, that ! use'
+  character(*), parameter :: text = 'do print *, that ! use'//achar(output_unit + int(1.0_rp))
 contains
   module procedure nothing
   end procedure nothing
@@ -119,7 +119,7 @@ end module base_case
                     path = Path(root) / "src" / layer / folder / f"{layer}_{folder}.f90"
                     path.parent.mkdir(parents=True)
                     lines = [f"use {layer}_{used}, only: x\n" for user, used in edges if user == folder]
-                    path.write_text(module(f"{layer}_{folder}").replace("\nend", "\n" + "".join(lines) + "end", 1))
+                    path.write_text(module(f"{layer}_{folder}").replace("\nend", "\n" + "".join(lines) + "x = 1\nend", 1))
                 return subprocess.run([sys.executable, str(TOOL), root], capture_output=True, text=True, check=False).stdout
 
         self.assertEqual(uses("io", [("a", "b"), ("b", "c"), ("a", "c")]), "3 files, 0 problem(s)\n")
@@ -171,6 +171,43 @@ end module base_case
                           ":4: use base_kinds without only")
         self.assert_found(CLEAN.replace(", only: output_unit", ""), ":3: use iso_fortran_env without only")
 
+    def test_unused_imports(self):
+        source = """module base_case
+  use base_kinds, only: {} ! rp
+  implicit none
+  real :: a = {}
+end module base_case
+"""
+        for imported, statement in (("rp", "1.0_rp"), ("rp", "1e-3_RP"), ("i8", "0_i8"), ("rp", ".5_rp"), ("a_t", "b(a_t)"),
+                                    ("b => c", "b + 1"), ("operator(+), assignment(=)", "1"), ("b, &\n  & c", "b + &\n c")):
+            self.assertEqual(check(source.format(imported, statement), "base_case.f90"), (0, "1 files, 0 problem(s)\n"), imported)
+        for imported, statement in (("rp", "1.0"), ("i8", "0 ! i8"), ("i8", "'i8'"), ("c => i8", "i8"), ("i8", "b%i8"),
+                                    ("i8", "b % i8"), ("b, &\n  & i8, &\n  c", "b*c"), ("e3", "1e3")):
+            name = imported.split(" =>")[0] if "&" not in imported else "i8"
+            self.assert_found(source.format(imported, statement), f"base_case.f90:2: {name} is imported and not used",
+                              "base_case.f90")
+        included = source.format("c_int", "1").replace("implicit none", "include 'other.f03'")
+        self.assertEqual(check(included, "base_case.f90")[0], 0, "what is included may use it")
+
+    def test_long_lists_of_arguments(self):
+        def source(name, count):
+            names = ", &\n    ".join(f"a{i}" for i in range(count))
+            return (f"module {name}\ncontains\n  pure subroutine long(&\n    {names}) bind(c)\n  end subroutine long\n"
+                    f"end module {name}\n")
+        self.assertEqual(check(source("base_case", 8), "base_case.f90")[0], 0)
+        self.assertEqual(check(source("base_case", 0), "base_case.f90")[0], 0)
+        self.assert_found(source("base_case", 9), "base_case.f90:3: procedure long has 9 arguments; at most 8", "base_case.f90")
+        permitted = source("base_wording", 9).replace("long", "word_factor")
+        self.assertEqual(check(permitted, "base_wording.f90")[0], 0)
+        self.assert_found(permitted.replace("a7, ", ""), "word_factor has few arguments: take it out", "base_wording.f90")
+
+    def test_types_of_many_components(self):
+        def source(count):
+            return ("module base_case\n  type :: case_t\n    integer :: a(2, 3) = reshape([1, 2], [2, 3]), b = f(1, 2)\n" +
+                    (count - 2)*"    real :: c\n" + "  contains\n    procedure :: d\n  end type case_t\nend module base_case\n")
+        self.assertEqual(check(source(25), "base_case.f90"), (0, "1 files, 0 problem(s)\n"))
+        self.assert_found(source(26), "base_case.f90:2: type case_t has 26 components; at most 25", "base_case.f90")
+
     def test_print(self):
         self.assert_found(CLEAN.replace("implicit none", "print *, 'x'"), ":6: print")
         self.assert_found(CLEAN.replace("implicit none", "if (a) print '(a)', 'x'"), ":6: print")
@@ -180,7 +217,7 @@ end module base_case
         for statement in ("if (p%kind == 'dynamic') a = 1", "if (any(w /= [character(4) :: 'xy', 'xz'])) a = 1",
                           "if ('free' == kind) a = 1", "case ('cavity', 'top')", "where (p%kind(:) == 'fixed') u = 0"):
             self.assert_found(source.format(statement), "fluid_flow.f90:4: decides by a word", "fluid_flow.f90", "fluid")
-        for statement in ("if (problem == '') a = 1", "a = b ! == 'x'", "call fail('a == b')", "case (MEAN_FREE)"):
+        for statement in ("if (problem == '') a = 1", "if (name(n:) == ':') a = 1", "a = b ! == 'x'", "call fail('a == b')", "case (MEAN_FREE)"):
             self.assertEqual(check(source.format(statement), "fluid_flow.f90", "fluid")[0], 0, statement)
         reader = source.replace("fluid_flow", "fluid_flow_keys").format("if (word == '1') a = 1")
         self.assertEqual(check(reader, "fluid_flow_keys.f90", "fluid")[0], 0, "words are read")

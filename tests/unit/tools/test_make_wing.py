@@ -620,7 +620,7 @@ def test_package_lists_its_modules():
     folders = {".".join(path.parent.relative_to(SOURCE / "tools").parts) for path in (SOURCE / "tools/flusi_msm").rglob("*.py")}
     listed = text.split("packages = [")[1].split("]")[0]
     assert {word.strip().strip('"') for word in listed.split(",")} == folders
-    assert 'flusi-make-wing = "flusi_msm.wing.command:main"' in text
+    assert 'flusi-make-wing = "flusi_msm.wing.command:command"' in text
     done = subprocess.run([sys.executable, "-B", "-m", "flusi_msm.wing.command", "--help"], capture_output=True, text=True,
                           cwd=SOURCE / "tools")
     assert done.returncode == 0 and "DRAWING.svg" in done.stdout, done.stderr

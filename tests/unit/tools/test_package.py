@@ -3,6 +3,7 @@
 import ast
 import json
 import os
+import re
 import stat
 import subprocess
 import sys
@@ -224,3 +225,21 @@ def test_everything_is_installed():
     tools = {path.name for path in (SOURCE / "tools").iterdir() if path.is_file() and "flusi_msm.project_python" in path.read_text(errors="replace")}
     only_source = {"make_wings", "reproduce-paper"}
     assert tools - only_source <= set(commands) <= tools
+
+
+def test_ruff_reads_every_command():
+    """Commands have no ending by which ruff would find them: pyproject.toml lists those in Python."""
+    tomllib = pytest.importorskip("tomllib")
+    told = tomllib.loads((SOURCE / "pyproject.toml").read_text())["tool"]["ruff"]["extend-include"]
+    python = {f"tools/{path.name}" for path in (SOURCE / "tools").iterdir()
+              if path.is_file() and path.suffix == "" and re.match("#!.*python", path.read_text(errors="replace"))}
+    assert {name for name in told if name.startswith("tools/")} == python
+    assert len(told) == len(set(told))
+    assert all((SOURCE / name).is_file() for name in told)
+
+
+def test_old_names_tell_the_new_ones():
+    for old, new in (("blindgen", "blind_generate"), ("blindscore", "blind_score"), ("reproduce-paper", "reproduce_paper")):
+        for name, notice in ((old, f"{old}: this tool is now called {new}\n"), (new, "")):
+            done = subprocess.run([sys.executable, "-B", SOURCE / "tools" / name, "--help"], capture_output=True, text=True, check=False)
+            assert (done.returncode, done.stderr) == (0, notice), done.stderr

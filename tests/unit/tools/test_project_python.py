@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Tools that are begun with a Python without packages: the project's own takes over, or one line says what is missing."""
+import ast
 import importlib.util
 import os
 import shutil
@@ -97,6 +98,12 @@ class ProjectPython(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         done = self.run_tool("make_measurement", "case.json", "-o", "out.h5", PYTHONPATH=str(packages))
         self.check_message(done, "scipy")
+
+    def test_an_old_python_reads_it(self):
+        """It says which packages are missing, so that a Python older than that of the tools must be able to run it."""
+        tree = ast.parse((SOURCE / "tools/flusi_msm/project_python.py").read_text(), feature_version=(3, 7))
+        first = next(node for node in tree.body if isinstance(node, ast.ImportFrom))
+        self.assertEqual((first.module, first.names[0].name), ("__future__", "annotations"))
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@
 !>
 !> usage: test_point_forces [builtin|p3dfft]
 program test_point_forces
-  use base_constants, only: IMAG, TWO_PI
+  use base_constants, only: TWO_PI
   use base_kinds, only: rp
   use fluid_solver, only: fluid_t
   use fsi_green, only: green_t
@@ -91,6 +91,7 @@ contains
     type(fluid_t), intent(in) :: fluid
     real(rp), intent(in) :: x(:, :)
     real(rp), intent(out) :: values(3, N_POINTS)
+    complex(rp), parameter :: IMAGINARY = (0.0_rp, 1.0_rp)
     real(rp) :: k(3), kappa
     integer :: s, j, i
     values = 0
@@ -101,7 +102,8 @@ contains
           kappa = sum(k**2)/fluid%points%radius**2
           if (kappa >= 1) cycle
           do i = 1, N_POINTS
-            values(:, i) = values(:, i) + t%weight(s)*sqrt(1 + kappa)*real(u(j, s, :)*exp(IMAG*dot_product(k, x(:, i))))
+            values(:, i) = values(:, i) + t%weight(s)*sqrt(1 + kappa)*real(u(j, s, :)* &
+                                                                                 exp(IMAGINARY*dot_product(k, x(:, i))))
           end do
         end do
       end do

@@ -12,12 +12,12 @@ program test_measurement_beam
   use measurement_experiment, only: experiment_t
   use measurement_file, only: read_measurement
   use measurement_problem, only: wing_problem_t, wing_unknowns
-  use measurement_write, only: write_measurement
   use sample_wings, only: make_beam
   use solid_params, only: default_params, solid_params_t
   use solid_statics, only: static_options_t
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
+  use whole_measurement, only: write_measurement
   implicit none
   integer, parameter :: N = 40, N_LOADS = 3
   real(rp), parameter :: LENGTH = 0.01_rp, DIAMETER = 1.0e-4_rp, YOUNG = 7.0e9_rp, OFFSET = 3.0e-4_rp, &

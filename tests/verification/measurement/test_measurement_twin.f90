@@ -16,11 +16,11 @@ program test_measurement_twin
   use measurement_experiment, only: experiment_t
   use measurement_file, only: read_measurement
   use measurement_problem, only: wing_point_t, wing_problem_t, wing_unknowns
-  use measurement_write, only: write_measurement
   use solid_params, only: default_params, solid_params_t
   use solid_statics, only: static_options_t
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
+  use whole_measurement, only: write_measurement
   implicit none
   integer, parameter :: N_LOADS = 3, NX = 60, NY = 30
   !> Where the wing is loaded, as fractions of its extent in x and y, and forces [N] that move it there by some 0.05 R.

@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import flusi_msm.one_thread  # noqa: F401  (before numpy)
-from flusi_msm.errors import InputError, run_command
+from flusi_msm.errors import InputError, run_command, tell_new_name
 from flusi_msm.project_python import INSTALLED, ROOT, program
 
 if TYPE_CHECKING:
@@ -154,3 +154,9 @@ def main() -> None:
 def command() -> None:
     """Runs the tool; mistakes become messages."""
     run_command("reproduce_paper", main)
+
+
+def old_command() -> None:
+    """Runs the tool under its old name."""
+    tell_new_name("reproduce-paper", "reproduce_paper")
+    command()

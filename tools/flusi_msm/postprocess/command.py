@@ -87,10 +87,10 @@ def run(arguments: list[str]) -> None:
     entry.run(parse(entry, arguments[1:]))
 
 
-def main() -> None:
+def command() -> None:
     """Does what the command line asks for."""
     run_command("postprocess", lambda: run(sys.argv[1:]))
 
 
 if __name__ == "__main__":
-    main()
+    command()

@@ -63,7 +63,7 @@ def write(path: Path, steps: list[Step]) -> None:
     print(f"{path}: {'flow' if is_flow else 'surface'}, {times}, {', '.join(names)}")
 
 
-def main() -> None:
+def command() -> None:
     """Does what the command line asks for."""
     parser = argparse.ArgumentParser(prog="to_vtkhdf", description=__doc__)
     parser.add_argument("folder", metavar="RUN", type=Path, help="folder of a run with its *.xmf")
@@ -74,4 +74,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    command()

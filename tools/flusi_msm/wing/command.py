@@ -191,7 +191,7 @@ def make_from_numbers(arguments: list[str]) -> None:
     print(f"{options.file}: {wing.title}\n{wing.summary()}")
 
 
-def main() -> None:
+def command() -> None:
     """Runs the command with the arguments of sys.argv."""
     arguments = sys.argv[1:]
     make = make_from_numbers if arguments and arguments[0] in KINDS else make_from_drawing
@@ -199,4 +199,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    command()

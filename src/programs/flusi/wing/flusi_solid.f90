@@ -11,7 +11,7 @@ module flusi_solid
   use common_run, only: run_t
   use common_wing_doubts, only: print_notices
   use common_wing_report, only: print_wing
-  use flusi_command, only: command_t, ACTION_SOLID_CHECK
+  use flusi_command, only: command_t
   use flusi_solid_output, only: solid_output_t
   use flusi_solid_restart, only: load_solid, save_solid
   use flusi_solid_settings, only: load_solid_settings, solid_settings_t

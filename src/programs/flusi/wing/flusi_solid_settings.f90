@@ -2,9 +2,10 @@
 !> Reads what `flusi --solid` must compute: it makes a mechanical model, its motion and its loads from the ini file, the wing
 !> file and the kinematics file. It finds all mistakes of the user before the program computes or writes anything. SI units.
 module flusi_solid_settings
-  use base_constants, only: PI, TWO_PI
+  use base_constants, only: TWO_PI
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use base_named_kinds, only: word_of
   use base_text, only: number_text
   use common_wing_effects, only: refuse_root_compliance
   use common_wing_settings, only: read_damping, check_name, find_beside, load_wing
@@ -21,7 +22,8 @@ module flusi_solid_settings
   use io_keys, only: keys_t, reading
   use io_registry, only: registry_t
   use simulation_output_params, only: output_params_t
-  use simulation_solid_keys, only: load_keys, motion_keys, register_solid_keys, solid_choices_t, solid_keys, LAWS
+  use simulation_solid_keys, only: load_keys, motion_keys, register_solid_keys, solid_choices_t, solid_keys, FRAMES, &
+                                   FRAME_FLAPPING, FRAME_ROTATION, LAWS
   use solid_inertia, only: inertia_t
   use solid_motion, only: motion_t, rotating_motion_t, steady_motion_t
   use solid_wing, only: wing_t
@@ -62,9 +64,9 @@ contains
     if (s%config%asks_for_unbuilt()) return
     call read_options(s, errors)
     select case (s%motion_type)
-    case ('rotation')
+    case (FRAME_ROTATION)
       call read_rotation(s, errors)
-    case ('flapping')
+    case (FRAME_FLAPPING)
       call read_flapping(s, errors, notices)
     case default
       call read_rest(s)
@@ -116,17 +118,18 @@ contains
   !> Adds a notice for each key that belongs to another type of motion. Such keys are allowed but have no effect.
   subroutine notice_idle_keys(c, type, notices)
     type(config_t), intent(in) :: c
-    character(*), intent(in) :: type !< of the motion
+    integer, intent(in) :: type !< of the motion: FRAME_* of simulation_solid_keys
     type(message_list_t), intent(inout) :: notices
     character(9), parameter :: ROTATION(4) = [character(9) :: 'axis', 'through', 'frequency', 'ramp']
     integer :: i
     do i = 1, size(ROTATION)
-      if (type /= 'rotation' .and. c%is_given('Motion', trim(ROTATION(i)))) &
-        call c%complain(notices, 'Motion', trim(ROTATION(i)), 'has no effect with type = '//type)
+      if (type /= FRAME_ROTATION .and. c%is_given('Motion', trim(ROTATION(i)))) &
+        call c%complain(notices, 'Motion', trim(ROTATION(i)), 'has no effect with type = '//word_of(FRAMES, type))
     end do
     do i = 1, size(SIDES)
-      if (type /= 'flapping' .and. c%is_given('Insects', 'FlappingMotion_'//trim(SIDES(i)))) &
-        call c%complain(notices, 'Insects', 'FlappingMotion_'//trim(SIDES(i)), 'has no effect with [Motion] type = '//type)
+      if (type /= FRAME_FLAPPING .and. c%is_given('Insects', 'FlappingMotion_'//trim(SIDES(i)))) &
+        call c%complain(notices, 'Insects', 'FlappingMotion_'//trim(SIDES(i)), 'has no effect with [Motion] type = '// &
+        word_of(FRAMES, type))
     end do
   end subroutine notice_idle_keys
 

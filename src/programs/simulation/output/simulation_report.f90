@@ -20,6 +20,8 @@ module simulation_report
   use parallel_world, only: world_t
   use simulation_settings, only: settings_t
   use solid_params, only: membrane_note
+  use spectral_backends, only: TRANSFORMS, TRANSFORM_BUILTIN
+  use spectral_fftw, only: PLAN_MEASURE
   use spectral_sticks, only: TRUNCATIONS
   implicit none
   private
@@ -45,9 +47,9 @@ contains
       write (unit, '(a,3(i0,a),3(g0.4,a))') 'grid      ', p%grid%n(1), ' x ', p%grid%n(2), ' x ', p%grid%n(3), &
         ', box ', p%grid%length(1), ' x ', p%grid%length(2), ' x ', p%grid%length(3), ''
       write (unit, '(a,i0,a,i0,a,i0,5a,i0)') 'ranks     ', t%world%size, ' = ', t%rows, ' x ', t%columns, ', transform ', &
-        trim(p%resolution%transform), ', truncation ', word_of(TRUNCATIONS, p%resolution%dealias), ', modes ', &
+        word_of(TRANSFORMS, p%resolution%transform), ', truncation ', word_of(TRUNCATIONS, p%resolution%dealias), ', modes ', &
         int(t%sticks%rows%n, i8)*t%sticks%nkz
-      write (unit, '(5a)') 'plans     ', merge('measured ', 'estimated', p%resolution%planner == 'measure'), ', ', plans
+      write (unit, '(5a)') 'plans     ', merge('measured ', 'estimated', p%resolution%planner == PLAN_MEASURE), ', ', plans
       write (unit, '(a,f0.1,a)') 'memory    ', bytes/1.0e6_rp, ' MB per rank'
       call print_scales(unit, settings)
       if (present(thin)) call print_markers(unit, settings, thin)
@@ -233,7 +235,7 @@ contains
     call world%max_reals(exchange)
     bytes = world%sum_int8(fluid%transform%traffic%bytes)
     messages = world%sum_int8(fluid%transform%traffic%messages)
-    if (world%is_root .and. fluid%rhs%params%resolution%transform == 'builtin') &
+    if (world%is_root .and. fluid%rhs%params%resolution%transform == TRANSFORM_BUILTIN) &
       write (output_unit, '(a,f0.2,a,f0.3,a,i0,a)') 'of the time steps, exchanges between ranks took at most ', &
       exchange(1), ' s on a rank: ', real(bytes, rp)/1.0e9_rp, ' GB in ', messages, ' messages'
     peak = real(peak_memory(), rp)/1.0e6_rp

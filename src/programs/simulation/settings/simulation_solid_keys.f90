@@ -17,7 +17,7 @@ module simulation_solid_keys
   implicit none
   private
   public :: solid_choices_t, motion_keys, load_keys, solid_keys, register_solid_keys, write_solid_reference, LAWS, LAW_CONSTANT, &
-            LAW_RAMP, LAW_SINE
+            LAW_RAMP, LAW_SINE, FRAMES
 
   !> The laws by which forces depend on time. Each law has a key of [Loads] with a list of forces. A new law also needs its factor
   !> in flusi_solid_loads.
@@ -28,6 +28,10 @@ module simulation_solid_keys
                                             'forces that grow smoothly from 0 over the time `ramp` and then stay', &
                                             'forces times sin(2 pi frequency t + phase)']
 
+  integer, parameter, public :: FRAME_REST = 1, FRAME_ROTATION = 2, FRAME_FLAPPING = 3 !< motions of the wing frame
+  type(named_kind_t), parameter :: FRAMES(3) = [named_kind_t('rest', FRAME_REST), named_kind_t('rotation', FRAME_ROTATION), &
+                                                named_kind_t('flapping', FRAME_FLAPPING)]
+
   !> Holds forces as the user gives them.
   type :: force_list_t
     character(:), allocatable :: text
@@ -37,7 +41,8 @@ module simulation_solid_keys
 
   !> Holds what a user chooses apart from the wing and the kinematics of [Insects].
   type :: solid_choices_t
-    character(:), allocatable :: motion_type, wing  !< rest, rotation or flapping; left or right
+    integer :: motion_type = FRAME_REST
+    character(:), allocatable :: wing               !< left or right
     real(rp) :: axis(3) = 0, through(3) = 0         !< of the rotation, [-] and [m]
     real(rp) :: turns = 0, turn_ramp = 0            !< of the rotation, [1/s] and [s]
     real(rp) :: unit_length = 1, unit_frequency = 1 !< of [Insects], [m] and [1/s]
@@ -92,7 +97,7 @@ contains
     type(keys_t), intent(inout) :: keys
     type(solid_choices_t), intent(inout) :: c
     call keys%section('Motion', 'motion of the wing frame, in which the root is at rest')
-    call keys%word('type', c%motion_type, 'rest', 'rest|rotation|flapping', 'rotation about a fixed axis, or the wing beat of '// &
+    call keys%kind('type', c%motion_type, 'rest', FRAMES, 'rotation about a fixed axis, or the wing beat of '// &
                    '[Insects]; the wing starts at rest in the frame')
     call keys%in_checkpoint()
     call keys%reals('axis', c%axis, [0.0_rp, 0.0_rp, 1.0_rp], 'axis of the rotation, a vector of any length')

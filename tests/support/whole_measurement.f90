@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Writes a measurement file, so that a computed measurement can be read as a measured one.
-module measurement_write
+module whole_measurement
   use base_errors, only: failure_t
   use base_kinds, only: rp, i8
   use io_attributes, only: put_attribute
@@ -288,4 +288,4 @@ contains
       call put_attribute(file, name, 'units', 'm', failure)
     end if
   end subroutine write_reals
-end module measurement_write
+end module whole_measurement
