@@ -19,7 +19,7 @@ program bench_transform
   integer, parameter :: FIELDS = 3
   type(world_t) :: world
   type(fluid_t) :: fluids(2)
-  real(rp), allocatable :: transforms(:, :), steps(:, :)
+  real(rp), allocatable :: transform_times(:, :), steps(:, :)
   integer :: n, turns, turn, i, repeats
 
   call read_arguments()
@@ -32,15 +32,15 @@ program bench_transform
   do i = 1, 2
     call make_ring(trim(NAMES(i)), fluids(i))
   end do
-  allocate (transforms(2, turns), steps(2, turns))
+  allocate (transform_times(2, turns), steps(2, turns))
   repeats = max(1, nint(2.0e7_rp/real(n, rp)**3))
   do turn = 1, turns
     do i = 1, 2
-      transforms(i, turn) = transform_seconds(fluids(i))
+      transform_times(i, turn) = transform_seconds(fluids(i))
       steps(i, turn) = step_seconds(fluids(i))
     end do
   end do
-  call report('one transform', transforms)
+  call report('one transform', transform_times)
   call report('one AB2 step', steps)
   do i = 1, 2
     call fluids(i)%free()
