@@ -15,7 +15,7 @@ program write_twin
   use measurement_data, only: measurement_t
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
-  use measurement_write, only: write_measurement
+  use whole_measurement, only: write_measurement
   use solid_params, only: default_params, solid_params_t
   use solid_usual_causes, only: PARAM_YOUNG
   use solid_statics, only: static_options_t

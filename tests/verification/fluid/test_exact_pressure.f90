@@ -12,6 +12,7 @@ program test_exact_pressure
   use fluid_fields, only: mask_field
   use fluid_requests, only: request_t
   use fluid_solver, only: fluid_t
+  use spectral_fftw, only: PLAN_ESTIMATE
   use spectral_grid, only: make_grid
   use spectral_pencil, only: pencil_t
   use spectral_sticks, only: DEALIAS_NONE
@@ -166,7 +167,7 @@ contains
     real(rp), allocatable :: physical(:, :, :, :), product(:, :, :, :)
     real(rp) :: k(3)
     integer :: s, i, a, b, j(3)
-    call t%init(test%world, make_grid([2*N, 2*N, 2*N], [SIDE, SIDE, SIDE]), DEALIAS_NONE, 0, 'estimate', 3, 6)
+    call t%init(test%world, make_grid([2*N, 2*N, 2*N], [SIDE, SIDE, SIDE]), DEALIAS_NONE, 0, PLAN_ESTIMATE, 3, 6)
     allocate (u(t%sticks%nkz, t%sticks%n, 3), pairs(t%sticks%nkz, t%sticks%n, 6), both(t%sticks%nkz, t%sticks%n, 2))
     allocate (physical(t%block%count(1), t%block%count(2), t%block%count(3), 3))
     allocate (product(t%block%count(1), t%block%count(2), t%block%count(3), 6))
