@@ -140,7 +140,7 @@ contains
     type(wing_motion_t) :: motion
     type(message_list_t) :: errors, notices
     character(*), parameter :: ALPHA_THETA = 'nfft_alpha=0;'//NL//'nfft_theta=0;'//NL
-    call expect(kit, '10'//NL//'0.3 0.1 0.2'//NL, 'k.ini: has no section [kinematics], and as a file of before 2015 begins')
+    call expect(kit, '10'//NL//'0.3 0.1 0.2'//NL, 'k.ini: has no section [kinematics], and as a file of before 2015 does not begin')
     call expect(kit, '1 x 0', 'k.ini: has no section [kinematics], and as a file of before 2015 column 2: ''x''')
     call expect(kit, '1 0 0'//NL//'3 4 5', 'k.ini: has no section [kinematics], and as a file of before 2015 it has 6 numbers; '// &
                 'valid: 8 for Fourier, 5 for Hermite series of 1, 0 and 0 coefficients')

@@ -93,7 +93,7 @@ contains
     first = interval_sentence(experiment, space, trained, 1)
     second = interval_sentence(experiment, space, trained, 2)
     call t%check('an interval from all loads says no more: '//first, index(first, 'load') + index(first, 'jump') == 0)
-    call t%check('loads that are left out are named: '//second, index(second, '; without load_1 load_3, where') > 0)
+    call t%check('loads that are left out are named: '//second, index(second, '; found without load_1 load_3, where') > 0)
     call t%check('and so is an end at a jump', index(second, 'at the upper end shapes jump') > 0 .and. &
                  index(second, 'at the lower end') == 0)
   end subroutine test_left_out

@@ -240,6 +240,6 @@ def test_ruff_reads_every_command():
 
 def test_old_names_tell_the_new_ones():
     for old, new in (("blindgen", "blind_generate"), ("blindscore", "blind_score"), ("reproduce-paper", "reproduce_paper")):
-        for name, notice in ((old, f"{old}: this tool is now called {new}\n"), (new, "")):
+        for name, notice in ((old, f"{old}: this tool is called {new}; the older name works too\n"), (new, "")):
             done = subprocess.run([sys.executable, "-B", SOURCE / "tools" / name, "--help"], capture_output=True, text=True, check=False)
             assert (done.returncode, done.stderr) == (0, notice), done.stderr
