@@ -9,7 +9,7 @@
 !> d/(2^p - 1), where p is the order of convergence. Two meshes do not determine p. Nets of springs converge slowly, and p = 1 is
 !> assumed: the error is the whole d, which is too much where p is larger.
 !>
-!> The effect of the mesh depends on the wing. Where a cause is clear, the difference is computed anew with this cause in both
+!> The effect of the mesh depends on the wing. Where a cause is clear, the difference is computed again with this cause in both
 !> models, with the strength that was found on the mesh of the diagnosis.
 !>
 !> Both fits are rough. Their errors lie along the unknowns of the baseline, which all later steps fit again.

@@ -59,7 +59,7 @@ module fluid_rhs
     type(sums_t) :: sums
     type(failure_t) :: failure
     type(stepper_t) :: stepper
-    type(pressure_t) :: pressure                     !< what the pass has kept of it if requested
+    type(pressure_t) :: pressure                     !< kept for outputs if these request it
     complex(rp), allocatable :: kept(:, :, :)        !< (nkz, sticks, 3) N of an evaluation that kept it
     real(rp), allocatable :: fields(:, :, :, :)      !< (nx, ny_local, nz_local, 6) u and omega if requested
     complex(rp), allocatable :: past(:, :, :)        !< (nkz, sticks, 3) u at the beginning of the pass, if requested

@@ -185,8 +185,8 @@ contains
     noise_dof = merge(huge(1), options%noise_dof, is_scale_known)
   end function noise_dof
 
-  !> Linearises an approximate simulator anew about the best of the refits, if its gain is clear, fits this candidate again, and
-  !> decides anew with the result.
+  !> Linearises an approximate simulator again about the best of the refits, if its gain is clear, fits this candidate again, and
+  !> decides again with the result.
   subroutine relinearise_best(simulator, options, d, model_error, failure)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options

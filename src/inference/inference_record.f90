@@ -51,7 +51,7 @@ module inference_record
     logical :: has_gain = .false.
   end type prediction_t
 
-  !> The rounds in which an approximate simulator was linearised anew about a fit and the fit was repeated.
+  !> The rounds in which an approximate simulator was linearised again about a fit and the fit was repeated.
   type :: rounds_t
     type(nested_fit_t) :: found          !< fit of the last round; not found if there was no round
     type(whitener_t) :: whitener         !< with the directions of errors at this fit

@@ -4,11 +4,11 @@
 !>
 !> The effect of an error of a force, of a position or of the mesh depends on the model about which it is computed. If the baseline
 !> lacks a cause, the directions of errors at its fit are wrong as well: what they do not cover looks like a second cause, and
-!> intervals are too narrow. Where a cause is clear, the nuisances are therefore computed anew at its fit, and all hypotheses are
+!> intervals are too narrow. Where a cause is clear, the nuisances are therefore computed again at its fit, and all hypotheses are
 !> compared again with these nuisances.
 !>
 !> A simulator that is an approximation about the baseline, for instance one of flights, is inaccurate where a cause is strong.
-!> Where a cause is clear, the approximation is therefore made anew about its fit, and the cause is fitted again, until the fit
+!> Where a cause is clear, the approximation is therefore made again about its fit, and the cause is fitted again, until the fit
 !> stays the same. Other causes are not fitted again: they are judged about the baseline, where the approximation has not changed.
 module inference_relinearisation
   use base_errors, only: failure_t
@@ -63,7 +63,7 @@ module inference_relinearisation
 
 contains
 
-  !> Computes all nuisances anew at the best of the refits, about their most probable errors. The directions of errors, the
+  !> Computes all nuisances again at the best of the refits, about their most probable errors. The directions of errors, the
   !> whitener, the fit of the baseline, the design and this refit are then replaced by new ones. `is_new` is false if nothing has
   !> changed, because no cause is clear or because a result is missing.
   subroutine relinearise(simulator, options, d, is_new, model_error)

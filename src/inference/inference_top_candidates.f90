@@ -32,7 +32,7 @@ module inference_top_candidates
 contains
 
   !> Fits the top candidates without linearisation, corrects their evidence by the error of the linear approximation, and decides
-  !> anew. It does not fit candidates that are far less probable in the linear approximation, unless other fits have shown this
+  !> again. It does not fit candidates that are far less probable in the linear approximation, unless other fits have shown this
   !> approximation to be wrong by as much. It fits every candidate that is a part of a fitted one. If most of the misfit remains, it
   !> fits all candidates until one leaves less. Before an unknown cause or several causes become the answer, it fits all candidates
   !> that the tangents prefer to no cause, because the shape of some effects depends on their strength. `before`, where given, are
@@ -198,7 +198,7 @@ contains
     one = other
   end subroutine replace_if_better
 
-  !> Replaces refit i by `found`, a fit of the same candidate, and decides anew.
+  !> Replaces refit i by `found`, a fit of the same candidate, and decides again.
   subroutine exchange_refit(simulator, options, d, i, found)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -213,7 +213,7 @@ contains
     call decide_anew(options, d)
   end subroutine exchange_refit
 
-  !> Decides anew with the results of all refits.
+  !> Decides again with the results of all refits.
   subroutine decide_anew(options, d)
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout) :: d

@@ -284,7 +284,7 @@ contains
   end function column_norms
 
   !> Finds d that minimises |R d + q|^2 + damping |scale d|^2 with [R q] the triangle, between `least` and `most`; 0 for unknowns
-  !> that are not free. The unknown that would leave this box farthest is put on its side and the others are found anew, until
+  !> that are not free. The unknown that would leave this box farthest is put on its side and the others are found again, until
   !> none leaves it: one badly determined unknown must not hold back the others.
   subroutine find_step(triangle, free, scale, least, most, damping, d)
     real(rp), intent(in) :: triangle(:, :), scale(:), least(:), most(:)

@@ -55,7 +55,7 @@ contains
     if (associated(self%fit_case)) deallocate (self%fit_case)
   end subroutine wing_free
 
-  !> See `observed_wing_t`. The experiment is made anew if the set of parameters that differ from their null has changed.
+  !> See `observed_wing_t`. Makes a new experiment if the set of parameters that differ from their null has changed.
   subroutine wing_take(self, q, coordinates, is_other)
     class(diagnosed_wing_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)

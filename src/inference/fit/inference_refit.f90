@@ -2,7 +2,7 @@
 !> Fits nested models without linearisation: the unknowns of the baseline and, with them, parameters of effects.
 !>
 !> Residuals are whitened, so that the sum of squares is minus twice the log likelihood with nuisances integrated out. The
-!> directions of nuisances depend on the point, and are computed anew at the optimum of the baseline until it stays the same.
+!> directions of nuisances depend on the point, and are computed again at the optimum of the baseline until it stays the same.
 !> Effects have no prior here: a name must not rest on earlier assumptions about its strength.
 module inference_refit
   use base_errors, only: failure_t

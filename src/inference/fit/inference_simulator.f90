@@ -158,7 +158,7 @@ contains
 
   !> Linearises nuisances about errors(n_nuisances), in sd, as far as they are not linear. Residuals are then those with these
   !> errors, minus the linear effect of the errors by the tangents there, which are the new directions. `state` belongs to q, and
-  !> holds the errors afterwards. It does not change if q has no result (`is_valid` is false). A whitener needs its directions anew
+  !> holds the errors afterwards. It does not change if q has no result (`is_valid` is false). A whitener needs new directions
   !> afterwards.
   subroutine simulator_linearise_at(self, errors, q, state, is_valid)
     class(simulator_t), intent(inout) :: self
