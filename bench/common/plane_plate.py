@@ -76,8 +76,9 @@ def write(folder, re, stroke, beats, points, cells, is_drawn_in, box):
         sponge=points // 2, record=period / 400))
 
 
-def run(program, folder, case):
-    write(folder, *case)
+def run_flusi(program, folder):
+    """Runs flusi with run.ini in the folder, and marks the folder as done."""
+    program = str(Path(program).resolve())
     with open(folder / "log", "w") as log:
         done = subprocess.run([program, "run.ini", "--overwrite"], cwd=folder, stdout=log, stderr=log, check=False)
     if done.returncode:
@@ -138,4 +139,5 @@ def fly(options, known):
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     for name in options.cases or known:
         if not (options.folder / name / "done").exists():
-            run(str(Path(options.program).resolve()), options.folder / name, known[name])
+            write(options.folder / name, *known[name])
+            run_flusi(options.program, options.folder / name)
