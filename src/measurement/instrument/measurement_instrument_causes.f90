@@ -2,9 +2,9 @@
 !> Describes what a measurement of bending can get wrong: the causes and their parameters. At its null value a parameter has no
 !> effect. measurement_instrument holds the values, measurement_forces and measurement_map have the laws.
 !>
-!> docs/theory/effects.md has the law of each parameter. With `nonlinearity` 0 deflections are proportional to forces, as in the theory
-!> of small deflections. They are computed as the response to a hundredth of the force, which differs from the limit by 1e-4 of the
-!> nonlinear part.
+!> docs/theory/effects.md has the law of each parameter. With `nonlinearity` 0 deflections are proportional to forces, as in the
+!> theory of small deflections. They are computed as the response to a hundredth of the force, which differs from the limit by 1e-4
+!> of the nonlinear part.
 module measurement_instrument_causes
   use base_cause, only: cause_t, enlist, make_cause
   use base_kinds, only: rp

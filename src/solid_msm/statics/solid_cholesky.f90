@@ -2,8 +2,9 @@
 !> Factorises sparse matrices by Cholesky's method with one symbolic analysis. The statics use it as the test of stability.
 !>
 !> The library is CHOLMOD (Debian: libsuitesparse-dev): Chen, Davis, Hager & Rajamanickam 2008,
-!> doi:10.1145/1391989.1391995. Supernodal with AMD it is faster here than MUMPS (docs/results/statics-results.md). The algorithms only
-!> test whether a matrix is positive definite, and do not need the inertia that MUMPS returns.
+!> doi:10.1145/1391989.1391995. Its supernodal factorisation with AMD is faster here than MUMPS
+!> (docs/results/statics-results.md). The algorithms only test whether a matrix is positive definite, and do not need the inertia
+!> that MUMPS returns.
 module solid_cholesky
   use base_errors, only: require
   use base_kinds, only: rp
