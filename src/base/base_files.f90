@@ -155,7 +155,7 @@ contains
     call rename_file(temporary, path, failure)
     if (.not. durable .or. failure%failed) return
     call sync_path(folder_of(path), unsynced)
-    if (unsynced%failed) call failure%raise(path//': its new content cannot be brought to the disk')
+    if (unsynced%failed) call failure%raise(path//': its folder cannot be flushed to the disk; is it full?')
   end subroutine replace_file
 
   !> Returns `folder`/`name`; an empty folder is the current one.

@@ -8,7 +8,7 @@
 !> | DONE | 0 | the program reached its end |
 !> | DIFFERENT | 1 | two files that were compared differ; a defect of the program has this code, too (`require`) |
 !> | MISTAKE | 2 | the user made a mistake; nothing was written |
-!> | DIVERGED | 3 | the flow is no longer one: NaN or blow-up |
+!> | DIVERGED | 3 | the flow has diverged: its velocity is not a number or too large |
 !> | COLLISION | 3 | wings touch each other or leave the box |
 !> | NOT_CONVERGED | 3 | an iteration found no solution |
 !> | STOPPED | 4 | the program stopped early on request, with a checkpoint: submit again |

@@ -261,10 +261,11 @@ contains
                                                self%params%grid%cell_volume()
     call self%sums%reduce(self%world, self%params%grid%cell_volume())
     if (.not. self%sums%is_finite) then
-      call self%failure%raise('the velocity is not a number')
+      call self%failure%raise('the flow has diverged: the velocity is not a number; '// &
+                              'set a smaller [Time] CFL or dt_fixed, or a finer grid')
     else if (self%sums%u_max >= TOO_FAST) then
-      write (text, '(a,es10.3)') 'the velocity has blown up: max |u| =', self%sums%u_max
-      call self%failure%raise(trim(text))
+      write (text, '(a,es10.3)') 'the flow has diverged: max |u| =', self%sums%u_max
+      call self%failure%raise(trim(text)//' L/T; set a smaller [Time] CFL or dt_fixed, or a finer grid')
     end if
     if (self%failure%failed) return
     if (any(self%pass == [PASS_AB2, PASS_RK_FIRST, PASS_HEUN_FIRST])) call self%set_step()

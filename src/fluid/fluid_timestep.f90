@@ -8,7 +8,7 @@ module fluid_timestep
   private
   public :: next_step_length, is_due, TOO_FAST
 
-  !> A larger velocity means that the run has blown up, because the units are chosen such that velocities are of order 1.
+  !> A larger velocity means that the flow has diverged, because the units are chosen such that velocities are of order 1.
   real(rp), parameter :: TOO_FAST = 1.0e3_rp
 
   !> Largest dt/C_sp. AB2 is stable up to 1. At 1, however, the second root of its characteristic polynomial is -1, and the

@@ -212,7 +212,7 @@ def test_edges(case):
               (math.pi**2 * core + 4 * math.pi * r) * dx**2 * (1 - 8 / math.pi**2)) / flat
     check(abs(shares["round"] / inside - 1) < 0.05, f"with a round edge {inside}: {shares}")
     check(shares["beyond"] > 1.5, f"beyond it more: {shares}")
-    for name, keys, words in (("told", {"wing_edges": "round"}, "wing_edges: is round: the wing ends at its outline; with beyond"),
+    for name, keys, words in (("told", {"wing_edges": "round"}, "wing_edges: is round: the round edges end at the outline of the wing; set beyond"),
                               ("thin", {"wing_edges": "beyond", "surface": "thin", "WingThickness": None}, "wing_edges: has no effect"),
                               ("auto", {}, "")):
         case.write("beat.ini", BEAT)

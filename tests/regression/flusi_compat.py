@@ -37,8 +37,8 @@ def make(case, ini, ranks, *arguments, code=0):
 def test_notices(case):
     """What FLUSI runs is no mistake, but where it is doubtful it is told."""
     done = make(case, INSECT, 1, "--check")
-    for text in (r"\[Resolution\] ny: is slower than need be: .* nearest good sizes: 32 and 36",
-                 r"\[Resolution\] nz: is slower than need be: .* nearest good sizes: 20 and 24",
+    for text in (r"\[Resolution\] ny: is slow to transform: .* nearest good sizes: 32 and 36",
+                 r"\[Resolution\] nz: is slow to transform: .* nearest good sizes: 20 and 24",
                  r"\[Sponge\] sponge_thickness: the sponge fills the box",
                  r"\[Insects\] x0: is outside of the box; .* image, at 2\.0 2\.0 1\.5",
                  r"wing_smoothing: is set to half the thickness"):

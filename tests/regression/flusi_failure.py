@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs that go wrong: exit code 3 for a flow that blows up and 5 for a disk that does not take the output;
+"""Runs that go wrong: exit code 3 for a flow that diverges and 5 for a disk that does not take the output;
 the last valid backup stays, the reason is said, nothing hangs.
 
 usage: flusi_failure.py <flusi> <h5dump> [tests]
@@ -23,7 +23,7 @@ def failed_fields(case):
 
 
 def check_failure(case, done):
-    check("the velocity is not a number" in done.err or "the velocity has blown up: max |u| = " in done.err,
+    check("the velocity is not a number" in done.err or "the flow has diverged: max |u| = " in done.err,
           f"the reason is a reason:\n{done.err}")
     names = failed_fields(case)
     check([n[:9] for n in names] == ["failed-ux", "failed-uy", "failed-uz"], f"the offending field is written: {names}")

@@ -149,7 +149,7 @@ def test_mistakes(case):
         check((key if key != "wing_mass" else "mass") in done.err, f"{key} is named: {done.err}")
     case.write("run.ini", merged(FREE, {"Insects": {"Jxx": 60.0, "wing_mass": None}}))
     done = case.run("run.ini", "--check")
-    check("Jxx: means wings with the mass" in done.err, f"wings of FLUSI's files that outweigh the insect have no mass: {done.err}")
+    check("Jxx: makes the mass of the wings" in done.err, f"wings of FLUSI's files that outweigh the insect have no mass: {done.err}")
     case.write("run.ini", merged(FREE, {"Insects": {"mass": 0.5, "J_body_yawpitchroll": "0.01 0.01 0.01", "wing_mass": 0}}))
     done = case.run("run.ini", code=EXIT_USER)
     check("too light to fly freely" in done.err, f"an insect that is lighter than what it displaces is refused: {done.err}")

@@ -209,7 +209,7 @@ def test_notices(case):
 def test_magnitudes(case):
     """Units that were mixed up: nu in mm^2/s, eps in ms."""
     units = {"length": 9e-3, "frequency": 158, "density": 1.225}
-    for change, sentence in (({"ReynoldsNumber": {"nu": 1e3}}, r"\[ReynoldsNumber\] nu: makes a Reynolds number .* is too small"),
+    for change, sentence in (({"ReynoldsNumber": {"nu": 1e3}}, r"\[ReynoldsNumber\] nu: makes an unusual Reynolds number: .* is too small"),
                              ({"Penalization": {"eps": 5.0}}, r"\[Penalization\] eps: 5.0 beats is too large .*; .*5.0e-3 would be")):
         noticed(case, merged(merged(WING, {"units": units}), change), sentence)
     for change, sentence in (({"ReynoldsNumber": {"nu": None}},

@@ -400,12 +400,16 @@ def let_programs_hear():
 
 
 def main(names):
-    """Runs the tests among `names`, the globals of a test file."""
+    """Runs the tests among `names`, the globals of a test file, or those that the command line names."""
     let_programs_hear()
     program, h5dump, wanted = sys.argv[1], sys.argv[2], sys.argv[3:]
+    tests = {name: test for name, test in names.items() if name.startswith("test_")}
+    unknown = [name for name in wanted if name not in tests]
+    if unknown:
+        sys.exit(f"{sys.argv[0]} has no test {', '.join(unknown)}; it has {', '.join(tests)}")
     failed = 0
-    for name, test in list(names.items()):
-        if not name.startswith("test_") or (wanted and name not in wanted):
+    for name, test in tests.items():
+        if wanted and name not in wanted:
             continue
         begun, used = time.monotonic(), sum(os.times()[:4])
         try:

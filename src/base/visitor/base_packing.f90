@@ -68,7 +68,8 @@ contains
     if (unpacker%failure%failed) then
       call failure%raise(unpacker%failure%reason)
     else if (unpacker%at < size(words)) then
-      call failure%raise('a message has '//number_text(size(words) - unpacker%at)//' numbers too many')
+      call failure%raise('damaged data, from another process or a backup: '//number_text(size(words) - unpacker%at)// &
+                         ' numbers too many; please report this')
     end if
   end subroutine unpack_value
 
@@ -122,7 +123,7 @@ contains
     character(*), intent(in) :: name
     real(rp), intent(inout) :: values(:)
     if (size(values) > self%most()) then
-      call self%failure%raise('a message ends before '//name)
+      call self%failure%raise('damaged data, from another process or a backup: they end before '//name//'; please report this')
       return
     end if
     values = self%words(self%at + 1:self%at + size(values))
@@ -138,7 +139,8 @@ contains
     call self%carry_reals(name, halves)
     if (self%failure%failed) return
     if (.not. all(halves >= 0 .and. halves < HALF)) then
-      call self%failure%raise('a message has no integer where '//name//' should be')
+      call self%failure%raise('damaged data, from another process or a backup: no integer where '//name// &
+                              ' should be; please report this')
     else
       values = ior(shiftl(int(halves(1::2), i8), 32), int(halves(2::2), i8))
     end if
@@ -155,13 +157,14 @@ contains
     call self%carry_reals(name, length)
     if (self%failure%failed) return
     if (.not. (length(1) >= 0 .and. length(1) <= self%most())) then
-      call self%failure%raise('a message ends in the text '//name)
+      call self%failure%raise('damaged data, from another process or a backup: they end in '//name//'; please report this')
       return
     end if
     allocate (codes(int(length(1))))
     call self%carry_reals(name, codes)
     if (.not. all(codes >= 0 .and. codes < 256)) then
-      call self%failure%raise('a message has no text where '//name//' should be')
+      call self%failure%raise('damaged data, from another process or a backup: no text where '//name// &
+                              ' should be; please report this')
       return
     end if
     allocate (character(size(codes)) :: text)

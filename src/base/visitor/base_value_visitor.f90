@@ -92,7 +92,8 @@ contains
     do i = 1, size(n)
       if (self%failure%failed .or. n(i) < 0) exit
       total = total*n(i)
-      if (total > self%most()) call self%failure%raise(self%full_name(name)//' is larger than what is there: the data are damaged')
+      if (total > self%most()) call self%failure%raise(self%full_name(name)//' has more elements than there are data: '// &
+                                                       'the data are damaged')
     end do
     if (self%failure%failed) n = -1
   end subroutine visitor_extents

@@ -80,7 +80,7 @@ contains
     integer :: i
     do i = 1, 3
       if (.not. is_fft_friendly(p%n(i))) call c%complain(notices, 'Resolution', POINTS(i), &
-        'is slower than need be: only the factors 2, 3, 5 and 7 transform fast; '//nearby_sizes(p%n(i)))
+        'is slow to transform: sizes with the factors 2, 3, 5 and 7 alone are fast; '//nearby_sizes(p%n(i)))
     end do
   end subroutine notice_slow_sizes
 

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Defines bodies of simple shape that do not move: their names, the checks of their sizes, and the signed distance of a point from
-!> their surface. A new body needs a kind, a word in SHAPES and a case in `shape_distance`. If its sizes need a check, it also needs
-!> a case in `shape_mistake`.
+!> their surface. A new body needs a kind, a word in SHAPES, its words in SHAPE_HELP and a case in `shape_distance`. It needs a case
+!> in `shape_mistake` if its sizes need a check, and a word in OBSTACLES if it may stand beside an insect.
 module fluid_shapes
   use base_constants, only: PI
   use base_kinds, only: rp
@@ -13,13 +13,14 @@ module fluid_shapes
             OBSTACLES, SHAPE_HELP
 
   integer, parameter :: NO_SHAPE = 0, SHAPE_SPHERE = 1, SHAPE_CYLINDER = 2, SHAPE_CYLINDER_X = 3, SHAPE_PLATE = 4, &
-                        SHAPE_COUETTE = 5, LAST_SHAPE = 5
+                        SHAPE_COUETTE = 5
 
   !> Words of the input for the shapes. A name that begins with a capital letter is the older name of the same shape.
   type(named_kind_t), parameter :: SHAPES(7) = [ &
     named_kind_t('sphere', SHAPE_SPHERE), named_kind_t('Sphere', SHAPE_SPHERE), named_kind_t('cylinder', SHAPE_CYLINDER), &
     named_kind_t('cylinder_x', SHAPE_CYLINDER_X), named_kind_t('plate', SHAPE_PLATE), named_kind_t('Plate', SHAPE_PLATE), &
     named_kind_t('couette', SHAPE_COUETTE)]
+  integer, parameter :: LAST_SHAPE = maxval(SHAPES%kind) !< kinds of other masks begin behind it (fluid_solid_keys)
   !> Words of the shapes that may be an obstacle beside an insect.
   type(named_kind_t), parameter :: OBSTACLES(4) = [ &
     named_kind_t('none', NO_SHAPE), named_kind_t('sphere', SHAPE_SPHERE), named_kind_t('cylinder', SHAPE_CYLINDER), &

@@ -15,7 +15,8 @@
 !> (fsi_thin_coupling).
 !>
 !> The mechanics are in SI units along the axes of the wing file, the flow in L, T and rho, and output along the frame of each
-!> wing (fsi_wing_mirror). All conversions are here; those of checkpoints are in fsi_restart.
+!> wing (fsi_wing_mirror). This module converts masses, times, the motion of the hinge and the load of the pressure;
+!> fsi_wing_deformation, fsi_thin_coupling and fsi_flow_reaction convert the rest, and fsi_restart turns what a checkpoint holds.
 module fsi_coupler
   use base_errors, only: failure_t, require
   use base_kinds, only: rp

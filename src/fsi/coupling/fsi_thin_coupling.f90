@@ -89,9 +89,9 @@ contains
       if (report%distance <= params%tolerance) exit
     end do
     if (last > 1 .and. report%distance > params%tolerance) then
-      call failure%raise('the strong coupling has not converged: after '//number_text(report%passes)// &
-                         ' passes over wings and forces, the markers still move by '// &
-                         number_text(report%distance)//' of their displacement in the step')
+      call failure%raise('the strong coupling has not converged: after '//number_text(report%passes)//' passes the markers '// &
+                         'still move by '//number_text(report%distance)//' of their displacement in the step: set a '// &
+                         'smaller [Time] CFL or more [Flexible_wing] coupling_iterations')
       return
     end if
     do i = 1, size(solvers)

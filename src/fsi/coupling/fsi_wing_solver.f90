@@ -96,7 +96,8 @@ contains
     if (world%max_integer(verdict) > 0) then
       if (self%is_mine) reason = self%report%reason
       call world%broadcast_text(reason, from=self%owner)
-      call failure%raise('the time step of a wing failed: '//reason)
+      call failure%raise('the time step of a wing failed: '//reason// &
+                         '; set a smaller [Time] CFL, and check the units of [Wing] and [Mass]')
       return
     end if
     call broadcast_state(self, world, state)

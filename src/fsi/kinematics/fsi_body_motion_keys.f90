@@ -85,7 +85,7 @@ contains
       if (all(motion%kind /= [MOTION_FREE, MOTION_YAWPITCHROLL]) .and. norm2(motion%velocity) > 0) &
         call config%complain(notices, SECTION, 'v0', 'has no effect with BodyMotion = '//word)
       if (motion%kind == MOTION_TAKEOFF) call config%complain(errors, SECTION, 'BodyMotion', &
-        'is takeoff with KineFromFile = '//choices%from_file//'; FLUSI''s legs that push off do not exist here; valid: '// &
+        'is takeoff with KineFromFile = '//choices%from_file//'; the program does not have FLUSI''s legs that push off; valid: '// &
         'KineFromFile = yes with a take-off in a table, free_flight, or '//TABLE_WORD//'a flight')
       if (motion%kind /= MOTION_TABLE) return
       begin = index(word, '::') + 2

@@ -217,8 +217,8 @@ contains
       call config%complain(notices, SECTION, EDGES, 'has no effect here: it is for rigid wings in the mask (wings = rigid '// &
                            'with surface = penalized); remove it')
     else if (c%edges == EDGES_ROUND) then
-      call config%complain(notices, SECTION, EDGES, 'is round: the wing ends at its outline; with beyond it reaches farther, '// &
-                           'by half its thickness')
+      call config%complain(notices, SECTION, EDGES, 'is round: the round edges end at the outline of the wing; set beyond if '// &
+                           'they should reach half the thickness beyond it')
     end if
   end subroutine notice_edges
 

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Holds the Fourier coefficients of the outlines of wings by FLUSI's names: fruit flies and a butterfly.
 !>
-!> They are facts, digitised by FLUSI's authors from the source above each function; lengths in parts of the wing.
+!> FLUSI's authors digitised them from the source that stands above each function. Lengths are fractions of the wing length.
 module fsi_outlines_flies
   use base_kinds, only: rp
   use fsi_fourier_outline, only: fourier_outline_t

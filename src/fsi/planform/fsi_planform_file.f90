@@ -191,8 +191,8 @@ contains
       if (.not. any(abs(relief%box) > 0)) relief%box = [minval(outline(2, :)), maxval(outline(2, :)), &
                                                         minval(outline(1, :)), maxval(outline(1, :))]
       if (relief%box(2) <= relief%box(1) .or. relief%box(4) <= relief%box(3)) &
-        call config%complain(errors, W, BOX, 'is no box; valid: first and last chordwise position, first and last '// &
-                             'spanwise position')
+        call config%complain(errors, W, BOX, 'must have each first position before the last; valid: first and last '// &
+                             'chordwise position, first and last spanwise position')
     end associate
 
   contains

@@ -2,24 +2,9 @@
 !> Describes what a measurement of bending can get wrong: the causes and their parameters. At its null value a parameter has no
 !> effect. measurement_instrument holds the values, measurement_forces and measurement_map have the laws.
 !>
-!> With q = 0 deflections are proportional to forces, as in the theory of small deflections. They are computed as the response to
-!> a hundredth of the force, which differs from the limit by 1e-4 of the nonlinear part.
-!>
-!> | name | what | unit | null |
-!> |---|---|---|---|
-!> | `force_gain` | factor on every declared force | 1 | 1 |
-!> | `force_offset` | what is added to every force, along its direction | N | 0 |
-!> | `force_tilt_x`, `_y` | rotation vector of the directions of all forces | rad | 0 |
-!> | `load_shift_x`, `_y` | shift of all points of application | m | 0 |
-!> | `drift` | r: all bending stiffness times 1 + r (order - 1) | 1 | 0 |
-!> | `drift_rate` | r: all bending stiffness times 1 + r time | 1/s | 0 |
-!> | `drift_veins` | as `drift`, of the veins' E alone | 1 | 0 |
-!> | `creep`, `creep_time` | a, tau: all bending stiffness over 1 + a log10(1 + hold/tau) | 1, s | 0, - |
-!> | `height_scale` | factor on all shown heights | 1 | 1 |
-!> | `tilt_x`, `tilt_y`, `piston` | p, q, h: loaded maps show heights that are larger by p y - q x + h | rad, m | 0 |
-!> | `map_shift_x`, `_y`, `map_rotation`, `map_scale` | the point x is shown at scale R x + shift | m, rad, 1 | 0, 1 |
-!> | `nonlinearity` | q: deflections are those under sqrt q times the forces, divided by sqrt q | 1 | 1 |
-!> | `gravity_x`, `_y`, `_z` | acceleration that bends the wing, also unloaded | m/s^2 | 0 |
+!> docs/theory/effects.md has the law of each parameter. With `nonlinearity` 0 deflections are proportional to forces, as in the
+!> theory of small deflections. They are computed as the response to a hundredth of the force, which differs from the limit by 1e-4
+!> of the nonlinear part.
 module measurement_instrument_causes
   use base_cause, only: cause_t, enlist, make_cause
   use base_kinds, only: rp

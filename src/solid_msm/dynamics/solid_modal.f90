@@ -154,7 +154,7 @@ contains
     associate (model => self%model)
       n = 3*model%n_free
       if (n_modes > n) then
-        call failure%raise('the structure has fewer modes than requested')
+        call failure%raise('the wing has fewer natural modes than requested: ask for fewer, or use a finer wing')
         return
       end if
       self%n_modes = n_modes
@@ -166,12 +166,13 @@ contains
       call self%work%factorise(model, self%load, self%u, .false., 0.0_rp, is_spd)
     end associate
     if (.not. is_spd) then
-      call failure%raise('the wing is unstable in the shape about which it vibrates')
+      call failure%raise('the wing is unstable in the shape about which it vibrates: make it stiffer (E, D or joints of '// &
+                         '[Wing]), or its load smaller')
       return
     end if
     call find_largest(self, self%root_mass, n_modes, TOLERANCE, x, self%residual)
     if (.not. self%residual < WORST) then
-      call failure%raise('the modes did not converge')
+      call failure%raise('the natural modes did not converge: check that [Wing] and [Mass] are in SI units')
       return
     end if
     call keep_modes(self, x)

@@ -37,14 +37,15 @@ contains
     n = 3*model%n_free
     p = min(n, count(masses(model%movable) > 0)*3, max(2*k, k + 10))
     if (k > p) then
-      call failure%raise('the structure has fewer modes than requested')
+      call failure%raise('the wing has fewer natural modes than requested: ask for fewer, or use a finer wing')
       return
     end if
     work%stage = 1 ! the whole load
     call work%law_axial(model, u)
     call work%factorise(model, load, u, .false., 0.0_rp, is_spd)
     if (.not. is_spd) then
-      call failure%raise('the equilibrium is unstable')
+      call failure%raise('the wing is unstable in this shape, and has no natural modes there: make it stiffer (E, D or '// &
+                         'joints of [Wing])')
       return
     end if
     allocate (q(n, p), z(n, p), t(p, p), values(p), old_values(p))
@@ -67,7 +68,7 @@ contains
       if (maxval(abs(values(p - k + 1:) - old_values(p - k + 1:))/values(p - k + 1:)) < TOLERANCE) exit
     end do
     if (iteration > LIMIT) then
-      call failure%raise('the modes did not converge')
+      call failure%raise('the natural modes did not converge: check that [Wing] and [Mass] are in SI units')
       return
     end if
     z = q*spread(root_mass, 2, p)

@@ -91,7 +91,8 @@ contains
     if (raised > 0) then
       call failure%raise('the unloaded membrane must be flat, point '//number_text(raised)//' is not in its plane')
     else if (bent > 0) then
-      call failure%raise('the veins at point '//number_text(bent)//' bend out of the plane of the wing')
+      call failure%raise('the veins at point '//number_text(bent)//' bend out of the plane of the wing; '// &
+                         'move the point into the plane')
     end if
     if (failure%failed) return
     call number_points(self, wing, ghosts)

@@ -2,18 +2,9 @@
 !> Factorises sparse matrices by Cholesky's method with one symbolic analysis. The statics use it as the test of stability.
 !>
 !> The library is CHOLMOD (Debian: libsuitesparse-dev): Chen, Davis, Hager & Rajamanickam 2008,
-!> doi:10.1145/1391989.1391995. Measured on the tangent of a loaded wing of 1037 points (3093 unknowns),
-!> CPU milliseconds on one core:
-!>
-!> | library | factorise | solve |
-!> |---|---|---|
-!> | CHOLMOD supernodal, AMD, OpenBLAS | 2.3 | 0.13 |
-!> | CHOLMOD supernodal, AMD, reference BLAS | 5.2 | 0.22 |
-!> | CHOLMOD simplicial, AMD | 6.4 | 0.12 |
-!> | MUMPS 5.5 (serial), SYM=1, AMD or METIS, OpenBLAS | 3.2 | 0.3 |
-!> | MUMPS 5.5 (serial), SYM=2, AMD or METIS, OpenBLAS | 3.8 to 4.1 | 0.3 |
-!>
-!> The algorithms only test whether a matrix is positive definite, and do not need the inertia that MUMPS returns.
+!> doi:10.1145/1391989.1391995. Its supernodal factorisation with AMD is faster here than MUMPS
+!> (docs/results/statics-results.md). The algorithms only test whether a matrix is positive definite, and do not need the inertia
+!> that MUMPS returns.
 module solid_cholesky
   use base_errors, only: require
   use base_kinds, only: rp

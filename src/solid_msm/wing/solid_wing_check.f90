@@ -64,7 +64,8 @@ contains
       call report%add('/points', 'the unloaded membrane must be flat; point '//report%point(raised)// &
                       ' lies farthest from its plane')
     else if (bent > 0) then
-      call report%add('/points', 'the veins at point '//report%point(bent)//' bend out of the plane of the wing')
+      call report%add('/points', 'the veins at point '//report%point(bent)//' bend out of the plane of the wing; '// &
+                      'move the point into the plane')
     end if
     call check_held(wing, edges, segments, plans, report)
   end subroutine check_mechanics

@@ -62,7 +62,7 @@ contains
     call unpack_value(words(:n), copy, failure)
     if (.not. failure%failed) n_accepted = n_accepted + 1
     if (failure%failed) then
-      if (index(failure%reason, 'message') + index(failure%reason, 'damaged') + index(failure%reason, 'range') == 0) &
+      if (index(failure%reason, 'damaged') + index(failure%reason, 'range') == 0) &
         n_unnamed = n_unnamed + 1
     end if
   end subroutine try

@@ -291,7 +291,7 @@ contains
     call w%integers('/root/nodes', [1], [0])
     call w%reals('/points', [3, 4], [0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 1.1_rp, 0.0_rp, 2.0e-7_rp, &
                                      3.0_rp, 0.0_rp, 0.0_rp])
-    call w%refuse('/points: the veins at point 2 bend out of the plane of the wing')
+    call w%refuse('/points: the veins at point 2 bend out of the plane of the wing; move the point into the plane')
   end subroutine test_flat
 
   !> The squares with everything counted from 0.

@@ -54,6 +54,17 @@ class Pages(unittest.TestCase):
                 is_there = re.search(rf"\b(subroutine|function|type\b.*::) {name}\b", text)
                 self.assertTrue(is_there, f"{page.name}: {name} is not in {target}")
 
+    def test_named_tests(self):
+        """Behind `tests/.../file.py` in a command: every test_name is a function of that file."""
+        checked = 0
+        for page in PAGES:
+            for path, rest in re.findall(r"`[^`\n]*?(tests/[\w/]+\.py)\b([^`\n]*)`", page.read_text(encoding="utf-8")):
+                functions = re.findall(r"^def (\w+)", (SOURCE / path).read_text(encoding="utf-8"), flags=re.M)
+                for name in re.findall(r"\btest_\w+", rest):
+                    checked += 1
+                    self.assertIn(name, functions, f"{page.name}: {path} has no such test")
+        self.assertGreater(checked, 0)
+
     def test_picture(self):
         run = subprocess.run([sys.executable, "-B", SOURCE / "docs/developer/layers.py", "--check"], capture_output=True,
                              text=True)

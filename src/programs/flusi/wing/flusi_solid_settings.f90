@@ -109,7 +109,8 @@ contains
     associate (c => s%config)
       call check_name(c, s%name, errors)
       if (s%t_max > MOST_SHAPES*s%output%fields%interval) &
-        call c%complain(errors, 'Saving', 't_save', 'means more than '//number_text(MOST_SHAPES)//' shapes')
+        call c%complain(errors, 'Saving', 't_save', 'is too short: the run would write more than '// &
+                        number_text(MOST_SHAPES)//' shapes; set a longer interval')
       if (s%dt > s%t_max .and. c%is_given('Time', 't_max')) &
         call c%complain(errors, 'Time', 'dt', 'is longer than the run; valid: at most t_max')
     end associate

@@ -57,9 +57,9 @@ contains
     else
       wings = mass_of_wings(flight)
       if (.not. flight%has_wing_mass .and. flight%has_jxx .and. flight%flyer%mass > 0 .and. wings >= flight%flyer%mass) then
-        call config%complain(notices, SECTION, 'Jxx', 'means wings with the mass '//number_text(wings)//', more than the mass '// &
-                             'of the insect: it is used for their power only, and in the flight they have no mass, as in '// &
-                             'FLUSI; wing_mass sets their mass')
+        call config%complain(notices, SECTION, 'Jxx', 'makes the mass of the wings '//number_text(wings)//', not below that '// &
+                             'of the whole insect: the program uses Jxx for the power of the wings only, and flies '// &
+                             'them without mass, as FLUSI does; set wing_mass to give them a mass')
         call drop_masses(flight)
         wings = 0
       else if (size(flight%wings) > 0 .and. .not. wings > 0) then

@@ -105,13 +105,14 @@ contains
         call c%complain(notices, 'ReynoldsNumber', 'nu', 'looks like a value in m^2/s, but its unit here is L^2/T; '// &
                         number_text(fluid%nu)//' m^2/s would be '//number_text(rounded(fluid%nu/unit, 4))//' L^2/T')
       text = magnitude_doubt(number, REYNOLDS(1), REYNOLDS(2), '', 'insects', .false.)
-      if (number > 0 .and. text /= '') call c%complain(notices, 'ReynoldsNumber', 'nu', 'makes a Reynolds number that '// &
-                                                       'insects do not have: '//text)
+      if (number > 0 .and. text /= '') call c%complain(notices, 'ReynoldsNumber', 'nu', 'makes an unusual Reynolds '// &
+                                                       'number: '//text)
       if (.not. c%is_given('ReynoldsNumber', 'nu')) call c%complain(notices, 'ReynoldsNumber', 'nu', 'is not given; the '// &
                       'program assumes '// &
                       number_text(fluid%nu)//' L^2/T, which makes the Reynolds number '//number_text(anint(number)))
     else
-      call c%complain(notices, 'ReynoldsNumber', 'nu', 'is 0: the fluid has no viscosity, which no insect meets')
+      call c%complain(notices, 'ReynoldsNumber', 'nu', 'is 0: the fluid has no viscosity; set that of the air or '// &
+                      'the water around the insect')
     end if
     if (fluid%solids%is_on .and. .not. c%is_given('Penalization', 'eps')) call c%complain(notices, 'Penalization', 'eps', &
       'is not given; the program assumes '//number_text(fluid%solids%c_eta)//' T, in which a wing stops the fluid inside')
