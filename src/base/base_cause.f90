@@ -27,6 +27,8 @@ module base_cause
     character(:), allocatable :: name           !< in catalogues and files
     character(:), allocatable :: title, sentence
     character(:), allocatable :: data            !< that it needs to show, for documents
+    character(:), allocatable :: definition      !< of an effect, with its equation, for documents
+    character(:), allocatable :: confused        !< what an effect may be confused with, for documents
     logical :: is_measurement = .false.          !< an error of the measurement, not of the simulation
     logical :: is_joint = .true.                 !< its parameters are released together, else one after another
     integer :: place = LAST_PLACE                !< in the catalogue; equal places are in the order of the list
@@ -40,7 +42,7 @@ module base_cause
 
 contains
 
-  !> Returns a cause that needs nothing and has no parameters.
+  !> Returns a cause that needs nothing and has no parameters. Its definition and what it may be confused with are empty.
   pure function make_cause(name, title, sentence, data) result(cause)
     character(*), intent(in) :: name, title, sentence, data
     type(cause_t) :: cause
@@ -48,6 +50,8 @@ contains
     cause%title = title
     cause%sentence = sentence
     cause%data = data
+    cause%definition = ''
+    cause%confused = ''
     allocate (cause%needs(0), cause%parameters(0))
   end function make_cause
 
@@ -130,6 +134,8 @@ contains
     call move_alloc(from%title, to%title)
     call move_alloc(from%sentence, to%sentence)
     call move_alloc(from%data, to%data)
+    call move_alloc(from%definition, to%definition)
+    call move_alloc(from%confused, to%confused)
     call move_alloc(from%needs, to%needs)
     call move_alloc(from%parameters, to%parameters)
     to%is_measurement = from%is_measurement

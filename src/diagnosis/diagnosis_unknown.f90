@@ -19,7 +19,7 @@ module diagnosis_unknown
     real(rp) :: cell = 0                            !< [m] half the distance between neighbouring positions
     type(related_t), allocatable :: related(:)
     character(:), allocatable :: names(:)           !< (size(related)) title and position
-    character(:), allocatable :: family             !< of the region
+    integer :: family = 0                           !< of the region: FAMILY_*
   contains
     procedure :: centre => unknown_centre
     procedure :: radius => unknown_radius
@@ -39,7 +39,7 @@ contains
     unknown%cell = 0.5_rp*s%patterns%radius
     call find_region(d%design, d%z, simulator%pattern_site, s%patterns%radius, unknown%region)
     if (unknown%region%is_found) then
-      unknown%family = trim(simulator%family_names(unknown%region%family))
+      unknown%family = simulator%family_kinds(unknown%region%family)
       associate (patterns => d%design%families(unknown%region%family)%patterns)
         unknown%site = simulator%pattern_site(:, patterns(unknown%region%pattern))
       end associate

@@ -3,6 +3,7 @@
 !> on a flapping wing. In vectors of observations they follow bending tests. Rank 0 computes them.
 module diagnosis_wing_motion
   use base_kinds, only: rp
+  use diagnosis_families, only: FAMILY_FLIGHT
   use diagnosis_wing_flight, only: flight_data_t, wing_flight_t
   use diagnosis_wing_modes, only: wing_modes_t
   use diagnosis_wing_parameters, only: wing_parameter_t
@@ -124,18 +125,18 @@ contains
 
   !> Adds the labels of the patterns of unknown causes in flights after the others, as a separate family. The entries of
   !> `family` and `site` that belong to no pattern stay at the end.
-  subroutine motion_append_patterns(self, n_patterns, family, site, names)
+  subroutine motion_append_patterns(self, n_patterns, family, site, kinds)
     class(wing_motion_t), intent(in) :: self
     integer, intent(inout) :: n_patterns
     integer, allocatable, intent(inout) :: family(:)
     real(rp), allocatable, intent(inout) :: site(:, :)
-    character(*), allocatable, intent(inout) :: names(:)
+    integer, allocatable, intent(inout) :: kinds(:) !< of the families
     integer :: n, m
     n = self%flight%n_patterns
     if (n == 0) return
     m = 0
     if (size(family) > 0) m = maxval(family)
-    names = [names(:m), [character(len(names)) :: 'flight']]
+    kinds = [kinds(:m), FAMILY_FLIGHT]
     family = [family(:n_patterns), spread(m + 1, 1, n), family(n_patterns + 1:)]
     site = reshape([site(:, :n_patterns), spread([0.0_rp, 0.0_rp], 2, n), site(:, n_patterns + 1:)], [2, size(family)])
     n_patterns = n_patterns + n

@@ -5,7 +5,6 @@
 module diagnosis_wing_rest
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use base_parameter, only: parameter_t
   use diagnosis_wing_parameters, only: differing, wing_parameter_t, KIND_DAMAGE, KIND_DAMPING, KIND_MASS, KIND_PARAMETER, &
                                        KIND_POINT_MASS, KIND_RELAXATION, KIND_SOFT
   use measurement_experiment, only: experiment_t
@@ -91,15 +90,13 @@ contains
     type(solid_model_t), intent(in) :: model
     real(rp), intent(in) :: q(:)
     type(solid_params_t) :: params
-    type(parameter_t) :: p
     integer :: i
     params = model%params
     do i = 1, size(q)
       associate (one => self%parameters(i))
         select case (one%kind)
         case (KIND_PARAMETER)
-          p = params%describe(one%number)
-          if (p%is_log) then
+          if (one%is_log) then
             call params%set(one%number, exp(q(i)))
           else
             call params%set(one%number, q(i))
@@ -131,14 +128,12 @@ contains
     integer, intent(in) :: i
     type(stiffness_t), intent(inout) :: direction
     logical, intent(out) :: is_any, is_joint
-    type(parameter_t) :: p
     is_any = .true.
     is_joint = .false.
     associate (one => self%parameters(i))
       select case (one%kind)
       case (KIND_PARAMETER)
-        p = model%params%describe(one%number)
-        is_joint = index(p%name, 'joint:') == 1
+        is_joint = model%params%is_joint(one%number)
         call parameter_direction(model, one%number, direction)
       case (KIND_SOFT)
         call hinge_direction(model, one%number, direction)

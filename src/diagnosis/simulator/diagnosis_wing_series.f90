@@ -4,42 +4,31 @@
 !> and a fold by itself. Without records there are no observations here.
 module diagnosis_wing_series
   use base_kinds, only: rp
+  use diagnosis_moving_wing, only: moving_wing_t
   use diagnosis_wing_labels, only: append_surface
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME
-  use diagnosis_wing_rest, only: damping_at, mass_effects_at, wing_rest_t
-  use diagnosis_wing_tangents, only: mechanics_tangent, site_tangents
+  use diagnosis_wing_rest, only: damping_at
   use inference_simulator, only: labels_t
   use measurement_experiment, only: experiment_t
+  use measurement_motion_simulation, only: motion_simulation_t
   use measurement_series_simulation, only: series_simulation_t
   use solid_damping_effects, only: DAMPING_RELAXATION, DAMPING_TIME
-  use solid_mass_effects, only: mass_effects_t, mass_parts_t
+  use solid_mass_effects, only: mass_parts_t
   use solid_model, only: solid_model_t
-  use solid_params, only: solid_params_t
-  use solid_stiffness, only: stiffness_t
   use solid_wing, only: wing_t
   implicit none
   private
   public :: wing_series_t
 
-  type :: wing_series_t
-    integer :: n = 0                                 !< observations
-    integer :: n_nuisances = 0
-    !> There is one for each simulator. It is never copied.
-    type(series_simulation_t), pointer :: simulation => null()
-    type(wing_rest_t), private :: rest
-    type(mass_parts_t), private :: parts
-    type(stiffness_t), private :: direction
-    type(mass_effects_t), private :: effects
+  type, extends(moving_wing_t) :: wing_series_t
+    type(series_simulation_t), pointer :: simulation => null() !< one for each simulator. It is never copied.
   contains
     procedure :: init => series_init
-    procedure :: free => series_free
+    procedure :: take_model => series_take_model
     procedure :: evaluate => series_evaluate
-    procedure :: tangents => series_tangents
+    procedure :: tangent => series_tangent
     procedure :: nuisances => series_nuisances
-    procedure :: patterns => series_patterns
     procedure :: append_labels => series_append_labels
-    procedure, private :: tangent => series_tangent
-    procedure, private :: prepare => series_prepare
   end type wing_series_t
 
 contains
@@ -51,35 +40,19 @@ contains
     type(wing_t), intent(in), target :: wing
     type(wing_parameter_t), intent(in) :: parameters(:)
     type(mass_parts_t), intent(in) :: parts
-    logical :: ok
-    call self%rest%init(bare, wing, parameters)
-    self%parts = parts
-    if (.not. associated(self%simulation)) allocate (self%simulation)
-    call self%prepare([real(rp) ::], ok)
-    self%n = self%simulation%n
+    class(motion_simulation_t), pointer :: mechanics
+    allocate (self%simulation)
+    mechanics => self%simulation
+    call self%start(mechanics, bare, wing, parameters, parts)
     self%n_nuisances = 2*bare%measurement%count_series()
   end subroutine series_init
 
-  !> Releases everything.
-  subroutine series_free(self)
+  !> Gives the simulation this model of the wing at rest.
+  subroutine series_take_model(self, model)
     class(wing_series_t), intent(inout) :: self
-    if (associated(self%simulation)) then
-      call self%simulation%free()
-      deallocate (self%simulation)
-    end if
-    self%n = 0
-    self%n_nuisances = 0
-  end subroutine series_free
-
-  !> Gives the simulation the model for q.
-  subroutine series_prepare(self, q, ok)
-    class(wing_series_t), intent(inout) :: self
-    real(rp), intent(in) :: q(:)
-    logical, intent(out) :: ok
-    type(solid_model_t), allocatable :: model
-    call self%rest%prepare(q, model, ok)
-    if (allocated(model)) call self%simulation%init(self%rest%bare%measurement, model, self%parts)
-  end subroutine series_prepare
+    type(solid_model_t), intent(in) :: model
+    call self%simulation%init(self%rest%bare%measurement, model, self%parts)
+  end subroutine series_take_model
 
   !> Computes residuals(n) at q, about which later tangents are taken. `ok` is false if the wing at rest is not stable.
   subroutine series_evaluate(self, q, residuals, ok)
@@ -88,14 +61,11 @@ contains
     real(rp), intent(out) :: residuals(:)
     logical, intent(out) :: ok
     type(solid_model_t), pointer :: model
-    type(solid_params_t) :: params
     residuals = 0
     call self%prepare(q, ok)
     if (.not. ok) return
     model => self%simulation%model()
-    params = self%rest%params(model, q)
-    self%effects = mass_effects_at(self%rest%bare, self%rest%parameters, q)
-    call self%simulation%evaluate(params, self%effects, damping_at(self%rest%parameters, q), residuals, ok)
+    call self%simulation%evaluate(self%rest%params(model, q), self%effects, damping_at(self%rest%parameters, q), residuals, ok)
   end subroutine series_evaluate
 
   !> Returns column(n), the derivative of the residuals with respect to parameter i at q, after `evaluate` there.
@@ -115,22 +85,10 @@ contains
       case (KIND_RELAXATION_TIME)
         if (abs(q(one%number)) > 0) call self%simulation%damping_tangent(DAMPING_TIME, 0.0_rp, column)
       case default
-        call mechanics_tangent(self%simulation, self%rest, self%effects, q, i, self%direction, column)
+        call self%mechanics_tangent(q, i, column)
       end select
     end associate
   end subroutine series_tangent
-
-  !> Returns jacobian(n, size(columns)) with respect to the parameters `columns`, after `evaluate`.
-  subroutine series_tangents(self, q, columns, jacobian)
-    class(wing_series_t), intent(inout) :: self
-    real(rp), intent(in) :: q(:)
-    integer, intent(in) :: columns(:)
-    real(rp), intent(out) :: jacobian(:, :)
-    integer :: k
-    do k = 1, size(columns)
-      call self%tangent(q, columns(k), jacobian(:, k))
-    end do
-  end subroutine series_tangents
 
   !> Computes nuisances(n, n_nuisances), the effects on the residuals of errors of one sd of the sizes and times of the excitations,
   !> at the point of the last `evaluate`.
@@ -139,15 +97,6 @@ contains
     real(rp), intent(inout) :: nuisances(:, :)
     call self%simulation%nuisances(nuisances)
   end subroutine series_nuisances
-
-  !> Computes patterns(n, :), the effects of unknown causes at site(2, :) [m], at the point of the last `evaluate`; see
-  !> `site_tangents`.
-  subroutine series_patterns(self, site, radius, patterns)
-    class(wing_series_t), intent(inout) :: self
-    real(rp), intent(in) :: site(:, :), radius
-    real(rp), intent(inout) :: patterns(:, :)
-    call site_tangents(self%simulation, self%rest, self%effects, site, radius, self%direction, patterns)
-  end subroutine series_patterns
 
   !> Adds labels. Every trace is a surface with its own fold and block.
   subroutine series_append_labels(self, labels)

@@ -10,6 +10,7 @@
 !>     end if
 module diagnosis_wing_simulator
   use base_kinds, only: rp
+  use diagnosis_families, only: FAMILY_FORCE, FAMILY_SCANS, FAMILY_STIFFNESS, FAMILY_VEINS
   use diagnosis_journalled_tasks, only: run_journalled_tasks
   use diagnosis_wing_bins, only: bin_distortions, bin_covariance, bins_t, noise_model_t, N_DISTORTIONS
   use diagnosis_wing_entries, only: catalogue_t
@@ -39,8 +40,6 @@ module diagnosis_wing_simulator
   private
   public :: wing_simulator_t
 
-  !> Kinds of unknown causes: stiffness and forces around sites, stiffness along the veins, errors of single scans.
-  character(*), parameter :: FAMILY_NAMES(4) = [character(9) :: 'stiffness', 'force', 'veins', 'scans']
   integer, parameter, public :: N_COMMON_NUISANCES = 2 !< gain of all forces, D
   !> Kinds of errors of a load that have one declared sd, in the order of simulation_t, and their names.
   integer, parameter :: NUISANCE_KIND(N_LOAD_NUISANCES) = [1, 2, 2, 3, 3, 4]
@@ -58,7 +57,7 @@ module diagnosis_wing_simulator
     type(journal_t), pointer :: journal => null() !< of the results of the pool, on rank 0
     type(bending_pool_t), private :: pool
     real(rp) :: membrane_sd = 0                  !< of log D, which depends on the mesh
-    character(9), allocatable :: family_names(:) !< of unknown causes
+    integer, allocatable :: family_kinds(:)      !< FAMILY_*, of the families of unknown causes
     !> Numbers of the parameters for the gain of all forces and for D; 0: none, for instance because the baseline fits it.
     integer, private :: gain = 0, membrane = 0
     real(rp), allocatable, private :: error_directions(:, :) !< (n_observations, :) those of the initial state
@@ -110,8 +109,8 @@ contains
     self%n_patterns = self%n_alone + n_smooth_errors*size(experiment%loads)
     self%field = pack([(l, l=1, size(catalogue%parameters))], catalogue%parameters%kind == KIND_SOFT)
     call lay_out_patterns(experiment, catalogue%parameters, patterns, n_smooth_errors, self%field, self%family, self%pattern_site)
-    self%family_names = FAMILY_NAMES
-    call self%motion%append_patterns(self%n_patterns, self%family, self%pattern_site, self%family_names)
+    self%family_kinds = [FAMILY_STIFFNESS, FAMILY_FORCE, FAMILY_VEINS, FAMILY_SCANS]
+    call self%motion%append_patterns(self%n_patterns, self%family, self%pattern_site, self%family_kinds)
     allocate (diagnosed, runner)
     call diagnosed%init(experiment, wing, catalogue%parameters, bins, patterns)
     call move_alloc(diagnosed, observed)

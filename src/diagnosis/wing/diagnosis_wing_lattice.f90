@@ -2,6 +2,7 @@
 !> Places lattice points all over a wing, at which the diagnosis tries causes that may act anywhere.
 module diagnosis_wing_lattice
   use base_kinds, only: rp
+  use diagnosis_families, only: FAMILY_FORCE, FAMILY_SCANS, FAMILY_STIFFNESS, FAMILY_VEINS
   use diagnosis_wing_parameters, only: wing_parameter_t
   use measurement_experiment, only: experiment_t
   use measurement_material_point, only: find_material_point
@@ -35,7 +36,8 @@ contains
     real(rp), allocatable, intent(out) :: sites(:, :)
     integer :: l, n
     n = size(patterns%site, 2)
-    family = [(1, l=1, n), (2, l=1, n), (4, l=1, n_scan_errors*size(experiment%loads)), (3, l=1, size(field))]
+    family = [(FAMILY_STIFFNESS, l=1, n), (FAMILY_FORCE, l=1, n), (FAMILY_SCANS, l=1, n_scan_errors*size(experiment%loads)), &
+              (FAMILY_VEINS, l=1, size(field))]
     sites = reshape([patterns%site, patterns%site, &
                      [(spread(experiment%measurement%loads(l)%point, 2, n_scan_errors), l=1, size(experiment%loads))], &
                      experiment%model%layout%hinge_site(:, parameters(field)%number)], [2, size(family)])

@@ -41,7 +41,6 @@ module measurement_mode_simulation
 
   !> The simulation, one per process. An evaluation does not depend on earlier evaluations.
   type, extends(motion_simulation_t) :: mode_simulation_t
-    integer :: n = 0                                  !< observations
     type(mode_target_t), allocatable :: targets(:)    !< (modes)
     integer, allocatable :: first(:)                  !< (modes) their first observation
     type(mass_parts_t) :: parts

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Defines the common interface of simulations of a moving wing, natural modes and records: derivatives of their residuals with
-!> respect to stiffness, mass and clamp. All derivatives are at the last evaluation.
+!> Defines the common interface of simulations of a moving wing, natural modes and records: how many observations they have, and
+!> derivatives of the residuals with respect to stiffness, mass and clamp. All derivatives are at the last evaluation.
 module measurement_motion_simulation
   use base_kinds, only: rp
   use solid_mass_effects, only: mass_effects_t
@@ -11,7 +11,9 @@ module measurement_motion_simulation
   public :: motion_simulation_t
 
   type, abstract :: motion_simulation_t
+    integer :: n = 0 !< observations
   contains
+    procedure(free_interface), deferred :: free
     procedure(stiffness_interface), deferred :: stiffness_tangent
     procedure(mass_interface), deferred :: mass_tangent
     procedure(clamp_interface), deferred :: clamp_tangent
@@ -19,6 +21,12 @@ module measurement_motion_simulation
   end type motion_simulation_t
 
   abstract interface
+    !> Releases everything.
+    subroutine free_interface(self)
+      import :: motion_simulation_t
+      class(motion_simulation_t), intent(inout) :: self
+    end subroutine free_interface
+
     !> Returns column(n), the derivative when all stiffness changes along `direction`, which also changes joints if `is_joint`.
     subroutine stiffness_interface(self, direction, is_joint, column)
       import :: motion_simulation_t, rp, stiffness_t

@@ -29,7 +29,6 @@ module measurement_series_simulation
 
   !> Holds the simulation, one per process. An evaluation does not depend on earlier ones.
   type, extends(motion_simulation_t) :: series_simulation_t
-    integer :: n = 0                                   !< observations
     type(measured_series_t), allocatable :: series(:)
     integer, allocatable :: first(:)                   !< (series) their first observation: trace by trace, in time
     type(mass_parts_t) :: parts

@@ -8,8 +8,7 @@ module common_wing_doubts
   use base_magnitude, only: magnitude_doubt, rounded
   use common_wing_keys, only: mass_choices_t
   use io_config, only: config_t
-  use solid_mass, only: MEMBRANE_UNIFORM
-  use solid_wing, only: wing_t
+  use solid_wing, only: wing_t, MEMBRANE_UNIFORM, MEMBRANE_UNSTATED
   use solid_wing_case, only: wing_case_t
   implicit none
   private
@@ -58,7 +57,7 @@ contains
     if (size(wing%veins) > 0 .and. .not. wing%mass%vein_density > 0) &
       call assume('Mass', 'vein_density', '1300 kg/m^3, of insect cuticle')
     if (.not. has_membrane) return
-    if (wing%mass%law /= '' .and. .not. (choices%has_law .or. choices%has_areal_density)) return
+    if (wing%mass%law /= MEMBRANE_UNSTATED .and. .not. (choices%has_law .or. choices%has_areal_density)) return
     if (choices%law == MEMBRANE_UNIFORM) then
       call assume('Mass', 'areal_density', '3e-3 kg/m^2, about 2.5 um of cuticle, which was not measured on any wing')
     else if (choices%has_membrane_mass) then

@@ -2,13 +2,14 @@
 !> Writes the stiffness of a wing as the section [Wing] of an ini file, for [include].
 module common_wing_fragment
   use base_kinds, only: rp
+  use base_named_kinds, only: word_of
   use base_parameter, only: parameter_t
   use base_text, only: number_text
   use common_wing_size, only: wing_size
   use solid_effect_sites, only: effect_site_lines
   use solid_params, only: solid_params_t
   use solid_usual_causes, only: N_COMMON
-  use solid_wing, only: Z_SIDES
+  use solid_wing, only: SIDE_LEFT_VENTRAL, SIDE_UNSTATED, Z_SIDES
   use solid_wing_case, only: wing_case_t
   implicit none
   private
@@ -27,8 +28,8 @@ contains
     type(parameter_t) :: known
     real(rp) :: found(2)
     integer :: i
-    side = trim(wing_case%wing%z_side)
-    if (side == '') side = trim(Z_SIDES(1))
+    side = word_of(Z_SIDES, wing_case%wing%z_side)
+    if (wing_case%wing%z_side == SIDE_UNSTATED) side = word_of(Z_SIDES, SIDE_LEFT_VENTRAL)
     text = '[Wing]'//NL//'fingerprint = '//wing_case%fingerprint//'; identifies the wing for which these values were found'//NL
     found = wing_size(wing_case%wing)
     text = text//'found_size = '//number_text(found(1))//' '//number_text(found(2))//'; m, length and mean chord of that wing'//NL

@@ -8,20 +8,19 @@ module common_wing_keys
   use io_keys, only: declaring, keys_t, reading
   use io_registry, only: registry_t
   use solid_inertia, only: inertia_t
-  use solid_mass, only: mass_params_t, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
-  use solid_wing, only: z_side_choices
+  use solid_mass, only: mass_params_t
+  use solid_wing, only: MEMBRANE_BILINEAR, MEMBRANE_LAWS, SIDE_UNSTATED, Z_SIDES
   implicit none
   private
   public :: wing_choices_t, mass_choices_t, register_wing_keys, register_damping_keys, read_wing_keys, read_mass_keys, &
-            read_damping_keys, MEMBRANE_LAWS
+            read_damping_keys
 
   integer, parameter, public :: WING_DEFAULT = 1, WING_PAPER = 2              !< presets
   integer, parameter, public :: CROSS_PRESET = 1, CROSS_YES = 2, CROSS_NO = 3 !< cross-springs
   type(named_kind_t), parameter :: PRESETS(2) = [named_kind_t('default', WING_DEFAULT), named_kind_t('paper', WING_PAPER)]
   type(named_kind_t), parameter :: CROSS_SPRINGS(3) = [named_kind_t('preset', CROSS_PRESET), named_kind_t('yes', CROSS_YES), &
                                                        named_kind_t('no', CROSS_NO)]
-  type(named_kind_t), parameter :: MEMBRANE_LAWS(2) = [named_kind_t('bilinear', MEMBRANE_BILINEAR), &
-                                                       named_kind_t('uniform', MEMBRANE_UNIFORM)]
+  type(named_kind_t), parameter :: STATED_SIDES(5) = [named_kind_t('file', SIDE_UNSTATED), Z_SIDES]
 
   !> This is the help of every key that lists forces.
   character(*), parameter, public :: PLACE_HELP = 'PLACE: tip, vein:NAME:first, vein:NAME:last, vein:NAME:K '// &
@@ -29,7 +28,8 @@ module common_wing_keys
 
   !> Holds the values of [Wing].
   type :: wing_choices_t
-    character(:), allocatable :: file, parameters, z_side, fingerprint
+    character(:), allocatable :: file, parameters, fingerprint
+    integer :: z_side = SIDE_UNSTATED            !< as in the file; else another SIDE_*
     integer :: preset = WING_DEFAULT, cross_springs = CROSS_PRESET
     logical :: has_file = .false., has_fingerprint = .false., has_found_size = .false.
     real(rp) :: length = 0, mean_chord = 0       !< [m], 0: as in the file
@@ -132,7 +132,7 @@ contains
     call keys%text('parameters', c%parameters, '', 'single parameters as pairs of name and value, separated by commas: '// &
                    'joint:NAME [N m/rad], E:VEIN (factor on E), root (factor), diameter_exponent, k_vein, k_membrane, k_cross '// &
                    '[N/m], and the effects of docs/theory/effects.md')
-    call keys%word('z_side', c%z_side, 'file', 'file|'//z_side_choices('|'), 'side of the wing to which +z points, for '// &
+    call keys%kind('z_side', c%z_side, 'file', STATED_SIDES, 'side of the wing to which +z points, for '// &
                    'effects that differ between up and down; file: as the wing file says (docs/formats/wing-format.md), and '// &
                    'left ventral if it says nothing')
     call keys%text('fingerprint', c%fingerprint, '', 'identifies the wing for which these values were found; msm_train and '// &

@@ -3,9 +3,11 @@
 module common_wing_report
   use base_build, only: BUILD_COMMIT, BUILD_COMPILER, BUILD_VERSION
   use base_kinds, only: rp
+  use base_named_kinds, only: word_of
   use base_parameter, only: parameter_t
   use base_text, only: number_text
   use solid_params, only: membrane_note
+  use solid_wing, only: SIDE_UNSTATED, Z_SIDES
   use solid_wing_case, only: wing_case_t
   implicit none
   private
@@ -29,7 +31,7 @@ contains
     write (unit, '(a,6(i0,a),f0.3,a)') 'wing      '//s%path//': ', s%model%n_points, ' points, ', &
       size(s%wing%triangles, 2), ' triangles, ', size(s%wing%veins), ' veins, ', size(s%wing%joints), ' joints, ', &
       size(s%wing%root), ' root points, ', s%model%springs%n, ' springs, size ', MM*s%model%size, ' mm'
-    if (s%wing%z_side /= '') write (unit, '(a)') '          +z points to the side: '//trim(s%wing%z_side)
+    if (s%wing%z_side /= SIDE_UNSTATED) write (unit, '(a)') '          +z points to the side: '//word_of(Z_SIDES, s%wing%z_side)
     if (s%has_mass) then
       associate (m => s%mass)
         write (unit, '(a,f0.2,a,f0.2,a,f0.2,a,3(f7.3,a))') 'mass      ', UG*m%total, ' ug: veins ', UG*m%veins, &

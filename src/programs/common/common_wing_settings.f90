@@ -4,21 +4,22 @@
 module common_wing_settings
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
-  use base_named_kinds, only: kind_of
+  use base_named_kinds, only: word_of
   use base_parameter, only: parameter_t
   use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
   use common_wing_doubts, only: check_size, notice_assumptions, notice_magnitudes
   use common_wing_effects, only: effect_without_site, take_effect_sites
   use common_wing_keys, only: mass_choices_t, read_damping_keys, read_mass_keys, read_wing_keys, wing_choices_t, CROSS_PRESET, &
-                              CROSS_YES, MEMBRANE_LAWS, WING_PAPER
+                              CROSS_YES, WING_PAPER
   use common_wing_size, only: notice_other_size, scale_wing
   use io_config, only: config_t
   use io_broadcast_text, only: named_path
   use parallel_world, only: world_t
   use solid_inertia, only: inertia_t
-  use solid_mass, only: lump_mass, MEMBRANE_BILINEAR
+  use solid_mass, only: lump_mass
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, membrane_note, solid_params_t
+  use solid_wing, only: MEMBRANE_BILINEAR, MEMBRANE_UNSTATED, SIDE_UNSTATED, Z_SIDES
   use solid_wing_case, only: wing_case_t
   use solid_wing_file, only: read_wing, load_shared_wing => load_wing
   use solid_wing_fingerprint, only: wing_fingerprint, FINGERPRINT_LENGTH
@@ -97,17 +98,18 @@ contains
   !> [Wing] may have been found with another file.
   subroutine take_z_side(config, stated, s, notices)
     type(config_t), intent(in) :: config
-    character(*), intent(in) :: stated
+    integer, intent(in) :: stated !< SIDE_*
     type(wing_case_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: notices
-    character(len(s%wing%z_side)) :: in_file
+    integer :: in_file
     logical :: was_dorsal
-    if (stated == 'file') return
+    if (stated == SIDE_UNSTATED) return
     in_file = s%wing%z_side
     was_dorsal = s%wing%z_is_dorsal()
     s%wing%z_side = stated
-    if (in_file /= '' .and. (was_dorsal .neqv. s%wing%z_is_dorsal())) call config%complain(notices, 'Wing', 'z_side', &
-      stated//' replaces '//trim(in_file)//' of '//s%path//', also for the direction of +z in [Wing] parameters')
+    if (in_file /= SIDE_UNSTATED .and. (was_dorsal .neqv. s%wing%z_is_dorsal())) call config%complain(notices, 'Wing', 'z_side', &
+      word_of(Z_SIDES, stated)//' replaces '//word_of(Z_SIDES, in_file)//' of '//s%path// &
+      ', also for the direction of +z in [Wing] parameters')
   end subroutine take_z_side
 
   !> Adds a mistake if the values in [Wing] were found for another wing, or a notice if the user accepts that.
@@ -194,11 +196,11 @@ contains
     s%material = choices%material
     if (.not. choices%has_vein_density .and. s%wing%mass%vein_density > 0) s%material%vein_density = s%wing%mass%vein_density
     s%material%membrane_law = choices%law
-    if (.not. (choices%has_law .or. choices%has_areal_density) .and. s%wing%mass%law /= '') then
+    if (.not. (choices%has_law .or. choices%has_areal_density) .and. s%wing%mass%law /= MEMBRANE_UNSTATED) then
       s%material%membrane_law = MEMBRANE_BILINEAR ! the file has the law of this wing
       if (.not. choices%has_membrane_mass) s%material%membrane_mass = s%wing%mass%membrane
       s%material%weights = [1.0_rp, 0.0_rp, 0.0_rp]
-      if (kind_of(MEMBRANE_LAWS, s%wing%mass%law) == MEMBRANE_BILINEAR) s%material%weights = s%wing%mass%weights
+      if (s%wing%mass%law == MEMBRANE_BILINEAR) s%material%weights = s%wing%mass%weights
     end if
     s%material%weights(2:) = s%material%weights(2:)/s%scale ! the law belongs to the unscaled wing
     call lump_mass(s%wing, s%material, s%mass, messages)

@@ -6,6 +6,7 @@ module diagnose_files
   use base_errors, only: failure_t
   use base_files, only: remove_file
   use base_kinds, only: rp
+  use base_named_kinds, only: word_of
   use base_text, only: number_text
   use base_text_file, only: write_text
   use common_instrument, only: instrument_lines
@@ -14,6 +15,7 @@ module diagnose_files
   use diagnose_series, only: damping_lines, write_series_tables
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence
+  use diagnosis_families, only: FAMILIES
   use diagnosis_next_measurement, only: next_measurement_t
   use diagnosis_wing_parameters, only: fit_case_coordinates, fit_case_params, fit_case_t
   use diagnosis_wing_simulator, only: wing_simulator_t
@@ -139,7 +141,7 @@ contains
       do k = 1, size(mean)
         rows(:, k) = [simulator%pattern_site(:, d%design%families(f)%patterns(k)), mean(k), sd(k)]
       end do
-      call put_table(file, '/unknown/'//trim(simulator%family_names(f)), rows, 'x y mean sd', failure)
+      call put_table(file, '/unknown/'//word_of(FAMILIES, simulator%family_kinds(f)), rows, 'x y mean sd', failure)
       deallocate (rows)
     end do
   end subroutine write_unknown

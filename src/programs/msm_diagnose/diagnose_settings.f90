@@ -22,8 +22,8 @@ module diagnose_settings
   use io_registry, only: registry_t
   use measurement_data, only: measurement_t
   use parallel_world, only: world_t
-  use solid_effect, only: effect_t, NEED_UNSTRESSED_REST
-  use solid_effects, only: clamp_axis, clamp_compliance, is_active, list_effects
+  use solid_effect, only: NEED_UNSTRESSED_REST
+  use solid_effects, only: active_needs, clamp_axis, clamp_compliance
   use solid_mass, only: lump_mass
   use solid_wing_refine, only: refine_params, refine_wing
   implicit none
@@ -83,22 +83,17 @@ contains
   subroutine check_modes(s, errors)
     type(diagnose_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: errors
-    type(effect_t), allocatable :: list(:)
-    integer :: e
+    integer :: i
     if (.not. s%measurement%moves()) return
     if (.not. s%wing_case%has_mass) call s%config%complain(errors, 'Mass', 'membrane_law', &
                                   'the measurement has natural modes or records of motion, which need a valid mass of the wing')
-    list = list_effects()
-    do e = 1, size(list)
-      if (all(list(e)%needs /= NEED_UNSTRESSED_REST) .or. .not. is_active(list, e, s%wing_case%requested%effects)) cycle
+    if (any(active_needs(s%wing_case%requested%effects) == NEED_UNSTRESSED_REST)) &
       call s%config%complain(errors, 'Wing', 'parameters', &
         'must not hold pretension or camber: modes and records of motion need a wing that is flat and free of stress at rest')
-      exit
-    end do
     if (.not. s%measurement%has_loaded_modes()) return
     associate (free => s%free_parameters%numbers, params => s%wing_case%requested)
       if (any(clamp_compliance(params%effects) > 0) .or. &
-          any([(clamp_axis(params%effects, free(e) - params%count_basic()) > 0, e=1, size(free))])) &
+          any([(clamp_axis(params%effects, free(i) - params%count_basic()) > 0, i=1, size(free))])) &
         call s%config%complain(errors, 'Wing', 'parameters', &
           'must not hold root_flap or root_twist: the clamp of a wing with natural modes under loads is stiff')
     end associate

@@ -2,8 +2,10 @@
 !> Describes an unknown cause in words and in NAME.json.
 module diagnose_unknown
   use base_kinds, only: rp
+  use base_named_kinds, only: word_of
   use base_text, only: number_text
   use diagnose_settings, only: diagnose_settings_t
+  use diagnosis_families, only: FAMILIES, FAMILY_FLIGHT, FAMILY_SCANS
   use diagnosis_unknown, only: unknown_t
   use inference_region, only: REGION_LEVEL
   use io_json, only: json_t
@@ -30,7 +32,7 @@ contains
     call json%close()
     if (.not. unknown%region%is_found) return
     call json%open_object('region')
-    call json%put('of', unknown%family)
+    call json%put('of', word_of(FAMILIES, unknown%family))
     call json%put('form', trim(merge('one_place', 'field    ', unknown%region%is_one_site)))
     call json%put('level', REGION_LEVEL)
     call json%put('cell_m', unknown%cell)
@@ -72,9 +74,9 @@ contains
     character(:), allocatable :: text
     real(rp) :: middle(2)
     text = 'not on the wing: each scan is bent in another way (by the rig, or by the scan before it)'
-    if (unknown%family == 'scans') return
+    if (unknown%family == FAMILY_SCANS) return
     text = 'in the forces over the beat'
-    if (unknown%family == 'flight') return
+    if (unknown%family == FAMILY_FLIGHT) return
     text = 'no place stands out'
     if (unknown%region%n_parts == 0) return
     middle = unknown%centre(1)

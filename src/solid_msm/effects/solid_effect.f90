@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Defines the record that describes an effect: its parameters with units, ranges and priors, its requirements, its law with the
-!> derivative, and its texts for people. One module solid_effect_* makes one such record, and solid_effects lists them. Reports,
-!> the catalogue of the diagnosis and the tables of the documents use these records.
+!> Defines the law of an effect: what an evaluation of a wing needs. One module solid_effect_* makes one such law, and
+!> solid_effects lists them. The law has no texts, so that the list costs an evaluation little. Its `tell` makes the cause
+!> (base_cause): the parameters of the effect with units, ranges, priors and words, what it needs, and its texts. Reports, the
+!> catalogue of the diagnosis and the tables of the documents use the causes.
 !>
 !> A law multiplies the stiffness that the usual parameters give, in three stages: single elements, then regions, then moments
 !> that follow from the stiffness so far. An effect that adds a force independent of the stiffness is a load.
 module solid_effect
-  use base_cause, only: LAST_PLACE
+  use base_cause, only: cause_t
   use base_kinds, only: rp
-  use base_wording, only: wording_t
   use solid_effect_values, only: effects_t
   use solid_element_stiffness, only: stiffness_t
   use solid_extension, only: extensions_t
@@ -16,53 +16,30 @@ module solid_effect
   use solid_layout, only: layout_t
   implicit none
   private
-  public :: effect_t, effect_parameter_t, effect_site_t, effect_text_t, stiffness_law, stiffness_slope, modulus_law, text_teller
+  public :: effect_t, effect_site_t, stiffness_law, stiffness_slope, modulus_law, cause_teller
 
   integer, parameter, public :: STAGE_NONE = 0, STAGE_ELEMENTS = 1, STAGE_REGIONS = 2, STAGE_MOMENTS = 3, STAGE_LOADS = 4
 
   !> Requirements of effects: NEED_DISC to NEED_MEMBRANE, NEED_VEINS and NEED_MASS_PLACE on the wing, the others on data.
-  integer, parameter, public :: NEED_NOTHING = 0, NEED_DISC = 1, NEED_SOFT_PLACE = 2, NEED_SIDED_JOINTS = 3, &
+  integer, parameter, public :: NEED_DISC = 1, NEED_SOFT_PLACE = 2, NEED_SIDED_JOINTS = 3, &
                                 NEED_SIDED_VEINS = 4, NEED_NO_SLACK = 5, NEED_MEMBRANE = 6, NEED_UNSTRESSED_REST = 7, &
                                 NEED_LEVELS = 8, NEED_BOTH_DIRECTIONS = 9, NEED_MODES_ABOUT_REST = 10, NEED_VEINS = 11, &
                                 NEED_MASS_PLACE = 12, N_WING_NEEDS = 12
   integer, parameter, public :: MOST_PARAMETERS = 3 !< of one effect
 
-  type :: effect_parameter_t
-    character(20) :: name = ''        !< of a parameter of each joint: the part NAME: before the name of the joint
-    character(12) :: unit = '1'
-    logical :: is_log = .false.       !< it varies by factors and has no effect at 1; otherwise it has none at 0
-    real(rp) :: lower = 0, upper = 0  !< in its unit
-    real(rp) :: prior_sd = 1          !< of its coordinate
-    real(rp) :: strong = 0            !< further start of fits, for effects whose tangent at null misleads; 0: none
-    integer :: clamp_axis = 0         !< it lets the clamp turn about x (1) or y (2), by its value times the moment
-  end type effect_parameter_t
-
   type :: effect_t
     integer :: n = 1                          !< number of parameters, unless `is_per_joint`
-    type(effect_parameter_t) :: parameters(MOST_PARAMETERS)
-    logical :: is_per_joint = .false.         !< every joint has the first parameter
-    integer :: needs(4) = NEED_NOTHING        !< the first one that is not met is reported
-    integer :: place = LAST_PLACE             !< in the catalogue of the diagnosis
+    logical :: is_log = .false.               !< they vary by factors and have no effect at 1; otherwise they have none at 0
+    logical :: is_per_joint = .false.         !< every joint has the parameter
     logical :: curves_rest = .false.          !< it bends the wing without a load
+    integer :: clamp_axis(MOST_PARAMETERS) = 0 !< a parameter lets the clamp turn about x (1) or y (2), by value times moment
     integer :: stage = STAGE_NONE             !< of `apply`
     procedure(stiffness_law), pointer, nopass :: apply => null()
     procedure(stiffness_slope), pointer, nopass :: derive => null()
     procedure(modulus_law), pointer, nopass :: modulus => null()        !< factor on E of the veins at a hinge
     procedure(modulus_law), pointer, nopass :: modulus_slope => null()  !< of its logarithm
-    procedure(text_teller), pointer, nopass :: tell => null()
+    procedure(cause_teller), pointer :: tell => null()
   end type effect_t
-
-  !> Holds the texts of an effect. In wordings, @ is the joint or the site.
-  type :: effect_text_t
-    character(:), allocatable :: cause        !< name of the entry in the catalogue of the diagnosis
-    character(:), allocatable :: title, sentence !< of the entry
-    character(:), allocatable :: definition   !< with the equation
-    character(:), allocatable :: data         !< that make it detectable
-    character(:), allocatable :: confused     !< what it may be confused with
-    type(wording_t) :: words(MOST_PARAMETERS)
-    type(wording_t) :: beyond(MOST_PARAMETERS)    !< for values of at least `far`
-    real(rp) :: far(MOST_PARAMETERS) = huge(1.0_rp)
-  end type effect_text_t
 
   !> Holds what a law acts on: the values of the parameters of its effect, and the elements of the wing.
   type :: effect_site_t
@@ -98,10 +75,13 @@ module solid_effect
       type(hinge_plan_t), intent(in) :: plan
     end function modulus_law
 
-    !> Returns all texts of the effect.
-    pure subroutine text_teller(text)
-      import :: effect_text_t
-      type(effect_text_t), intent(out) :: text
-    end subroutine text_teller
+    !> Makes the cause of the diagnosis that corresponds to the effect, with all its texts. Its parameters are in the order of their
+    !> values, and have no numbers, because these depend on the wing. The name of a parameter of each joint is the part NAME: before
+    !> the name of the joint. In words, @ is the joint or the site.
+    pure subroutine cause_teller(self, cause)
+      import :: cause_t, effect_t
+      class(effect_t), intent(in) :: self
+      type(cause_t), intent(out) :: cause
+    end subroutine cause_teller
   end interface
 end module solid_effect

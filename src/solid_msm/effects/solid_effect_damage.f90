@@ -5,10 +5,12 @@
 !> the disc, 1/2 at the radius a, and falls to 0 in a smooth rim whose width is a tenth of a. The site of an element is its middle:
 !> the midpoint of a spring, the point of a hinge, and for an edge of the membrane the mean of the centroids of its two triangles.
 module solid_effect_damage
+  use base_cause, only: cause_t, make_cause
   use base_kinds, only: rp
+  use base_parameter, only: effect_parameter
   use base_wording, only: word_factor, SCALE_FACTOR
   use solid_disc, only: damage_weight => disc_weight
-  use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_DISC, STAGE_REGIONS
+  use solid_effect, only: effect_site_t, effect_t, NEED_DISC, STAGE_REGIONS
   use solid_element_stiffness, only: stiffness_t
   use solid_layout, only: layout_t
   implicit none
@@ -17,11 +19,10 @@ module solid_effect_damage
 
 contains
 
-  !> Returns the effect `damage`: parameter, law and texts. The header of this module has the law.
+  !> Returns the effect `damage`. The header of this module has the law.
   pure function damage_effect() result(effect)
     type(effect_t) :: effect
-    effect%parameters(1) = effect_parameter_t('damage', '1', .true., 1.0e-2_rp, 1.0e2_rp, 1.0_rp)
-    effect%needs(1) = NEED_DISC
+    effect%is_log = .true.
     effect%stage = STAGE_REGIONS
     effect%apply => apply_damage
     effect%derive => derive_damage
@@ -99,17 +100,19 @@ contains
 
   end subroutine add_damage
 
-  !> Returns the texts for this effect.
-  pure subroutine tell_damage(text)
-    type(effect_text_t), intent(out) :: text
-    text%cause = 'damage'
-    text%title = 'a damaged region'
-    text%sentence = 'Veins and membrane of one region are softer, as if torn, or stiffer than the rest.'
-    text%definition = 'factor on all stiffness in the disc `[Wing] damage_disc` = x y radius [m], with a rim of a tenth of '// &
-                      'the radius'
-    text%data = 'loads beyond the disc'
-    text%confused = 'a soft place, neighbouring joints'
-    call word_factor(text%words(1), SCALE_FACTOR, 'Veins and membrane @ are stiffer:', 'Veins and membrane @ are softer:', &
-      'stiffer', 'softer', 'than was assumed', 'as stiff as was assumed', 1.0_rp)
+  !> Makes the cause: parameters, needs, texts and words.
+  pure subroutine tell_damage(self, cause)
+    class(effect_t), intent(in) :: self
+    type(cause_t), intent(out) :: cause
+    cause = make_cause('damage', 'a damaged region', &
+                       'Veins and membrane of one region are softer, as if torn, or stiffer than the rest.', &
+                       'loads beyond the disc')
+    cause%definition = 'factor on all stiffness in the disc `[Wing] damage_disc` = x y radius [m], with a rim of a tenth of '// &
+                       'the radius'
+    cause%confused = 'a soft place, neighbouring joints'
+    cause%needs = [NEED_DISC]
+    call cause%add(0, effect_parameter('damage', '1', self%is_log, 1.0e-2_rp, 1.0e2_rp, 1.0_rp))
+    call word_factor(cause%parameters(1)%words, SCALE_FACTOR, 'Veins and membrane @ are stiffer:', &
+      'Veins and membrane @ are softer:', 'stiffer', 'softer', 'than was assumed', 'as stiff as was assumed', 1.0_rp)
   end subroutine tell_damage
 end module solid_effect_damage

@@ -3,9 +3,11 @@
 !> the clamped points and R the extent of the wing along x. A hinge has the E of its point. Joints with a stiffness of their own
 !> are not affected.
 module solid_effect_gradient
+  use base_cause, only: cause_t, make_cause
   use base_kinds, only: rp
+  use base_parameter, only: effect_parameter
   use base_wording, only: word_factor, SCALE_EXPONENT
-  use solid_effect, only: effect_parameter_t, effect_t, effect_text_t
+  use solid_effect, only: effect_t
   use solid_junctions, only: hinge_plan_t
   implicit none
   private
@@ -13,13 +15,11 @@ module solid_effect_gradient
 
 contains
 
-  !> Returns the effect `E_gradient`: parameter, law and texts. The header of this module has the law.
+  !> Returns the effect `E_gradient`. The header of this module has the law.
   pure function gradient_effect() result(effect)
     type(effect_t) :: effect
-    effect%parameters(1) = effect_parameter_t('E_gradient', '1', .false., -5.0_rp, 5.0_rp, 1.0_rp)
     effect%modulus => gradient_factor
     effect%modulus_slope => gradient_slope
-    effect%place = 30
     effect%tell => tell_gradient
   end function gradient_effect
 
@@ -37,16 +37,18 @@ contains
     slope = plan%station + 0*value
   end function gradient_slope
 
-  !> Returns the texts for this effect.
-  pure subroutine tell_gradient(text)
-    type(effect_text_t), intent(out) :: text
-    text%cause = 'E_gradient'
-    text%title = 'stiffness that changes along the span'
-    text%sentence = 'The veins'' material is softer or stiffer toward the tip than at the root.'
-    text%definition = 'E exp(g s), s = (x - x_root)/R - 1/2; joints with a stiffness of their own do not take part'
-    text%data = 'loads along the span'
-    text%confused = 'thinner veins, E of single veins; E and all joints take up most of it'
-    call word_factor(text%words(1), SCALE_EXPONENT, 'E rises toward the tip:', 'E falls toward the tip:', 'higher', 'lower', &
-      'than at the root', 'that at the root', 0.0_rp)
+  !> Makes the cause: parameters, needs, texts and words.
+  pure subroutine tell_gradient(self, cause)
+    class(effect_t), intent(in) :: self
+    type(cause_t), intent(out) :: cause
+    cause = make_cause('E_gradient', 'stiffness that changes along the span', &
+                       'The veins'' material is softer or stiffer toward the tip than at the root.', &
+                       'loads along the span')
+    cause%definition = 'E exp(g s), s = (x - x_root)/R - 1/2; joints with a stiffness of their own do not take part'
+    cause%confused = 'thinner veins, E of single veins; E and all joints take up most of it'
+    cause%place = 30
+    call cause%add(0, effect_parameter('E_gradient', '1', self%is_log, -5.0_rp, 5.0_rp, 1.0_rp))
+    call word_factor(cause%parameters(1)%words, SCALE_EXPONENT, 'E rises toward the tip:', 'E falls toward the tip:', 'higher', &
+      'lower', 'than at the root', 'that at the root', 0.0_rp)
   end subroutine tell_gradient
 end module solid_effect_gradient

@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Describes a membrane that is stiffer in one direction: springs times 1 + a cos 2 phi, phi their angle to x.
 module solid_effect_orthotropy
+  use base_cause, only: cause_t, make_cause
   use base_kinds, only: rp
+  use base_parameter, only: effect_parameter
   use base_wording, only: word_factor, SCALE_CONTRAST
-  use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, STAGE_ELEMENTS
+  use solid_effect, only: effect_site_t, effect_t, STAGE_ELEMENTS
   use solid_element_stiffness, only: stiffness_t
   use solid_extension, only: SPRING_MEMBRANE
   implicit none
@@ -12,14 +14,12 @@ module solid_effect_orthotropy
 
 contains
 
-  !> Returns the effect `orthotropy`: parameter, law and texts. The header of this module has the law.
+  !> Returns the effect `orthotropy`. The header of this module has the law.
   pure function orthotropy_effect() result(effect)
     type(effect_t) :: effect
-    effect%parameters(1) = effect_parameter_t('orthotropy', '1', .false., -0.9_rp, 0.9_rp, 0.5_rp)
     effect%stage = STAGE_ELEMENTS
     effect%apply => apply_orthotropy
     effect%derive => derive_orthotropy
-    effect%place = 80
     effect%tell => tell_orthotropy
   end function orthotropy_effect
 
@@ -48,16 +48,18 @@ contains
     end do
   end subroutine derive_orthotropy
 
-  !> Returns the texts for this effect.
-  pure subroutine tell_orthotropy(text)
-    type(effect_text_t), intent(out) :: text
-    text%cause = 'orthotropy'
-    text%title = 'membrane that is stiffer in one direction'
-    text%sentence = 'The membrane stretches less easily along the span than across it, or the other way round.'
-    text%definition = 'springs of the membrane times 1 + a cos 2 phi, phi their angle to x'
-    text%data = 'large deflections'
-    text%confused = 'k_membrane; small in most tests'
-    call word_factor(text%words(1), SCALE_CONTRAST, 'The membrane stretches less easily along the span:', &
+  !> Makes the cause: parameters, needs, texts and words.
+  pure subroutine tell_orthotropy(self, cause)
+    class(effect_t), intent(in) :: self
+    type(cause_t), intent(out) :: cause
+    cause = make_cause('orthotropy', 'membrane that is stiffer in one direction', &
+                       'The membrane stretches less easily along the span than across it, or the other way round.', &
+                       'large deflections')
+    cause%definition = 'springs of the membrane times 1 + a cos 2 phi, phi their angle to x'
+    cause%confused = 'k_membrane; small in most tests'
+    cause%place = 80
+    call cause%add(0, effect_parameter('orthotropy', '1', self%is_log, -0.9_rp, 0.9_rp, 0.5_rp))
+    call word_factor(cause%parameters(1)%words, SCALE_CONTRAST, 'The membrane stretches less easily along the span:', &
       'The membrane stretches more easily along the span:', 'stiffer', 'softer', 'along it than across it', &
       'as stiff along it as across it', 0.0_rp)
   end subroutine tell_orthotropy

@@ -2,10 +2,11 @@
 !> Describes a membrane that is stretched in the unloaded wing: an isotropic tension T [N/m] between the veins. Each spring
 !> carries the tension of the width of membrane that it represents (solid_tension).
 module solid_effect_pretension
+  use base_cause, only: cause_t, make_cause
   use base_kinds, only: rp
+  use base_parameter, only: effect_parameter
   use base_wording, only: word_plain
-  use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_MEMBRANE, NEED_NO_SLACK, &
-                          NEED_UNSTRESSED_REST, STAGE_LOADS
+  use solid_effect, only: effect_site_t, effect_t, NEED_MEMBRANE, NEED_NO_SLACK, NEED_UNSTRESSED_REST, STAGE_LOADS
   use solid_element_stiffness, only: stiffness_t
   implicit none
   private
@@ -13,15 +14,12 @@ module solid_effect_pretension
 
 contains
 
-  !> Returns the effect `pretension`: parameter, law and texts. The header of this module has the law.
+  !> Returns the effect `pretension`. The header of this module has the law.
   pure function pretension_effect() result(effect)
     type(effect_t) :: effect
-    effect%parameters(1) = effect_parameter_t('pretension', 'N/m', .false., 0.0_rp, 10.0_rp, 0.1_rp)
-    effect%needs(:3) = [NEED_UNSTRESSED_REST, NEED_NO_SLACK, NEED_MEMBRANE]
     effect%stage = STAGE_LOADS
     effect%apply => apply_pretension
     effect%derive => derive_pretension
-    effect%place = 90
     effect%tell => tell_pretension
   end function pretension_effect
 
@@ -44,17 +42,20 @@ contains
     direction%has_tension = .true.
   end subroutine derive_pretension
 
-  !> Returns the texts for this effect.
-  pure subroutine tell_pretension(text)
-    type(effect_text_t), intent(out) :: text
-    text%cause = 'pretension'
-    text%title = 'stretched membrane'
-    text%sentence = 'The membrane is stretched between the veins already when nothing pushes, like a drumskin.'
-    text%definition = 'T: isotropic tension of the membrane in the unloaded wing; springs carry T l0 (cot a + cot b)/2, a '// &
-                      'and b opposite to them'
-    text%data = 'a membrane'
-    text%confused = 'D, at small loads'
-    call word_plain(text%words(1), 'N/m', 'The membrane is stretched when nothing pushes, by', &
+  !> Makes the cause: parameters, needs, texts and words.
+  pure subroutine tell_pretension(self, cause)
+    class(effect_t), intent(in) :: self
+    type(cause_t), intent(out) :: cause
+    cause = make_cause('pretension', 'stretched membrane', &
+                       'The membrane is stretched between the veins already when nothing pushes, like a drumskin.', &
+                       'a membrane')
+    cause%definition = 'T: isotropic tension of the membrane in the unloaded wing; springs carry T l0 (cot a + cot b)/2, a '// &
+                       'and b opposite to them'
+    cause%confused = 'D, at small loads'
+    cause%needs = [NEED_UNSTRESSED_REST, NEED_NO_SLACK, NEED_MEMBRANE]
+    cause%place = 90
+    call cause%add(0, effect_parameter('pretension', 'N/m', self%is_log, 0.0_rp, 10.0_rp, 0.1_rp))
+    call word_plain(cause%parameters(1)%words, 'N/m', 'The membrane is stretched when nothing pushes, by', &
       'The membrane is stretched less than was assumed when nothing pushes, by', '', '', '', 0.0_rp)
   end subroutine tell_pretension
 end module solid_effect_pretension

@@ -2,9 +2,11 @@
 !> Describes an additional soft hinge: a factor on the stiffness of the hinge at the point inside a vein that is nearest to a
 !> fraction of its length.
 module solid_effect_soft
+  use base_cause, only: cause_t, make_cause
   use base_kinds, only: rp
+  use base_parameter, only: effect_parameter
   use base_wording, only: word_factor, SCALE_FACTOR
-  use solid_effect, only: effect_parameter_t, effect_site_t, effect_t, effect_text_t, NEED_SOFT_PLACE, STAGE_ELEMENTS
+  use solid_effect, only: effect_site_t, effect_t, NEED_SOFT_PLACE, STAGE_ELEMENTS
   use solid_element_stiffness, only: stiffness_t
   implicit none
   private
@@ -12,11 +14,10 @@ module solid_effect_soft
 
 contains
 
-  !> Returns the effect `soft`: parameter, law and texts. The header of this module has the law.
+  !> Returns the effect `soft`. The header of this module has the law.
   pure function soft_effect() result(effect)
     type(effect_t) :: effect
-    effect%parameters(1) = effect_parameter_t('soft', '1', .true., 1.0e-4_rp, 1.0e2_rp, 2.0_rp)
-    effect%needs(1) = NEED_SOFT_PLACE
+    effect%is_log = .true.
     effect%stage = STAGE_ELEMENTS
     effect%apply => apply_soft
     effect%derive => derive_soft
@@ -54,17 +55,19 @@ contains
     direction%has_twist = stiffness%has_twist
   end subroutine add_hinge
 
-  !> Returns the texts for this effect.
-  pure subroutine tell_soft(text)
-    type(effect_text_t), intent(out) :: text
-    text%cause = 'soft_place'
-    text%title = 'a joint that the model does not have'
-    text%sentence = 'One vein is softer (or stiffer) at one place than it looks: an unseen joint, a crack or a repair.'
-    text%definition = 'factor on the stiffness of the hinge at `[Wing] soft_place` = VEIN FRACTION: the point inside the vein '// &
-                      'nearest to this fraction of its length'
-    text%data = 'loads beyond the place'
-    text%confused = 'neighbouring joints, damage'
-    call word_factor(text%words(1), SCALE_FACTOR, 'Vein @ bends less easily:', 'Vein @ bends more easily:', 'stiffer', &
+  !> Makes the cause: parameters, needs, texts and words.
+  pure subroutine tell_soft(self, cause)
+    class(effect_t), intent(in) :: self
+    type(cause_t), intent(out) :: cause
+    cause = make_cause('soft_place', 'a joint that the model does not have', &
+                       'One vein is softer (or stiffer) at one place than it looks: an unseen joint, a crack or a repair.', &
+                       'loads beyond the place')
+    cause%definition = 'factor on the stiffness of the hinge at `[Wing] soft_place` = VEIN FRACTION: the point inside the vein '// &
+                       'nearest to this fraction of its length'
+    cause%confused = 'neighbouring joints, damage'
+    cause%needs = [NEED_SOFT_PLACE]
+    call cause%add(0, effect_parameter('soft', '1', self%is_log, 1.0e-4_rp, 1.0e2_rp, 2.0_rp))
+    call word_factor(cause%parameters(1)%words, SCALE_FACTOR, 'Vein @ bends less easily:', 'Vein @ bends more easily:', 'stiffer', &
       'softer', 'there than it looks', 'as stiff there as it looks', 1.0_rp)
   end subroutine tell_soft
 end module solid_effect_soft

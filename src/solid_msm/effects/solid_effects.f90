@@ -1,21 +1,23 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Lists the effects of a wing: deviations from the basic model, as parameters with a null value at which they have no effect.
 !>
-!> `list_effects` is the list of all effects; a new effect needs a line there. The order is that of the parameters, so that files
-!> of older runs stay valid: parameters of the whole wing first, then those of each joint.
+!> `list_effects` is the list of all effects; a new effect needs a line there, and raises N_EFFECTS. The order is that of the
+!> parameters, so that files of older runs stay valid: parameters of the whole wing first, then those of each joint. Every
+!> evaluation of a wing makes this list, and allocates nothing for it. The causes with all texts are made for reports and settings.
 module solid_effects
-  use base_cause, only: cause_t, enlist, make_cause
+  use base_cause, only: cause_t, enlist
   use base_errors, only: require
   use base_kinds, only: rp
-  use base_parameter, only: define_effect, parameter_t
-  use solid_effect, only: effect_t, effect_text_t, NEED_DISC, NEED_NOTHING, NEED_SIDED_JOINTS, NEED_SIDED_VEINS, &
-                          NEED_SOFT_PLACE
+  use base_parameter, only: parameter_t
+  use solid_effect, only: effect_t, NEED_DISC, NEED_SIDED_JOINTS, NEED_SIDED_VEINS, NEED_SOFT_PLACE
   use solid_effect_camber, only: camber_effect
+  use solid_effect_cuticle, only: cuticle_effect
   use solid_effect_damage, only: damage_effect
   use solid_effect_gradient, only: gradient_effect
-  use solid_effect_hardening, only: cuticle_effect, joint_hardening_effect, own_hardening_effect
+  use solid_effect_joint_hardening, only: joint_hardening_effect
   use solid_effect_one_way, only: one_way_effect
   use solid_effect_orthotropy, only: orthotropy_effect
+  use solid_effect_own_hardening, only: own_hardening_effect
   use solid_effect_pretension, only: pretension_effect
   use solid_effect_root, only: root_effect
   use solid_effect_soft, only: soft_effect
@@ -24,14 +26,16 @@ module solid_effects
   use solid_junctions, only: hinge_plan_t
   implicit none
   private
-  public :: effects_t, list_effects, start_effects, describe_effect, find_effect, values_of, is_active, needs_of, lacks, &
-            curves_rest, any_curves_rest, clamp_axis, clamp_compliance, modulus_factors, list_effect_causes
+  public :: effects_t, list_effects, start_effects, describe_effect, find_effect, values_of, is_active, needs_of, active_needs, &
+            lacks, curves_rest, any_curves_rest, clamp_axis, clamp_compliance, modulus_factors, list_effect_causes
+
+  integer, parameter, public :: N_EFFECTS = 12
 
 contains
 
   !> Returns all effects, in the order of their parameters.
   pure function list_effects() result(list)
-    type(effect_t), allocatable :: list(:)
+    type(effect_t) :: list(N_EFFECTS)
     list = [gradient_effect(), &
             damage_effect(), &
             soft_effect(), &
@@ -50,7 +54,7 @@ contains
   subroutine start_effects(n_joints, effects)
     integer, intent(in) :: n_joints
     type(effects_t), intent(inout) :: effects
-    type(effect_t), allocatable :: list(:)
+    type(effect_t) :: list(N_EFFECTS)
     integer :: e, k, n
     list = list_effects()
     effects%n_joints = n_joints
@@ -64,7 +68,7 @@ contains
     do e = 1, size(list)
       do k = 1, count_values(list(e), n_joints)
         n = n + 1
-        effects%value(n) = null_of(list(e), k)
+        effects%value(n) = null_of(list(e))
       end do
     end do
   end subroutine start_effects
@@ -76,11 +80,10 @@ contains
     n = merge(n_joints, effect%n, effect%is_per_joint)
   end function count_values
 
-  !> Returns the null of value k of an effect.
-  pure real(rp) function null_of(effect, k) result(null)
+  !> Returns the value of the parameters of an effect at which it does nothing.
+  pure real(rp) function null_of(effect) result(null)
     type(effect_t), intent(in) :: effect
-    integer, intent(in) :: k
-    null = merge(1.0_rp, 0.0_rp, effect%parameters(merge(1, k, effect%is_per_joint))%is_log)
+    null = merge(1.0_rp, 0.0_rp, effect%is_log)
   end function null_of
 
   !> Finds the effect that has parameter i of a wing with this number of joints: its number in `list`, and the number k among its
@@ -97,26 +100,36 @@ contains
     e = 0
   end subroutine find_effect
 
+  !> Returns the number of the values of a wing that precede those of effect e of `list`.
+  pure integer function count_before(list, e, n_joints) result(n)
+    type(effect_t), intent(in) :: list(:)
+    integer, intent(in) :: e, n_joints
+    integer :: i
+    n = 0
+    do i = 1, e - 1
+      n = n + count_values(list(i), n_joints)
+    end do
+  end function count_before
+
   !> Returns the values of effect e of `list`, in their units.
   pure function values_of(list, e, effects) result(values)
     type(effect_t), intent(in) :: list(:)
     integer, intent(in) :: e
     type(effects_t), intent(in) :: effects
     real(rp), allocatable :: values(:)
-    integer :: first, i
-    first = 0
-    do i = 1, e - 1
-      first = first + count_values(list(i), effects%n_joints)
-    end do
-    values = effects%value(first + 1:first + count_values(list(e), effects%n_joints))
+    integer :: before
+    before = count_before(list, e, effects%n_joints)
+    values = effects%value(before + 1:before + count_values(list(e), effects%n_joints))
   end function values_of
 
-  !> Tells whether effect e of `list` has a value other than null. All parameters of one effect have the same scale.
+  !> Tells whether effect e of `list` has a value other than null.
   pure logical function is_active(list, e, effects) result(is_it)
     type(effect_t), intent(in) :: list(:)
     integer, intent(in) :: e
     type(effects_t), intent(in) :: effects
-    is_it = any(abs(values_of(list, e, effects) - null_of(list(e), 1)) > 0)
+    integer :: before
+    before = count_before(list, e, effects%n_joints)
+    is_it = any(abs(effects%value(before + 1:before + count_values(list(e), effects%n_joints)) - null_of(list(e))) > 0)
   end function is_active
 
   !> Returns name, unit, scale, bounds, null and prior of parameter i; `joint_names` are those of the wing.
@@ -124,16 +137,19 @@ contains
     integer, intent(in) :: i
     character(*), intent(in) :: joint_names(:)
     type(parameter_t) :: p
-    type(effect_t), allocatable :: list(:)
+    type(effect_t) :: list(N_EFFECTS)
+    type(cause_t) :: cause
     integer :: e, k
     list = list_effects()
     call find_effect(list, size(joint_names), i, e, k)
     call require(e > 0, 'describe_effect: no such parameter')
-    associate (one => list(e)%parameters(merge(1, k, list(e)%is_per_joint)))
-      call define_effect(p, trim(one%name), trim(one%unit), one%is_log, one%lower, one%upper, one%prior_sd)
-      p%strong = one%strong
-      if (list(e)%is_per_joint) p%name = p%name//trim(joint_names(k))
-    end associate
+    call list(e)%tell(cause)
+    if (list(e)%is_per_joint) then
+      p = cause%parameters(1)%value
+      p%name = p%name//trim(joint_names(k))
+    else
+      p = cause%parameters(k)%value
+    end if
   end function describe_effect
 
   !> Returns what the effect of parameter i needs of the wing and of the measurement: a list of the constants NEED_* of
@@ -142,12 +158,30 @@ contains
     type(effects_t), intent(in) :: effects
     integer, intent(in) :: i
     integer, allocatable :: needs(:)
-    type(effect_t), allocatable :: list(:)
+    type(effect_t) :: list(N_EFFECTS)
+    type(cause_t) :: cause
     integer :: e, k
     list = list_effects()
     call find_effect(list, effects%n_joints, i, e, k)
-    needs = pack(list(e)%needs, list(e)%needs /= NEED_NOTHING)
+    call list(e)%tell(cause)
+    needs = cause%needs
   end function needs_of
+
+  !> Returns what all effects need whose values are not null: a list of constants NEED_*, some maybe more than once.
+  pure function active_needs(effects) result(needs)
+    type(effects_t), intent(in) :: effects
+    integer, allocatable :: needs(:)
+    type(effect_t) :: list(N_EFFECTS)
+    type(cause_t) :: cause
+    integer :: e
+    list = list_effects()
+    allocate (needs(0))
+    do e = 1, size(list)
+      if (.not. is_active(list, e, effects)) cycle
+      call list(e)%tell(cause)
+      needs = [needs, cause%needs]
+    end do
+  end function active_needs
 
   !> Returns what is missing in [Wing] for a need that keys of [Wing] fulfil, as words that follow the name of a parameter; empty if
   !> nothing is missing.
@@ -172,7 +206,7 @@ contains
   pure logical function curves_rest(effects, i) result(does)
     type(effects_t), intent(in) :: effects
     integer, intent(in) :: i
-    type(effect_t), allocatable :: list(:)
+    type(effect_t) :: list(N_EFFECTS)
     integer :: e, k
     does = .false.
     if (i < 1) return
@@ -184,7 +218,7 @@ contains
   !> Tells whether the effects bend the wing without a load.
   pure logical function any_curves_rest(effects) result(does)
     type(effects_t), intent(in) :: effects
-    type(effect_t), allocatable :: list(:)
+    type(effect_t) :: list(N_EFFECTS)
     integer :: e
     list = list_effects()
     does = .false.
@@ -197,30 +231,28 @@ contains
   pure integer function clamp_axis(effects, i) result(axis)
     type(effects_t), intent(in) :: effects
     integer, intent(in) :: i
-    type(effect_t), allocatable :: list(:)
+    type(effect_t) :: list(N_EFFECTS)
     integer :: e, k
     axis = 0
     if (i < 1) return
     list = list_effects()
     call find_effect(list, effects%n_joints, i, e, k)
-    if (.not. list(e)%is_per_joint) axis = list(e)%parameters(k)%clamp_axis
+    if (.not. list(e)%is_per_joint) axis = list(e)%clamp_axis(k)
   end function clamp_axis
 
   !> Returns by how much the clamp turns about x and y for a moment [rad/(N m)].
   pure function clamp_compliance(effects) result(compliance)
     type(effects_t), intent(in) :: effects
     real(rp) :: compliance(2)
-    type(effect_t), allocatable :: list(:)
-    real(rp), allocatable :: values(:)
-    integer :: e, k
+    type(effect_t) :: list(N_EFFECTS)
+    integer :: e, k, before
     list = list_effects()
     compliance = 0
     do e = 1, size(list)
-      if (all(list(e)%parameters%clamp_axis == 0)) cycle
-      values = values_of(list, e, effects)
-      do k = 1, list(e)%n
-        associate (axis => list(e)%parameters(k)%clamp_axis)
-          if (axis > 0) compliance(axis) = compliance(axis) + values(k)
+      before = count_before(list, e, effects%n_joints)
+      do k = 1, size(list(e)%clamp_axis)
+        associate (axis => list(e)%clamp_axis(k))
+          if (axis > 0) compliance(axis) = compliance(axis) + effects%value(before + k)
         end associate
       end do
     end do
@@ -231,16 +263,16 @@ contains
     type(effects_t), intent(in) :: effects
     type(hinge_plan_t), intent(in) :: plans(:)
     real(rp) :: factor(size(plans))
-    type(effect_t), allocatable :: list(:)
-    real(rp), allocatable :: values(:)
+    type(effect_t) :: list(N_EFFECTS)
+    real(rp) :: value
     integer :: e, h
     list = list_effects()
     factor = 1
     do e = 1, size(list)
       if (.not. associated(list(e)%modulus)) cycle
-      values = values_of(list, e, effects)
+      value = effects%value(count_before(list, e, effects%n_joints) + 1)
       do h = 1, size(plans)
-        factor(h) = factor(h)*list(e)%modulus(values(1), plans(h))
+        factor(h) = factor(h)*list(e)%modulus(value, plans(h))
       end do
     end do
   end function modulus_factors
@@ -249,35 +281,14 @@ contains
   !> because these depend on the wing.
   pure function list_effect_causes() result(causes)
     type(cause_t), allocatable :: causes(:)
-    type(effect_t), allocatable :: list(:)
+    type(effect_t) :: list(N_EFFECTS)
+    type(cause_t) :: cause
     integer :: e
     list = list_effects()
     do e = 1, size(list)
-      call enlist(causes, cause_of(list(e)))
+      call list(e)%tell(cause)
+      cause%is_joint = .not. list(e)%is_per_joint
+      call enlist(causes, cause)
     end do
   end function list_effect_causes
-
-  !> Returns the cause that corresponds to an effect.
-  pure function cause_of(effect) result(cause)
-    type(effect_t), intent(in) :: effect
-    type(cause_t) :: cause
-    type(effect_text_t) :: text
-    type(parameter_t) :: p
-    integer :: k
-    call effect%tell(text)
-    cause = make_cause(text%cause, text%title, text%sentence, text%data)
-    cause%place = effect%place
-    cause%needs = pack(effect%needs, effect%needs /= NEED_NOTHING)
-    cause%is_joint = .not. effect%is_per_joint
-    do k = 1, effect%n
-      associate (one => effect%parameters(k))
-        call define_effect(p, trim(one%name), trim(one%unit), one%is_log, one%lower, one%upper, one%prior_sd)
-        p%strong = one%strong
-      end associate
-      call cause%add(0, p)
-      cause%parameters(k)%words = text%words(k)
-      cause%parameters(k)%beyond = text%beyond(k)
-      cause%parameters(k)%far = text%far(k)
-    end do
-  end function cause_of
 end module solid_effects

@@ -10,8 +10,8 @@ module solid_model
   use base_text, only: number_text
   use solid_arch, only: arch_energy, arch_gradient
   use solid_edges, only: edges_t, make_edges
-  use solid_effect, only: effect_t, NEED_DISC, NEED_NO_SLACK, NEED_SIDED_JOINTS, NEED_SIDED_VEINS
-  use solid_effects, only: is_active, list_effects, modulus_factors
+  use solid_effect, only: NEED_NO_SLACK, NEED_SIDED_JOINTS, NEED_SIDED_VEINS
+  use solid_effects, only: active_needs, modulus_factors
   use solid_elements, only: make_springs, make_hinges, make_plate, link_elements, point_weights
   use solid_extension, only: extensions_t, extension_energy, extension_gradient, tension_energy, tension_gradient
   use solid_flatness, only: find_flatness
@@ -163,22 +163,13 @@ contains
   subroutine check_needs(params, failure)
     type(solid_params_t), intent(in) :: params
     type(failure_t), intent(inout) :: failure
-    type(effect_t), allocatable :: list(:)
-    logical :: has_need(NEED_DISC:NEED_NO_SLACK)
-    integer :: e, need
-    list = list_effects()
-    has_need = .false.
-    do e = 1, size(list)
-      if (.not. is_active(list, e, params%effects)) cycle
-      do need = NEED_DISC, NEED_NO_SLACK
-        has_need(need) = has_need(need) .or. any(list(e)%needs == need)
-      end do
-    end do
-    if (has_need(NEED_SIDED_JOINTS) .and. .not. params%effects%has_sides) &
+    integer, allocatable :: needs(:)
+    needs = active_needs(params%effects)
+    if (any(needs == NEED_SIDED_JOINTS) .and. .not. params%effects%has_sides) &
       call failure%raise('one-way joints need [Wing] sided_joints = yes')
-    if (has_need(NEED_SIDED_VEINS) .and. .not. params%effects%has_sided_veins) &
+    if (any(needs == NEED_SIDED_VEINS) .and. .not. params%effects%has_sided_veins) &
       call failure%raise('torsion and camber of veins need [Wing] sided_veins = yes')
-    if (has_need(NEED_NO_SLACK) .and. params%slack < 1) &
+    if (any(needs == NEED_NO_SLACK) .and. params%slack < 1) &
       call failure%raise('a membrane that goes slack under compression ([Wing] slack below 1) cannot have a pretension')
   end subroutine check_needs
 

@@ -11,7 +11,7 @@ module solid_stiffness
   use base_constants, only: PI
   use base_kinds, only: rp
   use solid_effect, only: effect_site_t, effect_t, STAGE_ELEMENTS, STAGE_LOADS, STAGE_MOMENTS
-  use solid_effects, only: is_active, list_effects, modulus_factors, values_of
+  use solid_effects, only: is_active, list_effects, modulus_factors, values_of, N_EFFECTS
   use solid_element_stiffness, only: allocate_stiffness, clear_stiffness, stiffness_t
   use solid_extension, only: extensions_t, SPRING_VEIN, SPRING_MEMBRANE, SPRING_CROSS
   use solid_junctions, only: hinge_plan_t
@@ -97,7 +97,7 @@ contains
     type(hinge_plan_t), intent(in), target :: plans(:)
     type(layout_t), intent(in), target :: layout
     type(stiffness_t), intent(inout) :: self
-    type(effect_t), allocatable :: list(:)
+    type(effect_t) :: list(N_EFFECTS)
     type(effect_site_t) :: site
     integer :: e
     list = list_effects()

@@ -11,7 +11,7 @@ module solid_stiffness_effects
   use solid_effect, only: effect_site_t, effect_t
   use solid_effect_damage, only: add_damage
   use solid_effect_soft, only: add_hinge
-  use solid_effects, only: find_effect, list_effects, modulus_factors, values_of
+  use solid_effects, only: find_effect, list_effects, modulus_factors, values_of, N_EFFECTS
   use solid_model, only: solid_model_t
   use solid_stiffness, only: allocate_stiffness, apply_effects, bending_stiffness, clear_stiffness, &
                              has_own_stiffness, stiffness_t
@@ -28,7 +28,7 @@ contains
     integer, intent(in) :: number
     type(stiffness_t), intent(inout) :: direction
     type(parameter_t) :: parameter
-    type(effect_t), allocatable :: list(:)
+    type(effect_t) :: list(N_EFFECTS)
     type(effect_site_t) :: site
     integer :: e
     call prepare(model, direction)

@@ -14,19 +14,15 @@ module solid_mass
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
-  use solid_wing, only: wing_t, vein_t
+  use solid_wing, only: vein_t, wing_t, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
   implicit none
   private
   public :: mass_params_t, mass_t, lump_mass, frustum
-  public :: MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
-
-  integer, parameter :: MEMBRANE_BILINEAR = 1 !< areal density proportional to w(x, y), given mass
-  integer, parameter :: MEMBRANE_UNIFORM = 2  !< given areal density
 
   !> Properties of the wing's mass; the defaults are the blowfly wing of 250 ug whose membrane is 32.59 % of it.
   type :: mass_params_t
     real(rp) :: vein_density = 1300.0_rp       !< of cuticle [kg/m^3]
-    integer :: membrane_law = MEMBRANE_BILINEAR
+    integer :: membrane_law = MEMBRANE_BILINEAR !< with a given mass; MEMBRANE_UNIFORM: with a given areal density
     real(rp) :: membrane_mass = 81.475e-9_rp   !< [kg], for MEMBRANE_BILINEAR
     real(rp) :: weights(3) = [1.75_rp, -147.0_rp, 101.0_rp] !< w1 [-], w2 [1/m], w3 [1/m]
     real(rp) :: areal_density = 3.0e-3_rp      !< [kg/m^2], for MEMBRANE_UNIFORM

@@ -7,15 +7,26 @@
 !> `z_side`, the side to which +z points, therefore defines the meaning of "up" in the effects for both wings.
 module solid_wing
   use base_kinds, only: rp
+  use base_named_kinds, only: kind_of, named_kind_t, word_of
   use base_visitor, only: visited_t, visitor_t
   implicit none
   private
   public :: wing_t, vein_t, joint_t, wing_mass_t, z_side_choices
 
+  integer, parameter, public :: MEMBRANE_BILINEAR = 1 !< areal density proportional to w1 + w2 x + w3 y, given mass
+  integer, parameter, public :: MEMBRANE_UNIFORM = 2  !< constant areal density
+  integer, parameter, public :: MEMBRANE_UNSTATED = 0
+  type(named_kind_t), parameter, public :: MEMBRANE_LAWS(2) = [named_kind_t('bilinear', MEMBRANE_BILINEAR), &
+                                                               named_kind_t('uniform', MEMBRANE_UNIFORM)]
+
   !> Sides of wings to which +z of a wing file may point. The first is the default. The first two have right-handed axes; the others
   !> have the coordinates of a mirror image.
-  character(13), parameter, public :: Z_SIDES(4) = [character(13) :: 'left ventral', 'right dorsal', 'left dorsal', &
-                                                    'right ventral']
+  integer, parameter, public :: SIDE_UNSTATED = 0, SIDE_LEFT_VENTRAL = 1, SIDE_RIGHT_DORSAL = 2, SIDE_LEFT_DORSAL = 3, &
+                                SIDE_RIGHT_VENTRAL = 4
+  type(named_kind_t), parameter, public :: Z_SIDES(4) = [named_kind_t('left ventral', SIDE_LEFT_VENTRAL), &
+                                                         named_kind_t('right dorsal', SIDE_RIGHT_DORSAL), &
+                                                         named_kind_t('left dorsal', SIDE_LEFT_DORSAL), &
+                                                         named_kind_t('right ventral', SIDE_RIGHT_VENTRAL)]
 
   !> A vein: a chain of points with a circular cross-section at each of them.
   type, extends(visited_t) :: vein_t
@@ -36,7 +47,7 @@ module solid_wing
 
   !> Known data of the mass of this individual wing, from its file.
   type, extends(visited_t) :: wing_mass_t
-    character(8) :: law = ''              !< of the membrane: uniform, bilinear; '': nothing is stated
+    integer :: law = MEMBRANE_UNSTATED    !< of the membrane: MEMBRANE_*
     real(rp) :: membrane = 0              !< mass of the membrane [kg]
     real(rp) :: weights(3) = 0            !< of the bilinear law: areal density ~ w1 + w2 x + w3 y [-], [1/m], [1/m]
     real(rp) :: vein_density = 0          !< [kg/m^3]; 0: not stated
@@ -53,7 +64,7 @@ module solid_wing
     type(joint_t), allocatable :: joints(:)
     integer, allocatable :: root(:)          !< clamped points
     real(rp) :: plane_normal(3) = [0.0_rp, 0.0_rp, 1.0_rp] !< normal of the plane of a vein-only structure
-    character(len(Z_SIDES)) :: z_side = ''   !< which side of which wing +z points to, of Z_SIDES; '': not stated
+    integer :: z_side = SIDE_UNSTATED        !< which side of which wing +z points to: SIDE_*
     type(wing_mass_t) :: mass
   contains
     procedure :: visit => wing_visit
@@ -79,21 +90,25 @@ contains
     call visitor%visit('nodes', self%nodes)
   end subroutine joint_visit
 
-  !> Shows every component to the visitor.
+  !> Shows every component to the visitor, the law as a word.
   subroutine mass_visit(self, visitor)
     class(wing_mass_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor
-    call visitor%visit('law', self%law)
+    character(8) :: law
+    law = word_of(MEMBRANE_LAWS, self%law)
+    call visitor%visit('law', law)
+    self%law = kind_of(MEMBRANE_LAWS, law)
     call visitor%visit('membrane', self%membrane)
     call visitor%visit('weights', self%weights)
     call visitor%visit('vein_density', self%vein_density)
     call visitor%visit_allocatable('source', self%source)
   end subroutine mass_visit
 
-  !> Shows every component to the visitor.
+  !> Shows every component to the visitor, the side of z as words.
   subroutine wing_visit(self, visitor)
     class(wing_t), intent(inout) :: self
     class(visitor_t), intent(inout) :: visitor
+    character(13) :: z_side
     call visitor%visit_allocatable('points', self%points)
     call visitor%visit_allocatable('triangles', self%triangles)
     if (visitor%is_reading) allocate (self%veins(visitor%count_of('veins')))
@@ -102,14 +117,16 @@ contains
     call visitor%visit_list('joints', self%joints)
     call visitor%visit_allocatable('root', self%root)
     call visitor%visit('plane_normal', self%plane_normal)
-    call visitor%visit('z_side', self%z_side)
+    z_side = word_of(Z_SIDES, self%z_side)
+    call visitor%visit('z_side', z_side)
+    self%z_side = kind_of(Z_SIDES, z_side)
     call visitor%visit('mass', self%mass)
   end subroutine wing_visit
 
   !> Tells whether +z points to the dorsal (upper) side.
   pure logical function wing_z_is_dorsal(self) result(is_dorsal)
     class(wing_t), intent(in) :: self
-    is_dorsal = index(self%z_side, 'dorsal') > 0
+    is_dorsal = any(self%z_side == [SIDE_RIGHT_DORSAL, SIDE_LEFT_DORSAL])
   end function wing_z_is_dorsal
 
   !> Returns the words of Z_SIDES as one text, with `between` between them.
@@ -117,9 +134,9 @@ contains
     character(*), intent(in) :: between
     character(:), allocatable :: text
     integer :: i
-    text = trim(Z_SIDES(1))
+    text = trim(Z_SIDES(1)%word)
     do i = 2, size(Z_SIDES)
-      text = text//between//trim(Z_SIDES(i))
+      text = text//between//trim(Z_SIDES(i)%word)
     end do
   end function z_side_choices
 end module solid_wing

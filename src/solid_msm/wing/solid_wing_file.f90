@@ -4,6 +4,7 @@
 module solid_wing_file
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
+  use base_named_kinds, only: kind_of
   use base_text, only: number_text, quoted
   use io_arrays, only: is_group, read_text, read_attribute_reals, read_attribute_integer, &
                        is_finite
@@ -12,7 +13,7 @@ module solid_wing_file
   use io_seal, only: guard_input
   use parallel_broadcast, only: broadcast_value
   use parallel_world, only: world_t
-  use solid_wing, only: wing_t, z_side_choices, Z_SIDES
+  use solid_wing, only: wing_t, z_side_choices, SIDE_UNSTATED, Z_SIDES
   use solid_wing_check, only: check_wing, joint_on_vein
   use solid_wing_datasets, only: check_members, check_schema, read_names, read_real_dataset, read_index_dataset
   use solid_wing_mass, only: read_wing_mass
@@ -223,11 +224,10 @@ contains
     call read_text(file, '/', 'z_side', text, failure)
     if (failure%failed) then
       call report%add(NAME, 'is not a text'//valid)
-    else if (all(Z_SIDES /= text)) then
-      call report%add(NAME, 'is '//quoted(text)//valid)
-    else
-      wing%z_side = text
+      return
     end if
+    wing%z_side = kind_of(Z_SIDES, text)
+    if (wing%z_side == SIDE_UNSTATED) call report%add(NAME, 'is '//quoted(text)//valid)
   end subroutine read_z_side
 
 end module solid_wing_file

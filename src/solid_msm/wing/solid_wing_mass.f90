@@ -4,11 +4,12 @@
 module solid_wing_mass
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_named_kinds, only: kind_of
   use base_text, only: number_text, quoted
   use io_arrays, only: is_finite, read_attribute_reals, read_text
   use io_attributes, only: has_attribute
   use io_hdf5, only: hdf5_file_t
-  use solid_wing, only: wing_mass_t
+  use solid_wing, only: wing_mass_t, MEMBRANE_BILINEAR, MEMBRANE_LAWS, MEMBRANE_UNSTATED
   use solid_wing_report, only: wing_report_t
   implicit none
   private
@@ -32,13 +33,13 @@ contains
       return
     end if
     call read_text(file, '/', 'membrane_law', law, no_law)
-    if (no_law%failed .or. all([character(8) :: 'uniform', 'bilinear'] /= law)) then
+    if (.not. no_law%failed) mass%law = kind_of(MEMBRANE_LAWS, law)
+    if (mass%law == MEMBRANE_UNSTATED) then
       call report%add('attribute membrane_law', 'is '//quoted(law)//'; valid: uniform | bilinear')
       return
     end if
-    mass%law = law
     call read_positive(file, 'membrane_mass', 'kg', mass%membrane, report)
-    if (law == 'bilinear') then
+    if (mass%law == MEMBRANE_BILINEAR) then
       call read_attribute_reals(file, '/', 'membrane_weights', mass%weights, no_weights)
       if (no_weights%failed .or. .not. all(is_finite(mass%weights))) &
         call report%add('attribute membrane_weights', 'missing or not three reals w1, w2 [1/m], w3 [1/m]: the areal density '// &

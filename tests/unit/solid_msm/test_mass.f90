@@ -4,8 +4,8 @@ program test_mass
   use base_constants, only: PI
   use base_errors, only: message_list_t
   use base_kinds, only: rp
-  use solid_mass, only: mass_params_t, mass_t, lump_mass, frustum, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
-  use solid_wing, only: wing_t
+  use solid_mass, only: mass_params_t, mass_t, lump_mass, frustum
+  use solid_wing, only: wing_t, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM
   use solid_wing_refine, only: refine_wing
   use testkit, only: testkit_t
   implicit none

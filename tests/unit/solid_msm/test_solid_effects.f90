@@ -12,9 +12,9 @@ program test_solid_effects
   use sample_wings, only: make_beam
   use solid_arch, only: arch_energy
   use solid_edges, only: edges_t, make_edges
-  use solid_effect, only: effect_t, effect_text_t, STAGE_NONE
+  use solid_effect, only: effect_t, STAGE_NONE
   use solid_effect_damage, only: damage_weight
-  use solid_effects, only: list_effect_causes, list_effects
+  use solid_effects, only: list_effect_causes, list_effects, N_EFFECTS
   use solid_extension, only: extension_axial, tension_energy
   use solid_hinge, only: hinge_evaluate, hinge_t, HINGE_NODES
   use solid_junctions, only: hinge_plan_t
@@ -47,43 +47,52 @@ program test_solid_effects
 
 contains
 
-  !> Every effect of the list has a law with its derivative, and texts and words for each of its parameters.
+  !> Every effect of the list has a law with its derivative, and a cause with the same parameters, texts and words.
   subroutine test_list()
-    type(effect_t), allocatable :: list(:)
-    type(cause_t), allocatable :: known(:)
-    type(effect_text_t) :: text
+    type(effect_t) :: list(N_EFFECTS)
+    type(cause_t), allocatable :: causes(:)
     type(wording_t) :: words
-    character(:), allocatable :: name, causes
-    integer :: e, k
+    character(:), allocatable :: names
+    integer :: e
     list = list_effects()
-    known = list_effect_causes()
-    causes = ' '
+    causes = list_effect_causes()
+    names = ' '
     do e = 1, size(list)
-      associate (one => list(e))
-        name = trim(one%parameters(1)%name)
-        call t%check(name//' has a law', (associated(one%apply) .and. one%stage /= STAGE_NONE) .neqv. &
-                     (associated(one%modulus) .or. all(one%parameters(:one%n)%clamp_axis > 0)))
+      associate (one => list(e), cause => causes(e))
+        call t%check(cause%name//' has a law', (associated(one%apply) .and. one%stage /= STAGE_NONE) .neqv. &
+                     (associated(one%modulus) .or. all(one%clamp_axis(:one%n) > 0)))
         call t%check('  and its derivative', (associated(one%apply) .eqv. associated(one%derive)) .and. &
                      (associated(one%modulus) .eqv. associated(one%modulus_slope)))
-        call t%check('  and texts', associated(one%tell))
-        if (.not. associated(one%tell)) cycle
-        call one%tell(text)
-        call t%check('  all of them', min(len(text%cause), len(text%title), len(text%sentence), len(text%definition), &
-                                          len(text%data), len(text%confused)) > 0)
-        call t%check('  and a cause of its own', index(causes, ' '//text%cause//' ') == 0)
-        causes = causes//text%cause//' '
-        do k = 1, one%n
-          name = trim(one%parameters(k)%name)
-          if (one%is_per_joint) name = name//'knee'
-          call find_wording(known(e)%parameters, name, 'here', one%parameters(k)%upper, words)
-          call t%check('  and words for '//name, words%is_known .and. index(words%up//words%down, '@') == 0)
-          call t%check('  with its null', abs(words%reference - merge(1, 0, one%parameters(k)%is_log)) <= 0)
-        end do
+        call t%check('  and texts', min(len(cause%name), len(cause%title), len(cause%sentence), len(cause%definition), &
+                                        len(cause%data), len(cause%confused)) > 0)
+        call t%check('  and a cause of its own', index(names, ' '//cause%name//' ') == 0)
+        names = names//cause%name//' '
+        call t%check('  with its parameters', size(cause%parameters) == one%n .and. (cause%is_joint .neqv. one%is_per_joint) .and. &
+                     all(cause%parameters%value%is_log .eqv. one%is_log))
+        call check_words(cause, one%is_per_joint)
       end associate
     end do
-    call find_wording(known(1)%parameters, 'no such effect', 'here', 1.0_rp, words)
+    call find_wording(causes(1)%parameters, 'no such effect', 'here', 1.0_rp, words)
     call t%check('what is no effect has no words',.not. words%is_known)
   end subroutine test_list
+
+  !> Words for each parameter of an effect, with its null.
+  subroutine check_words(cause, is_per_joint)
+    type(cause_t), intent(in) :: cause
+    logical, intent(in) :: is_per_joint
+    type(wording_t) :: words
+    character(:), allocatable :: name
+    integer :: k
+    do k = 1, size(cause%parameters)
+      associate (p => cause%parameters(k)%value)
+        name = p%name
+        if (is_per_joint) name = name//'knee'
+        call find_wording(cause%parameters, name, 'here', p%upper, words)
+        call t%check('  and words for '//name, words%is_known .and. index(words%up//words%down, '@') == 0)
+        call t%check('  with its null', abs(words%reference - p%null) <= 0)
+      end associate
+    end do
+  end subroutine check_words
 
   !> At null, effects with a place of their own change no bit of forces and tangent.
   subroutine test_null()

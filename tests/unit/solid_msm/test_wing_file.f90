@@ -3,7 +3,8 @@
 program test_wing_file
   use base_errors, only: message_list_t
   use base_kinds, only: rp, i8
-  use solid_wing, only: wing_t, Z_SIDES
+  use solid_wing, only: wing_t, MEMBRANE_BILINEAR, MEMBRANE_UNIFORM, MEMBRANE_UNSTATED, &
+                        SIDE_RIGHT_DORSAL, SIDE_UNSTATED, Z_SIDES
   use solid_wing_file, only: read_wing, load_wing
   use solid_wing_refine, only: refine_wing
   use testkit, only: testkit_t
@@ -99,20 +100,20 @@ contains
     integer :: i
     call w%sample(PATH)
     call w%accept('no side', wing)
-    call w%check('it is not stated', wing%z_side == '')
-    call w%check('z is then on the ventral side', .not. wing%z_is_dorsal())
+    call w%check('it is not stated', wing%z_side == SIDE_UNSTATED)
+    call w%check('z is then on the ventral side',.not. wing%z_is_dorsal())
     do i = 1, size(Z_SIDES)
       call w%sample(PATH)
       if (i == 2) then
-        call w%variable_text_attribute('/', 'z_side', trim(Z_SIDES(i)))
+        call w%variable_text_attribute('/', 'z_side', trim(Z_SIDES(i)%word))
       else
-        call w%text_attribute('/', 'z_side', trim(Z_SIDES(i)))
+        call w%text_attribute('/', 'z_side', trim(Z_SIDES(i)%word))
       end if
-      call w%accept(trim(Z_SIDES(i)), wing)
-      call w%check('it is known', wing%z_side == Z_SIDES(i))
+      call w%accept(trim(Z_SIDES(i)%word), wing)
+      call w%check('it is known', wing%z_side == Z_SIDES(i)%kind)
       call w%check('up is up', wing%z_is_dorsal() .eqv. (i == 2 .or. i == 3))
       call refine_wing(wing, fine)
-      call w%check('on a finer mesh, too', fine%z_side == Z_SIDES(i))
+      call w%check('on a finer mesh, too', fine%z_side == Z_SIDES(i)%kind)
     end do
     call w%sample(PATH)
     call w%text_attribute('/', 'z_side', 'up')
@@ -131,7 +132,7 @@ contains
     type(wing_t) :: wing, fine
     call w%sample(PATH)
     call w%accept('no mass', wing)
-    call w%check('nothing is stated', wing%mass%law == '' .and. .not. wing%mass%vein_density > 0)
+    call w%check('nothing is stated', wing%mass%law == MEMBRANE_UNSTATED .and. .not. wing%mass%vein_density > 0)
     call sample_with_mass('bilinear')
     call w%real_attribute('/', 'membrane_weights', [1.75_rp, -147.0_rp, 101.0_rp])
     call w%accept('a bilinear law', wing)
@@ -140,7 +141,7 @@ contains
     call check_mass(fine)
     call sample_with_mass('uniform')
     call w%accept('a uniform law', wing)
-    call w%check('it is known', wing%mass%law == 'uniform')
+    call w%check('it is known', wing%mass%law == MEMBRANE_UNIFORM)
     call sample_with_mass('bilinear')
     call w%refuse('attribute membrane_weights: missing')
     call sample_with_mass('conical')
@@ -173,7 +174,8 @@ contains
 
   subroutine check_mass(wing)
     type(wing_t), intent(in) :: wing
-    call w%check('law, masses and source are known', wing%mass%law == 'bilinear' .and. wing%mass%source == 'a balance' .and. &
+    call w%check('law, masses and source are known', wing%mass%law == MEMBRANE_BILINEAR .and. &
+                 wing%mass%source == 'a balance' .and. &
                  maxval(abs([wing%mass%membrane/8.0e-8_rp - 1, wing%mass%vein_density/1250 - 1, &
                              wing%mass%weights - [1.75_rp, -147.0_rp, 101.0_rp]])) < 1e-14_rp)
   end subroutine check_mass
@@ -330,8 +332,8 @@ contains
     call t%check('triangles', all(wing%triangles(:, 8) == [5, 9, 8]))
     call t%check('veins', wing%veins(3)%name == 'C' .and. all(wing%veins(3)%nodes == [2, 5, 8]) &
                  .and. abs(wing%veins(3)%diameters(2) - 7e-5_rp) < 1e-18_rp)
-    call t%check('the side to which z points', wing%z_side == 'right dorsal')
-    call t%check('the mass', wing%mass%law == 'bilinear' .and. wing%mass%source == 'a balance' .and. &
+    call t%check('the side to which z points', wing%z_side == SIDE_RIGHT_DORSAL)
+    call t%check('the mass', wing%mass%law == MEMBRANE_BILINEAR .and. wing%mass%source == 'a balance' .and. &
                  abs(wing%mass%membrane - 8.0e-8_rp) < 1e-20_rp .and. abs(wing%mass%weights(2) + 147) < 1e-12_rp)
     call t%check('joints and root', all(wing%joints(2)%nodes == [4, 5, 6]) .and. all(wing%root == [1, 4, 7]))
     call load_wing(t%world, 'bad.h5', wing, messages)

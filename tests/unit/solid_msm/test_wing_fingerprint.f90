@@ -3,7 +3,7 @@
 program test_wing_fingerprint
   use base_kinds, only: rp
   use sample_wings, only: make_fly_wing
-  use solid_wing, only: wing_t
+  use solid_wing, only: wing_t, SIDE_RIGHT_DORSAL
   use solid_wing_fingerprint, only: wing_fingerprint
   use testkit, only: testkit_t
   implicit none
@@ -16,7 +16,7 @@ program test_wing_fingerprint
   call t%check('sixteen digits', verify(known, '0123456789ABCDEF') == 0)
 
   other = wing
-  other%z_side = 'right dorsal'
+  other%z_side = SIDE_RIGHT_DORSAL
   other%mass%membrane = 1
   other%points(3, 5) = -other%points(3, 5) ! 0 becomes -0
   call t%check('sides, masses and the sign of 0 do not count', wing_fingerprint(other) == known)

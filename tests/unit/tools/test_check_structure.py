@@ -215,9 +215,11 @@ end module base_case
     def test_words_decide_nothing_in_layers_of_physics(self):
         source = "module fluid_flow\ncontains\n  subroutine go\n    {}\n  end subroutine go\nend module fluid_flow\n"
         for statement in ("if (p%kind == 'dynamic') a = 1", "if (any(w /= [character(4) :: 'xy', 'xz'])) a = 1",
-                          "if ('free' == kind) a = 1", "case ('cavity', 'top')", "where (p%kind(:) == 'fixed') u = 0"):
+                          "if ('free' == kind) a = 1", "case ('cavity', 'top')", "where (p%kind(:) == 'fixed') u = 0",
+                          "if (index(p%side, 'dorsal') > 0) a = 1"):
             self.assert_found(source.format(statement), "fluid_flow.f90:4: decides by a word", "fluid_flow.f90", "fluid")
-        for statement in ("if (problem == '') a = 1", "if (name(n:) == ':') a = 1", "a = b ! == 'x'", "call fail('a == b')", "case (MEAN_FREE)"):
+        for statement in ("if (problem == '') a = 1", "if (name(n:) == ':') a = 1", "a = b ! == 'x'", "call fail('a == b')", "case (MEAN_FREE)",
+                          "if (index(name, ':') > 0) a = 1"):
             self.assertEqual(check(source.format(statement), "fluid_flow.f90", "fluid")[0], 0, statement)
         reader = source.replace("fluid_flow", "fluid_flow_keys").format("if (word == '1') a = 1")
         self.assertEqual(check(reader, "fluid_flow_keys.f90", "fluid")[0], 0, "words are read")

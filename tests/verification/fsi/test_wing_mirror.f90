@@ -110,13 +110,13 @@ contains
                                       value_of(params, 'camber_twist')])
     do k = 1, size(Z_SIDES)
       turned = wing
-      turned%z_side = Z_SIDES(k)
+      turned%z_side = Z_SIDES(k)%kind
       call fly(turned, params, other)
-      call t%check_below('mirror images with z on the side: '//Z_SIDES(k), mirror_error(other), ROUND_OFF)
+      call t%check_below('mirror images with z on the side: '//trim(Z_SIDES(k)%word), mirror_error(other), ROUND_OFF)
       if (turned%z_is_dorsal()) then
-        call t%check_below('the same wing seen from '//Z_SIDES(k), difference(other%u, flown%u), ROUND_OFF)
+        call t%check_below('the same wing seen from '//trim(Z_SIDES(k)%word), difference(other%u, flown%u), ROUND_OFF)
       else
-        call t%check('another wing seen from '//Z_SIDES(k), difference(other%u, flown%u) > 0.05_rp)
+        call t%check('another wing seen from '//trim(Z_SIDES(k)%word), difference(other%u, flown%u) > 0.05_rp)
       end if
     end do
   end subroutine test_sides

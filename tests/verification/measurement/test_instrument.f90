@@ -15,10 +15,10 @@ program test_instrument
                                            N_INSTRUMENT, TILT_X
   use measurement_simulation, only: N_NUISANCES
   use named_params, only: set_each, value_of
-  use solid_mass, only: lump_mass, mass_params_t, mass_t, MEMBRANE_UNIFORM
+  use solid_mass, only: lump_mass, mass_params_t, mass_t
   use solid_params, only: default_params, solid_params_t
   use solid_statics, only: static_options_t
-  use solid_wing, only: wing_t
+  use solid_wing, only: wing_t, MEMBRANE_UNIFORM
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: N_LOADS = 2, NX = 45, NY = 24

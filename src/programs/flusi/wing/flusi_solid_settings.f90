@@ -174,10 +174,8 @@ contains
     type(message_list_t) :: both
     real(rp), parameter :: AT_CENTRE(3) = 0.0_rp
     character(:), allocatable :: file, text, problem, key
-    integer :: wing
-    associate (c => s%config)
-      wing = merge(1, 2, s%wing == 'left')
-      key = 'FlappingMotion_'//s%wing
+    associate (c => s%config, wing => s%wing)
+      key = 'FlappingMotion_'//trim(SIDES(wing))
       call read_body(c, flapping%body)
       call read_mounts(c, AT_CENTRE, mounts, motions, both) ! its check of overlapping wings cannot fail with one wing
       flapping%mount = mounts(wing)
@@ -196,7 +194,7 @@ contains
         call c%complain(errors, 'Insects', key, problem)
       else
         call read_motion(c, wing, text, file, flapping%motion, errors, notices)
-        call flapping%motion%check_span(s%t_max*flapping%frequency, 'the motion of the '//s%wing//' wing', errors)
+        call flapping%motion%check_span(s%t_max*flapping%frequency, 'the motion of the '//trim(SIDES(wing))//' wing', errors)
       end if
     end associate
     allocate (s%motion, source=flapping)

@@ -8,7 +8,7 @@ module simulation_solid_keys
   use common_instrument, only: register_idle_instrument
   use common_solver_keys, only: limit_keys
   use common_wing_keys, only: register_damping_keys, register_wing_keys, PLACE_HELP
-  use fsi_kinematics_keys, only: register_kinematics_keys
+  use fsi_kinematics_keys, only: register_kinematics_keys, SIDES
   use io_include, only: register_include
   use io_keys, only: declaring, keys_t
   use io_registry, only: registry_t
@@ -32,6 +32,10 @@ module simulation_solid_keys
   type(named_kind_t), parameter :: FRAMES(3) = [named_kind_t('rest', FRAME_REST), named_kind_t('rotation', FRAME_ROTATION), &
                                                 named_kind_t('flapping', FRAME_FLAPPING)]
 
+  integer, parameter :: WING_LEFT = 1, WING_RIGHT = 2 !< numbers of the wings in SIDES
+  type(named_kind_t), parameter :: WINGS(2) = [named_kind_t(SIDES(WING_LEFT), WING_LEFT), &
+                                               named_kind_t(SIDES(WING_RIGHT), WING_RIGHT)]
+
   !> Holds forces as the user gives them.
   type :: force_list_t
     character(:), allocatable :: text
@@ -42,7 +46,7 @@ module simulation_solid_keys
   !> Holds what a user chooses apart from the wing and the kinematics of [Insects].
   type :: solid_choices_t
     integer :: motion_type = FRAME_REST
-    character(:), allocatable :: wing               !< left or right
+    integer :: wing = WING_LEFT                     !< its number in SIDES
     real(rp) :: axis(3) = 0, through(3) = 0         !< of the rotation, [-] and [m]
     real(rp) :: turns = 0, turn_ramp = 0            !< of the rotation, [1/s] and [s]
     real(rp) :: unit_length = 1, unit_frequency = 1 !< of [Insects], [m] and [1/s]
@@ -107,7 +111,7 @@ contains
     call keys%real('ramp', c%turn_ramp, 0.0_rp, 'duration over which the rotation grows from rest to its full speed; 0: full '// &
                    'speed at once', unit='s', &
                    min=0.0_rp)
-    call keys%word('wing', c%wing, 'left', 'left|right', 'which wing of [Insects] flaps; loads and results refer to the axes '// &
+    call keys%kind('wing', c%wing, 'left', WINGS, 'which wing of [Insects] flaps; loads and results refer to the axes '// &
                    'of the wing file, even if this wing is the mirror image of the wing in the file')
     call keys%in_checkpoint()
     call keys%section('units', 'SI values of the units L and T of [Insects]', in_checkpoint=.true.)
