@@ -11,7 +11,8 @@ module diagnosis_next_measurement
   use base_kinds, only: rp
   use base_sort, only: key_of_real, sorting_order
   use diagnosis_case, only: diagnosis_case_t
-  use diagnosis_load_sites, only: new_load_t, normal_matrix, separation, common_columns, trial_t
+  use diagnosis_load_sites, only: new_load_t, normal_matrix, separation, common_columns, trial_t, whitened_tangents
+  use diagnosis_wing_bins, only: noise_model_t
   use diagnosis_wing_simulator, only: wing_simulator_t
   use inference_engine, only: diagnosis_t
   implicit none
@@ -94,6 +95,7 @@ contains
     type(discrimination_t), intent(in) :: discrimination
     type(next_measurement_t), intent(inout) :: next
     type(trial_t) :: trial
+    type(noise_model_t) :: noise
     type(new_load_t) :: one
     integer, allocatable :: few(:), numbers(:), order(:)
     real(rp), allocatable :: bounds(:)
@@ -101,9 +103,10 @@ contains
     logical :: ok
     few = nearest_of_each(d%design%candidates(next%rivals)%effect, discrimination%now)
     allocate (numbers(0), bounds(0))
+    noise = simulator%noise%with_independent(d%whitener%independent_fraction)
     call trial%begin(s, d%baseline%q)
     do l = 1, trial%n
-      call trial%apply(simulator, l, discrimination%columns(discrimination%needed(few)), one, ok)
+      call trial%apply(noise, l, discrimination%columns(discrimination%needed(few)), one, ok)
       if (.not. ok) cycle
       numbers = [numbers, l]
       bounds = [bounds, discrimination%separation(few, one%normal)]
@@ -114,7 +117,7 @@ contains
       if (tried >= MOST_SITES) then
         if (maxval(next%sites%after) >= bounds(order(i)) .or. tried >= 3*MOST_SITES) exit
       end if
-      call trial%apply(simulator, numbers(order(i)), discrimination%columns, one, ok)
+      call trial%apply(noise, numbers(order(i)), discrimination%columns, one, ok)
       tried = tried + 1
       if (.not. ok) cycle
       one%after = discrimination%separation([(l, l=1, size(next%rivals))], one%normal)
@@ -165,9 +168,9 @@ contains
       end do
       self%strength = -matmul(candidates(next%cause)%solve, matmul(d%z, candidates(next%cause)%basis))
     end associate
-    allocate (self%normal(size(self%columns), size(self%columns)))
-    call normal_matrix(simulator, d%baseline%q, d%baseline%state, self%columns, common_sd, self%normal, ok, self%white)
+    call whitened_tangents(simulator, d%whitener%independent_fraction, d%baseline%q, d%baseline%state, self%columns, self%white, ok)
     if (.not. ok) return
+    self%normal = normal_matrix(simulator, self%columns, common_sd, self%white)
     do r = 1, size(next%rivals)
       self%now(r) = separation(self%normal(self%block(r), self%block(r)), self%strength)
     end do

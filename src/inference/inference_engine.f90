@@ -52,7 +52,7 @@ contains
     call simulator%initial_state(state)
     call find_baseline(simulator, starts, options, state, d%whitener, d%baseline, d%spread, nuisances, failure)
     if (failure%failed) return
-    call build_design(simulator, d%baseline%q, state, d%design, failure, nuisances=nuisances)
+    call build_design(simulator, d%baseline%q, state, d%whitener%independent_fraction, d%design, failure, nuisances=nuisances)
     if (failure%failed) return
     deallocate (d%baseline%state)
     allocate (d%baseline%state, source=state) ! all refits begin here
@@ -99,8 +99,8 @@ contains
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout) :: d
-    call validate(simulator, d%initial_baseline%active, d%initial_baseline%q, d%baseline%state, d%design%nuisances, options%fit, &
-                  d%prediction%baseline)
+    call validate(simulator, d%initial_baseline%active, d%initial_baseline%q, d%baseline%state, d%design%nuisances, &
+                  d%whitener%independent_fraction, options%fit, d%prediction%baseline)
   end subroutine validate_baseline
 
   !> Fits the baseline. If the data then show another fraction of correlated noise than before, fits the baseline again from there.
@@ -115,12 +115,19 @@ contains
     real(rp), allocatable, intent(out) :: spread(:), nuisances(:, :) !< see fit_baseline
     type(failure_t), intent(out) :: failure
     real(rp), allocatable :: again(:), best(:, :)
+    real(rp) :: independent_fraction
+    integer :: all(simulator%n_observations), i
     logical :: is_new
+    all = [(i, i=1, size(all))]
+    call whitener%init(simulator, all, simulator%independent_fraction(), failure)
+    if (failure%failed) return
     call fit_baseline(simulator, starts, options%fit, state, whitener, baseline, spread, failure, nuisances)
     if (failure%failed .or. options%is_scale_known) return
-    call find_noise_fraction(simulator, baseline%q, state, is_new)
+    call find_noise_fraction(simulator, baseline%q, state, whitener%independent_fraction, independent_fraction, is_new)
+    if (.not. is_new) return
     best = reshape(baseline%q, [size(baseline%q), 1])
-    if (is_new) call fit_baseline(simulator, best, options%fit, state, whitener, baseline, again, failure, nuisances)
+    call whitener%init(simulator, all, independent_fraction, failure)
+    if (.not. failure%failed) call fit_baseline(simulator, best, options%fit, state, whitener, baseline, again, failure, nuisances)
   end subroutine find_baseline
 
   !> Adds to the design finer positions about those of the leading candidates, `best` of each effect, at the baseline q. The
@@ -136,7 +143,7 @@ contains
     type(design_t) :: finer
     call add_finer(simulator, design, best, has_finer)
     if (.not. has_finer) return
-    call build_design(simulator, q, state, finer, failure, design)
+    call build_design(simulator, q, state, design%whitener%independent_fraction, finer, failure, design)
     finer%residual_dof = design%residual_dof
     design = finer
   end subroutine refine_design
@@ -273,7 +280,8 @@ contains
                         d%extended, d%intervals, d%is_null_excluded, d%is_at_bound)
     end if
     if (options%validates) then
-      call validate(simulator, d%extended%active, d%extended%q, d%extended%state, nuisances, options%fit, d%prediction%extended)
+      call validate(simulator, d%extended%active, d%extended%q, d%extended%state, nuisances, &
+                    whitener%independent_fraction, options%fit, d%prediction%extended)
       call compare_folds(d%prediction%baseline, d%prediction%extended, d%prediction%gain, d%prediction%gain_error, ok)
       d%prediction%has_gain = ok
     end if

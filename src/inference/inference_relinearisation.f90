@@ -92,7 +92,8 @@ contains
       call fit_nested(simulator, whitener, d%baseline%active, d%baseline%q, state, options%fit, baseline)
       is_new = baseline%is_found
     end if
-    if (is_new) call build_design(simulator, baseline%q, baseline%state, design, failure, d%design, nuisances)
+    if (is_new) call build_design(simulator, baseline%q, baseline%state, whitener%independent_fraction, design, &
+                                  failure, d%design, nuisances)
     is_new = is_new .and. .not. failure%failed
     if (.not. is_new) return
     design%residual_dof = d%design%residual_dof ! that of the scan, to which the scale belongs, too

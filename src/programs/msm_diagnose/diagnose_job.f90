@@ -161,7 +161,7 @@ contains
     if (self%further%outcome%failure%failed) self%outcome = self%further%outcome
     call self%outcome%classify(OUTCOME_NOT_CONVERGED)
     if (self%outcome%failure%failed) return
-    self%settings%noise%model = self%simulator%noise
+    self%settings%noise%model = self%simulator%noise%with_independent(self%diagnosis%whitener%independent_fraction)
     warning = self%settings%noise%warning
     call check_declared_variance(self%settings%noise, self%diagnosis%scale)
     if (self%settings%noise%warning /= warning) write (error_unit, '(a)') 'notice: '//self%settings%noise%warning

@@ -40,7 +40,7 @@ program test_engine
   q0 = beam%null_point()
   call beam%observe(q0, beam%sigma, 1)
   allocate (state)
-  call build_design(beam, q0, state, design, failure)
+  call build_design(beam, q0, state, 1.0_rp, design, failure)
   call check(.not. failure%failed, 'the design exists')
   call believing%init(design, N_EFFECTS, .true., 2000, 5_i8)
   call estimating%init(design, N_EFFECTS, .false., 2000, 5_i8)

@@ -35,7 +35,7 @@ program test_fit_checks
   beam%n_nuisances = beam%n_nuisances + 1
   call beam%observe(q0, beam%sigma, 1)
   allocate (state)
-  call build_design(beam, q0, state, design, failure)
+  call build_design(beam, q0, state, 1.0_rp, design, failure)
   call test_nulls()
   call test_tilts()
   call test_variance()
