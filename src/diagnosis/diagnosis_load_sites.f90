@@ -258,9 +258,9 @@ contains
     call whitener%apply(white)
   end subroutine whitened_tangents
 
-  !> Returns the normal matrix of the whitened tangents white(n_observations, columns). columns(:) are first the n_baseline parameters
-  !> of the baseline, then the size(common_sd) quantities that are common to all loads, then others; the first two groups have
-  !> priors.
+  !> Returns the normal matrix of the whitened tangents white(n_observations, columns). columns(:) are first the n_baseline
+  !> parameters of the baseline, then the size(common_sd) quantities that are common to all loads, then others; the first two groups
+  !> have priors.
   function normal_matrix(simulator, columns, common_sd, white) result(normal)
     type(wing_simulator_t), intent(in) :: simulator
     integer, intent(in) :: columns(:)

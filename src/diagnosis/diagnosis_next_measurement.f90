@@ -66,7 +66,7 @@ contains
     allocate (next%rivals(0), next%now(0), next%after(0), next%order(0), next%sites(0))
     if (size(d%decision%causes) == 0) return
     next%cause = d%decision%causes(1)
-    associate (candidates => d%design%candidates)
+    associate (candidates => d%model%design%candidates)
       next%rivals = pack([(c, c=1, size(candidates))], candidates%effect /= candidates(next%cause)%effect)
     end associate
     call discrimination%init(s, simulator, d, next, ok)
@@ -101,10 +101,10 @@ contains
     real(rp), allocatable :: bounds(:)
     integer :: l, i, tried
     logical :: ok
-    few = nearest_of_each(d%design%candidates(next%rivals)%effect, discrimination%now)
+    few = nearest_of_each(d%model%design%candidates(next%rivals)%effect, discrimination%now)
     allocate (numbers(0), bounds(0))
-    noise = simulator%noise%with_independent(d%whitener%independent_fraction)
-    call trial%begin(s, d%baseline%q)
+    noise = simulator%noise%with_independent(d%model%whitener%independent_fraction)
+    call trial%begin(s, d%model%baseline%q)
     do l = 1, trial%n
       call trial%apply(noise, l, discrimination%columns(discrimination%needed(few)), one, ok)
       if (.not. ok) cycle
@@ -150,9 +150,9 @@ contains
     real(rp), allocatable :: common_sd(:)
     integer :: r, i
     call common_columns(s, shared, common_sd)
-    associate (candidates => d%design%candidates, cause => d%design%candidates(next%cause)%columns)
-      self%columns = [d%baseline%active, shared, cause]
-      self%n_common = size(d%baseline%active) + size(shared)
+    associate (candidates => d%model%design%candidates, cause => d%model%design%candidates(next%cause)%columns)
+      self%columns = [d%model%baseline%active, shared, cause]
+      self%n_common = size(d%model%baseline%active) + size(shared)
       self%n_cause = size(cause)
       allocate (self%sites(size(next%rivals)), self%now(size(next%rivals)))
       do r = 1, size(next%rivals)
@@ -166,9 +166,10 @@ contains
           end do
         end associate
       end do
-      self%strength = -matmul(candidates(next%cause)%solve, matmul(d%z, candidates(next%cause)%basis))
+      self%strength = -matmul(candidates(next%cause)%solve, matmul(d%tests%z, candidates(next%cause)%basis))
     end associate
-    call whitened_tangents(simulator, d%whitener%independent_fraction, d%baseline%q, d%baseline%state, self%columns, self%white, ok)
+    call whitened_tangents(simulator, d%model%whitener%independent_fraction, d%model%baseline%q, d%model%baseline%state, &
+                           self%columns, self%white, ok)
     if (.not. ok) return
     self%normal = normal_matrix(simulator, self%columns, common_sd, self%white)
     do r = 1, size(next%rivals)

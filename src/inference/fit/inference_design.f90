@@ -85,10 +85,10 @@ contains
   end function is_part_of
 
   !> Builds the design of a simulator at q. `state` is near q before, and belongs to q afterwards. For independent_fraction see
-  !> `covariance` of simulator_t. The design leaves out candidates whose data are missing, and finer variants that are not released. Fails if the simulator has no result at q. `known`, where
-  !> given, is a design of the same simulator at q or at a point close by. Its tangents and patterns are reused, and only missing
-  !> tangents are computed. nuisances(n, :), where given, replace those of the simulator or of `known`; each candidate then keeps at
-  !> least as many directions as it has in `known`.
+  !> `covariance` of simulator_t. The design leaves out candidates whose data are missing, and finer variants that are not released.
+  !> Fails if the simulator has no result at q. `known`, where given, is a design of the same simulator at q or at a point close by.
+  !> Its tangents and patterns are reused, and only missing tangents are computed. nuisances(n, :), where given, replace those of
+  !> the simulator or of `known`; each candidate then keeps at least as many directions as it has in `known`.
   subroutine build_design(simulator, q, state, independent_fraction, design, failure, known, nuisances)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:), independent_fraction

@@ -159,9 +159,9 @@ contains
   !> fits to convergence, in passes. Each pass begins with solutions from rest and with nuisances about their most probable errors.
   !> The passes end if two of them agree. Where the nuisances have a kink, passes may alternate between two results; the most
   !> probable pass counts. `whitener`, of the noise of all observations, then has the directions of `nuisances` at this point, and
-  !> the fit is the best one with these. spread(starts) says by how much less probable than the best fit that of each start is (sum of squares
-  !> and log determinant); it is huge for a start without a fit. `state` holds the errors about which nuisances are linear, before
-  !> and after, and the solutions of the fit afterwards. Fails if no start leads to a fit.
+  !> the fit is the best one with these. spread(starts) says by how much less probable than the best fit that of each start is (sum
+  !> of squares and log determinant); it is huge for a start without a fit. `state` holds the errors about which nuisances are
+  !> linear, before and after, and the solutions of the fit afterwards. Fails if no start leads to a fit.
   subroutine fit_baseline(simulator, starts, options, state, whitener, found, spread, failure, nuisances)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)

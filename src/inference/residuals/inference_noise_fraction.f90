@@ -18,8 +18,8 @@ module inference_noise_fraction
 contains
 
   !> Finds independent_fraction (see `covariance` of simulator_t) at the baseline q by golden section. `is_new` tells whether it
-  !> differs from `known`, the one of the fit, by more than a thousandth. It is `known` if neighbours have no errors in common, or if
-  !> something fails.
+  !> differs from `known`, the one of the fit, by more than a thousandth. It is `known` if neighbours have no errors in common, or
+  !> if something fails.
   subroutine find_noise_fraction(simulator, q, from, known, independent_fraction, is_new)
     class(simulator_t), intent(inout) :: simulator
     real(rp), intent(in) :: q(:), known

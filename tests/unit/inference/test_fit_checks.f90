@@ -146,7 +146,7 @@ contains
       if (d%decision%is_rejected_by_checks .and. d%decision%verdict == VERDICT_UNKNOWN .and. &
           d%decision%probability > 0.99_rp) by_checks = by_checks + 1
       call test%check('the global p is no larger than that of the checks', &
-                      d%decision%log_p_global <= combined_log_p(d%checks) - log(1 - TESTS_FRACTION) + 1.0e-9_rp)
+                      d%decision%log_p_global <= combined_log_p(d%tests%checks) - log(1 - TESTS_FRACTION) + 1.0e-9_rp)
     end do
     call test%check('tilts that are larger than declared are not adequate', adequate == 0)
     call test%check('where no test sees them the cause is unknown, and certainly there', by_checks > 0)
