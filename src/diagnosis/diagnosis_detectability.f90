@@ -6,7 +6,7 @@ module diagnosis_detectability
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use diagnosis_case, only: diagnosis_case_t
-  use diagnosis_load_sites, only: new_load_t, normal_matrix, separation, common_columns, try_loads
+  use diagnosis_load_sites, only: new_load_t, normal_matrix, separation, common_columns, try_loads, whitened_tangents
   use diagnosis_wing_simulator, only: wing_simulator_t
   use inference_calibration, only: calibration_t, find_detectable
   use inference_calibration_store, only: calibrate, calibration_store_t
@@ -44,7 +44,7 @@ contains
     type(calibration_t) :: calibration
     class(solver_state_t), allocatable :: state
     call simulator%initial_state(state)
-    call build_design(simulator, simulator%null_point(), state, found%design, failure)
+    call build_design(simulator, simulator%null_point(), state, simulator%independent_fraction(), found%design, failure)
     if (failure%failed) return
     call calibrate(found%design, size(s%catalogue%effects), .true., s%options%n_draws, s%options%seed, calibration, store)
     call find_detectable(found%design, calibration, size(s%catalogue%effects), LEVEL, found%snr)
@@ -58,7 +58,7 @@ contains
     class(solver_state_t), intent(in) :: from
     type(detectability_t), intent(inout) :: found
     type(new_load_t), allocatable :: loads(:)
-    real(rp), allocatable :: normal(:, :), lengths(:), common_sd(:)
+    real(rp), allocatable :: normal(:, :), white(:, :), lengths(:), common_sd(:)
     integer, allocatable :: columns(:), effects(:), both(:), shared(:)
     real(rp) :: strength
     integer :: e, i, k, n, best(2)
@@ -75,10 +75,10 @@ contains
       effects = [effects, e]
       columns = [columns, found%design%candidates(best(1))%columns(best(2))]
     end do
-    allocate (normal(size(columns), size(columns)))
-    call normal_matrix(simulator, simulator%null_point(), from, columns, common_sd, normal, ok)
+    call whitened_tangents(simulator, simulator%independent_fraction(), simulator%null_point(), from, columns, white, ok)
     if (.not. ok) return
-    call try_loads(s, simulator, simulator%null_point(), columns, loads)
+    normal = normal_matrix(simulator, columns, common_sd, white)
+    call try_loads(s, simulator%noise, simulator%null_point(), columns, loads)
     found%has_loads = size(loads) > 0
     if (.not. found%has_loads) return
     allocate (lengths(size(loads)))

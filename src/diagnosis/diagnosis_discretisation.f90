@@ -278,7 +278,7 @@ contains
     integer :: i
     real(rp) :: nothing(size(r_fine), 0), q(size(fine%parameters))
     call coarse%initial_state(state)
-    call whitener%init(coarse, [(i, i=1, coarse%n_observations)], failure)
+    call whitener%init(coarse, [(i, i=1, coarse%n_observations)], coarse%independent_fraction(), failure)
     if (.not. failure%failed) call fit_loosely(coarse, coarse%null_point(), state, s%options%fit, whitener, one, failure)
     self%is_found = .not. failure%failed
     if (self%is_found) call coarse%evaluate(one%q, one%active, one%state, r_coarse, jacobian, self%is_found)

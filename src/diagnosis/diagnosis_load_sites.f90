@@ -12,7 +12,7 @@ module diagnosis_load_sites
   use base_lapack, only: factorise, solve_lower
   use base_text, only: number_text
   use diagnosis_case, only: diagnosis_case_t
-  use diagnosis_wing_bins, only: bin_covariance, bin_rows, bins_t, make_bins
+  use diagnosis_wing_bins, only: bin_covariance, bin_rows, bins_t, make_bins, noise_model_t
   use diagnosis_wing_lattice, only: lattice
   use diagnosis_wing_parameters, only: make_fit_case, wing_parameter_tangent, fit_case_coordinates, fit_case_t, wing_parameter_t, &
                                        KIND_INSTRUMENT, KIND_PARAMETER
@@ -27,7 +27,7 @@ module diagnosis_load_sites
   use solid_usual_causes, only: PARAM_PLATE
   implicit none
   private
-  public :: new_load_t, trial_t, common_columns, try_loads, normal_matrix, separation
+  public :: new_load_t, trial_t, common_columns, try_loads, normal_matrix, separation, whitened_tangents
 
   real(rp), parameter :: SPACING = 0.15_rp, NEAR_ROOT = 0.2_rp !< of the wing's size
 
@@ -59,9 +59,9 @@ contains
 
   !> Finds the loads that the wing at q carries without a snap, with their normal matrices of the parameters `columns`. On rank 0
   !> alone.
-  subroutine try_loads(s, simulator, q, columns, loads)
+  subroutine try_loads(s, noise, q, columns, loads)
     class(diagnosis_case_t), intent(in) :: s
-    type(wing_simulator_t), intent(in) :: simulator
+    type(noise_model_t), intent(in) :: noise
     real(rp), intent(in) :: q(:)
     integer, intent(in) :: columns(:)
     type(new_load_t), allocatable, intent(out) :: loads(:)
@@ -72,7 +72,7 @@ contains
     allocate (loads(0))
     call trial%begin(s, q)
     do l = 1, trial%n
-      call trial%apply(simulator, l, columns, one, ok)
+      call trial%apply(noise, l, columns, one, ok)
       if (ok) loads = [loads, one]
     end do
     call trial%end()
@@ -101,9 +101,9 @@ contains
 
   !> Applies load l, and computes in `one` its normal matrix of the parameters `columns`. `ok` is false if the wing does not carry
   !> the load.
-  subroutine trial_apply(self, simulator, l, columns, one, ok)
+  subroutine trial_apply(self, noise, l, columns, one, ok)
     class(trial_t), intent(inout) :: self
-    type(wing_simulator_t), intent(in) :: simulator
+    type(noise_model_t), intent(in) :: noise
     integer, intent(in) :: l, columns(:)
     type(new_load_t), intent(out) :: one
     logical, intent(out) :: ok
@@ -111,7 +111,7 @@ contains
     one%site = self%m%loads(l)%point
     one%force = self%m%loads(l)%force
     one%direction = self%m%loads(l)%direction
-    call find_normal(self, simulator, columns, l, one%normal, ok)
+    call find_normal(self, noise, columns, l, one%normal, ok)
   end subroutine trial_apply
 
   !> Releases what `begin` made.
@@ -179,9 +179,9 @@ contains
   end function nearest_load
 
   !> Computes the normal matrix of load l. `ok` is false if the wing has no shape under the load, or only one after a snap.
-  subroutine find_normal(self, simulator, columns, l, normal, ok)
+  subroutine find_normal(self, noise, columns, l, normal, ok)
     class(trial_t), intent(inout) :: self
-    type(wing_simulator_t), intent(in) :: simulator
+    type(noise_model_t), intent(in) :: noise
     integer, intent(in) :: columns(:), l
     real(rp), allocatable, intent(out) :: normal(:, :)
     logical, intent(out) :: ok
@@ -195,7 +195,7 @@ contains
     call evaluate(self%fit_case%experiment, self%work, fit_case_coordinates(self%fit_case, self%q), l, .false., u, evaluation)
     ok = evaluation%is_feasible() .and. evaluation%snaps == 0
     if (.not. ok) return
-    call bin_covariance(self%bins, simulator%noise, [(i, i=self%bins%first(l), self%bins%first(l) + self%bins%count(l) - 1)], c)
+    call bin_covariance(self%bins, noise, [(i, i=self%bins%first(l), self%bins%first(l) + self%bins%count(l) - 1)], c)
     call self%work%nuisance_tangents(self%fit_case%experiment, l, errors, sd)
     do i = 1, N_NUISANCES
       call bin_rows(self%bins, l, sd(i)*errors(:, i), seen(:, 1))
@@ -231,37 +231,43 @@ contains
     end do
   end subroutine common_columns
 
-  !> Computes the normal matrix of all loads of the measurement. columns(:) are first the n_baseline parameters of the baseline,
-  !> then the size(common_sd) quantities that are common to all loads, then others; the first two groups have priors.
-  !> `whitened`(n_observations, columns) are the whitened tangents that give the matrix. Solutions begin at the shapes of `from`.
-  !> Rank 0 calls it; the others serve.
-  subroutine normal_matrix(simulator, q, from, columns, common_sd, normal, ok, whitened)
+  !> Computes white(n_observations, columns), the whitened tangents of all loads of the measurement. For independent_fraction see
+  !> `covariance` of simulator_t. Solutions begin at the shapes of `from`. Rank 0 calls it; the others serve.
+  subroutine whitened_tangents(simulator, independent_fraction, q, from, columns, white, ok)
     type(wing_simulator_t), intent(inout) :: simulator
-    real(rp), intent(in) :: q(:), common_sd(:)
+    real(rp), intent(in) :: independent_fraction, q(:)
     class(solver_state_t), intent(in) :: from
     integer, intent(in) :: columns(:)
-    real(rp), intent(out) :: normal(:, :)
+    real(rp), allocatable, intent(out) :: white(:, :)
     logical, intent(out) :: ok
-    real(rp), allocatable, intent(out), optional :: whitened(:, :)
     type(whitener_t) :: whitener
     type(failure_t) :: failure
     real(rp) :: residuals(simulator%n_observations)
-    real(rp), allocatable :: white(:, :), nuisances(:, :), patterns(:, :)
+    real(rp), allocatable :: nuisances(:, :), patterns(:, :)
     integer :: i, n
     n = simulator%n_observations
     allocate (white(n, size(columns)), nuisances(n, simulator%n_nuisances), patterns(n, 0))
-    normal = 0
     call simulator%evaluate(q, columns, from, residuals, white, ok)
     if (ok) call simulator%directions(q, from, nuisances, patterns, ok)
-    if (ok) call whitener%init(simulator, [(i, i=1, n)], failure)
+    if (ok) call whitener%init(simulator, [(i, i=1, n)], independent_fraction, failure)
     if (failure%failed) ok = .false.
     if (.not. ok) return
     n = N_NUISANCES*size(simulator%experiment%loads)
     nuisances(:, n + 1:n + N_COMMON_NUISANCES) = 0 ! here these quantities are columns
     call whitener%add_directions(nuisances)
     call whitener%apply(white)
+  end subroutine whitened_tangents
+
+  !> Returns the normal matrix of the whitened tangents white(n_observations, columns). columns(:) are first the n_baseline
+  !> parameters of the baseline, then the size(common_sd) quantities that are common to all loads, then others; the first two groups
+  !> have priors.
+  function normal_matrix(simulator, columns, common_sd, white) result(normal)
+    type(wing_simulator_t), intent(in) :: simulator
+    integer, intent(in) :: columns(:)
+    real(rp), intent(in) :: common_sd(:), white(:, :)
+    real(rp) :: normal(size(columns), size(columns))
+    integer :: i, n
     normal = matmul(transpose(white), white)
-    if (present(whitened)) whitened = white
     do i = 1, simulator%n_baseline
       associate (sd => simulator%parameters(columns(i))%prior_sd)
         if (sd > 0) normal(i, i) = normal(i, i) + 1/sd**2
@@ -271,7 +277,7 @@ contains
       n = simulator%n_baseline + i
       normal(n, n) = normal(n, n) + 1/common_sd(i)**2
     end do
-  end subroutine normal_matrix
+  end function normal_matrix
 
   !> Returns the length [sd] of the part of a direction that the columns before it cannot imitate. The direction is p(:) in the last
   !> size(p) columns.

@@ -11,7 +11,8 @@ module diagnosis_next_measurement
   use base_kinds, only: rp
   use base_sort, only: key_of_real, sorting_order
   use diagnosis_case, only: diagnosis_case_t
-  use diagnosis_load_sites, only: new_load_t, normal_matrix, separation, common_columns, trial_t
+  use diagnosis_load_sites, only: new_load_t, normal_matrix, separation, common_columns, trial_t, whitened_tangents
+  use diagnosis_wing_bins, only: noise_model_t
   use diagnosis_wing_simulator, only: wing_simulator_t
   use inference_engine, only: diagnosis_t
   implicit none
@@ -65,7 +66,7 @@ contains
     allocate (next%rivals(0), next%now(0), next%after(0), next%order(0), next%sites(0))
     if (size(d%decision%causes) == 0) return
     next%cause = d%decision%causes(1)
-    associate (candidates => d%design%candidates)
+    associate (candidates => d%model%design%candidates)
       next%rivals = pack([(c, c=1, size(candidates))], candidates%effect /= candidates(next%cause)%effect)
     end associate
     call discrimination%init(s, simulator, d, next, ok)
@@ -94,16 +95,18 @@ contains
     type(discrimination_t), intent(in) :: discrimination
     type(next_measurement_t), intent(inout) :: next
     type(trial_t) :: trial
+    type(noise_model_t) :: noise
     type(new_load_t) :: one
     integer, allocatable :: few(:), numbers(:), order(:)
     real(rp), allocatable :: bounds(:)
     integer :: l, i, tried
     logical :: ok
-    few = nearest_of_each(d%design%candidates(next%rivals)%effect, discrimination%now)
+    few = nearest_of_each(d%model%design%candidates(next%rivals)%effect, discrimination%now)
     allocate (numbers(0), bounds(0))
-    call trial%begin(s, d%baseline%q)
+    noise = simulator%noise%with_independent(d%model%whitener%independent_fraction)
+    call trial%begin(s, d%model%baseline%q)
     do l = 1, trial%n
-      call trial%apply(simulator, l, discrimination%columns(discrimination%needed(few)), one, ok)
+      call trial%apply(noise, l, discrimination%columns(discrimination%needed(few)), one, ok)
       if (.not. ok) cycle
       numbers = [numbers, l]
       bounds = [bounds, discrimination%separation(few, one%normal)]
@@ -114,7 +117,7 @@ contains
       if (tried >= MOST_SITES) then
         if (maxval(next%sites%after) >= bounds(order(i)) .or. tried >= 3*MOST_SITES) exit
       end if
-      call trial%apply(simulator, numbers(order(i)), discrimination%columns, one, ok)
+      call trial%apply(noise, numbers(order(i)), discrimination%columns, one, ok)
       tried = tried + 1
       if (.not. ok) cycle
       one%after = discrimination%separation([(l, l=1, size(next%rivals))], one%normal)
@@ -147,9 +150,9 @@ contains
     real(rp), allocatable :: common_sd(:)
     integer :: r, i
     call common_columns(s, shared, common_sd)
-    associate (candidates => d%design%candidates, cause => d%design%candidates(next%cause)%columns)
-      self%columns = [d%baseline%active, shared, cause]
-      self%n_common = size(d%baseline%active) + size(shared)
+    associate (candidates => d%model%design%candidates, cause => d%model%design%candidates(next%cause)%columns)
+      self%columns = [d%model%baseline%active, shared, cause]
+      self%n_common = size(d%model%baseline%active) + size(shared)
       self%n_cause = size(cause)
       allocate (self%sites(size(next%rivals)), self%now(size(next%rivals)))
       do r = 1, size(next%rivals)
@@ -163,11 +166,12 @@ contains
           end do
         end associate
       end do
-      self%strength = -matmul(candidates(next%cause)%solve, matmul(d%z, candidates(next%cause)%basis))
+      self%strength = -matmul(candidates(next%cause)%solve, matmul(d%tests%z, candidates(next%cause)%basis))
     end associate
-    allocate (self%normal(size(self%columns), size(self%columns)))
-    call normal_matrix(simulator, d%baseline%q, d%baseline%state, self%columns, common_sd, self%normal, ok, self%white)
+    call whitened_tangents(simulator, d%model%whitener%independent_fraction, d%model%baseline%q, d%model%baseline%state, &
+                           self%columns, self%white, ok)
     if (.not. ok) return
+    self%normal = normal_matrix(simulator, self%columns, common_sd, self%white)
     do r = 1, size(next%rivals)
       self%now(r) = separation(self%normal(self%block(r), self%block(r)), self%strength)
     end do

@@ -37,14 +37,14 @@ contains
     allocate (unknown%related(0), unknown%site(2, 0))
     if (d%decision%verdict /= VERDICT_UNKNOWN) return
     unknown%cell = 0.5_rp*s%patterns%radius
-    call find_region(d%design, d%z, simulator%pattern_site, s%patterns%radius, unknown%region)
+    call find_region(d%model%design, d%tests%z, simulator%pattern_site, s%patterns%radius, unknown%region)
     if (unknown%region%is_found) then
       unknown%family = simulator%family_kinds(unknown%region%family)
-      associate (patterns => d%design%families(unknown%region%family)%patterns)
+      associate (patterns => d%model%design%families(unknown%region%family)%patterns)
         unknown%site = simulator%pattern_site(:, patterns(unknown%region%pattern))
       end associate
     end if
-    call find_related(d%design, d%calibration, d%statistics, d%z, unknown%related)
+    call find_related(d%model%design, d%model%calibration, d%tests%statistics, d%tests%z, unknown%related)
     allocate (character(200) :: unknown%names(size(unknown%related)))
     do i = 1, size(unknown%related)
       unknown%names(i) = candidate_name(s, d, unknown%related(i)%candidate)
@@ -57,7 +57,7 @@ contains
     type(diagnosis_t), intent(in) :: d
     integer, intent(in) :: c
     character(:), allocatable :: text
-    associate (one => d%design%candidates(c))
+    associate (one => d%model%design%candidates(c))
       associate (effect => s%catalogue%effects(one%effect))
         text = effect%title
         if (effect%variants(one%variant)%label /= '') text = text//', '//effect%variants(one%variant)%label

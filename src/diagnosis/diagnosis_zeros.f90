@@ -43,11 +43,11 @@ contains
     allocate (zeros%value(0))
     same = offsets_of_a_sensor(s%measurement)
     if (size(same) < 2) return
-    found = d%baseline
+    found = d%model%baseline
     if (d%extended%is_found) found = d%extended
     call find_triangle(simulator, d, found, r, is_valid)
     if (.not. is_valid .and. d%extended%is_found) then ! a cause at a bound may have no effect
-      found = d%baseline
+      found = d%model%baseline
       call find_triangle(simulator, d, found, r, is_valid)
     end if
     if (.not. is_valid) return ! what the data do not determine has no sd
@@ -58,7 +58,7 @@ contains
       inverse(i, i) = 1
     end do
     call solve_lower(transpose(r), inverse)
-    c = d%scale*matmul(transpose(inverse), inverse)
+    c = d%tests%scale*matmul(transpose(inverse), inverse)
     do i = 1, size(same)
       do k = 1, n
         if (found%active(k) == find_parameter(simulator%wing_parameters, 0, KIND_ZERO, same(i))) &
@@ -90,7 +90,7 @@ contains
     n = size(jacobian, 2)
     call simulator%evaluate(found%q, found%active, found%state, residuals, jacobian, is_valid)
     if (.not. is_valid) return
-    call d%whitener%apply(jacobian)
+    call d%model%whitener%apply(jacobian)
     rows = 0
     rows(:m, :) = jacobian
     do i = 1, n

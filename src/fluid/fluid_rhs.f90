@@ -30,7 +30,7 @@ module fluid_rhs
   use parallel_block, only: allocate_fields, block_t
   use parallel_world, only: world_t
   use spectral_sticks, only: sticks_t
-  use spectral_transform, only: kernels_t
+  use spectral_transform, only: kernels_t, transform_t
   implicit none
   private
   public :: rhs_t
@@ -70,11 +70,13 @@ module fluid_rhs
     procedure :: init => rhs_init
     procedure :: prepare => rhs_prepare
     procedure :: time_of => rhs_time_of
+    procedure :: take_curl_multiply_and_penalise => rhs_take_curl_multiply_and_penalise
+    procedure :: choose_step => rhs_choose_step
+    procedure :: project_and_advance => rhs_project_and_advance
+    procedure :: advance_kept => rhs_advance_kept
     procedure :: spectral_in => rhs_take_curl
     procedure :: product => rhs_multiply_and_penalise
-    procedure :: choose_step => rhs_choose_step
-    procedure :: spectral_out => rhs_project_and_advance
-    procedure :: advance_kept => rhs_advance_kept
+    procedure :: spectral_out => rhs_project_and_advance_sticks
     procedure, private :: penalise_line, add_integrals, advance, set_step, stage_time
   end type rhs_t
 
@@ -120,6 +122,21 @@ contains
     self%along_x%max = 0
     self%along_x%sum = 0
   end subroutine rhs_prepare
+
+  !> Takes the curl of the velocity on sticks, transforms both to the points, and multiplies and penalises on lines there.
+  !> Collective.
+  subroutine rhs_take_curl_multiply_and_penalise(self, transform)
+    class(rhs_t), intent(inout) :: self
+    class(transform_t), intent(inout) :: transform
+    call transform%to_points(self) ! by rhs_take_curl and rhs_multiply_and_penalise
+  end subroutine rhs_take_curl_multiply_and_penalise
+
+  !> Transforms the products to modes, projects them there, and advances the state, stick by stick. Collective.
+  subroutine rhs_project_and_advance(self, transform)
+    class(rhs_t), intent(inout) :: self
+    class(transform_t), intent(inout) :: transform
+    call transform%to_modes(self) ! by rhs_project_and_advance_sticks
+  end subroutine rhs_project_and_advance
 
   !> Fills `fields` with velocity, vorticity i k x u and, on request, the divergence; see kernels_t.
   subroutine rhs_take_curl(self, first, count, fields)
@@ -292,7 +309,7 @@ contains
   end subroutine rhs_advance_kept
 
   !> Projects the right-hand side and advances the state by it; an evaluation keeps it on request. See kernels_t.
-  subroutine rhs_project_and_advance(self, first, count, fields)
+  subroutine rhs_project_and_advance_sticks(self, first, count, fields)
     class(rhs_t), intent(inout) :: self
     integer, intent(in) :: first, count
     complex(rp), contiguous, intent(inout) :: fields(:, :, :)
@@ -307,7 +324,7 @@ contains
         self%kept(:, s, :) = fields(:, i, 1:3)
       end if
     end do
-  end subroutine rhs_project_and_advance
+  end subroutine rhs_project_and_advance_sticks
 
   !> Makes line i of the right-hand side, which belongs to stick `s`, free of divergence, keeps the pressure, and adds the sponge.
   subroutine project(self, s, i, fields)

@@ -204,8 +204,7 @@ contains
     if (self%rhs%failure%failed) call failure%raise(self%rhs%failure%reason)
   end subroutine fluid_try
 
-  !> Makes one pass of the scheme, which is a whole step of AB2 and Euler: places the solids, takes the curl, multiplies, penalises,
-  !> projects and advances. The kernels of `rhs_t` have these names.
+  !> Makes one pass of the scheme, which is a whole step of AB2 and Euler.
   subroutine run_pass(self, pass, request, moving)
     class(fluid_t), intent(inout) :: self
     integer, intent(in) :: pass
@@ -220,9 +219,9 @@ contains
       if (self%rhs%failure%failed) return
     end if
     call self%rhs%prepare(pass, request)
-    call self%transform%to_points(self%rhs)                                   ! take the curl | multiply and penalise
+    call self%rhs%take_curl_multiply_and_penalise(self%transform)
     call self%rhs%choose_step()
-    if (.not. self%rhs%failure%failed) call self%transform%to_modes(self%rhs) ! | project and advance; a bar is a transform
+    if (.not. self%rhs%failure%failed) call self%rhs%project_and_advance(self%transform)
     if (allocated(self%rhs%initial)) call self%rhs%initial%rest()
     self%has_begun = self%has_begun .or. pass /= PASS_EVALUATE
   end subroutine run_pass

@@ -17,7 +17,7 @@ module inference_record
   use least_squares_state, only: solver_state_t
   implicit none
   private
-  public :: compress_at, diagnosis_options_t, diagnosis_t, refit_t, rounds_t
+  public :: compress_at, diagnosis_options_t, diagnosis_t, model_t, prediction_t, refit_t, rounds_t, support_t, tests_t
 
   real(rp), parameter, public :: LARGEST_SCALE = 2 !< largest ratio of misfit to noise variance that a wrong noise model may explain
 
@@ -34,6 +34,25 @@ module inference_record
     logical :: validates = .true.
     logical :: finds_intervals = .true.
   end type diagnosis_options_t
+
+  !> The fit of the baseline, and what is linear about it.
+  type :: model_t
+    type(whitener_t) :: whitener         !< with the directions of the nuisances
+    type(nested_fit_t) :: baseline
+    type(design_t) :: design
+    type(calibration_t) :: calibration   !< of the tests, from the first design
+  end type model_t
+
+  !> What the tangents of a model and the residuals of its baseline say, before any other hypothesis is fitted.
+  type :: tests_t
+    real(rp), allocatable :: z(:)        !< in units of the noise
+    real(rp) :: residual_square = 0
+    real(rp) :: scale = 1                !< ratio of estimated to declared variance of the noise
+    type(statistics_t) :: statistics
+    type(residual_check_t), allocatable :: checks(:) !< of the residuals of the baseline
+    type(hypotheses_t) :: hypotheses
+    type(decision_t) :: decision
+  end type tests_t
 
   !> A top candidate that was fitted without linearisation.
   type :: refit_t
@@ -61,33 +80,41 @@ module inference_record
     character(:), allocatable :: reason  !< why the rounds ended, if one of them failed
   end type rounds_t
 
-  !> All results of a diagnosis.
-  type :: diagnosis_t
-    type(whitener_t) :: whitener
-    type(nested_fit_t) :: initial_baseline !< the baseline with the nuisances at its own fit
-    type(nested_fit_t) :: baseline !< the baseline with the nuisances of the refits, which may be those about the top candidate
-    real(rp), allocatable :: spread(:)   !< of the starts, see fit_baseline
-    type(design_t) :: design
-    type(calibration_t) :: calibration
-    real(rp) :: scale = 1                !< ratio of estimated to declared variance of the noise
-    real(rp), allocatable :: z(:)        !< in units of the noise
-    real(rp) :: residual_square = 0
-    real(rp) :: extended_scale = 0       !< variance of the extended model's residuals over that of the noise model
-    type(statistics_t) :: statistics
-    type(residual_check_t), allocatable :: checks(:) !< of the residuals of the baseline
-    type(hypotheses_t) :: hypotheses
-    type(decision_t) :: linear, decision !< before and after the refits
-    type(refit_t), allocatable :: refits(:)
-    type(rounds_t) :: rounds             !< of the best refit, or of the extended model if that is another
-    type(nested_fit_t) :: extended       !< the baseline with the causes of the verdict; not found if there is none
-    type(interval_t), allocatable :: intervals(:) !< of the parameters of the causes
+  !> What the intervals say about the causes.
+  type :: support_t
     logical :: is_null_excluded = .false. !< each cause has an interval that excludes its null
     logical :: is_at_bound = .false.     !< a parameter whose interval excludes its null lies at a bound
-    type(prediction_t) :: prediction
+  end type support_t
+
+  !> All results of a diagnosis.
+  type :: diagnosis_t
+    real(rp), allocatable :: spread(:)   !< of the starts, see fit_baseline
+    type(nested_fit_t) :: initial_baseline !< the baseline with the nuisances at its own fit
+    type(model_t) :: model               !< with the nuisances of the refits, which may be those about the top candidate
     real(rp), allocatable :: detectable_snr(:) !< (effects)
+    type(tests_t) :: tests               !< before the refits
+    type(hypotheses_t) :: hypotheses     !< after the refits
+    type(refit_t), allocatable :: refits(:)
+    type(decision_t) :: decision
+    type(rounds_t) :: rounds             !< of the best refit, or of the extended model if that is another
+    type(nested_fit_t) :: extended       !< the baseline with the causes of the verdict; not found if there is none
+    real(rp) :: extended_scale = 0       !< variance of the extended model's residuals over that of the noise model
+    type(interval_t), allocatable :: intervals(:) !< of the parameters of the causes
+    type(support_t) :: support           !< by these intervals
+    type(prediction_t) :: prediction
+  contains
+    procedure :: begin => diagnosis_begin
   end type diagnosis_t
 
 contains
+
+  !> Makes the diagnosis of data that are insufficient: there are no refits and no causes.
+  subroutine diagnosis_begin(self)
+    class(diagnosis_t), intent(inout) :: self
+    allocate (self%refits(0))
+    self%decision%causes = [integer ::]
+    self%decision%set = [integer ::]
+  end subroutine diagnosis_begin
 
   !> Computes z and the residual sum of squares of the data at the point q, starting from the state `from`. Fails if the simulator
   !> has no result there.

@@ -14,14 +14,14 @@ module inference_relinearisation
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use inference_design, only: build_design, design_t
-  use inference_record, only: diagnosis_options_t, diagnosis_t, rounds_t
+  use inference_record, only: diagnosis_options_t, model_t, refit_t, rounds_t
   use inference_refit, only: fit_nested, nested_fit_t, relinearise_nuisances
   use inference_simulator, only: simulator_t
   use inference_whitener, only: whitener_t
   use least_squares_state, only: solver_state_t
   implicit none
   private
-  public :: is_clear, model_error_t, relinearise, relinearise_simulator
+  public :: model_about, model_error_t, relinearise, relinearise_extended, relinearise_simulator
 
   !> Errors of a simulator that only other models or further runs show. These are the directions of its errors, for instance from a
   !> model with another mesh, and its values far from the point about which it is an approximation.
@@ -63,13 +63,16 @@ module inference_relinearisation
 
 contains
 
-  !> Computes all nuisances again at the best of the refits, about their most probable errors. The directions of errors, the
-  !> whitener, the fit of the baseline, the design and this refit are then replaced by new ones. `is_new` is false if nothing has
-  !> changed, because no cause is clear or because a result is missing.
-  subroutine relinearise(simulator, options, d, is_new, model_error)
+  !> Computes all nuisances again at the best of the refits, about their most probable errors. The directions of errors in `model`,
+  !> its whitener, its fit of the baseline and its design, and this refit are then replaced by new ones. `scale` is the variance of
+  !> the noise over that of the whitener. `is_new` is false if nothing has changed, because no cause is clear or because a result is
+  !> missing.
+  subroutine relinearise(simulator, options, scale, model, refits, is_new, model_error)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
-    type(diagnosis_t), intent(inout), target :: d
+    real(rp), intent(in) :: scale
+    type(model_t), intent(inout) :: model
+    type(refit_t), intent(inout) :: refits(:)
     logical, intent(out) :: is_new
     class(model_error_t), intent(inout), optional :: model_error
     type(whitener_t), target :: whitener
@@ -80,26 +83,27 @@ contains
     real(rp) :: nuisances(simulator%n_observations, simulator%n_nuisances)
     integer :: i
     is_new = .false.
-    if (size(d%refits) == 0) return
-    i = maxloc(d%refits%gain, 1)
-    if (d%refits(i)%gain < CLEAR) return
-    top_fit = d%refits(i)%found
-    whitener = d%whitener
-    call iterate_relinearisation(simulator, options, d%scale, whitener, top_fit, nuisances, is_new, model_error)
+    if (size(refits) == 0) return
+    i = maxloc(refits%gain, 1)
+    if (.not. is_clear(refits(i)%gain)) return
+    top_fit = refits(i)%found
+    whitener = model%whitener
+    call iterate_relinearisation(simulator, options, scale, whitener, top_fit, nuisances, is_new, model_error)
     if (is_new) then
       allocate (state, source=top_fit%state)
-      call state%take_shapes(d%baseline%state)
-      call fit_nested(simulator, whitener, d%baseline%active, d%baseline%q, state, options%fit, baseline)
+      call state%take_shapes(model%baseline%state)
+      call fit_nested(simulator, whitener, model%baseline%active, model%baseline%q, state, options%fit, baseline)
       is_new = baseline%is_found
     end if
-    if (is_new) call build_design(simulator, baseline%q, baseline%state, design, failure, d%design, nuisances)
+    if (is_new) call build_design(simulator, baseline%q, baseline%state, whitener%independent_fraction, design, &
+                                  failure, model%design, nuisances)
     is_new = is_new .and. .not. failure%failed
     if (.not. is_new) return
-    design%residual_dof = d%design%residual_dof ! that of the scan, to which the scale belongs, too
-    d%design = design
-    d%whitener = whitener
-    d%baseline = baseline
-    d%refits(i)%found = top_fit
+    design%residual_dof = model%design%residual_dof ! that of the scan, to which the scale belongs, too
+    model%design = design
+    model%whitener = whitener
+    model%baseline = baseline
+    refits(i)%found = top_fit
   end subroutine relinearise
 
   !> Alternates between the fit of the top candidate and the nuisances at this fit, until the fit stays the same or becomes less
@@ -162,15 +166,15 @@ contains
     is_clear = gain >= CLEAR
   end function is_clear
 
-  !> Makes the simulator an approximation about the fit `found` of causes, and fits the causes again. Repeats both until no
-  !> parameter of the causes moves by more than SETTLED of its sd, or until `model_error` allows no more rounds. `rounds` holds the
-  !> results. If there is nothing to do, rounds%found is not found, and everything is as before.
-  subroutine relinearise_simulator(simulator, options, whitener, nuisances, found, model_error, rounds, failure)
+  !> Makes an approximate simulator an approximation about the fit `found` of causes, if its `gain`, in units of the noise, is
+  !> clear, and fits the causes again. Repeats both until no parameter of the causes moves by more than SETTLED of its sd, or until
+  !> `model_error` allows no more rounds. `rounds` holds the results. If there is nothing to do, rounds%found is not found.
+  subroutine relinearise_simulator(simulator, options, model, found, gain, model_error, rounds, failure)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
-    type(whitener_t), intent(in) :: whitener
-    real(rp), intent(in) :: nuisances(:, :) !< (n, :) directions of errors that the whitener has
+    type(model_t), intent(in) :: model
     type(nested_fit_t), intent(in) :: found
+    real(rp), intent(in) :: gain
     class(model_error_t), intent(inout) :: model_error
     type(rounds_t), intent(out), target :: rounds
     type(failure_t), intent(inout) :: failure
@@ -184,8 +188,9 @@ contains
     real(rp) :: sd(size(found%q)), moved
     integer :: round
     logical :: is_valid
-    rounds%whitener = whitener
-    rounds%nuisances = nuisances
+    if (model_error%most_rounds == 0 .or. .not. is_clear(gain)) return
+    rounds%whitener = model%whitener
+    rounds%nuisances = model%design%nuisances
     rounds%reason = ''
     allocate (rounds%moved(0))
     last = found
@@ -213,6 +218,43 @@ contains
       if (rounds%has_settled) exit
     end do
   end subroutine relinearise_simulator
+
+  !> Does what `relinearise_simulator` does for the causes of the verdict, unless `rounds` are already about them. `extended` is
+  !> then the last of their fits. For `scale` see `relinearise`.
+  subroutine relinearise_extended(simulator, options, model, scale, model_error, extended, rounds, failure)
+    class(simulator_t), intent(inout), target :: simulator
+    type(diagnosis_options_t), intent(in) :: options
+    type(model_t), intent(in) :: model
+    real(rp), intent(in) :: scale
+    class(model_error_t), intent(inout) :: model_error
+    type(nested_fit_t), intent(inout) :: extended
+    type(rounds_t), intent(inout) :: rounds
+    type(failure_t), intent(inout) :: failure
+    if (rounds%found%is_found) then
+      if (has_same(rounds%found%active, extended%active)) return
+    end if
+    call relinearise_simulator(simulator, options, model, extended, (model%baseline%cost() - extended%cost())/scale, model_error, &
+                               rounds, failure)
+    if (rounds%found%is_found) extended = rounds%found
+  end subroutine relinearise_extended
+
+  !> Tells whether two lists are equal.
+  pure logical function has_same(a, b)
+    integer, intent(in) :: a(:), b(:)
+    has_same = size(a) == size(b)
+    if (has_same) has_same = all(a == b)
+  end function has_same
+
+  !> Returns the model with the errors of the last of the `rounds`, if there was one.
+  function model_about(model, rounds) result(about)
+    type(model_t), intent(in) :: model
+    type(rounds_t), intent(in) :: rounds
+    type(model_t) :: about
+    about = model
+    if (.not. rounds%found%is_found) return
+    about%whitener = rounds%whitener
+    about%design%nuisances = rounds%nuisances
+  end function model_about
 
   !> Returns sd(parameters), the standard deviations of the parameters that a fit has besides those of the baseline; 0 for all
   !> others.

@@ -9,10 +9,10 @@ module training_fit
   use least_squares_posterior, only: find_posterior
   use least_squares_problem, only: unknowns_t
   use least_squares_state, only: solver_state_t
+  use measurement_bending_state, only: bending_state_t
   use measurement_problem, only: wing_point_t
   use training_case, only: training_case_t
   use training_listener, only: training_listener_t
-  use training_objective, only: train_objective_t
   use training_outcome, only: trained_t
   use training_pool_problem, only: pool_problem_t
   implicit none
@@ -33,11 +33,11 @@ contains
   !> shape, the fit continues from there. If the second fit ends in the same way, a third one makes every solution cold. A start
   !> that only checks other starts is fitted once. `trained` is the outcome, with all evaluations counted; it is incomplete if the
   !> pool was stopped. On rank 0, while the other ranks serve the pool.
-  subroutine polish_from_start(settings, problem, unknowns, objective, start, log, trained)
+  subroutine polish_from_start(settings, problem, unknowns, mean_state, start, log, trained)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
-    type(train_objective_t), intent(in) :: objective
+    type(bending_state_t), intent(in) :: mean_state !< of the search
     type(start_t), intent(in) :: start
     class(training_listener_t), intent(inout) :: log
     type(trained_t), intent(out) :: trained
@@ -57,7 +57,7 @@ contains
       if (settings%polish) call polish_once(settings, problem, unknowns, from, start%has_stages .and. attempt /= 2, &
                                             log, trained, state)
       if (problem%pool%is_stopped) return
-      if (.not. trained%is_polished) call solve_near_mean(problem, objective, trained%coordinates, state)
+      if (.not. trained%is_polished) call solve_near_mean(problem, mean_state, trained%coordinates, state)
       call solve_cold(problem, state, trained)
       if (problem%pool%is_stopped) return
       if (.not. trained%is_polished) trained%prior_chi2 = sum(((trained%coordinates - unknowns%prior)/ &
@@ -105,16 +105,15 @@ contains
   end subroutine polish_once
 
   !> Repeats the search's own solution of a point, warm from its mean.
-  subroutine solve_near_mean(problem, objective, coordinates, state)
+  subroutine solve_near_mean(problem, mean_state, coordinates, state)
     type(pool_problem_t), intent(inout) :: problem
-    type(train_objective_t), intent(in) :: objective
+    type(bending_state_t), intent(in) :: mean_state
     real(rp), intent(in) :: coordinates(:)
     class(solver_state_t), allocatable, intent(out) :: state
     type(wing_point_t) :: mean
     type(wing_point_t), allocatable :: at
     mean = problem%initial_state()
-    mean%shapes = objective%shapes
-    mean%is_start = objective%is_start
+    call mean%take_shapes(mean_state)
     allocate (at)
     call problem%solve(coordinates, mean, at)
     call move_alloc(at, state)

@@ -10,10 +10,10 @@ module training_moves
   use least_squares_problem, only: unknowns_t
   use least_squares_profile, only: THRESHOLD_90
   use least_squares_report, only: fit_options_t, fit_report_t
+  use measurement_bending_state, only: bending_state_t
   use training_case, only: training_case_t
   use training_fit, only: counted, polish_from_start, start_t
   use training_listener, only: training_listener_t
-  use training_objective, only: train_objective_t
   use training_outcome, only: trained_t
   use training_pool_problem, only: pool_problem_t
   implicit none
@@ -32,11 +32,11 @@ contains
   !> lower minimum, all parameters are moved again from there. It ends when no move leads lower, or if the pool is stopped.
   !> Parameters that are fixed or have no prior are not moved. n_evaluations grows by the number of solved points. Every move begins
   !> at the unloaded wing and therefore depends on the minimum alone.
-  subroutine try_moves(settings, problem, unknowns, objective, log, trained, local_minima, n_evaluations)
+  subroutine try_moves(settings, problem, unknowns, mean_state, log, trained, local_minima, n_evaluations)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
-    type(train_objective_t), intent(in) :: objective
+    type(bending_state_t), intent(in) :: mean_state !< of the search
     class(training_listener_t), intent(inout) :: log
     type(trained_t), intent(inout) :: trained
     real(rp), allocatable, intent(inout) :: local_minima(:, :)
@@ -67,7 +67,7 @@ contains
       n_evaluations = n_evaluations + report%n_evaluations
       if (problem%pool%is_stopped) return
       if (.not. ends_elsewhere(report, trained)) cycle
-      call polish_from_start(settings, problem, unknowns, objective, &
+      call polish_from_start(settings, problem, unknowns, mean_state, &
                              start_t(report%p, is_check=report%cost() >= trained%cost()), log, one)
       n_before = n_evaluations
       n_evaluations = n_evaluations + one%n_evaluations

@@ -2,12 +2,13 @@
 !> Computes the costs of a generation of candidates, as tasks (candidate, load) for the pool, longest first.
 !>
 !> Candidates are solved warm from the solution of the optimiser's mean under the same load. The mean is solved first, itself warm
-!> from the mean before. The cost of a candidate therefore depends on the sequence of means alone, not on the rank that computes
-!> it.
+!> from the mean before. The search keeps these solutions. The cost of a candidate therefore depends on the sequence of means alone,
+!> not on the rank that computes it.
 module training_objective
   use base_kinds, only: i8, rp
   use base_sort, only: sorting_order
   use measurement_bending_pool, only: bending_batch_t, bending_pool_t
+  use measurement_bending_state, only: bending_state_t
   use measurement_bending_task, only: bending_task_t, take_columns, take_facts, task_input, COST_CHI2, COST_MEAN_SQUARE, &
                                       FACT_FACTORISATIONS, FACT_REDONE, FACT_VIOLATION, N_FACTS, TASK_COSTS, TASK_EVALUATE
   use measurement_evaluation, only: evaluation_t
@@ -27,14 +28,12 @@ module training_objective
     type(experiment_t), pointer :: experiment => null()
     type(bending_pool_t), pointer :: pool => null()
     logical :: use_chi2 = .false.
-    real(rp), allocatable :: shapes(:, :, :) !< (3, n_all, loads) [m] of the last mean
-    logical, allocatable :: is_start(:)      !< (loads) `shapes` is a start of warm solutions
     integer(i8) :: n_warm = 0, n_cold = 0, n_redone = 0, n_unsolved = 0 !< static solutions
     integer(i8) :: n_factorisations = 0
     real(rp), allocatable, private :: expected(:) !< (loads) relative durations of the tasks
   contains
     procedure :: init => objective_init
-    procedure :: forget => objective_forget
+    procedure :: rest => objective_rest
     procedure :: solve_mean => objective_solve_mean
     procedure :: evaluate => objective_evaluate
   end type train_objective_t
@@ -47,43 +46,45 @@ contains
     type(experiment_t), intent(in), target :: experiment
     type(bending_pool_t), intent(in), target :: pool
     logical, intent(in) :: use_chi2
-    integer :: n_loads
-    n_loads = size(experiment%loads)
     self%experiment => experiment
     self%pool => pool
     self%use_chi2 = use_chi2
-    allocate (self%shapes(3, experiment%model%n_all, n_loads), source=0.0_rp)
-    allocate (self%is_start(n_loads), source=.false.)
-    allocate (self%expected(n_loads), source=1.0_rp)
+    allocate (self%expected(size(experiment%loads)), source=1.0_rp)
   end subroutine objective_init
 
-  !> Makes the next solution of the mean begin at the unloaded wing.
-  subroutine objective_forget(self)
-    class(train_objective_t), intent(inout) :: self
-    self%is_start = .false.
-    self%shapes = 0
-  end subroutine objective_forget
+  !> Returns the state from which solutions begin at the unloaded wing.
+  function objective_rest(self) result(state)
+    class(train_objective_t), intent(in) :: self
+    type(bending_state_t) :: state
+    call state%init_shapes(self%experiment%model%n_all, size(self%expected))
+  end function objective_rest
 
-  !> Solves all loads at the mean. If the pool is stopped afterwards nothing has changed.
-  subroutine objective_solve_mean(self, coordinates)
+  !> Solves all loads at the mean, from the solutions `from` of the mean before, and returns them in `to`. A load without a solution
+  !> has that of `from`. If the pool is stopped afterwards `to` is `from`, and nothing has changed.
+  subroutine objective_solve_mean(self, coordinates, from, to)
     class(train_objective_t), intent(inout) :: self
     real(rp), intent(in) :: coordinates(:)
+    type(bending_state_t), intent(in) :: from
+    type(bending_state_t), intent(out) :: to
     type(evaluation_t), allocatable :: evaluations(:)
     real(rp), allocatable :: shapes(:, :, :)
     integer :: l
-    call full_results(self%experiment, self%pool, coordinates, self%is_start, self%shapes, evaluations, shapes)
+    to = from
+    call full_results(self%experiment, self%pool, coordinates, from%is_start, from%shapes, evaluations, shapes)
     if (self%pool%is_stopped) return
     do l = 1, size(evaluations)
-      self%is_start(l) = evaluations(l)%is_start
-      if (self%is_start(l)) self%shapes(:, :, l) = shapes(:, :, l)
+      to%is_start(l) = evaluations(l)%is_start
+      if (to%is_start(l)) to%shapes(:, :, l) = shapes(:, :, l)
       self%n_factorisations = self%n_factorisations + evaluations(l)%factorisations
     end do
   end subroutine objective_solve_mean
 
-  !> Returns the costs of the candidates coordinates(n, lambda). If the pool is stopped afterwards they are not complete.
-  subroutine objective_evaluate(self, coordinates, costs)
+  !> Returns the costs of the candidates coordinates(n, lambda), solved from the solutions `from` of the mean. If the pool is
+  !> stopped afterwards they are not complete.
+  subroutine objective_evaluate(self, coordinates, from, costs)
     class(train_objective_t), intent(inout) :: self
     real(rp), intent(in) :: coordinates(:, :)
+    type(bending_state_t), intent(in) :: from
     type(candidate_costs_t), intent(out) :: costs
     type(bending_batch_t) :: batch
     integer :: k, l, n_loads, lambda, task
@@ -92,11 +93,11 @@ contains
     call self%pool%make_batch(lambda*n_loads, TASK_COSTS, 0, batch)
     do k = 1, lambda
       do l = 1, n_loads
-        batch%inputs(:, (k - 1)*n_loads + l) = task_input(bending_task_t(TASK_COSTS, l, self%is_start(l)), coordinates(:, k), &
+        batch%inputs(:, (k - 1)*n_loads + l) = task_input(bending_task_t(TASK_COSTS, l, from%is_start(l)), coordinates(:, k), &
                                                           [integer ::])
       end do
     end do
-    batch%starts = reshape(self%shapes, [size(self%shapes)])
+    batch%starts = reshape(from%shapes, [size(from%shapes)])
     batch%order = longest_first(self, coordinates)
     call self%pool%run(batch)
     allocate (costs%f(lambda), costs%violation(lambda), source=0.0_rp)
@@ -116,8 +117,8 @@ contains
       end do
     end do
     if (.not. self%use_chi2) costs%f = sqrt(costs%f)
-    self%n_warm = self%n_warm + lambda*count(self%is_start)
-    self%n_cold = self%n_cold + lambda*count(.not. self%is_start)
+    self%n_warm = self%n_warm + lambda*count(from%is_start)
+    self%n_cold = self%n_cold + lambda*count(.not. from%is_start)
     do l = 1, n_loads
       self%expected(l) = sum(batch%seconds(l::n_loads))
     end do

@@ -8,6 +8,7 @@ module training_polish
   use least_squares_problem, only: unknowns_t
   use least_squares_state, only: solver_point_t
   use measurement_bending_pool, only: bending_pool_t
+  use measurement_bending_state, only: bending_state_t
   use measurement_problem, only: wing_point_t
   use training_agreement, only: agreement_lines, AGREEMENT_LENGTH
   use training_case, only: training_case_t
@@ -32,11 +33,12 @@ contains
   !> long as the result does not fit within the errors and polishing has cost fewer evaluations than the search. They use the
   !> declared errors from the beginning, so that they may end elsewhere; the log then says so. Then moves of single parameters
   !> search for a lower minimum, if wanted (training_moves). If the pool is stopped the outcome is not complete.
-  subroutine polish_points(settings, pool, space, objective, starts, log, trained)
+  subroutine polish_points(settings, pool, space, objective, mean_state, starts, log, trained)
     class(training_case_t), intent(in), target :: settings
     type(bending_pool_t), intent(inout), target :: pool
     type(search_space_t), intent(in) :: space
     type(train_objective_t), intent(in) :: objective
+    type(bending_state_t), intent(in) :: mean_state !< of the search
     real(rp), intent(in) :: starts(:, :)
     class(training_listener_t), intent(inout), target :: log
     type(trained_t), intent(out) :: trained
@@ -57,7 +59,7 @@ contains
     do i = 1, merge(size(starts, 2), 1, settings%polish)
       problem%part = i
       problem%lowest = huge(1.0_rp)
-      call polish_from_start(settings, problem, unknowns, objective, start_t(starts(:, i), i == 1, trained%fits), log, one)
+      call polish_from_start(settings, problem, unknowns, mean_state, start_t(starts(:, i), i == 1, trained%fits), log, one)
       if (pool%is_stopped) return
       if (allocated(one%path)) one%path(1, :) = one%path(1, :) + n_evaluations
       n_evaluations = n_evaluations + one%n_evaluations
@@ -68,7 +70,7 @@ contains
       if (trained%fits .and. n_evaluations*size(settings%experiment%loads) > objective%n_warm + objective%n_cold) exit
     end do
     if (settings%moves .and. trained%is_polished .and. trained%is_solved) then
-      call try_moves(settings, problem, unknowns, objective, log, trained, local_minima, n_evaluations)
+      call try_moves(settings, problem, unknowns, mean_state, log, trained, local_minima, n_evaluations)
       if (pool%is_stopped) return
       trained%fits = fits_within_errors(trained, problem%n_residuals)
     end if

@@ -15,6 +15,7 @@ module training_search
   use io_checkpoint_values, only: checkpoint_loader_t, checkpoint_saver_t
   use io_identity, only: identity_t
   use measurement_bending_pool, only: bending_pool_t
+  use measurement_bending_state, only: bending_state_t
   use measurement_evaluation, only: evaluation_t
   use parallel_world, only: world_t
   use solid_usual_causes, only: PARAM_YOUNG
@@ -38,6 +39,7 @@ module training_search
     type(search_space_t) :: space
     type(cmaes_search_t) :: search         !< of the present stage
     type(train_objective_t) :: objective
+    type(bending_state_t) :: mean_state    !< the solutions of the last mean, from which the next ones begin
     type(train_history_t) :: history
     integer :: stage = 1
     integer(i8) :: spent = 0               !< evaluations of finished stages
@@ -96,7 +98,7 @@ contains
         pair = random_uniforms(settings%search%seed, DRAWS, int(draw, i8)*1000000_i8 + i)
         u(i) = pair(1)
       end do
-      call full_results(settings%experiment, pool, self%space%coordinates(u), is_start, self%objective%shapes, &
+      call full_results(settings%experiment, pool, self%space%coordinates(u), is_start, self%mean_state%shapes, &
                         evaluations, shapes)
       if (pool%is_stopped) return
       is_feasible = .true.
@@ -130,7 +132,7 @@ contains
     options = settings%search
     options%seed = options%seed + (self%stage - 1)
     call self%search%start(options, settings%restarts, settings%max_restarts, region)
-    call self%objective%forget()
+    self%mean_state = self%objective%rest()
   end subroutine begin_stage
 
   !> Tells whether there is a checkpoint from which the search can continue.
@@ -202,9 +204,9 @@ contains
     call self%search%visit(loader)
     if (loader%failure%failed) call failure%raise(loader%failure%reason)
     call reader%get_reals('mean_shapes', numbers, failure)
-    if (.not. failure%failed) self%objective%shapes = reshape(numbers, shape(self%objective%shapes))
+    if (.not. failure%failed) self%mean_state%shapes = reshape(numbers, shape(self%mean_state%shapes))
     call reader%get_reals('mean_is_start', numbers, failure)
-    if (.not. failure%failed) self%objective%is_start = numbers > 0.5_rp
+    if (.not. failure%failed) self%mean_state%is_start = numbers > 0.5_rp
     call reader%get_reals('counts', numbers, failure)
     if (.not. failure%failed) then
       self%objective%n_warm = nint(numbers(1), i8)
@@ -242,6 +244,7 @@ contains
     type(bending_pool_t), intent(inout) :: pool
     class(training_listener_t), intent(inout) :: log
     type(train_objective_t) :: before
+    type(bending_state_t) :: mean_state
     type(candidate_costs_t) :: costs
     real(rp), allocatable :: x(:, :), coordinates(:, :), values(:, :), mean(:), best_x(:)
     real(rp) :: sigma, condition, best
@@ -262,13 +265,14 @@ contains
       condition = state%condition
       run = state%restart
       counts = [self%stage, run, state%generation + 1, size(x, 2), 0]
-      call self%objective%solve_mean(self%space%coordinates(state%mean))
+      call self%objective%solve_mean(self%space%coordinates(state%mean), self%mean_state, mean_state)
     end associate
-    if (.not. pool%is_stopped) call self%objective%evaluate(coordinates, costs)
+    if (.not. pool%is_stopped) call self%objective%evaluate(coordinates, mean_state, costs)
     if (pool%is_stopped) then
       self%objective = before
       return
     end if
+    self%mean_state = mean_state
     call self%search%tell(costs%f, costs%violation, costs%has_failed)
     call self%search%best(has_best, best, best_x, ignored)
     counts(5) = self%evaluations()
@@ -277,7 +281,7 @@ contains
     call log%progress(int(counts(3)), counts(5), find_budget(self%search, n_coming), best, sigma, condition)
     if (self%search%state%restart /= run) then
       call log%say('run '//number_text(run + 1)//' ended: '//self%search%stop_sentence())
-      call self%objective%forget()
+      self%mean_state = self%objective%rest()
     end if
   end subroutine make_generation
 
@@ -384,9 +388,9 @@ contains
     call writer%put_reals('fixed', self%space%fixed)
     call saver%begin(writer, PREFIX, reals_are_tables=.true.)
     call self%search%visit(saver)
+    call writer%put_reals('mean_shapes', [self%mean_state%shapes])
+    call writer%put_reals('mean_is_start', merge(1.0_rp, 0.0_rp, self%mean_state%is_start))
     associate (o => self%objective)
-      call writer%put_reals('mean_shapes', [o%shapes])
-      call writer%put_reals('mean_is_start', merge(1.0_rp, 0.0_rp, o%is_start))
       call writer%put_reals('counts', real([o%n_warm, o%n_cold, o%n_redone, o%n_unsolved, o%n_factorisations], rp))
     end associate
     call self%history%save(writer)

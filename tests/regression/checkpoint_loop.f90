@@ -8,11 +8,11 @@ program checkpoint_loop
   use base_errors, only: failure_t
   use base_files, only: join_path
   use base_kinds, only: rp, i8
-  use base_signals, only: ignore_size_limit
   use io_checkpoint, only: checkpoint_writer_t, checkpoint_reader_t
   use io_checkpoint_slots, only: checkpoint_slots_t
   use parallel_block, only: rows_t, split_evenly
   use parallel_world, only: world_t
+  use, intrinsic :: iso_c_binding, only: c_funptr, c_int, c_intptr_t
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   implicit none
   integer, parameter :: NROW = 250000, NCOL = 4
@@ -23,6 +23,14 @@ program checkpoint_loop
   character(16) :: mode, number
   logical :: ok
   integer :: n, code
+
+  interface
+    type(c_funptr) function c_signal(number, handler) bind(C, name='signal')
+      import :: c_int, c_funptr
+      integer(c_int), value :: number
+      type(c_funptr), value :: handler
+    end function c_signal
+  end interface
 
   call world%start()
   call ignore_size_limit()
@@ -47,6 +55,14 @@ program checkpoint_loop
   if (code > 0) stop 1
 
 contains
+
+  !> Makes writing beyond the limit on file sizes fail, like writing to a full disk, instead of ending the program.
+  subroutine ignore_size_limit()
+    integer(c_int), parameter :: SIGXFSZ = 25 ! of Linux
+    integer(c_intptr_t), parameter :: SIG_IGN = 1
+    type(c_funptr) :: previous
+    previous = c_signal(SIGXFSZ, transfer(SIG_IGN, previous))
+  end subroutine ignore_size_limit
 
   !> What generation `generation` holds: every number differs from that of the generation before.
   subroutine fill(generation)

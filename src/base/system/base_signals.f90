@@ -8,10 +8,10 @@ module base_signals
   use, intrinsic :: iso_c_binding, only: c_int, c_funptr, c_funloc, c_intptr_t
   implicit none
   private
-  public :: catch_signals, signal_caught, ignore_size_limit
+  public :: catch_signals, signal_caught
 
   ! Linux numbers.
-  integer(c_int), parameter :: SIGHUP = 1, SIGINT = 2, SIGUSR1 = 10, SIGTERM = 15, SIGXFSZ = 25
+  integer(c_int), parameter :: SIGHUP = 1, SIGINT = 2, SIGUSR1 = 10, SIGTERM = 15
   integer(c_intptr_t), parameter :: SIG_DFL = 0, SIG_IGN = 1
 
   integer(c_int), volatile :: caught = 0 !< number of the last signal, 0 before any
@@ -48,12 +48,6 @@ contains
   integer function signal_caught()
     signal_caught = int(caught)
   end function signal_caught
-
-  !> Makes writing beyond the limit on file sizes fail, like writing to a full disk, instead of ending the program.
-  subroutine ignore_size_limit()
-    type(c_funptr) :: previous
-    previous = c_signal(SIGXFSZ, transfer(SIG_IGN, previous))
-  end subroutine ignore_size_limit
 
   !> Records a signal. A second interrupt from the keyboard ends the program.
   subroutine handle(number) bind(C)

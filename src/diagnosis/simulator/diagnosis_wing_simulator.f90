@@ -51,7 +51,7 @@ module diagnosis_wing_simulator
     type(wing_parameter_t), allocatable :: wing_parameters(:) !< `parameters`, with their meaning for the wing
     type(wing_patterns_t), private :: patterns
     type(bins_t) :: bins
-    type(noise_model_t) :: noise
+    type(noise_model_t) :: noise                 !< as it is known before any fit
     type(wing_motion_t) :: motion                !< on rank 0: observations behind those of `bins`
     integer :: n_evaluations = 0
     type(journal_t), pointer :: journal => null() !< of the results of the pool, on rank 0
@@ -74,8 +74,8 @@ module diagnosis_wing_simulator
     procedure :: directions => wing_directions
     procedure :: linearise_at => wing_linearise_at
     procedure :: has_nonlinear_nuisances => wing_has_nonlinear_nuisances
-    procedure :: common_fraction => wing_common_fraction
-    procedure :: set_common_fraction => wing_set_common_fraction
+    procedure :: has_common_errors => wing_has_common_errors
+    procedure :: independent_fraction => wing_independent_fraction
   end type wing_simulator_t
 
 contains
@@ -295,30 +295,29 @@ contains
   end function wing_has_nonlinear_nuisances
 
   !> See `simulator_t`.
-  subroutine wing_covariance(self, rows, c)
+  subroutine wing_covariance(self, rows, independent_fraction, c)
     class(wing_simulator_t), intent(in) :: self
     integer, intent(in) :: rows(:)
+    real(rp), intent(in) :: independent_fraction
     real(rp), intent(out) :: c(:, :)
     if (minval(rows) <= self%bins%n) then ! a block has loads or a mode
-      call bin_covariance(self%bins, self%noise, rows, c)
+      call bin_covariance(self%bins, self%noise%with_independent(independent_fraction), rows, c)
     else
       call self%motion%covariance(rows - self%bins%n, c)
     end if
   end subroutine wing_covariance
 
-  !> Returns the correlated fraction of the errors, see `simulator_t`; negative if no correlation length is declared.
-  pure real(rp) function wing_common_fraction(self) result(fraction)
+  !> Tells whether a correlation length is declared, see `simulator_t`.
+  pure logical function wing_has_common_errors(self) result(has_some)
     class(wing_simulator_t), intent(in) :: self
-    fraction = merge(1 - self%noise%white, -1.0_rp, self%noise%length > 0)
-  end function wing_common_fraction
+    has_some = self%noise%length > 0
+  end function wing_has_common_errors
 
-  !> Sets this fraction. The variance of white errors stays the same.
-  subroutine wing_set_common_fraction(self, fraction)
-    class(wing_simulator_t), intent(inout) :: self
-    real(rp), intent(in) :: fraction
-    self%noise%factor = self%noise%factor*self%noise%white/(1 - fraction)
-    self%noise%white = 1 - fraction
-  end subroutine wing_set_common_fraction
+  !> See `simulator_t`.
+  pure real(rp) function wing_independent_fraction(self) result(fraction)
+    class(wing_simulator_t), intent(in) :: self
+    fraction = self%noise%white
+  end function wing_independent_fraction
 
   !> See `simulator_t`. The nuisances are the errors of every load (see simulation_t), the gain of all forces, D, the errors of
   !> records of motion, and the error of the mesh, in this order.

@@ -23,6 +23,8 @@ module diagnosis_wing_bins
     real(rp) :: length = 0     !< [m] of the correlation of the rest
     real(rp) :: factor = 1     !< of the declared variance
     real(rp) :: unloaded = 1   !< further factor on that of the unloaded scan
+  contains
+    procedure :: with_independent => noise_with_independent
   end type noise_model_t
 
   !> The observations of all loads: averages, then scalar observations as they are.
@@ -41,6 +43,16 @@ module diagnosis_wing_bins
   end type bins_t
 
 contains
+
+  !> Returns the model in which the fraction `white` of the variance is independent, and the variance of independent errors is that
+  !> of this model.
+  pure type(noise_model_t) function noise_with_independent(self, white) result(noise)
+    class(noise_model_t), intent(in) :: self
+    real(rp), intent(in) :: white
+    noise = self
+    noise%white = white
+    noise%factor = self%factor*(self%white/white) ! no rounding if nothing changes
+  end function noise_with_independent
 
   !> Returns the size [m] of squares with which there are at most `most` observations in all.
   real(rp) function default_bin_size(experiment, most) result(size_of_bin)

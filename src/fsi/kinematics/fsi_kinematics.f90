@@ -48,7 +48,6 @@ module fsi_kinematics
     real(rp) :: hinge_velocity(3) = 0       !< in space, L/T
     real(rp) :: hinge_acceleration(3) = 0   !< in space, L/T^2
     real(rp) :: matrix(3, 3) = 0            !< takes components from space to the wing frame
-    real(rp) :: body_matrix(3, 3) = 0       !< takes components from space to the body frame
     real(rp) :: omega(3) = 0                !< angular velocity, 1/T
     real(rp) :: omega_rate(3) = 0           !< angular acceleration, 1/T^2
     real(rp) :: omega_relative(3) = 0       !< angular velocity relative to the body, 1/T
@@ -144,7 +143,6 @@ contains
     do i = 1, 3
       pose%matrix(:, i) = swap_flusi_wing(in_space%matrix(:, i))
     end do
-    pose%body_matrix = body%rotation%matrix
     pose%omega = swap_flusi_wing(in_space%omega)
     pose%omega_rate = swap_flusi_wing(in_space%omega_rate)
     pose%omega_relative = swap_flusi_wing(in_body%omega)

@@ -84,14 +84,14 @@ contains
                  all([(any(other%columns == one%columns(k)), k=1, size(one%columns))])
   end function is_part_of
 
-  !> Builds the design of a simulator at q. `state` is near q before, and belongs to q afterwards. The design leaves out candidates
-  !> whose data are missing, and finer variants that are not released. Fails if the simulator has no result at q. `known`, where
-  !> given, is a design of the same simulator at q or at a point close by. Its tangents and patterns are reused, and only missing
-  !> tangents are computed. nuisances(n, :), where given, replace those of the simulator or of `known`; each candidate then keeps at
-  !> least as many directions as it has in `known`.
-  subroutine build_design(simulator, q, state, design, failure, known, nuisances)
+  !> Builds the design of a simulator at q. `state` is near q before, and belongs to q afterwards. For independent_fraction see
+  !> `covariance` of simulator_t. The design leaves out candidates whose data are missing, and finer variants that are not released.
+  !> Fails if the simulator has no result at q. `known`, where given, is a design of the same simulator at q or at a point close by.
+  !> Its tangents and patterns are reused, and only missing tangents are computed. nuisances(n, :), where given, replace those of
+  !> the simulator or of `known`; each candidate then keeps at least as many directions as it has in `known`.
+  subroutine build_design(simulator, q, state, independent_fraction, design, failure, known, nuisances)
     class(simulator_t), intent(inout) :: simulator
-    real(rp), intent(in) :: q(:)
+    real(rp), intent(in) :: q(:), independent_fraction
     class(solver_state_t), allocatable, intent(inout) :: state
     type(design_t), intent(out) :: design
     type(failure_t), intent(out) :: failure
@@ -111,7 +111,7 @@ contains
       return
     end if
     if (present(nuisances)) design%nuisances = nuisances
-    call design%whitener%init(simulator, [(i, i=1, n)], failure)
+    call design%whitener%init(simulator, [(i, i=1, n)], independent_fraction, failure)
     if (failure%failed) return
     call design%whitener%add_directions(design%nuisances)
     tangents = design%tangents

@@ -158,16 +158,16 @@ contains
   !> Fits the baseline from several starts (parameters, :), each as `fit_loosely` does, and continues the most probable of these
   !> fits to convergence, in passes. Each pass begins with solutions from rest and with nuisances about their most probable errors.
   !> The passes end if two of them agree. Where the nuisances have a kink, passes may alternate between two results; the most
-  !> probable pass counts. `whitener`, over all observations, then has the directions of `nuisances` at this point, and the fit is
-  !> the best one with these. spread(starts) says by how much less probable than the best fit that of each start is (sum of squares
-  !> and log determinant); it is huge for a start without a fit. `state` holds the errors about which nuisances are linear, before
-  !> and after, and the solutions of the fit afterwards. Fails if no start leads to a fit.
+  !> probable pass counts. `whitener`, of the noise of all observations, then has the directions of `nuisances` at this point, and
+  !> the fit is the best one with these. spread(starts) says by how much less probable than the best fit that of each start is (sum
+  !> of squares and log determinant); it is huge for a start without a fit. `state` holds the errors about which nuisances are
+  !> linear, before and after, and the solutions of the fit afterwards. Fails if no start leads to a fit.
   subroutine fit_baseline(simulator, starts, options, state, whitener, found, spread, failure, nuisances)
     class(simulator_t), intent(inout), target :: simulator
     real(rp), intent(in) :: starts(:, :)
     type(fit_options_t), intent(in) :: options
     class(solver_state_t), allocatable, intent(inout) :: state
-    type(whitener_t), intent(out), target :: whitener
+    type(whitener_t), intent(inout), target :: whitener
     type(nested_fit_t), intent(out) :: found
     real(rp), allocatable, intent(out) :: spread(:)
     type(failure_t), intent(out) :: failure
@@ -206,16 +206,14 @@ contains
     real(rp), intent(in) :: starts(:, :)
     type(fit_options_t), intent(in) :: options
     class(solver_state_t), intent(in) :: state
-    type(whitener_t), intent(out), target :: whitener
+    type(whitener_t), intent(inout), target :: whitener
     type(nested_fit_t), intent(out) :: found
     real(rp), allocatable, intent(out) :: spread(:)
     type(failure_t), intent(out) :: failure
     type(nested_fit_t) :: one
     type(failure_t) :: failed
     real(rp) :: least
-    integer :: i, s
-    call whitener%init(simulator, [(i, i=1, simulator%n_observations)], failure)
-    if (failure%failed) return
+    integer :: s
     allocate (spread(size(starts, 2)), source=huge(1.0_rp))
     least = huge(least)
     do s = 1, size(starts, 2)

@@ -74,8 +74,8 @@ module inference_simulator
     procedure :: linearise_at => simulator_linearise_at
     procedure :: has_nonlinear_nuisances => simulator_has_nonlinear_nuisances
     procedure :: null_point => simulator_null_point
-    procedure :: common_fraction => simulator_common_fraction
-    procedure :: set_common_fraction => simulator_set_common_fraction
+    procedure :: has_common_errors => simulator_has_common_errors
+    procedure :: independent_fraction => simulator_independent_fraction
   end type simulator_t
 
   abstract interface
@@ -95,11 +95,14 @@ module inference_simulator
       logical, intent(in), optional :: is_wanted(:)
     end subroutine evaluate_interface
 
-    !> Returns c(size(rows), size(rows)), the covariance of the noise of these observations, which are of one block.
-    subroutine covariance_interface(self, rows, c)
+    !> Returns c(size(rows), size(rows)), the covariance of the noise of these observations, which are of one block. If neighbours
+    !> have errors in common, independent_fraction is the fraction of the variance of a single error that they do not have in
+    !> common. The variance of independent errors does not depend on it.
+    subroutine covariance_interface(self, rows, independent_fraction, c)
       import :: simulator_t, rp
       class(simulator_t), intent(in) :: self
       integer, intent(in) :: rows(:)
+      real(rp), intent(in) :: independent_fraction
       real(rp), intent(out) :: c(:, :)
     end subroutine covariance_interface
 
@@ -131,21 +134,21 @@ contains
     if (allocated(self%missing)) is_testable = self%missing == ''
   end function effect_is_testable
 
-  !> Returns the fraction of the variance of a single error that neighbours have in common; negative if it is fixed.
-  pure real(rp) function simulator_common_fraction(self) result(fraction)
+  !> Tells whether neighbours have a part of their errors in common, so that the data may show how large this part is.
+  pure logical function simulator_has_common_errors(self) result(has_some)
     class(simulator_t), intent(in) :: self
-    fraction = -1
+    has_some = .false.
     associate (unused => self)
     end associate
-  end function simulator_common_fraction
+  end function simulator_has_common_errors
 
-  !> Sets this fraction. The variance that neighbours do not have in common stays the same.
-  subroutine simulator_set_common_fraction(self, fraction)
-    class(simulator_t), intent(inout) :: self
-    real(rp), intent(in) :: fraction
-    associate (unused => self, nothing => fraction)
+  !> Returns the fraction of the variance of a single error that neighbours do not have in common, as it is known before any fit.
+  pure real(rp) function simulator_independent_fraction(self) result(fraction)
+    class(simulator_t), intent(in) :: self
+    fraction = 1
+    associate (unused => self)
     end associate
-  end subroutine simulator_set_common_fraction
+  end function simulator_independent_fraction
 
   !> Returns the state of a simulator before its first solution. A simulator without internal iterations has an empty state.
   subroutine simulator_initial_state(self, state)

@@ -32,8 +32,9 @@ module inference_validation
     logical :: is_complete = .false.       !< all folds could be predicted
   end type validation_t
 
-  !> Residuals, derivatives and state at one point.
+  !> Residuals, derivatives, errors and state at one point.
   type :: tangents_t
+    real(rp) :: independent_fraction = 1
     logical :: is_valid = .false.
     real(rp), allocatable :: q(:), residuals(:), jacobian(:, :), nuisances(:, :)
     class(solver_state_t), allocatable :: state
@@ -45,11 +46,11 @@ module inference_validation
 contains
 
   !> Validates the model with the parameters `active` free. It starts from q, the fit to all data, which ended in the state `from`,
-  !> and uses the nuisances(n, :) of this fit.
-  subroutine validate(simulator, active, q, from, nuisances, options, validation)
+  !> and uses the nuisances(n, :) of this fit. For independent_fraction see `covariance` of simulator_t.
+  subroutine validate(simulator, active, q, from, nuisances, independent_fraction, options, validation)
     class(simulator_t), intent(inout), target :: simulator
     integer, intent(in) :: active(:)
-    real(rp), intent(in) :: q(:), nuisances(:, :)
+    real(rp), intent(in) :: q(:), nuisances(:, :), independent_fraction
     class(solver_state_t), intent(in) :: from
     type(fit_options_t), intent(in) :: options
     type(validation_t), intent(out) :: validation
@@ -62,6 +63,7 @@ contains
     validation%is_complete = .true.
     call find_tangents(simulator, active, q, from, full, is_valid)
     full%nuisances = nuisances
+    full%independent_fraction = independent_fraction
     do f = 1, maxval(simulator%labels%fold)
       outside = pack([(i, i=1, simulator%n_observations)], simulator%labels%fold(simulator%labels%surface) == f)
       if (size(outside) == 0) cycle
@@ -113,8 +115,8 @@ contains
     inside = pack([(i, i=1, simulator%n_observations)], simulator%labels%fold(simulator%labels%surface) /= f)
     is_valid = size(inside) > size(active)
     if (.not. is_valid) return
-    call inner%init(simulator, inside, failure)
-    if (.not. failure%failed) call outer%init(simulator, outside, failure)
+    call inner%init(simulator, inside, full%independent_fraction, failure)
+    if (.not. failure%failed) call outer%init(simulator, outside, full%independent_fraction, failure)
     is_valid = .not. failure%failed
     if (.not. is_valid) return
     call inner%add_directions(full%nuisances(inside, :))

@@ -22,6 +22,7 @@ module inference_whitener
   type :: whitener_t
     integer :: n = 0
     integer, allocatable :: rows(:)       !< (n) observations of the simulator
+    real(rp) :: independent_fraction = 1  !< of the errors in N, see `covariance` of simulator_t
     real(rp) :: log_determinant = 0       !< of C
     type(block_t), allocatable, private :: blocks(:)
     real(rp), allocatable, private :: u(:, :), shrink(:) !< A X and f(g)
@@ -35,17 +36,19 @@ module inference_whitener
 
 contains
 
-  !> Makes the whitener of the observations `rows` of the simulator, without nuisances. Fails if a covariance is not positive
-  !> definite.
-  subroutine whitener_init(self, simulator, rows, failure)
+  !> Makes the whitener of the observations `rows` of the simulator, without nuisances. Of the variance of a single error
+  !> independent_fraction is independent. Fails if a covariance is not positive definite.
+  subroutine whitener_init(self, simulator, rows, independent_fraction, failure)
     class(whitener_t), intent(out) :: self
     class(simulator_t), intent(in) :: simulator
     integer, intent(in) :: rows(:)
+    real(rp), intent(in) :: independent_fraction
     type(failure_t), intent(out) :: failure
     integer :: b, i, k, first, last
     logical :: ok
     self%n = size(rows)
     self%rows = rows
+    self%independent_fraction = independent_fraction
     allocate (self%u(self%n, 0), self%shrink(0))
     associate (block => simulator%labels%block)
       first = minval(block)
@@ -56,7 +59,7 @@ contains
           one%rows = pack([(i, i=1, self%n)], block(rows) == b)
           allocate (one%factor(size(one%rows), size(one%rows)))
           if (size(one%rows) == 0) cycle
-          call simulator%covariance(rows(one%rows), one%factor)
+          call simulator%covariance(rows(one%rows), independent_fraction, one%factor)
           call factorise(one%factor, ok)
           if (.not. ok) then
             call failure%raise('the covariance of the errors is not positive definite: '// &

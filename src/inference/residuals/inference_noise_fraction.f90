@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Estimates the fraction of the error variance that neighbours have in common. The scatter of neighbours shows only the
+!> Estimates the fraction of the error variance that neighbours do not have in common. The scatter of neighbours shows only the
 !> independent part. The declared sd gives the rest only where it is right. Therefore the rest is what makes the data most
 !> probable, under normal priors of the parameters of the baseline and of unknown causes of unit strength everywhere.
 module inference_noise_fraction
@@ -13,25 +13,27 @@ module inference_noise_fraction
   public :: find_noise_fraction
 
   integer, parameter :: MOST_EVALUATIONS = 9
-  real(rp), parameter :: LARGEST = 0.9_rp !< of the variance
+  real(rp), parameter :: LARGEST = 0.9_rp !< of the variance that neighbours have in common
 
 contains
 
-  !> Sets the fraction at the baseline q by golden section. `is_new` tells whether it differs from the previous one by more than a
-  !> thousandth. Where something fails the fraction stays.
-  subroutine find_noise_fraction(simulator, q, from, is_new)
+  !> Finds independent_fraction (see `covariance` of simulator_t) at the baseline q by golden section. `is_new` tells whether it
+  !> differs from `known`, the one of the fit, by more than a thousandth. It is `known` if neighbours have no errors in common, or
+  !> if something fails.
+  subroutine find_noise_fraction(simulator, q, from, known, independent_fraction, is_new)
     class(simulator_t), intent(inout) :: simulator
-    real(rp), intent(in) :: q(:)
+    real(rp), intent(in) :: q(:), known
     class(solver_state_t), intent(in) :: from !< near q
+    real(rp), intent(out) :: independent_fraction
     logical, intent(out) :: is_new
     real(rp), parameter :: GOLDEN = 0.6180339887498949_rp
     real(rp), allocatable :: residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :), directions(:, :)
-    real(rp) :: ends(2), inner(2), values(2), before
+    real(rp) :: ends(2), inner(2), values(2)
     integer :: i, n, m
     logical :: is_valid
     is_new = .false.
-    before = simulator%common_fraction()
-    if (before < 0) return
+    independent_fraction = known
+    if (.not. simulator%has_common_errors()) return
     n = simulator%n_observations
     m = simulator%n_baseline
     allocate (residuals(n), jacobian(n, m), nuisances(n, simulator%n_nuisances), patterns(n, simulator%n_patterns))
@@ -56,21 +58,21 @@ contains
         values = [values(2), log_likelihood(inner(2))]
       end if
     end do
-    call simulator%set_common_fraction(merge(sum(ends)/2, before, maxval(values) > -huge(1.0_rp)))
-    is_new = abs(simulator%common_fraction() - before) > 1.0e-3_rp
+    if (maxval(values) > -huge(1.0_rp)) independent_fraction = 1 - sum(ends)/2
+    is_new = abs(independent_fraction - known) > 1.0e-3_rp
 
   contains
 
-    !> Returns the logarithm of the probability density of the data, without a constant.
-    real(rp) function log_likelihood(fraction) result(value)
-      real(rp), intent(in) :: fraction
+    !> Returns the logarithm of the probability density of the data, without a constant, if neighbours have the fraction `common` of
+    !> the variance in common.
+    real(rp) function log_likelihood(common) result(value)
+      real(rp), intent(in) :: common
       type(whitener_t) :: whitener
       type(failure_t) :: failure
       real(rp) :: left(n)
       integer :: k
-      call simulator%set_common_fraction(fraction)
       value = -huge(1.0_rp)
-      call whitener%init(simulator, [(k, k=1, n)], failure)
+      call whitener%init(simulator, [(k, k=1, n)], 1 - common, failure)
       if (failure%failed) return
       call whitener%add_directions(directions)
       left = residuals

@@ -28,7 +28,6 @@ module io_checkpoint_slots
     procedure :: scan => slots_scan
     procedure :: newest_valid => slots_newest_valid
     procedure :: must_find => slots_must_find
-    procedure :: choose_oldest_or_invalid => slots_choose_oldest_or_invalid
     procedure :: came_from => slots_came_from
     procedure :: identify => slots_identify
     procedure :: begin => slots_begin
@@ -79,13 +78,6 @@ contains
     call self%newest_valid(name, found)
     if (.not. found) call failure%raise('there is no valid backup to restart from: '//self%reason(0)//'; '//self%reason(1))
   end subroutine slots_must_find
-
-  !> Returns the name of the file that the next checkpoint replaces, without folder.
-  function slots_choose_oldest_or_invalid(self) result(name)
-    class(checkpoint_slots_t), intent(in) :: self
-    character(:), allocatable :: name
-    name = slot_name(self, next_slot(self))
-  end function slots_choose_oldest_or_invalid
 
   !> Records that the run was restarted from the file `path`, of any age. If it is one of the two files, the next checkpoint
   !> replaces the other one.

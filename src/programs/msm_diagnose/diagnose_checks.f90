@@ -16,7 +16,7 @@ contains
     type(diagnosis_t), intent(in) :: d
     character(:), allocatable :: name
     name = ''
-    if (alarm_of(d) > 0) name = d%checks(alarm_of(d))%name
+    if (alarm_of(d) > 0) name = d%tests%checks(alarm_of(d))%name
   end function alarm_name
 
   !> Adds to the open object of `json` the member `name`, which lists the checks of the residuals and their results.

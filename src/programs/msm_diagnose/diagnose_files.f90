@@ -90,13 +90,13 @@ contains
     logical :: is_valid
     n = simulator%n_observations
     allocate (base(n), extended(n), jacobian(n, 0), white(n, 2))
-    call simulator%evaluate(d%initial_baseline%q, [integer ::], d%baseline%state, base, jacobian, is_valid)
+    call simulator%evaluate(d%initial_baseline%q, [integer ::], d%model%baseline%state, base, jacobian, is_valid)
     extended = base
     if (d%extended%is_found) &
       call simulator%evaluate(d%extended%q, [integer ::], d%extended%state, extended, jacobian, is_valid)
     white(:, 1) = base
     white(:, 2) = extended
-    call d%whitener%apply(white)
+    call d%model%whitener%apply(white)
     call file%create_serial(s%name//'.h5.part', failure)
     call put_attribute(file, '/', 'schema', 'flusi-msm diagnosis', failure)
     call put_attribute(file, '/', 'version', 1, failure)
@@ -133,13 +133,13 @@ contains
     type(failure_t), intent(inout) :: failure
     real(rp), allocatable :: rows(:, :), mean(:), sd(:)
     integer :: f, k
-    if (.not. allocated(d%z)) return
+    if (.not. allocated(d%tests%z)) return
     call file%make_group('/unknown', failure)
-    do f = 1, size(d%design%families)
-      call d%design%families(f)%posterior(d%z, mean, sd)
+    do f = 1, size(d%model%design%families)
+      call d%model%design%families(f)%posterior(d%tests%z, mean, sd)
       allocate (rows(4, size(mean)))
       do k = 1, size(mean)
-        rows(:, k) = [simulator%pattern_site(:, d%design%families(f)%patterns(k)), mean(k), sd(k)]
+        rows(:, k) = [simulator%pattern_site(:, d%model%design%families(f)%patterns(k)), mean(k), sd(k)]
       end do
       call put_table(file, '/unknown/'//word_of(FAMILIES, simulator%family_kinds(f)), rows, 'x y mean sd', failure)
       deallocate (rows)

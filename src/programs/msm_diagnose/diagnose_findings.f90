@@ -46,7 +46,7 @@ contains
     real(rp) :: size_of, step
     integer :: k
     text = ''
-    associate (one => d%design%candidates(d%statistics%best(e)))
+    associate (one => d%model%design%candidates(d%tests%statistics%best(e)))
       do k = 1, size(one%columns)
         size_of = norm2(one%tangents(:, k))
         if (size_of < FAINT) cycle
@@ -70,7 +70,7 @@ contains
     text = ''
     if (.not. allocated(d%refits)) return
     do r = 1, size(d%refits)
-      if (d%design%candidates(d%refits(r)%candidate)%effect /= e .or. .not. d%refits(r)%found%is_found) cycle
+      if (d%model%design%candidates(d%refits(r)%candidate)%effect /= e .or. .not. d%refits(r)%found%is_found) cycle
       text = fit_text(s, d, d%refits(r)%candidate, d%refits(r)%found)
     end do
   end function effect_finding
@@ -88,8 +88,8 @@ contains
     type(finding_t) :: finding
     integer :: k, at, n
     text = ''
-    n = size(d%baseline%active)
-    associate (one => d%design%candidates(candidate))
+    n = size(d%model%baseline%active)
+    associate (one => d%model%design%candidates(candidate))
       do k = 1, size(one%columns)
         if (present(only)) then
           if (k /= only) cycle

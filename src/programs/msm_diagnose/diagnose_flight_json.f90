@@ -34,9 +34,9 @@ contains
     if (.not. s%flights%is_ready) return
     call flight%init(s%measurement%flights, s%catalogue%parameters, s%flights)
     allocate (baseline(flight%n), extended(flight%n), of_grid(flight%n, max(1, flight%n_nuisances)), nothing(flight%n, 0))
-    call flight%evaluate(d%baseline%q, [integer ::], baseline, nothing)
+    call flight%evaluate(d%model%baseline%q, [integer ::], baseline, nothing)
     of_grid = 0
-    if (s%flights%is_refined) call flight%nuisances(d%baseline%q, of_grid)
+    if (s%flights%is_refined) call flight%nuisances(d%model%baseline%q, of_grid)
     extended = baseline
     call use_flight_of(d%extended, s%flights, flight)
     if (d%extended%is_found) call flight%evaluate(d%extended%q, [integer ::], extended, nothing)

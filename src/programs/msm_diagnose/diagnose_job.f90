@@ -161,9 +161,9 @@ contains
     if (self%further%outcome%failure%failed) self%outcome = self%further%outcome
     call self%outcome%classify(OUTCOME_NOT_CONVERGED)
     if (self%outcome%failure%failed) return
-    self%settings%noise%model = self%simulator%noise
+    self%settings%noise%model = self%simulator%noise%with_independent(self%diagnosis%model%whitener%independent_fraction)
     warning = self%settings%noise%warning
-    call check_declared_variance(self%settings%noise, self%diagnosis%scale)
+    call check_declared_variance(self%settings%noise, self%diagnosis%tests%scale)
     if (self%settings%noise%warning /= warning) write (error_unit, '(a)') 'notice: '//self%settings%noise%warning
     call rank_loads(self%settings, self%simulator, self%diagnosis, next)
     call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)

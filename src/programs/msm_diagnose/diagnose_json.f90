@@ -67,8 +67,8 @@ contains
     call put_modes(json, s, d)
     call put_series(json, s, d)
     call put_flights(json, s, d)
-    if (allocated(d%checks)) call put_checks(json, 'questions', d%checks)
-    if (.not. allocated(d%checks)) call put_checks(json, 'questions', [residual_check_t ::])
+    if (allocated(d%tests%checks)) call put_checks(json, 'questions', d%tests%checks)
+    if (.not. allocated(d%tests%checks)) call put_checks(json, 'questions', [residual_check_t ::])
     call put_rivals(json, s, d, next)
     call put_next(json, s%measurement, next)
     call json%close()
@@ -86,7 +86,7 @@ contains
     call json%open_list('rivals')
     is_told = .false.
     do r = 1, size(next%rivals)
-      associate (one => d%design%candidates(next%rivals(r)))
+      associate (one => d%model%design%candidates(next%rivals(r)))
         if (is_told(one%effect)) cycle
         is_told(one%effect) = .true.
         call json%open_object('')
@@ -125,17 +125,17 @@ contains
       call json%put('rejection_power', v%name_power)
       call json%put('is_together', v%is_joint)
       call json%put('set_because', trim(v%reason))
-      call json%put('linear_word', verdict_word(d%linear%verdict))
+      call json%put('linear_word', verdict_word(d%tests%decision%verdict))
       call json%put('posterior_none', v%posterior_none)
       call json%put('posterior_together', v%posterior_joint)
       call json%put('posterior_unknown', v%posterior_unknown)
       call json%open_list('causes')
       do i = 1, size(v%causes)
         call json%open_object('')
-        call json%put('effect', s%catalogue%effects(d%design%candidates(v%causes(i))%effect)%name)
+        call json%put('effect', s%catalogue%effects(d%model%design%candidates(v%causes(i))%effect)%name)
         call json%put('name', cause_name(s, d, i))
         call json%put('finding', cause_finding(s, d, i))
-        associate (one => d%design%candidates(v%causes(i)))
+        associate (one => d%model%design%candidates(v%causes(i)))
           call json%put('variant', s%catalogue%effects(one%effect)%variants(one%variant)%label)
           call json%put('place', s%catalogue%effects(one%effect)%variants(one%variant)%site)
         end associate
@@ -163,7 +163,7 @@ contains
     call json%put('differences', s%noise%n)
     call json%put('white_share', s%noise%model%white)
     call json%put('correlation_length_m', s%noise%model%length)
-    call json%put('variance_ratio', d%scale)
+    call json%put('variance_ratio', d%tests%scale)
     call json%put('is_scale_estimated',.not. s%options%is_scale_known)
     call json%put('warning', s%noise%warning)
     call json%open_object('heavy_tails')
@@ -226,7 +226,7 @@ contains
     integer :: i, k
     call json%open_list('findings')
     do i = 1, size(d%decision%causes)
-      associate (columns => d%design%candidates(d%decision%causes(i))%columns)
+      associate (columns => d%model%design%candidates(d%decision%causes(i))%columns)
         do k = 1, size(columns)
           call json%open_object('')
           call json%put('name', s%catalogue%parameters(columns(k))%name)
@@ -249,7 +249,7 @@ contains
     integer :: c, i
     associate (effect => s%catalogue%effects(e))
       c = 0
-      if (allocated(d%statistics%best)) c = d%statistics%best(e)
+      if (allocated(d%tests%statistics%best)) c = d%tests%statistics%best(e)
       status = 'tested'
       if (c == 0) status = 'absorbed'
       if (.not. effect%is_testable()) status = 'not_testable'
@@ -263,15 +263,15 @@ contains
       call json%put('missing', effect%missing)
       if (effect_finding(s, d, e) /= '') call json%put('finding', effect_finding(s, d, e))
       if (c > 0) then
-        associate (one => d%design%candidates(c))
+        associate (one => d%model%design%candidates(c))
           call json%put('variant', effect%variants(one%variant)%label)
           call json%put('place', effect%variants(one%variant)%site)
-          call json%put('chi2', d%statistics%squares(c))
+          call json%put('chi2', d%tests%statistics%squares(c))
           call json%put('df', one%df)
-          call json%put('local_p', exp(max(-700.0_rp, d%statistics%log_p(c))))
-          call json%put('p', exp(max(-700.0_rp, d%calibration%log_p_effect(e, d%statistics%effect(e)))))
+          call json%put('local_p', exp(max(-700.0_rp, d%tests%statistics%log_p(c))))
+          call json%put('p', exp(max(-700.0_rp, d%model%calibration%log_p_effect(e, d%tests%statistics%effect(e)))))
           call json%put('retained', one%retained)
-          call json%put('estimate', -matmul(one%solve, matmul(d%z, one%basis))) ! z is computed less observed
+          call json%put('estimate', -matmul(one%solve, matmul(d%tests%z, one%basis))) ! z is computed less observed
           call json%put('standard_error', [(norm2(one%solve(i, :)), i=1, size(one%columns))])
           call json%put('log_evidence', d%hypotheses%effect(e))
           call json%put('posterior', d%decision%posterior(e))
@@ -306,11 +306,11 @@ contains
       call put_parameters(json, s, d%extended)
       call put_findings(json, s, d)
       if (allocated(d%intervals)) then
-        call json%put('is_null_excluded', d%is_null_excluded)
-        call json%put('is_at_bound', d%is_at_bound)
+        call json%put('is_null_excluded', d%support%is_null_excluded)
+        call json%put('is_at_bound', d%support%is_at_bound)
         call json%open_list('intervals_90')
         do i = 1, size(d%intervals)
-          column = d%extended%active(size(d%baseline%active) + i)
+          column = d%extended%active(size(d%model%baseline%active) + i)
           ends = [d%intervals(i)%lower, d%intervals(i)%best, d%intervals(i)%upper]
           if (s%catalogue%parameters(column)%is_log) ends = exp(ends)
           call json%open_object('')

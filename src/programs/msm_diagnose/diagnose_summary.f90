@@ -46,7 +46,7 @@ contains
       write (unit, '(a)') 'mesh      changes '//what//')'
     end if
     call print_misfit(unit, s, d)
-    if (allocated(d%checks)) call print_alarm(unit, d)
+    if (allocated(d%tests%checks)) call print_alarm(unit, d)
     write (unit, '(a)') 'verdict   '//verdict_word(d%decision%verdict)//': '//verdict_sentence(s, d)
     if (d%decision%verdict == VERDICT_UNKNOWN) then
       call print_unknown(unit, unknown)
@@ -78,7 +78,7 @@ contains
     n = s%bins%n + s%measurement%count_mode_observations() + s%measurement%count_series_observations() + &
         s%measurement%count_flight_observations()
     write (unit, '(a)') 'baseline  chi^2 = '//fixed(d%initial_baseline%chi2, 1)//' of '//number_text(n)// &
-      ' numbers; variance over that of the noise model '//fixed(d%scale, 3)
+      ' numbers; variance over that of the noise model '//fixed(d%tests%scale, 3)
     write (unit, '(a)') 'misfit    noise alone gives differences of this size with p = '// &
       probability_text(d%decision%log_p_global)// &
       ' (all tests and checks together); signal-to-noise ratio of the causes '//fixed(d%decision%snr, 1)
@@ -100,9 +100,9 @@ contains
     integer, intent(in) :: i
     character(:), allocatable :: text
     text = cause_finding(s, d, i)
-    if (text == '') text = s%catalogue%effects(d%design%candidates(d%decision%causes(i))%effect)%sentence
+    if (text == '') text = s%catalogue%effects(d%model%design%candidates(d%decision%causes(i))%effect)%sentence
     if (d%decision%verdict == VERDICT_SET .and. size(d%decision%set) > 1 .and. .not. d%decision%is_joint) &
-      text = 'if it is '//s%catalogue%effects(d%design%candidates(d%decision%causes(i))%effect)%title//': '//text
+      text = 'if it is '//s%catalogue%effects(d%model%design%candidates(d%decision%causes(i))%effect)%title//': '//text
   end function told_cause
 
   !> Prints the sensor whose zero differs most from that of the first one, in units of the error of the difference.
@@ -125,8 +125,8 @@ contains
     integer :: at
     at = alarm_of(d)
     if (at == 0) return
-    write (unit, '(a)') 'check     of the residuals of the baseline: '//d%checks(at)%sentence//' (p = '// &
-      probability_text(d%checks(at)%log_p)//' of '//number_text(count(d%checks%takes_part))//' checks)'
+    write (unit, '(a)') 'check     of the residuals of the baseline: '//d%tests%checks(at)%sentence//' (p = '// &
+      probability_text(d%tests%checks(at)%log_p)//' of '//number_text(count(d%tests%checks%takes_part))//' checks)'
   end subroutine print_alarm
 
   !> Prints the measurement that separates the cause from its nearest rival best. It is a repeat or a load at a new site.
@@ -164,7 +164,7 @@ contains
     pure function effect_name(candidate) result(name)
       integer, intent(in) :: candidate
       character(:), allocatable :: name
-      name = s%catalogue%effects(d%design%candidates(candidate)%effect)%name
+      name = s%catalogue%effects(d%model%design%candidates(candidate)%effect)%name
     end function effect_name
 
   end subroutine print_next
@@ -252,7 +252,7 @@ contains
                                             '; other causes are not excluded'//because(d%decision)
     case (VERDICT_UNKNOWN)
       text = 'something that is not in the catalogue'
-      if (alarm_of(d) > 0 .and. d%decision%is_rejected_by_checks) text = text//', as '//d%checks(alarm_of(d))%sentence
+      if (alarm_of(d) > 0 .and. d%decision%is_rejected_by_checks) text = text//', as '//d%tests%checks(alarm_of(d))%sentence
     case default
       text = 'there are too few data to test anything'
       return
@@ -289,8 +289,8 @@ contains
   pure integer function alarm_of(d) result(at)
     type(diagnosis_t), intent(in) :: d
     at = 0
-    if (.not. allocated(d%checks)) return
-    if (d%decision%log_p_checks <= log(LEVEL*(1 - TESTS_FRACTION))) at = most_significant(d%checks)
+    if (.not. allocated(d%tests%checks)) return
+    if (d%decision%log_p_checks <= log(LEVEL*(1 - TESTS_FRACTION))) at = most_significant(d%tests%checks)
   end function alarm_of
 
   !> Returns why the fit of a cause that could have been named speaks against naming it. The text is empty if the fit does not.

@@ -17,7 +17,7 @@ module solid_hinge
   use solid_vectors, only: cross
   implicit none
   private
-  public :: hinge_t, hinge_evaluate, hinge_angle, turning_law, HINGE_NODES
+  public :: hinge_t, hinge_evaluate, turning_law, HINGE_NODES
 
   !> One hinge a-b-c.
   type :: hinge_t
@@ -202,16 +202,6 @@ contains
     law(1) = (k + k3*g(0))*g(1)
     law(2) = (k + k3*g(0))*g(2) + k3*g(1)**2
   end function cubic_law
-
-  !> Returns the turning angle Theta >= 0 [rad] from the rest direction at displacements u(3, 7).
-  pure real(rp) function hinge_angle(self, u) result(angle)
-    type(hinge_t), intent(in) :: self
-    real(rp), intent(in) :: u(3, HINGE_NODES)
-    real(rp) :: te(3), tf(3), n(3), le, lf, la, w(3)
-    call directions(self, u, te, tf, n, le, lf, la)
-    w = misfit(self, te, tf, n)
-    angle = 2*asin(min(1.0_rp, 0.5_rp*norm2(w)))
-  end function hinge_angle
 
   !> Computes unit vectors along both segments, their lengths, the unit normal, and the length of the sum it comes from.
   pure subroutine directions(self, u, te, tf, n, le, lf, la)

@@ -68,7 +68,6 @@ module spectral_transform
     procedure :: to_modes => transform_to_modes
     procedure :: most_parts => transform_most_parts
     procedure :: release => transform_release
-    procedure, non_overridable :: pipeline_staged => transform_pipeline_staged
   end type transform_t
 
   abstract interface
@@ -144,14 +143,6 @@ contains
     call self%to_points(kernels)
     if (kernels%n_out > 0) call self%to_modes(kernels)
   end subroutine transform_pipeline
-
-  !> Runs all kernels on whole arrays, even if the backend has its own pipeline. Collective.
-  subroutine transform_pipeline_staged(self, kernels)
-    class(transform_t), intent(inout) :: self
-    class(kernels_t), intent(inout) :: kernels
-    call transform_to_points(self, kernels)
-    if (kernels%n_out > 0) call transform_to_modes(self, kernels)
-  end subroutine transform_pipeline_staged
 
   !> Takes the fields of spectral in to the points and multiplies them there, on whole arrays through `backward`. The arrays were
   !> reserved, or grow to the largest need; they hold the products until `to_modes`. Collective.
@@ -265,7 +256,7 @@ contains
     end do
   end subroutine multiply_all
 
-  !> Returns the bytes of the whole arrays of `pipeline_staged`.
+  !> Returns the bytes of the whole arrays of `to_points` and `to_modes`.
   pure real(rp) function transform_staged_bytes(self) result(bytes)
     class(transform_t), intent(in) :: self
     bytes = 0

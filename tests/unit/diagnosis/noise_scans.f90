@@ -16,13 +16,13 @@ module noise_scans
 
   type, extends(simulator_t) :: scans_t
     real(rp), allocatable :: data(:)
-    real(rp) :: fraction = 0
+    real(rp) :: independent = 1 !< fraction of the variance, as it is believed before any fit
   contains
     procedure :: evaluate => scans_evaluate
     procedure :: covariance => scans_covariance
     procedure :: directions => scans_directions
-    procedure :: common_fraction => scans_common_fraction
-    procedure :: set_common_fraction => scans_set_common_fraction
+    procedure :: has_common_errors => scans_has_common_errors
+    procedure :: independent_fraction => scans_independent_fraction
   end type scans_t
 
 contains
@@ -98,13 +98,16 @@ contains
     if (present(to)) allocate (to, source=from)
   end subroutine scans_evaluate
 
-  subroutine scans_covariance(self, rows, c)
+  subroutine scans_covariance(self, rows, independent_fraction, c)
     class(scans_t), intent(in) :: self
     integer, intent(in) :: rows(:)
+    real(rp), intent(in) :: independent_fraction
     real(rp), intent(out) :: c(:, :)
     real(rp) :: r(N_POINTS, N_POINTS)
     integer :: i
-    r = correlation()*self%fraction/(1 - self%fraction)
+    associate (unused => self)
+    end associate
+    r = correlation()*(1 - independent_fraction)/independent_fraction
     c = r(mod(rows - 1, N_POINTS) + 1, mod(rows - 1, N_POINTS) + 1)
     do i = 1, size(rows)
       c(i, i) = c(i, i) + 1
@@ -127,14 +130,13 @@ contains
     is_valid = size(q) == self%n_baseline
   end subroutine scans_directions
 
-  pure real(rp) function scans_common_fraction(self) result(fraction)
+  pure logical function scans_has_common_errors(self) result(has_some)
     class(scans_t), intent(in) :: self
-    fraction = self%fraction
-  end function scans_common_fraction
+    has_some = self%n_observations > 0
+  end function scans_has_common_errors
 
-  subroutine scans_set_common_fraction(self, fraction)
-    class(scans_t), intent(inout) :: self
-    real(rp), intent(in) :: fraction
-    self%fraction = fraction
-  end subroutine scans_set_common_fraction
+  pure real(rp) function scans_independent_fraction(self) result(fraction)
+    class(scans_t), intent(in) :: self
+    fraction = self%independent
+  end function scans_independent_fraction
 end module noise_scans

@@ -7,6 +7,7 @@
 program test_noise_fraction
   use base_kinds, only: i8, rp
   use diagnosis_noise, only: check_declared_variance, noise_estimate_t
+  use diagnosis_wing_bins, only: noise_model_t
   use inference_noise_fraction, only: find_noise_fraction
   use noise_scans, only: make_scans, scans_t
   use least_squares_state, only: solver_state_t
@@ -23,6 +24,7 @@ program test_noise_fraction
   call find('0.36 beside a wave', 0.36_rp, 0.0_rp, 1.0_rp)
   call find_none()
   call judge()
+  call change()
   call t%finish()
 
 contains
@@ -31,14 +33,13 @@ contains
     character(*), intent(in) :: name
     real(rp), intent(in) :: truth, before, wave
     type(scans_t) :: scans
-    real(rp) :: found(DRAWS), mean, error
+    real(rp) :: found(DRAWS), mean, error, independent
     integer :: k
     logical :: is_new
     do k = 1, DRAWS
       call make_scans(scans, truth, wave, int(k, i8))
-      scans%fraction = before
-      call find_noise_fraction(scans, [3.0_rp], solver_state_t(), is_new)
-      found(k) = scans%fraction
+      call find_noise_fraction(scans, [3.0_rp], solver_state_t(), 1 - before, independent, is_new)
+      found(k) = 1 - independent
     end do
     mean = sum(found)/DRAWS
     error = sqrt(sum((found - mean)**2)/(DRAWS - 1)/DRAWS)
@@ -49,11 +50,11 @@ contains
   !> No common errors: the smallest share that the section can give, or little more.
   subroutine find_none()
     type(scans_t) :: scans
+    real(rp) :: independent
     logical :: is_new
     call make_scans(scans, 0.0_rp, 0.0_rp, 99_i8)
-    scans%fraction = 0.5_rp
-    call find_noise_fraction(scans, [3.0_rp], solver_state_t(), is_new)
-    call t%check('none are found where there are none', scans%fraction < 0.1_rp .and. is_new)
+    call find_noise_fraction(scans, [3.0_rp], solver_state_t(), 0.5_rp, independent, is_new)
+    call t%check('none are found where there are none', independent > 0.9_rp .and. is_new)
   end subroutine find_none
 
   !> Errors that are declared as twice what they are, 1/4 of the variance, are told too large; those that are declared right, or
@@ -78,4 +79,16 @@ contains
     call check_declared_variance(estimate, 0.5_rp)
     call t%check('and not where neighbours share nothing', estimate%warning == '')
   end subroutine judge
+
+  !> Another fraction of a model changes the variance that neighbours share, and no other; the same fraction changes nothing.
+  subroutine change()
+    type(noise_model_t) :: model, other
+    model = noise_model_t(white=0.3_rp, length=1.0_rp, factor=0.7_rp, unloaded=2.0_rp)
+    other = model%with_independent(0.6_rp)
+    call t%check_close('independent errors stay', other%white*other%factor, 0.21_rp, rtol=4*epsilon(1.0_rp))
+    call t%check_close('shared ones are the rest', (1 - other%white)*other%factor, 0.14_rp, rtol=4*epsilon(1.0_rp))
+    call t%check('the model itself stays', model%white == 0.3_rp .and. other%length == 1.0_rp .and. other%unloaded == 2.0_rp)
+    other = model%with_independent(model%white)
+    call t%check('its own fraction changes nothing', other%factor == 0.7_rp)
+  end subroutine change
 end program test_noise_fraction

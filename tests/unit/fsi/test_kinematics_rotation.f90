@@ -339,8 +339,8 @@ contains
     real(rp) :: relative(3), omega(3)
     call pose_at(.false., 0.8_rp, pose)
     body = body_at(0.8_rp)
-    omega = matmul(pose%body_matrix, pose%vector_to_space(pose%omega))
-    relative = matmul(pose%body_matrix, pose%vector_to_space(pose%omega_relative))
+    omega = matmul(body%matrix, pose%vector_to_space(pose%omega))
+    relative = matmul(body%matrix, pose%vector_to_space(pose%omega_relative))
     call kit%check_below('relative to space = relative to the body + body', &
                          maxval(abs(omega - relative - body%omega)), 1.0e-14_rp)
     call kit%check_close('the pose keeps phi', pose%phi%value, 0.2_rp + 1.1_rp*sin(0.8_rp), atol=1.0e-15_rp)

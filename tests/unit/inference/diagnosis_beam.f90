@@ -271,12 +271,15 @@ contains
     end do
   end subroutine beam_evaluate
 
-  subroutine beam_covariance(self, rows, c)
+  subroutine beam_covariance(self, rows, independent_fraction, c)
     class(beam_t), intent(in) :: self
     integer, intent(in) :: rows(:)
+    real(rp), intent(in) :: independent_fraction !< all errors are independent
     real(rp), intent(out) :: c(:, :)
     integer :: i
     c = 0
+    associate (unused => independent_fraction)
+    end associate
     do i = 1, size(rows)
       c(i, i) = self%sigma**2
     end do

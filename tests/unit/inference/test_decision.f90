@@ -27,7 +27,7 @@ program test_decision
   q0 = beam%null_point()
   call beam%observe(q0, beam%sigma, 1)
   allocate (state)
-  call build_design(beam, q0, state, design, failure)
+  call build_design(beam, q0, state, 1.0_rp, design, failure)
   call test%check('the design exists',.not. failure%failed)
   call calibration%init(design, N_EFFECTS, .true., 500, SEED)
   call test_unknown()

@@ -50,7 +50,7 @@ contains
     n = 56
     allocate (nuisances(beam%n_observations, beam%n_nuisances), patterns(beam%n_observations, beam%n_patterns), c(n, n))
     call beam%directions(beam%null_point(), solver_state_t(), nuisances, patterns, is_valid)
-    call whitener%init(beam, [(i, i=1, n)], failure)
+    call whitener%init(beam, [(i, i=1, n)], 1.0_rp, failure)
     call whitener%add_directions(nuisances(:n, :))
     c = matmul(nuisances(:n, :), transpose(nuisances(:n, :)))
     do i = 1, n

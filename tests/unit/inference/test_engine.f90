@@ -40,7 +40,7 @@ program test_engine
   q0 = beam%null_point()
   call beam%observe(q0, beam%sigma, 1)
   allocate (state)
-  call build_design(beam, q0, state, design, failure)
+  call build_design(beam, q0, state, 1.0_rp, design, failure)
   call check(.not. failure%failed, 'the design exists')
   call believing%init(design, N_EFFECTS, .true., 2000, 5_i8)
   call estimating%init(design, N_EFFECTS, .false., 2000, 5_i8)
@@ -286,7 +286,7 @@ contains
     call check(d%prediction%has_gain .and. d%prediction%gain > d%prediction%gain_error, &
                'it predicts locations that the fit did not see')
     ! Deflections to one side are too large: that is the plain question about the sign.
-    call check_fit(beam, d%design, d%baseline, 1.0_rp, 0, checks)
+    call check_fit(beam, d%model%design, d%model%baseline, 1.0_rp, 0, checks)
     do i = 1, size(checks)
       if (checks(i)%name == 'sign') exit
     end do
@@ -313,7 +313,7 @@ contains
     beam%parameters(P_ONE_WAY)%upper = 0.8_rp*q(P_ONE_WAY)
     call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
     call check(.not. failure%failed .and. d%decision%verdict == VERDICT_SET .and. d%decision%reason == AT_BOUND .and. &
-               d%is_null_excluded, 'what stands at a bound is no name')
+               d%support%is_null_excluded, 'what stands at a bound is no name')
     beam%parameters(P_ONE_WAY)%upper = upper
   end subroutine test_bound
 
@@ -336,11 +336,11 @@ contains
     call run_diagnosis(beam, reshape(q0, [size(q0), 1]), options, d, failure)
     call check(.not. failure%failed .and. any(d%decision%set == E_SOFT), &
                'a soft place beside the scanned ones is found')
-    if (size(d%decision%causes) > 0) call check(d%design%candidates(d%decision%causes(1))%variant == HIDDEN, &
+    if (size(d%decision%causes) > 0) call check(d%model%design%candidates(d%decision%causes(1))%variant == HIDDEN, &
                                                 'and moved to where it is')
     ! Places that are tried later make nothing more probable by chance, nor less.
     call check(abs(d%decision%log_p_global - scan%decision%log_p_global) < 1.0e-9_rp, 'with the p of the scan')
-    call check(abs(d%scale - scan%scale) < 1.0e-9_rp, 'and its size of the noise')
+    call check(abs(d%tests%scale - scan%tests%scale) < 1.0e-9_rp, 'and its size of the noise')
     beam%effects(E_SOFT)%variants = all
   end subroutine test_places
 

@@ -35,7 +35,7 @@ program test_fit_checks
   beam%n_nuisances = beam%n_nuisances + 1
   call beam%observe(q0, beam%sigma, 1)
   allocate (state)
-  call build_design(beam, q0, state, design, failure)
+  call build_design(beam, q0, state, 1.0_rp, design, failure)
   call test_nulls()
   call test_tilts()
   call test_variance()
@@ -146,7 +146,7 @@ contains
       if (d%decision%is_rejected_by_checks .and. d%decision%verdict == VERDICT_UNKNOWN .and. &
           d%decision%probability > 0.99_rp) by_checks = by_checks + 1
       call test%check('the global p is no larger than that of the checks', &
-                      d%decision%log_p_global <= combined_log_p(d%checks) - log(1 - TESTS_FRACTION) + 1.0e-9_rp)
+                      d%decision%log_p_global <= combined_log_p(d%tests%checks) - log(1 - TESTS_FRACTION) + 1.0e-9_rp)
     end do
     call test%check('tilts that are larger than declared are not adequate', adequate == 0)
     call test%check('where no test sees them the cause is unknown, and certainly there', by_checks > 0)

@@ -28,7 +28,7 @@ program test_hypotheses
   q0 = beam%null_point()
   call beam%observe(q0, beam%sigma, 1)
   allocate (state)
-  call build_design(beam, q0, state, design, failure)
+  call build_design(beam, q0, state, 1.0_rp, design, failure)
   call check(.not. failure%failed, 'the design exists')
   call test_choice()
   call test_field()
@@ -86,7 +86,7 @@ contains
     n = size(other%parameters) - P_SOFT + 1
     other%field = [(c, c=P_SOFT, size(other%parameters))]
     other%family = [other%family, (maxval(other%family) + 1, c=1, n)]
-    call build_design(other, q0, state, wide, failure)
+    call build_design(other, q0, state, 1.0_rp, wide, failure)
     worst = 0
     associate (field => wide%families(size(wide%families)))
       do c = 1, size(wide%candidates)
@@ -193,7 +193,7 @@ contains
       soft%variants(size(soft%variants) - COPIES + 1:)%is_finer = .true.
       soft%variants%is_released = .true.
     end associate
-    call build_design(other, q0, state, finer, failure)
+    call build_design(other, q0, state, 1.0_rp, finer, failure)
     z = 7*design%candidates(first_of(E_SOFT) + BEST - 1)%basis(:, 1) &
         + 9*design%candidates(first_of(E_DRIFT))%basis(:, 1)
     call before%init(design, size(beam%effects), z)
@@ -270,7 +270,7 @@ contains
     real(rp) :: residuals(wing%n_observations), jacobian(wing%n_observations, 0), rest
     real(rp), allocatable :: z(:)
     logical :: is_valid
-    call build_design(wing, q0, state, one, failure)
+    call build_design(wing, q0, state, 1.0_rp, one, failure)
     allocate (z(one%k))
     call wing%evaluate(q0, [integer ::], solver_state_t(), residuals, jacobian, is_valid)
     call one%compress(residuals, q0(:N_BASE), z, rest)

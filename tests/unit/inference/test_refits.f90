@@ -72,17 +72,17 @@ contains
     beam%data = beam%data - 3*beam%error(.true.)
     beam%edge = huge(beam%edge)
     call run_diagnosis(beam, reshape(q0, [N_ALL, 1]), options, d, failure)
-    before(1) = d%baseline%q(1)
+    before(1) = d%model%baseline%q(1)
     beam%edge = -huge(beam%edge)
     call run_diagnosis(beam, reshape(q0, [N_ALL, 1]), options, d, failure)
-    before(2) = d%baseline%q(1)
+    before(2) = d%model%baseline%q(1)
     call t%check('either direction leads to the other side', before(1) > before(2) .and. .not. failure%failed)
     beam%edge = sum(before)/2
     call run_diagnosis(beam, reshape(q0, [N_ALL, 1]), options, d, failure)
     call t%check('there is a diagnosis',.not. failure%failed)
     ! Both are sums of squares about 700; the fit ends where steps gain less than 1e-5 of it.
-    call t%check_close('what the baseline leaves is what the design sees', sum(d%z**2)*d%scale + d%residual_square, &
-                       d%baseline%cost(), atol=0.1_rp)
+    call t%check_close('what the baseline leaves is what the design sees', sum(d%tests%z**2)*d%tests%scale + &
+                       d%tests%residual_square, d%model%baseline%cost(), atol=0.1_rp)
   end subroutine test_fickle_error
 
   !> From the baseline the torsion goes the wrong way. Fitted with a second parameter, from elsewhere, it does not.
@@ -101,14 +101,15 @@ contains
     q(P_TORSION) = TRUTH
     call beam%observe(q, beam%sigma, 940001)
     call run_diagnosis(beam, reshape(q0, [N_ALL, 1]), options, d, failure)
-    i = findloc(d%design%candidates(d%refits%candidate)%effect, E_SPAN, 1)
+    i = findloc(d%model%design%candidates(d%refits%candidate)%effect, E_SPAN, 1)
     call t%check('from the baseline it is not found',.not. failure%failed .and. i > 0)
     call t%check('but goes the other way', d%refits(max(1, i))%found%q(P_TORSION) < 0)
-    whole%candidate = findloc(d%design%candidates%effect, E_TORSION, 1)
-    call fit_nested(beam, d%whitener, [d%baseline%active, P_TORSION, P_BOTH], q, &
-                    d%baseline%state, options%fit, whole(1)%found)
-    call refit_top_candidates(beam, options, d, whole)
-    i = findloc(d%design%candidates(d%refits%candidate)%effect, E_SPAN, 1)
+    whole%candidate = findloc(d%model%design%candidates%effect, E_TORSION, 1)
+    call fit_nested(beam, d%model%whitener, [d%model%baseline%active, P_TORSION, P_BOTH], q, &
+                    d%model%baseline%state, options%fit, whole(1)%found)
+    d%refits = whole
+    call refit_top_candidates(beam, options, d%model, d%tests, d%hypotheses, d%refits, d%decision)
+    i = findloc(d%model%design%candidates(d%refits%candidate)%effect, E_SPAN, 1)
     call t%check_close('beside a fit of which it is a part it is', d%refits(i)%found%q(P_TORSION), TRUTH, &
                        atol=4*sqrt(whole(1)%found%covariance(N_BASE + 1, N_BASE + 1)))
     call t%check('and leads', maxloc(d%hypotheses%effect, 1) == E_SPAN)

@@ -26,7 +26,7 @@ program test_region
   call make_beam(beam)
   call beam%observe(beam%null_point(), beam%sigma, 1)
   allocate (state)
-  call build_design(beam, beam%null_point(), state, design, failure)
+  call build_design(beam, beam%null_point(), state, 1.0_rp, design, failure)
   call test%check('the design exists',.not. failure%failed)
   call test_one_place()
   call test_field()

@@ -51,13 +51,14 @@ program test_relinearisation
                      known%extended%q(P_ONE_WAY), atol=0.1_rp*deviation(known))
   call t%check_close('with the p of the first linearisation', seeing%decision%log_p_global, blind%decision%log_p_global, &
                      rtol=1.0e-12_rp)
-  call t%check_close('and its size of the noise', seeing%scale, blind%scale, rtol=1.0e-12_rp)
+  call t%check_close('and its size of the noise', seeing%tests%scale, blind%tests%scale, rtol=1.0e-12_rp)
   call beam%observe(q, beam%sigma, 800001)
   beam%data = beam%data + error_of(beam, beam%angle)
   call run_diagnosis(beam, reshape(q0, [N_ALL, 1]), options, blind, failure)
   call run_diagnosis(beam, reshape(q0, [N_ALL, 1]), options, refused, failure, model_error=growing)
   call t%check('an error that grows is asked for', growing%n_calls > 0 .and. .not. failure%failed)
-  call t%check('and not taken, though everything fits better with it', abs(factor_of(refused%baseline%state) - 1) < epsilon(1.0_rp))
+  call t%check('and not taken, though everything fits better with it', &
+               abs(factor_of(refused%model%baseline%state) - 1) < epsilon(1.0_rp))
   call t%check_close('the estimate is that of the first linearisation', refused%extended%q(P_ONE_WAY), &
                      blind%extended%q(P_ONE_WAY), rtol=1.0e-12_rp)
   call t%check_close('and so is its sd', deviation(refused), deviation(blind), rtol=1.0e-12_rp)

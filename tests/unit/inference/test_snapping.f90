@@ -76,7 +76,7 @@ contains
     beam%farthest = huge(farthest) ! the fit itself finds its way
     q = beam%parameters%null
     call beam%directions(q, site_t(), nuisances, patterns, is_valid)
-    call whitener%init(beam, [(i, i=1, beam%n_observations)], failure)
+    call whitener%init(beam, [(i, i=1, beam%n_observations)], 1.0_rp, failure)
     call whitener%add_directions(nuisances)
     q(P_ONE_WAY) = 0.9_rp
     call fit_nested(beam, whitener, [(i, i=1, N_BASE), P_ONE_WAY, P_TORSION], q, site_t(), options, found)

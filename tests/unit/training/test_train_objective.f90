@@ -16,6 +16,7 @@ program test_train_objective
   use least_squares_problem, only: unknowns_t
   use measurement_bending_pool, only: bending_pool_t
   use measurement_bending_runner, only: bending_runner_t
+  use measurement_bending_state, only: bending_state_t
   use measurement_bending_task, only: bending_task_t, task_input, TASK_COSTS
   use measurement_data, only: measurement_t, NOT_STATED, QUANTITY_DISPLACEMENT, QUANTITY_ROTATION
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
@@ -187,27 +188,32 @@ contains
   !> Two generations, the second warm from another mean, by all ranks and by one.
   subroutine test_costs()
     type(train_objective_t) :: together, single
+    type(bending_state_t) :: warm, warm_single, next, next_single
     type(candidate_costs_t) :: costs, costs_single
     real(rp) :: x(2, LAMBDA)
     integer :: k, l, pass
     logical :: has_failure
     call together%init(experiment, pool, .false.)
     call single%init(experiment, alone, .false.)
+    warm = together%rest()
+    warm_single = single%rest()
     do pass = 1, 2
       do k = 1, LAMBDA
         x(:, k) = coordinates(random_uniforms(5_i8, int(pass, i8), int(k, i8)))
       end do
-      call together%solve_mean(coordinates([0.3_rp*pass, 0.5_rp]))
-      call together%evaluate(x, costs)
-      call single%solve_mean(coordinates([0.3_rp*pass, 0.5_rp]))
-      call single%evaluate(x, costs_single)
+      call together%solve_mean(coordinates([0.3_rp*pass, 0.5_rp]), warm, next)
+      call together%evaluate(x, next, costs)
+      call single%solve_mean(coordinates([0.3_rp*pass, 0.5_rp]), warm_single, next_single)
+      call single%evaluate(x, next_single, costs_single)
+      warm = next
+      warm_single = next_single
       is_same = is_same .and. all(abs(costs%f - costs_single%f) <= 0) .and. &
                 all(costs%has_failed .eqv. costs_single%has_failed) .and. &
                 all(abs(costs%violation - costs_single%violation) <= 0)
       do k = 1, LAMBDA
         has_failure = .false.
         do l = 1, N_LOADS
-          has_failure = has_failure .or. is_to_fail(task_input(bending_task_t(TASK_COSTS, l, single%is_start(l)), x(:, k), &
+          has_failure = has_failure .or. is_to_fail(task_input(bending_task_t(TASK_COSTS, l, next_single%is_start(l)), x(:, k), &
                                                               [integer ::]), ONE_OF)
         end do
         is_right = is_right .and. (has_failure .eqv. costs%has_failed(k))
@@ -225,7 +231,7 @@ contains
     soon%stop_seconds = 1.0e-6_rp
     call make_pool(world_alone, 0, soon, late)
     call objective%init(experiment, late, .false.)
-    call objective%evaluate(reshape([truth, truth], [2, 2]), costs)
+    call objective%evaluate(reshape([truth, truth], [2, 2]), objective%rest(), costs)
     ends_in_time = late%is_stopped .and. late%n_tasks < 2*N_LOADS
     call late%free()
   end subroutine test_clock
@@ -292,6 +298,7 @@ contains
   subroutine test_search()
     type(train_objective_t) :: objective
     type(candidate_costs_t) :: costs
+    type(bending_state_t) :: mean_state, next
     type(cmaes_search_t) :: search
     type(start_region_t) :: region
     type(cmaes_options_t) :: options
@@ -301,6 +308,7 @@ contains
     integer :: k, n_failed
     logical :: has_best
     call objective%init(experiment, pool, .false.)
+    mean_state = objective%rest()
     allocate (region%lower(2), region%upper(2))
     region%lower = 0
     region%upper = 1
@@ -315,8 +323,9 @@ contains
       do k = 1, size(x, 2)
         at(:, k) = coordinates(x(:, k))
       end do
-      call objective%solve_mean(coordinates(search%run%state%mean))
-      call objective%evaluate(at, costs)
+      call objective%solve_mean(coordinates(search%run%state%mean), mean_state, next)
+      mean_state = next
+      call objective%evaluate(at, mean_state, costs)
       n_failed = n_failed + count(costs%has_failed)
       call search%tell(costs%f, costs%violation, costs%has_failed)
     end do
