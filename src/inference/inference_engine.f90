@@ -19,7 +19,7 @@ module inference_engine
   use inference_refit, only: fit_baseline, nested_fit_t
   use inference_relinearisation, only: is_clear, model_error_t, relinearise, relinearise_simulator
   use inference_simulator, only: simulator_t
-  use inference_top_candidates, only: exchange_refit, fit_extended, refit_top_candidates
+  use inference_top_candidates, only: replace_refit, fit_extended, refit_top_candidates
   use inference_validation, only: compare_folds, validate
   use inference_whitener, only: whitener_t
   use least_squares_state, only: solver_state_t
@@ -201,7 +201,7 @@ contains
     call relinearise_simulator(simulator, options, d%whitener, d%design%nuisances, d%refits(i)%found, model_error, d%rounds, &
                                failure)
     found = d%rounds%found
-    if (found%is_found) call exchange_refit(simulator, options, d, i, found)
+    if (found%is_found) call replace_refit(simulator, options, d, i, found)
   end subroutine relinearise_best
 
   !> Does what `relinearise_best` does for the causes of the verdict, unless the simulator has already been linearised about them.
@@ -241,7 +241,7 @@ contains
     class(model_error_t), intent(inout), optional :: model_error
     type(whitener_t), target :: whitener
     real(rp), allocatable :: nuisances(:, :)
-    logical :: ok
+    logical :: is_better
     if (size(d%decision%causes) == 0) return
     call reuse_fit(d)
     if (.not. d%extended%is_found) call fit_extended(simulator, options, d, d%decision%causes, d%extended)
@@ -267,15 +267,15 @@ contains
     ! therefore include it.
     if (options%finds_intervals .and. .not. d%extended_scale > LARGEST_SCALE) then
       call find_intervals(simulator, whitener, max(d%scale, d%extended_scale), options%fit, d%extended, d%intervals)
-      call refit_from_better(simulator, whitener, options%fit, d%intervals, d%extended, ok)
-      if (ok) call find_intervals(simulator, whitener, max(d%scale, d%extended_scale), options%fit, d%extended, d%intervals)
+      call refit_from_better(simulator, whitener, options%fit, d%intervals, d%extended, is_better)
+      if (is_better) call find_intervals(simulator, whitener, max(d%scale, d%extended_scale), options%fit, d%extended, d%intervals)
       call find_support(simulator%parameters, d%design%candidates(d%decision%causes), simulator%n_baseline, &
                         d%extended, d%intervals, d%is_null_excluded, d%is_at_bound)
     end if
     if (options%validates) then
       call validate(simulator, d%extended%active, d%extended%q, d%extended%state, nuisances, options%fit, d%prediction%extended)
-      call compare_folds(d%prediction%baseline, d%prediction%extended, d%prediction%gain, d%prediction%gain_error, ok)
-      d%prediction%has_gain = ok
+      call compare_folds(d%prediction%baseline, d%prediction%extended, d%prediction%gain, d%prediction%gain_error, &
+                         d%prediction%has_gain)
     end if
     if (d%decision%verdict /= VERDICT_NAMED) return
     if (options%finds_intervals .and. .not. d%is_null_excluded) then

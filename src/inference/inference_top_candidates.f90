@@ -16,7 +16,7 @@ module inference_top_candidates
   implicit none
   private
 
-  public :: exchange_refit, fit_extended, refit_top_candidates
+  public :: replace_refit, fit_extended, refit_top_candidates
 
   real(rp), parameter :: SHORTFALL = 20.0_rp !< of a sum of squares, in units of the noise; beyond it fits are tried from elsewhere
   real(rp), parameter :: FAR = 10.0_rp !< of the log evidence; effects that are less probable by more are not worth a fit
@@ -199,7 +199,7 @@ contains
   end subroutine replace_if_better
 
   !> Replaces refit i by `found`, a fit of the same candidate, and decides again.
-  subroutine exchange_refit(simulator, options, d, i, found)
+  subroutine replace_refit(simulator, options, d, i, found)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(diagnosis_t), intent(inout) :: d
@@ -211,7 +211,7 @@ contains
     call apply_refit(simulator, d, one)
     d%refits(i) = one
     call decide_anew(options, d)
-  end subroutine exchange_refit
+  end subroutine replace_refit
 
   !> Decides again with the results of all refits.
   subroutine decide_anew(options, d)

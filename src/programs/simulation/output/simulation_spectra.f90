@@ -8,7 +8,7 @@ module simulation_spectra
   use fluid_shells, only: count_shells, shell_energies, shell_width
   use fluid_solver, only: fluid_t
   use io_series, only: series_t
-  use parallel_failure, only: share_failure
+  use parallel_failure, only: broadcast_failure
   use simulation_opening, only: opening_t
   implicit none
   private
@@ -63,7 +63,7 @@ contains
     if (opening%failure%failed .or. opening%is_listing) return
     if (opening%world%is_root) call write_text('spectrum_k.t', '% wavenumbers [1/L] of the columns behind the time'// &
                                                new_line('a')//numbers//new_line('a'), own)
-    call share_failure(opening%world, own, opening%failure)
+    call broadcast_failure(opening%world, own, opening%failure)
   end subroutine spectra_open
 
   !> Computes and stores the spectra of the present state, before a step changes it. Collective.
