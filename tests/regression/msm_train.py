@@ -7,7 +7,7 @@ usage: msm_train.py <msm_train> <h5dump> <write_replicate> [tests]
 import math
 import re
 
-from training_case import OTHERS, TRUTH, WING, number, quick, same_outcome, training, replicate
+from training_case import OTHERS, TRUTH, WING, number, quick, replicate, same_outcome, training
 from whole_program import EXIT_NUMERICAL, EXIT_USER, TRAIN_REFERENCE, check, live_keys, main, merged
 
 

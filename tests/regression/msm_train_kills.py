@@ -12,7 +12,7 @@ import re
 import signal
 import time
 
-from training_case import same_outcome, training, replicate
+from training_case import replicate, same_outcome, training
 from whole_program import check, main, no_crash
 
 KILLS = int(os.environ.get("FLUSI_TEST_KILLS", "6"))

@@ -14,7 +14,7 @@ import signal
 import subprocess
 import time
 
-from training_case import quick, same_outcome, training, replicate
+from training_case import quick, replicate, same_outcome, training
 from whole_program import ALIVE, EXIT_OK, EXIT_STOPPED, EXIT_UNWRITABLE, EXIT_USER, Finished, check, main, merged, no_crash
 
 

@@ -16,7 +16,7 @@ import sys
 import time
 
 from gradient_case import input_text, synthesise
-from training_case import training, replicate
+from training_case import replicate, training
 from whole_program import ALIVE, EXIT_OK, EXIT_STOPPED, check, main, merged, no_crash, series, sphere
 
 TRAIN, DIAGNOSE = sys.argv.pop(3), sys.argv.pop(3)
