@@ -11,11 +11,11 @@ program identifiability
   use base_lapack, only: singular_values, symmetric_eigen
   use base_parameter, only: parameter_t
   use loaded_wing, only: N_LOADS, MODERATE_FORCES, load_at, wing_of_argument
+  use model_variation, only: shape_sensitivities
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t, default_params
-  use solid_sensitivity, only: shape_sensitivities
   use solid_statics, only: solve_static, static_options_t, static_report_t
   use solid_wing, only: wing_t
   implicit none

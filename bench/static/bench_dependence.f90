@@ -5,11 +5,11 @@ module bench_dependence
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
   use loaded_wing, only: N_LOADS, MODERATE_FORCES, load_at
+  use model_variation, only: shape_sensitivities
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t, default_params, membrane_thickness
-  use solid_sensitivity, only: shape_sensitivities
   use solid_statics, only: solve_static, static_options_t, static_report_t
   use solid_wing, only: wing_t
   use wing_shapes, only: deflection

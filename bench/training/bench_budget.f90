@@ -5,7 +5,7 @@ module bench_budget
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: i8, rp
   use base_parameter, only: parameter_t
-  use bench_twin, only: N_UNKNOWNS, twin_t
+  use bench_replicate, only: N_UNKNOWNS, replicate_t
   use bench_validation, only: NOISE, validation_truth
   use cmaes_options, only: cmaes_options_t, CONSTANTS_PAPER, CONSTANTS_TUTORIAL, WEIGHTS_ACTIVE, WEIGHTS_PAPER
   use cmaes_search, only: cmaes_search_t, start_region_t, RESTARTS_NONE
@@ -47,8 +47,8 @@ contains
   end function sides_coordinates
 
   !> Runs the box `name`, log or linear; after every generation it prints a JSON record of what is done so far.
-  subroutine measure_budget(twin, n_generations, name)
-    type(twin_t), intent(in) :: twin
+  subroutine measure_budget(replicate, n_generations, name)
+    type(replicate_t), intent(in) :: replicate
     integer, intent(in) :: n_generations
     character(*), intent(in) :: name
     type(experiment_t) :: experiment
@@ -56,7 +56,7 @@ contains
     type(sides_t) :: sides
     logical :: is_done
     integer :: i
-    call twin%measure(validation_truth(twin), NOISE, experiment, is_done)
+    call replicate%measure(validation_truth(replicate), NOISE, experiment, is_done)
     experiment%options%tolerance = 1.0e-8_rp
     experiment%options%factorisation_limit = 300
     parameter = experiment%describe(1)

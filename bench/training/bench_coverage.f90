@@ -9,7 +9,7 @@ module bench_coverage
   use base_kinds, only: i8, rp
   use base_parameter, only: parameter_t
   use base_random, only: random_stream_t
-  use bench_twin, only: N_UNKNOWNS, twin_t
+  use bench_replicate, only: N_UNKNOWNS, replicate_t
   use least_squares_fit, only: fit, fit_options_t, fit_report_t
   use least_squares_posterior, only: find_posterior, posterior_t
   use least_squares_problem, only: unknowns_t
@@ -36,15 +36,15 @@ module bench_coverage
 contains
 
   !> Runs wing number `first` and the following ones; the last line is a JSON record.
-  subroutine cover(twin, n_wings, first)
-    type(twin_t), intent(in) :: twin
+  subroutine cover(replicate, n_wings, first)
+    type(replicate_t), intent(in) :: replicate
     integer, intent(in) :: n_wings, first
     type(tally_t) :: tally
     real(rp) :: cpu, cpu_end, fraction, every
     integer :: w
     call cpu_time(cpu)
     do w = first, first + n_wings - 1
-      call cover_wing(twin, w, tally)
+      call cover_wing(replicate, w, tally)
       call cpu_time(cpu_end)
       write (output_unit, '(a,i0,3(a,i0),a,i0,a,f0.1,a)') 'wing ', w, ': so far ', tally%n_hit(2), ' of ', tally%n(2), &
         ' intervals hold the truth; with one end ', tally%n(1), ', without ', tally%n(0), '; ', cpu_end - cpu, ' s'
@@ -60,8 +60,8 @@ contains
       ',"cpu_s":', cpu_end - cpu, '}'
   end subroutine cover
 
-  subroutine cover_wing(twin, w, tally)
-    type(twin_t), intent(in) :: twin
+  subroutine cover_wing(replicate, w, tally)
+    type(replicate_t), intent(in) :: replicate
     integer, intent(in) :: w
     type(tally_t), intent(inout) :: tally
     type(experiment_t), target :: experiment
@@ -75,8 +75,8 @@ contains
       do i = 1, N_UNKNOWNS
         truth(i) = 2*stream%uniform() - 1
       end do
-      truth = twin%defaults() + ONE_DECADE*truth
-      call twin%measure(truth, NOISE, experiment, is_done)
+      truth = replicate%defaults() + ONE_DECADE*truth
+      call replicate%measure(truth, NOISE, experiment, is_done)
       if (is_done) exit
       tally%n_redrawn = tally%n_redrawn + 1
     end do
@@ -89,7 +89,7 @@ contains
       end associate
     end do
     call stream%gaussians(start)
-    call fit_wing(experiment, twin%defaults(), truth, truth + NEAR*start, tally)
+    call fit_wing(experiment, replicate%defaults(), truth, truth + NEAR*start, tally)
   end subroutine cover_wing
 
   subroutine fit_wing(experiment, centre, truth, start, tally)

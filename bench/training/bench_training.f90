@@ -10,7 +10,7 @@ program training
   use base_text, only: parse_integer
   use bench_budget, only: measure_budget
   use bench_coverage, only: cover
-  use bench_twin, only: N_UNKNOWNS, twin_t
+  use bench_replicate, only: N_UNKNOWNS, replicate_t
   use bench_validation, only: NOISE, predict_sd, validate, validation_truth
   use loaded_wing, only: wing_of_argument
   use measurement_experiment, only: experiment_t
@@ -18,41 +18,41 @@ program training
   use base_outcome, only: exit_code_of, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED
   use base_process, only: exit_with
   implicit none
-  type(twin_t) :: twin
+  type(replicate_t) :: replicate
   type(experiment_t), target :: experiment
   real(rp) :: truth(N_UNKNOWNS), sd(N_UNKNOWNS)
   character(20) :: mode, box
   integer :: number, first, i, n_met
   logical :: is_done, is_met
 
-  call twin%init(wing_of_argument())
+  call replicate%init(wing_of_argument())
   mode = '--seed'
   if (command_argument_count() > 1) call get_command_argument(2, mode)
   number = whole_argument(3)
   if (mode /= '--budget') first = whole_argument(4)
   select case (mode)
   case ('--seed', '--starts')
-    truth = validation_truth(twin)
-    call twin%measure(truth, NOISE, experiment, is_done)
+    truth = validation_truth(replicate)
+    call replicate%measure(truth, NOISE, experiment, is_done)
     if (.not. is_done) call exit_with(exit_code_of(OUTCOME_NOT_CONVERGED))
     sd = predict_sd(experiment, truth)
     if (mode == '--seed') then
-      call validate(twin, experiment, truth, sd, number, is_met)
+      call validate(replicate, experiment, truth, sd, number, is_met)
     else
       n_met = 0
       do i = 1, number
-        call validate(twin, experiment, truth, sd, first + i - 1, is_met)
+        call validate(replicate, experiment, truth, sd, first + i - 1, is_met)
         if (is_met) n_met = n_met + 1
       end do
       write (output_unit, '(a,i0,a,i0,a)') '{"starts":', number, ',"starts_within_all_bars":', n_met, '}'
     end if
   case ('--coverage')
-    call cover(twin, number, first)
+    call cover(replicate, number, first)
   case ('--budget')
     box = 'log'
     if (command_argument_count() > 3) call get_command_argument(4, box)
     if (box /= 'log' .and. box /= 'linear') call refuse(trim(box)//' is no box; log or linear')
-    call measure_budget(twin, number, trim(box))
+    call measure_budget(replicate, number, trim(box))
   case default
     call refuse('unknown option '//trim(mode))
   end select

@@ -6,7 +6,7 @@ module bench_validation
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: i8, rp
   use base_parameter, only: parameter_t
-  use bench_twin, only: N_JOINTS, N_UNKNOWNS, twin_t
+  use bench_replicate, only: N_JOINTS, N_UNKNOWNS, replicate_t
   use cmaes_options, only: cmaes_options_t
   use cmaes_search, only: cmaes_search_t, start_region_t, RESTARTS_IPOP
   use cmaes_stop, only: RUNNING
@@ -25,7 +25,7 @@ module bench_validation
   real(rp), parameter, public :: IDENTIFIABLE = 1.0e-3_rp  !< largest sd(ln k) at this noise
   real(rp), parameter, public :: BAR_YOUNG = 1.0e-6_rp, BAR_JOINT = 1.0e-3_rp, BAR_H = 1.0e-8_rp
   integer, parameter, public :: BAR_EVALUATIONS = 3000
-  !> Stiffness of the twin's joints over that of the vein without the joint.
+  !> Stiffness of the replicate's joints over that of the vein without the joint.
   real(rp), parameter :: SOFTENED(N_JOINTS) = [0.5_rp, 0.2_rp, 0.8_rp, 0.3_rp, 0.6_rp, 0.1_rp, 0.4_rp, 0.7_rp, &
                                                0.25_rp, 0.9_rp]
   integer, parameter :: GENERATIONS = 1 !< of the search before each attempt to polish
@@ -33,10 +33,10 @@ module bench_validation
 contains
 
   !> Returns the coordinates of the true values.
-  pure function validation_truth(twin) result(truth)
-    type(twin_t), intent(in) :: twin
+  pure function validation_truth(replicate) result(truth)
+    type(replicate_t), intent(in) :: replicate
     real(rp) :: truth(N_UNKNOWNS)
-    truth = twin%defaults() + [0.0_rp, log(SOFTENED)]
+    truth = replicate%defaults() + [0.0_rp, log(SOFTENED)]
   end function validation_truth
 
   !> Returns the sd of every unknown at the truth in the linear approximation without priors.
@@ -61,8 +61,8 @@ contains
 
   !> Searches from the random start that `seed` gives, runs the least squares, and prints the results of `report_joints`. `is_met`
   !> tells whether all requirements are met.
-  subroutine validate(twin, experiment, truth, sd, seed, is_met)
-    type(twin_t), intent(in) :: twin
+  subroutine validate(replicate, experiment, truth, sd, seed, is_met)
+    type(replicate_t), intent(in) :: replicate
     type(experiment_t), intent(in), target :: experiment
     real(rp), intent(in) :: truth(N_UNKNOWNS), sd(N_UNKNOWNS)
     integer, intent(in) :: seed
@@ -88,7 +88,7 @@ contains
     rough%options%factorisation_limit = 60
     call work%init(rough)
     call problem%init(experiment)
-    unknowns = wing_unknowns(experiment, twin%defaults(), 1.0_rp)
+    unknowns = wing_unknowns(experiment, replicate%defaults(), 1.0_rp)
     unknowns%prior = (unknowns%lower + unknowns%upper)/2
     allocate (region%lower(N_UNKNOWNS), source=0.0_rp)
     allocate (region%upper(N_UNKNOWNS), source=1.0_rp)

@@ -51,9 +51,9 @@ def main():
     folder.mkdir(parents=True, exist_ok=True)
     build = options.build.resolve()
     words = [str(word) for pair in {**TRUTH, "force": FORCE}.items() for word in pair]
-    subprocess.run([build / "tests/bin/write_twin", options.wing.resolve(), folder / "twin.h5", "10", str(SIGMA), "46",
+    subprocess.run([build / "tests/bin/write_replicate", options.wing.resolve(), folder / "replicate.h5", "10", str(SIGMA), "46",
                     "21", *words], check=True)
-    sections = {"Wing": {"file": options.wing.resolve()}, "Measurement": {"file": "twin.h5"},
+    sections = {"Wing": {"file": options.wing.resolve()}, "Measurement": {"file": "replicate.h5"},
                 "Train": {"parameters": "E, joint:*", "seed": options.seed}, "Polish": {"intervals": "no"}}
     write_input(folder, sections, options.changes)
     begun = time.monotonic()

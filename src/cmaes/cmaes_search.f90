@@ -18,8 +18,8 @@ module cmaes_search
   use cmaes_stop, only: RUNNING, FTARGET, MAXFEVALS, TOO_MANY_FAILED, stop_text
   implicit none
   private
-  public :: cmaes_search_t, cmaes_search_state_t, start_region_t, FIRST_RUN, LARGE_RUN, SMALL_RUN, RESTART_RULES, RESTARTS_NONE, &
-            RESTARTS_IPOP, RESTARTS_BIPOP
+  public :: cmaes_search_t, start_region_t, FIRST_RUN, LARGE_RUN, SMALL_RUN, RESTART_RULES, RESTARTS_NONE, RESTARTS_IPOP, &
+            RESTARTS_BIPOP
 
   integer, parameter :: RESTARTS_NONE = 1, RESTARTS_IPOP = 2, RESTARTS_BIPOP = 3
   type(named_kind_t), parameter :: RESTART_RULES(3) = [named_kind_t('none', RESTARTS_NONE), &

@@ -19,7 +19,7 @@ module inference_engine
   use inference_relinearisation, only: model_about, model_error_t, relinearise, relinearise_extended, relinearise_simulator
   use inference_simulator, only: simulator_t
   use inference_tests, only: needs_no_cause, test_again, test_hypotheses
-  use inference_top_candidates, only: exchange_refit, refit_top_candidates
+  use inference_top_candidates, only: replace_refit, refit_top_candidates
   use inference_validation, only: validate, validation_t
   use least_squares_state, only: solver_state_t
   implicit none
@@ -75,7 +75,7 @@ contains
       call relinearise_simulator(simulator, options, d%model, d%refits(best)%found, d%refits(best)%gain, model_error, d%rounds, &
                                  failure)
       if (failure%failed) return
-      if (d%rounds%found%is_found) call exchange_refit(simulator, options, d%model, d%tests, d%rounds%found, d%refits(best), &
+      if (d%rounds%found%is_found) call replace_refit(simulator, options, d%model, d%tests, d%rounds%found, d%refits(best), &
                                                        d%hypotheses, d%decision)
     end if
     if (size(d%decision%causes) == 0) return

@@ -16,7 +16,7 @@ module inference_top_candidates
   implicit none
   private
 
-  public :: exchange_refit, fit_extended, refit_top_candidates
+  public :: replace_refit, fit_extended, refit_top_candidates
 
   real(rp), parameter :: SHORTFALL = 20.0_rp !< of a sum of squares, in units of the noise; beyond it fits are tried from elsewhere
   real(rp), parameter :: FAR = 10.0_rp !< of the log evidence; effects that are less probable by more are not worth a fit
@@ -214,7 +214,7 @@ contains
   end subroutine replace_if_better
 
   !> Replaces the fit of a refit by `found`, another one of the same candidate, and decides again.
-  subroutine exchange_refit(simulator, options, model, tests, found, refit, hypotheses, decision)
+  subroutine replace_refit(simulator, options, model, tests, found, refit, hypotheses, decision)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
     type(model_t), intent(in) :: model
@@ -226,7 +226,7 @@ contains
     refit%found = found
     call apply_refit(simulator, model, tests, hypotheses, refit)
     call decide_anew(options, model, tests, hypotheses, decision)
-  end subroutine exchange_refit
+  end subroutine replace_refit
 
   !> Decides again with the results of all refits, by which the hypotheses were corrected.
   subroutine decide_anew(options, model, tests, hypotheses, decision)

@@ -5,12 +5,12 @@ module parallel_failure
   use parallel_world, only: world_t
   implicit none
   private
-  public :: share_failure
+  public :: broadcast_failure
 
 contains
 
   !> Raises on all ranks what `own` says on rank 0; on the other ranks `own` does not count. Collective.
-  subroutine share_failure(world, own, failure)
+  subroutine broadcast_failure(world, own, failure)
     type(world_t), intent(in) :: world
     type(failure_t), intent(in) :: own
     type(failure_t), intent(inout) :: failure
@@ -19,5 +19,5 @@ contains
     if (own%failed) reason = own%reason
     call world%broadcast_text(reason)
     if (reason /= '') call failure%raise(reason)
-  end subroutine share_failure
+  end subroutine broadcast_failure
 end module parallel_failure

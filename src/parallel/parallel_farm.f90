@@ -27,7 +27,7 @@ module parallel_farm
 
   integer, parameter :: NOT_RUN = -1 !< status of a task that was not begun because a stop was wanted
   integer, parameter :: FEW_RANKS = 8     ! up to this number rank 0 works: idle, it would waste over a tenth
-  integer, parameter :: SHUT_DOWN = 0, BATCH = 1, SHARING = 2, MEETING = 3 ! commands to workers
+  integer, parameter :: SHUT_DOWN = 0, BATCH = 1, BROADCAST = 2, MEETING = 3 ! commands to workers
   integer, parameter :: TASK_TAG = 71, RESULT_TAG = 72
   integer, parameter :: DEPTH = 2 ! tasks that a worker may hold
 
@@ -125,11 +125,11 @@ contains
     class(task_runner_t), intent(inout) :: runner
     real(rp), intent(in) :: context(:)
     call require(self%world%is_root, 'farm_broadcast: rank 0')
-    call send_command(self, SHARING, size(context))
+    call send_command(self, BROADCAST, size(context))
     call replace_context(self, runner, size(context), context)
   end subroutine farm_broadcast
 
-  !> Shares an array, as the sender and as a receiver.
+  !> Broadcasts an array, as the sender and as a receiver.
   subroutine replace_context(self, runner, length, context)
     class(farm_t), intent(inout) :: self
     class(task_runner_t), intent(inout) :: runner
@@ -296,7 +296,7 @@ contains
       select case (words(1))
       case (BATCH)
         call serve_batch(self, runner, words(2))
-      case (SHARING)
+      case (BROADCAST)
         call replace_context(self, runner, words(2))
       case (MEETING)
         call runner%meet(self%world)

@@ -15,7 +15,7 @@ module training_history
   private
   public :: train_history_t
 
-  integer, parameter, public :: N_GENERATION = 12, N_CANDIDATE = 6
+  integer, parameter :: N_GENERATION = 12, N_CANDIDATE = 6
   character(*), parameter :: GENERATION_COLUMNS = 'stage run generation lambda evaluations best generation_best '// &
                              'generation_median sigma condition infeasible failed, then the mean'
   character(*), parameter :: CANDIDATE_COLUMNS = 'stage run generation class(1: feasible, 2: infeasible, 3: failed) cost '// &

@@ -7,6 +7,7 @@
 module training_objective
   use base_kinds, only: i8, rp
   use base_sort, only: sorting_order
+  use base_visitor, only: visited_t, visitor_t
   use measurement_bending_pool, only: bending_batch_t, bending_pool_t
   use measurement_bending_state, only: bending_state_t
   use measurement_bending_task, only: bending_task_t, take_columns, take_facts, task_input, COST_CHI2, COST_MEAN_SQUARE, &
@@ -24,12 +25,22 @@ module training_objective
     logical, allocatable :: has_failed(:)   !< a shape was not found
   end type candidate_costs_t
 
+  !> Static solutions so far.
+  type, extends(visited_t) :: solution_counts_t
+    integer(i8) :: n_warm = 0           !< from the shape of the mean
+    integer(i8) :: n_cold = 0           !< from the unloaded wing
+    integer(i8) :: n_redone = 0         !< repeated from the unloaded wing
+    integer(i8) :: n_unsolved = 0
+    integer(i8) :: n_factorisations = 0 !< of all
+  contains
+    procedure :: visit => counts_visit
+  end type solution_counts_t
+
   type :: train_objective_t
     type(experiment_t), pointer :: experiment => null()
     type(bending_pool_t), pointer :: pool => null()
     logical :: use_chi2 = .false.
-    integer(i8) :: n_warm = 0, n_cold = 0, n_redone = 0, n_unsolved = 0 !< static solutions
-    integer(i8) :: n_factorisations = 0
+    type(solution_counts_t) :: counts
     real(rp), allocatable, private :: expected(:) !< (loads) relative durations of the tasks
   contains
     procedure :: init => objective_init
@@ -39,6 +50,17 @@ module training_objective
   end type train_objective_t
 
 contains
+
+  !> Shows every component to the visitor.
+  subroutine counts_visit(self, visitor)
+    class(solution_counts_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('warm', self%n_warm)
+    call visitor%visit('cold', self%n_cold)
+    call visitor%visit('redone', self%n_redone)
+    call visitor%visit('unsolved', self%n_unsolved)
+    call visitor%visit('factorisations', self%n_factorisations)
+  end subroutine counts_visit
 
   !> Takes experiment and pool, which must live as long as the objective.
   subroutine objective_init(self, experiment, pool, use_chi2)
@@ -75,7 +97,7 @@ contains
     do l = 1, size(evaluations)
       to%is_start(l) = evaluations(l)%is_start
       if (to%is_start(l)) to%shapes(:, :, l) = shapes(:, :, l)
-      self%n_factorisations = self%n_factorisations + evaluations(l)%factorisations
+      self%counts%n_factorisations = self%counts%n_factorisations + evaluations(l)%factorisations
     end do
   end subroutine objective_solve_mean
 
@@ -108,17 +130,17 @@ contains
         task = (k - 1)*n_loads + l
         if (batch%statuses(task) /= 0) then
           costs%has_failed(k) = .true.
-          self%n_unsolved = self%n_unsolved + 1
+          self%counts%n_unsolved = self%counts%n_unsolved + 1
         end if
         costs%violation(k) = costs%violation(k) + sum(batch%outputs(FACT_VIOLATION:FACT_VIOLATION + 1, task))
         costs%f(k) = costs%f(k) + batch%outputs(merge(COST_CHI2, COST_MEAN_SQUARE, self%use_chi2), task)
-        self%n_factorisations = self%n_factorisations + nint(batch%outputs(FACT_FACTORISATIONS, task))
-        self%n_redone = self%n_redone + nint(batch%outputs(FACT_REDONE, task))
+        self%counts%n_factorisations = self%counts%n_factorisations + nint(batch%outputs(FACT_FACTORISATIONS, task))
+        self%counts%n_redone = self%counts%n_redone + nint(batch%outputs(FACT_REDONE, task))
       end do
     end do
     if (.not. self%use_chi2) costs%f = sqrt(costs%f)
-    self%n_warm = self%n_warm + lambda*count(from%is_start)
-    self%n_cold = self%n_cold + lambda*count(.not. from%is_start)
+    self%counts%n_warm = self%counts%n_warm + lambda*count(from%is_start)
+    self%counts%n_cold = self%counts%n_cold + lambda*count(.not. from%is_start)
     do l = 1, n_loads
       self%expected(l) = sum(batch%seconds(l::n_loads))
     end do

@@ -67,7 +67,7 @@ contains
       if (one%is_solved) local_minima = reshape([local_minima, one%chi2, one%coordinates], &
                                                 [size(local_minima, 1), size(local_minima, 2) + 1])
       trained%fits = fits_within_errors(trained, problem%n_residuals)
-      if (trained%fits .and. n_evaluations*size(settings%experiment%loads) > objective%n_warm + objective%n_cold) exit
+      if (trained%fits .and. n_evaluations*size(settings%experiment%loads) > objective%counts%n_warm + objective%counts%n_cold) exit
     end do
     if (settings%moves .and. trained%is_polished .and. trained%is_solved) then
       call try_moves(settings, problem, unknowns, mean_state, log, trained, local_minima, n_evaluations)

@@ -33,7 +33,8 @@ module training_search
   character(*), parameter :: SCHEMA = 'flusi-msm training'
   integer, parameter :: MOST_DRAWS = 20 !< of random starts
   integer(i8), parameter :: DRAWS = 2_i8**62 !< number of a stream of random numbers that the optimiser does not use
-  character(*), parameter :: PREFIX = 'search_of_' !< of what the optimiser stores
+  character(*), parameter :: PREFIX = 'search_of_'  !< of what the optimiser stores
+  character(*), parameter :: COUNT_PREFIX = 'count_of_' !< of numbers of solutions
 
   type :: train_search_t
     type(search_space_t) :: space
@@ -171,7 +172,12 @@ contains
     if (failure%failed) return
     text = ''
     if (reader%has('schema')) call reader%get_text('schema', text, failure)
-    if (text /= SCHEMA) call failure%raise(name//': is not a checkpoint of msm_train')
+    if (text /= SCHEMA) then
+      call failure%raise(name//': is not a checkpoint of msm_train')
+    else if (.not. reader%has(COUNT_PREFIX//'warm')) then
+      call failure%raise(name//': was written by an earlier version of msm_train: restart with that version, or start again '// &
+                         'with --overwrite')
+    end if
     call was%load(reader, failure)
     call reader%get_integer('mark', number, failure)
     if (.not. failure%failed .and. number /= self%fingerprint) &
@@ -207,14 +213,10 @@ contains
     if (.not. failure%failed) self%mean_state%shapes = reshape(numbers, shape(self%mean_state%shapes))
     call reader%get_reals('mean_is_start', numbers, failure)
     if (.not. failure%failed) self%mean_state%is_start = numbers > 0.5_rp
-    call reader%get_reals('counts', numbers, failure)
-    if (.not. failure%failed) then
-      self%objective%n_warm = nint(numbers(1), i8)
-      self%objective%n_cold = nint(numbers(2), i8)
-      self%objective%n_redone = nint(numbers(3), i8)
-      self%objective%n_unsolved = nint(numbers(4), i8)
-      self%objective%n_factorisations = nint(numbers(5), i8)
-    end if
+    if (failure%failed) return
+    call loader%begin(reader, COUNT_PREFIX)
+    call self%objective%counts%visit(loader)
+    if (loader%failure%failed) call failure%raise(loader%failure%reason)
     call self%history%load(reader, failure)
     self%is_done = (self%search%state%stop_code /= RUNNING .or. has_enough(self, settings)) .and. self%stage == settings%n_stages
   end subroutine load_state
@@ -390,9 +392,8 @@ contains
     call self%search%visit(saver)
     call writer%put_reals('mean_shapes', [self%mean_state%shapes])
     call writer%put_reals('mean_is_start', merge(1.0_rp, 0.0_rp, self%mean_state%is_start))
-    associate (o => self%objective)
-      call writer%put_reals('counts', real([o%n_warm, o%n_cold, o%n_redone, o%n_unsolved, o%n_factorisations], rp))
-    end associate
+    call saver%begin(writer, COUNT_PREFIX)
+    call self%objective%counts%visit(saver)
     call self%history%save(writer)
     call self%slots%commit(writer, self%failure)
     self%since_checkpoint = 0

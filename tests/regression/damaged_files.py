@@ -3,7 +3,7 @@
 """Wing and measurement files with one flipped bit, sealed and without a seal: each is read as it was or refused with a
 message, and no signal ends a program.
 
-usage: damaged_files.py <flusi> <h5dump> <msm_train> <write_twin> [number of flips] [tests]
+usage: damaged_files.py <flusi> <h5dump> <msm_train> <write_replicate> [number of flips] [tests]
 FLUSI_TEST_SEED in the environment repeats the flips.
 """
 import os
@@ -47,7 +47,7 @@ def wing_reader(case):
 
 def measurement_reader(case):
     """The words that make msm_train read damaged.h5 as a measurement; its bytes."""
-    training_case.twin(case, "damaged.h5")
+    training_case.replicate(case, "damaged.h5")
     ini = training_case.quick(Measurement={"file": "damaged.h5"})
     (case.folder / "train.ini").write_text(ini_text(ini))
     return [TRAIN, "train.ini", "--check"], (case.folder / "damaged.h5").read_bytes()

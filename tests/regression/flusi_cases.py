@@ -34,8 +34,8 @@ def settings(name):
     return found
 
 
-def twin(case, name, **other):
-    """A coarse twin of a case that makes a few steps."""
+def replicate(case, name, **other):
+    """A coarse replicate of a case that makes a few steps."""
     values, section = {**SMALL, **other}, ""
     lines = []
     for line in (INI / name).read_text().splitlines():
@@ -48,8 +48,8 @@ def twin(case, name, **other):
         lines.append(re.sub(r"^file = ", f"file = {(INI / name).parent}/", line))
         if section == "[Time]" and line.startswith("["):
             lines.append(f"nt = {values['nt']}")
-    case.write("twin.ini", "\n".join(lines) + "\n")
-    return case.run("twin.ini")
+    case.write("replicate.ini", "\n".join(lines) + "\n")
+    return case.run("replicate.ini")
 
 
 def header(case, name):
@@ -72,7 +72,7 @@ def test_check(case):
     check(case.files() == [], "nothing is written")
 
 
-def test_rigid_twin(case):
+def test_rigid_replicate(case):
     """wing-rigid.ini and wing.ini differ in one key."""
     flexible, rigid = settings("wing.ini"), settings("wing-rigid.ini")
     check(flexible.keys() == rigid.keys(), "the same keys")
@@ -139,11 +139,11 @@ def test_revolving(case):
         check(abs(middle - rate) < 1e-3, f"the rate at t = {t} is {rate}, not {middle}")
 
 
-def test_twins(case):
+def test_replicates(case):
     """Every kind of case starts, on a grid that is too coarse for physics."""
     for name in ("wing.ini", "wing-rigid.ini", "individuals/6.ini", "revolving.ini", "plate.ini"):
         run = case.sub(name.replace("/", "_"))
-        twin(run, name)
+        replicate(run, name)
         check(len(run.series("forces.t").rows) >= 3, f"{name}: three steps")
         bent = run.folder / "bending_left.t"
         check(bent.exists() == ("rigid" not in name), f"{name}: flexible or rigid")

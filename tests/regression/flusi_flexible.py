@@ -216,9 +216,9 @@ def test_surfaces(case):
         rigid.check_index(index)
     file = max(name for name in run.files() if name.startswith("wing_right_"))
     points, displacement = numbers(run, file, "points"), numbers(run, file, "displacement")
-    twin = [minus(x, u) for x, u in zip(points, displacement)]
-    same = max(abs(c) for x, y in zip(twin, numbers(rigid, file, "points")) for c in minus(x, y))
-    check(same < 1e-13, f"without its displacement the wing is its rigid twin: {same}")
+    replicate = [minus(x, u) for x, u in zip(points, displacement)]
+    same = max(abs(c) for x, y in zip(replicate, numbers(rigid, file, "points")) for c in minus(x, y))
+    check(same < 1e-13, f"without its displacement the wing is its rigid replicate: {same}")
     row = table(run, "bending_right.t")[-1]
     check(abs(row[0] - attribute(run, file, "time")[0]) < 1e-8, "the last record is that of the last surface")
     tip = max(math.hypot(*u) for u in displacement)

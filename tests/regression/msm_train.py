@@ -2,18 +2,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """msm_train: finds what is known, on any number of ranks the same; refuses mistakes.
 
-usage: msm_train.py <msm_train> <h5dump> <write_twin> [tests]
+usage: msm_train.py <msm_train> <h5dump> <write_replicate> [tests]
 """
 import math
 import re
 
-from training_case import OTHERS, TRUTH, WING, number, quick, same_outcome, training, twin
+from training_case import OTHERS, TRUTH, WING, number, quick, replicate, same_outcome, training
 from whole_program import EXIT_NUMERICAL, EXIT_USER, TRAIN_REFERENCE, check, live_keys, main, merged
 
 
 def test_recovers(case):
     """Search and polish find the truth; the fragment holds it, and gives the same cost."""
-    twin(case)
+    replicate(case)
     case.write("train.ini", training())
     done = case.run("train.ini", ranks=0)
     text = (case.folder / "trained.ini").read_text()
@@ -37,10 +37,10 @@ def test_recovers(case):
     check(any("covariance" in key for key in contents) and any("load_a" in key for key in contents), "all is saved")
     check_details(contents)
     case.write("again.ini", {"include": {"file": "trained.ini"}, "Wing": {"file": WING},
-                             "Measurement": {"file": "twin.h5"}})
+                             "Measurement": {"file": "replicate.h5"}})
     again = case.run("again.ini", "--evaluate", ranks=2)
     check(abs(number(r"\nh = +(\S+) m", again.out) - h) < 1e-4 * h + 1e-15, f"the same cost:\n{again.out}")
-    far = case.write("far.ini", {"Wing": {"file": WING}, "Measurement": {"file": "twin.h5"}})
+    far = case.write("far.ini", {"Wing": {"file": WING}, "Measurement": {"file": "replicate.h5"}})
     check(number(r"\nh = +(\S+) m", case.run(far, "--evaluate", ranks=0).out) > 1e-5, "which is not that of any wing")
 
 
@@ -84,7 +84,7 @@ def test_ranks(case):
     runs = []
     for ranks in (1, 2, 3, 7):
         runs.append(case.sub(f"ranks{ranks}"))
-        twin(runs[-1])
+        replicate(runs[-1])
         runs[-1].write("train.ini", training(CMAES={"max_generations": 3}, Polish={"starts": 2}))
         runs[-1].run("train.ini", ranks=ranks)
     for run in runs[1:]:
@@ -93,7 +93,7 @@ def test_ranks(case):
 
 def test_paper(case):
     """The preset: linear box, population 16, two stages of which the second keeps E, cross-springs."""
-    twin(case)
+    replicate(case)
     case.write("train.ini", training(Train={"preset": "paper"}, CMAES={"max_generations": 2}))
     done = case.run("train.ini", ranks=0)
     for word in ("16 candidates, weights paper", "linear", "stage 2", "cross-springs yes", "maxiter"):
@@ -109,15 +109,15 @@ def test_paper(case):
 
 def test_individuals(case):
     """Two individuals, one after another, each as if alone; the summary has their mean and sd."""
-    twin(case, "one.h5")
-    twin(case, "two.h5", E=1.0e10)
+    replicate(case, "one.h5")
+    replicate(case, "two.h5", E=1.0e10)
     ini = training(Measurement={"file": "one.h5, two.h5"}, CMAES={"max_generations": 3}, Polish={"intervals": "no"})
     case.write("train.ini", ini)
     done = case.run("train.ini", ranks=2)
     check("individual one, 1 of 2" in done.out and "individual two, 2 of 2" in done.out, done.out)
     for name in ("one", "two"):
         alone = case.sub(name)
-        twin(alone, f"{name}.h5", **({"E": 1.0e10} if name == "two" else {}))
+        replicate(alone, f"{name}.h5", **({"E": 1.0e10} if name == "two" else {}))
         alone.write("train.ini", merged(ini, {"Measurement": {"file": f"{name}.h5"}}))
         alone.run("train.ini", ranks=0)
         a, b = case.contents(f"train_{name}_history.h5"), alone.contents("train_history.h5")
@@ -150,7 +150,7 @@ def test_individuals(case):
 
 def test_infeasible(case):
     """Nothing is feasible: the program says so."""
-    twin(case)
+    replicate(case)
     case.write("train.ini", quick(Train={"parameters": "E 1e8 1.01e8", "start": "wing"}, CMAES={"max_generations": 1, "lambda": 3},
                                   Solver={"factorisation_limit": 3}))
     done = case.run("train.ini", ranks=0, code=EXIT_NUMERICAL)
@@ -159,7 +159,7 @@ def test_infeasible(case):
 
 def test_screen(case):
     """Veins and joints are ranked; what is proposed can be sought."""
-    twin(case)
+    replicate(case)
     case.write("train.ini", training())
     done = case.run("train.ini", "--screen", ranks=2)
     ranked = re.findall(r"^ +(\d+)  (\S+) .*(yes|no)$", done.out, re.M)
@@ -174,7 +174,7 @@ def test_screen(case):
 def test_screen_numbers(case):
     """At the truth, where nothing else differs: the effects are those of a wing whose E is 0.1 % larger, and the third
     standard deviation is what a training of the first three says."""
-    twin(case)
+    replicate(case)
     true = {"E": TRUTH["E"], "parameters": ", ".join(f"{name} {TRUTH[name]}" for name in TRUTH if name != "E")}
     case.write("train.ini", training(Wing=true))
     done = case.run("train.ini", "--screen", ranks=0)
@@ -203,7 +203,7 @@ def test_screen_numbers(case):
 
 def test_mistakes(case):
     """All mistakes are told together, with file, line and what is valid; nothing is written."""
-    twin(case)
+    replicate(case)
     ini = training(Train={"parameters": "E 4e9, joint:R1_RS, E 3e9 1e9, joint:C_h 0 1 log, D, D, E:C 1 2 cubic",
                           "preset": "papier"}, CMAES={"lambda": -1}, Polish={"prior_decades": 0})
     case.write("train.ini", ini)
@@ -214,7 +214,7 @@ def test_mistakes(case):
                      "[Polish] prior_decades"):
         check(done.err.count(sentence) == 1, f"'{sentence}' once:\n{done.err}")
     check("train.ini:" in done.err, "with the line")
-    check(case.files() == ["train.ini", "twin.h5"], f"nothing is written: {case.files()}")
+    check(case.files() == ["train.ini", "replicate.h5"], f"nothing is written: {case.files()}")
     case.write("part.ini", "[Wing]\nk_e = 50;\n")
     for changed, sentence in (({"Measurement": {"file": "none.h5"}}, "'none.h5' does not exist"),
                               ({"Measurement": {"file": str(WING)}}, "schema"),
@@ -224,7 +224,7 @@ def test_mistakes(case):
                               ({"CMAES": {"c_sigma": 1.5}}, "[CMAES] c_sigma"),
                               ({"CMAES": {"alpha_minus": 1, "weights": "positive"}}, "alpha_minus needs active"),
                               ({"Saving": {"result": "train.ini"}}, "train.ini is an input file and would be overwritten"),
-                              ({"Saving": {"result": "twin.h5"}}, "[Saving] result: twin.h5 is an input file"),
+                              ({"Saving": {"result": "replicate.h5"}}, "[Saving] result: replicate.h5 is an input file"),
                               ({"Saving": {"result": str(WING)}}, f"{WING} is an input file"),
                               ({"include": {"file": "part.ini"}, "Saving": {"result": "part.ini"}}, "part.ini is an input file"),
                               ({"Train": {"parameters": "joint:*", "stages": 2}}, "second stage fixes E"),
@@ -244,7 +244,7 @@ def test_mistakes(case):
 
 def test_check(case):
     """--check prints every documented key; the shipped case is valid."""
-    twin(case)
+    replicate(case)
     case.write("train.ini", training())
     done = case.run("train.ini", "--check", ranks=2)
     reference = case.run("--parameters", ranks=0).out

@@ -3,7 +3,7 @@
 """Trainings that are killed again and again at random instants, each time on another number of ranks, end as if nothing had
 happened.
 
-usage: msm_train_kills.py <msm_train> <h5dump> <write_twin> [tests]     in the environment FLUSI_TEST_SEED repeats the kills,
+usage: msm_train_kills.py <msm_train> <h5dump> <write_replicate> [tests]     in the environment FLUSI_TEST_SEED repeats the kills,
 and FLUSI_TEST_KILLS tells how many
 """
 import os
@@ -12,7 +12,7 @@ import re
 import signal
 import time
 
-from training_case import same_outcome, training, twin
+from training_case import replicate, same_outcome, training
 from whole_program import check, main, no_crash
 
 KILLS = int(os.environ.get("FLUSI_TEST_KILLS", "6"))
@@ -54,13 +54,13 @@ def test_kills(case):
     dice = random.Random(seed)
     print(f"      seed {seed}", flush=True)
     whole = case.sub("whole")
-    twin(whole)
+    replicate(whole)
     whole.write("train.ini", INI)
     whole.run("train.ini", ranks=0, timeout=300)
     n, resumed, trainings = 0, 0, 0
     while n < KILLS:
         killed = case.sub("killed")
-        twin(killed)
+        replicate(killed)
         killed.write("train.ini", INI)
         trainings += 1
         for k in range(min(CHAIN, KILLS - n)):

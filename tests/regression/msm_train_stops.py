@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """msm_train: what a kill, a signal or the wall clock ends, goes on to the same end; what is told on the way.
 
-usage: msm_train_stops.py <msm_train> <h5dump> <write_twin> [tests]
+usage: msm_train_stops.py <msm_train> <h5dump> <write_replicate> [tests]
 """
 import contextlib
 import os
@@ -14,7 +14,7 @@ import signal
 import subprocess
 import time
 
-from training_case import quick, same_outcome, training, twin
+from training_case import quick, replicate, same_outcome, training
 from whole_program import ALIVE, EXIT_OK, EXIT_STOPPED, EXIT_UNWRITABLE, EXIT_USER, Finished, check, main, merged, no_crash
 
 
@@ -83,7 +83,7 @@ def test_kill(case):
     whole, killed = case.sub("whole"), case.sub("killed")
     ini = quick(CMAES={"max_generations": 9, "restarts": "ipop", "max_restarts": 1, "lambda": 5, "max_evaluations": 150})
     for one in (whole, killed):
-        twin(one)
+        replicate(one)
         one.write("train.ini", ini)
     done = whole.run("train.ini", ranks=0)
     # No candidate of so short a search meets heights to the declared 0.1 um.
@@ -115,7 +115,7 @@ def test_kill_polish(case):
     whole, killed = case.sub("whole"), case.sub("killed")
     ini = training(CMAES={"max_generations": 1}, Polish={"starts": 1})
     for one in (whole, killed):
-        twin(one)
+        replicate(one)
         one.write("train.ini", ini)
     whole.run("train.ini", ranks=0)
     point, interval = random.randint(2, 8), random.randint(1, 2)
@@ -130,7 +130,7 @@ def test_kill_polish(case):
 
 def test_terminal(case):
     """On a terminal lines move, and the log has no more of them than elsewhere; a value at a bound is said to be there."""
-    twin(case)
+    replicate(case)
     joint = "joint:R4+5_base"
     case.write("train.ini", training(Train={"parameters": f"E 4e9 3e10, {joint} 1e-4 1e-3"}, CMAES={"max_generations": 20},
                                      Polish={"intervals": "no", "starts": 1}, Saving={"progress_interval": 30}))
@@ -157,7 +157,7 @@ def test_terminal(case):
 def on_small_disk(case, free):
     """The training on a disk with `free` kB left, or nothing where it is not allowed to mount one: exit code and messages."""
     (case.folder / "small").mkdir(exist_ok=True)
-    script = (f"mount -t tmpfs -o size=20m tmpfs small 2> /dev/null || exit 77; cp twin.h5 train.ini small; cd small; "
+    script = (f"mount -t tmpfs -o size=20m tmpfs small 2> /dev/null || exit 77; cp replicate.h5 train.ini small; cd small; "
               f"dd if=/dev/zero of=filler bs=1k count=$(($(df --output=avail . | tail -1) - {free})) 2> /dev/null; "
               f"exec {case.program} train.ini")
     return subprocess.run(["unshare", "-m", "bash", "-c", script], cwd=case.folder, capture_output=True, text=True, timeout=ALIVE)
@@ -165,7 +165,7 @@ def on_small_disk(case, free):
 
 def test_disk_full(case):
     """A disk that becomes full while the search is kept is told, by the name of the file; HDF5 does not end the program."""
-    twin(case)
+    replicate(case)
     case.write("train.ini", quick(CMAES={"max_generations": 30}))
     told = 0
     for free in (20, 100, 300, 350, 400):
@@ -183,7 +183,7 @@ def test_disk_full(case):
 
 def test_stopped(case):
     """Without time left, nothing is said of loads that were not solved, and no batch is begun to its end."""
-    twin(case)
+    replicate(case)
     case.write("train.ini", training())
     case.write("short.ini", training(Saving={"wtimemax": 1e-9}))
     for ini, word, ranks, env, why in (("short.ini", "--evaluate", 0, {}, "wtimemax"), ("short.ini", "--screen", 2, {}, "wtimemax"),

@@ -83,7 +83,7 @@ def main(program):
                 limit, joint, further, promised = plan(program, folder)
                 check(limit < STRENGTH, f"with errors of {1e6 * noise:.0f} um {joint} shows from {limit:.2f} on")
                 code, is_named, _ = diagnose(program, folder)
-                check(code == ADEQUATE and not is_named, "the twin without one-way joint is adequate")
+                check(code == ADEQUATE and not is_named, "the replicate without one-way joint is adequate")
                 measure(folder, noise, further=[further])
                 kept = plan(program, folder)[0]
                 check(kept < limit, f"one more load lowers that to {kept:.3f}")

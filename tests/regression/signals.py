@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """TERM, INT, HUP and USR1, to the launcher or to a program without one, end a run with a backup from which it goes on.
 
-usage: signals.py <flusi> <h5dump> <write_twin> <msm_train> <msm_diagnose> [tests]
+usage: signals.py <flusi> <h5dump> <write_replicate> <msm_train> <msm_diagnose> [tests]
 
 Open MPI 4 turns TERM, INT and HUP into a TERM for its ranks, and kills them `odls_base_sigkill_timeout` seconds later; before the
 TERM it waits as long. The tests give a busy machine some seconds, and await all signals at once. Open MPI 5 kills them after 0.2 seconds,
@@ -16,7 +16,7 @@ import sys
 import time
 
 from gradient_case import input_text, synthesise
-from training_case import training, twin
+from training_case import replicate, training
 from whole_program import ALIVE, EXIT_OK, EXIT_STOPPED, check, main, merged, no_crash, series, sphere
 
 TRAIN, DIAGNOSE = sys.argv.pop(3), sys.argv.pop(3)
@@ -118,7 +118,7 @@ def test_train(case):
     case.program = TRAIN
 
     def prepare(run):
-        twin(run)
+        replicate(run)
         run.write("train.ini", training(CMAES={"max_generations": 5000, "max_evaluations": 100000, "restarts": "ipop",
                                                "max_restarts": 30}))
         return ["train.ini"]

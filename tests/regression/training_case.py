@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Trainings on the twin of a small wing, for the tests of msm_train; the path of write_twin is their third argument."""
+"""Trainings on the replicate of a small wing, for the tests of msm_train; the path of write_replicate is their third argument."""
 import re
 import subprocess
 import sys
@@ -15,7 +15,7 @@ JOINTS = ("A1+CuA2_CuA2", "C_Sc", "C_h", "CuA1_base", "M1+2_bend", "M1+2_bm-cu",
 SIGMA = 1e-7  # m, declared
 
 
-def twin(case, name="twin.h5", **truth):
+def replicate(case, name="replicate.h5", **truth):
     """Three loads on the wing with the true parameters."""
     pairs = {**{f"joint:{joint}": OTHERS for joint in JOINTS}, **TRUTH, **truth, "force": 0.3}
     words = [str(word) for pair in pairs.items() for word in pair]
@@ -24,7 +24,7 @@ def twin(case, name="twin.h5", **truth):
 
 def training(**sections):
     """Three parameters; `sections` add keys or replace them."""
-    return merged({"Wing": {"file": WING, "joint_stiffness": OTHERS}, "Measurement": {"file": "twin.h5"},
+    return merged({"Wing": {"file": WING, "joint_stiffness": OTHERS}, "Measurement": {"file": "replicate.h5"},
                    "Train": {"parameters": "E 4e9 3e10, joint:R4+5_base 1e-5 1e-3, joint:R1_Rs 1e-5 1e-3"},
                    "CMAES": {"max_generations": 6}, "Saving": {"progress_interval": 0}}, sections)
 

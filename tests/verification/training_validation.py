@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One start of the paper's validation on the small wing: E and ten joints of a noise-free twin from anywhere in the box.
+"""One start of the paper's validation on the small wing: E and ten joints of a noise-free replicate from anywhere in the box.
 
 usage: training_validation.py BENCH_TRAINING WING.h5
 """

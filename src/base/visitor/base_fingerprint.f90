@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes a number that identifies values: a sum over all components that the visits of the values name.
 !>
-!> The owner of a fingerprint says which components it sums in which order, so that the number of an old file stays the same. For
-!> all other components the position in the sum follows from their name. A new component changes the fingerprint as soon as a
-!> visit names it, without any other change. Sizes are no components.
+!> The owner of a fingerprint omits, by name, what it does not depend on, and may sum some components itself, in an order of its
+!> own. For all other components the position in the sum follows from their name. A new component changes the fingerprint as soon
+!> as a visit names it, without any other change. Sizes are no components.
 module base_fingerprint
   use base_checksum, only: checksum_add, checksum_reals, checksum_text
   use base_errors, only: require
@@ -14,17 +14,18 @@ module base_fingerprint
   public :: fingerprint_t
 
   !> One component.
-  type :: mark_t
+  type :: component_t
     character(:), allocatable :: name
     real(rp), allocatable :: numbers(:)
     character(:), allocatable :: text
-    logical :: is_summed = .false. !< the owner has asked for it
-  end type mark_t
+    logical :: is_done = .false. !< the owner has summed or omitted it
+  end type component_t
 
   !> Takes the components of everything that it visits.
   type, extends(visitor_t) :: fingerprint_t
     private
-    type(mark_t), allocatable :: marks(:)
+    type(component_t), allocatable :: components(:)
+    integer :: n = 0 !< components that are known
   contains
     procedure :: extents => fingerprint_extents
     procedure :: carry_reals => fingerprint_reals
@@ -32,6 +33,8 @@ module base_fingerprint
     procedure :: carry_text => fingerprint_text
     procedure :: numbers => fingerprint_numbers
     procedure :: text => fingerprint_one_text
+    procedure :: omit => fingerprint_omit
+    procedure :: omit_part => fingerprint_omit_part
     procedure :: rest => fingerprint_rest
   end type fingerprint_t
 
@@ -51,10 +54,10 @@ contains
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name
     real(rp), intent(inout) :: values(:)
-    type(mark_t) :: mark
-    mark%name = name
-    mark%numbers = values
-    call add(self, mark)
+    type(component_t) :: component
+    component%name = name
+    component%numbers = values
+    call add(self, component)
   end subroutine fingerprint_reals
 
   !> Adds these integers and their name to the fingerprint.
@@ -62,10 +65,10 @@ contains
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name
     integer(i8), intent(inout) :: values(:)
-    type(mark_t) :: mark
-    mark%name = name
-    mark%numbers = real(values, rp)
-    call add(self, mark)
+    type(component_t) :: component
+    component%name = name
+    component%numbers = real(values, rp)
+    call add(self, component)
   end subroutine fingerprint_integers
 
   !> Adds this text and its name to the fingerprint.
@@ -73,36 +76,50 @@ contains
     class(fingerprint_t), intent(inout) :: self
     character(*), intent(in) :: name
     character(:), allocatable, intent(inout) :: text
-    type(mark_t) :: mark
-    mark%name = name
-    mark%text = text
-    call add(self, mark)
+    type(component_t) :: component
+    component%name = name
+    component%text = text
+    call add(self, component)
   end subroutine fingerprint_text
 
-  !> Adds a mark, whose name must be new.
-  subroutine add(self, mark)
+  !> Adds a component, whose name must be new.
+  subroutine add(self, component)
     class(fingerprint_t), intent(inout) :: self
-    type(mark_t), intent(in) :: mark
-    type(mark_t), allocatable :: more(:)
-    integer :: n
-    if (.not. allocated(self%marks)) allocate (self%marks(0))
-    call require(place(self, mark%name) == 0, 'base_fingerprint: one component called '//mark%name)
-    n = size(self%marks)
-    allocate (more(n + 1))
-    more(:n) = self%marks
-    more(n + 1) = mark
-    call move_alloc(more, self%marks)
+    type(component_t), intent(inout) :: component !< its values move
+    type(component_t), allocatable :: more(:)
+    integer :: i
+    if (.not. allocated(self%components)) allocate (self%components(8))
+    call require(position_of(self, component%name) == 0, 'base_fingerprint: one component called '//component%name)
+    if (self%n == size(self%components)) then
+      allocate (more(2*self%n))
+      do i = 1, self%n
+        call move_component(self%components(i), more(i))
+      end do
+      call move_alloc(more, self%components)
+    end if
+    self%n = self%n + 1
+    call move_component(component, self%components(self%n))
   end subroutine add
 
+  !> Moves a component without a copy of its values.
+  subroutine move_component(from, to)
+    type(component_t), intent(inout) :: from
+    type(component_t), intent(out) :: to
+    call move_alloc(from%name, to%name)
+    if (allocated(from%numbers)) call move_alloc(from%numbers, to%numbers)
+    if (allocated(from%text)) call move_alloc(from%text, to%text)
+    to%is_done = from%is_done
+  end subroutine move_component
+
   !> Returns the number of the component of that name, or 0.
-  integer function place(self, name) result(i)
+  integer function position_of(self, name) result(i)
     class(fingerprint_t), intent(in) :: self
     character(*), intent(in) :: name
-    do i = 1, size(self%marks)
-      if (self%marks(i)%name == name) return
+    do i = 1, self%n
+      if (self%components(i)%name == name) return
     end do
     i = 0
-  end function place
+  end function position_of
 
   !> Returns the numbers of a component, logicals as 0 and 1. Its owner sums them.
   function fingerprint_numbers(self, name) result(numbers)
@@ -110,10 +127,10 @@ contains
     character(*), intent(in) :: name
     real(rp), allocatable :: numbers(:)
     integer :: i
-    i = place(self, name)
+    i = position_of(self, name)
     call require(i > 0, 'base_fingerprint: a component called '//name)
-    self%marks(i)%is_summed = .true.
-    numbers = self%marks(i)%numbers
+    self%components(i)%is_done = .true.
+    numbers = self%components(i)%numbers
   end function fingerprint_numbers
 
   !> Returns a text, as long as its component. Its owner sums it.
@@ -122,22 +139,46 @@ contains
     character(*), intent(in) :: name
     character(:), allocatable :: text
     integer :: i
-    i = place(self, name)
+    i = position_of(self, name)
     call require(i > 0, 'base_fingerprint: a text called '//name)
-    self%marks(i)%is_summed = .true.
-    text = self%marks(i)%text
+    call self%omit(name)
+    text = self%components(i)%text
   end function fingerprint_one_text
 
-  !> Returns the sum of all components that were not requested; 0 if there are none.
+  !> Leaves the component `name` out of the rest, if it was visited, and whether it is there.
+  subroutine fingerprint_omit(self, name)
+    class(fingerprint_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer :: i
+    do i = 1, self%n
+      associate (component => self%components(i))
+        if (component%name == name .or. component%name == name//'_is_there') component%is_done = .true.
+      end associate
+    end do
+  end subroutine fingerprint_omit
+
+  !> Leaves all components of a part or of a list out of the rest.
+  subroutine fingerprint_omit_part(self, name)
+    class(fingerprint_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer :: i
+    do i = 1, self%n
+      associate (component => self%components(i))
+        if (index(component%name, name//'_') == 1) component%is_done = .true.
+      end associate
+    end do
+  end subroutine fingerprint_omit_part
+
+  !> Returns the sum of all components that the owner neither summed nor omitted; 0 if there are none.
   integer(i8) function fingerprint_rest(self) result(total)
     class(fingerprint_t), intent(in) :: self
     integer :: i
     total = 0
-    do i = 1, size(self%marks)
-      associate (mark => self%marks(i))
-        if (mark%is_summed) cycle
-        if (allocated(mark%numbers)) total = checksum_add(total, checksum_reals(mark%numbers, shiftr(checksum_text(mark%name), 16)))
-        if (allocated(mark%text)) total = checksum_add(total, checksum_text(mark%name//' '//mark%text))
+    do i = 1, self%n
+      associate (one => self%components(i))
+        if (one%is_done) cycle
+        if (allocated(one%numbers)) total = checksum_add(total, checksum_reals(one%numbers, shiftr(checksum_text(one%name), 16)))
+        if (allocated(one%text)) total = checksum_add(total, checksum_text(one%name//' '//one%text))
       end associate
     end do
   end function fingerprint_rest

@@ -106,12 +106,13 @@ contains
   !> Needs no flight of its own: see diagnosis_flight_response.
   pure function beat_frequency() result(c)
     type(cause_t) :: c
-    c = make_cause('beat_frequency', 'another beat frequency', 'The wing beat faster, or slower, than was stated.', &
+    c = make_cause('beat_frequency', 'another beat frequency', 'The wing beat faster, or slower, than the measurement says.', &
                    'records of forces on wings that do not bend')
     c%needs = [NEED_RIGID]
     call c%add(FLOW_FREQUENCY, effect_parameter(c%name, '1', .true., 0.7_rp, 1.4_rp, 0.05_rp))
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The wing beat faster:', 'The wing beat slower:', &
-                     'more beats in a second', 'fewer beats in a second', 'than stated', 'as many beats as stated', 1.0_rp)
+                     'more beats in a second', 'fewer beats in a second', &
+                     'than the measurement says', 'as many beats as the measurement says', 1.0_rp)
   end function beat_frequency
 
   pure function wind(scales) result(c)
@@ -132,9 +133,9 @@ contains
   pure function viscosity() result(c)
     type(cause_t) :: c
     c = make_cause('viscosity', 'another viscosity', &
-                   'The fluid was more, or less, viscous than was stated: its temperature differs.', RECORDS)
+                   'The fluid was more, or less, viscous than the measurement says: its temperature differs.', RECORDS)
     call c%add(FLOW_VISCOSITY, effect_parameter(c%name, '1', .true., 0.5_rp, 2.0_rp, 0.05_rp))
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The fluid was', 'The fluid was', 'more viscous', 'less viscous', &
-                     'than stated', 'as viscous as stated', 1.0_rp)
+                     'than the measurement says', 'as viscous as the measurement says', 1.0_rp)
   end function viscosity
 end module diagnosis_flight_changes

@@ -9,8 +9,7 @@ module fluid_shapes
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: shape_t, NO_SHAPE, SHAPE_SPHERE, SHAPE_CYLINDER, SHAPE_CYLINDER_X, SHAPE_PLATE, SHAPE_COUETTE, LAST_SHAPE, SHAPES, &
-            OBSTACLES, SHAPE_HELP
+  public :: shape_t, NO_SHAPE, SHAPE_COUETTE, LAST_SHAPE, SHAPES, OBSTACLES, SHAPE_HELP
 
   integer, parameter :: NO_SHAPE = 0, SHAPE_SPHERE = 1, SHAPE_CYLINDER = 2, SHAPE_CYLINDER_X = 3, SHAPE_PLATE = 4, &
                         SHAPE_COUETTE = 5

@@ -11,7 +11,7 @@ module fluid_solid_keys
   implicit none
   private
   public :: solids_t, walls_t, geometry_keys, penalization_keys, check_solids, MASK_NONE, MASK_EMPTY, MASK_FILE, MASK_INSECT, &
-            MASK_FLEXIBLE_WING, CHANNEL_NONE, CHANNEL_XY, CHANNEL_XZ, CHANNEL_XY_SLIDING, CHANNEL_XZ_SLIDING, CHANNEL_TUREK
+            MASK_FLEXIBLE_WING, CHANNEL_NONE, CHANNEL_XY, CHANNEL_XY_SLIDING, CHANNEL_XZ_SLIDING
 
   !> Masks in addition to the shapes of fluid_shapes, whose kinds are masks, too.
   integer, parameter :: MASK_NONE = NO_SHAPE, MASK_EMPTY = LAST_SHAPE + 1, MASK_FILE = LAST_SHAPE + 2, &

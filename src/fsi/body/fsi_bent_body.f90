@@ -12,7 +12,7 @@ module fsi_bent_body
   use fsi_solid_shape, only: level_shape_t, solid_shape_t
   implicit none
   private
-  public :: fly_t, beetle_t, straight_fly_t, make_fly, make_beetle, make_straight_fly
+  public :: make_fly, make_beetle, make_straight_fly
   public :: STYLE_ROUND, STYLE_SLIM, STYLE_FLAT
 
   integer, parameter :: STYLE_ROUND = 0 !< round sections

@@ -133,26 +133,26 @@ contains
   end subroutine add_pair
 
   !> Adds two spheres as eyes.
-  subroutine add_eyes(parts, places, radius)
+  subroutine add_eyes(parts, sites, radius)
     type(shape_holder_t), allocatable, intent(inout) :: parts(:)
-    real(rp), intent(in) :: places(3, 2), radius
-    call add(parts, make_sphere(places(:, 1), radius))
-    call add(parts, make_sphere(places(:, 2), radius))
+    real(rp), intent(in) :: sites(3, 2), radius
+    call add(parts, make_sphere(sites(:, 1), radius))
+    call add(parts, make_sphere(sites(:, 2), radius))
   end subroutine add_eyes
 
   !> Returns a vector whose components forward, to the left or right, and upward are sin 45 degrees times `distance`.
-  pure function cheeks(distance) result(places)
+  pure function cheeks(distance) result(sites)
     real(rp), intent(in) :: distance
-    real(rp) :: places(3, 2)
-    places(:, 1) = sin(PI/4)*distance*[1, 1, 1]
-    places(:, 2) = sin(PI/4)*distance*[1, -1, 1]
+    real(rp) :: sites(3, 2)
+    sites(:, 1) = sin(PI/4)*distance*[1, 1, 1]
+    sites(:, 2) = sin(PI/4)*distance*[1, -1, 1]
   end function cheeks
 
-  !> Returns the first of several places.
-  pure function first(places) result(place)
-    real(rp), intent(in) :: places(:, :)
-    real(rp) :: place(3)
-    place = places(:, 1)
+  !> Returns the first of several sites.
+  pure function first(sites) result(site)
+    real(rp), intent(in) :: sites(:, :)
+    real(rp) :: site(3)
+    site = sites(:, 1)
   end function first
 
   !> Adds a shape to the parts of a body.

@@ -8,7 +8,6 @@ module fsi_body_parts
   use fsi_solid_shape, only: level_shape_t
   implicit none
   private
-  public :: sphere_t, ellipsoid_t, spindle_t, rod_t, revolution_t, plate_t, disk_t, barrel_t
   public :: make_sphere, make_ellipsoid, make_spindle, make_rod, make_revolution, make_plate, make_disk, make_barrel
 
   type, extends(level_shape_t) :: sphere_t

@@ -9,7 +9,7 @@ module fsi_shell_bodies
   use fsi_triangle, only: make_triangle, triangle_t
   implicit none
   private
-  public :: cone_t, pyramid_t, make_cone, make_pyramid
+  public :: make_cone, make_pyramid
 
   !> Side length a and half opening angle make the height H = a cos and the base radius a sin.
   type, extends(solid_shape_t) :: cone_t

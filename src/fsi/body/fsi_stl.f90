@@ -124,14 +124,14 @@ contains
     real(rp), allocatable, intent(out) :: points(:, :)
     integer, allocatable, intent(out) :: triangles(:, :)
     integer, allocatable :: first(:), next(:)
-    integer :: i, n, p, place, n_places
-    n_places = 2*size(corners, 2) + 1
-    allocate (first(n_places), next(size(corners, 2)), source=0)
+    integer :: i, n, p, place, n_slots
+    n_slots = 2*size(corners, 2) + 1
+    allocate (first(n_slots), next(size(corners, 2)), source=0)
     allocate (points(3, size(corners, 2)), triangles(3, size(corners, 2)/3))
     n = 0
     do i = 1, size(corners, 2)
       place = 1 + modulo(ieor(hash(corners(1, i)), ieor(ishftc(hash(corners(2, i)), 11), &
-                                                        ishftc(hash(corners(3, i)), 21))), n_places)
+                                                        ishftc(hash(corners(3, i)), 21))), n_slots)
       p = first(place)
       do while (p > 0)
         if (all(abs(points(:, p) - corners(:, i)) <= 0)) exit

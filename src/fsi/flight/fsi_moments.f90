@@ -13,7 +13,7 @@ module fsi_moments
   use fsi_rotation, only: cross
   implicit none
   private
-  public :: moments_t, whole_t, second_of_inertia, inertia_of_second, moments_of_points, axial, cross_matrix
+  public :: moments_t, whole_t, second_of_inertia, inertia_of_second, moments_of_points, cross_matrix
 
   !> Moments of a rigid part about the origin of its frame; rho L^3, rho L^4, rho L^5.
   type, extends(visited_t) :: moments_t

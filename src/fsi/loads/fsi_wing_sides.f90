@@ -15,7 +15,7 @@ module fsi_wing_sides
   use fsi_surface, only: surface_t
   implicit none
   private
-  public :: wing_sides_t, side_loads_t
+  public :: wing_sides_t
 
   !> Values of one wing. The last index is 1 on the side to which the normals point, +z of the wing frame, and 2 on the opposite
   !> side.

@@ -12,7 +12,7 @@ module fsi_round_wing
   use fsi_solid_shape, only: level_shape_t
   implicit none
   private
-  public :: round_wing_t, make_round_wing
+  public :: make_round_wing
 
   !> Lengths in L.
   type, extends(level_shape_t) :: round_wing_t

@@ -9,7 +9,7 @@ module fsi_wing_solids
   use fsi_wing_relief, only: wing_relief_t
   implicit none
   private
-  public :: fourier_wing_t, panel_wing_t, make_fourier_wing, make_panel_wing
+  public :: fourier_wing_t, make_fourier_wing, make_panel_wing
 
   !> An outline in polar coordinates; the smoothing layer is radial.
   type, extends(solid_shape_t) :: fourier_wing_t

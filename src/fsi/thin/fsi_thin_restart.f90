@@ -4,42 +4,62 @@
 module fsi_thin_restart
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_text, only: number_text
+  use base_visitor, only: visitor_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_thin_wings, only: thin_wings_t
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
+  use io_checkpoint_values, only: checkpoint_loader_t, checkpoint_saver_t
   implicit none
   private
   public :: save_thin_wings, load_thin_wings, has_thin_wings
 
-  integer, parameter :: N_LOAD = 7 !< numbers of a load: force, moment, power
+  character(*), parameter :: PREFIX = 'marker_'
+  character(*), parameter :: EARLIER = 'marker_slip' !< a table that only earlier versions write
 
 contains
 
   !> Puts forces and loads into an open checkpoint. Collective.
   subroutine save_thin_wings(writer, wings, thin)
-    type(checkpoint_writer_t), intent(inout) :: writer
-    type(flapping_wings_t), intent(in) :: wings
-    type(thin_wings_t), intent(in) :: thin
+    type(checkpoint_writer_t), intent(inout), target :: writer
+    type(flapping_wings_t), intent(inout) :: wings !< they stay as they are
+    type(thin_wings_t), intent(inout) :: thin      !< the same
+    type(checkpoint_saver_t) :: saver
     integer :: i
     call writer%put_reals('marker_forces', [thin%force])
-    call writer%put_reals('marker_slip', [thin%slip%before, thin%slip%after, thin%slip%speed, thin%slip%received, &
-                                           real(thin%slip%iterations, rp), thin%slip%left])
     call writer%put_reals('marker_shape', [(thin%wings(i)%shape, i=1, size(thin%wings))])
-    call writer%put_reals('marker_loads', [(wings%marker_loads(i)%force, wings%marker_loads(i)%moment, &
-                                            wings%marker_loads(i)%power, i=1, size(wings%marker_loads))])
+    call saver%begin(writer, PREFIX)
+    call visit_step(saver, wings, thin)
   end subroutine save_thin_wings
+
+  !> Shows the slip and the loads of the last step to the visitor.
+  subroutine visit_step(visitor, wings, thin)
+    class(visitor_t), intent(inout) :: visitor
+    type(flapping_wings_t), intent(inout) :: wings
+    type(thin_wings_t), intent(inout) :: thin
+    integer :: i
+    call visitor%visit('slip', thin%slip)
+    do i = 1, size(wings%marker_loads)
+      call visitor%visit('loads_'//number_text(i), wings%marker_loads(i))
+    end do
+  end subroutine visit_step
 
   !> Restores forces, loads and responses. Fails if the checkpoint has no wings without thickness, or different ones. Collective.
   subroutine load_thin_wings(reader, wings, thin, failure)
-    type(checkpoint_reader_t), intent(inout) :: reader
+    type(checkpoint_reader_t), intent(inout), target :: reader
     type(flapping_wings_t), intent(inout) :: wings
     type(thin_wings_t), intent(inout) :: thin
     type(failure_t), intent(inout) :: failure
+    type(checkpoint_loader_t) :: loader
     real(rp), allocatable :: numbers(:)
     integer :: i
     logical :: has_factor(size(thin%wings))
     if (.not. has_thin_wings(reader)) then
       call failure%raise('the checkpoint has no wings without thickness: set [Insects] surface as in the run that wrote it')
+      return
+    else if (reader%has(EARLIER)) then
+      call failure%raise('an earlier version of flusi-msm wrote the wings without thickness of the checkpoint: restart with '// &
+                         'that version, or begin the run again')
       return
     end if
     call reader%get_reals('marker_forces', numbers, failure)
@@ -50,14 +70,6 @@ contains
       return
     end if
     thin%force = reshape(numbers, shape(thin%force))
-    call reader%get_reals('marker_slip', numbers, failure)
-    if (failure%failed) return
-    thin%slip%before = numbers(1)
-    thin%slip%after = numbers(2)
-    thin%slip%speed = numbers(3)
-    thin%slip%received = numbers(4)
-    thin%slip%iterations = nint(numbers(5))
-    thin%slip%left = numbers(6)
     call reader%get_reals('marker_shape', numbers, failure)
     if (failure%failed) return
     do i = 1, size(thin%wings)
@@ -67,15 +79,9 @@ contains
     end do
     call thin%rebuild_responses([(.true., i=1, size(thin%wings))], has_factor)
     if (.not. all(has_factor)) call failure%raise('the markers of the checkpoint touch each other: give an earlier checkpoint')
-    call reader%get_reals('marker_loads', numbers, failure)
-    if (failure%failed) return
-    do i = 1, size(wings%marker_loads)
-      associate (load => wings%marker_loads(i), first => N_LOAD*(i - 1))
-        load%force = numbers(first + 1:first + 3)
-        load%moment = numbers(first + 4:first + 6)
-        load%power = numbers(first + 7)
-      end associate
-    end do
+    call loader%begin(reader, PREFIX)
+    call visit_step(loader, wings, thin)
+    if (loader%failure%failed) call failure%raise(loader%failure%reason)
   end subroutine load_thin_wings
 
   !> Tells whether an open checkpoint holds wings without thickness.

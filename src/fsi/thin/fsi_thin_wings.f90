@@ -22,6 +22,7 @@ module fsi_thin_wings
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_process, only: wall_seconds
+  use base_visitor, only: visited_t, visitor_t
   use fluid_solver, only: fluid_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_green, only: green_t
@@ -37,7 +38,7 @@ module fsi_thin_wings
   public :: thin_wings_t
 
   !> Slip of the flow relative to the wings after a step, L/T, and the power that the flow receives.
-  type :: slip_t
+  type, extends(visited_t) :: slip_t
     real(rp) :: before = 0   !< largest |U - I u*|, before the forces act
     real(rp) :: after = 0    !< largest |U - I u(n+1)|
     real(rp) :: speed = 0    !< largest |U|
@@ -45,6 +46,8 @@ module fsi_thin_wings
     real(rp) :: received = 0 !< rho L^5/T^3 power of the forces with the velocities of the flow after the step
     integer :: iterations = 0 !< iterations for the forces of several rigid wings together
     real(rp) :: left = 0      !< share of the earlier slip that the last iteration left
+  contains
+    procedure :: visit => slip_visit
   end type slip_t
 
   !> Wall time of this rank so far.
@@ -84,6 +87,19 @@ module fsi_thin_wings
   end type thin_wings_t
 
 contains
+
+  !> Shows every component to the visitor.
+  subroutine slip_visit(self, visitor)
+    class(slip_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('before', self%before)
+    call visitor%visit('after', self%after)
+    call visitor%visit('speed', self%speed)
+    call visitor%visit('is_measured', self%is_measured)
+    call visitor%visit('received', self%received)
+    call visitor%visit('iterations', self%iterations)
+    call visitor%visit('left', self%left)
+  end subroutine slip_visit
 
   !> Puts markers on the unloaded wings and prepares the fluid for them. Fails if markers are too close. Collective.
   subroutine thin_init(self, world, wings, fluid, failure)

@@ -45,7 +45,7 @@ contains
     real(rp), intent(in) :: independent_fraction
     type(failure_t), intent(out) :: failure
     integer :: b, i, k, first, last
-    logical :: ok
+    logical :: is_definite
     self%n = size(rows)
     self%rows = rows
     self%independent_fraction = independent_fraction
@@ -60,8 +60,8 @@ contains
           allocate (one%factor(size(one%rows), size(one%rows)))
           if (size(one%rows) == 0) cycle
           call simulator%covariance(rows(one%rows), independent_fraction, one%factor)
-          call factorise(one%factor, ok)
-          if (.not. ok) then
+          call factorise(one%factor, is_definite)
+          if (.not. is_definite) then
             call failure%raise('the covariance of the errors is not positive definite: '// &
                                'check the declared errors of the measurement')
             return

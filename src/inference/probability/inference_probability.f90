@@ -12,10 +12,10 @@ module inference_probability
 contains
 
   !> Returns the probability to print for a verdict (its exit code) of probability `p`, from 0 to 1. Kinds without a map keep p.
-  pure real(rp) function calibrated_probability(code, p) result(stated)
+  pure real(rp) function calibrated_probability(code, p) result(probability)
     integer, intent(in) :: code
     real(rp), intent(in) :: p
-    stated = follow_knots(pack(RAW, VERDICT == code), pack(RIGHT, VERDICT == code), p)
+    probability = follow_knots(pack(RAW, VERDICT == code), pack(RIGHT, VERDICT == code), p)
   end function calibrated_probability
 
   !> Returns the value at p of the straight lines between the points (x, y), x ascending, and beyond them the last value; p itself

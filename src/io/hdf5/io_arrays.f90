@@ -28,7 +28,7 @@ module io_arrays
   private
   public :: is_group, member_names, describe_array, read_reals, read_integers, is_finite, is_infinite
   public :: read_text, read_attribute_reals, read_attribute_integer
-  public :: ARRAY_MISSING, ARRAY_REAL, ARRAY_INTEGER, ARRAY_OTHER
+  public :: ARRAY_MISSING, ARRAY_REAL, ARRAY_INTEGER
 
   integer, parameter :: ARRAY_MISSING = 0, ARRAY_REAL = 1, ARRAY_INTEGER = 2, ARRAY_OTHER = 3
   character(*), parameter :: DAMAGED = 'cannot be read: damaged'

@@ -18,7 +18,7 @@ module io_attributes
   implicit none
   private
   public :: put_attribute, get_attribute, has_attribute, attribute_names, attribute_class, attribute_size
-  public :: ATTRIBUTE_REAL, ATTRIBUTE_INTEGER, ATTRIBUTE_TEXT, ATTRIBUTE_OTHER
+  public :: ATTRIBUTE_REAL, ATTRIBUTE_INTEGER, ATTRIBUTE_TEXT
 
   integer, parameter :: ATTRIBUTE_REAL = 1, ATTRIBUTE_INTEGER = 2, ATTRIBUTE_TEXT = 3, ATTRIBUTE_OTHER = 0
 

@@ -10,7 +10,7 @@ module io_hdf5
   use base_files, only: file_exists, remove_file, empty_file, replace_file
   use base_text_file, only: reserve_space
   use io_seal, only: write_seal
-  use parallel_failure, only: share_failure
+  use parallel_failure, only: broadcast_failure
   use parallel_world, only: world_t
   use mpi_f08, only: MPI_INFO_NULL
   use hdf5, only: HID_T, HSIZE_T, H5F_ACC_TRUNC_F, H5F_ACC_RDONLY_F, H5F_CLOSE_STRONG_F, &
@@ -214,7 +214,7 @@ contains
       if (own%failed) call remove_file(self%path)
     end if
     if (self%is_parallel) then
-      call share_failure(self%world, own, failure)
+      call broadcast_failure(self%world, own, failure)
     else if (own%failed) then
       call failure%raise(own%reason)
     end if

@@ -16,8 +16,8 @@ module io_seal
   use base_text, only: number_text
   implicit none
   private
-  public :: check_seal, write_seal, guard_input, PROBE
-  public :: SEAL_BROKEN, SEAL_GOOD, SEAL_MISSING
+  public :: check_seal, write_seal, guard_input
+  public :: SEAL_GOOD
 
   integer, parameter :: SEAL_MISSING = 0, SEAL_GOOD = 1, SEAL_BROKEN = 2
   character(*), parameter :: PROBE = 'msm_probe' !< the program that opens a file first

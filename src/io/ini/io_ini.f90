@@ -15,7 +15,7 @@ module io_ini
   use io_content, only: foreign_content
   implicit none
   private
-  public :: ini_document_t, ini_section_t, ini_entry_t
+  public :: ini_document_t, ini_entry_t
 
   type :: ini_section_t
     character(:), allocatable :: name !< empty: the header is broken and its keys belong to no section

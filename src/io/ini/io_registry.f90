@@ -12,7 +12,7 @@ module io_registry
   use io_value, only: is_length, read_value, value_t
   implicit none
   private
-  public :: registry_t, alias_t
+  public :: registry_t
 
   !> FLUSI's older name of a key.
   type :: alias_t

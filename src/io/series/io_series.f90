@@ -10,7 +10,7 @@ module io_series
   use base_kinds, only: rp
   use base_text_file, only: text_file_t
   use base_text_lines, only: read_line, ends_with_newline, count_words
-  use parallel_failure, only: share_failure
+  use parallel_failure, only: broadcast_failure
   use parallel_world, only: world_t
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none
@@ -180,7 +180,7 @@ contains
   subroutine series_check(self, failure)
     class(series_t), intent(in) :: self
     type(failure_t), intent(inout) :: failure
-    call share_failure(self%world, self%failure, failure)
+    call broadcast_failure(self%world, self%failure, failure)
   end subroutine series_check
 
   !> Closes the series and reports any failure since `open`. Collective.

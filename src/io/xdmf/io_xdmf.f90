@@ -14,7 +14,7 @@ module io_xdmf
   use base_text_file, only: write_text
   use base_text_lines, only: read_line, real_text
   use io_fields, only: field_file, field_form_t, field_meta_t, strided_points
-  use parallel_failure, only: share_failure
+  use parallel_failure, only: broadcast_failure
   use parallel_world, only: world_t
   implicit none
   private
@@ -61,7 +61,7 @@ contains
     if (world%is_root .and. present(restart_time)) then
       if (file_exists(path)) call keep_earlier(self, restart_time, own)
     end if
-    call share_failure(world, own, failure)
+    call broadcast_failure(world, own, failure)
   end subroutine index_open
 
   !> Reads the grids before `restart_time` back. Fails if the file cannot be read or is none of this module.
@@ -198,7 +198,7 @@ contains
                    content//GRID_TAIL//NL
       call write_text(self%path, HEAD//self%grids//TAIL, own)
     end if
-    call share_failure(self%world, own, failure)
+    call broadcast_failure(self%world, own, failure)
   end subroutine add_grid
 
   !> Returns `grids` without the grid of this label.

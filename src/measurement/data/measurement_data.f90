@@ -11,7 +11,7 @@ module measurement_data
   use measurement_series, only: measured_series_t
   implicit none
   private
-  public :: measurement_t, measured_load_t, observation_t, accuracy_t, calibration_t
+  public :: measurement_t, measured_load_t, observation_t
 
   integer, parameter, public :: QUANTITY_DISPLACEMENT = 1, QUANTITY_ROTATION = 2
   real(rp), parameter, public :: NOT_STATED = -1 !< of a time

@@ -17,7 +17,7 @@ module common_run
   use io_identity, only: change_t, identity_t, list_changes
   use io_lock, only: lock_t, LOCK_HELD, LOCK_TAKEN
   use io_broadcast_text, only: read_text_file
-  use parallel_failure, only: share_failure
+  use parallel_failure, only: broadcast_failure
   use parallel_world, only: world_t
   implicit none
   private
@@ -71,7 +71,7 @@ contains
       call self%identity%start(inputs)
     end if
     call world%broadcast_integer(state)
-    call share_failure(world, own, failure)
+    call broadcast_failure(world, own, failure)
     call world%broadcast_text(inputs)
     call broadcast_identity(self, inputs)
     if (failure%failed) then
@@ -241,7 +241,7 @@ contains
       if (self%moves) call move_earlier(self, own)
       if (.not. own%failed .and. stored(self, 'id') /= self%identity%id) call write_identity(self, own)
     end if
-    call share_failure(self%world, own, failure)
+    call broadcast_failure(self%world, own, failure)
     if (failure%failed) call outcome%fail(OUTCOME_UNWRITABLE, failure%reason)
   end subroutine run_settle
 

@@ -17,7 +17,7 @@ module diagnose_flight_settings
   use io_suggest, only: suggestion_t
   use measurement_data, only: measurement_t
   use measurement_flight, only: COMPONENT_NAMES, COMPONENT_POWER
-  use parallel_failure, only: share_failure
+  use parallel_failure, only: broadcast_failure
   use parallel_world, only: world_t
   implicit none
   private
@@ -182,7 +182,7 @@ contains
     call runner%fly(world, data%response%requests(steps, data%is_refined), records, outcome)
     if (.not. outcome%is_good()) return
     if (world%is_root) call data%response%take(steps, data%is_refined, records, missing)
-    call share_failure(world, missing, failure)
+    call broadcast_failure(world, missing, failure)
     if (failure%failed) then
       call outcome%fail(OUTCOME_NOT_CONVERGED, 'the flight of '//data%facts%path//' cannot be compared with the records: '// &
                         failure%reason)

@@ -17,7 +17,7 @@ module diagnose_flights
   use fsi_rotation, only: cross
   use io_broadcast_text, only: read_text_file
   use io_series_read, only: read_series
-  use parallel_failure, only: share_failure
+  use parallel_failure, only: broadcast_failure
   use parallel_outcome, only: agree_on_outcome
   use parallel_world, only: world_t
   use simulation_machine, only: check_machine
@@ -164,7 +164,7 @@ contains
       return
     end if
     if (group%is_root) call write_start(self, request, folder, own)
-    call share_failure(group, own, failure)
+    call broadcast_failure(group, own, failure)
     here = real_path('.')
     if (failure%failed) then
       call of_all%fail(OUTCOME_UNWRITABLE, failure%reason)
@@ -179,7 +179,7 @@ contains
     if (group%is_root) call redirection%finish()
     if (group%is_root) call write_end(outcome, own)
     call change_folder(here)
-    call share_failure(group, own, failure)
+    call broadcast_failure(group, own, failure)
     if (failure%failed) call of_all%fail(OUTCOME_UNWRITABLE, folder//'/'//failure%reason)
     if (any(outcome%kind == [OUTCOME_DONE, OUTCOME_DIVERGED, OUTCOME_COLLISION, OUTCOME_NOT_CONVERGED])) return
     call of_all%fail(outcome%kind, 'a flight did not finish; '//join_path(folder, LOG)//' says why. Start the program again '// &

@@ -236,9 +236,9 @@ contains
     class(training_t), intent(inout) :: self
     character(200) :: line
     associate (o => self%search%objective, pool => self%pool)
-      write (line, '(5(a,i0),a,f8.1,a)') 'solved    ', o%n_warm, ' from the shape of the mean, ', o%n_cold, &
-        ' from the unloaded wing; ', o%n_redone, ' repeated from it, ', o%n_unsolved, ' unsolved; ', &
-        o%n_factorisations, ' factorisations; ', pool%busy_seconds, ' s of all ranks in this run'
+      write (line, '(5(a,i0),a,f8.1,a)') 'solved    ', o%counts%n_warm, ' from the shape of the mean, ', o%counts%n_cold, &
+        ' from the unloaded wing; ', o%counts%n_redone, ' repeated from it, ', o%counts%n_unsolved, ' unsolved; ', &
+        o%counts%n_factorisations, ' factorisations; ', pool%busy_seconds, ' s of all ranks in this run'
       call self%log%say(trim(line))
     end associate
   end subroutine tell_effort

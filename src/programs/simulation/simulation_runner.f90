@@ -315,10 +315,9 @@ contains
     type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_output)
     if (self%output%integrals_due) then
-      call self%series%write_integrals(self%fluid, self%outcome%failure, self%wings)
-      if (allocated(self%coupler)) call self%series%write_bending(self%wings, self%coupler)
+      call self%series%write_integrals(self%fluid, self%outcome%failure, self%wings, self%coupler)
     end if
-    call self%series%write_flight(self%wings)
+    call self%series%write_pass(self%fluid, self%wings)
     call self%output%write(self%fluid, self%outcome%failure, self%wings, self%coupler, self%averages)
     call self%timers%stop(self%t_output)
   end subroutine write_all

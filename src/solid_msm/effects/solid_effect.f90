@@ -16,7 +16,7 @@ module solid_effect
   use solid_layout, only: layout_t
   implicit none
   private
-  public :: effect_t, effect_site_t, stiffness_law, stiffness_slope, modulus_law, cause_teller
+  public :: effect_t, effect_site_t
 
   integer, parameter, public :: STAGE_NONE = 0, STAGE_ELEMENTS = 1, STAGE_REGIONS = 2, STAGE_MOMENTS = 3, STAGE_LOADS = 4
 
@@ -25,7 +25,7 @@ module solid_effect
                                 NEED_SIDED_VEINS = 4, NEED_NO_SLACK = 5, NEED_MEMBRANE = 6, NEED_UNSTRESSED_REST = 7, &
                                 NEED_LEVELS = 8, NEED_BOTH_DIRECTIONS = 9, NEED_MODES_ABOUT_REST = 10, NEED_VEINS = 11, &
                                 NEED_MASS_PLACE = 12, N_WING_NEEDS = 12
-  integer, parameter, public :: MOST_PARAMETERS = 3 !< of one effect
+  integer, parameter :: MOST_PARAMETERS = 3 !< of one effect
 
   type :: effect_t
     integer :: n = 1                          !< number of parameters, unless `is_per_joint`

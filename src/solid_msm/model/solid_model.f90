@@ -52,7 +52,6 @@ module solid_model
   contains
     procedure :: init => model_init
     procedure :: set_params => model_set_params
-    procedure :: set_parameter => model_set_parameter
     procedure :: stiffness_derivative => model_stiffness_derivative
     procedure :: energy => model_energy
     procedure :: gradient => model_gradient
@@ -203,16 +202,6 @@ contains
     call evaluate_stiffness(params, self%springs, self%plans, self%layout, self%stiffness)
     self%springs%tension = self%stiffness%tension
   end subroutine model_set_params
-
-  !> Sets the parameter with this number to a value, in its unit.
-  subroutine model_set_parameter(self, number, value)
-    class(solid_model_t), intent(inout) :: self
-    integer, intent(in) :: number
-    real(rp), intent(in) :: value
-    call self%params%set(number, value)
-    call evaluate_stiffness(self%params, self%springs, self%plans, self%layout, self%stiffness)
-    self%springs%tension = self%stiffness%tension
-  end subroutine model_set_parameter
 
   !> Returns the derivative of all stiffnesses with respect to a parameter of the usual model, per unit or, with `per_log`, per
   !> log unit. Given to `gradient`, it yields the derivative of the gradient. For effects see solid_stiffness_effects.

@@ -9,6 +9,7 @@ module solid_params
   use base_errors, only: require
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
+  use base_visitor, only: visited_t, visitor_t
   use solid_effects, only: describe_effect, effects_t, start_effects
   use solid_usual_causes, only: usual_parameter, EACH_JOINT, EACH_VEIN, N_COMMON, PARAM_EXPONENT, PARAM_K_CROSS, &
                                 PARAM_K_MEMBRANE, PARAM_K_VEIN, PARAM_PLATE, PARAM_ROOT, PARAM_THICKNESS, PARAM_YOUNG
@@ -18,7 +19,7 @@ module solid_params
   public :: solid_params_t, default_params, membrane_thickness, membrane_note
 
   !> Values of all parameters and the choices of the model.
-  type :: solid_params_t
+  type, extends(visited_t) :: solid_params_t
     real(rp) :: young = 12.58e9_rp           !< [Pa] the paper's mean
     real(rp) :: plate = 2.0e-7_rp            !< [N m] D
     real(rp) :: root_factor = 1
@@ -37,6 +38,7 @@ module solid_params
     type(effects_t) :: effects
     real(rp) :: bending_factor = 1           !< on all bending stiffness, for instance after drying; not a wing parameter
   contains
+    procedure :: visit => params_visit
     procedure :: count => params_count
     procedure :: count_basic => params_count_basic
     procedure :: describe => params_describe
@@ -48,6 +50,28 @@ module solid_params
   end type solid_params_t
 
 contains
+
+  !> Shows the usual parameters and the choices of the model to the visitor. Effects have names and numbers of their own.
+  subroutine params_visit(self, visitor)
+    class(solid_params_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit('young', self%young)
+    call visitor%visit('plate', self%plate)
+    call visitor%visit('root_factor', self%root_factor)
+    call visitor%visit('diameter_exponent', self%diameter_exponent)
+    call visitor%visit('k_vein', self%k_vein)
+    call visitor%visit('k_membrane', self%k_membrane)
+    call visitor%visit('k_cross', self%k_cross)
+    call visitor%visit_allocatable('vein_factor', self%vein_factor)
+    call visitor%visit_allocatable('joint', self%joint)
+    call visitor%visit('cross_springs', self%cross_springs)
+    call visitor%visit('membrane_young', self%membrane_young)
+    call visitor%visit('membrane_poisson', self%membrane_poisson)
+    call visitor%visit('slack', self%slack)
+    call visitor%visit('slack_width', self%slack_width)
+    call visitor%leave_out('vein_names joint_names effects')
+    call visitor%visit('bending_factor', self%bending_factor)
+  end subroutine params_visit
 
   !> Returns the default parameters of a wing. The stiffness of the joints is negative, which means "as the vein".
   function default_params(wing) result(self)

@@ -9,32 +9,14 @@ module solid_sensitivity
   use solid_equilibrium, only: equilibrium_t
   use solid_model, only: solid_model_t
   use solid_stiffness, only: stiffness_t
-  use solid_stiffness_effects, only: parameter_direction
   implicit none
   private
-  public :: shape_sensitivities, direction_sensitivity, force_sensitivity
+  public :: direction_sensitivity, force_sensitivity
 
 contains
 
-  !> Returns derivatives(3, n_all, size(numbers)) of the equilibrium u with respect to the parameters with these numbers: [m] per
-  !> unit, or per log unit where the scale of the parameter is logarithmic. Call it right after a converged `solve_static` of the
-  !> same model, whose factorisation it uses.
-  subroutine shape_sensitivities(work, model, u, numbers, derivatives)
-    type(equilibrium_t), intent(inout) :: work
-    type(solid_model_t), intent(in) :: model
-    real(rp), intent(in) :: u(:, :)
-    integer, intent(in) :: numbers(:)
-    real(rp), intent(out) :: derivatives(:, :, :)
-    type(stiffness_t) :: dk
-    integer :: p
-    do p = 1, size(numbers)
-      call parameter_direction(model, numbers(p), dk)
-      call direction_sensitivity(work, model, u, dk, derivatives(:, :, p))
-    end do
-  end subroutine shape_sensitivities
-
-  !> Returns the derivative(3, n_all) [m] of the equilibrium u when the stiffness changes along `direction`; see
-  !> `shape_sensitivities`.
+  !> Returns the derivative(3, n_all) [m] of the equilibrium u when the stiffness changes along `direction`. Call it
+  !> right after a converged `solve_static` of the same model, whose factorisation it uses.
   subroutine direction_sensitivity(work, model, u, direction, derivative)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model
@@ -47,7 +29,7 @@ contains
   end subroutine direction_sensitivity
 
   !> Returns the derivative(3, n_all) [m] of the equilibrium when the dead load changes along force(3, n_all) [N]; see
-  !> `shape_sensitivities`.
+  !> `direction_sensitivity`.
   subroutine force_sensitivity(work, model, force, derivative)
     type(equilibrium_t), intent(inout) :: work
     type(solid_model_t), intent(in) :: model

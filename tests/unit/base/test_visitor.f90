@@ -117,11 +117,32 @@ contains
     call fill(value, .true.)
     call t%check('equal values have equal fingerprints', mark(value, .false.) == mark(value, .false.))
     call t%check('what its owner sums is no longer in the rest', mark(value, .false.) /= mark(value, .true.))
+    call test_omission(value)
     call changes('an integer', 1)
     call changes('a member of a list', 2)
     call changes('a text', 3)
     call changes('a logical of a matrix', 4)
   end subroutine test_fingerprint
+
+  !> What the owner omits does not change the fingerprint, and nothing is left if it omits all.
+  subroutine test_omission(value)
+    type(mixed_t), intent(inout) :: value
+    type(fingerprint_t) :: without, changed
+    real(rp) :: single
+    call value%visit(without)
+    call without%omit('single')
+    call without%omit_part('list')
+    single = value%single
+    value%single = 7*single + 1
+    value%list(2)%number = value%list(2)%number + 1
+    call value%visit(changed)
+    call t%check('changes of what is omitted count until it is omitted', changed%rest() /= without%rest())
+    call changed%omit('single')
+    call changed%omit_part('list')
+    call t%check('and not afterwards', changed%rest() == without%rest() .and. without%rest() /= 0)
+    value%single = single
+    value%list(2)%number = value%list(2)%number - 1
+  end subroutine test_omission
 
   !> The sum of all components, or of all but `single`.
   integer(i8) function mark(value, is_asked)

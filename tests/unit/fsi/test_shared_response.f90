@@ -27,16 +27,16 @@ contains
     logical, intent(in) :: is_2d
     type(green_t) :: green
     type(marker_response_t) :: alone, shared
-    real(rp) :: v(3, N), f(3, N, 2), error(1), turn(3, 3), places(3, N)
+    real(rp) :: v(3, N), f(3, N, 2), error(1), turn(3, 3), sites(3, N)
     logical :: has_factor
     integer :: k
     call green%init(RADIUS, 2*NX*SPACING, is_2d)
-    places = x
-    if (is_2d) places(3, :) = [(SPACING*i, i=1, N)] ! a section lies in the plane of its first and its last axis
+    sites = x
+    if (is_2d) sites(3, :) = [(SPACING*i, i=1, N)] ! a section lies in the plane of its first and its last axis
     call alone%init(N, is_2d)
     call shared%init(N, is_2d, test%world)
-    call alone%build(green, places, has_factor)
-    call shared%build(green, places, has_factor)
+    call alone%build(green, sites, has_factor)
+    call shared%build(green, sites, has_factor)
     call test%check('markers that are apart have a response', has_factor)
     turn = reshape([0.8_rp, 0.6_rp, 0.0_rp, -0.6_rp, 0.8_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp], [3, 3])
     call alone%turn(turn)
@@ -62,12 +62,12 @@ contains
   subroutine find_crowd()
     type(green_t) :: green
     type(marker_response_t) :: shared
-    real(rp) :: places(3, N)
+    real(rp) :: sites(3, N)
     logical :: has_factor
-    places = 0.05_rp*x
+    sites = 0.05_rp*x
     call green%init(RADIUS, 2*NX*SPACING, .false.)
     call shared%init(N, .false., test%world)
-    call shared%build(green, places, has_factor)
+    call shared%build(green, sites, has_factor)
     call test%check('markers that are too close do not have one, on any rank', .not. has_factor)
   end subroutine find_crowd
 end program test_shared_response

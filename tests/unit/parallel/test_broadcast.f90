@@ -3,7 +3,7 @@
 program test_broadcast
   use base_errors, only: failure_t
   use parallel_broadcast, only: broadcast_value
-  use parallel_failure, only: share_failure
+  use parallel_failure, only: broadcast_failure
   use testkit, only: testkit_t
   use visited_values, only: differences, fill, mixed_t
   implicit none
@@ -28,18 +28,18 @@ contains
 
   subroutine test_failure()
     type(failure_t) :: own, failure, other, none
-    call share_failure(t%world, own, none)
+    call broadcast_failure(t%world, own, none)
     call t%check('without a failure there is none', .not. none%failed)
     if (.not. t%world%is_root) call own%raise('that of another rank')
-    call share_failure(t%world, own, none)
+    call broadcast_failure(t%world, own, none)
     call t%check('that of another rank does not count', .not. none%failed)
     own = failure_t()
     if (t%world%is_root) call own%raise('that of rank 0')
-    call share_failure(t%world, own, failure)
+    call broadcast_failure(t%world, own, failure)
     call t%check('that of rank 0 is one of all', failure%failed)
     if (failure%failed) call t%check('with its reason', failure%reason == 'that of rank 0')
     call other%raise('an earlier one')
-    call share_failure(t%world, own, other)
+    call broadcast_failure(t%world, own, other)
     call t%check('an earlier one stays', other%reason == 'an earlier one')
   end subroutine test_failure
 end program test_broadcast

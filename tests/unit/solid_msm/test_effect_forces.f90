@@ -5,6 +5,7 @@ program test_effect_forces
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use effect_wings, only: make_plain, model_of, STENCIL
+  use model_variation, only: set_parameter
   use solid_extension, only: extension_axial
   use solid_model, only: solid_model_t
   use solid_stiffness, only: stiffness_t
@@ -56,7 +57,7 @@ contains
     call model%pattern%multiply(blocks, 1.0_rp, along(:, model%movable), hv)
     call t%check_below('the tangent is the derivative of the forces', &
                        maxval(abs(hv - fd(:, model%movable)))/maxval(abs(hv)), 1.0e-9_rp)
-    call model%set_parameter(model%params%find('joint_hardening'), -1.0_rp)
+    call set_parameter(model, model%params%find('joint_hardening'), -1.0_rp)
     call assemble_tangent(model, 40*u, axial, .true., blocks)
     lowest = 0
     do s = 1, 50
@@ -92,9 +93,9 @@ contains
       fd = 0
       other = model
       do s = 1, 4
-        call other%set_parameter(i, moved(value, s*step, p%is_log))
+        call set_parameter(other, i, moved(value, s*step, p%is_log))
         call other%gradient(u, gp)
-        call other%set_parameter(i, moved(value, -s*step, p%is_log))
+        call set_parameter(other, i, moved(value, -s*step, p%is_log))
         call other%gradient(u, gm)
         fd = fd + STENCIL(s)*(gp - gm)/step
       end do
@@ -136,9 +137,9 @@ contains
     other = plain
     do s = 1, 4
       other%params%effects%disc = elsewhere
-      call other%set_parameter(other%params%find('damage'), exp(s*STEP))
+      call set_parameter(other, other%params%find('damage'), exp(s*STEP))
       call other%gradient(u, gp)
-      call other%set_parameter(other%params%find('damage'), exp(-s*STEP))
+      call set_parameter(other, other%params%find('damage'), exp(-s*STEP))
       call other%gradient(u, gm)
       fd = fd + STENCIL(s)*(gp - gm)/STEP
     end do

@@ -6,6 +6,7 @@ program test_solid_elements
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use derivative_checks, only: derivative_errors, STENCIL
+  use model_variation, only: set_parameter
   use sample_wings, only: make_fly_wing, make_beam
   use solid_extension, only: extension_axial
   use solid_hinge, only: hinge_t, hinge_evaluate, turning_law, HINGE_NODES
@@ -205,9 +206,9 @@ contains
       value = model%params%get(i)
       other = model
       do s = 1, 4
-        call other%set_parameter(i, value*(1 + s*1.0e-3_rp))
+        call set_parameter(other, i, value*(1 + s*1.0e-3_rp))
         call other%gradient(u, gp)
-        call other%set_parameter(i, value*(1 - s*1.0e-3_rp))
+        call set_parameter(other, i, value*(1 - s*1.0e-3_rp))
         call other%gradient(u, gm)
         fd = fd + STENCIL(s)*(gp - gm)/(1.0e-3_rp*value)
       end do

@@ -5,6 +5,7 @@ program test_solid_retry
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use breaking_motion, only: breaking_motion_t
+  use model_variation, only: set_parameter
   use sample_wings, only: make_beam
   use solid_dynamics, only: dynamics_t, dynamic_state_t, dynamic_options_t, step_report_t
   use solid_inertia, only: inertia_t
@@ -33,7 +34,7 @@ program test_solid_retry
   wing = make_beam(N, 1.0_rp, 0.1_rp, [1.0_rp, 0.0_rp, 0.0_rp])
   call model%init(wing, default_params(wing), failure)
   call t%check('the beam is valid',.not. failure%failed)
-  call model%set_parameter(model%params%find('E'), 1.0e6_rp)
+  call set_parameter(model, model%params%find('E'), 1.0e6_rp)
   call inertia%init(model, spread(1.0_rp/N, 1, N + 1))
   inertia%rayleigh_stiffness = 1.0e-2_rp
   allocate (force(3, model%n_all), source=0.0_rp)

@@ -13,6 +13,7 @@ program test_wing_fingerprint
   call t%start(parallel=.false.)
   wing = make_fly_wing(24, 12)
   known = wing_fingerprint(wing)
+  call t%check('the digits of this wing, which files hold', known == '92253D6B45FFF3F6')
   call t%check('sixteen digits', verify(known, '0123456789ABCDEF') == 0)
 
   other = wing

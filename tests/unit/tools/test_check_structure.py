@@ -189,6 +189,35 @@ end module base_case
         included = source.format("c_int", "1").replace("implicit none", "include 'other.f03'")
         self.assertEqual(check(included, "base_case.f90")[0], 0, "what is included may use it")
 
+    def test_public_names_that_nobody_imports(self):
+        source = """module base_case
+  implicit none
+  private
+  public :: used, &
+            {}
+  integer, parameter, public :: FIRST = 1, SECOND(2) = [1, 2]
+  type :: used
+    integer, public :: number
+  end type used
+end module base_case
+"""
+        test = "program p\n  use base_case, only: used, mine => renamed, SECOND\nend program p\n"
+        files = {"tests": ("base/test_case.f90",), "content": test}
+        self.assertEqual(check(source.format("renamed"), "base_case.f90", **files)[0], 0)
+        self.assert_found(source.format("mine"), "base_case.f90:4: mine is public, and no other file imports it", "base_case.f90",
+                          **files)
+        self.assert_found(source.format("renamed").replace("FIRST = 1, SECOND(2) = [1, 2]", "first = max(1, 2)"),
+                          "base_case.f90:6: first is public", "base_case.f90", **files)
+
+    def test_long_procedures_of_python(self):
+        def script(lines):
+            return "#!/usr/bin/env python3\ndef long(x):\n" + "    x += 1\n" * (lines - 1)
+        for name in ("long.py", "long"):
+            files = {"kind": "tools", "tests": (name,)}
+            self.assertEqual(check(CLEAN, content=script(60), **files)[0], 0, name)
+            self.assert_found(CLEAN, f"{name}:2: procedure long has 61 lines; at most 60", content=script(61), **files)
+        self.assertEqual(check(CLEAN, kind="tools", tests=("text",), content="no Python: (")[0], 0)
+
     def test_long_lists_of_arguments(self):
         def source(name, count):
             names = ", &\n    ".join(f"a{i}" for i in range(count))

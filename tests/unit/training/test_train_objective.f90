@@ -219,7 +219,7 @@ contains
         is_right = is_right .and. (has_failure .eqv. costs%has_failed(k))
       end do
     end do
-    is_warm = together%n_warm + together%n_cold == 2*LAMBDA*N_LOADS .and. together%n_warm > 0
+    is_warm = together%counts%n_warm + together%counts%n_cold == 2*LAMBDA*N_LOADS .and. together%counts%n_warm > 0
   end subroutine test_costs
 
   !> Nobody looks between batches here; tasks take milliseconds, and the first one is over after the wall time.

@@ -7,12 +7,13 @@ program test_effect_sensitivities
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use loaded_wing, only: load_at, wing_of_argument
+  use model_variation, only: set_parameter, shape_sensitivities
   use named_params, only: set_each, value_of
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, solid_params_t
-  use solid_sensitivity, only: direction_sensitivity, force_sensitivity, shape_sensitivities
+  use solid_sensitivity, only: direction_sensitivity, force_sensitivity
   use solid_statics, only: solve_static, static_options_t, static_report_t
   use solid_stiffness, only: stiffness_t
   use solid_stiffness_effects, only: damage_direction
@@ -143,7 +144,7 @@ contains
       call shape_with(i, moved(value, -s*step, p%is_log), u, behind)
       difference = difference + merge(4, -1, s == 1)*(ahead - behind)/(2*s*step*3)
     end do
-    call model%set_parameter(i, value)
+    call set_parameter(model, i, value)
   end subroutine differ
 
   pure real(rp) function moved(value, by, is_log)
@@ -158,7 +159,7 @@ contains
     real(rp), intent(in) :: value, u(:, :)
     real(rp), intent(out) :: shape(:, :)
     type(static_report_t) :: report
-    call model%set_parameter(i, value)
+    call set_parameter(model, i, value)
     shape = u
     call solve_static(work, model, load, .true., options, shape, report)
     if (.not. report%converged .or. report%was_redone_cold) call t%check('a neighbour is on the same path', .false.)
@@ -185,7 +186,7 @@ contains
       model%params%effects%disc = elsewhere
       call differ(i, params%describe(i), u, difference)
       model%params%effects%disc = kept
-      call model%set_parameter(i, 1.0_rp)
+      call set_parameter(model, i, 1.0_rp)
       call t%check_below('derivative to damage elsewhere '//where, maxval(abs(difference - derivative))/ &
                          maxval(abs(derivative)), LIMIT)
     end if

@@ -149,7 +149,7 @@ contains
     type(dynamic_options_t) :: options
     type(step_report_t) :: report
     type(steady_motion_t) :: rest
-    real(rp), allocatable :: weights(:, :), places(:, :), v(:, :), force(:, :), old_v(:, :)
+    real(rp), allocatable :: weights(:, :), sites(:, :), v(:, :), force(:, :), old_v(:, :)
     integer, allocatable :: nodes(:, :)
     real(rp) :: first(3), begun(3), constant(3), drift, sway, energy, last_energy, x, rough, most_rough, growth
     integer :: i
@@ -158,11 +158,11 @@ contains
     if (is_layer) what = ' of a layer'
     call make_wing(.true., model, inertia)
     inertia%mass = 0.01_rp*inertia%mass
-    call place_markers(model, MARKERS, nodes, weights, places)
+    call place_markers(model, MARKERS, nodes, weights, sites)
     if (is_layer) then
-      call reaction%init(model, nodes, weights, layer_kernel(places, 5.0e-4_rp, 3.0_rp), DT)
+      call reaction%init(model, nodes, weights, layer_kernel(sites, 5.0e-4_rp, 3.0_rp), DT)
     else
-      call reaction%init(model, nodes, weights, exponential_kernel(places, 1.0e-3_rp, 0.1_rp, MASS), DT)
+      call reaction%init(model, nodes, weights, exponential_kernel(sites, 1.0e-3_rp, 0.1_rp, MASS), DT)
     end if
     allocate (v(3, model%n_all), force(3, model%n_all), old_v(3, model%n_all))
     v = 0
@@ -244,14 +244,14 @@ contains
     type(dynamic_options_t) :: options
     type(step_report_t) :: report
     type(steady_motion_t) :: spin
-    real(rp), allocatable :: weights(:, :), places(:, :), force(:, :)
+    real(rp), allocatable :: weights(:, :), sites(:, :), force(:, :)
     integer, allocatable :: nodes(:, :)
     integer :: i, way, pieces(2)
     logical :: fine
     call make_wing(.false., model, inertia)
     inertia%mass = 0.01_rp*inertia%mass
-    call place_markers(model, MARKERS, nodes, weights, places)
-    call reaction%init(model, nodes, weights, layer_kernel(places, 5.0e-4_rp, 3.0_rp), DT)
+    call place_markers(model, MARKERS, nodes, weights, sites)
+    call reaction%init(model, nodes, weights, layer_kernel(sites, 5.0e-4_rp, 3.0_rp), DT)
     allocate (force(3, model%n_all), source=0.0_rp)
     force(3, :model%n_points) = 1.0e-2_rp/model%n_points
     spin%frame%omega = [0.0_rp, 300.0_rp, 1000.0_rp]
@@ -286,12 +286,12 @@ contains
     type(dynamic_options_t) :: options
     type(step_report_t) :: report
     type(steady_motion_t) :: spin
-    real(rp), allocatable :: weights(:, :), places(:, :), force(:, :)
+    real(rp), allocatable :: weights(:, :), sites(:, :), force(:, :)
     integer, allocatable :: nodes(:, :)
     integer :: i, k
     call make_wing(.false., model, inertia)
-    call place_markers(model, 30, nodes, weights, places)
-    call reaction%init(model, nodes, weights, exponential_kernel(places, 1.0e-3_rp, 0.1_rp, MASS), DT)
+    call place_markers(model, 30, nodes, weights, sites)
+    call reaction%init(model, nodes, weights, exponential_kernel(sites, 1.0e-3_rp, 0.1_rp, MASS), DT)
     allocate (force(3, model%n_all), source=0.0_rp)
     force(3, :model%n_points) = 2.0e-3_rp/model%n_points
     spin%frame%omega = [0.0_rp, 300.0_rp, 1000.0_rp]

@@ -7,12 +7,12 @@ program test_solid_repeated_path
   use base_kinds, only: rp
   use cantilever, only: make_cantilever
   use loaded_wing, only: load_at, wing_of_argument
+  use model_variation, only: set_parameter, shape_sensitivities
   use solid_equilibrium, only: equilibrium_t
   use solid_inertia, only: inertia_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t, default_params
-  use solid_sensitivity, only: shape_sensitivities
   use solid_statics, only: solve_static, static_options_t, static_report_t
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
@@ -82,13 +82,13 @@ contains
     call shape_sensitivities(work, model, u, [p], d)
     fd = 0
     do side = -1, 1, 2
-      call model%set_parameter(p, params%young*exp(side*H))
+      call set_parameter(model, p, params%young*exp(side*H))
       other = u
       call solve_static(work, model, load, .true., options, other, report)
       call t%check('a warm start from the shape goes straight', report%converged .and. .not. report%was_redone_cold)
       fd = fd + side*other/(2*H)
     end do
-    call model%set_parameter(p, params%young)
+    call set_parameter(model, p, params%young)
     call t%check_below('its derivative is the limit of differences', &
                        maxval(abs(fd - d(:, :, 1)))/maxval(abs(d)), 1.0e-6_rp)
   end subroutine test_sensitivities

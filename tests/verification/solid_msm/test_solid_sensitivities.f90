@@ -7,11 +7,11 @@ program test_solid_sensitivities
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use loaded_wing, only: N_LOADS, MODERATE_FORCES, load_at, wing_of_argument
+  use model_variation, only: set_parameter, shape_sensitivities
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t, default_params
-  use solid_sensitivity, only: shape_sensitivities
   use solid_statics, only: solve_static, static_options_t, static_report_t
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
@@ -89,7 +89,7 @@ contains
     parameter = model%params%describe(p)
     call solve_with(p, merge(value*exp(step), value + step, parameter%is_log), derivative)
     call solve_with(p, merge(value*exp(-step), value - step, parameter%is_log), behind)
-    call model%set_parameter(p, value)
+    call set_parameter(model, p, value)
     derivative = (derivative - behind)/(2*step)
   end subroutine difference
 
@@ -98,7 +98,7 @@ contains
     integer, intent(in) :: p
     real(rp), intent(in) :: value
     real(rp), intent(out) :: shape(:, :)
-    call model%set_parameter(p, value)
+    call set_parameter(model, p, value)
     shape = u
     call solve_static(work, model, load, .true., options, shape, report)
     if (.not. report%converged .or. report%was_redone_cold) &

@@ -5,13 +5,13 @@ program test_solid_statics
   use base_kinds, only: rp
   use base_lapack, only: singular_values
   use base_parameter, only: parameter_t
+  use model_variation, only: set_parameter, shape_sensitivities
   use sample_wings, only: make_fly_wing
   use solid_equilibrium, only: equilibrium_t
   use solid_loads, only: load_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t, default_params, membrane_thickness, membrane_note
   use solid_plate, only: plate_weights
-  use solid_sensitivity, only: shape_sensitivities
   use solid_statics, only: solve_static, static_options_t, static_report_t
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
@@ -110,11 +110,11 @@ contains
       options = static_options_t()
       do p = 1, n ! a neighbour in parameter space, then back again
         if (p == plate .or. p == thickness) cycle
-        call model%set_parameter(p, values(p)*factors(p))
+        call set_parameter(model, p, values(p)*factors(p))
       end do
       call solve_static(work, model, load, .false., options, warm, report)
       do p = 1, n
-        call model%set_parameter(p, values(p))
+        call set_parameter(model, p, values(p))
       end do
       call solve_static(work, model, load, .true., options, warm, report)
       call t%check('a warm start takes few factorisations', report%converged .and. &
@@ -191,7 +191,7 @@ contains
         do s = 1, 4
           do side = -1, 1, 2
             step = side*s*H
-            call model%set_parameter(p, merge(value*exp(step), value + step*unit, parameter%is_log))
+            call set_parameter(model, p, merge(value*exp(step), value + step*unit, parameter%is_log))
             other = u
             call solve_static(work, model, load, .true., options, other, report)
             call t%check('the neighbour is reached without a snap', report%converged .and. &
@@ -199,7 +199,7 @@ contains
             fd = fd + side*STENCIL(s)*other/(H*unit)
           end do
         end do
-        call model%set_parameter(p, value)
+        call set_parameter(model, p, value)
         call t%check_below('the derivative of the shape to '//parameter%name, maxval(abs(fd - d(:, :, p)))/ &
                            max(maxval(abs(d(:, :, p))), 1.0e-3_rp*scale), 1.0e-6_rp)
       end do
@@ -243,7 +243,7 @@ contains
     call t%check('too little work is a failure with a reason',.not. report%converged .and. &
                  allocated(report%reason))
     options = static_options_t()
-    call model%set_parameter(model%params%find('D'), 0.0_rp)
+    call set_parameter(model, model%params%find('D'), 0.0_rp)
     call solve_static(work, model, load, .false., options, u, report)
     call t%check('a membrane without bending stiffness is refused',.not. report%converged .and. &
                  allocated(report%reason))

@@ -210,8 +210,8 @@ def drawable(folder: Path) -> list[str]:
     return sorted(labels, key=lambda label: (times[label], int(label)))
 
 
-def main() -> None:
-    """Does what the command line asks for."""
+def arguments() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", metavar="DIR", type=Path, help="folder of a run")
     which = parser.add_mutually_exclusive_group()
@@ -236,8 +236,11 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, help="picture to write, with --all the folder for the pictures, with "
                         "--movie the movie (default: beside the data, render_LABEL.png, with _wings and the view where they were asked "
                         "for; movie.mp4 or movie.gif)")
-    a = parser.parse_args()
-    view = view_of(a.view)
+    return parser
+
+
+def check_options(a: argparse.Namespace) -> list[float]:
+    """Returns the levels that the command line names, in order. Raises InputError if an option is not valid."""
     if a.label is not None and not a.label.isdigit():
         raise InputError(f"--label takes digits like 000500, not '{a.label}'")
     if (a.stride is not None and a.stride < 1) or a.frequency <= 0:
@@ -252,7 +255,22 @@ def main() -> None:
         raise InputError(f"--levels takes numbers like 100,150,200, not '{a.levels}'") from None
     if wanted and wanted[0] <= 0:
         raise InputError("--levels must be positive")
+    return wanted
 
+
+def camera_for(chosen: Sequence[Snapshot], surfaces: Sequence[Surface], view: tuple[float, float], has_twins: bool) -> Camera:
+    """Returns the camera that sees these surfaces and wings and bodies of all snapshots."""
+    shown = [s.points for s in surfaces] + [wing.points for at in chosen for wing in surfaces_of(at)]
+    shown += [wing.rigid_points for at in chosen for wing in surfaces_of(at) if wing.rigid_points is not None and has_twins]
+    shown += [body[0] for body in map(load_body, chosen) if body is not None]
+    return Camera(*view, np.concatenate(shown), ASPECT)
+
+
+def main() -> None:
+    """Does what the command line asks for."""
+    a = arguments().parse_args()
+    view = view_of(a.view)
+    wanted = check_options(a)
     movie = choose_movie(a.folder, a.output) if a.movie else None
     labels = drawable(a.folder)
     if a.time is None and a.label is None:
@@ -264,11 +282,7 @@ def main() -> None:
     surfaces = last.surfaces(levels)
     if not surfaces:
         raise InputError(f"nothing to draw: |omega| is at most {np.nanmax(last.values):.4g} and there are no wings")
-    shown = [s.points for s in surfaces] + [wing.points for at in chosen for wing in surfaces_of(at)]
-    shown += [wing.rigid_points for at in chosen for wing in surfaces_of(at)
-              if wing.rigid_points is not None and not a.no_twin]
-    shown += [body[0] for body in map(load_body, chosen) if body is not None]
-    camera = Camera(*view, np.concatenate(shown), ASPECT)
+    camera = camera_for(chosen, surfaces, view, not a.no_twin)
     render, note = choose_renderer(a.renderer)
     what = f"|omega| = {', '.join(f'{level:g}' for level in levels)} (largest {np.nanmax(last.values):.4g})"
     print(("wings only" if a.wings else what) + f"; {note}" + (f"; every {last.stride}. point" if last.stride > 1 else ""))

@@ -39,6 +39,15 @@ class Network:
     root: list[int]                                  # branches of the outline that are held
 
 
+def stretch_between(branches: list[Branch], outline: list[int], a: int, b: int) -> list[int]:
+    """Returns branches of the outline from one node to another, counter-clockwise."""
+    i = next(i for i, k in enumerate(outline) if branches[k].first == a)
+    found: list[int] = []
+    while not found or branches[found[-1]].last != b:
+        found.append(outline[(i + len(found)) % len(outline)])
+    return found
+
+
 class _Builder(Meetings):
     """Makes the network of a trace: the held part of the outline, joints, nodes, branches."""
 
@@ -187,38 +196,44 @@ class _Builder(Meetings):
         self.attach_corners([(piece.number, piece.line) for piece in self.carriers])
         if self.problems.errors or not held:
             return None
+        self.divide_outline()
+        nodes, number = self.node_positions()
+        branches: list[Branch] = []
+        outline = self.cut(OUTLINE, nodes, number, branches)
+        own = {piece.number: self.cut(piece.number, nodes, number, branches) for piece in self.carriers}
+        node_of = [number[self.att.top(k)] for k in range(len(self.att.s))]
+        ends = {id(piece): (node_of[at[0]], node_of[at[1]]) for piece, at in margin}
+        veins = self.lay_veins(branches, outline, own, ends)
+        root = stretch_between(branches, outline, *(node_of[k] for k in held_at))
+        net = Network(nodes, branches, outline, veins, {}, root)
+        for k, at in joints:
+            self.choose_hinge(self.trace.joints[k], node_of[at], net)
+        return net
+
+    def divide_outline(self) -> None:
+        """Adds nodes in the middle of the largest gaps until the outline has three."""
         while sum(c == OUTLINE for c in self.att.carrier) < 3:
             stops = sorted(s for c, s in zip(self.att.carrier, self.att.s) if c == OUTLINE)
             gaps = [((b - a) % self.outline.length or self.outline.length, a) for a, b in zip(stops, stops[1:] + stops[:1])]
             gap, a = max(gaps)
             self.att.add(OUTLINE, (a + gap / 2) % self.outline.length)
-        nodes, number = self.node_positions()
-        branches: list[Branch] = []
-        outline = self.cut(OUTLINE, nodes, number, branches)
-        own = {piece.number: self.cut(piece.number, nodes, number, branches) for piece in self.carriers}
 
-        def stretch(a: int, b: int) -> list[int]:
-            """Returns branches of the outline from one node to another, counter-clockwise."""
-            i = next(i for i, k in enumerate(outline) if branches[k].first == a)
-            found: list[int] = []
-            while not found or branches[found[-1]].last != b:
-                found.append(outline[(i + len(found)) % len(outline)])
-            return found
-
-        node_of = [number[self.att.top(k)] for k in range(len(self.att.s))]
+    def lay_veins(self, branches: list[Branch], outline: list[int], own: dict[int, list[int]],
+                  ends: dict[int, tuple[int, int]]) -> dict[str, list[tuple[int, bool]]]:
+        """Returns the branches of each vein, and whether it passes them forward. `own` has the branches of each carrier, `ends` the
+        nodes at the ends of each stretch of the outline."""
         veins: dict[str, list[tuple[int, bool]]] = {}
-        ends = {id(piece): at for piece, at in margin}
         for vein, parts in zip(self.trace.veins, self.parts):
             chain: list[tuple[int, bool]] = []
             for piece in parts:
                 if not isinstance(piece, Stretch):
                     chain += [(k, True) for k in own[piece.number]]
+                    continue
+                a, b = ends[id(piece)]
+                if piece.forward:
+                    chain += [(k, True) for k in stretch_between(branches, outline, a, b)]
                 else:
-                    a, b = (node_of[k] for k in ends[id(piece)])
-                    if piece.forward:
-                        chain += [(k, True) for k in stretch(a, b)]
-                    else:
-                        chain += [(k, False) for k in reversed(stretch(b, a))]
+                    chain += [(k, False) for k in reversed(stretch_between(branches, outline, b, a))]
             veins[vein.name] = chain
             passed = [(branches[k].first if forward else branches[k].last) for k, forward in chain]
             if len(set(passed)) < len(passed) or not chain:
@@ -229,11 +244,7 @@ class _Builder(Meetings):
             for k, _ in veins[vein.name]:
                 if owner.setdefault(k, vein) is not vein:
                     self.share_margin(vein, owner[k])
-        root = stretch(*(node_of[k] for k in held_at))
-        net = Network(nodes, branches, outline, veins, {}, root)
-        for k, at in joints:
-            self.choose_hinge(self.trace.joints[k], node_of[at], net)
-        return net
+        return veins
 
     def choose_hinge(self, joint: JointMark, node: int, net: Network) -> None:
         """Returns the segments between which the joint at a node lies."""

@@ -70,6 +70,64 @@ def _mark_centre(axes: Axes, place: np.ndarray, radius: float) -> None:
         axes.add_patch(Wedge(place, radius, begin, begin + 90, fc="black", ec="none", zorder=13))
 
 
+def _draw_surface(axes: Axes, wing: Wing, xy: np.ndarray, edges: np.ndarray, count: np.ndarray) -> None:
+    """Draws the membrane with its mesh and its outline. `count` says of how many triangles an edge is part."""
+    axes.add_collection(PolyCollection(xy[wing.triangles], facecolors=MEMBRANE, edgecolors="none", zorder=0))
+    axes.add_collection(LineCollection(xy[edges], colors=MESH, linewidths=0.45, zorder=1))
+    axes.add_collection(LineCollection(xy[edges[count == 1]], colors=INK, linewidths=0.7, zorder=2))
+
+
+def _draw_veins(axes: Axes, wing: Wing, xy: np.ndarray, colours: dict[str, str]) -> None:
+    """Draws the veins with their diameters, thick ones first."""
+    for name in sorted(colours, key=lambda name: -max(wing.veins[name][1])):
+        nodes, diameters = wing.veins[name]
+        axes.add_collection(PolyCollection(vein_polygons(xy, nodes, 1e3 * np.asarray(diameters)), facecolors=colours[name],
+                                           edgecolors=colours[name], linewidths=0.3, snap=False, zorder=4))
+        for node, diameter in zip(nodes, diameters):
+            axes.add_patch(Circle(xy[node], 5e2 * diameter, fc=colours[name], lw=0, snap=False, zorder=4))
+
+
+def _draw_joints(axes: Axes, wing: Wing, xy: np.ndarray, span: float) -> list[np.ndarray]:
+    """Draws the numbered joints, and returns the points that each of them covers."""
+    taken = []
+    for k, name in enumerate(sorted(wing.joints), 1):
+        before, middle, last = wing.joint_nodes(name)
+        place = xy[middle]
+        if len(wing.joints[name]) == 3:              # away from the place where veins meet
+            along = xy[last] - xy[middle]
+            place = place + along / np.linalg.norm(along) * 0.02 * span
+        axes.plot(*place, "o", ms=10, mfc="white", mec=INK, mew=1.1, zorder=10)
+        axes.text(*place, str(k), ha="center", va="center_baseline", fontsize=7, color=INK, weight="bold", zorder=11)
+        taken.append(place + 0.012 * span * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]]))
+    return taken
+
+
+def _draw_legend(axes: Axes, quality: Quality, has_veins: bool, span: float, left: float, top: float) -> None:
+    """Draws the scale, and what the marks mean, below `top`."""
+    step = _round_length(span / 5)
+    x, y = left, top - 0.015 * span
+    axes.plot([x, x + step], [y, y], color=INK, lw=2.2, solid_capstyle="butt")
+    axes.text(x + step / 2, y - 0.006 * span, f"{step:g} mm", ha="center", va="top", fontsize=8.5, color=INK)
+    x += step + 0.04 * span
+    _mark_centre(axes, np.array([x, y]), 0.009 * span)
+    centre = "centre of mass" if quality.membrane_mass else "centre of mass of the veins" if has_veins else "centre of area"
+    axes.text(x + 0.016 * span, y, centre, ha="left", va="center", fontsize=8.5, color=INK)
+    axes.plot([x], [y - 0.026 * span], "s", ms=5, mfc=ROOT, mec="white", mew=0.5)
+    axes.text(x + 0.016 * span, y - 0.026 * span, "root", ha="left", va="center", fontsize=8.5, color=INK)
+
+
+def _facts(wing: Wing, quality: Quality) -> str:
+    """Returns size, mesh and masses of the wing in one line."""
+    facts = f"{len(wing.points)} points · {len(wing.triangles)} triangles · {1e6 * quality.area:.2f} mm² · smallest angle " \
+            f"{quality.angles.min():.0f}°"
+    if wing.veins:
+        d = np.concatenate([np.asarray(d) for _, d in wing.veins.values()])
+        facts += f" · veins {1e6 * d.min():.0f} to {1e6 * d.max():.0f} µm, {_mass(quality.vein_mass)}"
+    if quality.membrane_mass:
+        facts += f" · membrane {_mass(quality.membrane_mass)}"
+    return facts
+
+
 def draw_wing(wing: Wing, quality: Quality, title: str = "") -> Figure:
     """Draws the figure; lengths in mm."""
     xy = 1e3 * wing.points[:, :2]
@@ -90,54 +148,23 @@ def draw_wing(wing: Wing, quality: Quality, title: str = "") -> Figure:
     axes.set_aspect("equal")
     axes.axis("off")
     edges, count = wing.edges()
-    axes.add_collection(PolyCollection(xy[wing.triangles], facecolors=MEMBRANE, edgecolors="none", zorder=0))
-    axes.add_collection(LineCollection(xy[edges], colors=MESH, linewidths=0.45, zorder=1))
-    axes.add_collection(LineCollection(xy[edges[count == 1]], colors=INK, linewidths=0.7, zorder=2))
     names = sorted(wing.veins)
     colours = {name: COLOURS[k % len(COLOURS)] for k, name in enumerate(names)}
-    for name in sorted(names, key=lambda name: -max(wing.veins[name][1])):
-        nodes, diameters = wing.veins[name]
-        axes.add_collection(PolyCollection(vein_polygons(xy, nodes, 1e3 * np.asarray(diameters)), facecolors=colours[name],
-                                           edgecolors=colours[name], linewidths=0.3, snap=False, zorder=4))
-        for node, diameter in zip(nodes, diameters):
-            axes.add_patch(Circle(xy[node], 5e2 * diameter, fc=colours[name], lw=0, snap=False, zorder=4))
+    _draw_surface(axes, wing, xy, edges, count)
+    _draw_veins(axes, wing, xy, colours)
     axes.plot(*xy[wing.root].T, "s", ms=5, mfc=ROOT, mec="white", mew=0.5, zorder=7)
     taken = [xy[edges[count == 1]].mean(1)]
-    for k, name in enumerate(sorted(wing.joints), 1):
-        before, middle, last = wing.joint_nodes(name)
-        place = xy[middle]
-        if len(wing.joints[name]) == 3:              # away from the place where veins meet
-            along = xy[last] - xy[middle]
-            place = place + along / np.linalg.norm(along) * 0.02 * span
-        axes.plot(*place, "o", ms=10, mfc="white", mec=INK, mew=1.1, zorder=10)
-        axes.text(*place, str(k), ha="center", va="center_baseline", fontsize=7, color=INK, weight="bold", zorder=11)
-        taken.append(place + 0.012 * span * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]]))
+    taken += _draw_joints(axes, wing, xy, span)
     _mark_centre(axes, 1e3 * quality.centre, 0.011 * span)
     taken.append(1e3 * quality.centre[None, :])
     _place_names(axes, wing, xy, span, colours, taken)
-    step = _round_length(span / 5)
-    x, y = low[0], bottom + band - 0.015 * span
-    axes.plot([x, x + step], [y, y], color=INK, lw=2.2, solid_capstyle="butt")
-    axes.text(x + step / 2, y - 0.006 * span, f"{step:g} mm", ha="center", va="top", fontsize=8.5, color=INK)
-    x += step + 0.04 * span
-    _mark_centre(axes, np.array([x, y]), 0.009 * span)
-    centre = "centre of mass" if quality.membrane_mass else "centre of mass of the veins" if wing.veins else "centre of area"
-    axes.text(x + 0.016 * span, y, centre, ha="left", va="center", fontsize=8.5, color=INK)
-    axes.plot([x], [y - 0.026 * span], "s", ms=5, mfc=ROOT, mec="white", mew=0.5)
-    axes.text(x + 0.016 * span, y - 0.026 * span, "root", ha="left", va="center", fontsize=8.5, color=INK)
+    _draw_legend(axes, quality, bool(wing.veins), span, low[0], bottom + band)
     for column in range(columns):
         part = lines[column * rows:(column + 1) * rows]
         axes.text(low[0] + (0.52 + 0.16 * column) * span, bottom + band, "\n".join(part), va="top",
                   fontsize=8, color=INK, family="monospace", linespacing=1.25)
-    facts = f"{len(wing.points)} points · {len(wing.triangles)} triangles · {1e6 * quality.area:.2f} mm² · smallest angle " \
-            f"{quality.angles.min():.0f}°"
-    if wing.veins:
-        d = np.concatenate([np.asarray(d) for _, d in wing.veins.values()])
-        facts += f" · veins {1e6 * d.min():.0f} to {1e6 * d.max():.0f} µm, {_mass(quality.vein_mass)}"
-    if quality.membrane_mass:
-        facts += f" · membrane {_mass(quality.membrane_mass)}"
     figure.text(0.03, 1 - 0.08 / size[1], title or wing.title, ha="left", va="top", fontsize=12, color=INK)
-    figure.text(0.03, 1 - 0.32 / size[1], facts, ha="left", va="top", fontsize=9, color="0.35")
+    figure.text(0.03, 1 - 0.32 / size[1], _facts(wing, quality), ha="left", va="top", fontsize=9, color="0.35")
     return figure
 
 

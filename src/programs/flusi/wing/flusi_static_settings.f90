@@ -16,7 +16,7 @@ module flusi_static_settings
   use solid_wing_case, only: wing_case_t
   implicit none
   private
-  public :: static_settings_t, static_load_t, load_static_settings
+  public :: static_settings_t, load_static_settings
 
   !> Holds one load of the list.
   type :: static_load_t

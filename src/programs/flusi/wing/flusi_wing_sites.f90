@@ -10,7 +10,7 @@ module flusi_wing_sites
   use solid_wing_case, only: wing_case_t
   implicit none
   private
-  public :: site_t, point_force_t, force_group_t, read_force_groups, add_force
+  public :: point_force_t, force_group_t, read_force_groups, add_force
 
   !> Holds a point of the wing, or a point in a triangle by its corners and their fractions.
   type :: site_t

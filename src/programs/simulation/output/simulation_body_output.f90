@@ -67,21 +67,21 @@ contains
     character(*), intent(in) :: path, note
     type(failure_t), intent(inout) :: failure
     type(hdf5_file_t) :: file
-    real(rp) :: places(3, size(self%points, 2)), speeds(3, size(self%points, 2))
+    real(rp) :: sites(3, size(self%points, 2)), speeds(3, size(self%points, 2))
     integer(i8) :: dims(2)
     integer :: i
     associate (body => wings%body)
-      do i = 1, size(places, 2)
-        places(:, i) = body%centre + body%rotation%to_parent(self%points(:, i))
+      do i = 1, size(sites, 2)
+        sites(:, i) = body%centre + body%rotation%to_parent(self%points(:, i))
         speeds(:, i) = body%velocity + body%rotation%to_parent(cross(body%rotation%omega, self%points(:, i)))
       end do
-      dims = shape(places, kind=i8)
+      dims = shape(sites, kind=i8)
       call file%create_serial(path//'.part', failure)
-      call write_slab(file, 'points', dims, [0_i8, 0_i8], dims, [places], .false., failure)
+      call write_slab(file, 'points', dims, [0_i8, 0_i8], dims, [sites], .false., failure)
       call put_attribute(file, 'points', 'units', 'L', failure)
       call write_slab(file, 'velocities', dims, [0_i8, 0_i8], dims, [speeds], .false., failure)
       call put_attribute(file, 'velocities', 'units', 'L/T', failure)
-      call write_integers(file, 'triangles', [3_i8, dims(2)/3], [(i, i=0, size(places, 2) - 1)], failure)
+      call write_integers(file, 'triangles', [3_i8, dims(2)/3], [(i, i=0, size(sites, 2) - 1)], failure)
       call put_attribute(file, '/', 'schema', 'flusi-msm body surface', failure)
       if (note /= '') call put_attribute(file, '/', 'units', note, failure)
       call put_attribute(file, '/', 'time', wings%time, failure)

@@ -1,41 +1,25 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Writes the time series of a free flight: `rigidsolidsolver.t` with FLUSI's columns, from which BodyMotion = from_file::
+!> Gives the rows of the series of a free flight: `rigidsolidsolver.t` with FLUSI's columns, from which BodyMotion = from_file::
 !> repeats the flight, and `free_flight.t` with forces, accelerations and momenta.
 module simulation_body_series
-  use base_errors, only: failure_t
   use base_kinds, only: rp
-  use fsi_flyer, only: flyer_t
   use fsi_quaternion, only: angles_of
-  use io_series, only: series_t
-  use simulation_opening, only: opening_t
+  use simulation_series_table, only: moment_t, series_table_t, EVERY_PASS, TIME_COLUMN
   implicit none
   private
-  public :: body_series_t
+  public :: add_body_series
 
   character(*), parameter :: XYZ = 'xyz'
 
-  !> Writes the two series of a free flight.
-  type :: body_series_t
-    private
-    type(series_t) :: state, loads
-    logical :: is_open = .false.
-  contains
-    procedure :: open => series_open
-    procedure :: write => series_write
-    procedure :: close => series_close
-  end type body_series_t
-
 contains
 
-  !> Opens both files through `opening`, which keeps the first failure. Collective.
-  subroutine series_open(self, opening)
-    class(body_series_t), intent(inout) :: self
-    type(opening_t), intent(inout) :: opening
+  !> Adds both series of a free flight.
+  subroutine add_body_series(table)
+    type(series_table_t), intent(inout) :: table
     character(40) :: state(14), loads(22)
     integer :: c
-    self%is_open = .true.
-    state(1) = 'time [T]'
-    loads(1:4) = [character(40) :: 'time [T]', 'roll [rad]', 'pitch [rad]', 'yaw [rad]']
+    state(1) = TIME_COLUMN
+    loads(1:4) = [character(40) :: TIME_COLUMN, 'roll [rad]', 'pitch [rad]', 'yaw [rad]']
     do c = 1, 3
       state(1 + c) = XYZ(c:c)//' [L]'
       state(4 + c) = 'v'//XYZ(c:c)//' [L/T]'
@@ -49,30 +33,27 @@ contains
       loads(19 + c) = 'angular momentum '//XYZ(c:c)//' [rho L^5/T]'
     end do
     state(8) = 'quaternion 0 [-]'
-    call opening%open(self%state, 'rigidsolidsolver.t', state)
-    call opening%open(self%loads, 'free_flight.t', loads)
-  end subroutine series_open
+    call table%add('rigidsolidsolver.t', state, EVERY_PASS, state_values)
+    call table%add('free_flight.t', loads, EVERY_PASS, load_values)
+  end subroutine add_body_series
 
-  !> Writes one record to each file at `time` [T]. The forces are those that the flow exerts on the solids by penalization and
-  !> on markers. The momenta leave out the displaced fluid; the angular momentum is about the centre of the body. A failure
-  !> shows in `close`.
-  subroutine series_write(self, time, flyer)
-    class(body_series_t), intent(inout) :: self
-    real(rp), intent(in) :: time
-    type(flyer_t), intent(in) :: flyer
-    associate (s => flyer%state)
-      call self%state%write([time, s%centre, s%velocity, s%attitude, s%omega])
-      call self%loads%write([time, angles_of(s%attitude), s%acceleration, s%omega_rate, &
-                             flyer%force + flyer%marker_force, flyer%moment + flyer%marker_moment, s%momentum, s%spin])
+  !> Returns place, velocity and attitude of the body, and how it turns.
+  subroutine state_values(now, values)
+    type(moment_t), intent(in) :: now
+    real(rp), allocatable, intent(out) :: values(:)
+    associate (s => now%wings%flyer%state)
+      values = [now%wings%time, s%centre, s%velocity, s%attitude, s%omega]
     end associate
-  end subroutine series_write
+  end subroutine state_values
 
-  !> Closes both files if they are open. Fails if one of them could not be written completely. Collective.
-  subroutine series_close(self, failure)
-    class(body_series_t), intent(inout) :: self
-    type(failure_t), intent(inout) :: failure
-    if (.not. self%is_open) return
-    call self%state%close(failure)
-    call self%loads%close(failure)
-  end subroutine series_close
+  !> Returns angles, accelerations, forces and momenta. The forces are those that the flow exerts on the solids by penalization and
+  !> on markers. The momenta leave out the displaced fluid; the angular momentum is about the centre of the body.
+  subroutine load_values(now, values)
+    type(moment_t), intent(in) :: now
+    real(rp), allocatable, intent(out) :: values(:)
+    associate (flyer => now%wings%flyer, s => now%wings%flyer%state)
+      values = [now%wings%time, angles_of(s%attitude), s%acceleration, s%omega_rate, flyer%force + flyer%marker_force, &
+                flyer%moment + flyer%marker_moment, s%momentum, s%spin]
+    end associate
+  end subroutine load_values
 end module simulation_body_series

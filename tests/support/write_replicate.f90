@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Writes the measurement of a noise-free twin: what the model itself, on the same mesh, would show under the point
+!> Writes the measurement of a noise-free replicate: what the model itself, on the same mesh, would show under the point
 !> loads of ini/static.ini. For validations of fits only; no noise and no error of the model is in it. Every shape is solved
 !> to 1e-11 of the load, or as far as rounding allows, which is told.
 !>
-!>     write_twin WING.h5 MEASUREMENT.h5 N_LOADS SIGMA NX NY [NAME VALUE ...]
+!>     write_replicate WING.h5 MEASUREMENT.h5 N_LOADS SIGMA NX NY [NAME VALUE ...]
 !>
 !> Loads are spread over the list; SIGMA [m] is what is declared as the error of the heights; the pairs are
 !> parameters of the wing, or `force` and a factor on all forces.
-program write_twin
+program write_replicate
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: failure_t, message_list_t, require
   use base_kinds, only: rp
@@ -44,7 +44,7 @@ program write_twin
   real(rp) :: factor
 
   call read_wing(argument(1), wing, messages)
-  call messages%print(error_unit, 'write_twin: ')
+  call messages%print(error_unit, 'write_replicate: ')
   if (messages%count() > 0) error stop 2
   params = default_params(wing)
   factor = 1
@@ -54,7 +54,7 @@ program write_twin
       cycle
     end if
     n = params%find(argument(i))
-    call require(n > 0, 'write_twin: a parameter of the wing, not '//argument(i))
+    call require(n > 0, 'write_replicate: a parameter of the wing, not '//argument(i))
     call params%set(n, real_argument(i + 1))
   end do
   n = integer_argument(3)
@@ -62,13 +62,13 @@ program write_twin
   ny = integer_argument(6)
   call lay_out()
   call experiment%init(m, wing, params, [PARAM_YOUNG], options, failure)
-  call require(.not. failure%failed, 'write_twin: a model')
+  call require(.not. failure%failed, 'write_replicate: a model')
   call work%init(experiment)
   do l = 1, n
     call measure(l)
   end do
   call write_measurement(argument(2), m, failure)
-  call require(.not. failure%failed, 'write_twin: a file that can be written')
+  call require(.not. failure%failed, 'write_replicate: a file that can be written')
 
 contains
 
@@ -110,7 +110,7 @@ contains
       call evaluate(experiment, work, experiment%start(), l, .false., u, evaluation)
       if (evaluation%is_feasible()) exit
     end do
-    call require(evaluation%is_feasible(), 'write_twin: an equilibrium under load '//number_text(l))
+    call require(evaluation%is_feasible(), 'write_replicate: an equilibrium under load '//number_text(l))
     if (t > 1) write (output_unit, '(a,es8.1,a)') m%loads(l)%name//' is solved to', TOLERANCES(t), ' of the load'
     associate (comparison => experiment%comparisons(l))
       do k = 1, comparison%n_heights
@@ -137,13 +137,13 @@ contains
     integer, intent(in) :: i
     character(:), allocatable :: problem
     call parse_real(argument(i), real_argument, problem)
-    call require(.not. allocated(problem), 'write_twin: a number, not '//argument(i))
+    call require(.not. allocated(problem), 'write_replicate: a number, not '//argument(i))
   end function real_argument
 
   integer function integer_argument(i)
     integer, intent(in) :: i
     character(:), allocatable :: problem
     call parse_integer(argument(i), integer_argument, problem)
-    call require(.not. allocated(problem), 'write_twin: an integer, not '//argument(i))
+    call require(.not. allocated(problem), 'write_replicate: an integer, not '//argument(i))
   end function integer_argument
-end program write_twin
+end program write_replicate

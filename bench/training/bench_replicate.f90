@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Makes a measurement of a wing from the model itself, on the same mesh, at ten places. The caller adds the errors. It serves to
 !> validate fits, since it contains no error of the model.
-module bench_twin
+module bench_replicate
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -15,30 +15,30 @@ module bench_twin
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: twin_t
+  public :: replicate_t
 
   integer, parameter, public :: N_JOINTS = 10, N_UNKNOWNS = N_JOINTS + 1
   !> Unknown 1 is ln E, the others are the logarithms of the joints' stiffness.
   character(*), parameter, public :: UNKNOWN_YOUNG = 'E'
 
   !> A wing with ten joints and the way it is measured.
-  type :: twin_t
+  type :: replicate_t
     type(wing_t) :: wing
     type(solid_params_t) :: params           !< defaults, joints as the veins would be
     integer :: numbers(N_UNKNOWNS) = 0       !< of the unknowns among the parameters
     integer :: n_grid(2) = [60, 30]          !< points of the measurement along x and y over the wing's extent
     type(static_options_t) :: options
   contains
-    procedure :: init => twin_init
-    procedure :: defaults => twin_defaults
-    procedure :: measure => twin_measure
-  end type twin_t
+    procedure :: init => replicate_init
+    procedure :: defaults => replicate_defaults
+    procedure :: measure => replicate_measure
+  end type replicate_t
 
 contains
 
   !> Stops unless the wing has ten joints.
-  subroutine twin_init(self, wing)
-    class(twin_t), intent(out) :: self
+  subroutine replicate_init(self, wing)
+    class(replicate_t), intent(out) :: self
     type(wing_t), intent(in) :: wing
     type(solid_model_t) :: model
     type(failure_t) :: failure
@@ -52,21 +52,21 @@ contains
     call require(.not. failure%failed, 'a wing that makes a model')
     self%params = model%params
     self%numbers = [self%params%find(UNKNOWN_YOUNG), (self%params%count_basic() - N_JOINTS + i, i=1, N_JOINTS)]
-  end subroutine twin_init
+  end subroutine replicate_init
 
   !> Returns the logarithms of the unknowns at the defaults.
-  pure function twin_defaults(self) result(coordinates)
-    class(twin_t), intent(in) :: self
+  pure function replicate_defaults(self) result(coordinates)
+    class(replicate_t), intent(in) :: self
     real(rp) :: coordinates(N_UNKNOWNS)
     integer :: i
     coordinates = [(log(self%params%get(self%numbers(i))), i=1, N_UNKNOWNS)]
-  end function twin_defaults
+  end function replicate_defaults
 
   !> Computes in `experiment` the measurement of a wing with the unknowns truth(:) without any error; `sigma` [m] is the declared
   !> sd of every deformation. The forces are proportional to E, so that the deflections do not depend on it. Not `is_done` if a
   !> shape is not found, lies in an excluded zone, or is reached by a snap.
-  subroutine twin_measure(self, truth, sigma, experiment, is_done)
-    class(twin_t), intent(in) :: self
+  subroutine replicate_measure(self, truth, sigma, experiment, is_done)
+    class(replicate_t), intent(in) :: self
     real(rp), intent(in) :: truth(N_UNKNOWNS), sigma
     type(experiment_t), intent(out) :: experiment
     logical, intent(out) :: is_done
@@ -97,11 +97,11 @@ contains
     end do
     call work%free()
     call experiment%init(m, self%wing, self%params, self%numbers, self%options, failure)
-  end subroutine twin_measure
+  end subroutine replicate_measure
 
   !> Makes a flat measurement of a flat wing, whose unloaded heights are exact.
   subroutine lay_out(self, factor, sigma, m)
-    type(twin_t), intent(in) :: self
+    type(replicate_t), intent(in) :: self
     real(rp), intent(in) :: factor, sigma
     type(measurement_t), intent(out) :: m
     type(solid_model_t) :: model
@@ -131,4 +131,4 @@ contains
       end associate
     end do
   end subroutine lay_out
-end module bench_twin
+end module bench_replicate

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A noise-free twin: the shapes of the wing in the file that the first argument names under three loads are
+!> A noise-free replicate: the shapes of the wing in the file that the first argument names under three loads are
 !> measured on a grid; derivatives of the residuals equal differences, tasks do not depend on their history, and
 !> a fit from wrong parameters finds the true ones.
-program test_measurement_twin
+program test_measurement_replicate
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
@@ -96,8 +96,8 @@ contains
         end do
       end associate
     end do
-    call write_measurement('twin.h5', m, failure)
-    call read_measurement('twin.h5', wing, m, messages)
+    call write_measurement('replicate.h5', m, failure)
+    call read_measurement('replicate.h5', wing, m, messages)
     call t%check('the measurement is valid', messages%count() == 0 .and. .not. failure%failed)
     call messages%print(6, '')
     call experiment%init(m, wing, params, numbers, options, failure)
@@ -105,7 +105,7 @@ contains
     do l = 1, N_LOADS
       call evaluation%init(experiment, l, .false.)
       call evaluate(experiment, work, truth, l, .true., shapes(:, :, l), evaluation)
-      call t%check_below('the twin shows what was measured', maxval(abs(evaluation%residuals)), 1.0e-12_rp)
+      call t%check_below('the replicate shows what was measured', maxval(abs(evaluation%residuals)), 1.0e-12_rp)
     end do
   end subroutine measure
 
@@ -222,4 +222,4 @@ contains
                  interval%upper > truth(1))
     call problem%free()
   end subroutine recover
-end program test_measurement_twin
+end program test_measurement_replicate
