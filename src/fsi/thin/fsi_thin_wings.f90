@@ -295,8 +295,7 @@ contains
   end subroutine thin_advance_rigid
 
   !> Finds the forces that make the flow follow all rigid wings, the same on all ranks: sets `force`. For several wings it uses
-  !> conjugate gradients, see fsi_wing_pairs; they fail if markers of two wings coincide and move apart. Between markers that nearly
-  !> coincide the solution exists, but is no flow between wings: see FAR_TOO_LARGE.
+  !> conjugate gradients, see fsi_wing_pairs. They fail if two wings coincide and part, or nearly do: see FAR_TOO_LARGE.
   subroutine find_forces(self, poses, dt, failure)
     type(thin_wings_t), intent(inout) :: self
     type(wing_pose_t), intent(in) :: poses(:)
