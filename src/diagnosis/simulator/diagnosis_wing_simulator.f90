@@ -18,9 +18,10 @@ module diagnosis_wing_simulator
   use diagnosis_wing_lattice, only: lay_out_patterns
   use diagnosis_wing_motion, only: wing_motion_t
   use diagnosis_wing_observed, only: diagnosed_wing_t
-  use diagnosis_wing_parameters, only: find_parameter, wing_parameter_t, without_sites, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
+  use diagnosis_wing_parameters, only: find_parameter, wing_parameter_t, without_sites, KIND_FLIGHT, KIND_INSTRUMENT, &
+                                       KIND_PARAMETER, KIND_SOFT
   use diagnosis_wing_state, only: wing_state, wing_state_t
-  use inference_simulator, only: simulator_t
+  use inference_simulator, only: simulator_t, TANGENT_ERROR
   use io_journal, only: journal_t
   use least_squares_state, only: solver_state_t
   use measurement_bending_pool, only: bending_batch_t, bending_pool_t
@@ -75,6 +76,7 @@ module diagnosis_wing_simulator
     procedure :: directions => wing_directions
     procedure :: linearise_at => wing_linearise_at
     procedure :: has_nonlinear_nuisances => wing_has_nonlinear_nuisances
+    procedure :: tangent_error => wing_tangent_error
     procedure :: common_fraction => wing_common_fraction
     procedure :: set_common_fraction => wing_set_common_fraction
   end type wing_simulator_t
@@ -306,6 +308,14 @@ contains
       call self%motion%covariance(rows - self%bins%n, c)
     end if
   end subroutine wing_covariance
+
+  !> See `simulator_t`. Tangents of flights are central differences over a step h, the prior sd, of about 0.08 (rad, or relative).
+  !> Their relative error for forces that depend smoothly on angles is h^2/6.
+  pure real(rp) function wing_tangent_error(self, i) result(error)
+    class(wing_simulator_t), intent(in) :: self
+    integer, intent(in) :: i
+    error = merge(1.0e-3_rp, TANGENT_ERROR, self%wing_parameters(i)%kind == KIND_FLIGHT)
+  end function wing_tangent_error
 
   !> Returns the correlated fraction of the errors, see `simulator_t`; negative if no correlation length is declared.
   pure real(rp) function wing_common_fraction(self) result(fraction)
