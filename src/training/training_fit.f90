@@ -17,7 +17,7 @@ module training_fit
   use training_pool_problem, only: pool_problem_t
   implicit none
   private
-  public :: counted, is_better, polish_from_start, start_t
+  public :: counted, is_better, join_paths, polish_from_start, solve_again, start_t
 
   !> The start of a fit, and its method.
   type :: start_t
@@ -44,7 +44,7 @@ contains
     real(rp), parameter :: SAME = 1.0e-4_rp !< of the wing's size: shapes that differ by more are two shapes
     integer, parameter :: LAST = 3
     class(solver_state_t), allocatable :: state
-    real(rp), allocatable :: from(:)
+    real(rp), allocatable :: from(:), path(:, :)
     integer :: n_evaluations, attempt
     n_evaluations = 0
     do attempt = 1, LAST
@@ -62,7 +62,7 @@ contains
       if (problem%pool%is_stopped) return
       if (.not. trained%is_polished) trained%prior_chi2 = sum(((trained%coordinates - unknowns%prior)/ &
         merge(unknowns%prior_sd, 1.0_rp, unknowns%prior_sd > 0))**2, unknowns%prior_sd > 0 .and. .not. unknowns%is_fixed)
-      if (allocated(trained%path)) trained%path(1, :) = trained%path(1, :) + n_evaluations
+      if (allocated(trained%path)) call join_paths(path, trained%path, n_evaluations)
       n_evaluations = n_evaluations + trained%n_evaluations + 1
       if (start%is_check .or. .not. settings%polish .or. attempt == LAST) exit
       if (trained%cold_difference <= SAME*settings%experiment%model%size) exit
@@ -71,7 +71,33 @@ contains
                               'The next fit solves all loads from the unloaded wing', attempt == 1)))
     end do
     trained%n_evaluations = n_evaluations
+    if (allocated(path)) call move_alloc(path, trained%path)
   end subroutine polish_from_start
+
+  !> Appends the path `next` of a fit to the path of those before it, which took n evaluations and may have no path.
+  pure subroutine join_paths(path, next, n)
+    real(rp), allocatable, intent(inout) :: path(:, :)
+    real(rp), intent(in) :: next(:, :)
+    integer, intent(in) :: n
+    integer :: before
+    before = 0
+    if (allocated(path)) before = size(path, 2)
+    if (before == 0) then
+      path = next
+    else
+      path = reshape([path, next], [size(next, 1), before + size(next, 2)])
+    end if
+    path(1, before + 1:) = path(1, before + 1:) + n
+  end subroutine join_paths
+
+  !> Solves the loads of an outcome again from the unloaded wing, which gives its evaluations.
+  subroutine solve_again(problem, trained)
+    type(pool_problem_t), intent(inout) :: problem
+    type(trained_t), intent(inout) :: trained
+    type(wing_point_t) :: cold
+    call problem%solve(trained%coordinates, problem%initial_state(), cold)
+    call move_alloc(cold%evaluations, trained%evaluations)
+  end subroutine solve_again
 
   !> Makes one fit from a point, at which solutions begin at the unloaded wing, and puts its results into `trained`. `state` is the
   !> state of the solver at its final point.

@@ -12,10 +12,12 @@ module training_moves
   use least_squares_report, only: fit_options_t, fit_report_t
   use measurement_bending_state, only: bending_state_t
   use training_case, only: training_case_t
-  use training_fit, only: counted, polish_from_start, start_t
+  use training_fit, only: counted, join_paths, polish_from_start, start_t
   use training_listener, only: training_listener_t
+  use training_moves_state, only: moves_state_t
   use training_outcome, only: trained_t
   use training_pool_problem, only: pool_problem_t
+  use training_search, only: train_search_t
   implicit none
   private
   public :: try_moves
@@ -27,70 +29,85 @@ module training_moves
 
 contains
 
-  !> Replaces `trained`, which must be polished and solved, by the lowest minimum to which moves lead. Appends to local_minima(1 +
-  !> unknowns, :), see trained_t, all other minima that fit as well, that is within the threshold of the 90 % interval. After a
-  !> lower minimum, all parameters are moved again from there. It ends when no move leads lower, or if the pool is stopped.
-  !> Parameters that are fixed or have no prior are not moved. n_evaluations grows by the number of solved points. Every move begins
-  !> at the unloaded wing and therefore depends on the minimum alone.
-  subroutine try_moves(settings, problem, unknowns, mean_state, log, trained, local_minima, n_evaluations)
+  !> Replaces the minimum of search%moves, which must be polished and solved, by the lowest minimum to which moves lead. Appends to
+  !> its local_minima(1 + unknowns, :), see trained_t, all other minima that fit as well, that is within the threshold of the 90 %
+  !> interval. After a lower minimum, all parameters are moved again from there. It ends when no move leads lower, if the pool is
+  !> stopped, or if search%failure says that files failed. Parameters that are fixed or have no prior are not moved. Every move
+  !> begins at the unloaded wing and therefore depends on the minimum alone. A checkpoint follows each move, from which the next
+  !> ones continue.
+  subroutine try_moves(settings, problem, unknowns, search, log)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem
     type(unknowns_t), intent(in) :: unknowns
-    type(bending_state_t), intent(in) :: mean_state !< of the search
+    type(train_search_t), intent(inout) :: search
     class(training_listener_t), intent(inout) :: log
-    type(trained_t), intent(inout) :: trained
-    real(rp), allocatable, intent(inout) :: local_minima(:, :)
-    integer, intent(inout) :: n_evaluations
-    type(trained_t) :: one
-    type(fit_report_t) :: report
-    real(rp), allocatable :: path(:, :)
-    real(rp) :: first_chi2
-    integer :: i, k, n, n_tried, n_in_vain, n_lower, n_before
-    if (trained%chi2 <= LOWER) return
+    integer :: i, n
+    logical :: is_tried
     n = size(unknowns%prior)
-    first_chi2 = trained%chi2
-    n_tried = 0
-    n_in_vain = 0
-    n_lower = 0
     problem%n_parts = n
     problem%kind_of_part = 'move'
     problem%begun = wall_seconds()
-    do k = 1, MOST_ROUNDS*n
-      if (n_in_vain >= n) exit
-      i = modulo(k - 1, n) + 1
-      n_in_vain = n_in_vain + 1
-      if (unknowns%is_fixed(i) .or. .not. unknowns%prior_sd(i) > 0) cycle
-      n_tried = n_tried + 1
-      problem%part = n_in_vain
-      call move(settings, problem, unknowns, i, trained, report, path)
-      call delay(path, n_evaluations)
-      n_evaluations = n_evaluations + report%n_evaluations
-      if (problem%pool%is_stopped) return
-      if (.not. ends_elsewhere(report, trained)) cycle
-      call polish_from_start(settings, problem, unknowns, mean_state, &
-                             start_t(report%p, is_check=report%cost() >= trained%cost()), log, one)
-      n_before = n_evaluations
-      n_evaluations = n_evaluations + one%n_evaluations
-      if (problem%pool%is_stopped) return
-      if (.not. (one%is_solved .and. one%is_polished)) cycle
-      local_minima = reshape([local_minima, one%chi2, one%coordinates], [1 + n, size(local_minima, 2) + 1])
-      if (one%cost() >= trained%cost() - max(LOWER, RELATIVELY_LOWER*trained%cost())) cycle
-      call delay(one%path, n_before)
-      one%path = reshape([trained%path, path, one%path], &
-                         [size(path, 1), size(trained%path, 2) + size(path, 2) + size(one%path, 2)])
-      trained = one
-      n_in_vain = 0
-      n_lower = n_lower + 1
-    end do
-    if (n_tried > 0) call tell_moves(log, n_tried, n_lower, first_chi2 - trained%chi2)
+    associate (state => search%moves)
+      if (state%first_chi2 <= LOWER) return
+      do while (state%n_done < MOST_ROUNDS*n .and. state%n_in_vain < n)
+        i = modulo(state%n_done, n) + 1
+        problem%part = state%n_in_vain + 1
+        is_tried = .not. unknowns%is_fixed(i) .and. unknowns%prior_sd(i) > 0
+        if (is_tried) call try_move(settings, problem, unknowns, search, i, log)
+        if (problem%pool%is_stopped) return
+        if (.not. is_tried) state%n_in_vain = state%n_in_vain + 1
+        state%n_done = state%n_done + 1
+        if (is_tried) call search%back_up()
+        if (search%failure%failed) return
+      end do
+      if (state%n_tried > 0) call tell_moves(log, state%n_tried, state%n_lower, state%first_chi2 - state%trained%chi2)
+    end associate
   end subroutine try_moves
 
-  !> Counts the evaluations of a path from the first one of the whole polish, with n earlier ones.
-  pure subroutine delay(path, n)
-    real(rp), intent(inout) :: path(:, :)
-    integer, intent(in) :: n
-    path(1, :) = path(1, :) + n
-  end subroutine delay
+  !> Moves unknown i from the minimum of search%moves, and enters what comes of it. If the pool is stopped, nothing changes.
+  subroutine try_move(settings, problem, unknowns, search, i, log)
+    class(training_case_t), intent(in) :: settings
+    type(pool_problem_t), intent(inout) :: problem
+    type(unknowns_t), intent(in) :: unknowns
+    type(train_search_t), intent(inout) :: search
+    integer, intent(in) :: i
+    class(training_listener_t), intent(inout) :: log
+    type(moves_state_t) :: state
+    type(trained_t) :: one
+    type(fit_report_t) :: report
+    real(rp), allocatable :: path(:, :)
+    state = search%moves
+    state%n_tried = state%n_tried + 1
+    state%n_in_vain = state%n_in_vain + 1
+    call move(settings, problem, unknowns, i, state%trained, report, path)
+    if (problem%pool%is_stopped) return
+    call join_paths(state%trained%path, path, state%n_evaluations)
+    state%n_evaluations = state%n_evaluations + report%n_evaluations
+    if (ends_elsewhere(report, state%trained)) then
+      call polish_from_start(settings, problem, unknowns, search%mean_state, &
+                             start_t(report%p, is_check=report%cost() >= state%trained%cost()), log, one)
+      if (problem%pool%is_stopped) return
+      if (allocated(one%path)) call join_paths(state%trained%path, one%path, state%n_evaluations)
+      state%n_evaluations = state%n_evaluations + one%n_evaluations
+      if (one%is_solved .and. one%is_polished) call take_minimum(one, state)
+    end if
+    search%moves = state
+  end subroutine try_move
+
+  !> Enters a minimum: among those that were met, and in place of the lowest one if it is lower.
+  subroutine take_minimum(one, state)
+    type(trained_t), intent(inout) :: one
+    type(moves_state_t), intent(inout) :: state
+    associate (cost => state%trained%cost())
+      state%local_minima = reshape([state%local_minima, one%chi2, one%coordinates], &
+                                   [size(state%local_minima, 1), size(state%local_minima, 2) + 1])
+      if (one%cost() >= cost - max(LOWER, RELATIVELY_LOWER*cost)) return
+    end associate
+    one%path = state%trained%path
+    state%trained = one
+    state%n_in_vain = 0
+    state%n_lower = state%n_lower + 1
+  end subroutine take_minimum
 
   !> Writes to the log what the moves of single parameters have achieved.
   subroutine tell_moves(log, n_tried, n_lower, fall)

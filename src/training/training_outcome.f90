@@ -2,6 +2,7 @@
 !> Holds the result of a training: the point, how it was reached, and what the data tell about every parameter.
 module training_outcome
   use base_kinds, only: rp
+  use base_visitor, only: visited_t, visitor_t
   use least_squares_posterior, only: posterior_t
   use least_squares_profile, only: interval_t
   use measurement_evaluation, only: evaluation_t
@@ -10,14 +11,14 @@ module training_outcome
   public :: trained_t
 
   !> Holds the outcome of a training.
-  type :: trained_t
+  type, extends(visited_t) :: trained_t
     real(rp), allocatable :: coordinates(:)  !< of the experiment
     real(rp), allocatable :: values(:)       !< of the unknowns, in their units
     integer, allocatable :: sides(:)         !< (unknowns) -1 or 1: the value is at the lower or upper bound of its box
     logical :: is_cold = .false.             !< all solutions of the polish began at the unloaded wing
     logical :: is_polished = .false.         !< least squares were completed, and the following results are known
     character(:), allocatable :: reason      !< why least squares ended; not allocated if they were not asked for
-    real(rp), allocatable :: path(:, :)      !< of least squares, see fit_by_continuation
+    real(rp), allocatable :: path(:, :)      !< of all fits, one behind the other, see fit_by_continuation
     real(rp), allocatable :: local_minima(:, :)      !< (1 + unknowns, starts) chi^2 and coordinates where each start ended
     type(posterior_t) :: posterior
     real(rp), allocatable :: prior_sd(:)     !< prior sd of the coordinates of the posterior; 0: no prior
@@ -33,6 +34,7 @@ module training_outcome
     real(rp) :: cold_difference = 0          !< [m] largest distance of a point between warm and cold solutions
     integer :: n_evaluations = 0             !< points at which all loads were solved
   contains
+    procedure :: visit => trained_visit
     procedure :: cost => trained_cost
     procedure :: determines => trained_determines
     procedure :: has_failed_polish => trained_has_failed_polish
@@ -40,6 +42,32 @@ module training_outcome
   end type trained_t
 
 contains
+
+  !> Shows to the visitor what a polished minimum is. Its evaluations follow from the coordinates, and the rest is found afterwards.
+  subroutine trained_visit(self, visitor)
+    class(trained_t), intent(inout) :: self
+    class(visitor_t), intent(inout) :: visitor
+    call visitor%visit_allocatable('coordinates', self%coordinates)
+    call visitor%visit('is_cold', self%is_cold)
+    call visitor%visit('is_polished', self%is_polished)
+    call visitor%visit_allocatable('reason', self%reason)
+    call visitor%visit_allocatable('path', self%path)
+    associate (posterior => self%posterior)
+      call visitor%visit_allocatable('posterior_covariance', posterior%covariance)
+      call visitor%visit_allocatable('posterior_sd', posterior%sd)
+      call visitor%visit_allocatable('posterior_singular_values', posterior%singular_values)
+      call visitor%visit_allocatable('posterior_combinations', posterior%combinations)
+    end associate
+    call visitor%visit_allocatable('prior_sd', self%prior_sd)
+    call visitor%visit('is_solved', self%is_solved)
+    call visitor%visit('h', self%h)
+    call visitor%visit('chi2', self%chi2)
+    call visitor%visit('prior_chi2', self%prior_chi2)
+    call visitor%visit('fits', self%fits)
+    call visitor%visit('cold_difference', self%cold_difference)
+    call visitor%visit('n_evaluations', self%n_evaluations)
+    call visitor%leave_out('values sides local_minima posterior has_intervals intervals is_left_out evaluations')
+  end subroutine trained_visit
 
   !> Returns the quantity that least squares minimise: chi^2 and the priors' sum of squares.
   pure real(rp) function trained_cost(self) result(cost)

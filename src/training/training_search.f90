@@ -24,6 +24,7 @@ module training_search
   use training_fingerprint, only: fingerprint_of
   use training_history, only: train_history_t
   use training_listener, only: training_listener_t
+  use training_moves_state, only: moves_state_t
   use training_objective, only: candidate_costs_t, full_results, train_objective_t
   use training_space, only: search_space_t
   implicit none
@@ -35,6 +36,7 @@ module training_search
   integer(i8), parameter :: DRAWS = 2_i8**62 !< number of a stream of random numbers that the optimiser does not use
   character(*), parameter :: PREFIX = 'search_of_'  !< of what the optimiser stores
   character(*), parameter :: COUNT_PREFIX = 'count_of_' !< of numbers of solutions
+  character(*), parameter :: MOVES = 'moves_'      !< of the state of the moves that follow
 
   type :: train_search_t
     type(search_space_t) :: space
@@ -45,6 +47,7 @@ module training_search
     integer :: stage = 1
     integer(i8) :: spent = 0               !< evaluations of finished stages
     logical :: is_done = .false.
+    type(moves_state_t) :: moves           !< that follow the search
     type(failure_t) :: failure             !< of files
     type(identity_t) :: identity           !< of the run, for checkpoints
     type(checkpoint_slots_t), private :: slots
@@ -218,6 +221,11 @@ contains
     call self%objective%counts%visit(loader)
     if (loader%failure%failed) call failure%raise(loader%failure%reason)
     call self%history%load(reader, failure)
+    if (.not. failure%failed .and. reader%has(MOVES//'is_begun')) then
+      call loader%begin(reader, MOVES, reals_are_tables=.true.)
+      call self%moves%visit(loader)
+      if (loader%failure%failed) call failure%raise(loader%failure%reason)
+    end if
     self%is_done = (self%search%state%stop_code /= RUNNING .or. has_enough(self, settings)) .and. self%stage == settings%n_stages
   end subroutine load_state
 
@@ -228,6 +236,7 @@ contains
     type(bending_pool_t), intent(inout) :: pool
     class(training_listener_t), intent(inout) :: log
     do while (.not. self%is_done)
+      self%moves = moves_state_t()
       call pool%poll()
       if (.not. pool%is_stopped) call make_generation(self, settings%n_stages - self%stage, pool, log)
       if (pool%is_stopped) exit
@@ -316,17 +325,8 @@ contains
     self%is_done = self%stage == settings%n_stages .or. .not. has_best
     if (self%is_done) return
     call log%say('stage 2   E is fixed, the other parameters are fitted again')
-    call fix_youngs_modulus(self, settings, whole(self, u))
+    call fix_youngs_modulus(self, settings, self%space%whole(u))
   end subroutine finish_stage
-
-  !> Returns the values of all unknowns in the box [0, 1] from those of the free unknowns.
-  pure function whole(self, u) result(all_u)
-    class(train_search_t), intent(in) :: self
-    real(rp), intent(in) :: u(:)
-    real(rp) :: all_u(size(self%space%fixed))
-    all_u = self%space%fixed
-    all_u(self%space%free) = u
-  end function whole
 
   !> Fixes E at its present value and begins the second stage.
   subroutine fix_youngs_modulus(self, settings, u)
@@ -395,6 +395,10 @@ contains
     call saver%begin(writer, COUNT_PREFIX)
     call self%objective%counts%visit(saver)
     call self%history%save(writer)
+    if (self%moves%is_begun) then
+      call saver%begin(writer, MOVES, reals_are_tables=.true.)
+      call self%moves%visit(saver)
+    end if
     call self%slots%commit(writer, self%failure)
     self%since_checkpoint = 0
   end subroutine search_back_up

@@ -24,6 +24,7 @@ module training_space
     procedure :: values => space_values
     procedure :: coordinates => space_coordinates
     procedure :: point => space_point
+    procedure :: whole => space_whole
   end type search_space_t
 
 contains
@@ -70,11 +71,18 @@ contains
   pure function space_values(self, u) result(values)
     class(search_space_t), intent(in) :: self
     real(rp), intent(in) :: u(:)
-    real(rp) :: values(size(self%fixed)), whole(size(self%fixed))
+    real(rp) :: values(size(self%fixed))
+    values = self%box%value(clip(self%whole(u)))
+  end function space_values
+
+  !> Returns the values of all unknowns in the box [0, 1] from those of the free unknowns.
+  pure function space_whole(self, u) result(whole)
+    class(search_space_t), intent(in) :: self
+    real(rp), intent(in) :: u(:)
+    real(rp) :: whole(size(self%fixed))
     whole = self%fixed
     whole(self%free) = u
-    values = self%box%value(clip(whole))
-  end function space_values
+  end function space_whole
 
   !> Returns the values of all unknowns at the point u as coordinates of the experiment.
   pure function space_coordinates(self, u) result(coordinates)

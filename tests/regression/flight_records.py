@@ -75,6 +75,12 @@ progress_interval = 300
 """
 
 
+
+def flight_of(found):
+    """The records of forces among the data of a diagnosis, with the facts of their flight."""
+    return next(one for one in found["data"] if one["kind"] == "flight")
+
+
 def write_case(folder, points, surface="thin", more="", step=0.2):
     """A case with so many points per chord and steps of `step` dx/U."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -151,8 +157,8 @@ def test_lead(case):
     check("The pitch was early by" in text, "the terminal says where and how much")
     lower, best, upper = found["extended"]["intervals_90"][0]["lower_best_upper"]
     check(lower <= lead <= upper and upper - lower < 0.01, f"a lead of {lower} {best} {upper} beats")
-    moved = found["flight"]["moved_sd"]
-    check(moved[0] > 0.1 and moved[-1] < 0.1 and found["flight"]["has_settled"] and "not settled" not in text,
+    moved = flight_of(found)["moved_sd"]
+    check(moved[0] > 0.1 and moved[-1] < 0.1 and flight_of(found)["has_settled"] and "not settled" not in text,
           f"what was found is flown until it stays: {moved} sd")
     check("then up to 3 rounds if a cause is clear, each of 2 flights with the fitted values and 2 more for each of its parameters" in text
           and text.index("then up to") < text.index("flight    "), f"the cost is told before anything is flown: {text}")
@@ -163,7 +169,7 @@ def test_lead(case):
     check(done.returncode == 0 and "kinematics_lead" in done.stdout, done.stderr)
     mistakes = validate(found, SOURCE / "docs/formats/diagnosis.schema.json")
     check(not mistakes, f"the JSON file is what the schema says: {mistakes}")
-    for record in found["flight"]["records"]:
+    for record in flight_of(found)["sets"]:
         sd = np.array(record["sd"])
         before, after = (np.mean(((np.array(record[name]) - record["measured"]) / sd) ** 2) for name in ("simulated", "extended"))
         check(after < 4 and (after < before or before < 4), f"{record['component']}: mean squares over sd {before} and {after}")
@@ -197,8 +203,8 @@ def test_joint(case):
     check([one["name"] for one in found["baseline"]["parameters"]] == ["E"], "the stiffness is fitted beside")
     leads = [one["value"] for one in found["extended"].get("parameters", []) if one["name"] == "pitch_lead"]
     check(code == SET or len(leads) == 1 and 0.03 < leads[0] < 0.07, f"the plate turns 0.05 beats early: {leads}")
-    moved = found["flight"]["moved_sd"]
-    check(len(moved) == 1 and moved[0] > 0.1 and not found["flight"]["has_settled"], f"one round is not enough: {moved} sd")
+    moved = flight_of(found)["moved_sd"]
+    check(len(moved) == 1 and moved[0] > 0.1 and not flight_of(found)["has_settled"], f"one round is not enough: {moved} sd")
     check("not settled: the last simulation with the fitted values still changed them by" in found["verdict"]["sentence"], "the verdict says so")
 
 

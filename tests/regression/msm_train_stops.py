@@ -128,6 +128,29 @@ def test_kill_polish(case):
     same_outcome(whole, killed)
 
 
+def test_stop_in_moves(case):
+    """Stopped by a signal while parameters are moved, twice: each restart continues after the moves that have ended, on one rank
+    and on two, and the outcome is that of an undisturbed run, to the bit."""
+    whole, stopped = case.sub("whole"), case.sub("stopped")
+    ini = training(CMAES={"max_generations": 1}, Polish={"starts": 1, "intervals": "no"})
+    for one in (whole, stopped):
+        twin(one, **{"joint:C_Sc": 3e-4})  # no wing of three parameters fits it
+        one.write("train.ini", ini)
+    done = whole.run("train.ini", ranks=0)
+    check("moves of single parameters" in done.out, f"parameters are moved:\n{done.out}")
+    told = r"^polish from move (\d) of at most 3 "
+    for words, n in ((), 2), (("--restart",), 3):
+        run_and(terminate, stopped, *words, ranks=0, n=n, told=told)
+    for ranks in 2, 0:
+        done = stopped.run("train.ini", "--restart", ranks=ranks)
+        check(re.search(r"^restart   continues after \d+ moves of single parameters", done.out, re.M) is not None
+              and "polish from start" not in done.out, f"the moves continue:\n{done.out}")
+        same_outcome(whole, stopped)
+    stopped.write("other.ini", merged(ini, {"Polish": {"prior_decades": 0.9}}))
+    done = stopped.run("other.ini", "--restart", ranks=0)
+    check("continues after" not in done.out, f"another polish begins anew:\n{done.out}")
+
+
 def test_terminal(case):
     """On a terminal lines move, and the log has no more of them than elsewhere; a value at a bound is said to be there."""
     replicate(case)

@@ -23,6 +23,12 @@ MODES = {"wing": WING, "modes": 6, "missing": [3], "seed": 4, "medium": "air", "
 OPTIONS = "noise = declared;\nstarts = 1;\ndraws = 1000;\nobservations = 400;\n"
 
 
+
+def modes_of(found):
+    """The natural modes among the data of a diagnosis."""
+    return next(one["sets"] for one in found["data"] if one["kind"] == "modes")
+
+
 def vibrate(case, file, *more, **sections):
     """Modes with these sections added to those of MODES."""
     test = {**MODES}
@@ -42,8 +48,8 @@ def test_null(case):
     vibrate(case, "data.h5", stiffness={"E": 1.1e10})
     code, found = diagnose(case, "data.h5", "null", OPTIONS + "validation = no;\n")
     check(code == ADEQUATE, found["verdict"]["sentence"])
-    check([one["baseline_number"] for one in found["modes"]] == [1, 2, 4, 5, 6], "a mode is missed, and the others keep their place")
-    check(min(one["baseline_mac"] for one in found["modes"]) > 0.98, "shapes are alike")
+    check([one["baseline_number"] for one in modes_of(found)] == [1, 2, 4, 5, 6], "a mode is missed, and the others keep their place")
+    check(min(one["baseline_mac"] for one in modes_of(found)) > 0.98, "shapes are alike")
 
 
 def test_loaded(case):
@@ -59,8 +65,8 @@ def test_loaded(case):
     check(min(abs(one / other - 1) for one, other in zip(truth, at_rest)) > 0.01, "the loads change all frequencies")
     code, found = diagnose(case, "data.h5", "loaded", "refits = 1;\n" + OPTIONS.replace("1000", "500"), parameters="E")
     check(code == ADEQUATE, found["verdict"]["sentence"])
-    check([one.get("is_loaded", False) for one in found["modes"]] == 2 * [True] + 2 * [False], "the JSON file knows them")
-    for one, wanted in zip(found["modes"], truth + at_rest):
+    check([one.get("is_loaded", False) for one in modes_of(found)] == 2 * [True] + 2 * [False], "the JSON file knows them")
+    for one, wanted in zip(modes_of(found), truth + at_rest):
         check(abs(one["baseline_hz"] / wanted - 1) < 2e-6, f"{one['name']}: {one['baseline_hz']} Hz, not {wanted} Hz")
     problems = validate(found, SOURCE / "docs/formats/diagnosis.schema.json")
     check(not problems, f"the JSON file is what the schema says: {problems}")
@@ -78,6 +84,12 @@ def test_tip(case):
     check(max(abs(place[0] - TIP[0]), abs(place[1] - TIP[1])) < 0.7e-3, f"it is at {place}")
     lower, best, upper = interval(found, "point_mass")
     check(2 * lower - best <= TIP[2] <= 2 * upper - best, f"{best} kg ({lower} to {upper})")
+    entry, = found["data"]
+    check(abs(entry["baseline_chi2"] - found["baseline"]["chi2"]) < 1e-6 > abs(entry["extended_chi2"] - found["extended"]["chi2"]),
+          f"all of chi^2 is that of the modes: {entry}")
+    check(abs(sum(one["baseline_chi2"] for one in entry["sets"]) - entry["baseline_chi2"]) < 1e-6, "each mode has its part of it")
+    check(entry["left_out"]["extended"]["chi2"] < entry["left_out"]["baseline"]["chi2"], "and the cause predicts modes left out")
+    check(f"{found['verdict']['sentence']}. Something sits on the wing" in found["verdict"]["statement"], found["verdict"]["statement"])
     check(found["validation"]["gain_per_location"] > 0, "modes that were left out are predicted better")
     problems = validate(found, SOURCE / "docs/formats/diagnosis.schema.json")
     check(not problems, f"the JSON file is what the schema says: {problems}")
@@ -85,7 +97,7 @@ def test_tip(case):
     subprocess.run([Path(case.program).with_name("flusi"), "--static", "shape.ini"], cwd=case.folder, check=True,
                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     frequency = float((case.folder / "s_modes.t").read_text().splitlines()[-1].split()[1])
-    stated = found["modes"][0]["extended_hz"]
+    stated = modes_of(found)[0]["extended_hz"]
     check(abs(frequency / stated - 1) < 1e-6, f"flusi gives the extended wing {frequency} Hz, the diagnosis {stated} Hz")
 
 

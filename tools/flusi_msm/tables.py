@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 
+from flusi_msm.diagnosis.versions import SCHEMA, upgraded
 from flusi_msm.errors import InputError
 from flusi_msm.results.files import Field, fields_in
 from flusi_msm.results.files import read_series as read_columns
@@ -179,7 +180,7 @@ def read_measurement(path: Place) -> Measurement:
 
 @dataclass
 class Diagnosis:
-    """The results of msm_diagnose; `data` is all of diagnosis.json (docs/formats/diagnosis.schema.json)."""
+    """The results of msm_diagnose; `data` is all of diagnosis.json, in the form of version 2 (docs/formats/diagnosis.schema.json)."""
     path: Path
     data: dict[str, Any]
 
@@ -192,6 +193,11 @@ class Diagnosis:
     def sentence(self) -> str:
         """Returns the verdict in a sentence."""
         return self.data["verdict"]["sentence"]
+
+    @property
+    def statement(self) -> str:
+        """Returns the verdict with sign, size, unit and interval of its causes."""
+        return self.data["verdict"]["statement"]
 
     def parameters(self) -> "pandas.DataFrame":
         """Returns one row for each parameter of the baseline."""
@@ -213,6 +219,6 @@ def read_diagnosis(path: Place) -> Diagnosis:
         raise InputError(f"{path}: {error.strerror}") from None
     except ValueError as error:
         raise InputError(f"{path}: not JSON: {error}") from None
-    if not isinstance(data, dict) or data.get("schema") != "flusi-msm diagnosis":
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         raise InputError(f"{path}: not the diagnosis.json of msm_diagnose")
-    return Diagnosis(Path(path), data)
+    return Diagnosis(Path(path), upgraded(data, path))

@@ -19,9 +19,10 @@ module diagnosis_wing_simulator
   use diagnosis_wing_lattice, only: lay_out_patterns
   use diagnosis_wing_motion, only: wing_motion_t
   use diagnosis_wing_observed, only: diagnosed_wing_t
-  use diagnosis_wing_parameters, only: find_parameter, wing_parameter_t, without_sites, KIND_INSTRUMENT, KIND_PARAMETER, KIND_SOFT
+  use diagnosis_wing_parameters, only: find_parameter, wing_parameter_t, without_sites, KIND_FLIGHT, KIND_INSTRUMENT, &
+                                       KIND_PARAMETER, KIND_SOFT
   use diagnosis_wing_state, only: wing_state, wing_state_t
-  use inference_simulator, only: simulator_t
+  use inference_simulator, only: simulator_t, TANGENT_ERROR
   use io_journal, only: journal_t
   use least_squares_state, only: solver_state_t
   use measurement_bending_pool, only: bending_batch_t, bending_pool_t
@@ -76,6 +77,7 @@ module diagnosis_wing_simulator
     procedure :: has_nonlinear_nuisances => wing_has_nonlinear_nuisances
     procedure :: has_common_errors => wing_has_common_errors
     procedure :: independent_fraction => wing_independent_fraction
+    procedure :: tangent_error => wing_tangent_error
   end type wing_simulator_t
 
 contains
@@ -306,6 +308,14 @@ contains
       call self%motion%covariance(rows - self%bins%n, c)
     end if
   end subroutine wing_covariance
+
+  !> See `simulator_t`. Tangents of flights are central differences over a step h, the prior sd, of about 0.08 (rad, or relative).
+  !> Their relative error for forces that depend smoothly on angles is h^2/6.
+  pure real(rp) function wing_tangent_error(self, i) result(error)
+    class(wing_simulator_t), intent(in) :: self
+    integer, intent(in) :: i
+    error = merge(1.0e-3_rp, TANGENT_ERROR, self%wing_parameters(i)%kind == KIND_FLIGHT)
+  end function wing_tangent_error
 
   !> Tells whether a correlation length is declared, see `simulator_t`.
   pure logical function wing_has_common_errors(self) result(has_some)

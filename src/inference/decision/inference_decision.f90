@@ -4,7 +4,8 @@
 !> | verdict | when |
 !> |---|---|
 !> | adequate | chance alone gives tests and checks as significant as these in more than LEVEL of all experiments |
-!> | named | one effect, or few together, leave nothing but noise; no other does; its posterior probability is high;
+!> | named | one effect, or few together, leave nothing but noise; no other does; its posterior probability is high, and
+!> names of this probability were right in most blind cases;
 !> and were the truth an unknown cause of this strength, of any kind, the name would be rejected with a probability of at least
 !> POWER |
 !> | set | the same, but several effects do, or the data are too weak to exclude an unknown cause |
@@ -19,10 +20,12 @@ module inference_decision
   use inference_hypotheses, only: expect_loss, explain, explained_t, hypotheses_t, log_odds_unknown, log_prior, &
                                   remainder_log_p, IMPOSSIBLE, PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN
   use inference_joint_causes, only: find_joint_causes
+  use inference_probability, only: calibrated_probability
   use inference_rejection, only: name_power
   implicit none
   private
-  public :: decision_t, decide, rank_effects, reject_catalogue, withdraw_name, verdict_word, grade_of
+  public :: decision_t, decide, rank_effects, reject_catalogue, withdraw_name, verdict_word, grade_of, is_sure_name, &
+            stated_probability, stated_rest
 
   integer, parameter, public :: VERDICT_ADEQUATE = 0, VERDICT_NAMED = 10, VERDICT_SET = 11, VERDICT_UNKNOWN = 12, &
                                 VERDICT_INSUFFICIENT = 20 !< exit codes
@@ -36,7 +39,8 @@ module inference_decision
   real(rp), parameter :: ALIAS_FRACTION = 0.01_rp !< of a cause's effect beyond the baseline: below it priors do not decide
   real(rp), parameter, public :: TESTS_FRACTION = 0.8_rp !< of the level, the rest is for the checks
   real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause if one cause already leaves nothing but noise
-  real(rp), parameter :: NAME_PROBABILITY = 0.9_rp
+  real(rp), parameter :: NAME_PROBABILITY = 0.9_rp          !< least probability of a name by the odds,
+  real(rp), parameter, public :: LEAST_STATED = 0.8_rp      !< and least fraction of such names that were right
   real(rp), parameter :: LEAST_UNKNOWN = 0.5_rp !< probability below which the verdict is a set, which excludes no other cause
   integer, parameter :: POWER_DRAWS = 100
 
@@ -91,6 +95,32 @@ contains
     if (verdict == VERDICT_NAMED) grade = 'A'
     if (verdict == VERDICT_SET) grade = 'B'
   end function grade_of
+
+  !> Tells whether a name is sure enough if its probability is p by the odds.
+  pure logical function is_sure_name(p)
+    real(rp), intent(in) :: p
+    is_sure_name = p >= NAME_PROBABILITY .and. calibrated_probability(VERDICT_NAMED, p) >= LEAST_STATED
+  end function is_sure_name
+
+  !> Returns the probability to print for a verdict: the fraction of such verdicts that were right in blind cases. A set that would
+  !> be a name but for its probability has no larger one than such names.
+  pure real(rp) function stated_probability(decision) result(stated)
+    type(decision_t), intent(in) :: decision
+    stated = calibrated_probability(decision%verdict, decision%probability)
+    if (decision%verdict == VERDICT_SET .and. decision%reason == NOT_SURE) &
+      stated = min(stated, calibrated_probability(VERDICT_NAMED, decision%probability))
+  end function stated_probability
+
+  !> Returns what a set leaves of 1: the probabilities to print of an unknown cause, of several causes together, of another cause in
+  !> the catalogue, and of no cause. They have the proportions of the odds and add up to 1 less that of the set.
+  pure function stated_rest(decision) result(rest)
+    type(decision_t), intent(in) :: decision
+    real(rp) :: rest(4)
+    rest = [decision%posterior_unknown, decision%posterior_joint, &
+            max(0.0_rp, sum(decision%posterior) - sum(decision%posterior(decision%set))), decision%posterior_none]
+    if (decision%is_joint .or. decision%has_further) rest(2) = 0
+    rest = (1 - stated_probability(decision))*rest/max(sum(rest), tiny(1.0_rp))
+  end function stated_rest
 
   !> Returns the effects that can be tested, the largest evidence first.
   pure function rank_effects(hypotheses) result(order)
@@ -294,7 +324,7 @@ contains
       call withdraw_name(decision, ALIAS)
     else if (decision%name_power < POWER) then
       call withdraw_name(decision, NO_POWER)
-    else if (decision%probability < NAME_PROBABILITY) then
+    else if (.not. is_sure_name(decision%probability)) then
       call withdraw_name(decision, NOT_SURE)
     end if
   end subroutine name_or_set

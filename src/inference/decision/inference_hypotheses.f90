@@ -9,7 +9,8 @@ module inference_hypotheses
   use base_kinds, only: rp
   use base_lapack, only: decompose
   use inference_calibration, only: calibration_t
-  use inference_design, only: candidate_t, design_t, family_t
+  use inference_design, only: candidate_t, design_t
+  use inference_families, only: family_t
   use inference_distributions, only: log_add
   implicit none
   private

@@ -10,7 +10,8 @@
 module inference_region
   use base_kinds, only: rp
   use inference_calibration, only: calibration_t, statistics_t
-  use inference_design, only: design_t, family_t
+  use inference_design, only: design_t
+  use inference_families, only: family_t
   use inference_distributions, only: log_add
   use inference_hypotheses, only: IMPOSSIBLE
   implicit none

@@ -2,22 +2,25 @@
 !> Builds the linear design: everything that can be computed before the residuals are known.
 !> J are the whitened tangents of the baseline (priors as further rows) and S those of all effects. The part that the baseline can
 !> imitate is projected out: S_perp = (I - Q Q^T) S, Q an orthonormal basis of J. The remainders of all effects and of patterns of
-!> unknown causes span k dimensions with the orthonormal basis X. z = X^T r contains all that the tests need of the residuals r: k
-!> independent numbers of variance 1 if the baseline is true. This is the min-max test of Doehler, Mevel and Zhang, Annual Reviews
+!> unknown causes span k dimensions with the orthonormal basis X (inference_span: what the errors of tangents may make up does not
+!> count). z = X^T r contains all that the tests need of the residuals r: k independent numbers of variance 1 if the baseline is
+!> true. This is the min-max test of Doehler, Mevel and Zhang, Annual Reviews
 !> in Control 42 (2016) 244, which rejects nuisance parameters by projection.
 module inference_design
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
-  use base_lapack, only: decompose, orthogonalise
+  use base_lapack, only: decompose
   use base_parameter, only: parameter_t
-  use inference_effect_size, only: effect_variance, effect_size_prior_t
-  use inference_simulator, only: simulator_t
+  use inference_effect_size, only: effect_size_prior_t
+  use inference_families, only: family_t, make_families
+  use inference_simulator, only: simulator_t, TANGENT_ERROR
+  use inference_span, only: find_span
   use inference_weights, only: cell_weights
   use inference_whitener, only: whitener_t
   use least_squares_state, only: solver_state_t
   implicit none
   private
-  public :: design_t, candidate_t, family_t, build_design, is_part_of
+  public :: design_t, candidate_t, build_design, is_part_of
 
   real(rp), parameter :: ABSORBED = 0.05_rp !< retained fraction below which the baseline imitates an effect
   !> An effect below this fraction still counts as visible if its remainder has this signal-to-noise ratio for one prior sd, down
@@ -41,25 +44,12 @@ module inference_design
     type(effect_size_prior_t) :: size_prior
   end type candidate_t
 
-  !> Unknown causes of one kind: smooth fields with a Gaussian prior.
-  type :: family_t
-    integer, allocatable :: patterns(:)     !< indices of the simulator's patterns
-    real(rp), allocatable :: basis(:, :)    !< (k, m) principal directions
-    real(rp), allocatable :: scale(:)       !< (m) their sd for unit strength, the largest is 1
-    real(rp), allocatable :: weights(:, :)  !< (patterns, m) pattern amplitudes of unit strength
-    real(rp), allocatable :: alone(:, :)    !< (k, shown) single patterns of length 1 that the baseline does not absorb
-    integer, allocatable :: shown(:)        !< which of `patterns` they are
-    type(effect_size_prior_t) :: size_prior_alone
-    type(effect_size_prior_t) :: size_prior
-  contains
-    procedure :: posterior => family_posterior
-  end type family_t
-
   type :: design_t
     real(rp), allocatable :: q(:)           !< the point at which tangents were taken
     type(whitener_t) :: whitener
     integer :: k = 0
     integer :: n_rows = 0                   !< observations and priors
+    real(rp) :: margin = 0                  !< of the span of z: see inference_span
     integer :: residual_dof = 0                   !< degrees of freedom other than those of baseline and z
     type(candidate_t), allocatable :: candidates(:)
     type(family_t), allocatable :: families(:)
@@ -97,7 +87,7 @@ contains
     type(failure_t), intent(out) :: failure
     type(design_t), intent(in), optional :: known
     real(rp), intent(in), optional :: nuisances(:, :)
-    real(rp), allocatable :: tangents(:, :), patterns(:, :), all(:, :), r(:, :)
+    real(rp), allocatable :: tangents(:, :), patterns(:, :), r(:, :), errors(:)
     integer, allocatable :: columns(:), least(:)
     logical :: is_valid
     integer :: i, n, b
@@ -122,28 +112,14 @@ contains
     allocate (design%weight(b), source=0.0_rp)
     where (simulator%parameters(:b)%prior_sd > 0) design%weight = 1/simulator%parameters(:b)%prior_sd
     design%n_rows = n + b
-    allocate (all(n + b, b), source=0.0_rp)
-    all(:n, :) = tangents(:, :b)
-    do i = 1, b
-      all(n + i, i) = design%weight(i)
-    end do
-    call orthogonalise(all, design%q_base, r)
-    deallocate (all)
-    allocate (all(n + b, size(columns) - b + size(patterns, 2)), source=0.0_rp)
-    all(:n, :size(columns) - b) = tangents(:, b + 1:)
-    all(:n, size(columns) - b + 1:) = patterns
-    do i = 1, 2 ! the second pass removes rounding errors
-      all = all - matmul(design%q_base, matmul(transpose(design%q_base), all))
-    end do
-    call orthogonalise(all, design%q_all, r)
-    design%k = size(r, 1)
-    design%residual_dof = n + count(design%weight > 0) - b - design%k
+    errors = [(simulator%tangent_error(columns(i)), i=1, size(columns)), spread(TANGENT_ERROR, 1, size(patterns, 2))]
+    call find_spans(tangents, patterns, errors, design, r)
     allocate (least(0))
     if (present(nuisances) .and. present(known)) least = known%candidates%df
     call make_candidates(simulator, columns(b + 1:), tangents(:, b + 1:), r(:, :size(columns) - b), &
-                         project_out_baseline(tangents, b), least, design)
+                         project_out_baseline(tangents, errors(:b)), errors(b + 1:), least, design)
     call make_families(simulator, r(:, [(i, i=size(columns) - b + 1, size(r, 2)), &
-                                        field_among(simulator, columns(b + 1:))]), design)
+                                        field_among(simulator, columns(b + 1:))]), design%families)
   end subroutine build_design
 
   !> Computes at q all that the design needs from the simulator; `state` then belongs to q. Reuses what `known` has.
@@ -183,16 +159,48 @@ contains
     end if
   end subroutine evaluate_tangents
 
-  !> Returns columns b + 1, .. of the tangents without the part that the first b columns can imitate, whatever their priors.
-  function project_out_baseline(tangents, b) result(projected)
-    real(rp), intent(in) :: tangents(:, :)
-    integer, intent(in) :: b
-    real(rp) :: projected(size(tangents, 1), size(tangents, 2) - b)
-    real(rp), allocatable :: u(:, :), s(:), vt(:, :), basis(:, :)
+  !> Finds the spans of baseline and z, and r(k, :), the remainders of all other tangents and patterns in the latter. errors(:), of
+  !> tangents and patterns, are relative to the lengths; they become those of the remainders, which contain errors of the baseline.
+  subroutine find_spans(tangents, patterns, errors, design, r)
+    real(rp), intent(in) :: tangents(:, :), patterns(:, :)
+    real(rp), intent(inout) :: errors(:)
+    type(design_t), intent(inout) :: design
+    real(rp), allocatable, intent(out) :: r(:, :)
+    real(rp), allocatable :: all(:, :), lengths(:)
+    real(rp) :: margin
+    integer :: i, n, b
+    n = size(tangents, 1)
+    b = size(design%weight)
+    allocate (all(n + b, size(errors)), source=0.0_rp)
+    all(:n, :) = reshape([tangents, patterns], [n, size(errors)])
+    do i = 1, b
+      all(n + i, i) = design%weight(i)
+    end do
+    lengths = norm2(all, 1)
+    call find_span(all(:, :b), lengths(:b)*errors(:b), design%q_base, margin)
+    if (margin > 0) errors(b + 1:) = errors(b + 1:) + 1/margin
+    all = all(:, b + 1:)
+    do i = 1, 2 ! the second pass removes rounding errors
+      all = all - matmul(design%q_base, matmul(transpose(design%q_base), all))
+    end do
+    call find_span(all, lengths(b + 1:)*errors(b + 1:), design%q_all, design%margin)
+    r = matmul(transpose(design%q_all), all)
+    design%k = size(r, 1)
+    design%residual_dof = n + count(design%weight > 0) - size(design%q_base, 2) - design%k
+  end subroutine find_spans
+
+  !> Returns the tangents behind the first size(errors), which have these relative errors, without the part that the first can
+  !> imitate, whatever their priors.
+  function project_out_baseline(tangents, errors) result(projected)
+    real(rp), intent(in) :: tangents(:, :), errors(:)
+    real(rp) :: projected(size(tangents, 1), size(tangents, 2) - size(errors))
+    real(rp), allocatable :: basis(:, :)
+    real(rp) :: margin
     integer :: i
-    call decompose(tangents(:, :b), u, s, vt)
-    basis = u(:, :count(s > 1.0e-9_rp*maxval(s)))
-    projected = tangents(:, b + 1:)
+    associate (b => size(errors))
+      call find_span(tangents(:, :b), errors*norm2(tangents(:, :b), 1), basis, margin)
+      projected = tangents(:, b + 1:)
+    end associate
     do i = 1, 2 ! the second pass removes rounding errors
       projected = projected - matmul(basis, matmul(transpose(basis), projected))
     end do
@@ -228,11 +236,12 @@ contains
   end function field_among
 
   !> Makes the candidates. raw(n, :) and retained(k, :) are the tangents of the parameters `columns` before and after the
-  !> projection; for projected(n, :) see candidate_t. Candidate i keeps at least least(i) directions.
-  subroutine make_candidates(simulator, columns, raw, retained, projected, least, design)
+  !> projection, errors(:) those of the latter over the lengths of the former; for projected(n, :) see candidate_t. Candidate i
+  !> keeps at least least(i) directions.
+  subroutine make_candidates(simulator, columns, raw, retained, projected, errors, least, design)
     class(simulator_t), intent(in) :: simulator
     integer, intent(in) :: columns(:), least(:)
-    real(rp), intent(in) :: raw(:, :), retained(:, :), projected(:, :)
+    real(rp), intent(in) :: raw(:, :), retained(:, :), projected(:, :), errors(:)
     type(design_t), intent(inout) :: design
     integer :: e, v, n, i, j, first
     integer, allocatable :: at(:)
@@ -261,7 +270,7 @@ contains
           call require(all(simulator%parameters(c%columns)%prior_sd > 0), 'inference_design: effects need a prior')
           c%tangents = retained(:, at)
           c%projected = projected(:, at)
-          call fill_candidate(raw(:, at), [(simulator%parameters(c%columns(j))%prior_sd, j=1, size(at))], &
+          call fill_candidate(raw(:, at), errors(at), [(simulator%parameters(c%columns(j))%prior_sd, j=1, size(at))], &
                               [(reach(simulator%parameters(c%columns(j))), j=1, size(at))], &
                               sum(least(n:min(n, size(least)))), c)
         end associate
@@ -280,9 +289,10 @@ contains
   end function reach
 
   !> Finds the directions of the candidate in units of prior sd, without those that the baseline absorbs and without parameters
-  !> that would not show even at the farthest value in their reach(:). The first `least` are kept.
-  subroutine fill_candidate(raw, prior_sd, reach, least, c)
-    real(rp), intent(in) :: raw(:, :), prior_sd(:), reach(:)
+  !> that would not show even at the farthest value in their reach(:). The first `least` are kept. No direction is kept that errors
+  !> of tangents may make up: for the bound see inference_span; the errors' norm takes the place of sqrt(m).
+  subroutine fill_candidate(raw, errors, prior_sd, reach, least, c)
+    real(rp), intent(in) :: raw(:, :), errors(:), prior_sd(:), reach(:)
     integer, intent(in) :: least
     type(candidate_t), intent(inout) :: c
     real(rp) :: scaled(size(c%tangents, 1), size(prior_sd)), length
@@ -299,7 +309,7 @@ contains
       length = norm2(matmul(raw, prior_sd*vt(i, :)))
       if (.not. length > 0) cycle
       c%retained = max(c%retained, min(1.0_rp, s(i)/length))
-      if (s(i) <= 1.0e-9_rp*s(1) .or. .not. s(1) > 0) cycle
+      if (.not. s(i) > norm2(errors*prior_sd*norm2(raw, 1))) cycle
       keep(i) = i <= least .or. s(i) >= ABSORBED*length .or. (s(i) >= SHOWN .and. s(i) >= RELIABLE*length)
     end do
     c%df = count(keep)
@@ -313,55 +323,6 @@ contains
     end do
     if (c%df > 0) call c%size_prior%init(pack(s, keep)/maxval(s, mask=keep))
   end subroutine fill_candidate
-
-  !> Makes the families of patterns of unknown causes: principal directions, priors and the patterns shown alone.
-  subroutine make_families(simulator, retained, design)
-    class(simulator_t), intent(in) :: simulator
-    real(rp), intent(in) :: retained(:, :)
-    type(design_t), intent(inout) :: design
-    real(rp), allocatable :: u(:, :), s(:), vt(:, :)
-    integer :: f, i, m
-    m = 0
-    if (size(retained, 2) > 0) m = maxval(simulator%family)
-    allocate (design%families(m))
-    do f = 1, m
-      associate (one => design%families(f))
-        one%patterns = pack([(i, i=1, size(retained, 2))], simulator%family == f)
-        call decompose(retained(:, one%patterns), u, s, vt)
-        i = count(s > 1.0e-6_rp*maxval(s))
-        one%basis = u(:, :i)
-        one%scale = s(:i)/maxval(s)
-        one%weights = transpose(vt(:i, :))/maxval(s)
-        call one%size_prior%init(one%scale)
-        call one%size_prior_alone%init([1.0_rp])
-        one%shown = pack([(i, i=1, size(one%patterns))], one%patterns <= min(simulator%n_patterns, simulator%n_alone) &
-                         .and. norm2(retained(:, one%patterns), 1) > 1.0e-6_rp*maxval(s))
-        one%alone = retained(:, one%patterns(one%shown))
-        do i = 1, size(one%alone, 2)
-          one%alone(:, i) = one%alone(:, i)/norm2(one%alone(:, i))
-        end do
-      end associate
-    end do
-  end subroutine make_families
-
-  !> Returns the posterior mean(patterns) and sd(patterns) of the amplitudes, given z(k), at the most likely common strength.
-  subroutine family_posterior(self, z, mean, sd)
-    class(family_t), intent(in) :: self
-    real(rp), intent(in) :: z(:)
-    real(rp), allocatable, intent(out) :: mean(:), sd(:)
-    real(rp) :: w(size(self%scale)), tau, largest, resolved
-    integer :: i
-    w = matmul(z, self%basis)
-    tau = effect_variance(maxloc(matmul(w**2, self%size_prior%gain) - self%size_prior%offset, 1))
-    mean = matmul(self%weights, tau*self%scale/(1 + tau*self%scale**2)*w)
-    ! The columns of weights have the length of one over the largest singular value.
-    largest = 1/maxval(norm2(self%weights, 1))
-    allocate (sd(size(mean)))
-    do i = 1, size(sd)
-      resolved = sum(self%weights(i, :)**2*tau*(tau*self%scale**2/(1 + tau*self%scale**2)))
-      sd(i) = sqrt(max(0.0_rp, tau/largest**2 - resolved))
-    end do
-  end subroutine family_posterior
 
   !> Compresses residuals(n), which the simulator has at the baseline unknowns p(:), to z(k). residual_square is the sum of
   !> squares of the part that lies neither in the span of the baseline nor in that of z.

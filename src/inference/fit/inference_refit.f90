@@ -40,6 +40,7 @@ module inference_refit
     integer, allocatable :: active(:)
     real(rp), allocatable :: q(:)            !< all parameters
     real(rp) :: chi2 = 0, prior_chi2 = 0     !< of whitened residuals, of priors
+    real(rp), allocatable :: squares(:)      !< (surfaces) what each contributes to chi2
     real(rp), allocatable :: covariance(:, :) !< (active, active) in the linear approximation
     logical, allocatable :: is_at_bound(:)   !< (active)
     integer :: n_evaluations = 0
@@ -148,12 +149,28 @@ contains
     found%q(active) = report%p
     found%chi2 = report%chi2
     found%prior_chi2 = report%prior_chi2
+    found%squares = squares_of(simulator, whitener, report%residuals)
     found%is_at_bound = report%is_at_bound
     found%n_evaluations = report%n_evaluations
     posterior = find_posterior(unknowns, report)
     found%covariance = posterior%covariance
     call move_alloc(report%state, found%state)
   end subroutine fit_nested
+
+  !> Returns the sums of squares(surfaces) of whitened residuals(:) over the observations of each surface.
+  pure function squares_of(simulator, whitener, residuals) result(squares)
+    class(simulator_t), intent(in) :: simulator
+    type(whitener_t), intent(in) :: whitener
+    real(rp), intent(in) :: residuals(:)
+    real(rp) :: squares(size(simulator%labels%fold))
+    integer :: i
+    squares = 0
+    do i = 1, size(residuals)
+      associate (square => squares(simulator%labels%surface(whitener%rows(i))))
+        square = square + residuals(i)**2
+      end associate
+    end do
+  end function squares_of
 
   !> Fits the baseline from several starts (parameters, :), each as `fit_loosely` does, and continues the most probable of these
   !> fits to convergence, in passes. Each pass begins with solutions from rest and with nuisances about their most probable errors.
@@ -303,6 +320,7 @@ contains
       if (sum(followed**2) <= SAME) then
         call whitener%apply_one(from_rest)
         found%chi2 = sum(from_rest**2)
+        found%squares = squares_of(simulator, whitener, from_rest)
         exit check
       end if
       call fit_nested(simulator, whitener, active, found%q, found%state, loose_options(options), one)

@@ -13,6 +13,9 @@ module inference_simulator
   private
   public :: simulator_t, labels_t, effect_t, variant_t
 
+  !> Error of a tangent over its length, if it is the solution of linear equations: rounding times a condition of about 1e7.
+  real(rp), parameter, public :: TANGENT_ERROR = 1.0e-9_rp
+
   !> One way in which an effect may be present.
   type :: variant_t
     character(:), allocatable :: label        !< words for its position, or empty
@@ -73,6 +76,7 @@ module inference_simulator
     procedure :: initial_state => simulator_initial_state
     procedure :: linearise_at => simulator_linearise_at
     procedure :: has_nonlinear_nuisances => simulator_has_nonlinear_nuisances
+    procedure :: tangent_error => simulator_tangent_error
     procedure :: null_point => simulator_null_point
     procedure :: has_common_errors => simulator_has_common_errors
     procedure :: independent_fraction => simulator_independent_fraction
@@ -179,6 +183,15 @@ contains
     associate (unused => self)
     end associate
   end function simulator_has_nonlinear_nuisances
+
+  !> Returns the error of the tangent of parameter i, over the tangent's length.
+  pure real(rp) function simulator_tangent_error(self, i) result(error)
+    class(simulator_t), intent(in) :: self
+    integer, intent(in) :: i
+    error = TANGENT_ERROR
+    associate (unused => self, nothing => i)
+    end associate
+  end function simulator_tangent_error
 
   !> Returns all parameters at their null values.
   pure function simulator_null_point(self) result(q)

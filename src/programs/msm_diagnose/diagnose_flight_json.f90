@@ -6,6 +6,7 @@ module diagnose_flight_json
   use base_kinds, only: rp
   use base_text, only: number_text
   use base_text_file, only: write_text
+  use diagnose_counts, only: counts_t, DATA_FLIGHT
   use diagnose_settings, only: diagnose_settings_t
   use diagnosis_flight_changes, only: FLOW_FREQUENCY
   use diagnosis_flight_runner, only: flight_request_t
@@ -23,14 +24,15 @@ module diagnose_flight_json
 
 contains
 
-  !> Adds the member `flight` to the open object. Does nothing without records.
-  subroutine put_flights(json, s, d)
+  !> Adds the facts of the flight and the list `sets` of its records to the open object.
+  subroutine put_flights(json, s, counts, d)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
+    type(counts_t), intent(in) :: counts
     type(diagnosis_t), intent(in) :: d
     type(wing_flight_t) :: flight
     real(rp), allocatable :: baseline(:), extended(:), of_grid(:, :), nothing(:, :)
-    integer :: r, k, at, n
+    integer :: r, k, at, n, surface
     if (.not. s%flights%is_ready) return
     call flight%init(s%measurement%flights, s%catalogue%parameters, s%flights)
     allocate (baseline(flight%n), extended(flight%n), of_grid(flight%n, max(1, flight%n_nuisances)), nothing(flight%n, 0))
@@ -40,19 +42,20 @@ contains
     extended = baseline
     call use_flight_of(d%extended, s%flights, flight)
     if (d%extended%is_found) call flight%evaluate(d%extended%q, [integer ::], extended, nothing)
-    call json%open_object('flight')
     call json%put('case', s%flights%facts%path)
     call json%put('frequency_hz', s%flights%facts%frequency)
     call json%put('is_section', s%flights%facts%is_section)
     call json%put('is_refined', s%flights%is_refined)
     call put_rounds(json, d)
-    call json%open_list('records')
+    call json%open_list('sets')
     at = 0
+    surface = counts%first(DATA_FLIGHT)
     do r = 1, size(s%measurement%flights)
       associate (f => s%measurement%flights(r))
         do k = 1, size(f%component)
           n = count(f%is_known(:, k))
           call json%open_object('')
+          call counts%put(json, s%measurement%surface_name(surface), surface, 1)
           call json%put('record', f%name)
           call json%put('component', trim(COMPONENT_NAMES(f%component(k))))
           call json%put('unit', component_unit(f%component(k), f%is_per_length))
@@ -64,10 +67,10 @@ contains
           call json%put('grid_difference_sd', sqrt(sum(of_grid(at + 1:at + n, 1)**2)/n))
           call json%close()
           at = at + n
+          surface = surface + 1
         end do
       end associate
     end do
-    call json%close()
     call json%close()
 
   contains

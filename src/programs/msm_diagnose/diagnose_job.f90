@@ -176,7 +176,8 @@ contains
     call write_maps(self%settings, self%simulator, self%diagnosis, self%outcome%failure)
     call write_next(self%settings, next, self%outcome%failure)
     ! The verdict is written last: if it exists, all other results exist.
-    call write_diagnosis_json(self%settings, self%diagnosis, self%discretisation, next, zeros, unknown, self%outcome%failure)
+    call write_diagnosis_json(self%settings, self%simulator%labels, self%diagnosis, self%discretisation, next, zeros, unknown, &
+                              self%outcome%failure)
     self%outcome%verdict = self%diagnosis%decision%verdict
     if (command%wants_code) call self%outcome%end_as(OUTCOME_VERDICT)
     call self%outcome%classify(OUTCOME_UNWRITABLE)

@@ -7,36 +7,37 @@ module diagnose_json
   use base_kinds, only: rp
   use base_text_file, only: write_text
   use diagnose_json_parts, only: put_discretisation, put_next
-  use diagnose_flight_json, only: put_flights
+  use diagnose_counts, only: counts_t
+  use diagnose_data_json, only: put_data
   use diagnose_findings, only: cause_finding, effect_finding, parameter_finding, shows_from
-  use diagnose_modes, only: put_modes
-  use diagnose_series, only: put_series
   use diagnose_settings, only: diagnose_settings_t
-  use diagnose_summary, only: cause_name, verdict_sentence
+  use diagnose_summary, only: cause_name, next_sentence, verdict_sentence, verdict_statement
   use diagnose_unknown, only: put_unknown
   use diagnosis_discretisation, only: discretisation_error_t
   use diagnosis_next_measurement, only: next_measurement_t
   use diagnosis_unknown, only: unknown_t
   use diagnosis_zeros, only: zeros_t
   use diagnose_checks, only: alarm_name, put_checks
-  use inference_decision, only: grade_of, verdict_word
+  use inference_decision, only: grade_of, stated_probability, verdict_word
   use inference_engine, only: diagnosis_t
-  use inference_probability, only: calibrated_probability, PROVENANCE
+  use inference_probability, only: PROVENANCE
   use inference_refit, only: nested_fit_t
   use inference_residual_checks, only: residual_check_t
+  use inference_simulator, only: labels_t
   use inference_validation, only: validation_t
   use io_json, only: json_t
   implicit none
   private
   public :: write_diagnosis_json
 
-  integer, parameter :: SCHEMA_VERSION = 1
+  integer, parameter :: SCHEMA_VERSION = 2
 
 contains
 
-  !> Writes NAME.json. `failure` says why if it cannot be written.
-  subroutine write_diagnosis_json(s, d, discretisation, next, zeros, unknown, failure)
+  !> Writes NAME.json; `labels` are those of the observations. `failure` says why if it cannot be written.
+  subroutine write_diagnosis_json(s, labels, d, discretisation, next, zeros, unknown, failure)
     type(diagnose_settings_t), intent(in) :: s
+    type(labels_t), intent(in) :: labels
     type(diagnosis_t), intent(in) :: d
     type(discretisation_error_t), intent(in) :: discretisation
     type(next_measurement_t), intent(in) :: next
@@ -44,7 +45,9 @@ contains
     type(unknown_t), intent(in) :: unknown
     type(failure_t), intent(inout) :: failure
     type(json_t) :: json
+    type(counts_t) :: counts
     integer :: i
+    call counts%init(s, labels, d)
     call json%open_object('')
     call json%put('schema', 'flusi-msm diagnosis')
     call json%put('schema_version', SCHEMA_VERSION)
@@ -53,6 +56,7 @@ contains
     call json%put('measurement', s%measurement_path)
     call json%put('seed', int(s%options%seed))
     call put_verdict(json, s, d, unknown)
+    call put_data(json, s, counts, d)
     call put_noise(json, s, d)
     call put_discretisation(json, discretisation, s%fits_finer)
     call put_baseline(json, s, d)
@@ -64,13 +68,10 @@ contains
     call put_extension(json, s, d)
     call put_validation(json, d)
     call put_zeros(json, zeros)
-    call put_modes(json, s, d)
-    call put_series(json, s, d)
-    call put_flights(json, s, d)
     if (allocated(d%tests%checks)) call put_checks(json, 'questions', d%tests%checks)
     if (.not. allocated(d%tests%checks)) call put_checks(json, 'questions', [residual_check_t ::])
     call put_rivals(json, s, d, next)
-    call put_next(json, s%measurement, next)
+    call put_next(json, s%measurement, counts, next, next_sentence(s, d, next))
     call json%close()
     call write_text(s%name//'.json', json%text, failure)
   end subroutine write_diagnosis_json
@@ -111,8 +112,9 @@ contains
       call json%put('word', verdict_word(v%verdict))
       call json%put('exit_code', v%verdict)
       call json%put('sentence', verdict_sentence(s, d))
+      call json%put('statement', verdict_statement(s, d))
       call json%put('grade', trim(grade_of(v%verdict)))
-      call json%put('probability', calibrated_probability(v%verdict, v%probability))
+      call json%put('probability', stated_probability(v))
       call json%put('probability_raw', v%probability)
       call json%put('probability_map', PROVENANCE)
       call json%put('global_p', exp(max(-700.0_rp, v%log_p_global)))

@@ -4,6 +4,7 @@ module diagnose_modes
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text, only: number_text
+  use diagnose_counts, only: counts_t, DATA_MODES
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_words, only: fixed
   use diagnosis_wing_rest, only: mass_effects_at
@@ -40,18 +41,19 @@ contains
     end associate
   end subroutine print_modes
 
-  !> Adds the list `modes` to the JSON file if there are any modes.
-  subroutine put_modes(json, s, d)
+  !> Adds the list `sets` of the natural modes to the open object of the JSON file.
+  subroutine put_modes(json, s, counts, d)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
+    type(counts_t), intent(in) :: counts
     type(diagnosis_t), intent(in) :: d
     integer :: i
     if (.not. allocated(s%modes)) return
-    call json%open_list('modes')
+    call json%open_list('sets')
     do i = 1, size(s%modes)
       associate (mode => s%measurement%modes(i), row => s%modes(i))
         call json%open_object('')
-        call json%put('name', mode%name)
+        call counts%put(json, mode%name, counts%first(DATA_MODES) + i - 1, 1)
         call json%put('medium', trim(MEDIUM_NAMES(mode%medium)))
         if (mode%is_loaded()) call json%put('is_loaded', .true.)
         call json%put('frequency_hz', mode%frequency)

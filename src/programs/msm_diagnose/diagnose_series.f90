@@ -5,6 +5,7 @@ module diagnose_series
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text, only: number_text
+  use diagnose_counts, only: counts_t, DATA_SERIES
   use diagnose_settings, only: diagnose_settings_t
   use diagnosis_wing_rest, only: damping_at
   use inference_engine, only: diagnosis_t
@@ -21,21 +22,23 @@ module diagnose_series
 
 contains
 
-  !> Adds the list `series` to the JSON file if there are any records.
-  subroutine put_series(json, s, d)
+  !> Adds the list `sets` of the records to the open object of the JSON file.
+  subroutine put_series(json, s, counts, d)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
+    type(counts_t), intent(in) :: counts
     type(diagnosis_t), intent(in) :: d
-    integer :: i
+    integer :: i, at
     if (.not. allocated(s%series)) return
-    call json%open_list('series')
+    call json%open_list('sets')
+    at = counts%first(DATA_SERIES)
     do i = 1, size(s%series)
       associate (record => s%measurement%series(i), row => s%series(i))
         call json%open_object('')
-        call json%put('name', record%name)
+        call counts%put(json, record%name, at, size(record%sigma))
+        at = at + size(record%sigma)
         call json%put('medium', trim(MEDIUM_NAMES(record%medium)))
         call json%put('units', trim(merge('m/s', 'm  ', record%is_velocity)))
-        call json%put('observations', record%count())
         call json%put('baseline_rms', row%rms(1))
         call json%put('baseline_size_error', row%size_error(1))
         call json%put('baseline_late_s', row%late(1))

@@ -12,14 +12,13 @@ module diagnose_summary
   use diagnosis_next_measurement, only: next_measurement_t
   use diagnosis_unknown, only: candidate_name, unknown_t
   use diagnosis_zeros, only: zeros_t
-  use inference_decision, only: decision_t, verdict_word, AT_BOUND, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, TESTS_FRACTION, &
-                                VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
+  use inference_decision, only: decision_t, stated_probability, stated_rest, verdict_word, AT_BOUND, LEVEL, NO_FIT, NO_GAIN, &
+                                NO_INTERVAL, TESTS_FRACTION, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use inference_residual_checks, only: most_significant
   use inference_engine, only: diagnosis_t
-  use inference_probability, only: calibrated_probability
   implicit none
   private
-  public :: alarm_of, print_verdict, verdict_sentence, cause_name
+  public :: alarm_of, cause_name, next_sentence, print_verdict, verdict_sentence, verdict_statement
 
 contains
 
@@ -61,7 +60,7 @@ contains
         fixed(d%prediction%gain_error, 2)//' for each location that was left out'
     end if
     call print_modes(unit, s, d)
-    if (size(next%order) > 0) call print_next(unit, s, d, next)
+    if (next_sentence(s, d, next) /= '') write (unit, '(a)') 'next      '//next_sentence(s, d, next)
     extended = ''
     if (d%extended%is_found) extended = ', _extended.ini'
     write (unit, '(a)') 'files     '//s%name//'.json, .h5, _baseline.ini'//extended//', _next_measurements.csv; '// &
@@ -93,7 +92,8 @@ contains
     hides = d%decision%log_p_global < log(LEVEL) .and. d%initial_baseline%chi2 < n + 2*sqrt(2.0_rp*n)
   end function hides_cause
 
-  !> Describes a cause with its sign, size and interval, or in general terms if it was not fitted.
+  !> Describes a cause with its sign, size and interval, or in general terms if it was not fitted. Without a name it begins with
+  !> 'if'.
   function told_cause(s, d, i) result(text)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
@@ -101,7 +101,7 @@ contains
     character(:), allocatable :: text
     text = cause_finding(s, d, i)
     if (text == '') text = s%catalogue%effects(d%model%design%candidates(d%decision%causes(i))%effect)%sentence
-    if (d%decision%verdict == VERDICT_SET .and. size(d%decision%set) > 1 .and. .not. d%decision%is_joint) &
+    if (d%decision%verdict == VERDICT_SET) &
       text = 'if it is '//s%catalogue%effects(d%model%design%candidates(d%decision%causes(i))%effect)%title//': '//text
   end function told_cause
 
@@ -129,15 +129,18 @@ contains
       probability_text(d%tests%checks(at)%log_p)//' of '//number_text(count(d%tests%checks%takes_part))//' checks)'
   end subroutine print_alarm
 
-  !> Prints the measurement that separates the cause from its nearest rival best. It is a repeat or a load at a new site.
-  subroutine print_next(unit, s, d, next)
-    integer, intent(in) :: unit
+  !> Returns in words the measurement, a repeat or a load at a new site, that separates the cause from its nearest rival best. The
+  !> text is empty without a cause and rivals.
+  function next_sentence(s, d, next) result(text)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     type(next_measurement_t), intent(in) :: next
+    character(:), allocatable :: text
     real(rp), parameter :: NOTHING = 1.0_rp ! [sd]
     character(:), allocatable :: what, cause, rival
     real(rp) :: after
+    text = ''
+    if (size(next%order) == 0) return
     cause = effect_name(next%cause)
     rival = effect_name(next%rivals(1))
     after = next%after(next%order(1))
@@ -153,10 +156,10 @@ contains
       end associate
     end if
     if (after < NOTHING) then
-      write (unit, '(a)') 'next      '//what_was_tried(s)//' would distinguish '//cause//' from '//rival
+      text = what_was_tried(s)//' would distinguish '//cause//' from '//rival
     else
-      write (unit, '(a)') 'next      '//what//': after it, at least '//fixed(after, 1)//' sd separate '//cause// &
-        ' from every rival; at present '//fixed(next%now(1), 1)//' sd separate it from '//rival
+      text = what//': after it, at least '//fixed(after, 1)//' sd separate '//cause// &
+             ' from every rival; at present '//fixed(next%now(1), 1)//' sd separate it from '//rival
     end if
 
   contains
@@ -167,7 +170,7 @@ contains
       name = s%catalogue%effects(d%model%design%candidates(candidate)%effect)%name
     end function effect_name
 
-  end subroutine print_next
+  end function next_sentence
 
   !> Names the measurements that would not help: a further point load if there are loads, and a repeat of every other kind of data.
   function what_was_tried(s) result(text)
@@ -213,43 +216,21 @@ contains
     write (unit, '(a)') what
   end subroutine print_data
 
-  !> Returns one sentence that states the verdict.
+  !> Returns one sentence that states the verdict. Only a name says that a cause is there; a set says what else may be.
   function verdict_sentence(s, d) result(text)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     character(:), allocatable :: text
-    character(8) :: percent
-    integer :: i
-    write (percent, '(f0.0)') 100*calibrated_probability(d%decision%verdict, d%decision%probability)
-    percent = percent(:len_trim(percent) - 1)
     select case (d%decision%verdict)
     case (VERDICT_ADEQUATE)
       text = 'the model explains these data within their errors'
       return
     case (VERDICT_NAMED)
-      text = ''
-      do i = 1, size(d%decision%causes)
-        text = text//' and '//cause_name(s, d, i)
-      end do
-      text = text(6:)
+      text = cause_names(s, d)
       if (d%decision%posterior_joint > LEVEL .and. .not. d%decision%is_joint) &
         text = text//'; a second cause beside it is not excluded ('//percent_text(d%decision%posterior_joint)//' %)'
     case (VERDICT_SET)
-      text = 'these data cannot tell apart:'
-      do i = 1, size(d%decision%set)
-        text = text//' '//s%catalogue%effects(d%decision%set(i))%title
-        if (i < size(d%decision%set)) text = text//';'
-      end do
-      text = text//'; nor from something that is not in the catalogue ('//percent_text(d%decision%posterior_unknown)//' %)'
-      if (d%decision%is_joint) then
-        text = 'consistent with'
-        do i = 1, size(d%decision%causes)
-          text = text//' '//cause_name(s, d, i)//trim(merge(' and', '    ', i < size(d%decision%causes)))
-        end do
-        text = text//' together; other causes are not excluded'//because(d%decision)
-      end if
-      if (size(d%decision%set) == 1) text = 'consistent with '//s%catalogue%effects(d%decision%set(1))%title// &
-                                            '; other causes are not excluded'//because(d%decision)
+      text = set_sentence(s, d)
     case (VERDICT_UNKNOWN)
       text = 'something that is not in the catalogue'
       if (alarm_of(d) > 0 .and. d%decision%is_rejected_by_checks) text = text//', as '//d%tests%checks(alarm_of(d))%sentence
@@ -257,8 +238,70 @@ contains
       text = 'there are too few data to test anything'
       return
     end select
-    text = text//' (probability '//trim(percent)//' %)'//unsettled(d)
+    text = text//' (probability '//percent_text(stated_probability(d%decision))//' %)'//unsettled(d)
   end function verdict_sentence
+
+  !> Returns the causes of the verdict with 'and' between them.
+  function cause_names(s, d) result(text)
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    character(:), allocatable :: text
+    integer :: i
+    text = ''
+    do i = 1, size(d%decision%causes)
+      text = text//' and '//cause_name(s, d, i)
+    end do
+    text = text(6:)
+  end function cause_names
+
+  !> Returns the sentence on a set, without its probability: its causes, and what else may be.
+  function set_sentence(s, d) result(text)
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    character(:), allocatable :: text
+    integer :: i
+    if (d%decision%is_joint) then
+      text = 'consistent with '//cause_names(s, d)//' together; other causes are not excluded'//because(d%decision)//': '// &
+             rest_text(d%decision, ', ')
+    else if (size(d%decision%set) == 1) then
+      text = 'consistent with '//s%catalogue%effects(d%decision%set(1))%title//'; other causes are not excluded'// &
+             because(d%decision)//': '//rest_text(d%decision, ', ')
+    else
+      text = 'these data cannot tell apart:'
+      do i = 1, size(d%decision%set)
+        text = text//' '//s%catalogue%effects(d%decision%set(i))%title//';'
+      end do
+      text = text//' nor from '//rest_text(d%decision, ', nor from ')
+    end if
+  end function set_sentence
+
+  !> Returns with their probabilities what a set leaves: an unknown cause always, and what else is not excluded.
+  function rest_text(decision, between) result(text)
+    type(decision_t), intent(in) :: decision
+    character(*), intent(in) :: between
+    character(:), allocatable :: text
+    character(*), parameter :: WHAT(2:4) = [character(22) :: 'several causes at once', 'another of its causes', 'no cause at all']
+    real(rp) :: rest(4)
+    integer :: i
+    rest = stated_rest(decision)
+    text = 'something that is not in the catalogue ('//percent_text(rest(1))//' %)'
+    do i = 2, 4
+      if (rest(i) > LEVEL) text = text//between//trim(WHAT(i))//' ('//percent_text(rest(i))//' %)'
+    end do
+  end function rest_text
+
+  !> Returns the verdict in words with what is known of each of its causes: sign, size, unit and interval.
+  function verdict_statement(s, d) result(text)
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    character(:), allocatable :: text
+    integer :: i
+    text = verdict_sentence(s, d)
+    if (all(d%decision%verdict /= [VERDICT_NAMED, VERDICT_SET])) return
+    do i = 1, size(d%decision%causes)
+      text = text//'. '//told_cause(s, d, i)
+    end do
+  end function verdict_statement
 
   !> Returns by how much the fitted values still changed in the last round of simulated flights. The text is empty if they have
   !> settled, if there are no causes, or if no flight was simulated again.
@@ -277,12 +320,13 @@ contains
     end if
   end function unsettled
 
-  !> Returns a probability in percent.
+  !> Returns a probability in percent, never as 0 or 100.
   function percent_text(probability) result(text)
     real(rp), intent(in) :: probability
     character(:), allocatable :: text
     text = number_text(nint(100*probability))
     if (100*probability < 1) text = 'below 1'
+    if (nint(100*probability) >= 100) text = 'over 99'
   end function percent_text
 
   !> Returns the most significant check of the residuals of the baseline, if all together speak against it; else 0.

@@ -140,8 +140,8 @@ contains
       if (.not. has_best) return
       call self%log%say('search    best cost '//number_text(cost))
       call self%search%starts(self%settings, u, starts)
-      call polish_points(self%settings, self%pool, self%search%space, self%search%objective, self%search%mean_state, &
-                         starts, self%log, self%trained)
+      call polish_points(self%settings, self%pool, self%search, starts, self%log, self%trained)
+      if (self%search%failure%failed) return
       if (self%pool%is_stopped .or. .not. self%settings%search_is_short) return
       if (self%trained%is_polished .and. self%trained%is_solved) return
       call self%log%say('search    continues, because least squares found no minimum from its end')

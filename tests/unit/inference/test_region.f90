@@ -61,7 +61,7 @@ contains
         if (n == 1 .and. any(region%pattern == family%shown(at))) held = held + 1
       end associate
     end do
-    call test%check('most causes at one place are told to be such', other <= CASES/4)
+    call test%check('most causes at one place are told to be such', other <= CASES/3)
     call test%check_below('the place is outside of its region in a tenth of all cases', &
                           real(CASES - other - held, rp), 0.15_rp*(CASES - other))
     call test%check('the region is not the whole wing: its shares add up to 0.9 and its last place is needed', &

@@ -97,7 +97,7 @@ def test_measurement(tmp_path):
 
 
 def test_diagnosis(tmp_path):
-    data = {"schema": "flusi-msm diagnosis", "verdict": {"word": "adequate", "sentence": "It fits."},
+    data = {"schema": "flusi-msm diagnosis", "schema_version": 2, "verdict": {"word": "adequate", "sentence": "It fits."},
             "baseline": {"parameters": [{"name": "E", "value": 9e9}]},
             "effects": [{"name": "a", "posterior": 0.1}, {"name": "b", "posterior": 0.7}, {"name": "c"}]}
     (tmp_path / "diagnosis.json").write_text(json.dumps(data))

@@ -26,14 +26,15 @@ EFFECT = {"name": "drift", "title": "a wing that changed", "sentence": "It dried
 FOLDS = {"location": [1.0, 2.0], "observations": [20.0, 20.0], "log_density": [10.0, 11.0], "chi2": [60.0, 50.0],
          "sum_of_squares": [1e-9, 1e-9]}
 DIAGNOSIS = {
-    "schema": "flusi-msm diagnosis", "schema_version": 1, "program": "msm_diagnose", "seed": 1,
+    "schema": "flusi-msm diagnosis", "schema_version": 2, "program": "msm_diagnose", "seed": 1,
     "wing": str(SOURCE / "wings/calliphora_small.h5"), "measurement": "bending.h5",
     "verdict": {"word": "named", "is_together": False, "sentence": "a wing that changed", "probability": 0.9999, "global_p": 1e-8, "snr": 7.0,
                 "grade": "A",
                 "causes": [{"effect": "drift", "name": "a wing that changed", "variant": "", "place": [0, 0],
                             "finding": "The wing became stiffer from one measurement to the next: 0.2 % each time"}],
                 "set": ["drift"]},
-    "noise": {"warning": "", "heavy_tails": {"is_found": False}}, "questions": [], "next_measurements": [],
+    "noise": {"warning": "", "heavy_tails": {"is_found": False}}, "questions": [], "next": {"sentence": "", "measurements": []},
+    "data": [{"kind": "bending", "observations": 1463, "baseline_chi2": 1466.9, "sets": []}],
     "effects": [EFFECT],
     "baseline": {"observations": 1463, "chi2": 1466.9,
                  "parameters": [{"name": "E", "unit": "Pa", "value": 9.1e9, "is_log": True, "sd": 0.01, "prior_sd": 2.3},
@@ -108,7 +109,8 @@ class Report(unittest.TestCase):
                  "baseline_late_s": 0.0}
         mode = {"name": "one", "medium": "air", "frequency_hz": 400.0, "sd_hz": 2.0, "baseline_number": 1, "baseline_hz": 401.0,
                 "baseline_mac": 0.99, "extended_number": 1, "extended_hz": 400.0, "extended_mac": 0.999}
-        diagnosis = {**DIAGNOSIS, "series": [{**facts, "name": "ring"}, {**facts, "name": "tap"}], "modes": [mode]}
+        diagnosis = {**DIAGNOSIS, "data": [{"kind": "series", "sets": [{**facts, "name": "ring"}, {**facts, "name": "tap"}]},
+                                          {"kind": "modes", "sets": [mode]}]}
         text = self.page("--pictures", self.folder / "pictures", diagnosis=diagnosis)
         self.assertEqual(text.count("data:image/png;base64,"), 8)
         for name in "series_ring", "series_tap", "modes":
@@ -172,7 +174,8 @@ class Report(unittest.TestCase):
         self.assertNotIn("stays a candidate", text)
         effects = [EFFECT, {**EFFECT, "name": "creep", "title": "creep under load", "posterior": 0.04}]
         text = self.told(verdict={**verdict, "set": ["drift", "creep"]}, effects=effects)
-        self.assertIn("These data cannot tell apart: a wing that changed; creep under load. If it is the first: The wing became", text)
+        self.assertIn("These data cannot tell apart: a wing that changed; creep under load; nor something that is not in the catalogue. "
+                      "If it is the first: The wing became", text)
         self.assertIn("What fits worse stays a candidate", text)
         self.assertIn("The wing became stiffer: about 0.20 %", text)
         self.assertEqual(text.count("over 99 %"), 1)

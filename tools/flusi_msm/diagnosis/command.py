@@ -31,6 +31,7 @@ from flusi_msm.diagnosis.flight import flight_section
 from flusi_msm.diagnosis.modes import draw_modes, read_modes
 from flusi_msm.diagnosis.report import page
 from flusi_msm.diagnosis.series import Record, draw_record, read_series
+from flusi_msm.diagnosis.versions import upgraded
 from flusi_msm.errors import InputError, run_command
 from flusi_msm.style import COLOURS, use_style
 from flusi_msm.wing.file import read_wing
@@ -46,8 +47,7 @@ def read(path: Path) -> tuple[dict[str, Any], Loads, dict[str, np.ndarray]]:
         diagnosis = json.loads(path.read_text())
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: {error}") from None
-    if diagnosis.get("schema") != "flusi-msm diagnosis" or diagnosis.get("schema_version") != 1:
-        raise InputError(f"{path}: not a diagnosis of a version that this tool knows")
+    diagnosis = upgraded(diagnosis, path)
     loads, unknown = {}, {}
     tables = path.with_suffix(".h5")
     if tables.exists():

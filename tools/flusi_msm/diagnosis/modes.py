@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from flusi_msm.diagnosis.versions import entry_of
 from flusi_msm.style import COLOURS
 
 LIMIT = 4.0  # sd
@@ -21,9 +22,10 @@ def read_modes(tables: Path, diagnosis: dict[str, Any]) -> list[tuple[dict[str, 
     """Returns [(facts of the JSON file, table (places, 6): x y measured sigma baseline extended)], in the order of frequencies.
     """
     modes = []
-    if diagnosis.get("modes") and tables.exists():
+    sets = entry_of(diagnosis, "modes")["sets"]
+    if sets and tables.exists():
         with h5py.File(tables, "r") as file:
-            for facts in sorted(diagnosis["modes"], key=lambda one: one["frequency_hz"]):
+            for facts in sorted(sets, key=lambda one: one["frequency_hz"]):
                 stored = file[f"modes/{facts['name']}"]
                 table = np.asarray(stored) if isinstance(stored, h5py.Dataset) else np.zeros((0, 6))
                 modes.append((facts, table if table.shape[-1] == 6 else table.T))

@@ -86,10 +86,15 @@ def lead(diagnosis: dict[str, Any]) -> str:
         return "Something makes the wing differ from the model, and nothing in the catalogue explains it."
     told = [one.get("finding") or titles.get(one["effect"], one["effect"]) for one in verdict["causes"]]
     text = " ".join(f"{pretty(one)}." for one in told)
-    if word == "consistent_with_set" and not verdict["is_together"] and len(verdict["set"]) > 1:
-        names = "; ".join(pretty(titles[name]) for name in verdict["set"])
-        text = f"These data cannot tell apart: {names}. If it is the first: {text}"
-    return text
+    if word != "consistent_with_set":
+        return text
+    names = "; ".join(pretty(titles[name]) for name in verdict["set"])
+    if verdict["is_together"]:
+        return f"These data agree with several causes at once: {names}. Other causes are not excluded. If it is these: {text}"
+    if len(verdict["set"]) > 1:
+        return f"These data cannot tell apart: {names}; nor something that is not in the catalogue. If it is the first: {text}"
+    return f"These data agree with {names}, but other causes are not excluded, nor something that is not in the catalogue. " \
+           f"If it is this cause: {text}"
 
 
 def meaning(diagnosis: dict[str, Any]) -> str:
@@ -293,16 +298,51 @@ def questions(diagnosis: dict[str, Any]) -> str:
             + table_html(("question", ("p", True), "answer"), rows, "questions") if rows else "")
 
 
-def next_measurement(diagnosis: dict[str, Any]) -> str:
-    """Lists the measurements that would separate the causes best; '' without any."""
-    if not diagnosis["next_measurements"]:
+KINDS = {"bending": "bending tests", "modes": "natural modes", "series": "records of motion", "flight": "forces over the beat"}
+
+
+def data_table(diagnosis: dict[str, Any]) -> str:
+    """Lists what each kind of data says about both models; '' without numbers of kinds, as in files of version 1."""
+    rows = []
+    for entry in diagnosis["data"]:
+        if "baseline_chi2" not in entry:
+            continue
+        n = entry["observations"]
+        left_out = entry.get("left_out", {})
+        predicted = [rms_of(left_out[which]) for which in ("baseline", "extended") if which in left_out]
+        rows.append((KINDS[entry["kind"]], str(n), f"{entry['baseline_chi2']:.1f}",
+                     f"{entry['extended_chi2']:.1f}" if "extended_chi2" in entry else "–", " → ".join(filter(None, predicted)) or "–"))
+    if not rows:
         return ""
-    rows = [(pretty(f"once more: {n['repeat']}"), f"{n['separation_sd']:.1f} sd") for n in diagnosis["next_measurements"][:5]]
-    for n in diagnosis.get("new_loads", [])[:5]:
-        way = "up" if n["direction"][2] >= 0 else "down"
-        rows.append((f"push {way} at ({1e3 * n['place_m'][0]:.2f}, {1e3 * n['place_m'][1]:.2f}) mm with "
-                     f"{1e3 * n['force_n']:.3g} mN", f"{n['separation_sd']:.1f} sd"))
-    rows.sort(key=lambda row: -float(row[1].split()[0]))
+    return ("<h2>What each kind of data says</h2><p>χ² is about the number of numbers if a model is right. Left out: the difference at "
+            "places and records that the fit has not seen, in units of its errors, without and with the cause.</p>"
+            + table_html(("data", ("numbers", True), ("χ² without the cause", True), ("with it", True), ("left out", True)), rows, "data"))
+
+
+def rms_of(predicted: dict[str, Any]) -> str:
+    """Writes the root mean square of a prediction in units of its errors; '' without numbers."""
+    n = predicted["observations"]
+    return f"{math.sqrt(predicted['chi2'] / n):.2f}" if n else ""
+
+
+def what_of(one: dict[str, Any]) -> str:
+    """Describes a measurement that may be next."""
+    if "repeat" in one:
+        kind = "" if one["kind"] == "bending" else f" ({KINDS[one['kind']]})"
+        return f"once more: {one['repeat']}{kind}"
+    way = "up" if one["direction"][2] >= 0 else "down"
+    return (f"push {way} at ({1e3 * one['place_m'][0]:.2f}, {1e3 * one['place_m'][1]:.2f}) mm with "
+            f"{1e3 * one['force_n']:.3g} mN")
+
+
+def next_measurement(diagnosis: dict[str, Any]) -> str:
+    """Lists the measurements that would separate the causes best, of all kinds of data; '' without any."""
+    measurements = diagnosis["next"]["measurements"]
+    if not measurements:
+        return ""
+    shown = [one for is_new in (False, True) for one in [m for m in measurements if ("repeat" not in m) == is_new][:5]]
+    rows = [(pretty(what_of(one)), f"{one['separation_sd']:.1f} sd")
+            for one in sorted(shown, key=lambda one: -one["separation_sd"])]
     return ("<h2>What to measure next</h2>" + rivals(diagnosis) + "<p>By how much the first cause differs from the nearest of all "
             "others with one of these measurements more. One sd is the size of a usual error: below 2 sd causes cannot be told apart, "
             "above 3 they can.</p>" + table_html(("measurement", ("it then differs by", True)), rows, "next"))
@@ -365,6 +405,7 @@ def page(diagnosis: dict[str, Any], pictures: Sequence[tuple[str, str, bytes | l
 {hidden_cause(diagnosis)}
 {warnings_of(diagnosis)}
 {alternatives(diagnosis)}
+{data_table(diagnosis)}
 {extension(diagnosis)}
 {shifts(diagnosis)}
 {flight_html(flight)}

@@ -10,6 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
+from flusi_msm.diagnosis.versions import entry_of
 from flusi_msm.style import COLOURS
 
 UNITS = {"m": (1e6, "displacement [µm]"), "m/s": (1e3, "velocity [mm/s]")}
@@ -21,9 +22,10 @@ SHOWN = 4  # traces of a record, from the one that fits worst
 def read_series(tables: Path, diagnosis: dict[str, Any]) -> list[Record]:
     """Returns [(facts of the JSON file, {trace: table (samples, 5): time measured sigma baseline extended, place})]."""
     records = []
-    if diagnosis.get("series") and tables.exists():
+    sets = entry_of(diagnosis, "series")["sets"]
+    if sets and tables.exists():
         with h5py.File(tables, "r") as file:
-            for facts in diagnosis["series"]:
+            for facts in sets:
                 traces = {}
                 for name, stored in file.get(f"series/{facts['name']}", {}).items():
                     table = np.asarray(stored)

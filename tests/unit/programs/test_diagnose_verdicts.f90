@@ -1,0 +1,147 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The words of a verdict over a grid of probabilities: a cause is given as found only if names of this probability are right in
+!> most cases, a set always leaves in what is not in the catalogue, and what is said adds up.
+program test_diagnose_verdicts
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use diagnose_settings, only: diagnose_settings_t
+  use diagnose_summary, only: verdict_sentence, verdict_statement
+  use inference_decision, only: is_sure_name, stated_probability, stated_rest, withdraw_name, ALIAS, AT_BOUND, LEAST_STATED, &
+                                NO_POWER, VERDICT_NAMED, VERDICT_SET
+  use inference_engine, only: diagnosis_t
+  use inference_probability, only: calibrated_probability
+  use testkit, only: testkit_t
+  implicit none
+  character(*), parameter :: OUTSIDE = 'something that is not in the catalogue ('
+  type(testkit_t) :: t
+  type(diagnose_settings_t) :: s
+  type(diagnosis_t) :: d
+
+  call t%start(parallel=.false.)
+  call make()
+  call test_names()
+  call test_sets()
+  call test_words()
+  call t%finish()
+
+contains
+
+  !> A catalogue of two entries; the first is the cause.
+  subroutine make()
+    integer :: e
+    allocate (s%catalogue%effects(2), d%design%candidates(2))
+    do e = 1, 2
+      associate (effect => s%catalogue%effects(e))
+        effect%name = 'cause_'//number_text(e)
+        effect%title = 'cause '//number_text(e)
+        effect%sentence = 'Cause '//number_text(e)//' is there'
+        allocate (effect%variants(1))
+        effect%variants(1)%label = ''
+      end associate
+      d%design%candidates(e)%effect = e
+      d%design%candidates(e)%variant = 1
+    end do
+    d%decision%causes = [1]
+    d%decision%set = [1]
+  end subroutine make
+
+  !> Probabilities by the odds from 0.5 to nearly 1: what may be a name is right as often as names must be.
+  subroutine test_names()
+    real(rp) :: p
+    integer :: i
+    logical :: holds, is_told
+    holds = .true.
+    is_told = .true.
+    d%decision%verdict = VERDICT_NAMED
+    do i = 1, 300
+      p = 1 - 0.5_rp*10**(-0.03_rp*(i - 1))
+      if (is_sure_name(p)) holds = holds .and. p >= 0.9_rp .and. calibrated_probability(VERDICT_NAMED, p) >= LEAST_STATED
+      d%decision%probability = p
+      d%decision%posterior = [p, 1 - p]
+      if (is_sure_name(p)) is_told = is_told .and. told_percent() >= nint(100*LEAST_STATED)
+    end do
+    call t%check('a name is as sure as the decision asks, by the odds and in blind cases', holds)
+    call t%check('and no name is told with less', is_told)
+    call t%check('which names of odds of 0.95 are not',.not. is_sure_name(0.95_rp))
+    call t%check('and those of nearly 1 are', is_sure_name(0.999999_rp))
+  end subroutine test_names
+
+  !> Sets of one and two causes with every share of the rest.
+  subroutine test_sets()
+    character(:), allocatable :: text
+    real(rp) :: p, unknown, joint
+    integer :: i, j, k, n
+    logical :: leaves_unknown, is_conditional, adds_up, is_less
+    leaves_unknown = .true.
+    is_conditional = .true.
+    adds_up = .true.
+    is_less = .true.
+    do n = 1, 2
+      d%decision%set = [(i, i=1, n)]
+      do i = 0, 50
+        do j = 0, 10
+          do k = 0, 10 - j
+            p = i/50.0_rp
+            unknown = (1 - p)*j/10
+            joint = (1 - p)*k/10
+            call make_set(p, unknown, joint)
+            text = verdict_sentence(s, d)
+            leaves_unknown = leaves_unknown .and. index(text, OUTSIDE) > 0 .and. index(text, '(0 %)') == 0 .and. &
+                             index(text, '100 %') == 0
+            is_conditional = is_conditional .and. index(verdict_statement(s, d), '. if it is cause 1: ') > 0 .and. &
+                             (index(text, 'consistent with') == 1 .or. index(text, 'these data cannot tell apart') == 1)
+            adds_up = adds_up .and. (abs(sum(stated_rest(d%decision)) + stated_probability(d%decision) - 1) < 1.0e-12_rp &
+                                     .or. .not. p < 1) .and. minval(stated_rest(d%decision)) >= 0
+            call withdraw_name(d%decision, 'probability')
+            is_less = is_less .and. stated_probability(d%decision) <= calibrated_probability(VERDICT_NAMED, p)
+          end do
+        end do
+      end do
+    end do
+    call t%check('a set leaves in what is not in the catalogue, with its probability', leaves_unknown)
+    call t%check('and says of its causes what they would be', is_conditional)
+    call t%check('its probability and that of all else add up to 1', adds_up)
+    call t%check('what is not sure enough for a name has no larger probability than such a name', is_less)
+  end subroutine test_sets
+
+  !> Makes the verdict a set with these odds; what is left is that of no cause.
+  subroutine make_set(p, unknown, joint)
+    real(rp), intent(in) :: p, unknown, joint
+    d%decision%posterior = [p, 0.0_rp]
+    d%decision%posterior_unknown = unknown
+    d%decision%posterior_joint = joint
+    d%decision%posterior_none = max(0.0_rp, 1 - p - unknown - joint)
+    d%decision%has_further = .false.
+    call withdraw_name(d%decision, merge(NO_POWER, 'alias         ', size(d%decision%set) == 1))
+  end subroutine make_set
+
+  !> Sentences that are written here.
+  subroutine test_words()
+    d%decision%set = [1]
+    call make_set(0.5_rp, 0.2_rp, 0.3_rp)
+    call t%check('one cause: '//verdict_sentence(s, d), verdict_sentence(s, d) == &
+                 'consistent with cause 1; other causes are not excluded: something that is not in the catalogue (17 %), '// &
+                 'several causes at once (26 %) (probability 56 %)')
+    call withdraw_name(d%decision, AT_BOUND)
+    call t%check('and why it is no name', index(verdict_sentence(s, d), 'not excluded, because the fitted value reached its '// &
+                                                'bound: something') > 0)
+    d%decision%set = [1, 2]
+    call make_set(1.0_rp, 0.0_rp, 0.0_rp)
+    call withdraw_name(d%decision, ALIAS)
+    call t%check('two causes: '//verdict_sentence(s, d), verdict_sentence(s, d) == &
+                 'these data cannot tell apart: cause 1; cause 2; nor from something that is not in the catalogue (below 1 %) '// &
+                 '(probability 98 %)')
+    call t%check('verdicts of sets are sets', d%decision%verdict == VERDICT_SET)
+  end subroutine test_words
+
+  !> The probability in the sentence, in percent; 99 for "over 99".
+  integer function told_percent() result(percent)
+    character(:), allocatable :: text
+    integer :: at
+    text = verdict_sentence(s, d)
+    at = index(text, '(probability ')
+    text = text(at + len('(probability '):)
+    if (text(:5) == 'over ') text = text(6:)
+    read (text(:index(text, ' %') - 1), *) percent
+  end function told_percent
+end program test_diagnose_verdicts
