@@ -10,7 +10,6 @@ module training_moves
   use least_squares_problem, only: unknowns_t
   use least_squares_profile, only: THRESHOLD_90
   use least_squares_report, only: fit_options_t, fit_report_t
-  use measurement_bending_state, only: bending_state_t
   use training_case, only: training_case_t
   use training_fit, only: counted, join_paths, polish_from_start, start_t
   use training_listener, only: training_listener_t

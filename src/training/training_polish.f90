@@ -8,7 +8,6 @@ module training_polish
   use least_squares_problem, only: unknowns_t
   use least_squares_state, only: solver_point_t
   use measurement_bending_pool, only: bending_pool_t
-  use measurement_bending_state, only: bending_state_t
   use measurement_problem, only: wing_point_t
   use training_agreement, only: agreement_lines, AGREEMENT_LENGTH
   use training_case, only: training_case_t

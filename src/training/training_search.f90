@@ -12,7 +12,7 @@ module training_search
   use cmaes_stop, only: RUNNING
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use io_checkpoint_slots, only: checkpoint_slots_t
-  use io_checkpoint_values, only: checkpoint_loader_t, checkpoint_saver_t
+  use io_checkpoint_values, only: load_part, save_part
   use io_identity, only: identity_t
   use measurement_bending_pool, only: bending_pool_t
   use measurement_bending_state, only: bending_state_t
@@ -35,8 +35,8 @@ module training_search
   integer, parameter :: MOST_DRAWS = 20 !< of random starts
   integer(i8), parameter :: DRAWS = 2_i8**62 !< number of a stream of random numbers that the optimiser does not use
   character(*), parameter :: PREFIX = 'search_of_'  !< of what the optimiser stores
-  character(*), parameter :: COUNT_PREFIX = 'count_of_' !< of numbers of solutions
-  character(*), parameter :: MOVES = 'moves_'      !< of the state of the moves that follow
+  character(*), parameter :: COUNTS = 'count_of_'   !< of numbers of solutions
+  character(*), parameter :: MOVES = 'moves_'       !< of the state of the moves that follow
 
   type :: train_search_t
     type(search_space_t) :: space
@@ -177,7 +177,7 @@ contains
     if (reader%has('schema')) call reader%get_text('schema', text, failure)
     if (text /= SCHEMA) then
       call failure%raise(name//': is not a checkpoint of msm_train')
-    else if (.not. reader%has(COUNT_PREFIX//'warm')) then
+    else if (.not. reader%has(COUNTS//'warm')) then
       call failure%raise(name//': was written by an earlier version of msm_train: restart with that version, or start again '// &
                          'with --overwrite')
     end if
@@ -199,7 +199,6 @@ contains
     class(training_case_t), intent(in) :: settings
     type(checkpoint_reader_t), intent(inout), target :: reader
     type(failure_t), intent(inout) :: failure
-    type(checkpoint_loader_t) :: loader
     real(rp), allocatable :: numbers(:)
     integer(i8) :: number
     call reader%get_integer('stage', number, failure)
@@ -209,23 +208,14 @@ contains
     end if
     call reader%get_integer('spent', self%spent, failure)
     if (failure%failed) return
-    call loader%begin(reader, PREFIX, reals_are_tables=.true.)
-    call self%search%visit(loader)
-    if (loader%failure%failed) call failure%raise(loader%failure%reason)
+    call load_part(reader, PREFIX, self%search, failure)
     call reader%get_reals('mean_shapes', numbers, failure)
     if (.not. failure%failed) self%mean_state%shapes = reshape(numbers, shape(self%mean_state%shapes))
     call reader%get_reals('mean_is_start', numbers, failure)
     if (.not. failure%failed) self%mean_state%is_start = numbers > 0.5_rp
-    if (failure%failed) return
-    call loader%begin(reader, COUNT_PREFIX)
-    call self%objective%counts%visit(loader)
-    if (loader%failure%failed) call failure%raise(loader%failure%reason)
+    call load_part(reader, COUNTS, self%objective%counts, failure)
     call self%history%load(reader, failure)
-    if (.not. failure%failed .and. reader%has(MOVES//'is_begun')) then
-      call loader%begin(reader, MOVES, reals_are_tables=.true.)
-      call self%moves%visit(loader)
-      if (loader%failure%failed) call failure%raise(loader%failure%reason)
-    end if
+    if (reader%has(MOVES//'is_begun')) call load_part(reader, MOVES, self%moves, failure)
     self%is_done = (self%search%state%stop_code /= RUNNING .or. has_enough(self, settings)) .and. self%stage == settings%n_stages
   end subroutine load_state
 
@@ -380,7 +370,6 @@ contains
   subroutine search_back_up(self)
     class(train_search_t), intent(inout) :: self
     type(checkpoint_writer_t), target :: writer
-    type(checkpoint_saver_t) :: saver
     call self%slots%begin(writer, self%failure)
     call self%identity%save(writer)
     call writer%put_text('schema', SCHEMA)
@@ -388,17 +377,12 @@ contains
     call writer%put_integer('stage', int(self%stage, i8))
     call writer%put_integer('spent', self%spent)
     call writer%put_reals('fixed', self%space%fixed)
-    call saver%begin(writer, PREFIX, reals_are_tables=.true.)
-    call self%search%visit(saver)
+    call save_part(writer, PREFIX, self%search)
     call writer%put_reals('mean_shapes', [self%mean_state%shapes])
     call writer%put_reals('mean_is_start', merge(1.0_rp, 0.0_rp, self%mean_state%is_start))
-    call saver%begin(writer, COUNT_PREFIX)
-    call self%objective%counts%visit(saver)
+    call save_part(writer, COUNTS, self%objective%counts)
     call self%history%save(writer)
-    if (self%moves%is_begun) then
-      call saver%begin(writer, MOVES, reals_are_tables=.true.)
-      call self%moves%visit(saver)
-    end if
+    if (self%moves%is_begun) call save_part(writer, MOVES, self%moves)
     call self%slots%commit(writer, self%failure)
     self%since_checkpoint = 0
   end subroutine search_back_up

@@ -4,14 +4,14 @@
 !> One real is a number of the file, or a table of one if `reals_are_tables`; an array is a table in the order of its elements.
 !> Integers and logicals are integers of the file, arrays of them tables.
 module io_checkpoint_values
-  use base_errors, only: require
+  use base_errors, only: failure_t, require
   use base_kinds, only: i8, rp
   use base_text, only: number_text
-  use base_visitor, only: visitor_t
+  use base_visitor, only: visited_t, visitor_t
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   implicit none
   private
-  public :: checkpoint_saver_t, checkpoint_loader_t
+  public :: checkpoint_saver_t, checkpoint_loader_t, save_part, load_part
 
   integer(i8), parameter :: MOST_EXACT = 2_i8**53 !< integers up to it are reals without error
 
@@ -176,4 +176,27 @@ contains
     character(:), allocatable, intent(inout) :: text
     call self%reader%get_text(name, text, self%failure)
   end subroutine loader_text
+
+  !> Writes a part, whose values have names that begin with `prefix` and whose reals are tables.
+  subroutine save_part(writer, prefix, part)
+    type(checkpoint_writer_t), intent(inout), target :: writer
+    character(*), intent(in) :: prefix
+    class(visited_t), intent(inout) :: part
+    type(checkpoint_saver_t) :: saver
+    call saver%begin(writer, prefix, reals_are_tables=.true.)
+    call part%visit(saver)
+  end subroutine save_part
+
+  !> Reads a part, whose values have names that begin with `prefix` and whose reals are tables. Does nothing after a failure.
+  subroutine load_part(reader, prefix, part, failure)
+    type(checkpoint_reader_t), intent(inout), target :: reader
+    character(*), intent(in) :: prefix
+    class(visited_t), intent(inout) :: part
+    type(failure_t), intent(inout) :: failure
+    type(checkpoint_loader_t) :: loader
+    if (failure%failed) return
+    call loader%begin(reader, prefix, reals_are_tables=.true.)
+    call part%visit(loader)
+    if (loader%failure%failed) call failure%raise(loader%failure%reason)
+  end subroutine load_part
 end module io_checkpoint_values
