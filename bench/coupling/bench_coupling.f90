@@ -28,7 +28,7 @@ program bench_coupling
   use io_broadcast_text, only: read_broadcast_text
   use io_checkpoint, only: checkpoint_reader_t
   use parallel_world, only: world_t
-  use simulation_flight_faults, only: check_flight
+  use fsi_flight_faults, only: check_flight
   use simulation_settings, only: load_settings, settings_t
   implicit none
   integer, parameter :: FLOW = 1, MASK = 2, LOOK = 3, SOLID = 4, CHECKS = 5, WAIT = 6, SOLVE = 7, FACTORS = 8, &

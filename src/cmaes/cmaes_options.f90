@@ -8,8 +8,8 @@ module cmaes_options
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none
   private
-  public :: cmaes_options_t, option_problem, default_lambda, WEIGHTINGS, WEIGHTS_ACTIVE, WEIGHTS_POSITIVE, WEIGHTS_PAPER, &
-            CONSTANT_SETS, CONSTANTS_TUTORIAL, CONSTANTS_PAPER
+  public :: cmaes_options_t, option_problem_t, option_problem, default_lambda, WEIGHTINGS, WEIGHTS_ACTIVE, WEIGHTS_POSITIVE, &
+            WEIGHTS_PAPER, CONSTANT_SETS, CONSTANTS_TUTORIAL, CONSTANTS_PAPER
 
   integer, parameter :: WEIGHTS_ACTIVE = 1, WEIGHTS_POSITIVE = 2, WEIGHTS_PAPER = 3
   type(named_kind_t), parameter :: WEIGHTINGS(3) = [named_kind_t('active', WEIGHTS_ACTIVE), &
@@ -18,6 +18,13 @@ module cmaes_options
   integer, parameter :: CONSTANTS_TUTORIAL = 1, CONSTANTS_PAPER = 2 !< the latter: those of pCMALib
   type(named_kind_t), parameter :: CONSTANT_SETS(2) = [named_kind_t('tutorial', CONSTANTS_TUTORIAL), &
                                                        named_kind_t('paper', CONSTANTS_PAPER)]
+
+  !> Options that may be wrong. OPTION_TOLERANCES, OPTION_FACTORS and OPTION_LIMITS stand for the several options of one check.
+  integer, parameter, public :: OPTION_NONE = 0, OPTION_WEIGHTS = 1, OPTION_CONSTANTS = 2, OPTION_LAMBDA = 3, OPTION_MU = 4, &
+                                OPTION_SIGMA0 = 5, OPTION_C_M = 6, OPTION_C_SIGMA = 7, OPTION_D_SIGMA = 8, OPTION_C_C = 9, &
+                                OPTION_C_1 = 10, OPTION_C_MU = 11, OPTION_ALPHA_MINUS = 12, OPTION_TOLERANCES = 13, &
+                                OPTION_FACTORS = 14, OPTION_TARGET = 15, OPTION_SCALE = 16, OPTION_LIMITS = 17, &
+                                OPTION_EVALUATIONS = 18
 
   real(rp), parameter :: UNSET = -1 !< marks a constant that is computed from n and lambda
 
@@ -54,6 +61,12 @@ module cmaes_options
     procedure :: visit => options_visit
   end type cmaes_options_t
 
+  !> What is wrong with the options: OPTION_NONE and an empty text if nothing is.
+  type :: option_problem_t
+    integer :: option = OPTION_NONE   !< OPTION_*
+    character(:), allocatable :: text !< begins with the name of the component and says what is valid
+  end type option_problem_t
+
 contains
 
   !> Shows the options that define a search to the visitor, but not its limits and tolerances. Kinds are shown as words, which files
@@ -89,52 +102,54 @@ contains
     lambda = 4 + int(3*log(real(n, rp)))
   end function default_lambda
 
-  !> Returns a sentence on the first mistake in the options for n parameters, which begins with the name of the component and says
-  !> what is valid. It is empty if all options are valid.
+  !> Returns the first mistake in the options for n parameters.
   function option_problem(options, n) result(problem)
     type(cmaes_options_t), intent(in) :: options
     integer, intent(in) :: n
-    character(:), allocatable :: problem
+    type(option_problem_t) :: problem
     integer :: lambda
-    problem = ''
+    problem%text = ''
     lambda = merge(options%lambda, default_lambda(max(1, n)), options%lambda > 0)
-    if (n < 1) problem = 'there must be at least one parameter'
+    call refuse(n < 1, OPTION_LAMBDA, 'there must be at least one parameter')
     call refuse(all(options%weights /= WEIGHTINGS%kind), &
-                'weights must be active, positive or paper')
+                OPTION_WEIGHTS, 'weights must be active, positive or paper')
     call refuse(all(options%constants /= CONSTANT_SETS%kind), &
-                'constants must be tutorial or paper')
-    call refuse(options%lambda /= 0 .and. options%lambda < 3, 'lambda must be at least 3, or 0 for the default')
-    call refuse(options%mu < 0, 'mu must not be negative')
-    call refuse(options%mu > lambda/2, 'mu must be at most lambda/2 = '//number_text(lambda/2))
-    call refuse(outside(options%sigma0, huge(1.0_rp)) .or. is_below(options%sigma0, 0.0_rp), 'sigma0 must be positive')
-    call refuse(outside(options%c_m, 1.0_rp) .or. is_below(options%c_m, 0.0_rp), 'c_m must lie in (0, 1]')
-    call refuse(outside(options%c_sigma, 1.0_rp), 'c_sigma must lie in [0, 1]')
-    call refuse(outside(options%d_sigma, huge(1.0_rp)), 'd_sigma must be positive')
-    if (problem == '') call refuse(abs(options%d_sigma) <= 0, 'd_sigma must be positive')
-    call refuse(outside(options%c_c, 1.0_rp), 'c_c must lie in [0, 1]')
-    call refuse(outside(options%c_1, 1.0_rp), 'c_1 must lie in [0, 1]')
-    call refuse(outside(options%c_mu, 1.0_rp), 'c_mu must lie in [0, 1]')
-    if (problem == '') call refuse(max(options%c_1, 0.0_rp) + max(options%c_mu, 0.0_rp) > 1, &
-                                   'c_1 + c_mu must not exceed 1')
-    call refuse(outside(options%alpha_minus, huge(1.0_rp)), 'alpha_minus must not be negative')
-    if (problem == '') call refuse(options%alpha_minus > 0 .and. options%weights /= WEIGHTS_ACTIVE, &
-                                   'alpha_minus needs active weights')
+                OPTION_CONSTANTS, 'constants must be tutorial or paper')
+    call refuse(options%lambda /= 0 .and. options%lambda < 3, OPTION_LAMBDA, 'lambda must be at least 3, or 0 for the default')
+    call refuse(options%mu < 0, OPTION_MU, 'mu must not be negative')
+    call refuse(options%mu > lambda/2, OPTION_MU, 'mu must be at most lambda/2 = '//number_text(lambda/2))
+    call refuse(outside(options%sigma0, huge(1.0_rp)) .or. is_below(options%sigma0, 0.0_rp), &
+                OPTION_SIGMA0, 'sigma0 must be positive')
+    call refuse(outside(options%c_m, 1.0_rp) .or. is_below(options%c_m, 0.0_rp), OPTION_C_M, 'c_m must lie in (0, 1]')
+    call refuse(outside(options%c_sigma, 1.0_rp), OPTION_C_SIGMA, 'c_sigma must lie in [0, 1]')
+    call refuse(outside(options%d_sigma, huge(1.0_rp)), OPTION_D_SIGMA, 'd_sigma must be positive')
+    call refuse(abs(options%d_sigma) <= 0, OPTION_D_SIGMA, 'd_sigma must be positive')
+    call refuse(outside(options%c_c, 1.0_rp), OPTION_C_C, 'c_c must lie in [0, 1]')
+    call refuse(outside(options%c_1, 1.0_rp), OPTION_C_1, 'c_1 must lie in [0, 1]')
+    call refuse(outside(options%c_mu, 1.0_rp), OPTION_C_MU, 'c_mu must lie in [0, 1]')
+    call refuse(max(options%c_1, 0.0_rp) + max(options%c_mu, 0.0_rp) > 1, OPTION_C_1, 'c_1 + c_mu must not exceed 1')
+    call refuse(outside(options%alpha_minus, huge(1.0_rp)), OPTION_ALPHA_MINUS, 'alpha_minus must not be negative')
+    call refuse(options%alpha_minus > 0 .and. options%weights /= WEIGHTS_ACTIVE, OPTION_ALPHA_MINUS, &
+                'alpha_minus needs active weights')
     call refuse(is_below(options%tolfun, -tiny(1.0_rp)) .or. is_below(options%tolfunhist, -tiny(1.0_rp)) .or. &
-                is_below(options%tolx, -tiny(1.0_rp)), 'tolerances must not be negative')
+                is_below(options%tolx, -tiny(1.0_rp)), OPTION_TOLERANCES, 'tolerances must not be negative')
     call refuse(is_below(options%tolfacupx, 1.0_rp) .or. is_below(options%tolupsigma, 1.0_rp) .or. &
-                is_below(options%condition_limit, 1.0_rp), 'tolfacupx, tolupsigma and condition_limit must exceed 1')
-    call refuse(is_below(options%f_target, -huge(1.0_rp), or_equal=.false.), 'f_target must be finite')
-    call refuse(outside(options%f_scale, huge(1.0_rp)), 'f_scale must not be negative')
+                is_below(options%condition_limit, 1.0_rp), OPTION_FACTORS, &
+                'tolfacupx, tolupsigma and condition_limit must exceed 1')
+    call refuse(is_below(options%f_target, -huge(1.0_rp), or_equal=.false.), OPTION_TARGET, 'f_target must be finite')
+    call refuse(outside(options%f_scale, huge(1.0_rp)), OPTION_SCALE, 'f_scale must not be negative')
     call refuse(min(options%tolflatfitness, options%tolstagnation, options%max_iterations) < 0, &
-                'tolflatfitness, tolstagnation and max_iterations must not be negative')
-    call refuse(options%max_evaluations < 1, 'max_evaluations must be positive')
+                OPTION_LIMITS, 'tolflatfitness, tolstagnation and max_iterations must not be negative')
+    call refuse(options%max_evaluations < 1, OPTION_EVALUATIONS, 'max_evaluations must be positive')
 
   contains
 
-    subroutine refuse(is_wrong, sentence)
+    subroutine refuse(is_wrong, option, sentence)
       logical, intent(in) :: is_wrong
+      integer, intent(in) :: option
       character(*), intent(in) :: sentence
-      if (is_wrong .and. problem == '') problem = sentence
+      if (.not. is_wrong .or. problem%option /= OPTION_NONE) return
+      problem = option_problem_t(option, sentence)
     end subroutine refuse
 
   end function option_problem

@@ -4,7 +4,8 @@
 module cmaes_params
   use base_errors, only: require
   use base_kinds, only: rp
-  use cmaes_options, only: cmaes_options_t, default_lambda, option_problem, CONSTANTS_PAPER, WEIGHTS_ACTIVE, WEIGHTS_PAPER
+  use cmaes_options, only: cmaes_options_t, default_lambda, option_problem, option_problem_t, CONSTANTS_PAPER, OPTION_NONE, &
+                           WEIGHTS_ACTIVE, WEIGHTS_PAPER
   implicit none
   private
   public :: cmaes_params_t, derive_params, default_lambda, weights_of_valid
@@ -40,7 +41,9 @@ contains
     integer, intent(in), optional :: lambda
     real(rp), intent(in), optional :: sigma0
     type(cmaes_params_t) :: p
-    call require(option_problem(options, n) == '', 'derive_params: options without mistakes')
+    type(option_problem_t) :: problem
+    problem = option_problem(options, n)
+    call require(problem%option == OPTION_NONE, 'derive_params: options without mistakes')
     p%n = n
     p%lambda = merge(options%lambda, default_lambda(n), options%lambda > 0)
     if (present(lambda)) p%lambda = lambda

@@ -232,10 +232,12 @@ def test_few(case):
     synthesise(case, loads=CASE["loads"][1:2], spacing=2e-3, protocol={"levels": [1]})
     (case.folder / "diagnose.ini").write_text(input_text().replace("joint:C_Sc, joint:R4+5_r-m", "joint:*"))
     plan = case.run("diagnose.ini", "--plan", code=EXIT_OK)
-    for name in "diagnosis.json", "diagnosis_extended.ini", "diagnosis_baseline.ini":
+    earlier = [f"diagnosis{ending}" for ending in (".json", ".h5", "_baseline.ini", "_extended.ini", "_extended_flight.ini",
+                                                   "_next_measurements.csv")]
+    for name in earlier:
         case.write(name, "of an earlier diagnosis\n")
     done = case.run("diagnose.ini", "--exit-code", code=EXIT_INSUFFICIENT)
-    for name in "diagnosis.json", "diagnosis_extended.ini":
+    for name in earlier:
         check("earlier" in (case.folder / f"{name}.earlier").read_text(), f"{name} moves aside")
     check("diagnosis_extended.ini" not in case.files(), "and none is there if none is written")
     for name in "diagnosis_plan", "diagnosis":

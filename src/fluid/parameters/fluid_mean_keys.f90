@@ -21,6 +21,7 @@ module fluid_mean_keys
   type :: mean_params_t
     integer :: kind(3) = MEAN_FREE
     real(rp) :: velocity(3) = 0   !< L/T
+    logical :: has_velocity(3) = .false. !< the user gives it
     real(rp) :: mass = 0          !< mass of the fluid that a dynamic mean flow accelerates
     real(rp) :: frequency = 0     !< of sinusoidal mean flow, 1/T
     logical :: has_ramp = .false. !< the force of dynamic mean flow begins smoothly
@@ -40,7 +41,8 @@ contains
       call keys%kind('iMeanFlow_'//AXES(i:i), p%kind(i), 'free', MEAN_FLOWS, 'free: follows the forces; fixed: prescribed; '// &
                      'sinusoidal: u sin(2 pi f t); dynamic: accelerated by the reaction of the solids', &
                      unbuilt='accelerate_to_unity', instead=FOR_MEAN_FLOWS)
-      call keys%real('u'//AXES(i:i), p%velocity(i), 1.0_rp, 'mean velocity in '//AXES(i:i), unit='L/T')
+      call keys%real('u'//AXES(i:i), p%velocity(i), 1.0_rp, 'mean velocity in '//AXES(i:i), unit='L/T', &
+                     given=p%has_velocity(i))
     end do
     call keys%integer('iMeanFlow', p%old_switch, 0, 'old FLUSI switch: 1 fixes all three components', min=0, max=1)
     call keys%real('m_fluid', p%mass, 999.0e9_rp, 'mass of fluid that dynamic mean flow accelerates', unit='M', above=0.0_rp)

@@ -8,10 +8,10 @@ module fluid_params
   use fluid_mean_keys, only: fix_mean_flow, mean_keys, mean_params_t, MEAN_FIXED, MEAN_FREE
   use fluid_resolution_keys, only: check_resolution, dealiasing_keys, notice_slow_sizes, resolution_keys, resolution_t
   use fluid_shapes, only: NO_SHAPE
-  use fluid_solid_keys, only: check_solids, geometry_keys, penalization_keys, solids_t, walls_t, CHANNEL_NONE, MASK_EMPTY, &
-                              MASK_INSECT, MASK_NONE
+  use fluid_solid_keys, only: box_t, check_solids, geometry_keys, penalization_keys, solids_t, walls_t, CHANNEL_NONE, &
+                              MASK_EMPTY, MASK_INSECT, MASK_NONE
   use fluid_sponge_keys, only: check_sponge, sponge_keys, sponge_params_t
-  use fluid_time_keys, only: stepping_t, time_keys, SCHEME_AB2, SCHEME_EULER, SCHEMES, SCHEME_RK2, SCHEME_RK4
+  use fluid_time_keys, only: stepping_t, time_keys, viscosity_keys, SCHEME_AB2, SCHEME_EULER, SCHEMES, SCHEME_RK2, SCHEME_RK4
   use io_config, only: config_t
   use io_keys, only: declaring, keys_t, reading
   use io_registry, only: registry_t
@@ -24,7 +24,9 @@ module fluid_params
   type :: fluid_params_t
     type(grid_t) :: grid
     type(resolution_t) :: resolution
+    type(box_t) :: box                !< as the user gives it
     real(rp) :: nu = 0                !< kinematic viscosity
+    logical :: has_nu = .false.       !< the user gives it
     real(rp) :: vanishing_rate = 0    !< of spectral vanishing viscosity at the cut-off, AB2 only, 1/T
     type(stepping_t) :: time
     type(initial_params_t) :: initial
@@ -43,32 +45,28 @@ contains
     type(registry_t), intent(inout), target :: registry
     type(fluid_params_t) :: unused
     type(keys_t) :: keys
-    real(rp) :: length(3)
-    length = 0
     keys = declaring(registry)
-    call fluid_keys(keys, unused, length)
+    call fluid_keys(keys, unused)
   end subroutine register_fluid_keys
 
-  !> Takes the values of the keys, but derives nothing from them. `length` is the size of the box [L].
-  subroutine read_fluid_keys(config, params, length)
+  !> Takes the values of the keys, but derives nothing from them.
+  subroutine read_fluid_keys(config, params)
     type(config_t), intent(in), target :: config
     type(fluid_params_t), intent(out) :: params
-    real(rp), intent(out) :: length(3)
     type(keys_t) :: keys
     keys = reading(config)
-    length = 0
-    call fluid_keys(keys, params, length)
+    call fluid_keys(keys, params)
   end subroutine read_fluid_keys
 
-  !> Declares and reads all keys, one section after the other; `length` is the size of the box.
-  subroutine fluid_keys(keys, p, length)
+  !> Declares and reads all keys, one section after the other.
+  subroutine fluid_keys(keys, p)
     type(keys_t), intent(inout) :: keys
     type(fluid_params_t), intent(inout) :: p
-    real(rp), intent(inout) :: length(3)
     call resolution_keys(keys, p%resolution)
-    call geometry_keys(keys, length, p%solids)
+    call geometry_keys(keys, p%box, p%solids)
     call dealiasing_keys(keys, p%resolution)
-    call time_keys(keys, p%time, p%nu)
+    call time_keys(keys, p%time)
+    call viscosity_keys(keys, p%nu, p%has_nu)
     call initial_keys(keys, p%initial)
     call penalization_keys(keys, p%solids, p%walls)
     call sponge_keys(keys, p%sponge)
@@ -82,10 +80,9 @@ contains
     type(message_list_t), intent(inout) :: errors
     logical, intent(in), optional :: draws_solids !< moving solids are in the mask; if not given they are
     type(message_list_t), intent(inout), optional :: notices
-    real(rp) :: length(3)
-    call read_fluid_keys(config, params, length)
+    call read_fluid_keys(config, params)
     associate (solids => params%solids, walls => params%walls)
-      params%grid = make_grid(max(params%resolution%n, 1), length)
+      params%grid = make_grid(max(params%resolution%n, 1), params%box%length)
       if (params%grid%is_2d) solids%centre(1) = 0 ! the plane itself: no lever arm across it
       walls%cylinder = solids%centre(2:3)
       call check_resolution(config, params%resolution, errors)

@@ -10,8 +10,8 @@ module fluid_solid_keys
   use io_keys, only: keys_t
   implicit none
   private
-  public :: solids_t, walls_t, geometry_keys, penalization_keys, check_solids, MASK_NONE, MASK_EMPTY, MASK_FILE, MASK_INSECT, &
-            MASK_FLEXIBLE_WING, CHANNEL_NONE, CHANNEL_XY, CHANNEL_XY_SLIDING, CHANNEL_XZ_SLIDING
+  public :: box_t, solids_t, walls_t, geometry_keys, penalization_keys, check_solids, MASK_NONE, MASK_EMPTY, MASK_FILE, &
+            MASK_INSECT, MASK_FLEXIBLE_WING, CHANNEL_NONE, CHANNEL_XY, CHANNEL_XY_SLIDING, CHANNEL_XZ_SLIDING
 
   !> Masks in addition to the shapes of fluid_shapes, whose kinds are masks, too.
   integer, parameter :: MASK_NONE = NO_SHAPE, MASK_EMPTY = LAST_SHAPE + 1, MASK_FILE = LAST_SHAPE + 2, &
@@ -33,6 +33,12 @@ module fluid_solid_keys
   type(named_kind_t), parameter :: CAVITIES(4) = [named_kind_t('no', CAVITY_NO), named_kind_t('yes', CAVITY_YES), &
                                                   named_kind_t('0', CAVITY_NO), named_kind_t('1', CAVITY_YES)]
 
+  !> The periodic box.
+  type :: box_t
+    real(rp) :: length(3) = 0             !< L
+    logical :: has_length(3) = .false.    !< the user gives it
+  end type box_t
+
   !> Bodies by penalization, and the quantities that are computed for them.
   type :: solids_t
     logical :: is_on = .false.            !< there are solids or walls
@@ -42,6 +48,7 @@ module fluid_solid_keys
     logical :: is_moving = .false.        !< a layer above draws the body in every step
     logical :: may_move = .true.          !< the user does not forbid it
     real(rp) :: c_eta = 1.0e-2_rp         !< permeability, T
+    logical :: has_c_eta = .false.        !< the user gives it
     real(rp) :: dt_fraction = 1           !< fraction of the stable step of explicit penalization that solids in free motion allow
     real(rp) :: us_fixed(3) = 0, omega = 0
     real(rp) :: centre(3) = 0, size = 0, alpha = 0, r1 = 1, r2 = 1
@@ -67,17 +74,17 @@ module fluid_solid_keys
 
 contains
 
-  !> Declares and reads the keys of [Geometry]: the `length` of the box, and the body. If the centre of the body is not given, it is
+  !> Declares and reads the keys of [Geometry]: the `box`, and the body. If the centre of the body is not given, it is
   !> the centre of the box.
-  subroutine geometry_keys(keys, length, s)
+  subroutine geometry_keys(keys, box, s)
     type(keys_t), intent(inout) :: keys
-    real(rp), intent(inout) :: length(3)
+    type(box_t), intent(inout) :: box
     type(solids_t), intent(inout) :: s
-    real(rp), parameter :: BOX = 6.283185307179586_rp
+    real(rp), parameter :: LENGTH = 6.283185307179586_rp
     call keys%section('Geometry', 'the periodic box and the generic body', in_checkpoint=.true.)
-    call keys%real('xl', length(1), BOX, 'length of the box in x', unit='L', above=0.0_rp)
-    call keys%real('yl', length(2), BOX, 'length of the box in y', unit='L', above=0.0_rp)
-    call keys%real('zl', length(3), BOX, 'length of the box in z', unit='L', above=0.0_rp)
+    call keys%real('xl', box%length(1), LENGTH, 'length of the box in x', unit='L', above=0.0_rp, given=box%has_length(1))
+    call keys%real('yl', box%length(2), LENGTH, 'length of the box in y', unit='L', above=0.0_rp, given=box%has_length(2))
+    call keys%real('zl', box%length(3), LENGTH, 'length of the box in z', unit='L', above=0.0_rp, given=box%has_length(3))
     call keys%length('x0', s%centre(1), 'xl/2', 'centre of body or vortex, x', unit='L', given=s%has_centre(1))
     call keys%length('y0', s%centre(2), 'yl/2', 'centre of body or vortex, y', unit='L', given=s%has_centre(2))
     call keys%length('z0', s%centre(3), 'zl/2', 'centre of body or vortex, z', unit='L', given=s%has_centre(3))
@@ -87,7 +94,7 @@ contains
     call keys%real('r1', s%r1, 1.0_rp, 'inner radius of the couette body', unit='L', above=0.0_rp)
     call keys%real('r2', s%r2, 1.0681415_rp, 'outer radius of the couette body', unit='L', above=0.0_rp)
     call keys%inert('r3', 'used by a FLUSI body that does not exist here')
-    where (.not. s%has_centre) s%centre = length/2
+    where (.not. s%has_centre) s%centre = box%length/2
   end subroutine geometry_keys
 
   !> Declares and reads the keys of [Penalization].
@@ -108,7 +115,7 @@ contains
     call keys%switch('iMoving', s%may_move, .false., 'whether the body moves; the wings of Insect move; no effect on other '// &
                      'bodies', computed='as iMask says')
     call keys%in_checkpoint()
-    call keys%real('eps', s%c_eta, 1.0e-2_rp, 'permeability C_eta', unit='T', above=0.0_rp)
+    call keys%real('eps', s%c_eta, 1.0e-2_rp, 'permeability C_eta', unit='T', above=0.0_rp, given=s%has_c_eta)
     call keys%kind('iCavity', cavity, 'no', CAVITIES, 'walls around the box, cavity_size points thick', unbuilt='freestream*', &
                    instead=FOR_CAVITIES)
     call keys%integer('cavity_size', w%cavity_size, 0, 'thickness of the cavity walls', unit='points', min=0)

@@ -29,6 +29,7 @@ module fsi_kinematics_keys
 
   type :: motion_word_t
     character(:), allocatable :: word
+    logical :: is_given = .false.
   end type motion_word_t
 
   type :: kinematics_choices_t
@@ -66,7 +67,7 @@ contains
                      ' wing: a motion of FLUSI by name (docs/guide/kinematics.md), a file with the section [kinematics] or a '// &
                      'table, the file that infile names, or none (at rest with alpha = 45 degrees)', unbuilt='command-line*', &
                      instead='command-line*: from_file::NAME.ini with the constant terms of alpha, phi and theta, one file '// &
-                     'for each run')
+                     'for each run', given=c%motion(i)%is_given)
     end do
     call keys%text('infile', c%file, 'none', 'file of a motion that is given by the word from_file, from_file_hermite or '// &
                    'kinematics_loader alone', given=c%has_file)

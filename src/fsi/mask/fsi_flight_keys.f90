@@ -9,7 +9,8 @@ module fsi_flight_keys
   use fsi_kinematics_keys, only: kinematics_choices_t, kinematics_keys
   use fsi_mask_keys, only: mask_choices_t, mask_keys
   use fsi_thin_keys, only: thin_keys, thin_params_t
-  use fsi_wing_source, only: source_choices_t, source_keys, wings_key
+  use fsi_wing_source, only: source_choices_t, source_keys
+  use fsi_wings_key, only: wings_key
   use io_config, only: config_t
   use io_keys, only: declaring, keys_t, reading
   use io_registry, only: registry_t

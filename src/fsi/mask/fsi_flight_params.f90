@@ -21,8 +21,9 @@ module fsi_flight_params
   use fsi_solid_shape, only: shape_holder_t, solid_shape_t
   use fsi_wing_motion, only: wing_motion_t
   use fsi_wing_solids, only: fourier_wing_t
-  use fsi_wing_source, only: draws_to_outline, drawing_t, has_flexible_wings, mean_chord, read_wing_shape, source_choices, &
+  use fsi_wing_source, only: draws_to_outline, drawing_t, mean_chord, read_wing_shape, source_choices, &
                              source_choices_t, wing_form_t, EDGES_AUTO, EDGES_FLUSI, EDGES_ROUND
+  use fsi_wings_key, only: has_flexible_wings
   use io_config, only: config_t
   use io_broadcast_text, only: read_named_text
   use parallel_world, only: world_t

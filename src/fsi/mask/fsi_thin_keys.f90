@@ -6,7 +6,7 @@ module fsi_thin_keys
   use base_named_kinds, only: named_kind_t
   use fluid_params, only: fluid_params_t, SCHEME_AB2
   use fluid_resolution_keys, only: dealiasing_keys, resolution_t
-  use fluid_time_keys, only: stepping_t, time_keys
+  use fluid_time_keys, only: stepping_t, time_keys, ALSO_NOTHING
   use fsi_mask_keys, only: mask_choices, mask_choices_t
   use io_config, only: config_t
   use io_keys, only: keys_t, reading
@@ -96,16 +96,15 @@ contains
     type(resolution_t) :: resolution
     type(keys_t) :: keys
     integer :: surface
-    real(rp) :: nu
     surface = surface_choice(config)
     wants = surface == SURFACE_THIN
     if (surface /= SURFACE_AUTO) return
     mask = mask_choices(config)
-    nu = 0
     keys = reading(config)
-    call time_keys(keys, stepping, nu)
+    call time_keys(keys, stepping)
     call dealiasing_keys(keys, resolution)
-    wants = .not. mask%say_thickness() .and. stepping%word == 'AB2' .and. resolution%dealias == DEALIAS_ELLIPSOID
+    wants = .not. mask%say_thickness() .and. stepping%scheme == SCHEME_AB2 .and. stepping%also == ALSO_NOTHING .and. &
+            resolution%dealias == DEALIAS_ELLIPSOID
   end function wants_thin_wings
 
   !> Prepares the flow for wings without thickness that move at `speed` [L/T] relative to it. The vanishing viscosity adds the

@@ -14,6 +14,7 @@ module fsi_wing_source
   use fsi_round_wing, only: make_round_wing
   use fsi_scene, only: scene_t
   use fsi_solid_shape, only: solid_shape_t
+  use fsi_wings_key, only: has_flexible_wings
   use fsi_wing_solids, only: make_fourier_wing
   use io_config, only: config_t
   use io_keys, only: keys_t, reading
@@ -23,8 +24,8 @@ module fsi_wing_source
   use solid_wing_file, only: load_wing, read_wing
   implicit none
   private
-  public :: source_choices_t, source_choices, source_keys, wings_key, has_flexible_wings, draws_to_outline, drawing_t, &
-            wing_form_t, read_wing_shape, mean_chord, EDGES_AUTO, EDGES_FLUSI, EDGES_ROUND, SOURCE_NONE
+  public :: source_choices_t, source_choices, source_keys, draws_to_outline, drawing_t, wing_form_t, &
+            read_wing_shape, mean_chord, EDGES_AUTO, EDGES_FLUSI, EDGES_ROUND, SOURCE_NONE
 
   character(*), parameter :: SECTION = 'Insects'
   real(rp), parameter :: FLAT = 1.0e-9_rp !< of the length; smaller heights count as 0
@@ -39,9 +40,6 @@ module fsi_wing_source
   integer, parameter :: EDGES_AUTO = 1, EDGES_FLUSI = 2, EDGES_ROUND = 3, EDGES_BEYOND = 4
   type(named_kind_t), parameter :: EDGES(4) = [named_kind_t('auto', EDGES_AUTO), named_kind_t('flusi', EDGES_FLUSI), &
                                                named_kind_t('round', EDGES_ROUND), named_kind_t('beyond', EDGES_BEYOND)]
-
-  integer, parameter :: WINGS_RIGID = 1, WINGS_FLEXIBLE = 2
-  type(named_kind_t), parameter :: WINGS_ARE(2) = [named_kind_t('rigid', WINGS_RIGID), named_kind_t('flexible', WINGS_FLEXIBLE)]
 
   type :: source_choices_t
     character(:), allocatable :: shape   !< WingShape
@@ -98,13 +96,6 @@ contains
                    'from files, else beyond')
   end subroutine source_keys
 
-  !> Declares and reads the last key of [Insects], the present section of `keys`, which says whether wings bend.
-  subroutine wings_key(keys, wings)
-    type(keys_t), intent(in) :: keys
-    integer, intent(inout) :: wings !< WINGS_*
-    call keys%kind('wings', wings, 'rigid', WINGS_ARE, 'flexible: the wing of [Wing], which the flow bends')
-  end subroutine wings_key
-
   !> Returns what the user chose.
   function source_choices(config) result(c)
     type(config_t), intent(in), target :: config
@@ -113,18 +104,6 @@ contains
     keys = reading(config)
     call source_keys(keys, c)
   end function source_choices
-
-  !> Tells whether [Insects] requests flexible wings.
-  logical function has_flexible_wings(config) result(has)
-    type(config_t), intent(in), target :: config
-    type(keys_t) :: keys
-    integer :: wings
-    wings = WINGS_RIGID
-    keys = reading(config)
-    call keys%section(SECTION)
-    call wings_key(keys, wings)
-    has = wings == WINGS_FLEXIBLE
-  end function has_flexible_wings
 
   !> Tells whether the keys alone, before a file is read, determine that rigid wings in the mask end at their outline.
   logical function draws_to_outline(config, is_thin) result(draws)

@@ -4,7 +4,7 @@
 !> One uniform grid per saved time: 3DCoRectMesh, point values, sizes in the order z y x. Every prefix is
 !> a scalar; prefixes that end in x, y and z with a common stem are also one vector of that stem. (Of
 !> ParaView 5.11's readers 'XDMF Reader' shows both, 'Xdmf3 Reader' skips the vectors.) The index is
-!> rewritten as a whole at every save. A restarted run keeps the text of the grids before its restart
+!> rewritten as a whole at every save. A restarted run keeps the text of the grids up to its restart
 !> time from the existing index, so that one index describes the whole run.
 module io_xdmf
   use base_errors, only: failure_t, require
@@ -12,8 +12,9 @@ module io_xdmf
   use base_kinds, only: rp
   use base_text, only: number_text
   use base_text_file, only: write_text
-  use base_text_lines, only: read_line, real_text
+  use base_text_lines, only: real_text
   use io_fields, only: field_file, field_form_t, field_meta_t, strided_points
+  use io_xdmf_grids, only: grid_marks_t, read_grids
   use parallel_failure, only: broadcast_failure
   use parallel_world, only: world_t
   implicit none
@@ -28,7 +29,7 @@ module io_xdmf
   character(*), parameter :: TAIL = '</Grid>'//NL//'</Domain>'//NL//'</Xdmf>'
   ! Beginning and end of a grid in the index; the procedure that reads an index back relies on them.
   character(*), parameter :: GRID_HEAD = '<Grid GridType="Uniform" Name="', GRID_TAIL = '</Grid>'
-  character(*), parameter :: TIME_HEAD = '<Time Value="'
+  character(*), parameter :: TIME_HEAD = '<Time Value="', TIME_TAIL = '"/>'
 
   !> The index of one run, on rank 0; the other ranks hold nothing.
   type :: xdmf_index_t
@@ -44,7 +45,7 @@ module io_xdmf
 
 contains
 
-  !> Starts the index `path`, in the folder of the field files. With `restart_time` the grids before that
+  !> Starts the index `path`, in the folder of the field files. With `restart_time` the grids up to that
   !> time of an existing index are kept. Nothing is written yet. Fails if an existing index was not
   !> written by this module. Collective.
   subroutine index_open(self, world, path, failure, restart_time)
@@ -54,57 +55,17 @@ contains
     type(failure_t), intent(inout) :: failure
     real(rp), intent(in), optional :: restart_time
     type(failure_t) :: own
+    type(grid_marks_t) :: marks
     self%world = world
     self%path = path
     self%grids = ''
     if (failure%failed) return
     if (world%is_root .and. present(restart_time)) then
-      if (file_exists(path)) call keep_earlier(self, restart_time, own)
+      marks = grid_marks_t(begin=GRID_HEAD, end=GRID_TAIL, time=TIME_HEAD, before='"', closing=TIME_TAIL)
+      if (file_exists(path)) call read_grids(path, marks, restart_time, self%grids, own)
     end if
     call broadcast_failure(world, own, failure)
   end subroutine index_open
-
-  !> Reads the grids before `restart_time` back. Fails if the file cannot be read or is none of this module.
-  subroutine keep_earlier(self, restart_time, failure)
-    class(xdmf_index_t), intent(inout) :: self
-    real(rp), intent(in) :: restart_time
-    type(failure_t), intent(inout) :: failure
-    character(:), allocatable :: line, grid
-    real(rp) :: time
-    integer :: unit, status
-    logical :: found, inside, is_ours
-
-    open (newunit=unit, file=self%path, status='old', action='read', iostat=status)
-    if (status /= 0) then
-      call failure%raise(self%path//': cannot be read')
-      return
-    end if
-    is_ours = .false.
-    inside = .false.
-    time = 0
-    do
-      call read_line(unit, line, found)
-      if (.not. found) exit
-      if (index(line, '<Xdmf ') == 1) is_ours = .true.
-      if (index(line, GRID_HEAD) == 1) then
-        inside = .true.
-        grid = ''
-      end if
-      if (.not. inside) cycle
-      grid = grid//line//NL
-      if (index(line, TIME_HEAD) == 1) then
-        read (line(len(TIME_HEAD) + 1:index(line, '"', back=.true.) - 1), *, iostat=status) time
-        if (status /= 0) is_ours = .false.
-      end if
-      if (line == GRID_TAIL) then
-        inside = .false.
-        ! Times are stored with all digits; the margin is for a restart file of another program.
-        if (time < restart_time - 1.0e-12_rp*abs(restart_time)) self%grids = self%grids//grid
-      end if
-    end do
-    close (unit)
-    if (.not. is_ours) call failure%raise(self%path//': was not written by this program: move it away')
-  end subroutine keep_earlier
 
   !> Adds the fields saved at one time under one label and rewrites the index; an earlier grid with this label is removed, because
   !> its files have been replaced. Collective.
@@ -194,7 +155,7 @@ contains
     type(failure_t), intent(inout) :: failure
     type(failure_t) :: own
     if (self%world%is_root) then
-      self%grids = without(self%grids, label)//GRID_HEAD//label//'">'//NL//TIME_HEAD//real_text(time)//'"/>'//NL// &
+      self%grids = without(self%grids, label)//GRID_HEAD//label//'">'//NL//TIME_HEAD//real_text(time)//TIME_TAIL//NL// &
                    content//GRID_TAIL//NL
       call write_text(self%path, HEAD//self%grids//TAIL, own)
     end if

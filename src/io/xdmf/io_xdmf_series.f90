@@ -7,7 +7,8 @@ module io_xdmf_series
   use base_files, only: file_exists
   use base_kinds, only: rp
   use base_text_file, only: write_text
-  use base_text_lines, only: read_line, real_text
+  use base_text_lines, only: real_text
+  use io_xdmf_grids, only: grid_marks_t, read_grids
   implicit none
   private
   public :: xdmf_series_t, xdmf_text
@@ -40,46 +41,9 @@ contains
     self%grids = ''
     if (failure%failed .or. .not. present(restart_time)) return
     if (.not. file_exists(path)) return
-    call keep_earlier(self, restart_time, failure)
+    call read_grids(path, grid_marks_t(begin=BEGIN_MARK, end=END_MARK, time=BEGIN_MARK, closing=CLOSING), restart_time, &
+                    self%grids, failure)
   end subroutine series_open
-
-  !> Keeps the grids of an earlier run up to the time of the restart. Fails if the file cannot be read or is none of this module.
-  subroutine keep_earlier(self, restart_time, failure)
-    class(xdmf_series_t), intent(inout) :: self
-    real(rp), intent(in) :: restart_time
-    type(failure_t), intent(inout) :: failure
-    character(:), allocatable :: line, grid
-    real(rp) :: time
-    integer :: unit, status
-    logical :: found, inside, is_ours
-    open (newunit=unit, file=self%path, status='old', action='read', iostat=status)
-    if (status /= 0) then
-      call failure%raise(self%path//': cannot be read')
-      return
-    end if
-    is_ours = .false.
-    inside = .false.
-    time = 0
-    do
-      call read_line(unit, line, found)
-      if (.not. found) exit
-      if (index(line, '<Xdmf ') == 1) is_ours = .true.
-      if (index(line, BEGIN_MARK) == 1) then
-        inside = .true.
-        grid = ''
-        call read_time(line, time, status)
-        if (status /= 0) is_ours = .false.
-      end if
-      if (.not. inside) cycle
-      grid = grid//line//NL
-      if (line /= END_MARK) cycle
-      inside = .false.
-      ! Times are stored with all digits.
-      if (time <= restart_time) self%grids = self%grids//grid
-    end do
-    close (unit)
-    if (.not. is_ours) call failure%raise(self%path//': was not written by this program: move it away')
-  end subroutine keep_earlier
 
   !> Adds the text of the grids at one time under one label and rewrites the index; an earlier entry with this label is removed,
   !> because its files have been replaced.
@@ -107,18 +71,4 @@ contains
     xml = '<?xml version="1.0" ?>'//NL//'<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>'//NL//'<Xdmf Version="3.0">'//NL// &
           '<Domain>'//NL//grids//'</Domain>'//NL//'</Xdmf>'
   end function xdmf_text
-
-  !> Returns the time in a line that begins a grid.
-  subroutine read_time(line, time, status)
-    character(*), intent(in) :: line
-    real(rp), intent(out) :: time
-    integer, intent(out) :: status
-    integer :: first, last
-    time = 0
-    status = 1
-    last = len(line) - len(CLOSING)
-    first = index(line(len(BEGIN_MARK) + 1:max(last, len(BEGIN_MARK))), ' ')
-    if (first == 0) return
-    read (line(len(BEGIN_MARK) + first + 1:last), *, iostat=status) time
-  end subroutine read_time
 end module io_xdmf_series

@@ -5,7 +5,8 @@ module common_bending_case
   use base_errors, only: message_list_t
   use common_free_parameters, only: read_free_parameters
   use common_instrument, only: read_instrument
-  use common_measurement_keys, only: choose_heights, measurement_choices_t, read_measurement_keys
+  use common_measurement_keys, only: choose_heights, measurement_choices_t
+  use common_wing_keys, only: wing_choices_t
   use common_wing_settings, only: find_beside, load_wing
   use io_config, only: config_t
   use io_registry, only: registry_t
@@ -19,7 +20,8 @@ module common_bending_case
 
   !> Holds what differs between the programs.
   type :: bending_input_t
-    character(:), allocatable :: wing, measurement   !< paths as the input has them
+    type(wing_choices_t) :: wing               !< what [Wing] says, with the file of one wing
+    type(measurement_choices_t) :: measurement !< what [Measurement] says, with one file
     character(:), allocatable :: section, parameters !< names of the free parameters, and the section that lists them
     logical :: scale_is_log = .true.        !< scale of bounds for which the input gives none
     logical :: may_plan = .false.           !< the measurement may have no heights
@@ -73,11 +75,9 @@ contains
     type(world_t), intent(in) :: world
     class(bending_case_t), intent(inout) :: case
     type(message_list_t), intent(inout) :: errors, notices
-    type(measurement_choices_t) :: choices
     character(:), allocatable :: problem
-    call read_measurement_keys(config, choices)
-    if (.not. choices%has_file) return
-    call find_beside(config%file_name(), input%measurement, case%measurement_path, problem, world)
+    if (.not. input%measurement%has_file) return
+    call find_beside(config%file_name(), input%measurement%file, case%measurement_path, problem, world)
     if (allocated(problem)) then
       call config%complain(errors, 'Measurement', 'file', problem)
       return
@@ -86,6 +86,7 @@ contains
     if (errors%count() > 0) return
     if (case%measurement%is_plan .and. size(case%measurement%x) > 0) &
       call notices%add(case%measurement_path//': this plan of an experiment has no heights; only --plan can use it')
-    call choose_heights(config, case%measurement_path, input%keeps_outliers, case%measurement, case%outliers, notices)
+    call choose_heights(input%measurement%outliers, input%keeps_outliers, case%measurement_path, case%measurement, &
+                        case%outliers, notices)
   end subroutine read_measurement
 end module common_bending_case

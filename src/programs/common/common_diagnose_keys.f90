@@ -2,6 +2,7 @@
 !> Declares the ini keys of `msm_diagnose`. All units are SI.
 module common_diagnose_keys
   use base_kinds, only: rp
+  use base_named_kinds, only: named_kind_t
   use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_DIAGNOSE
   use common_instrument, only: register_instrument_keys
   use common_measurement_keys, only: register_measurement_keys
@@ -14,7 +15,16 @@ module common_diagnose_keys
   use solid_statics, only: static_options_t
   implicit none
   private
-  public :: diagnose_choices_t, flight_choices_t, diagnose_keys, register_diagnose_keys, write_diagnose_reference
+  public :: diagnose_choices_t, flight_choices_t, diagnose_keys, register_diagnose_keys, write_diagnose_reference, REFINES
+
+  !> Whether a finer mesh is used: not stated, for its error, for all fits, or not at all.
+  integer, parameter, public :: REFINE_UNSTATED = 0, REFINE_YES = 1, REFINE_FIT = 2, REFINE_NO = 3
+  type(named_kind_t), parameter :: REFINES(3) = [named_kind_t('yes', REFINE_YES), named_kind_t('fit', REFINE_FIT), &
+                                                 named_kind_t('no', REFINE_NO)]
+  integer, parameter, public :: NOISE_ESTIMATED = 1, NOISE_DECLARED = 2
+  type(named_kind_t), parameter :: NOISES(2) = [named_kind_t('estimated', NOISE_ESTIMATED), &
+                                                named_kind_t('declared', NOISE_DECLARED)]
+  character(*), parameter, public :: DRAWS_NONE = 'none' !< the value of [Saving] draws that names no file
 
   !> Holds what a user chooses for the simulation of flights.
   type :: flight_choices_t
@@ -28,7 +38,7 @@ module common_diagnose_keys
   type :: diagnose_choices_t
     character(:), allocatable :: parameters
     real(rp) :: prior_decades = 1, membrane_sd = 0
-    character(:), allocatable :: refine, noise
+    integer :: refine = REFINE_YES, noise = NOISE_ESTIMATED
     integer :: n_starts = 1
     integer :: observations = 0             !< largest number of observations
     type(flight_choices_t) :: flight
@@ -47,7 +57,7 @@ contains
     call register_include(registry)
     call register_foreign_inputs(registry, INPUT_OF_DIAGNOSE)
     call register_wing_keys(registry, required=.true.)
-    call register_measurement_keys(registry, '', 'leave_out|keep', 'leave_out')
+    call register_measurement_keys(registry, is_training=.false.)
     call register_instrument_keys(registry)
     keys = declaring(registry)
     call diagnose_keys(keys, unused)
@@ -76,7 +86,7 @@ contains
     call keys%real('membrane_sd', c%membrane_sd, 0.1_rp, &
                    'prior standard deviation of log D; a change of D within it is not reported as a cause, because a mesh '// &
                    'changes the effective D by 5 to 15 % (docs/guide/synthetic-measurements.md)', min=0.0_rp, max=3.0_rp)
-    call keys%word('refine', c%refine, 'yes', 'yes|fit|no', 'yes: also fit the baseline on a mesh with half the edge length, '// &
+    call keys%kind('refine', c%refine, 'yes', REFINES, 'yes: also fit the baseline on a mesh with half the edge length, '// &
                    'and count the difference as an error; fit: also run the whole diagnosis on the fine mesh, which takes '// &
                    'several times as long; no: count no error of the mesh, for data that were computed on the same mesh; the '// &
                    'options --refine, --refine=fit and --no-refine override this key')
@@ -84,7 +94,7 @@ contains
                       'random points', min=1, max=100)
     call keys%integer('observations', c%observations, 1600, 'largest number of observations; heights are averaged over '// &
                       'squares until there are no more than this', min=50, max=20000)
-    call keys%word('noise', c%noise, 'estimated', 'estimated|declared', &
+    call keys%kind('noise', c%noise, 'estimated', NOISES, &
                    'standard deviation of heights: estimated from the data, or as the measurement file declares it')
     call keys%integer('draws', c%options%n_draws, 4000, 'number of bootstrap draws, which calibrate all tests together', min=500, &
                       max=1000000)
@@ -99,7 +109,8 @@ contains
     call keys%section('Saving', 'what is written')
     call keys%text('name', c%name, 'diagnosis', 'first part of the names of all output files; it may contain a folder')
     call keys%text('draws', c%draws, 'NAME_draws.h5', &
-                   'file that keeps the bootstrap draws for later runs with the same loads and baseline; none: the draws are '// &
+                   'file that keeps the bootstrap draws for later runs with the same loads and baseline; '// &
+                   DRAWS_NONE//': the draws are '// &
                    'not kept', computed=.true.)
   end subroutine diagnose_keys
 

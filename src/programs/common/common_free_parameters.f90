@@ -4,9 +4,10 @@ module common_free_parameters
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
+  use base_text, only: next_word, number_text, parse_real, quoted
   use cmaes_box, only: box_problem
   use common_wing_effects, only: effect_without_site
+  use common_words, only: find_words
   use io_config, only: config_t
   use io_suggest, only: suggestion_t
   use measurement_free_parameters, only: free_parameters_t
@@ -59,17 +60,11 @@ contains
     logical, intent(in) :: scale_is_log
     type(free_parameters_t), intent(inout) :: free_parameters
     character(:), allocatable, intent(out) :: problem
-    integer :: position, first(5), last(5), n, k, i
+    integer :: first(5), last(5), n, k, i
     real(rp) :: bounds(2)
     type(parameter_t) :: p
-    logical :: found, is_log, is_known
-    position = 1
-    n = 0
-    do while (n < 5)
-      call next_word(text, BLANKS, position, first(n + 1), last(n + 1), found)
-      if (.not. found) exit
-      n = n + 1
-    end do
+    logical :: is_log, is_known
+    call find_words(text, first, last, n)
     if (n == 0) then
       problem = 'an entry between commas is empty'
       return

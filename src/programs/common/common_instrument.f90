@@ -5,7 +5,8 @@ module common_instrument
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
+  use base_text, only: next_word, number_text, parse_real, quoted
+  use common_words, only: find_words
   use io_config, only: config_t
   use io_keys, only: declaring, keys_t, reading
   use io_registry, only: registry_t
@@ -72,15 +73,8 @@ contains
     character(:), allocatable, intent(out) :: problem
     type(parameter_t) :: known
     real(rp) :: value
-    integer :: position, first(3), last(3), n, number
-    logical :: found
-    position = 1
-    n = 0
-    do while (n < 3)
-      call next_word(text, BLANKS, position, first(n + 1), last(n + 1), found)
-      if (.not. found) exit
-      n = n + 1
-    end do
+    integer :: first(3), last(3), n, number
+    call find_words(text, first, last, n)
     if (n /= 2) then
       problem = quoted(trim(adjustl(text)))//' is not a pair NAME VALUE'
       return

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Declares keys that several programs have: those of [Solver], which choose the path of static solutions, and those that limit
-!> how long a job runs.
+!> Declares keys that several programs have: those of [Solver], which choose the path of static solutions, and those of [Saving]
+!> on backups and on how long a job runs.
 module common_solver_keys
   use base_kinds, only: rp
   use io_keys, only: keys_t
@@ -8,7 +8,7 @@ module common_solver_keys
   use solid_statics, only: static_options_t
   implicit none
   private
-  public :: solver_keys, limit_keys
+  public :: solver_keys, backup_keys, limit_keys
 
 contains
 
@@ -26,6 +26,16 @@ contains
     call keys%integer('factorisation_limit', options%factorisation_limit, most, 'largest number of factorisations of the '// &
                       'stiffness matrix for one load', min=1)
   end subroutine solver_keys
+
+  !> Declares and reads keys of [Saving], which must be the present section of `keys`: whether a run writes backups, and how often.
+  subroutine backup_keys(keys, writes, limits)
+    type(keys_t), intent(in) :: keys
+    logical, intent(inout) :: writes
+    type(job_limits_t), intent(inout) :: limits
+    call keys%switch('iDoBackup', writes, .true., 'write backups')
+    call keys%real('truntime', limits%backup_seconds, 1.0_rp, 'wall time between backups', unit='h', above=0.0_rp, &
+                   scale=3600.0_rp)
+  end subroutine backup_keys
 
   !> Declares and reads keys of [Saving], which must be the present section of `keys`: how long a run may take, and how often it
   !> reports its progress.

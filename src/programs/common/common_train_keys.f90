@@ -18,12 +18,32 @@ module common_train_keys
   use solid_statics, only: static_options_t
   implicit none
   private
-  public :: train_choices_t, train_keys, register_train_keys, write_train_reference
+  public :: train_choices_t, train_keys, register_train_keys, write_train_reference, SCALES, COSTS, POLISHES
 
-  !> Holds what a user chooses. Where the preset decides what a word means, it keeps the word.
+  integer, parameter, public :: BY_PRESET = 0 !< the kind of every choice that [Train] preset, or the measurement, decides
+  integer, parameter, public :: PRESET_DEFAULT = 1, PRESET_PAPER = 2
+  type(named_kind_t), parameter :: PRESETS(2) = [named_kind_t('default', PRESET_DEFAULT), named_kind_t('paper', PRESET_PAPER)]
+  integer, parameter, public :: SCALE_LOG = 1, SCALE_LINEAR = 2
+  type(named_kind_t), parameter :: SCALES(3) = [named_kind_t('preset', BY_PRESET), named_kind_t('log', SCALE_LOG), &
+                                                named_kind_t('linear', SCALE_LINEAR)]
+  integer, parameter, public :: COST_H = 1, COST_CHI2 = 2
+  type(named_kind_t), parameter :: COSTS(3) = [named_kind_t('auto', BY_PRESET), named_kind_t('h', COST_H), &
+                                               named_kind_t('chi2', COST_CHI2)]
+  integer, parameter, public :: START_RANDOM = 1, START_WING = 2
+  type(named_kind_t), parameter :: STARTS(2) = [named_kind_t('random', START_RANDOM), named_kind_t('wing', START_WING)]
+  !> The kind is the number of stages.
+  type(named_kind_t), parameter :: STAGES(3) = [named_kind_t('preset', BY_PRESET), named_kind_t('1', 1), named_kind_t('2', 2)]
+  integer, parameter, public :: POLISH_YES = 1, POLISH_NO = 2
+  type(named_kind_t), parameter :: POLISHES(3) = [named_kind_t('preset', BY_PRESET), named_kind_t('yes', POLISH_YES), &
+                                                  named_kind_t('no', POLISH_NO)]
+
+  !> Holds what a user chooses.
   type :: train_choices_t
-    character(:), allocatable :: preset, parameters, scale, cost, start, stages, polish
-    integer :: weights = 0, constants = 0             !< 0: chosen by `preset`
+    integer :: preset = PRESET_DEFAULT
+    character(:), allocatable :: parameters
+    integer :: scale = BY_PRESET, cost = BY_PRESET, stages = BY_PRESET, polish = BY_PRESET
+    integer :: start = START_RANDOM
+    integer :: weights = BY_PRESET, constants = BY_PRESET
     integer :: restarts = RESTARTS_NONE
     integer :: max_restarts = 0
     logical :: moves = .true., intervals = .true.
@@ -49,8 +69,7 @@ contains
     call register_include(registry)
     call register_foreign_inputs(registry, INPUT_OF_TRAIN)
     call register_wing_keys(registry, required=.true.)
-    call register_measurement_keys(registry, '. Several individuals: a list separated by commas; [Wing] file may then be a '// &
-                                   'list of the same length', 'preset|leave_out|keep', 'preset')
+    call register_measurement_keys(registry, is_training=.true.)
     call register_instrument_keys(registry)
     keys = declaring(registry)
     call train_keys(keys, unused)
@@ -71,24 +90,24 @@ contains
     type(keys_t), intent(inout) :: keys
     type(train_choices_t), intent(inout) :: c
     call keys%section('Train', 'free parameters and their bounds')
-    call keys%word('preset', c%preset, 'default', 'default|paper', 'paper: as Truong et al.: linear box, their weights, '// &
+    call keys%kind('preset', c%preset, 'default', PRESETS, 'paper: as Truong et al.: linear box, their weights, '// &
                    'population 16, end at h < 1e-6 m (1e-4 cm in the paper) or after 100 generations, no polish, two stages, '// &
                    'cross-springs')
     call keys%text('parameters', c%parameters, 'E, joint:*', 'free parameters: NAME, or NAME LOWER UPPER, or NAME LOWER '// &
                    'UPPER log|linear, separated by commas; names as in [Wing] and [Instrument] parameters, or E, D; '// &
                    'joint:*, E:* and hardening:* mean all joints and all veins')
-    call keys%word('scale', c%scale, 'preset', 'preset|log|linear', 'scale of parameters whose bounds name none; paper: linear')
-    call keys%word('cost', c%cost, 'auto', 'auto|h|chi2', 'cost that the search minimises: h [m] of the paper, or the sum of '// &
+    call keys%kind('scale', c%scale, 'preset', SCALES, 'scale of parameters whose bounds name none; paper: linear')
+    call keys%kind('cost', c%cost, 'auto', COSTS, 'cost that the search minimises: h [m] of the paper, or the sum of '// &
                    'squares in units of the declared errors; auto: h unless there are scalar observations')
-    call keys%word('start', c%start, 'random', 'random|wing', &
+    call keys%kind('start', c%start, 'random', STARTS, &
                    'start of the first run: a random point of the box at which the wing has an equilibrium under all loads, '// &
                    'or the values of [Wing]')
     call keys%integer('seed', c%search%seed, 1, 'seed of all random numbers', min=0)
-    call keys%word('stages', c%stages, 'preset', 'preset|1|2', '2: after the first search, a second one with E fixed, as in '// &
+    call keys%kind('stages', c%stages, 'preset', STAGES, '2: after the first search, a second one with E fixed, as in '// &
                    'the paper')
     call search_keys(keys, c)
     call keys%section('Polish', 'least squares with exact derivatives after the search')
-    call keys%word('polish', c%polish, 'preset', 'preset|yes|no', 'least squares after the search; preset: yes with [Train] '// &
+    call keys%kind('polish', c%polish, 'preset', POLISHES, 'least squares after the search; preset: yes with [Train] '// &
                    'preset = default, no with paper')
     call keys%switch('moves', c%moves, .true., 'look for a lower minimum: move every parameter to the other side of its prior '// &
                      'and repeat the fit from there, until no move finds a lower minimum')
@@ -118,9 +137,9 @@ contains
       call keys%integer('lambda', o%lambda, 0, 'candidates in a generation; 0: 4 + 3 ln n for n parameters; paper: 16', min=0, &
                         max=100000)
       call keys%real('sigma0', o%sigma0, 0.3_rp, 'initial step size', above=0.0_rp, max=10.0_rp)
-      call keys%kind('weights', c%weights, 'preset', [named_kind_t('preset', 0), WEIGHTINGS], 'recombination weights of the '// &
-                     'ranked candidates')
-      call keys%kind('constants', c%constants, 'preset', [named_kind_t('preset', 0), CONSTANT_SETS], 'learning rates')
+      call keys%kind('weights', c%weights, 'preset', [named_kind_t('preset', BY_PRESET), WEIGHTINGS], 'recombination weights '// &
+                     'of the ranked candidates')
+      call keys%kind('constants', c%constants, 'preset', [named_kind_t('preset', BY_PRESET), CONSTANT_SETS], 'learning rates')
       call keys%kind('restarts', c%restarts, 'none', RESTART_RULES, 'restarts after a run that ends before its target')
       call keys%integer('max_restarts', c%max_restarts, 9, 'largest number of restarts', min=0, max=1000)
       call keys%integer('max_generations', o%max_iterations, 0, 'largest number of generations in a run; 0: no limit; paper: 100', &

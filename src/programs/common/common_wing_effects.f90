@@ -4,7 +4,8 @@
 module common_wing_effects
   use base_errors, only: message_list_t
   use base_kinds, only: rp
-  use base_text, only: BLANKS, next_word, parse_real, quoted
+  use base_text, only: parse_real, quoted
+  use common_words, only: find_words
   use io_config, only: config_t
   use io_keys, only: keys_t
   use io_suggest, only: suggestion_t
@@ -59,15 +60,8 @@ contains
     character(*), parameter :: KEY = 'soft_place'
     character(:), allocatable :: problem
     type(suggestion_t) :: suggestion
-    integer :: position, first(3), last(3), n, i
-    logical :: found
-    position = 1
-    n = 0
-    do while (n < 3)
-      call next_word(text, BLANKS, position, first(n + 1), last(n + 1), found)
-      if (.not. found) exit
-      n = n + 1
-    end do
+    integer :: first(3), last(3), n, i
+    call find_words(text, first, last, n)
     if (n /= 2) then
       call c%complain(errors, 'Wing', KEY, quoted(text)//' is not VEIN FRACTION: the name of a vein '// &
                       'and a number from 0 to 1')

@@ -5,6 +5,7 @@ module common_wing_fragment
   use base_named_kinds, only: word_of
   use base_parameter, only: parameter_t
   use base_text, only: number_text
+  use common_wing_keys, only: OWN_KEYS
   use common_wing_size, only: wing_size
   use solid_effect_sites, only: effect_site_lines
   use solid_params, only: solid_params_t
@@ -43,7 +44,7 @@ contains
     list = ''
     do i = 1, p%count()
       known = p%describe(i)
-      if (any(known%name == [character(9) :: 'E', 'D', 'thickness'])) cycle
+      if (any(known%name == OWN_KEYS)) cycle
       if (i > N_COMMON .and. i <= N_COMMON + size(p%vein_factor) .and. abs(p%get(i) - 1) <= 0) cycle
       if (known%is_effect .and. abs(p%get(i) - known%null) <= 0) cycle
       list = list//', '//known%name//' '//number_text(p%get(i))

@@ -22,6 +22,9 @@ module common_wing_keys
                                                        named_kind_t('no', CROSS_NO)]
   type(named_kind_t), parameter :: STATED_SIDES(5) = [named_kind_t('file', SIDE_UNSTATED), Z_SIDES]
 
+  !> Parameters that have a key of their own in [Wing]: E, and D for the last two.
+  character(9), parameter, public :: OWN_KEYS(3) = [character(9) :: 'E', 'D', 'thickness']
+
   !> This is the help of every key that lists forces.
   character(*), parameter, public :: PLACE_HELP = 'PLACE: tip, vein:NAME:first, vein:NAME:last, vein:NAME:K '// &
                                      '(its K-th point), joint:NAME, point:K (from 1) or at:X:Y (on the membrane, m)'

@@ -6,12 +6,13 @@ module common_wing_settings
   use base_kinds, only: rp
   use base_named_kinds, only: word_of
   use base_parameter, only: parameter_t
-  use base_text, only: BLANKS, next_word, number_text, parse_real, quoted
+  use base_text, only: next_word, number_text, parse_real, quoted
   use common_wing_doubts, only: check_size, notice_assumptions, notice_magnitudes
   use common_wing_effects, only: effect_without_site, take_effect_sites
   use common_wing_keys, only: mass_choices_t, read_damping_keys, read_mass_keys, read_wing_keys, wing_choices_t, CROSS_PRESET, &
-                              CROSS_YES, WING_PAPER
+                              CROSS_YES, OWN_KEYS, WING_PAPER
   use common_wing_size, only: notice_other_size, scale_wing
+  use common_words, only: find_words
   use io_config, only: config_t
   use io_broadcast_text, only: named_path
   use parallel_world, only: world_t
@@ -31,24 +32,27 @@ contains
 
   !> Reads the wing that the keys in `config` describe. Adds all mistakes to `errors` and all remarks to `notices`. The model in
   !> `s` exists only if `found`. A wing without a valid mass is a mistake if `needs_mass`, and a remark otherwise.
-  subroutine load_wing(config, needs_mass, s, found, errors, notices, world, file)
+  subroutine load_wing(config, needs_mass, s, found, errors, notices, world, wing)
     type(config_t), intent(in) :: config
     logical, intent(in) :: needs_mass
     type(wing_case_t), intent(out) :: s
     logical, intent(out) :: found
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world !< if present, root reads the file for all ranks, and the call is collective
-    character(*), intent(in), optional :: file   !< replaces [Wing] file
+    type(wing_choices_t), intent(in), optional :: wing !< what [Wing] says, if the caller has read it
     type(failure_t) :: failure
     type(wing_choices_t) :: choices
     type(mass_choices_t) :: mass
     real(rp) :: centre(3)
     integer :: n_before
     found = .false.
-    call read_wing_keys(config, choices)
+    if (present(wing)) then
+      choices = wing
+    else
+      call read_wing_keys(config, choices)
+    end if
     call read_mass_keys(config, mass)
     if (.not. choices%has_file) return
-    if (present(file)) choices%file = file
     n_before = errors%count()
     call read_file(config, choices%file, s, errors, world)
     if (errors%count() > n_before) return
@@ -241,19 +245,15 @@ contains
     character(:), allocatable, intent(out) :: problem
     type(parameter_t) :: known
     real(rp) :: value
-    integer :: position, first, last, first_value, last_value, behind, end_behind, number
-    logical :: has_name, has_value, has_more
-    position = 1
-    call next_word(text, BLANKS, position, first, last, has_name)
-    call next_word(text, BLANKS, position, first_value, last_value, has_value)
-    call next_word(text, BLANKS, position, behind, end_behind, has_more)
-    if (.not. has_value .or. has_more) then
+    integer :: first(3), last(3), n, number
+    call find_words(text, first, last, n)
+    if (n /= 2) then
       problem = quoted(trim(adjustl(text)))//' is not a pair NAME VALUE'
       return
     end if
-    associate (name => text(first:last))
-      if (any(name == [character(9) :: 'E', 'D', 'thickness'])) then
-        problem = quoted(name)//' has a key of its own: '//merge('E', 'D', name == 'E')
+    associate (name => text(first(1):last(1)))
+      if (any(name == OWN_KEYS)) then
+        problem = quoted(name)//' has a key of its own: '//merge('E', 'D', name == OWN_KEYS(1))
         return
       end if
       number = params%find(name)
@@ -261,7 +261,7 @@ contains
         problem = quoted(name)//' is unknown; valid: '//names_of(params)
         return
       end if
-      call parse_real(text(first_value:last_value), value, problem)
+      call parse_real(text(first(2):last(2)), value, problem)
       if (allocated(problem)) return
       known = params%describe(number)
       if (known%is_log .and. .not. value > 0) then
@@ -285,7 +285,7 @@ contains
     text = ''
     do i = 1, params%count()
       known = params%describe(i)
-      if (all(known%name /= [character(9) :: 'E', 'D', 'thickness'])) text = text//' | '//known%name
+      if (all(known%name /= OWN_KEYS)) text = text//' | '//known%name
     end do
     text = text(4:)
   end function names_of

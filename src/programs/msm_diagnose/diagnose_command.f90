@@ -2,7 +2,9 @@
 !> Reads the command line of `msm_diagnose`.
 module diagnose_command
   use base_errors, only: message_list_t
+  use base_named_kinds, only: word_of
   use common_arguments, only: arguments_t, parse_arguments, print_lines
+  use common_diagnose_keys, only: REFINES, REFINE_FIT, REFINE_NO, REFINE_UNSTATED, REFINE_YES
   implicit none
   private
   public :: diagnose_command_t, parse_diagnose_command, print_diagnose_usage
@@ -16,7 +18,7 @@ module diagnose_command
   type :: diagnose_command_t
     integer :: action = DIAGNOSE_RUN
     character(:), allocatable :: ini !< parameter file
-    character(:), allocatable :: refine !< yes, fit or no, instead of [Diagnose] refine; empty if not given
+    integer :: refine = REFINE_UNSTATED !< REFINE_*, instead of [Diagnose] refine
     logical :: wants_code = .false.     !< the exit code of a diagnosis is that of its verdict, and not 0
   end type diagnose_command_t
 
@@ -30,19 +32,18 @@ contains
     integer, parameter :: N = 5
     character(12), parameter :: FLAGS(N + 1) = [character(12) :: &
                                 '--refine', '--refine=yes', '--refine=fit', '--refine=no', '--no-refine', '--exit-code']
-    character(3), parameter :: CHOICES(N) = [character(3) :: 'yes', 'yes', 'fit', 'no', 'no']
+    integer, parameter :: CHOICES(N) = [REFINE_YES, REFINE_YES, REFINE_FIT, REFINE_NO, REFINE_NO]
     integer :: i
     call parse_arguments(ACTIONS, FLAGS, .false., arguments, errors)
     command%action = DIAGNOSE_RUN + arguments%action
-    command%refine = ''
     command%ini = arguments%file
     command%wants_code = arguments%has_flag(N + 1)
     if (arguments%is_final) return
     do i = 1, N
       if (.not. arguments%has_flag(i)) cycle
-      if (command%refine /= '' .and. command%refine /= CHOICES(i)) &
-        call errors%add('"'//trim(FLAGS(i))//'" contradicts refine = '//command%refine)
-      command%refine = trim(CHOICES(i))
+      if (all(command%refine /= [REFINE_UNSTATED, CHOICES(i)])) &
+        call errors%add('"'//trim(FLAGS(i))//'" contradicts refine = '//word_of(REFINES, command%refine))
+      command%refine = CHOICES(i)
     end do
     if (arguments%n_files > 1) call errors%add('too many file names')
     if (arguments%n_files < 1) call errors%add('the name of a parameter file is missing')

@@ -173,7 +173,7 @@ contains
       text = '; The case with other keys, by msm_diagnose. Files that the case names are beside the case.'//NL// &
              '[include]'//NL//'file = '//self%path//NL//NL// &
              '[Time]'//NL//'Tmax = '//number_text(self%beats*period*time)//NL
-      if (s%config%is_given('Time', 'nt')) text = text//'nt = 1000000000'//NL
+      if (s%fluid%time%has_nt) text = text//'nt = 1000000000'//NL
       if (request%is_refined .and. s%fluid%time%dt_fixed > 0) &
         text = text//'dt_fixed = '//number_text(s%fluid%time%dt_fixed/REFINEMENT*time)//NL
       text = text//'[Saving]'//NL//'tintegral = '//number_text(interval*time)//NL

@@ -6,9 +6,11 @@ module diagnose_job
   use base_checksum, only: checksum_text
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
+  use base_named_kinds, only: word_of
   use base_outcome, only: outcome_t, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED, OUTCOME_STOPPED, OUTCOME_UNWRITABLE, &
                           OUTCOME_VERDICT
   use base_random, only: random_uniforms
+  use common_diagnose_keys, only: REFINES
   use common_wing_doubts, only: print_notices
   use diagnose_command, only: diagnose_command_t, DIAGNOSE_CHECK, DIAGNOSE_PLAN
   use diagnose_draws, only: draws_file_t
@@ -17,6 +19,7 @@ module diagnose_job
   use diagnose_flight_settings, only: fly_all, print_cost
   use diagnose_json, only: write_diagnosis_json
   use diagnose_plan_report, only: print_plan
+  use diagnose_results, only: print_results, PLAN_RESULT, RESULTS
   use diagnose_settings, only: diagnose_settings_t, load_diagnose_settings
   use diagnose_summary, only: print_verdict
   use diagnosis_discretisation, only: discretisation_error_t
@@ -178,6 +181,7 @@ contains
     ! The verdict is written last: if it exists, all other results exist.
     call write_diagnosis_json(self%settings, self%simulator%labels, self%diagnosis, self%discretisation, next, zeros, unknown, &
                               self%outcome%failure)
+    if (.not. self%outcome%failure%failed) call print_results(output_unit, self%settings%name)
     self%outcome%verdict = self%diagnosis%decision%verdict
     if (command%wants_code) call self%outcome%end_as(OUTCOME_VERDICT)
     call self%outcome%classify(OUTCOME_UNWRITABLE)
@@ -188,11 +192,8 @@ contains
   subroutine prepare_files(self, is_plan)
     class(diagnose_t), intent(inout) :: self
     logical, intent(in) :: is_plan
-    character(20), parameter :: RESULTS(6) = [character(20) :: '.json', '.h5', '_baseline.ini', '_extended.ini', &
-                                            '_extended_flight.ini', '_plan.json']
     type(failure_t) :: failure
-    character(:), allocatable :: notice, path
-    logical :: has_moved
+    character(:), allocatable :: notice
     integer :: state, i
     call self%lock%acquire(self%settings%name//'.lock', state, notice, failure)
     if (failure%failed) then
@@ -200,14 +201,27 @@ contains
       return
     end if
     if (notice /= '') write (error_unit, '(a)') 'notice: '//notice
-    do i = 1, size(RESULTS)
-      if (is_plan .neqv. i == size(RESULTS)) cycle
-      path = self%settings%name//trim(RESULTS(i))
-      call move_earlier_file(path, has_moved, failure)
-      if (has_moved) write (error_unit, '(a)') 'notice: '//path//' of an earlier diagnosis was renamed to '//path//EARLIER_SUFFIX
-    end do
+    if (is_plan) then
+      call move(PLAN_RESULT)
+    else
+      do i = 1, size(RESULTS)
+        call move(trim(RESULTS(i)))
+      end do
+    end if
     if (failure%failed) call self%outcome%fail(OUTCOME_UNWRITABLE, failure%reason)
     flush (error_unit)
+
+  contains
+
+    !> Renames one result of an earlier diagnosis.
+    subroutine move(ending)
+      character(*), intent(in) :: ending
+      logical :: has_moved
+      associate (path => self%settings%name//ending)
+        call move_earlier_file(path, has_moved, failure)
+        if (has_moved) write (error_unit, '(a)') 'notice: '//path//' of an earlier diagnosis was renamed to '//path//EARLIER_SUFFIX
+      end associate
+    end subroutine move
   end subroutine prepare_files
 
   !> Begins to store all computed results in a journal. If there is a journal of an unfinished diagnosis of the same inputs, this
@@ -218,7 +232,8 @@ contains
     type(journal_t), pointer :: journal
     logical :: goes_on
     journal => self%journal
-    call journal%start(self%settings%name//'.journal', checksum_text(self%settings%config%inputs()//' '//command%refine//' '// &
+    call journal%start(self%settings%name//'.journal', checksum_text(self%settings%config%inputs()//' '// &
+                       word_of(REFINES, command%refine)//' '// &
                                                                   BUILD_VERSION//' '//BUILD_COMMIT), goes_on)
     if (goes_on) write (error_unit, '(a)') 'notice: '//self%settings%name// &
       '.journal belongs to an unfinished diagnosis of the same inputs; this diagnosis continues it'

@@ -18,6 +18,7 @@ module diagnose_plan_report
   public :: print_plan
 
   integer, parameter :: SCHEMA_VERSION = 1
+  character(*), parameter :: NO_UNIT = '1' !< of a number without a unit
 
 contains
 
@@ -70,7 +71,7 @@ contains
       associate (effect => s%catalogue%effects(e), one => best_loads(e), q => s%catalogue%parameters(best_loads(e)%parameter))
         if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, one%strength))
         if (.not. q%is_log) write (value, '(es10.3)') one%strength
-        if (q%unit /= '1' .and. .not. q%is_log) value = trim(value)//' '//q%unit
+        if (q%unit /= NO_UNIT .and. .not. q%is_log) value = trim(value)//' '//q%unit
         write (unit, '(a22,2es15.4,es16.3,3x,a)') effect%name//repeat(' ', 22), one%site, one%force, trim(adjustl(value))
       end associate
     end do
@@ -96,7 +97,7 @@ contains
           strength = least*q%prior_sd
           if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, strength))
           if (.not. q%is_log) write (value, '(es10.3)') strength
-          if (q%unit /= '1' .and. .not. q%is_log) value = trim(value)//' '//q%unit
+          if (q%unit /= NO_UNIT .and. .not. q%is_log) value = trim(value)//' '//q%unit
           write (unit, '(a22,a19,a22,a28,f6.3)') effect%name//repeat(' ', 22), q%name//repeat(' ', 19), &
             adjustl(value), effect%variants(one%variant)%label//repeat(' ', 28), one%retained
         end associate

@@ -5,13 +5,15 @@ module diagnose_settings
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use common_bending_case, only: bending_input_t, load_bending_case, load_input
-  use common_diagnose_keys, only: diagnose_choices_t, diagnose_keys, register_diagnose_keys
-  use common_measurement_keys, only: measurement_choices_t, read_measurement_keys
+  use common_diagnose_keys, only: diagnose_choices_t, diagnose_keys, register_diagnose_keys, DRAWS_NONE, NOISE_DECLARED, &
+                                  REFINE_FIT, REFINE_NO, REFINE_UNSTATED
+  use common_measurement_keys, only: read_measurement_keys
   use common_overwrite_guard, only: refuse_overwriting
-  use common_wing_keys, only: read_wing_keys, wing_choices_t
+  use common_wing_keys, only: read_wing_keys
   use common_wing_settings, only: check_name
   use diagnose_flight_settings, only: load_flights
   use diagnose_flights, only: flusi_runner_t
+  use diagnose_results, only: PLAN_RESULT, RESULTS
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_noise, only: estimate_noise, assume_noise
   use diagnosis_wing_bins, only: make_bins, default_bin_size
@@ -42,26 +44,23 @@ module diagnose_settings
 contains
 
   !> Reads the ini file `path` and the files that it names on all ranks. All mistakes go to `errors` and remarks to `notices`.
-  !> `refine` replaces [Diagnose] refine unless it is empty. With `may_plan` the measurement needs no heights. Collective.
+  !> `refine` replaces [Diagnose] refine unless it is REFINE_UNSTATED. With `may_plan` the measurement needs no heights. Collective.
   subroutine load_diagnose_settings(path, refine, may_plan, world, s, errors, notices)
-    character(*), intent(in) :: path, refine
+    character(*), intent(in) :: path
+    integer, intent(in) :: refine !< REFINE_*
     logical, intent(in) :: may_plan
     type(world_t), intent(in) :: world
     type(diagnose_settings_t), intent(out) :: s
     type(message_list_t), intent(inout) :: errors, notices
     type(registry_t) :: registry
     type(bending_input_t) :: input
-    type(wing_choices_t) :: wing
-    type(measurement_choices_t) :: measurement
     logical :: can_go_on
     call register_diagnose_keys(registry)
     call load_input(path, registry, world, s%config, errors, notices, can_go_on)
     if (.not. can_go_on) return
     call read_options(s, refine, errors)
-    call read_wing_keys(s%config, wing)
-    call read_measurement_keys(s%config, measurement)
-    input%wing = wing%file
-    input%measurement = measurement%file
+    call read_wing_keys(s%config, input%wing)
+    call read_measurement_keys(s%config, .false., input%measurement)
     input%section = 'Diagnose'
     input%parameters = s%choices%parameters
     input%may_plan = may_plan
@@ -103,16 +102,14 @@ contains
   subroutine check_output_files(s, errors)
     type(diagnose_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: errors
-    character(22), parameter :: ENDINGS(7) = [character(22) :: &
-                                              '.json', '.h5', '_baseline.ini', '_extended.ini', '_extended_flight.ini', &
-                                              '_next_measurements.csv', '_plan.json']
     type(message_list_t) :: inputs
     integer :: i
     call inputs%add(s%wing_case%path)
     if (allocated(s%measurement_path)) call inputs%add(s%measurement_path)
-    do i = 1, size(ENDINGS)
-      call refuse_overwriting(s%config, 'Saving', 'name', s%name//trim(ENDINGS(i)), inputs, errors)
+    do i = 1, size(RESULTS)
+      call refuse_overwriting(s%config, 'Saving', 'name', s%name//trim(RESULTS(i)), inputs, errors)
     end do
+    call refuse_overwriting(s%config, 'Saving', 'name', s%name//PLAN_RESULT, inputs, errors)
     call refuse_overwriting(s%config, 'Saving', 'draws', s%draws_path, inputs, errors)
   end subroutine check_output_files
 
@@ -127,12 +124,12 @@ contains
     if (s%wing_case%has_mass) call lump_mass(s%wing_case%wing, s%wing_case%material, s%wing_case%mass, messages)
   end subroutine take_finer
 
-  !> Reads the options of the diagnosis. `refine` replaces the key of that name unless it is empty.
+  !> Reads the options of the diagnosis. `refine` replaces the key of that name unless it is REFINE_UNSTATED.
   subroutine read_options(s, refine, errors)
     type(diagnose_settings_t), intent(inout), target :: s
-    character(*), intent(in) :: refine
+    integer, intent(in) :: refine
     type(message_list_t), intent(inout) :: errors
-    character(:), allocatable :: choice
+    integer :: choice
     type(keys_t) :: keys
     keys = reading(s%config)
     call diagnose_keys(keys, s%choices)
@@ -140,11 +137,11 @@ contains
       s%membrane_sd = c%membrane_sd
       s%prior_decades = c%prior_decades
       choice = c%refine
-      if (refine /= '') choice = refine
-      s%finds_discretisation = choice /= 'no'
-      s%fits_finer = choice == 'fit'
+      if (refine /= REFINE_UNSTATED) choice = refine
+      s%finds_discretisation = choice /= REFINE_NO
+      s%fits_finer = choice == REFINE_FIT
       s%options = c%options
-      s%options%is_scale_known = c%noise == 'declared'
+      s%options%is_scale_known = c%noise == NOISE_DECLARED
       s%name = c%name
       if (s%name == '') call s%config%complain(errors, 'Saving', 'name', &
                                                      'is empty: give the first part of the names of the result files')
@@ -152,7 +149,7 @@ contains
       s%draws_path = ''
       if (allocated(c%draws)) s%draws_path = c%draws
       if (s%draws_path == '') s%draws_path = s%name//'_draws.h5'
-      if (s%draws_path == 'none') s%draws_path = ''
+      if (s%draws_path == DRAWS_NONE) s%draws_path = ''
     end associate
   end subroutine read_options
 

@@ -22,8 +22,8 @@ module diagnose_summary
 
 contains
 
-  !> Prints on `unit`, in at most 16 lines, the data, the misfit of the baseline, the verdict with its causes, what to measure next,
-  !> and the names of the files.
+  !> Prints on `unit`, in at most 16 lines, the data, the misfit of the baseline, the verdict with its causes, and what to measure
+  !> next.
   subroutine print_verdict(unit, s, d, discretisation, next, zeros, unknown)
     integer, intent(in) :: unit
     type(diagnose_settings_t), intent(in) :: s
@@ -33,7 +33,7 @@ contains
     type(zeros_t), intent(in) :: zeros
     type(unknown_t), intent(in) :: unknown
     integer, parameter :: MOST_CAUSES = 3
-    character(:), allocatable :: extended, what
+    character(:), allocatable :: what
     integer :: i
     call print_data(unit, s)
     if (discretisation%is_found) then
@@ -61,10 +61,6 @@ contains
     end if
     call print_modes(unit, s, d)
     if (next_sentence(s, d, next) /= '') write (unit, '(a)') 'next      '//next_sentence(s, d, next)
-    extended = ''
-    if (d%extended%is_found) extended = ', _extended.ini'
-    write (unit, '(a)') 'files     '//s%name//'.json, .h5, _baseline.ini'//extended//', _next_measurements.csv; '// &
-      'tools/plot_diagnosis '//s%name//'.json makes the report'
     flush (unit)
   end subroutine print_verdict
 

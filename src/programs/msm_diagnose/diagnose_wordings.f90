@@ -8,6 +8,8 @@ module diagnose_wordings
   private
   public :: find_wording
 
+  character(*), parameter :: NO_UNIT = '1' !< of a number without a unit
+
 contains
 
   !> Returns the words of parameter `name` [unit] at `site`. `null` is its assumed value; `best`, its fitted value, determines the
@@ -20,7 +22,7 @@ contains
     if (.not. w%is_known) call word_by_name(w, name)
     if (.not. w%is_natural) w%reference = null
     if (w%unit == UNIT_OF_PARAMETER) w%unit = trim(unit)
-    if (w%unit == '1') w%unit = ''
+    if (w%unit == NO_UNIT) w%unit = ''
     if (w%scale == SCALE_PLAIN) call choose_prefix(w, best)
   end function find_wording
 
@@ -29,9 +31,10 @@ contains
     type(wording_t), intent(inout) :: w
     real(rp), intent(in) :: best
     character, parameter :: PREFIXES(4) = ['m', 'u', 'n', 'p']
+    character(3), parameter :: PREFIXED(4) = [character(3) :: 'm', 'N', 'g', 'N/m']
     real(rp) :: size
     integer :: k
-    if (w%unit /= 'm' .and. w%unit /= 'N' .and. w%unit /= 'g' .and. w%unit /= 'N/m') return
+    if (all(w%unit /= PREFIXED)) return
     size = abs(displayed(w, best))
     if (.not. size > 0) return
     k = max(0, min(4, ceiling(-log10(size)/3 - 1.0e-9_rp)))

@@ -4,8 +4,6 @@ module train_files
   use base_errors, only: message_list_t
   use base_files, only: name_of
   use base_text, only: count_words, next_word, number_text, quoted
-  use common_measurement_keys, only: measurement_choices_t, read_measurement_keys
-  use common_wing_keys, only: read_wing_keys, wing_choices_t
   use io_config, only: config_t
   use io_broadcast_text, only: named_path
   use parallel_world, only: world_t
@@ -15,19 +13,22 @@ module train_files
 
 contains
 
-  !> Chooses the wing and the measurement of individual `number` from the lists in [Wing] file (one wing for all individuals, or one
-  !> for each) and [Measurement] file. Commas separate the items of a list. `individual` is the name of the individual: that of its
-  !> measurement without folder and ending, or empty if there is only one. `n_individuals` is the number of measurements, at least
-  !> 1. A mistake goes to `errors` if the lists do not fit together or two measurements have the same name.
-  subroutine choose_individual(config, number, n_individuals, individual, wing, measurement, errors)
+  !> Chooses the wing and the measurement of individual `number`. `wing` and `measurement` are the lists in [Wing] file (one wing
+  !> for all individuals, or one for each) and [Measurement] file, with commas between the items; when it returns, they are the
+  !> files of this individual. `individual` is the name of the individual: that of its measurement without folder and ending, or
+  !> empty if there is only one. `n_individuals` is the number of measurements, at least 1. A mistake goes to `errors` if the lists
+  !> do not fit together or two measurements have the same name.
+  subroutine choose_individual(config, number, wing, measurement, n_individuals, individual, errors)
     type(config_t), intent(in) :: config
     integer, intent(in) :: number
+    character(:), allocatable, intent(inout) :: wing, measurement
     integer, intent(out) :: n_individuals
-    character(:), allocatable, intent(out) :: individual, wing, measurement
+    character(:), allocatable, intent(out) :: individual
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: wings, measurements
     integer :: n_wings, i, k
-    call file_names(config, wings, measurements)
+    wings = wing
+    measurements = measurement
     n_wings = count_words(wings, ',')
     n_individuals = max(1, count_words(measurements, ','))
     individual = ''
@@ -49,15 +50,12 @@ contains
     end do
   end subroutine choose_individual
 
-  !> Adds to `paths` the paths of the wings and measurements of all individuals that the input file `ini` names. A path is empty
+  !> Adds to `paths` the paths of the wings and measurements in two lists of the input file `ini`. A path is empty
   !> where there is no such file. Collective.
-  subroutine individual_files(config, ini, world, paths)
-    type(config_t), intent(in) :: config
-    character(*), intent(in) :: ini
+  subroutine individual_files(wings, measurements, ini, world, paths)
+    character(*), intent(in) :: wings, measurements, ini
     type(world_t), intent(in) :: world
     type(message_list_t), intent(inout) :: paths
-    character(:), allocatable :: wings, measurements
-    call file_names(config, wings, measurements)
     call add_paths(wings)
     call add_paths(measurements)
 
@@ -71,18 +69,6 @@ contains
       end do
     end subroutine add_paths
   end subroutine individual_files
-
-  !> Returns the lists in [Wing] file and [Measurement] file.
-  subroutine file_names(config, wings, measurements)
-    type(config_t), intent(in) :: config
-    character(:), allocatable, intent(out) :: wings, measurements
-    type(wing_choices_t) :: wing
-    type(measurement_choices_t) :: measurement
-    call read_wing_keys(config, wing)
-    call read_measurement_keys(config, measurement)
-    wings = wing%file
-    measurements = measurement%file
-  end subroutine file_names
 
   !> Returns the name of a file of this individual. `individual` is inserted before `ending`, or appended to a name with another
   !> ending.

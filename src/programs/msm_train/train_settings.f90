@@ -4,15 +4,20 @@
 module train_settings
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: i8, rp
-  use base_named_kinds, only: word_of
+  use base_named_kinds, only: named_kind_t, word_of
   use base_text, only: number_text
-  use cmaes_options, only: default_lambda, option_problem, CONSTANT_SETS, CONSTANTS_PAPER, CONSTANTS_TUTORIAL, WEIGHTINGS, &
+  use cmaes_options, only: default_lambda, option_problem, option_problem_t, CONSTANT_SETS, CONSTANTS_PAPER, CONSTANTS_TUTORIAL, &
+                           OPTION_ALPHA_MINUS, OPTION_C_1, OPTION_C_C, OPTION_C_M, OPTION_C_MU, OPTION_C_SIGMA, &
+                           OPTION_CONSTANTS, OPTION_D_SIGMA, OPTION_EVALUATIONS, OPTION_FACTORS, OPTION_LAMBDA, OPTION_LIMITS, &
+                           OPTION_MU, OPTION_NONE, OPTION_SIGMA0, OPTION_TARGET, OPTION_TOLERANCES, OPTION_WEIGHTS, WEIGHTINGS, &
                            WEIGHTS_ACTIVE, WEIGHTS_PAPER
   use cmaes_search, only: RESTARTS_NONE
   use common_bending_case, only: bending_input_t, load_bending_case, load_input
+  use common_measurement_keys, only: read_measurement_keys, OUTLIERS, OUTLIERS_KEEP, OUTLIERS_LEAVE_OUT, OUTLIERS_PRESET
   use common_overwrite_guard, only: refuse_overwriting
-  use common_train_keys, only: register_train_keys, train_choices_t, train_keys
-  use common_wing_keys, only: read_wing_keys, wing_choices_t, CROSS_PRESET
+  use common_train_keys, only: register_train_keys, train_choices_t, train_keys, BY_PRESET, COST_CHI2, COST_H, COSTS, POLISHES, &
+                               POLISH_NO, POLISH_YES, PRESET_PAPER, SCALE_LINEAR, SCALE_LOG, SCALES, START_WING
+  use common_wing_keys, only: read_wing_keys, CROSS_PRESET
   use common_wing_settings, only: check_name
   use io_config, only: config_t
   use io_keys, only: keys_t, reading
@@ -27,6 +32,15 @@ module train_settings
   public :: train_settings_t, load_train_settings
 
   integer, parameter :: UNLIMITED = 1000000000 !< generations
+
+  !> The key of [CMAES] for each option that may be wrong; the scale of f has none.
+  type(named_kind_t), parameter :: OPTION_KEYS(17) = [ &
+    named_kind_t('weights', OPTION_WEIGHTS), named_kind_t('constants', OPTION_CONSTANTS), named_kind_t('lambda', OPTION_LAMBDA), &
+    named_kind_t('mu', OPTION_MU), named_kind_t('sigma0', OPTION_SIGMA0), named_kind_t('c_m', OPTION_C_M), &
+    named_kind_t('c_sigma', OPTION_C_SIGMA), named_kind_t('d_sigma', OPTION_D_SIGMA), named_kind_t('c_c', OPTION_C_C), &
+    named_kind_t('c_1', OPTION_C_1), named_kind_t('c_mu', OPTION_C_MU), named_kind_t('alpha_minus', OPTION_ALPHA_MINUS), &
+    named_kind_t('tolfun', OPTION_TOLERANCES), named_kind_t('tolfacupx', OPTION_FACTORS), named_kind_t('target', OPTION_TARGET), &
+    named_kind_t('tolflatfitness', OPTION_LIMITS), named_kind_t('max_evaluations', OPTION_EVALUATIONS)]
 
   type, extends(training_case_t) :: train_settings_t
     type(config_t) :: config
@@ -51,27 +65,36 @@ contains
     type(message_list_t), intent(inout) :: errors, notices
     type(registry_t) :: registry
     type(bending_input_t) :: input
+    type(message_list_t) :: inputs
+    character(:), allocatable :: wings, measurements
     logical :: can_go_on
     call register_train_keys(registry)
     call load_input(path, registry, world, s%config, errors, notices, can_go_on)
     if (.not. can_go_on) return
-    call choose_individual(s%config, number, s%n_individuals, s%individual, input%wing, input%measurement, errors)
+    call read_wing_keys(s%config, input%wing)
+    call read_measurement_keys(s%config, .true., input%measurement)
+    wings = input%wing%file
+    measurements = input%measurement%file
+    call choose_individual(s%config, number, input%wing%file, input%measurement%file, s%n_individuals, s%individual, errors)
     if (number > s%n_individuals) return
     call read_options(s, errors)
-    if (writes) call check_output_files(s, path, world, errors)
+    if (writes) then
+      call individual_files(wings, measurements, path, world, inputs)
+      call check_output_files(s, inputs, errors)
+    end if
     input%section = 'Train'
     input%parameters = s%choices%parameters
     input%keeps_outliers = s%is_paper
-    input%scale_is_log = s%choices%scale == 'log' .or. (s%choices%scale == 'preset' .and. .not. s%is_paper)
+    input%scale_is_log = s%choices%scale == SCALE_LOG .or. (s%choices%scale == BY_PRESET .and. .not. s%is_paper)
     call load_bending_case(input, s%config, world, s, errors, notices)
     if (.not. allocated(s%free_parameters%numbers)) return
     call check_tests(s, errors)
     if (errors%count() > 0) return
-    call make_experiment(s, errors)
+    call make_experiment(s, input%wing%cross_springs == CROSS_PRESET, errors)
     if (errors%count() > 0) return
     call read_search(s, errors)
     if (errors%count() > 0) return
-    call settle_choices(s)
+    call settle_choices(s, input)
     call add_notices(s, notices)
   end subroutine load_train_settings
 
@@ -83,11 +106,11 @@ contains
     keys = reading(s%config)
     call train_keys(keys, s%choices)
     associate (c => s%choices)
-      s%is_paper = c%preset == 'paper'
-      s%starts_at_wing = c%start == 'wing'
-      s%n_stages = 1
-      if (c%stages == '2' .or. (c%stages == 'preset' .and. s%is_paper)) s%n_stages = 2
-      s%polish = c%polish == 'yes' .or. (c%polish == 'preset' .and. .not. s%is_paper)
+      s%is_paper = c%preset == PRESET_PAPER
+      s%starts_at_wing = c%start == START_WING
+      s%n_stages = c%stages
+      if (c%stages == BY_PRESET) s%n_stages = merge(2, 1, s%is_paper)
+      s%polish = c%polish == POLISH_YES .or. (c%polish == BY_PRESET .and. .not. s%is_paper)
       s%moves = s%polish .and. c%moves
       s%intervals = c%intervals
       s%prior_decades = c%prior_decades
@@ -102,16 +125,13 @@ contains
     end associate
   end subroutine read_options
 
-  !> Adds a mistake if a result would overwrite an input, also one of another individual.
-  subroutine check_output_files(s, ini, world, errors)
+  !> Adds a mistake if a result would overwrite one of the `inputs`, also one of another individual.
+  subroutine check_output_files(s, inputs, errors)
     type(train_settings_t), intent(in) :: s
-    character(*), intent(in) :: ini
-    type(world_t), intent(in) :: world
+    type(message_list_t), intent(in) :: inputs
     type(message_list_t), intent(inout) :: errors
     character(12), parameter :: ENDINGS(4) = [character(12) :: '.log', '_history.h5', '_backup0.h5', '_backup1.h5']
-    type(message_list_t) :: inputs
     integer :: i
-    call individual_files(s%config, ini, world, inputs)
     call refuse_overwriting(s%config, 'Saving', 'result', s%result, inputs, errors)
     do i = 1, size(ENDINGS)
       call refuse_overwriting(s%config, 'Saving', 'name', s%name//trim(ENDINGS(i)), inputs, errors)
@@ -127,23 +147,23 @@ contains
       'has modes or records of motion but no bending test; a training needs bending tests, and msm_diagnose accepts all three')
   end subroutine check_tests
 
-  !> Makes the experiment that the training simulates, and chooses the cost.
-  subroutine make_experiment(s, errors)
+  !> Makes the experiment that the training simulates, and chooses the cost. With `crosses_by_preset` the preset decides whether the
+  !> wing has cross-springs.
+  subroutine make_experiment(s, crosses_by_preset, errors)
     type(train_settings_t), intent(inout) :: s
+    logical, intent(in) :: crosses_by_preset
     type(message_list_t), intent(inout) :: errors
     type(failure_t) :: failure
-    type(wing_choices_t) :: wing
-    call read_wing_keys(s%config, wing)
-    if (s%is_paper .and. wing%cross_springs == CROSS_PRESET) s%wing_case%requested%cross_springs = .true.
+    if (s%is_paper .and. crosses_by_preset) s%wing_case%requested%cross_springs = .true.
     call s%experiment%init(s%measurement, s%wing_case%wing, s%wing_case%requested, s%free_parameters%numbers, &
                            s%choices%solver, failure, s%instrument, s%free_parameters%instrument_numbers, s%masses())
     if (failure%failed) call errors%add(failure%reason)
     s%wing_case%model = s%experiment%model
     select case (s%choices%cost)
-    case ('h')
+    case (COST_H)
       if (sum(s%experiment%comparisons%n_heights) == 0) &
         call s%config%complain(errors, 'Train', 'cost', 'h compares heights, and this measurement has none; set cost = chi2')
-    case ('chi2')
+    case (COST_CHI2)
       s%use_chi2 = .true.
     case default
       s%use_chi2 = size(s%measurement%observations) > 0
@@ -156,7 +176,7 @@ contains
   subroutine read_search(s, errors)
     type(train_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors
-    character(:), allocatable :: problem
+    type(option_problem_t) :: problem
     integer :: n
     n = s%experiment%count()
     s%search = s%choices%search
@@ -175,68 +195,60 @@ contains
       if (s%is_paper .and. .not. s%choices%has_tolfun) o%tolfun = 1.0e-11_rp
       problem = option_problem(o, n)
     end associate
-    if (problem /= '') call s%config%complain(errors, 'CMAES', key_of(problem), problem)
+    if (problem%option /= OPTION_NONE) &
+      call s%config%complain(errors, 'CMAES', word_of(OPTION_KEYS, problem%option), problem%text)
   end subroutine read_search
 
-  !> Returns the key to which a message of `option_problem` belongs: its first word, unless that word stands for several keys.
-  pure function key_of(problem) result(key)
-    character(*), intent(in) :: problem
-    character(:), allocatable :: key
-    key = problem(:scan(problem//' ', ' ,') - 1)
-    if (key == 'tolerances') key = 'tolfun'
-    if (key == 'there') key = 'lambda'
-  end function key_of
-
-  !> Returns the kind `given`, or that of the preset if `given` is 0.
+  !> Returns the kind `given`, or that of the preset if `given` leaves it to it.
   pure integer function preset_kind(s, given, usual, paper) result(kind)
     type(train_settings_t), intent(in) :: s
     integer, intent(in) :: given, usual, paper
     kind = given
-    if (given == 0) kind = merge(paper, usual, s%is_paper)
+    if (given == BY_PRESET) kind = merge(paper, usual, s%is_paper)
   end function preset_kind
 
   !> Records for --check the values that are used where the file leaves the choice or is silent. Constants that follow from lambda
   !> stay open, because restarts change lambda.
-  subroutine settle_choices(s)
+  subroutine settle_choices(s, input)
     type(train_settings_t), intent(inout) :: s
-    associate (o => s%search)
-      call settle_integer('lambda', merge(o%lambda, default_lambda(s%experiment%count()), o%lambda > 0))
-      if (o%max_iterations < UNLIMITED) call settle_integer('max_generations', o%max_iterations)
-      if (.not. s%is_paper) call settle_integer('max_evaluations', int(o%max_evaluations))
-      call settle_real('target', o%f_target)
-      call settle_real('tolfun', o%tolfun)
-      call settle_word('CMAES', 'weights', word_of(WEIGHTINGS, o%weights))
-      call settle_word('CMAES', 'constants', word_of(CONSTANT_SETS, o%constants))
+    type(bending_input_t), intent(in) :: input
+    associate (o => s%search, given => s%choices%search, c => s%choices)
+      call settle_integer('lambda', given%lambda, merge(o%lambda, default_lambda(s%experiment%count()), o%lambda > 0))
+      if (o%max_iterations < UNLIMITED) call settle_integer('max_generations', given%max_iterations, o%max_iterations)
+      if (.not. s%is_paper) call settle_integer('max_evaluations', int(given%max_evaluations), int(o%max_evaluations))
+      call settle_real('target', given%f_target, o%f_target)
+      call settle_real('tolfun', given%tolfun, o%tolfun)
+      call settle('CMAES', 'weights', c%weights == BY_PRESET, word_of(WEIGHTINGS, o%weights))
+      call settle('CMAES', 'constants', c%constants == BY_PRESET, word_of(CONSTANT_SETS, o%constants))
+      call settle('Train', 'scale', c%scale == BY_PRESET, word_of(SCALES, merge(SCALE_LINEAR, SCALE_LOG, s%is_paper)))
+      call settle('Train', 'cost', c%cost == BY_PRESET, word_of(COSTS, merge(COST_CHI2, COST_H, s%use_chi2)))
+      call settle('Train', 'stages', c%stages == BY_PRESET, number_text(s%n_stages))
+      call settle('Polish', 'polish', c%polish == BY_PRESET, word_of(POLISHES, merge(POLISH_YES, POLISH_NO, s%polish)))
     end associate
-    call settle_word('Train', 'scale', trim(merge('linear', 'log   ', s%is_paper)))
-    call settle_word('Train', 'cost', trim(merge('chi2', 'h   ', s%use_chi2)))
-    call settle_word('Train', 'stages', number_text(s%n_stages))
-    call settle_word('Polish', 'polish', trim(merge('yes', 'no ', s%polish)))
-    call settle_word('Measurement', 'outliers', trim(merge('keep     ', 'leave_out', s%is_paper)))
-    call settle_word('Wing', 'cross_springs', trim(merge('yes', 'no ', s%wing_case%requested%cross_springs)))
+    call settle('Measurement', 'outliers', input%measurement%outliers == OUTLIERS_PRESET, &
+                word_of(OUTLIERS, merge(OUTLIERS_KEEP, OUTLIERS_LEAVE_OUT, s%is_paper)))
+    call settle('Wing', 'cross_springs', input%wing%cross_springs == CROSS_PRESET, &
+                trim(merge('yes', 'no ', s%wing_case%requested%cross_springs)))
 
   contains
 
-    !> Records the choice for words that leave it open.
-    subroutine settle_word(section, key, word)
+    !> Records the choice for a key that leaves it open.
+    subroutine settle(section, key, is_open, word)
       character(*), intent(in) :: section, key, word
-      character(:), allocatable :: given
-      given = s%config%get_word(section, key)
-      if (given == 'preset' .or. given == 'auto') call s%config%settle(section, key, word, origin())
-    end subroutine settle_word
+      logical, intent(in) :: is_open
+      if (is_open) call s%config%settle(section, key, word, origin())
+    end subroutine settle
 
-    subroutine settle_integer(key, value)
+    subroutine settle_integer(key, given, used)
       character(*), intent(in) :: key
-      integer, intent(in) :: value
-      if (s%config%get_integer('CMAES', key) /= value) &
-        call s%config%settle('CMAES', key, number_text(value), origin())
+      integer, intent(in) :: given, used
+      call settle('CMAES', key, used /= given, number_text(used))
     end subroutine settle_integer
 
-    subroutine settle_real(key, value)
+    subroutine settle_real(key, given, used)
       character(*), intent(in) :: key
-      real(rp), intent(in) :: value
-      if (abs(s%config%get_real('CMAES', key) - value) > 0) &
-        call s%config%settle('CMAES', key, number_text(value), origin())
+      real(rp), intent(in) :: given, used
+      call settle('CMAES', key, abs(used - given) > 0, number_text(used))
     end subroutine settle_real
 
     function origin() result(text)

@@ -9,7 +9,7 @@ module simulation_parts
   use fsi_free_flight, only: begin_flight, prepare_flight
   use fsi_thin_wings, only: thin_wings_t
   use parallel_world, only: world_t
-  use simulation_averages, only: averages_t
+  use fluid_averages, only: averages_t
   use simulation_settings, only: settings_t
   implicit none
   private

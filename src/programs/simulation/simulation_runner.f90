@@ -18,7 +18,7 @@ module simulation_runner
   use io_stop, only: stop_rules_t
   use parallel_world, only: world_t
   use simulation_checkpoints, only: put_state, restore_state, result_names
-  use simulation_flight_faults, only: check_flight
+  use fsi_flight_faults, only: check_flight
   use simulation_mask_run, only: draw_masks
   use simulation_opening, only: opening_t
   use simulation_output, only: output_t

@@ -2,7 +2,10 @@
 !> The constants of CMA-ES: published tables, and the same formulas evaluated with 40 digits.
 program test_cmaes_constants
   use base_kinds, only: rp
-  use cmaes_options, only: cmaes_options_t, option_problem, CONSTANTS_PAPER, WEIGHTS_PAPER, WEIGHTS_POSITIVE
+  use cmaes_options, only: cmaes_options_t, option_problem, option_problem_t, CONSTANTS_PAPER, OPTION_ALPHA_MINUS, OPTION_C_1, &
+                           OPTION_C_M, OPTION_C_SIGMA, OPTION_CONSTANTS, OPTION_D_SIGMA, OPTION_EVALUATIONS, OPTION_FACTORS, &
+                           OPTION_LAMBDA, OPTION_MU, OPTION_NONE, OPTION_SIGMA0, OPTION_TOLERANCES, OPTION_WEIGHTS, &
+                           WEIGHTS_PAPER, WEIGHTS_POSITIVE
   use cmaes_params, only: cmaes_params_t, default_lambda, derive_params
   use testkit, only: testkit_t
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
@@ -146,28 +149,33 @@ contains
 
   subroutine test_problems()
     type(cmaes_options_t) :: good
-    call t%check('the defaults are without mistakes', option_problem(good, 11) == '')
-    call refused(cmaes_options_t(weights=0), 'active, positive or paper')
-    call refused(cmaes_options_t(constants=3), 'tutorial or paper')
-    call refused(cmaes_options_t(lambda=2), 'at least 3')
-    call refused(cmaes_options_t(lambda=8, mu=5), 'lambda/2 = 4')
-    call refused(cmaes_options_t(mu=6), 'lambda/2 = 5') ! lambda is 11 for n = 11
-    call refused(cmaes_options_t(alpha_minus=-0.5_rp), 'alpha_minus')
-    call refused(cmaes_options_t(alpha_minus=0.5_rp, weights=WEIGHTS_POSITIVE), 'needs active weights')
-    call refused(cmaes_options_t(sigma0=0.0_rp), 'sigma0')
-    call refused(cmaes_options_t(sigma0=ieee_value(1.0_rp, ieee_quiet_nan)), 'sigma0')
-    call refused(cmaes_options_t(c_m=0.0_rp), 'c_m')
-    call refused(cmaes_options_t(c_sigma=1.5_rp), 'c_sigma')
-    call refused(cmaes_options_t(d_sigma=0.0_rp), 'd_sigma')
-    call refused(cmaes_options_t(c_1=0.6_rp, c_mu=0.5_rp), 'c_1 + c_mu')
-    call refused(cmaes_options_t(tolx=-1.0_rp), 'tolerances')
-    call refused(cmaes_options_t(condition_limit=0.5_rp), 'condition_limit')
-    call refused(cmaes_options_t(max_evaluations=0), 'max_evaluations')
+    type(option_problem_t) :: none
+    none = option_problem(good, 11)
+    call t%check('the defaults are without mistakes', none%option == OPTION_NONE .and. none%text == '')
+    call refused(cmaes_options_t(weights=0), OPTION_WEIGHTS, 'active, positive or paper')
+    call refused(cmaes_options_t(constants=3), OPTION_CONSTANTS, 'tutorial or paper')
+    call refused(cmaes_options_t(lambda=2), OPTION_LAMBDA, 'at least 3')
+    call refused(cmaes_options_t(lambda=8, mu=5), OPTION_MU, 'lambda/2 = 4')
+    call refused(cmaes_options_t(mu=6), OPTION_MU, 'lambda/2 = 5') ! lambda is 11 for n = 11
+    call refused(cmaes_options_t(alpha_minus=-0.5_rp), OPTION_ALPHA_MINUS, 'alpha_minus')
+    call refused(cmaes_options_t(alpha_minus=0.5_rp, weights=WEIGHTS_POSITIVE), OPTION_ALPHA_MINUS, 'needs active weights')
+    call refused(cmaes_options_t(sigma0=0.0_rp), OPTION_SIGMA0, 'sigma0')
+    call refused(cmaes_options_t(sigma0=ieee_value(1.0_rp, ieee_quiet_nan)), OPTION_SIGMA0, 'sigma0')
+    call refused(cmaes_options_t(c_m=0.0_rp), OPTION_C_M, 'c_m')
+    call refused(cmaes_options_t(c_sigma=1.5_rp), OPTION_C_SIGMA, 'c_sigma')
+    call refused(cmaes_options_t(d_sigma=0.0_rp), OPTION_D_SIGMA, 'd_sigma')
+    call refused(cmaes_options_t(c_1=0.6_rp, c_mu=0.5_rp), OPTION_C_1, 'c_1 + c_mu')
+    call refused(cmaes_options_t(tolx=-1.0_rp), OPTION_TOLERANCES, 'tolerances')
+    call refused(cmaes_options_t(condition_limit=0.5_rp), OPTION_FACTORS, 'condition_limit')
+    call refused(cmaes_options_t(max_evaluations=0), OPTION_EVALUATIONS, 'max_evaluations')
   end subroutine test_problems
 
-  subroutine refused(options, word)
+  subroutine refused(options, option, word)
     type(cmaes_options_t), intent(in) :: options
+    integer, intent(in) :: option !< OPTION_* that is wrong
     character(*), intent(in) :: word
-    call t%check('refused: '//word, index(option_problem(options, 11), word) > 0)
+    type(option_problem_t) :: problem
+    problem = option_problem(options, 11)
+    call t%check('refused: '//word, index(problem%text, word) > 0 .and. problem%option == option)
   end subroutine refused
 end program test_cmaes_constants

@@ -8,7 +8,7 @@ program test_ini_legacy
   use io_config, only: config_t
   use io_keys, only: declaring, keys_t
   use io_registry, only: registry_t
-  use simulation_averages, only: average_keys, average_params_t
+  use fluid_average_keys, only: average_keys, average_params_t
   use simulation_flexible, only: register_flexible_keys
   use simulation_keys, only: register_all_keys
   use simulation_legacy_keys, only: register_flusi_legacy

@@ -14,7 +14,8 @@ program test_state_keys
                                             '[Penalization] iMoving', '[Penalization] iChannel', '[Insects] LeftWing', &
                                             '[Insects] RightWing', '[Insects] WingShape', '[Insects] wing_length', &
                                             '[Insects] BodyType', '[Insects] body_profile', '[Insects] body_scale']
-  character(*), parameter :: OF_SOLID(3) = [character(28) :: '[units] *', '[Motion] type', '[Motion] wing']
+  character(*), parameter :: OF_SOLID(4) = [character(28) :: '[units] length', '[units] frequency', '[Motion] type', &
+                                             '[Motion] wing']
   type(testkit_t) :: t
   type(registry_t), target :: of_flow_keys, of_solid_keys
 

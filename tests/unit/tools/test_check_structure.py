@@ -252,6 +252,10 @@ end module base_case
             self.assertEqual(check(source.format(statement), "fluid_flow.f90", "fluid")[0], 0, statement)
         reader = source.replace("fluid_flow", "fluid_flow_keys").format("if (word == '1') a = 1")
         self.assertEqual(check(reader, "fluid_flow_keys.f90", "fluid")[0], 0, "words are read")
+        program = source.replace("fluid_flow", "train_flow").format("if (word == '1') a = 1")
+        self.assert_found(program, "train_flow.f90:4: decides by a word", "train_flow.f90", "programs/msm_train")
+        reader = source.replace("fluid_flow", "simulation_translations").format("if (word == '1') a = 1")
+        self.assertEqual(check(reader, "simulation_translations.f90", "programs/simulation")[0], 0, "a program reads words")
         other = source.replace("fluid_flow", "io_flow").format("if (word == '1') a = 1")
         self.assertEqual(check(other, "io_flow.f90", "io")[0], 0, "other layers have words")
 

@@ -14,7 +14,7 @@ module flusi_solid_settings
   use fsi_body_motion, only: MOTION_FREE
   use fsi_body_motion_keys, only: read_body_motion
   use fsi_kinematics, only: wing_mount_t
-  use fsi_kinematics_keys, only: motion_file, read_body, read_motion, read_mounts, SIDES
+  use fsi_kinematics_keys, only: kinematics_choices, kinematics_choices_t, motion_file, read_body, read_motion, read_mounts, SIDES
   use fsi_wing_frame, only: flapping_motion_t
   use fsi_wing_motion, only: wing_motion_t
   use io_broadcast_text, only: read_text_file
@@ -23,7 +23,7 @@ module flusi_solid_settings
   use io_registry, only: registry_t
   use simulation_output_params, only: output_params_t
   use simulation_solid_keys, only: load_keys, motion_keys, register_solid_keys, solid_choices_t, solid_keys, FRAMES, &
-                                   FRAME_FLAPPING, FRAME_ROTATION, LAWS
+                                   FRAME_FLAPPING, FRAME_ROTATION, LAWS, ROTATION_NAMES
   use solid_inertia, only: inertia_t
   use solid_motion, only: motion_t, rotating_motion_t, steady_motion_t
   use solid_wing, only: wing_t
@@ -71,7 +71,7 @@ contains
     case default
       call read_rest(s)
     end select
-    call notice_idle_keys(s%config, s%motion_type, notices)
+    call notice_idle_keys(s, notices)
     call load_wing(s%config, .true., s%wing_case, found, errors, notices)
     if (.not. found) return
     call mirror_motion(s%wing_case%wing, s%motion, s%is_mirrored)
@@ -111,26 +111,27 @@ contains
       if (s%t_max > MOST_SHAPES*s%output%fields%interval) &
         call c%complain(errors, 'Saving', 't_save', 'is too short: the run would write more than '// &
                         number_text(MOST_SHAPES)//' shapes; set a longer interval')
-      if (s%dt > s%t_max .and. c%is_given('Time', 't_max')) &
+      if (s%dt > s%t_max .and. s%t_max > 0) & ! 0: its mistake has been reported
         call c%complain(errors, 'Time', 'dt', 'is longer than the run; valid: at most t_max')
     end associate
   end subroutine read_options
 
   !> Adds a notice for each key that belongs to another type of motion. Such keys are allowed but have no effect.
-  subroutine notice_idle_keys(c, type, notices)
-    type(config_t), intent(in) :: c
-    integer, intent(in) :: type !< of the motion: FRAME_* of simulation_solid_keys
+  subroutine notice_idle_keys(s, notices)
+    type(solid_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: notices
-    character(9), parameter :: ROTATION(4) = [character(9) :: 'axis', 'through', 'frequency', 'ramp']
+    type(kinematics_choices_t) :: kinematics
     integer :: i
-    do i = 1, size(ROTATION)
-      if (type /= FRAME_ROTATION .and. c%is_given('Motion', trim(ROTATION(i)))) &
-        call c%complain(notices, 'Motion', trim(ROTATION(i)), 'has no effect with type = '//word_of(FRAMES, type))
+    kinematics = kinematics_choices(s%config)
+    do i = 1, size(ROTATION_NAMES)
+      if (s%motion_type /= FRAME_ROTATION .and. s%rotation%given(i)) &
+        call s%config%complain(notices, 'Motion', trim(ROTATION_NAMES(i)), 'has no effect with type = '// &
+                               word_of(FRAMES, s%motion_type))
     end do
     do i = 1, size(SIDES)
-      if (type /= FRAME_FLAPPING .and. c%is_given('Insects', 'FlappingMotion_'//trim(SIDES(i)))) &
-        call c%complain(notices, 'Insects', 'FlappingMotion_'//trim(SIDES(i)), 'has no effect with [Motion] type = '// &
-        word_of(FRAMES, type))
+      if (s%motion_type /= FRAME_FLAPPING .and. kinematics%motion(i)%is_given) &
+        call s%config%complain(notices, 'Insects', 'FlappingMotion_'//trim(SIDES(i)), 'has no effect with [Motion] type = '// &
+                               word_of(FRAMES, s%motion_type))
     end do
   end subroutine notice_idle_keys
 
@@ -147,16 +148,16 @@ contains
     type(solid_settings_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors
     type(rotating_motion_t) :: rotation
-    associate (c => s%config)
-      rotation%axis = s%axis
+    associate (c => s%config, given => s%rotation)
+      rotation%axis = given%axis
       if (norm2(rotation%axis) > 0) then
         rotation%axis = rotation%axis/norm2(rotation%axis)
       else
         call c%complain(errors, 'Motion', 'axis', 'has no direction; valid: three reals that are not all 0')
       end if
-      rotation%through = s%through
-      rotation%rate = TWO_PI*s%turns
-      rotation%ramp = s%turn_ramp
+      rotation%through = given%through
+      rotation%rate = TWO_PI*given%frequency
+      rotation%ramp = given%ramp
       rotation%gravity = s%gravity
       if (.not. abs(rotation%rate) > 0) &
         call c%complain(errors, 'Motion', 'frequency', 'is 0; valid: a frequency for type = rotation')

@@ -18,6 +18,8 @@ module flusi_wing_output
   private
   public :: wing_lines_t, put_wing, put_wing_vectors, shape_grid
 
+  character(*), parameter :: INTEGERS = 'Int', REALS = 'Float' !< types of numbers in an XDMF index
+
   character(*), parameter :: NL = new_line('a')
   integer, parameter :: POLYLINE = 2 !< number of this kind of cell in XDMF
 
@@ -107,7 +109,7 @@ contains
       if (m > 0) then
         xml = xml//'<Grid Name="membrane" GridType="Uniform">'//NL// &
               '<Topology TopologyType="Triangle" NumberOfElements="'//number_text(m)//'">'//NL// &
-              item('triangles', 'Int', number_text(m)//' 3')//'</Topology>'//NL//geometry('points', n)// &
+              item('triangles', INTEGERS, number_text(m)//' 3')//'</Topology>'//NL//geometry('points', n)// &
               vector('displacement', 'displacement', n)
         do i = 1, size(vectors)
           xml = xml//vector(trim(vectors(i)), trim(vectors(i)), n)
@@ -117,13 +119,13 @@ contains
       if (lines%n_veins > 0) then
         xml = xml//'<Grid Name="veins" GridType="Uniform">'//NL// &
               '<Topology TopologyType="Mixed" NumberOfElements="'//number_text(lines%n_veins)//'">'//NL// &
-              item('vein_cells', 'Int', number_text(size(lines%cells)))//'</Topology>'//NL// &
+              item('vein_cells', INTEGERS, number_text(size(lines%cells)))//'</Topology>'//NL// &
               geometry('vein_points', k)//vector('displacement', 'vein_displacement', k)
         do i = 1, size(vein_vectors)
           xml = xml//vector(trim(vein_vectors(i)), 'vein_'//trim(vein_vectors(i)), k)
         end do
         xml = xml//'<Attribute Name="diameter" AttributeType="Scalar" Center="Node">'//NL// &
-              item('vein_diameter', 'Float', number_text(k))//'</Attribute>'//NL//'</Grid>'//NL
+              item('vein_diameter', REALS, number_text(k))//'</Attribute>'//NL//'</Grid>'//NL
       end if
     end associate
     xml = xml//'</Grid>'//NL
@@ -133,7 +135,7 @@ contains
     function item(dataset, kind, dimensions) result(text)
       character(*), intent(in) :: dataset, kind, dimensions
       character(:), allocatable :: text
-      text = '<DataItem Format="HDF" NumberType="'//kind//'" Precision="'//merge('4', '8', kind == 'Int')// &
+      text = '<DataItem Format="HDF" NumberType="'//kind//'" Precision="'//merge('4', '8', kind == INTEGERS)// &
              '" Dimensions="'//dimensions//'">'//file//':/'//dataset//'</DataItem>'//NL
     end function item
 
@@ -141,7 +143,7 @@ contains
       character(*), intent(in) :: dataset
       integer, intent(in) :: count
       character(:), allocatable :: text
-      text = '<Geometry GeometryType="XYZ">'//NL//item(dataset, 'Float', number_text(count)//' 3')//'</Geometry>'//NL
+      text = '<Geometry GeometryType="XYZ">'//NL//item(dataset, REALS, number_text(count)//' 3')//'</Geometry>'//NL
     end function geometry
 
     function vector(title, dataset, count) result(text)
@@ -149,7 +151,7 @@ contains
       integer, intent(in) :: count
       character(:), allocatable :: text
       text = '<Attribute Name="'//title//'" AttributeType="Vector" Center="Node">'//NL// &
-             item(dataset, 'Float', number_text(count)//' 3')//'</Attribute>'//NL
+             item(dataset, REALS, number_text(count)//' 3')//'</Attribute>'//NL
     end function vector
   end function shape_grid
 end module flusi_wing_output

@@ -5,6 +5,7 @@ module flusi_wing_sites
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_text, only: BLANKS, next_word, number_text, parse_integer, parse_real, quoted
+  use common_words, only: find_words
   use io_config, only: config_t
   use solid_loads, only: load_t
   use solid_wing_case, only: wing_case_t
@@ -104,15 +105,8 @@ contains
     type(wing_case_t), intent(in) :: s
     type(point_force_t), intent(out) :: force
     character(:), allocatable, intent(out) :: problem
-    integer :: position, first(5), last(5), i, n
-    logical :: found
-    position = 1
-    n = 0
-    do while (n < 5)
-      call next_word(text, BLANKS, position, first(n + 1), last(n + 1), found)
-      if (.not. found) exit
-      n = n + 1
-    end do
+    integer :: first(5), last(5), i, n
+    call find_words(text, first, last, n)
     if (n /= 4) then
       problem = quoted(trim(adjustl(text)))//' is not SITE FX FY FZ, a site of the wing and three components of a force'
       return

@@ -16,7 +16,7 @@ module simulation_output
                        PRECISION_DOUBLE
   use io_xdmf, only: xdmf_index_t
   use parallel_block, only: allocate_fields
-  use simulation_averages, only: averages_t, MOST_AVERAGES
+  use fluid_averages, only: averages_t, MOST_AVERAGES
   use simulation_flight_output, only: flight_output_t
   use simulation_opening, only: opening_t
   use simulation_output_params, only: output_params_t

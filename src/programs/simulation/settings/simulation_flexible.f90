@@ -3,7 +3,7 @@
 module simulation_flexible
   use base_errors, only: message_list_t
   use base_kinds, only: rp
-  use base_named_kinds, only: named_kind_t
+  use base_named_kinds, only: named_kind_t, word_of
   use base_text, only: number_text
   use common_wing_effects, only: refuse_root_compliance
   use common_wing_keys, only: read_wing_keys, register_damping_keys, register_wing_keys, wing_choices_t
@@ -14,7 +14,8 @@ module simulation_flexible
   use fsi_flight_params, only: flapping_wing_t, flight_params_t
   use fsi_rotation, only: angle_t
   use fsi_wing_shape, only: SPAN, wing_shape_t
-  use fsi_wing_source, only: has_flexible_wings, source_choices, source_choices_t, SOURCE_NONE
+  use fsi_wing_source, only: source_choices, source_choices_t, SOURCE_NONE
+  use fsi_wings_key, only: has_flexible_wings, says_rigid_wings
   use io_config, only: config_t
   use io_keys, only: declaring, keys_t, reading
   use io_registry, only: registry_t
@@ -25,7 +26,7 @@ module simulation_flexible
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: register_flexible_keys, wants_flexible, wants_wing_file, read_wing_file, read_coupling, set_mechanics
+  public :: register_flexible_keys, stated_coupling, wants_flexible, wants_wing_file, read_wing_file, read_coupling, set_mechanics
 
   character(*), parameter :: F = 'Flexible_wing', DISTANCE = 'load_distance'
   real(rp), parameter :: FLAT = 1.0e-9_rp
@@ -42,7 +43,7 @@ module simulation_flexible
   type :: coupling_choices_t
     logical :: asks = .false., says = .false.  !< for flexible wings, by FLUSI's name; whether the key is there
     integer :: load = LOAD_PRESSURE
-    logical :: has_distance = .false., has_load = .false., has_extrapolated = .false.
+    logical :: has_coupling = .false., has_distance = .false., has_load = .false., has_extrapolated = .false.
     logical :: has_tolerance = .false., has_iterations = .false., has_gravity = .false.
   end type coupling_choices_t
 
@@ -77,7 +78,7 @@ contains
                      'distance, and extrapolated linearly to the mid surface', given=c%has_extrapolated)
     call keys%kind('coupling', p%coupling, 'weak', COUPLINGS, 'load on the wings during a step; weak: the load at its '// &
                    'beginning; extrapolated: the load extrapolated to its end; strong: the load at its end, found by '// &
-                   'sub-iterations')
+                   'sub-iterations', given=c%has_coupling)
     call keys%real('coupling_tolerance', p%tolerance, 1.0e-3_rp, 'strong: largest relative change of the load in the last '// &
                    'sub-iteration', above=0.0_rp, given=c%has_tolerance)
     call keys%integer('coupling_iterations', p%iterations, 20, 'strong: largest number of evaluations of the flow in a step; '// &
@@ -98,6 +99,17 @@ contains
     call read_coupling_keys(config, c, unused)
     wants_flexible = has_flexible_wings(config) .or. c%asks
   end function wants_flexible
+
+  !> Returns the word of [Flexible_wing] for the coupling that the user gives, or for `otherwise`, COUPLING_*, if there is none.
+  function stated_coupling(config, otherwise) result(word)
+    type(config_t), intent(in) :: config
+    integer, intent(in) :: otherwise
+    character(:), allocatable :: word
+    type(coupling_choices_t) :: c
+    type(coupler_params_t) :: p
+    call read_coupling_keys(config, c, p)
+    word = word_of(COUPLINGS, merge(p%coupling, otherwise, c%has_coupling))
+  end function stated_coupling
 
   !> Reads the keys that couple wings and flow.
   subroutine read_coupling_keys(config, c, p)
@@ -134,7 +146,7 @@ contains
     source = source_choices(config)
     call read_wing_keys(config, wing)
     has_file = wing%has_file
-    if (.not. has_flexible_wings(config) .and. config%is_given('Insects', 'wings')) &
+    if (says_rigid_wings(config)) &
       call config%complain(errors, 'Insects', 'wings', 'contradicts [Flexible_wing] use_flexible_wing_model = yes')
     if (source%source /= SOURCE_NONE) call config%complain(errors, 'Insects', 'WingShape', &
                                        'contradicts wings = flexible, which have the shape of [Wing] file; valid: none')

@@ -1,17 +1,22 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads what the user wants a run to write: [Saving], [DryRun] and [SaveSlices], and [Averaging] (simulation_averages).
+!> Reads what the user wants a run to write: [Saving], [DryRun] and [SaveSlices], and [Averaging] (fluid_average_keys).
 module simulation_output_params
   use base_errors, only: message_list_t
   use base_kinds, only: rp
-  use common_solver_keys, only: limit_keys
+  use base_named_kinds, only: named_kind_t
+  use common_solver_keys, only: backup_keys, limit_keys
   use fluid_params, only: fluid_params_t
   use io_config, only: config_t
+  use io_fields, only: PRECISION_DOUBLE, PRECISION_SINGLE
   use io_keys, only: keys_t, reading
   use io_stop, only: job_limits_t
-  use simulation_averages, only: average_keys, average_params_t
+  use fluid_average_keys, only: average_keys, average_params_t
   implicit none
   private
   public :: output_params_t, output_keys, read_output, wanted_output
+
+  type(named_kind_t), parameter :: PRECISIONS(2) = [named_kind_t('single', PRECISION_SINGLE), &
+                                                    named_kind_t('double', PRECISION_DOUBLE)]
 
   !> States which fields are saved, and when.
   type :: field_params_t
@@ -68,7 +73,8 @@ contains
   subroutine saving_keys(keys, p)
     type(keys_t), intent(inout) :: keys
     type(output_params_t), intent(inout) :: p
-    character(:), allocatable :: precision !< not allocated where keys are declared
+    integer :: precision
+    precision = PRECISION_SINGLE
     call keys%section('Saving', 'fields, time series, backups, and when to stop')
     call keys%real('tsave', p%fields%interval, 9.0e9_rp, 'interval of fields', unit='T', above=0.0_rp)
     call keys%real('tsave_first', p%fields%first, 0.0_rp, 'no fields before this time', unit='T')
@@ -85,18 +91,16 @@ contains
     call keys%switch('iSaveQ', p%fields%q_criterion, .false., 'save Q, the Q criterion -1/2 A_ij A_ji of the velocity gradient A')
     call keys%switch('iSaveSpectrae', p%spectra, .false., 'save energy spectra with the integrals: spectrum_tot.t, _x.t, '// &
                      '_y.t, _z.t have the mean of u^2/2 in each shell of wavenumbers of spectrum_k.t')
-    call keys%word('field_precision', precision, 'single', 'single|double', 'precision of the saved fields')
+    call keys%kind('field_precision', precision, 'single', PRECISIONS, 'precision of the saved fields')
     call keys%integer('striding', p%fields%stride, 1, 'save every n-th point in each direction, n being this value', min=1)
     call keys%word('naming', p%fields%naming, 'time', 'time|step', 'number in the file names: 1000 t, or the time step')
     call keys%switch('save_only_one_period', p%fields%one_period, .false., 'overwrite the fields of the previous period: '// &
                      'times in file names are taken modulo tsave_period')
     call keys%real('tsave_period', p%fields%period, 1.0_rp, 'period of save_only_one_period', unit='T', above=0.0_rp)
-    call keys%switch('iDoBackup', p%backup, .true., 'write backups')
     call keys%inert('backup_type', 'there is one kind of backup: one file, double precision')
-    call keys%real('truntime', p%limits%backup_seconds, 1.0_rp, 'wall time between backups', unit='h', above=0.0_rp, &
-                   scale=3600.0_rp)
+    call backup_keys(keys, p%backup, p%limits)
     call limit_keys(keys, p%limits, p%progress_seconds)
-    if (allocated(precision)) p%fields%single_precision = precision == 'single'
+    p%fields%single_precision = precision == PRECISION_SINGLE
   end subroutine saving_keys
 
   !> Visits the keys of [SaveSlices] and of the dry run of the mask.

@@ -9,7 +9,7 @@ module simulation_setting_checks
   use fluid_mean_keys, only: MEAN_FREE
   use fluid_params, only: fluid_params_t
   use fsi_flight_params, only: flight_params_t
-  use fsi_wing_source, only: has_flexible_wings
+  use fsi_wings_key, only: has_flexible_wings
   use io_config, only: config_t
   implicit none
   private
@@ -33,20 +33,22 @@ contains
     character(2), parameter :: BOX(3) = ['xl', 'yl', 'zl'], MEAN(3) = ['ux', 'uy', 'uz']
     integer :: i
     do i = 1, 3
-      call need('Geometry', BOX(i))
-      if (fluid%mean%kind(i) /= MEAN_FREE .or. fluid%initial%flow == FLOW_MEAN) call need('MeanFlow', MEAN(i))
+      call need(fluid%box%has_length(i), 'Geometry', BOX(i))
+      if (fluid%mean%kind(i) /= MEAN_FREE .or. fluid%initial%flow == FLOW_MEAN) &
+        call need(fluid%mean%has_velocity(i), 'MeanFlow', MEAN(i))
     end do
-    call need('ReynoldsNumber', 'nu')
-    if (fluid%solids%is_on) call need('Penalization', 'eps')
+    call need(fluid%has_nu, 'ReynoldsNumber', 'nu')
+    if (fluid%solids%is_on) call need(fluid%solids%has_c_eta, 'Penalization', 'eps')
     if (abs(fluid%initial%omega1) > 0) call c%complain(errors, 'InitialCondition', 'omega1', 'cannot be given with [units] '// &
                                     'input = SI, because its unit depends on inicond; set [units] input = dimensionless for '// &
                                     'this flow')
 
   contains
 
-    subroutine need(section, key)
+    subroutine need(is_given, section, key)
+      logical, intent(in) :: is_given
       character(*), intent(in) :: section, key
-      if (.not. c%is_given(section, key)) &
+      if (.not. is_given) &
         call c%complain(errors, section, key, 'is missing: with [units] input = SI it has no default')
     end subroutine need
   end subroutine check_si_numbers
@@ -107,14 +109,14 @@ contains
       text = magnitude_doubt(number, REYNOLDS(1), REYNOLDS(2), '', 'insects', .false.)
       if (number > 0 .and. text /= '') call c%complain(notices, 'ReynoldsNumber', 'nu', 'makes an unusual Reynolds '// &
                                                        'number: '//text)
-      if (.not. c%is_given('ReynoldsNumber', 'nu')) call c%complain(notices, 'ReynoldsNumber', 'nu', 'is not given; the '// &
+      if (.not. fluid%has_nu) call c%complain(notices, 'ReynoldsNumber', 'nu', 'is not given; the '// &
                       'program assumes '// &
                       number_text(fluid%nu)//' L^2/T, which makes the Reynolds number '//number_text(anint(number)))
     else
       call c%complain(notices, 'ReynoldsNumber', 'nu', 'is 0: the fluid has no viscosity; set that of the air or '// &
                       'the water around the insect')
     end if
-    if (fluid%solids%is_on .and. .not. c%is_given('Penalization', 'eps')) call c%complain(notices, 'Penalization', 'eps', &
+    if (fluid%solids%is_on .and. .not. fluid%solids%has_c_eta) call c%complain(notices, 'Penalization', 'eps', &
       'is not given; the program assumes '//number_text(fluid%solids%c_eta)//' T, in which a wing stops the fluid inside')
     number = fluid%solids%c_eta*flight%frequency()
     text = magnitude_doubt(number, DAMPED(1), DAMPED(2), 'beats', 'wings that hold the fluid', .false.)

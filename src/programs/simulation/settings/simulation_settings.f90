@@ -15,7 +15,7 @@ module simulation_settings
   use io_registry, only: registry_t
   use parallel_world, only: world_t
   use simulation_flexible, only: read_coupling, read_wing_file, set_mechanics, wants_flexible, wants_wing_file
-  use simulation_flight_faults, only: foresee_flight
+  use fsi_flight_faults, only: foresee_flight
   use simulation_free_flight, only: check_free_flight, take_masses
   use simulation_keys, only: register_all_keys
   use simulation_output_params, only: output_params_t, read_output, wanted_output

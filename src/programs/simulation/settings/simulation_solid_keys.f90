@@ -6,18 +6,19 @@ module simulation_solid_keys
   use base_named_kinds, only: named_kind_t
   use common_foreign_inputs, only: register_foreign_inputs, INPUT_OF_SOLID
   use common_instrument, only: register_idle_instrument
-  use common_solver_keys, only: limit_keys
+  use common_solver_keys, only: backup_keys, limit_keys
   use common_wing_keys, only: register_damping_keys, register_wing_keys, PLACE_HELP
   use fsi_kinematics_keys, only: register_kinematics_keys, SIDES
   use io_include, only: register_include
   use io_keys, only: declaring, keys_t
   use io_registry, only: registry_t
   use io_stop, only: job_limits_t
+  use simulation_units, only: scale_keys
   use solid_dynamics, only: dynamic_options_t
   implicit none
   private
   public :: solid_choices_t, motion_keys, load_keys, solid_keys, register_solid_keys, write_solid_reference, LAWS, LAW_CONSTANT, &
-            LAW_RAMP, LAW_SINE, FRAMES
+            LAW_RAMP, LAW_SINE, FRAMES, ROTATION_NAMES
 
   !> The laws by which forces depend on time. Each law has a key of [Loads] with a list of forces. A new law also needs its factor
   !> in flusi_solid_loads.
@@ -32,6 +33,8 @@ module simulation_solid_keys
   type(named_kind_t), parameter :: FRAMES(3) = [named_kind_t('rest', FRAME_REST), named_kind_t('rotation', FRAME_ROTATION), &
                                                 named_kind_t('flapping', FRAME_FLAPPING)]
 
+  character(9), parameter :: ROTATION_NAMES(4) = [character(9) :: 'axis', 'through', 'frequency', 'ramp']
+
   integer, parameter :: WING_LEFT = 1, WING_RIGHT = 2 !< numbers of the wings in SIDES
   type(named_kind_t), parameter :: WINGS(2) = [named_kind_t(SIDES(WING_LEFT), WING_LEFT), &
                                                named_kind_t(SIDES(WING_RIGHT), WING_RIGHT)]
@@ -43,12 +46,18 @@ module simulation_solid_keys
 
   real(rp), parameter :: ZERO(3) = 0.0_rp
 
+  !> Holds the keys of [Motion] on a rotation about a fixed axis.
+  type :: rotation_choices_t
+    real(rp) :: axis(3) = 0, through(3) = 0         !< [-] and [m]
+    real(rp) :: frequency = 0, ramp = 0             !< [1/s] and [s]
+    logical :: given(size(ROTATION_NAMES)) = .false. !< whether the file gives each of ROTATION_NAMES
+  end type rotation_choices_t
+
   !> Holds what a user chooses apart from the wing and the kinematics of [Insects].
   type :: solid_choices_t
     integer :: motion_type = FRAME_REST
     integer :: wing = WING_LEFT                     !< its number in SIDES
-    real(rp) :: axis(3) = 0, through(3) = 0         !< of the rotation, [-] and [m]
-    real(rp) :: turns = 0, turn_ramp = 0            !< of the rotation, [1/s] and [s]
+    type(rotation_choices_t) :: rotation
     real(rp) :: unit_length = 1, unit_frequency = 1 !< of [Insects], [m] and [1/s]
     type(force_list_t) :: forces(size(LAWS))        !< of each law
     character(:), allocatable :: released_forces    !< list of forces that bend the wing before time 0
@@ -104,20 +113,26 @@ contains
     call keys%kind('type', c%motion_type, 'rest', FRAMES, 'rotation about a fixed axis, or the wing beat of '// &
                    '[Insects]; the wing starts at rest in the frame')
     call keys%in_checkpoint()
-    call keys%reals('axis', c%axis, [0.0_rp, 0.0_rp, 1.0_rp], 'axis of the rotation, a vector of any length')
-    call keys%reals('through', c%through, ZERO, 'a point of the axis, in the wing frame', unit='m')
-    call keys%real('frequency', c%turns, 0.0_rp, 'frequency of the rotation; a positive one turns right-handed about the axis', &
-                   unit='1/s')
-    call keys%real('ramp', c%turn_ramp, 0.0_rp, 'duration over which the rotation grows from rest to its full speed; 0: full '// &
-                   'speed at once', unit='s', &
-                   min=0.0_rp)
+    call rotation_keys(keys, c%rotation)
     call keys%kind('wing', c%wing, 'left', WINGS, 'which wing of [Insects] flaps; loads and results refer to the axes '// &
                    'of the wing file, even if this wing is the mirror image of the wing in the file')
     call keys%in_checkpoint()
-    call keys%section('units', 'SI values of the units L and T of [Insects]', in_checkpoint=.true.)
-    call keys%real('length', c%unit_length, 1.0_rp, 'one L, for instance the wing length', unit='m', above=0.0_rp)
-    call keys%real('frequency', c%unit_frequency, 1.0_rp, '1/T, for instance the wing beat frequency', unit='1/s', above=0.0_rp)
+    call keys%section('units', 'SI values of the units L and T of [Insects]')
+    call scale_keys(keys, c%unit_length, c%unit_frequency)
   end subroutine motion_keys
+
+  !> Declares and reads ROTATION_NAMES of [Motion], which must be the present section of `keys`.
+  subroutine rotation_keys(keys, r)
+    type(keys_t), intent(in) :: keys
+    type(rotation_choices_t), intent(inout) :: r
+    call keys%reals(trim(ROTATION_NAMES(1)), r%axis, [0.0_rp, 0.0_rp, 1.0_rp], 'axis of the rotation, a vector of any length', &
+                    given=r%given(1))
+    call keys%reals(trim(ROTATION_NAMES(2)), r%through, ZERO, 'a point of the axis, in the wing frame', unit='m', given=r%given(2))
+    call keys%real(trim(ROTATION_NAMES(3)), r%frequency, 0.0_rp, 'frequency of the rotation; a positive one turns right-handed '// &
+                   'about the axis', unit='1/s', given=r%given(3))
+    call keys%real(trim(ROTATION_NAMES(4)), r%ramp, 0.0_rp, 'duration over which the rotation grows from rest to its full '// &
+                   'speed; 0: full speed at once', unit='s', min=0.0_rp, given=r%given(4))
+  end subroutine rotation_keys
 
   !> Declares and reads the keys on forces and on their dependence on time.
   subroutine load_keys(keys, c)
@@ -161,9 +176,7 @@ contains
     call keys%real('t_save', c%t_save, 9.0e9_rp, 'interval of shapes; the first and the last are always saved', unit='s', &
                    above=0.0_rp)
     call keys%integer('series_every', c%series_every, 1, 'steps between two records of the time series', min=1)
-    call keys%switch('iDoBackup', c%backup, .true., 'write backups')
-    call keys%real('truntime', c%limits%backup_seconds, 1.0_rp, 'wall time between backups', unit='h', above=0.0_rp, &
-                   scale=3600.0_rp)
+    call backup_keys(keys, c%backup, c%limits)
     call limit_keys(keys, c%limits, c%progress_seconds)
   end subroutine solid_keys
 end module simulation_solid_keys

@@ -6,12 +6,15 @@ module simulation_translations
   use base_text, only: number_text
   use fluid_params, only: fluid_params_t, read_fluid_keys
   use fluid_solid_keys, only: solids_t, MASK_FLEXIBLE_WING, MASK_INSECT
+  use fluid_time_keys, only: ALSO_COUPLING, ALSO_ITERATION, ALSO_RIGID_SOLID
   use fsi_body_motion, only: MOTION_FREE, MOTION_TAKEOFF
   use fsi_body_motion_keys, only: body_motion_choices, body_motion_choices_t
+  use fsi_coupler_params, only: COUPLING_STRONG, COUPLING_WEAK
   use fsi_flight_keys, only: flight_choices, flight_choices_t
   use fsi_kinematics_keys, only: kinematics_choices, kinematics_choices_t, SIDES
   use fsi_thin_keys, only: surface_choice, SURFACE_AUTO
   use io_config, only: config_t
+  use simulation_flexible, only: stated_coupling
   use simulation_output_params, only: output_params_t, wanted_output
   implicit none
   private
@@ -30,7 +33,8 @@ contains
     type(output_params_t) :: output
     real(rp) :: box(3)
     call translate_scheme(config, notices)
-    call read_fluid_keys(config, fluid, box)
+    call read_fluid_keys(config, fluid)
+    box = fluid%box%length
     if (fluid%resolution%n(1) == 1) box(1) = 0 ! a plane flow, at x = 0
     if (.not. (fluid%solids%is_on .and. any(fluid%solids%mask == [MASK_INSECT, MASK_FLEXIBLE_WING]))) return
     if (fluid%solids%mask == MASK_FLEXIBLE_WING) call translate_flexible_wing(config, notices)
@@ -63,17 +67,14 @@ contains
     type(message_list_t), intent(inout) :: notices
     type(fluid_params_t) :: fluid
     type(body_motion_choices_t) :: motion
-    real(rp) :: box(3)
     character(:), allocatable :: word, coupling
-    call read_fluid_keys(config, fluid, box)
+    call read_fluid_keys(config, fluid)
     word = fluid%time%word
     motion = body_motion_choices(config)
-    if (word == 'AB2_rigid_solid' .and. any(motion%kind == [MOTION_FREE, MOTION_TAKEOFF])) &
+    if (fluid%time%also == ALSO_RIGID_SOLID .and. any(motion%kind == [MOTION_FREE, MOTION_TAKEOFF])) &
       call config%settle('Time', 'iTimeMethodFluid', 'AB2', 'as '//word)
-    if (index(word, 'FSI_') /= 1) return
-    coupling = 'weak'
-    if (word == 'FSI_AB2_iteration') coupling = 'strong'
-    if (config%is_given(F, 'coupling')) coupling = config%get_word(F, 'coupling')
+    if (all(fluid%time%also /= [ALSO_COUPLING, ALSO_ITERATION])) return
+    coupling = stated_coupling(config, merge(COUPLING_STRONG, COUPLING_WEAK, fluid%time%also == ALSO_ITERATION))
     call config%complain(notices, 'Time', 'iTimeMethodFluid', word//' is read as AB2 with [Flexible_wing] coupling = '// &
                          coupling)
     call config%settle('Time', 'iTimeMethodFluid', 'AB2', 'as '//word)

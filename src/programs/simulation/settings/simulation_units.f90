@@ -3,12 +3,16 @@
 module simulation_units
   use base_errors, only: message_list_t
   use base_kinds, only: rp
+  use base_named_kinds, only: named_kind_t
   use io_config, only: config_t
   use io_keys, only: keys_t, reading
   use io_units, only: unit_scales_t
   implicit none
   private
-  public :: units_t, units_keys, read_units
+  public :: units_t, units_keys, scale_keys, read_units
+
+  integer, parameter :: INPUT_DIMENSIONLESS = 1, INPUT_SI = 2
+  type(named_kind_t), parameter :: INPUTS(2) = [named_kind_t('dimensionless', INPUT_DIMENSIONLESS), named_kind_t('SI', INPUT_SI)]
 
   !> Holds the length [m], the frequency [1/s] and the density [kg/m^3] that make the units of a run.
   type :: units_t
@@ -27,20 +31,29 @@ contains
   subroutine units_keys(keys, u)
     type(keys_t), intent(inout) :: keys
     type(units_t), intent(inout) :: u
-    character(:), allocatable :: word !< not allocated where keys are declared
+    integer :: input
+    input = INPUT_DIMENSIONLESS
     call keys%section('units', 'SI values of the units; without this section all quantities are dimensionless')
-    call keys%word('input', word, 'dimensionless', 'dimensionless|SI', 'units of the values in this file: L, T and M as '// &
+    call keys%kind('input', input, 'dimensionless', INPUTS, 'units of the values in this file: L, T and M as '// &
                    'defined below, or m, s and kg instead; results are in L, T and M, and those in summary.txt in both')
-    ! The time of wings depends on these units.
-    call keys%real('length', u%length, 1.0_rp, 'one L, for instance the wing length', unit='m', above=0.0_rp, given=u%has(1))
-    call keys%in_checkpoint()
-    call keys%real('frequency', u%frequency, 1.0_rp, '1/T, for instance the wing beat frequency', unit='1/s', above=0.0_rp, &
-                   given=u%has(2))
-    call keys%in_checkpoint()
+    call scale_keys(keys, u%length, u%frequency, u%has(1), u%has(2))
     call keys%real('density', u%density, 1.0_rp, 'density of the fluid', unit='kg/m^3', above=0.0_rp, given=u%has(3))
     call keys%in_checkpoint()
-    if (allocated(word)) u%si_input = word == 'SI'
+    u%si_input = input == INPUT_SI
   end subroutine units_keys
+
+  !> Declares and reads the keys of [units], which must be the present section of `keys`, that every program with a wing beat has:
+  !> the `length` [m] of one L and the `frequency` [1/s] of one 1/T. The time of wings depends on both.
+  subroutine scale_keys(keys, length, frequency, has_length, has_frequency)
+    type(keys_t), intent(in) :: keys
+    real(rp), intent(inout) :: length, frequency
+    logical, intent(inout), optional :: has_length, has_frequency
+    call keys%real('length', length, 1.0_rp, 'one L, for instance the wing length', unit='m', above=0.0_rp, given=has_length)
+    call keys%in_checkpoint()
+    call keys%real('frequency', frequency, 1.0_rp, '1/T, for instance the wing beat frequency', unit='1/s', above=0.0_rp, &
+                   given=has_frequency)
+    call keys%in_checkpoint()
+  end subroutine scale_keys
 
   !> Reads the SI values of the units. With input = SI, `c` reads all numbers of the file in SI units from here on. Adds
   !> mistakes to `errors` and remarks to `notices`.

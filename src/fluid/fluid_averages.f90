@@ -5,31 +5,20 @@
 !>
 !> It integrates by the trapezoidal rule over the time steps. Over whole beats of a periodic flow this rule has no error except the
 !> one from unequal steps. f is u, |u|^2/2 or |omega|^2/2, on the grid.
-module simulation_averages
+module fluid_averages
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use fluid_average_keys, only: average_params_t
   use fluid_solver, only: fluid_t
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
-  use io_keys, only: keys_t
   use parallel_block, only: allocate_fields, block_t, rows_t
   implicit none
   private
-  public :: averages_t, average_params_t, average_keys
+  public :: averages_t
 
-  character(*), parameter :: SECTION = 'Averaging'
   integer, parameter, public :: MOST_AVERAGES = 5
   integer, parameter :: AVERAGE_UX = 1, AVERAGE_UZ = 3, AVERAGE_ENERGY = 4, AVERAGE_ENSTROPHY = 5
   character(7), parameter :: NAMES(MOST_AVERAGES) = [character(7) :: 'uavgx', 'uavgy', 'uavgz', 'ekinavg', 'zavg']
-
-  !> States which means the user wants, and from which time on.
-  type :: average_params_t
-    logical :: is_on = .false.
-    logical :: velocity = .true., kinetic_energy = .false., enstrophy = .false.
-    real(rp) :: begin = 0       !< T
-    logical :: one_only = .true. !< the newest means replace earlier ones
-  contains
-    procedure :: n_fields => params_n_fields
-  end type average_params_t
 
   !> Holds the state of the means: the sums, the time at which they begin, and the length of the previous step.
   type :: averages_t
@@ -53,28 +42,6 @@ module simulation_averages
   end type averages_t
 
 contains
-
-  !> Declares and reads the keys of [Averaging].
-  subroutine average_keys(keys, p)
-    type(keys_t), intent(inout) :: keys
-    type(average_params_t), intent(inout) :: p
-    call keys%section(SECTION, 'averages over time, computed during the run and saved with the fields')
-    call keys%switch('time_avg', p%is_on, .false., 'compute averages over time')
-    call keys%switch('vel_avg', p%velocity, .true., 'average the velocity: uavgx uavgy uavgz')
-    call keys%switch('ekin_avg', p%kinetic_energy, .false., 'average |u|^2/2: ekinavg')
-    call keys%switch('enstrophy_avg', p%enstrophy, .false., 'average |omega|^2/2: zavg')
-    call keys%real('tstart_avg', p%begin, 0.0_rp, 'time at which averaging begins', unit='T', min=0.0_rp)
-    call keys%switch('save_one_only', p%one_only, .true., 'new averages overwrite the previous ones, in files with the number '// &
-                     '000; no: the files have the numbers of the fields')
-    p%is_on = p%is_on .and. (p%velocity .or. p%kinetic_energy .or. p%enstrophy)
-  end subroutine average_keys
-
-  !> Returns the number of fields that are gathered.
-  pure integer function params_n_fields(self) result(n)
-    class(average_params_t), intent(in) :: self
-    n = 0
-    if (self%is_on) n = merge(3, 0, self%velocity) + count([self%kinetic_energy, self%enstrophy])
-  end function params_n_fields
 
   !> Allocates the sums on this rank's `block` and sets them to 0. Every rank must call it, without waiting for others.
   subroutine averages_init(self, params, block)
@@ -191,4 +158,4 @@ contains
       self%sum(:, :, :, i) = reshape(rows, shape(self%sum(:, :, :, i)))
     end do
   end subroutine averages_load
-end module simulation_averages
+end module fluid_averages

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Checks during the motion of wings whether they touch each other or leave the box.
-module simulation_flight_faults
+module fsi_flight_faults
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
@@ -179,4 +179,4 @@ contains
     read (buffer, *) y
     text = number_text(y)
   end function rounded
-end module simulation_flight_faults
+end module fsi_flight_faults
