@@ -116,7 +116,7 @@ contains
     logical :: is_valid
     q = beam%null_point()
     allocate (state)
-    call build_design(beam, q, state, design, failure)
+    call build_design(beam, q, state, 1.0_rp, design, failure)
     call beam%evaluate(q, [integer ::], state, residuals, nothing, is_valid)
     allocate (z(design%k))
     call design%compress(residuals, q(:N_BASE), z, rest)

@@ -29,7 +29,7 @@ contains
   !> A catalogue of two entries; the first is the cause.
   subroutine make()
     integer :: e
-    allocate (s%catalogue%effects(2), d%design%candidates(2))
+    allocate (s%catalogue%effects(2), d%model%design%candidates(2))
     do e = 1, 2
       associate (effect => s%catalogue%effects(e))
         effect%name = 'cause_'//number_text(e)
@@ -38,8 +38,8 @@ contains
         allocate (effect%variants(1))
         effect%variants(1)%label = ''
       end associate
-      d%design%candidates(e)%effect = e
-      d%design%candidates(e)%variant = 1
+      d%model%design%candidates(e)%effect = e
+      d%model%design%candidates(e)%variant = 1
     end do
     d%decision%causes = [1]
     d%decision%set = [1]
