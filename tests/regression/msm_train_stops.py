@@ -134,7 +134,7 @@ def test_stop_in_moves(case):
     whole, stopped = case.sub("whole"), case.sub("stopped")
     ini = training(CMAES={"max_generations": 1}, Polish={"starts": 1, "intervals": "no"})
     for one in (whole, stopped):
-        twin(one, **{"joint:C_Sc": 3e-4})  # no wing of three parameters fits it
+        replicate(one, **{"joint:C_Sc": 3e-4})  # no wing of three parameters fits it
         one.write("train.ini", ini)
     done = whole.run("train.ini", ranks=0)
     check("moves of single parameters" in done.out, f"parameters are moved:\n{done.out}")
