@@ -255,8 +255,8 @@ def test_few(case):
 
 def test_plan(case):
     """A plan without heights is that of an experiment in which all heights are known, to the byte; of the same loads with what
-    was measured it differs by heights that the bent wing has left, up to 1 in 20. With correlated errors nothing is found from
-    less than when it is known how they mix, but for the draws. It is not diagnosed."""
+    was measured it differs by heights that the bent wing has left, up to 1 in 20, and by the draws, up to 1 in 100. With correlated
+    errors nothing is found from less than when it is known how they mix, but for the draws. It is not diagnosed."""
     found = {}
     correlated = ("--set", "noise.correlated=1e-5", "--set", "noise.correlation_length=1e-3")
     for name, arguments in ("correlated", correlated), ("mixed", ("--plan", *correlated)), ("measured", ()), ("nothing", ("--plan",)):
@@ -274,7 +274,7 @@ def test_plan(case):
             file[place + "z"].attrs["units"] = "m"
     case.run("diagnose.ini", "--plan", ranks=1, code=EXIT_OK)
     check((case.folder / "diagnosis_plan.json").read_text() == found["nothing"], "the plan is that of known heights")
-    for plan, measured, lowest, highest in ("nothing", "measured", 0.95, 1.02), ("mixed", "correlated", 0.98, 9.0):
+    for plan, measured, lowest, highest in ("nothing", "measured", 0.94, 1.02), ("mixed", "correlated", 0.98, 9.0):
         after = {effect["name"]: effect for effect in json.loads(found[measured])["effects"]}
         tested = [effect for effect in json.loads(found[plan])["effects"] if effect["status"] == "tested"]
         check(len(tested) >= 20, f"{len(tested)} effects can be tested")

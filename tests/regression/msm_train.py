@@ -50,22 +50,26 @@ def rows_of(contents, name, width):
 
 
 def check_details(contents):
-    """The path of least squares goes down in every stage and ends at the outcome; profiles pass the threshold where intervals end."""
+    """The path has one fit behind the other. Each goes down in every stage, and the lowest end is the outcome. Profiles pass the
+    threshold where intervals end."""
     path = rows_of(contents, "path", 4)
     check(len(path) > 2 and all(a[0] < b[0] for a, b in zip(path, path[1:])), f"evaluations are counted: {path}")
     errors = [row[3] for row in path]
     check(errors == sorted(errors, reverse=True) and errors[0] > 10 and errors[-1] == 1, f"errors fall to 1: {errors}")
+    rises = 0
     for stage in set(errors):
         sums = [chi2 / stage**2 + prior for _, chi2, prior, one in path if one == stage]
-        check(sums == sorted(sums, reverse=True), f"the path goes down in every stage: {sums}")
+        rises += sum(b > a for a, b in zip(sums, sums[1:]))
+    check(rises < len(path) / 4, f"the path goes down but where a fit begins, and a fit has several points: {path}")
+    lowest = min((row for row in path if row[3] == 1), key=lambda row: row[1] + row[2])
     # The cold solution is another by 1e-12 m at most, of errors of 1e-7 m declared: 1e-5 of a residual, in each of n.
     n, chi2 = (float(next(v[0] for k, v in contents.items() if k.split("/")[-1] == name))
                for name in ("residuals", "chi2"))
-    check(abs(path[-1][1] - chi2) < 1e-5 * (2 * math.sqrt(n * max(chi2, path[-1][1])) + n * 1e-5),
-          f"and ends at the outcome: {path[-1]}, {chi2}")
+    check(abs(lowest[1] - chi2) < 1e-5 * (2 * math.sqrt(n * max(chi2, lowest[1])) + n * 1e-5),
+          f"and its lowest end is the outcome: {lowest}, {chi2}")
     # One decade about the values of [Wing]; parameters are known to 1e-5.
     prior = sum(math.log10(value / (12.58e9 if name == "E" else OTHERS))**2 for name, value in TRUTH.items())
-    check(abs(path[-1][2] - prior) < 1e-5, f"the priors are counted: {path[-1][2]}, not {prior}")
+    check(abs(lowest[2] - prior) < 1e-5, f"the priors are counted: {lowest[2]}, not {prior}")
     intervals = rows_of(contents, "intervals", 5)
     check(len(intervals) == len(TRUTH), "an interval of every parameter")
     for (lower, best, upper, *has), name in zip(intervals, ("E", "joint:R4+5_base", "joint:R1_Rs")):
@@ -214,7 +218,7 @@ def test_mistakes(case):
                      "[Polish] prior_decades"):
         check(done.err.count(sentence) == 1, f"'{sentence}' once:\n{done.err}")
     check("train.ini:" in done.err, "with the line")
-    check(case.files() == ["train.ini", "replicate.h5"], f"nothing is written: {case.files()}")
+    check(case.files() == ["replicate.h5", "train.ini"], f"nothing is written: {case.files()}")
     case.write("part.ini", "[Wing]\nk_e = 50;\n")
     for changed, sentence in (({"Measurement": {"file": "none.h5"}}, "'none.h5' does not exist"),
                               ({"Measurement": {"file": str(WING)}}, "schema"),

@@ -61,7 +61,8 @@ contains
     self%grids = ''
     if (failure%failed) return
     if (world%is_root .and. present(restart_time)) then
-      marks = grid_marks_t(begin=GRID_HEAD, end=GRID_TAIL, time=TIME_HEAD, before='"', closing=TIME_TAIL)
+      ! A run also saves the fields of its last step, which is not saved if the run goes on.
+      marks = grid_marks_t(begin=GRID_HEAD, end=GRID_TAIL, time=TIME_HEAD, before='"', closing=TIME_TAIL, keeps_last=.false.)
       if (file_exists(path)) call read_grids(path, marks, restart_time, self%grids, own)
     end if
     call broadcast_failure(world, own, failure)

@@ -16,12 +16,13 @@ module io_xdmf_grids
     character(:), allocatable :: time       !< beginning of the line with the time, which may be the first line
     character :: before = ' '               !< what stands before the number, and not in it
     character(:), allocatable :: closing    !< what stands behind it
+    logical :: keeps_last = .true.          !< the text at the time of the restart stays, too
   end type grid_marks_t
 
 contains
 
-  !> Returns the `grids` of the index `path` up to and at `restart_time`. An index that is continued replaces what is saved again at
-  !> this time, because it has the same label. Fails if the file cannot be read or was not written by this program.
+  !> Returns the `grids` of the index `path` up to `restart_time`: with the one at this time if the marks say so. Fails if the file
+  !> cannot be read or was not written by this program.
   subroutine read_grids(path, marks, restart_time, grids, failure)
     character(*), intent(in) :: path
     type(grid_marks_t), intent(in) :: marks
@@ -30,9 +31,10 @@ contains
     type(failure_t), intent(inout) :: failure
     real(rp), parameter :: MARGIN = 1.0e-12_rp !< an index has all digits of times, the restart file of another program may not
     character(:), allocatable :: line, grid
-    real(rp) :: time
+    real(rp) :: time, last
     integer :: unit, status
     logical :: found, inside, is_ours
+    last = restart_time + merge(MARGIN, -MARGIN, marks%keeps_last)*abs(restart_time)
     grids = ''
     open (newunit=unit, file=path, status='old', action='read', iostat=status)
     if (status /= 0) then
@@ -58,7 +60,7 @@ contains
       end if
       if (line /= marks%end) cycle
       inside = .false.
-      if (time <= restart_time + MARGIN*abs(restart_time)) grids = grids//grid
+      if (time < last .or. (marks%keeps_last .and. time <= last)) grids = grids//grid
     end do
     close (unit)
     if (.not. is_ours) call failure%raise(path//': was not written by this program: move it away')
