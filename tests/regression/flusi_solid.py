@@ -346,7 +346,7 @@ def test_mistakes(case):
           "the force acts on the clamped root only"]),
         ({"Initial": {"released": "tip 0 0 1e-4", "mode": 1}}, ["[Initial] mode: contradicts released"]),
         ({"Saving": {"name": "a<b"}}, ["[Saving] name: must not contain"]),
-        ({"Saving": {"t_save": 1e-12}}, ["[Saving] t_save: means"]),
+        ({"Saving": {"t_save": 1e-12}}, ["[Saving] t_save: is too short"]),
         ({"Saving": {"tsave": 1}}, ["[Saving] tsave", "did you mean 't_save'"]),
     ]
     for number, (change, sentences) in enumerate(mistakes):
