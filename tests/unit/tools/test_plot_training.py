@@ -7,13 +7,14 @@ import tempfile
 import unittest
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 
 import synthetic_training as made
 from flusi_msm.training import command as plot_training  # noqa: F401  (chooses the backend)
 from flusi_msm.training.maps import edges_of, grid_of
-from flusi_msm.training.plots import draw_parameters, runs_of
+from flusi_msm.training.plots import begins_of_fits, draw_parameters, runs_of
 from flusi_msm.training.report import page
 from flusi_msm.training.judgement import warnings_of
 from flusi_msm.training.run import in_words, read_training
@@ -225,6 +226,13 @@ class PlotTraining(unittest.TestCase):
         self.assertTrue(0 < (~known).sum() < 12, "the hole")
         np.testing.assert_allclose(field[known], expected[known], rtol=1e-12)
         np.testing.assert_allclose(edges_of(np.array([0.0, 1, 3])), [-0.5, 0.5, 2, 4])
+
+    def test_fits_are_told_apart(self):
+        """A fit begins where the errors grow, or where the sum of squares grows with the same errors; a stage with smaller errors may
+        begin with a larger sum."""
+        rows = [[1, 90, 1, 3], [2, 50, 1, 3], [3, 60, 1, 1], [4, 20, 1, 1],   # a fit of two stages
+                [5, 70, 1, 1], [6, 20, 1, 1], [7, 400, 1, 3], [8, 20, 1, 1]]  # from a further start, and of a move
+        self.assertEqual(begins_of_fits(SimpleNamespace(polish=np.array(rows, float))), [0, 4, 6])
 
     def test_runs_are_told_apart(self):
         runs = runs_of(read_training(made.write_training(self.folder)))

@@ -113,23 +113,44 @@ def mark_outcome(training: Training, axes: Axes, factor: float, last: float) -> 
               label="trained wing")
 
 
+def begins_of_fits(training: Training) -> list[int]:
+    """Returns the first row of each fit in the path of least squares: a fit only goes down while its errors stay the same, and its
+    errors only become smaller."""
+    assert training.polish is not None
+    _, data, prior, *errors = training.polish.T
+    stage = errors[0] if errors else np.ones(len(data))
+    total = data / stage**2 + prior
+    rises = (stage[1:] > stage[:-1]) | ((stage[1:] == stage[:-1]) & (total[1:] > total[:-1]))
+    return [0, *(np.flatnonzero(rises) + 1)]
+
+
 def draw_polish(training: Training, axes: Axes) -> None:
-    """Draws the sum of squares over the evaluations of least squares, and marks where a stage with smaller errors begins."""
+    """Draws the sum of squares over the evaluations of least squares: of the first fit, with marks where a stage with smaller errors
+    begins, and of those from further starts and moves."""
     assert training.polish is not None
     n, data, prior, *errors = training.polish.T
-    axes.plot(n, data + prior, "o-", color=COLOURS[1], ms=4.5, label="with the priors")
-    axes.plot(n, data, ".", color=INK, ms=4, label="of the measurements")
+    begins = begins_of_fits(training)
+    for first, last in zip(begins, [*begins[1:], len(n)]):
+        fit = slice(first, last)
+        if first == 0:
+            axes.plot(n[fit], (data + prior)[fit], "o-", color=COLOURS[1], ms=4.5, label="with the priors", zorder=3)
+            axes.plot(n[fit], data[fit], ".", color=INK, ms=4, label="of the measurements", zorder=4)
+        else:
+            axes.plot(n[fit], (data + prior)[fit], ".-", color="0.55", ms=3, lw=0.9, zorder=2,
+                      label="further starts and moves" if first == begins[1] else None)
     if (data + prior).max() > 5 * data.min():
         axes.set_yscale("log")
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=5, integer=True))
     axes.grid(axis="y", color="0.92", lw=0.6)
     axes.set_xlabel("evaluations of all loads")
     axes.set_ylabel(r"$\chi^2$")
-    for k in np.flatnonzero(np.diff(errors[0])) if errors else ():
+    end = begins[1] if len(begins) > 1 else len(n)
+    stages = np.flatnonzero(np.diff(errors[0][:end])) if errors else np.empty(0, dtype=int)
+    for k in stages:
         axes.axvline(0.5 * (n[k] + n[k + 1]), color="0.45", lw=0.9, ls=(0, (4, 3)), zorder=0,
-                     label="next stage" if k == np.flatnonzero(np.diff(errors[0]))[0] else None)
+                     label="next stage" if k == stages[0] else None)
     axes.set_title("polish (least squares)", loc="left")
-    axes.legend(loc="upper right", frameon=True, facecolor="white", edgecolor="none", framealpha=1)
+    axes.legend(loc="upper right", frameon=True, facecolor="white", edgecolor="none", framealpha=1, fontsize=8)
 
 
 # ---- parameters ----------------------------------------------------------------------------------
