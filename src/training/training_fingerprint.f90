@@ -42,8 +42,8 @@ contains
     end subroutine add
   end function fingerprint_of
 
-  !> Leaves out what a search under loads does not depend on: names, records that it does not compare, and what enters by the
-  !> compared values and their sd.
+  !> Omits the components of a measurement on which a search under loads does not depend: names, and records that it does not
+  !> compare. It also omits raw data: the fingerprint contains the values that the search compares, and their sd.
   subroutine omit_from_measurement(entries, n_loads, n_observations)
     type(fingerprint_t), intent(inout) :: entries
     integer, intent(in) :: n_loads, n_observations

@@ -32,8 +32,8 @@ def meets_small_array(done):
 
 
 def test_allocation_fails(case):
-    """Wherever the limit strikes a field: before it all is well, and behind it the size is told. The limit rises by half a field
-    at a time: it may strike a small array once, but not twice in a row."""
+    """If a field does not fit into the memory, the program names the size of the field. The limit rises by half a field at a time.
+    A small array may therefore meet one limit, but not two in a row."""
     ini = ring(128, Time={"nt": 0}, Saving={"iSavePress": "yes", "iSaveVorticity": "yes"})
     told, was_small = set(), False
     for megabytes in range(240, 800, 8):  # programs and libraries take some 250 to 400; a field takes 17
@@ -41,7 +41,7 @@ def test_allocation_fails(case):
         if not told and done.code != EXIT_OK and "flusi-msm: rank" not in done.err:
             continue  # at the start MPI or another library meets the limit
         is_small = done.code != EXIT_OK and meets_small_array(done)
-        check(not (is_small and was_small and told), f"what lacks memory at {megabytes} MB is a field, whose size is told: {done}")
+        check(not (is_small and was_small and told), f"at {megabytes} MB a field does not fit, and the program names its size: {done}")
         was_small = is_small
         if is_small:
             continue

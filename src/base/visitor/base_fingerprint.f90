@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes a number that identifies values: a sum over all components that the visits of the values name.
 !>
-!> The owner of a fingerprint omits, by name, what it does not depend on, and may sum some components itself, in an order of its
-!> own. For all other components the position in the sum follows from their name. A new component changes the fingerprint as soon
-!> as a visit names it, without any other change. Sizes are no components.
+!> The module that makes a fingerprint names the components that must not count (`omit`). It may add some components itself, in an
+!> order that it chooses. The names of all other components set their positions in the sum. A new component changes the fingerprint
+!> as soon as a visit names it. Sizes do not count.
 module base_fingerprint
   use base_checksum, only: checksum_add, checksum_reals, checksum_text
   use base_errors, only: require

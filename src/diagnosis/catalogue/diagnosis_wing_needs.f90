@@ -83,7 +83,7 @@ contains
         missing = needs_mass(e)
       case (NEED_SMALL_DEFLECTIONS)
         missing = needs_small_deflections(e)
-      case default ! the diagnosis makes veins sided itself; missing_for judges what the file lacks
+      case default ! the diagnosis gives veins their sides, and missing_for tests what the measurement file has
         call require(any(needs(i) == [NEED_SIDED_VEINS, NEED_ORDER, NEED_TIME, NEED_HOLD, NEED_HEIGHTS]), &
                      'diagnosis_wing_needs: an unknown need')
       end select

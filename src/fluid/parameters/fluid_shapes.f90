@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Defines bodies of simple shape that do not move: their names, the checks of their sizes, and the signed distance of a point from
 !> their surface. A new body needs a kind, a word in SHAPES, its words in SHAPE_HELP and a case in `shape_distance`. It needs a case
-!> in `shape_mistake` if its sizes need a check, and a word in OBSTACLES if it may stand beside an insect.
+!> in `shape_mistake` if its sizes need a check, and a word in OBSTACLES if a flow with an insect may contain it.
 module fluid_shapes
   use base_constants, only: PI
   use base_kinds, only: rp

@@ -14,8 +14,8 @@ module io_xdmf_grids
   type :: grid_marks_t
     character(:), allocatable :: begin, end !< beginning of the first line, and the whole last line
     character(:), allocatable :: time       !< beginning of the line with the time, which may be the first line
-    character :: before = ' '               !< what stands before the number, and not in it
-    character(:), allocatable :: closing    !< what stands behind it
+    character :: before = ' '               !< last character before the number
+    character(:), allocatable :: closing    !< characters between the number and the end of the line
     logical :: keeps_last = .true.          !< the text at the time of the restart stays, too
   end type grid_marks_t
 
