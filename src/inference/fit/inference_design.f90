@@ -3,9 +3,9 @@
 !> J are the whitened tangents of the baseline (priors as further rows) and S those of all effects. The part that the baseline can
 !> imitate is projected out: S_perp = (I - Q Q^T) S, Q an orthonormal basis of J. The remainders of all effects and of patterns of
 !> unknown causes span k dimensions with the orthonormal basis X. Directions that the errors of the tangents alone can produce are
-!> left out (inference_span). z = X^T r contains all that the tests need of the residuals r: k independent numbers of variance 1 if the baseline is
-!> true. This is the min-max test of Doehler, Mevel and Zhang, Annual Reviews
-!> in Control 42 (2016) 244, which rejects nuisance parameters by projection.
+!> left out (inference_span). z = X^T r contains all that the tests need of the residuals r: k independent numbers of variance 1 if
+!> the baseline is true. This is the min-max test of Doehler, Mevel and Zhang, Annual Reviews in Control 42 (2016) 244, which
+!> rejects nuisance parameters by projection.
 module inference_design
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
