@@ -11,7 +11,7 @@
 !>
 !> K is the largest radius of a sphere inside the truncation, so that the response depends on distances only. With
 !> Phi^2 = 1 + (k/K)^2 a sheet of points acts as a wall without thickness: its effective half thickness is
-!> (1/pi) int (1 - Phi^2)/k^2 dk over 0 .. infinity, which vanishes, while Phi = 1 has 1/(pi K), 0.3 dx.
+!> (1/pi) int (1 - Phi^2)/k^2 dk over all k, which vanishes, while Phi = 1 has 2/(pi K), 0.3 dx.
 !>
 !> The sums over modes are fast transforms to and from the grid, done only where the window about the points reaches
 !> (spectral_window).
