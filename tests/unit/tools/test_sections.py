@@ -4,12 +4,15 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import h5py
+import matplotlib.pyplot as plt
 import numpy as np
 
 from flusi_msm.render.wing_surface import load_surface
 from flusi_msm.results import flow
 from flusi_msm.results import section as sections
 from flusi_msm.results.files import InputError, Snapshot
+from flusi_msm.results.wing_sides import WingSides, draw_sides
 from synthetic import axes_of, grid, picture, rectangle, run_tool, write_ball, write_field, write_velocity, write_wing
 
 N, LENGTH, LABEL = (40, 32, 24), (4.0, 4.0, 2.0), "000500"
@@ -213,6 +216,65 @@ class Pictures(Section):
         refused(self.folder, "--section", "left", "--plane", "x", because="has a plane and a quantity of its own")
         (self.folder / "wing_left_000500.h5").unlink()
         refused(self.folder, "--section", "left", because="wing_left_000500.h5: no such file")
+
+
+class Sides(Section):
+    """Pressure and traction on both sides of a wing."""
+
+    def write_sides(self, lacking=None):
+        """Pressure x on the dorsal side, -x on the other one; traction (y, 2, 3) and (0, -1, 0) in the wing frame, at the middles of
+        the triangles."""
+        points, triangles = rectangle(1.2, 0.6)
+        middle = points[triangles].mean(axis=1)
+        traction = {"dorsal": np.column_stack([middle[:, 1], 0 * middle[:, 0] + 2, 0 * middle[:, 0] + 3]),
+                    "ventral": np.tile([0.0, -1.0, 0.0], (len(triangles), 1))}
+        path = self.folder / f"wing_left_{LABEL}.h5"
+        with h5py.File(path, "a") as file:
+            for side, sign in (("dorsal", 1), ("ventral", -1)):
+                file[f"pressure_{side}"] = sign * middle[:, 0]
+                file[f"traction_{side}"] = traction[side] @ MATRIX
+            file.attrs["side_distance"] = 0.1
+            if lacking:
+                del file[lacking]
+        return path, middle, traction
+
+    def test_values(self):
+        """Tractions are in the frame of the wing; arrows are means over triangles, which keep what is linear."""
+        path, middle, traction = self.write_sides()
+        sides = WingSides(path)
+        self.assertEqual(sides.distance, 0.1)
+        for side in traction:
+            np.testing.assert_allclose(sides.traction[side], traction[side], atol=1e-14)
+        places, vectors = sides.arrows("dorsal", 0.2)
+        self.assertEqual(len(places), 6 * 3, "squares of the rectangle")
+        np.testing.assert_allclose(vectors, np.column_stack([places[:, 1], 0 * places[:, 1] + 2]), atol=1e-14)
+
+    def test_picture(self):
+        """Columns are times; two rows have the pressure, two the magnitude of the traction with its arrows."""
+        path, middle, traction = self.write_sides()
+        figure = draw_sides(2 * [WingSides(path)])
+        self.addCleanup(plt.close, figure)
+        axes = np.array(figure.axes[:8]).reshape(4, 2)
+        shown = [ax.collections[0].get_array() for ax in axes[:, 1]]
+        for values, expected in zip(shown, (middle[:, 0], -middle[:, 0], *(np.linalg.norm(t, axis=1) for t in traction.values()))):
+            np.testing.assert_allclose(values, expected, atol=1e-14)
+        self.assertEqual([len(ax.collections) for ax in axes[:, 0]], [1, 1, 2, 2])
+        np.testing.assert_allclose(axes[3, 0].collections[1].V, -1)
+        np.testing.assert_allclose(axes[2, 0].collections[1].V, 2)
+
+    def test_tool(self):
+        path = self.write_sides()[0]
+        done = run_tool("plot_wing", "--sides", path, path)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertGreater(picture(self.folder / f"wing_left_{LABEL}_sides.png")[2], 100)
+        done = run_tool("plot_wing", "--sides", path, "--shape", path)
+        self.assertEqual(done.returncode, 2)
+
+    def test_lacking(self):
+        path = self.write_sides("traction_ventral")[0]
+        done = run_tool("plot_wing", "--sides", path)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("no traction_ventral; a run with [Saving] iSaveWingSides = 1 writes them", done.stderr)
 
 
 if __name__ == "__main__":

@@ -144,15 +144,16 @@ def steps_of(case: Case) -> tuple[int, float] | None:
 
 def fly(flusi: Flusi, case: Case, tell: Callable[[str], None]) -> int:
     """Makes the flight or continues it. `tell` is called with flusi's lines about progress. Returns the exit code; 4 if it was
-    stopped by Ctrl-C, with a backup."""
+    stopped by Ctrl-C, with a backup. The note about the flight is the first file in its folder, so that a kill at any time leaves
+    one that the same command continues or begins again."""
     restart = case.has_backup()
     if not restart:
         shutil.rmtree(case.folder, ignore_errors=True)  # of a flight that was stopped before its first backup
     case.folder.mkdir(parents=True, exist_ok=True)
-    (case.folder / INI).write_text(case.text, encoding="utf-8")
-    (case.folder / "STOP").unlink(missing_ok=True)
     versions = case.state().get("versions", [])
     case.note(status="begun", versions=versions + [flusi.version] * (flusi.version not in versions))
+    (case.folder / INI).write_text(case.text, encoding="utf-8")
+    (case.folder / "STOP").unlink(missing_ok=True)
     begun = time.monotonic()
     process = flusi.start(case.folder, *(["--restart"] if restart else []))
     with open(case.folder / "run.log", "a", encoding="utf-8") as log:
