@@ -8,10 +8,12 @@ import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 
+from flusi_msm.plots.slice import values_on_plane
+from flusi_msm.render.command import Scene
 from flusi_msm.render.wing_surface import load_surface
 from flusi_msm.results import flow
 from flusi_msm.results import section as sections
-from flusi_msm.results.files import InputError, Snapshot
+from flusi_msm.results.files import InputError, Snapshot, load_field
 from flusi_msm.results.wing_sides import WingSides, draw_sides
 from synthetic import axes_of, grid, picture, rectangle, run_tool, write_ball, write_field, write_velocity, write_wing
 
@@ -216,6 +218,63 @@ class Pictures(Section):
         refused(self.folder, "--section", "left", "--plane", "x", because="has a plane and a quantity of its own")
         (self.folder / "wing_left_000500.h5").unlink()
         refused(self.folder, "--section", "left", because="wing_left_000500.h5: no such file")
+
+
+class Rings(Section):
+    """Waves of three grid spacings, the shortest that a run with wings without thickness keeps, are not drawn."""
+
+    def waves(self, lengths):
+        """A sum of waves of so many points along x, y and z."""
+        return sum(np.cos(2 * np.pi * at / length) for at, length in zip(np.indices(N[::-1])[::-1], lengths))
+
+    def test_waves(self):
+        """The shortest ones vanish, others keep (1 + 2 cos)/3 of their height, and the mean stays."""
+        n = [n - n % 3 for n in N]
+        wave = 5 + sum(np.cos(2 * np.pi * at / 3) for at in np.indices(n[::-1]))
+        write_field(self.folder, "vorx", LABEL, wave, LENGTH, 0.5)
+        np.testing.assert_allclose(load_field(self.at, "vorx", True).data, 5, atol=1e-6)
+        write_field(self.folder, "vorx", LABEL, self.waves(N), LENGTH, 0.5)
+        expected = sum((1 + 2 * np.cos(2 * np.pi / n)) / 3 * np.cos(2 * np.pi * at / n) for at, n in zip(np.indices(N[::-1])[::-1], N))
+        np.testing.assert_allclose(load_field(self.at, "vorx", True).data, expected, atol=1e-6)
+        write_field(self.folder, "vorx", LABEL, self.waves(N)[:, :, :1], LENGTH, 0.5)
+        self.assertEqual(load_field(self.at, "vorx", True).data.shape, (N[2], N[1], 1), "a plane flow")
+
+    def test_vorticity(self):
+        """Means commute with derivatives, so that velocity and vorticity give the same; the magnitude is that of the means."""
+        curl = write_velocity(self.folder, LABEL, N, LENGTH, 0.5)
+        points = Interpolation.points[:20]
+        from_velocity = flow.vorticity_at(self.at, points, MATRIX[0], True)
+        size, plane = flow.vorticity_magnitude(self.at, 2, True), values_on_plane(self.at, "vorabs", 1, 4, True)
+        write_field(self.folder, "vorabs", LABEL, 0 * curl[0], LENGTH, 0.5)
+        for c, values in zip("xyz", curl):
+            write_field(self.folder, f"vor{c}", LABEL, values, LENGTH, 0.5)
+        np.testing.assert_allclose(flow.vorticity_at(self.at, points, MATRIX[0], True), from_velocity, atol=1e-5)
+        means = np.sqrt(sum(load_field(self.at, f"vor{c}", True).data**2 for c in "xyz"))
+        np.testing.assert_allclose(size, means[::2, ::2, ::2], atol=2e-5)
+        np.testing.assert_allclose(flow.vorticity_magnitude(self.at, 2, True), means[::2, ::2, ::2], atol=2e-5)
+        np.testing.assert_allclose(plane, means[:, 4], atol=2e-5)
+        np.testing.assert_allclose(values_on_plane(self.at, "vorabs", 1, 4, True), means[:, 4], atol=2e-5)
+        self.assertEqual(flow.vorticity_magnitude(self.at, 2).max(), 0, "as it is stored")
+
+    def test_where_wings_have_no_thickness(self):
+        """Their runs have a slip.t; --stored draws what is stored, as in other runs."""
+        write_velocity(self.folder, LABEL, N, LENGTH, 0.5)
+        stored = flow.vorticity_magnitude(self.at)
+
+        def shots(name, *options):
+            for kind, arguments in (("plane", ()), ("section", ("--section", "left", 0.5))):
+                path = self.folder / f"{name}_{kind}.png"
+                self.assertEqual(run_tool("plot_slice", self.folder, *arguments, *options, "-o", path).returncode, 0)
+                yield path.read_bytes()
+        before = list(shots("before"))
+        np.testing.assert_array_equal(Scene(self.at, None).values, stored)
+        (self.folder / "slip.t").touch()
+        for one, other, as_stored in zip(before, shots("smooth"), shots("stored", "--stored")):
+            self.assertEqual(one, as_stored)
+            self.assertNotEqual(one, other)
+        np.testing.assert_array_equal(Scene(self.at, None, stored=True).values, stored)
+        np.testing.assert_allclose(Scene(self.at, None).values, flow.vorticity_magnitude(self.at, smooth=True))
+        self.assertGreater(np.abs(Scene(self.at, None).values - stored).max(), 0.01)
 
 
 class Sides(Section):

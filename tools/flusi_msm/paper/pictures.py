@@ -16,7 +16,6 @@ from flusi_msm.paper.study_files import Picture
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
-import numpy as np
 
 from flusi_msm.paper.cases import FLEXIBLE, RIGID, SNAPSHOT_PHASES
 from flusi_msm.paper.numbers import (
