@@ -249,7 +249,10 @@ class Rings(Section):
         for c, values in zip("xyz", curl):
             write_field(self.folder, f"vor{c}", LABEL, values, LENGTH, 0.5)
         np.testing.assert_allclose(flow.vorticity_at(self.at, points, MATRIX[0], True), from_velocity, atol=1e-5)
-        means = np.sqrt(sum(load_field(self.at, f"vor{c}", True).data**2 for c in "xyz"))
+        parts = [load_field(self.at, f"vor{c}", True).data for c in "xyz"]
+        corner = flow.vorticity_at(self.at, np.zeros((1, 3)), MATRIX[0], True)
+        np.testing.assert_allclose(corner, MATRIX[0] @ [part[0, 0, 0] for part in parts], atol=2e-5)
+        means = np.sqrt(sum(part**2 for part in parts))
         np.testing.assert_allclose(size, means[::2, ::2, ::2], atol=2e-5)
         np.testing.assert_allclose(flow.vorticity_magnitude(self.at, 2, True), means[::2, ::2, ::2], atol=2e-5)
         np.testing.assert_allclose(plane, means[:, 4], atol=2e-5)
