@@ -104,8 +104,9 @@ def studies_of(options: argparse.Namespace, folder: Path) -> list[Study]:
 def print_plan(studies: Sequence[Study], estimate: Estimate, hours: float) -> None:
     """The flights and how long each takes; refuses what takes too long."""
     from flusi_msm.paper.flights import in_hours
-    print(f"{estimate.flusi.version}, {estimate.flusi.ranks} ranks; about "
-          f"{estimate.steps_per_beat_and_point():.1f} N steps per beat on N x N x N/2 points", flush=True)
+    finest = max(case.points for study in studies for case in study.cases)
+    print(f"{estimate.flusi.version}, {estimate.flusi.ranks} ranks; about {estimate.steps_per_beat_and_point(finest):.1f} N steps per "
+          f"beat on N x N x N/2 points, N = {finest}", flush=True)
     total = 0.0
     for study in studies:
         left = [estimate.left(case) for case in study.cases]
