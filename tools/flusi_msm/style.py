@@ -14,6 +14,8 @@ from flusi_msm.errors import InputError
 # These colours can be distinguished also by colour-blind readers and in grey.
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C6D31"]
 
+SMOOTHED = "means over 3 points"  # of a grid, in each direction
+
 
 def use_style() -> None:
     """Makes the style that of all following figures."""

@@ -140,21 +140,24 @@ class Stored(unittest.TestCase):
         self.add_surfaces(self.cases[3])
         page = write_page(self.folder, self.cases, {}).read_text()
         self.assertNotIn("cannot be drawn", page)
-        self.assertGreater(picture(self.folder / "pictures/pressure_flexible.png")[2], 10)
+        self.assertGreater(picture(self.folder / "pictures/sides_flexible.png")[2], 10)
         down = json.loads((self.folder / "paper.json").read_text())["grids"][1]["pressure"]["0.25"]
         self.assertAlmostEqual(down["part_in_suction"], 0.5)
         self.assertAlmostEqual(down["mean_difference"], 8.0)
         self.assertEqual(down["lowest_dorsal"], -12.0)
+        self.assertAlmostEqual(down["mean_traction_dorsal"], 0.05)
+        self.assertAlmostEqual(down["mean_traction_ventral"], 0.01)
 
     @staticmethod
     def add_surfaces(case):
-        """Half of the dorsal side has the pressure -12 in the middle of the downstroke, everything else -0."""
+        """Half of the dorsal side has the pressure -12 in the middle of the downstroke; there the traction is 0.05 along the span, 0.01
+        across it on the other side."""
         import h5py
         points, triangles = rectangle(1.0, 0.3)
         for phase in (0.25, 0.5, 0.75, 1.0):
             label = f"{round(1000 * (3 + phase)):06d}"
-            write_wing(case.folder, label, "left", points, triangles, [2, 2, 1], axes_of([0, -1, 0], [1, 0, 0]), 3 + phase,
-                       bent=0 * points)
+            axes = axes_of([0, -1, 0], [1, 0, 0])
+            write_wing(case.folder, label, "left", points, triangles, [2, 2, 1], axes, 3 + phase, bent=0 * points)
             (case.folder / f"ux_{label}.h5").touch()
             with h5py.File(case.folder / f"wing_left_{label}.h5", "a") as file, \
                     h5py.File(case.folder / f"ux_{label}.h5", "w") as field:
@@ -163,6 +166,8 @@ class Stored(unittest.TestCase):
                 middle = points[triangles].mean(axis=1)[:, 0]
                 file["pressure_dorsal"] = np.where(middle < 0.5, -12.0, 0.0) if phase == 0.25 else 0.0 * middle
                 file["pressure_ventral"] = 0 * middle + (2.0 if phase == 0.25 else 0.0)
+                file["traction_dorsal"] = np.tile(0.05 * axes[0], (len(triangles), 1))
+                file["traction_ventral"] = np.tile(-0.01 * axes[1], (len(triangles), 1))
 
     def test_individuals(self):
         """Individuals with the same file share a flight; the spread counts all of them."""
@@ -277,7 +282,7 @@ class Flights(unittest.TestCase):
         self.assertNotEqual(grid["deformation"]["tip"]["largest"], 0)
         self.assertEqual(len(grid[RIGID]["versions"]), 2)
         page = (self.folder / "paper.html").read_text()
-        for text in ("Sections in the middle of the downstroke: flexible wing", "Pressure on both sides, flexible wing",
+        for text in ("Sections in the middle of the downstroke: flexible wing", "Pressure and friction on both sides, flexible wing",
                      "several versions"):
             self.assertIn(text, page)
         done = self.tool("--dry-run")

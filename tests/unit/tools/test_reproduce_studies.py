@@ -21,7 +21,7 @@ from flusi_msm.paper import scan_pictures
 from flusi_msm.paper.cases import FLEXIBLE, INI, RIGID, Variant
 from flusi_msm.paper.command import check as check_options
 from flusi_msm.paper.ensemble_page import write_page as write_ensemble_page
-from flusi_msm.paper.flights import mpi_environment
+from flusi_msm.paper.flights import Estimate, mpi_environment
 from flusi_msm.paper.numbers import PAPER, TABLE_2
 from flusi_msm.paper.scan_page import write_page as write_scan_page
 from flusi_msm.paper.scan_words import ranges, sentences, slopes
@@ -68,6 +68,15 @@ class Numbers(unittest.TestCase):
             options = SimpleNamespace(**{"beats": 4, "ranks": 1, "individuals": None, "members": 27, "scan_beats": 2, key: 0})
             with self.assertRaisesRegex(InputError, "must be positive"):
                 check_options(options)
+
+    def test_steps(self):
+        """Steps per beat and point were counted: 3.3 on 32 points, 3.5 on 96, 4.2 on 288."""
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "estimate.json").write_text(json.dumps({"steps per beat and point, 2 ranks, stub": 3.3125}))
+            estimate = Estimate(SimpleNamespace(ranks=2, version="stub"), folder, INPUT)
+            for points, counted in ((32, 3.31), (96, 3.53), (288, 4.22)):
+                case = SimpleNamespace(points=points, beats=4, speed=1.0)
+                self.assertAlmostEqual(estimate.steps(case) / (4 * points * counted), 1, delta=0.06)
 
 
 class Temporary(unittest.TestCase):

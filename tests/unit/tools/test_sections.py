@@ -4,12 +4,17 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import h5py
+import matplotlib.pyplot as plt
 import numpy as np
 
+from flusi_msm.plots.slice import values_on_plane
+from flusi_msm.render.command import Scene
 from flusi_msm.render.wing_surface import load_surface
 from flusi_msm.results import flow
 from flusi_msm.results import section as sections
-from flusi_msm.results.files import InputError, Snapshot
+from flusi_msm.results.files import InputError, Snapshot, load_field
+from flusi_msm.results.wing_sides import WingSides, draw_sides
 from synthetic import axes_of, grid, picture, rectangle, run_tool, write_ball, write_field, write_velocity, write_wing
 
 N, LENGTH, LABEL = (40, 32, 24), (4.0, 4.0, 2.0), "000500"
@@ -213,6 +218,125 @@ class Pictures(Section):
         refused(self.folder, "--section", "left", "--plane", "x", because="has a plane and a quantity of its own")
         (self.folder / "wing_left_000500.h5").unlink()
         refused(self.folder, "--section", "left", because="wing_left_000500.h5: no such file")
+
+
+class Rings(Section):
+    """Waves of three grid spacings, the shortest that a run with wings without thickness keeps, are not drawn."""
+
+    def waves(self, lengths):
+        """A sum of waves of so many points along x, y and z."""
+        return sum(np.cos(2 * np.pi * at / length) for at, length in zip(np.indices(N[::-1])[::-1], lengths))
+
+    def test_waves(self):
+        """The shortest ones vanish, others keep (1 + 2 cos)/3 of their height, and the mean stays."""
+        n = [n - n % 3 for n in N]
+        wave = 5 + sum(np.cos(2 * np.pi * at / 3) for at in np.indices(n[::-1]))
+        write_field(self.folder, "vorx", LABEL, wave, LENGTH, 0.5)
+        np.testing.assert_allclose(load_field(self.at, "vorx", True).data, 5, atol=1e-6)
+        write_field(self.folder, "vorx", LABEL, self.waves(N), LENGTH, 0.5)
+        expected = sum((1 + 2 * np.cos(2 * np.pi / n)) / 3 * np.cos(2 * np.pi * at / n) for at, n in zip(np.indices(N[::-1])[::-1], N))
+        np.testing.assert_allclose(load_field(self.at, "vorx", True).data, expected, atol=1e-6)
+        write_field(self.folder, "vorx", LABEL, self.waves(N)[:, :, :1], LENGTH, 0.5)
+        self.assertEqual(load_field(self.at, "vorx", True).data.shape, (N[2], N[1], 1), "a plane flow")
+
+    def test_vorticity(self):
+        """Means commute with derivatives, so that velocity and vorticity give the same; the magnitude is that of the means."""
+        curl = write_velocity(self.folder, LABEL, N, LENGTH, 0.5)
+        points = Interpolation.points[:20]
+        from_velocity = flow.vorticity_at(self.at, points, MATRIX[0], True)
+        size, plane = flow.vorticity_magnitude(self.at, 2, True), values_on_plane(self.at, "vorabs", 1, 4, True)
+        write_field(self.folder, "vorabs", LABEL, 0 * curl[0], LENGTH, 0.5)
+        for c, values in zip("xyz", curl):
+            write_field(self.folder, f"vor{c}", LABEL, values, LENGTH, 0.5)
+        np.testing.assert_allclose(flow.vorticity_at(self.at, points, MATRIX[0], True), from_velocity, atol=1e-5)
+        parts = [load_field(self.at, f"vor{c}", True).data for c in "xyz"]
+        corner = flow.vorticity_at(self.at, np.zeros((1, 3)), MATRIX[0], True)
+        np.testing.assert_allclose(corner, MATRIX[0] @ [part[0, 0, 0] for part in parts], atol=2e-5)
+        means = np.sqrt(sum(part**2 for part in parts))
+        np.testing.assert_allclose(size, means[::2, ::2, ::2], atol=2e-5)
+        np.testing.assert_allclose(flow.vorticity_magnitude(self.at, 2, True), means[::2, ::2, ::2], atol=2e-5)
+        np.testing.assert_allclose(plane, means[:, 4], atol=2e-5)
+        np.testing.assert_allclose(values_on_plane(self.at, "vorabs", 1, 4, True), means[:, 4], atol=2e-5)
+        self.assertEqual(flow.vorticity_magnitude(self.at, 2).max(), 0, "as it is stored")
+
+    def test_where_wings_have_no_thickness(self):
+        """Their runs have a slip.t; --stored draws what is stored, as in other runs."""
+        write_velocity(self.folder, LABEL, N, LENGTH, 0.5)
+        stored = flow.vorticity_magnitude(self.at)
+
+        def shots(name, *options):
+            for kind, arguments in (("plane", ()), ("section", ("--section", "left", 0.5))):
+                path = self.folder / f"{name}_{kind}.png"
+                self.assertEqual(run_tool("plot_slice", self.folder, *arguments, *options, "-o", path).returncode, 0)
+                yield path.read_bytes()
+        before = list(shots("before"))
+        np.testing.assert_array_equal(Scene(self.at, None).values, stored)
+        (self.folder / "slip.t").touch()
+        for one, other, as_stored in zip(before, shots("smooth"), shots("stored", "--stored")):
+            self.assertEqual(one, as_stored)
+            self.assertNotEqual(one, other)
+        np.testing.assert_array_equal(Scene(self.at, None, stored=True).values, stored)
+        np.testing.assert_allclose(Scene(self.at, None).values, flow.vorticity_magnitude(self.at, smooth=True))
+        self.assertGreater(np.abs(Scene(self.at, None).values - stored).max(), 0.01)
+
+
+class Sides(Section):
+    """Pressure and traction on both sides of a wing."""
+
+    def write_sides(self, lacking=None):
+        """Pressure x on the dorsal side, -x on the other one; traction (y, 2, 3) and (0, -1, 0) in the wing frame, at the middles of
+        the triangles."""
+        points, triangles = rectangle(1.2, 0.6)
+        middle = points[triangles].mean(axis=1)
+        traction = {"dorsal": np.column_stack([middle[:, 1], 0 * middle[:, 0] + 2, 0 * middle[:, 0] + 3]),
+                    "ventral": np.tile([0.0, -1.0, 0.0], (len(triangles), 1))}
+        path = self.folder / f"wing_left_{LABEL}.h5"
+        with h5py.File(path, "a") as file:
+            for side, sign in (("dorsal", 1), ("ventral", -1)):
+                file[f"pressure_{side}"] = sign * middle[:, 0]
+                file[f"traction_{side}"] = traction[side] @ MATRIX
+            file.attrs["side_distance"] = 0.1
+            if lacking:
+                del file[lacking]
+        return path, middle, traction
+
+    def test_values(self):
+        """Tractions are in the frame of the wing; arrows are means over triangles, which keep what is linear."""
+        path, middle, traction = self.write_sides()
+        sides = WingSides(path)
+        self.assertEqual(sides.distance, 0.1)
+        for side in traction:
+            np.testing.assert_allclose(sides.traction[side], traction[side], atol=1e-14)
+        places, vectors = sides.arrows("dorsal", 0.2)
+        self.assertEqual(len(places), 6 * 3, "squares of the rectangle")
+        np.testing.assert_allclose(vectors, np.column_stack([places[:, 1], 0 * places[:, 1] + 2]), atol=1e-14)
+
+    def test_picture(self):
+        """Columns are times; two rows have the pressure, two the magnitude of the traction with its arrows."""
+        path, middle, traction = self.write_sides()
+        figure = draw_sides(2 * [WingSides(path)])
+        self.addCleanup(plt.close, figure)
+        axes = np.array(figure.axes[:8]).reshape(4, 2)
+        shown = [ax.collections[0].get_array() for ax in axes[:, 1]]
+        for values, expected in zip(shown, (middle[:, 0], -middle[:, 0], *(np.linalg.norm(t, axis=1) for t in traction.values()))):
+            np.testing.assert_allclose(values, expected, atol=1e-14)
+        self.assertEqual([len(ax.collections) for ax in axes[:, 0]], [1, 1, 2, 2])
+        np.testing.assert_allclose(axes[3, 0].collections[1].V, -1)
+        np.testing.assert_allclose(axes[2, 0].collections[1].V, 2)
+
+    def test_tool(self):
+        path = self.write_sides()[0]
+        done = run_tool("plot_wing", "--sides", path, path)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertGreater(picture(self.folder / f"wing_left_{LABEL}_sides.png")[2], 100)
+        done = run_tool("plot_wing", "--sides", path, "--shape", path)
+        self.assertEqual(done.returncode, 2)
+
+    def test_lacking(self):
+        path = self.write_sides("traction_ventral")[0]
+        done = run_tool("plot_wing", "--sides", path)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("no traction_ventral; a run with [Saving] iSaveWingSides = 1 writes them", done.stderr)
 
 
 if __name__ == "__main__":

@@ -105,7 +105,7 @@ class Case:
     def note(self, **news: Any) -> None:
         """Adds news to what is noted about the flight."""
         state = {"name": self.name, **self.state(), **news, "input": self.input}
-        part = self.folder / (STATE + ".part")
+        part = self.folder / f"{STATE}.part"
         part.write_text(json.dumps(state, indent=1) + "\n", encoding="utf-8")
         part.replace(self.folder / STATE)
 
@@ -115,7 +115,8 @@ class Case:
 
     def changed(self) -> list[str]:
         """Returns the values in which the input differs from that of the flight in the folder; empty if there are none."""
-        if not self.folder.exists() or not any(self.folder.iterdir()):
+        part = f"{STATE}.part"  # of a first note that was interrupted
+        if not self.folder.exists() or all(path.name == part for path in self.folder.iterdir()):
             return []
         if not self.state():
             return ["the folder holds something else"]

@@ -3,7 +3,7 @@
 Writes FOLDER/paper.html, with its numbers in paper.json: their Table 2 and ours, convergence, forces over the beat, deformation,
 sections, pressure, and in words what agrees and what does not.
 
-usage: reproduce_paper [--grids 96 128 160 192] [--beats 4] [--individuals POINTS] [--ranks 2] [--folder runs/paper]
+usage: reproduce_paper [--grids 96 128 160 192 256 288] [--beats 4] [--individuals POINTS] [--ranks 2] [--folder runs/paper]
                        [--ensemble POINTS [--members 27] [--joint-factor 3]]
                        [--kinematics POINTS [--scan 3 3 3] [--scan-steps 10 15 10] [--scan-beats 2]]
                        [--dry-run | --page] [--hours 14] [--anew] [--ini FILE] [--flusi PROGRAM]
@@ -13,13 +13,15 @@ angles that the paper does not print, and writes FOLDER/kinematics_POINTS.html. 
 only if --grids is given, too.
 
 First it estimates how long all flights will take. A finished flight is not repeated, and an interrupted one continues from its
-last backup when the same command is given again. Ctrl-C stops with a backup, and so does a file STOP in the folder of the flight.
+last backup when the same command is given again. Ctrl-C stops with a backup, and so do SIGTERM, the end of the session and a file
+STOP in the folder of the flight.
 The page is written after every flight, those of --ensemble and --kinematics every five minutes. Exit code: 0 done, 2 mistake,
 3 a flight failed, 4 stopped.
 """
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -34,13 +36,13 @@ if TYPE_CHECKING:
     from flusi_msm.paper.studies import Study
 
 NINE = [ROOT / f"ini/individuals/{number}.ini" for number in range(1, 10)]
-GRIDS = [96, 128, 160, 192]
+GRIDS = [96, 128, 160, 192, 256, 288]
 
 
 def arguments() -> argparse.Namespace:
     """Returns the options of the command line, checked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--grids", nargs="+", type=int, metavar="N", help="N x N x N/2 points (default 96 128 160 192)")
+    parser.add_argument("--grids", nargs="+", type=int, metavar="N", help="N x N x N/2 points (default 96 128 160 192 256 288)")
     parser.add_argument("--beats", type=int, default=4, help="of every flight (default 4); the last two are averaged")
     parser.add_argument("--individuals", type=int, metavar="POINTS", help="also fly the nine individuals, on this grid")
     parser.add_argument("--ensemble", type=int, metavar="POINTS", help="fly wings whose stiffness is drawn, on this grid")
@@ -102,8 +104,9 @@ def studies_of(options: argparse.Namespace, folder: Path) -> list[Study]:
 def print_plan(studies: Sequence[Study], estimate: Estimate, hours: float) -> None:
     """The flights and how long each takes; refuses what takes too long."""
     from flusi_msm.paper.flights import in_hours
-    print(f"{estimate.flusi.version}, {estimate.flusi.ranks} ranks; about "
-          f"{estimate.steps_per_beat_and_point():.1f} N steps per beat on N x N x N/2 points", flush=True)
+    finest = max(case.points for study in studies for case in study.cases)
+    print(f"{estimate.flusi.version}, {estimate.flusi.ranks} ranks; about {estimate.steps_per_beat_and_point(finest):.1f} N steps per "
+          f"beat on N x N x N/2 points, N = {finest}", flush=True)
     total = 0.0
     for study in studies:
         left = [estimate.left(case) for case in study.cases]
@@ -119,6 +122,13 @@ def print_plan(studies: Sequence[Study], estimate: Estimate, hours: float) -> No
     if total > 3600 * hours:
         raise InputError(f"this would take about {in_hours(total)}, more than {hours:g} h: leave out grids, or allow it with "
                          "--hours")
+
+
+def stop_at_signals() -> None:
+    """Makes the end of a session or of a job the same as Ctrl-C; what is ignored, as by nohup, stays ignored."""
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, signal.default_int_handler)
 
 
 def main() -> None:
@@ -141,6 +151,7 @@ def main() -> None:
     print_plan(studies, estimate, options.hours)
     if options.dry_run:
         return
+    stop_at_signals()
     failed, stopped = fly_all(flusi, cases, estimate, pages.write_some)
     pages.write_all()
     if stopped:

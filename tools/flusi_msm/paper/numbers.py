@@ -18,6 +18,7 @@ from flusi_msm.plots.runs import Number, numbers
 from flusi_msm.render.wing_surface import UPPER_SIDE, surface_path
 from flusi_msm.results.cycles import PHASES, CyclicSignal, FlappingRun
 from flusi_msm.results.files import InputError, Snapshot, choose_snapshot, read_series
+from flusi_msm.results.wing_sides import BOTH, WingSides
 
 KINDS = (RIGID, FLEXIBLE)
 # Names in the JSON file, and the rows of compare_runs.
@@ -144,30 +145,32 @@ def surface_time(path: Path) -> float | None:
         return None
 
 
-def side_pressures(snapshot: Snapshot, side: str = "left") -> tuple[np.ndarray, np.ndarray] | None:
-    """Returns (dorsal, ventral) pressure of the triangles, normalised by rho R^2 f^2, or None if the surface has none."""
-    import h5py
-    with h5py.File(surface_path(snapshot, side), "r") as file:
-        names = ("pressure_dorsal", "pressure_ventral")
-        return tuple(file[name][...] for name in names) if all(name in file for name in names) else None
+def sides_at(snapshot: Snapshot, side: str = "left") -> WingSides | None:
+    """Returns pressure and traction on both sides of a wing, or None if its surface has none."""
+    try:
+        return WingSides(surface_path(snapshot, side))
+    except InputError:
+        return None
 
 
 def pressure_numbers(case: Case) -> dict[str, dict[str, float]]:
-    """Returns {phase: lowest on the dorsal side, mean difference ventral - dorsal, part of the area with p <= -10} or {}."""
-    from flusi_msm.render.wing_surface import load_surface
+    """Returns {phase: lowest on the dorsal side, mean difference ventral - dorsal, part of the area with p <= -10, mean magnitude of
+    the traction on both sides} or {}."""
     found = {}
     for phase in (MID_DOWN, MID_UP):
         snapshot = snapshot_at(case, phase)
-        pressures = side_pressures(snapshot) if snapshot else None
-        if snapshot is None or pressures is None:
+        sides = sides_at(snapshot) if snapshot else None
+        if sides is None:
             return {}
-        wing = load_surface(snapshot, "left")
+        wing = sides.wing
         a, b, c = (wing.points[wing.triangles[:, k]] for k in range(3))
         areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-        dorsal, ventral = pressures
+        dorsal, ventral = (sides.pressure[side] for side in BOTH)
         found[str(phase)] = {"lowest_dorsal": float(dorsal.min()),
                              "mean_difference": float(np.average(ventral - dorsal, weights=areas)),
-                             "part_in_suction": float(areas[dorsal <= SUCTION].sum() / areas.sum())}
+                             "part_in_suction": float(areas[dorsal <= SUCTION].sum() / areas.sum()),
+                             **{f"mean_traction_{side}": float(np.average(np.linalg.norm(sides.traction[side], axis=1), weights=areas))
+                                for side in BOTH}}
     return found
 
 

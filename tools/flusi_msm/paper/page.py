@@ -116,8 +116,8 @@ def page(found: dict[str, Any], pictures: Sequence[Picture], missing: Sequence[s
     beats = sorted({str(grid[kind]["beats"]) for grid in grids for kind in KINDS if kind in grid})
     notes = [f"Not finished yet: {', '.join(missing)}."] if missing else []
     if pairs_of(found) and not pairs_of(found)[-1]["pressure"]:
-        notes.append("The files of the wings' surfaces have no pressure_dorsal and pressure_ventral, so the pressure on both sides "
-                     "cannot be drawn.")
+        notes.append("The files of the wings' surfaces have no pressure and traction on both sides, so that these cannot be "
+                     "drawn.")
     if len(versions) > 1:
         notes.append(f"Flights were made by several versions of the program: {', '.join(versions)}.")
     warnings = "".join(f"<li>{escape(note)}</li>" for note in notes)

@@ -16,7 +16,6 @@ from flusi_msm.paper.study_files import Picture
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
-import numpy as np
 
 from flusi_msm.paper.cases import FLEXIBLE, RIGID, SNAPSHOT_PHASES
 from flusi_msm.paper.numbers import (
@@ -29,14 +28,14 @@ from flusi_msm.paper.numbers import (
     individual_runs,
     open_run,
     shapes_of,
-    side_pressures,
+    sides_at,
     snapshot_at,
 )
 from flusi_msm.plots import cycle as plot_cycle
 from flusi_msm.plots import individuals as compare_individuals
-from flusi_msm.render.wing_surface import load_surface
 from flusi_msm.results.cycles import PHASES
 from flusi_msm.results.section import DEFAULT_FRACTIONS, draw_sections
+from flusi_msm.results.wing_sides import draw_sides
 from flusi_msm.style import COLOURS, save, use_style
 
 KIND_COLOURS = dict(zip((RIGID, FLEXIBLE), COLOURS))
@@ -133,32 +132,19 @@ def sections(case: Case, phase: float, folder: Path) -> Picture | None:
             + ("; black: the bent wing, blue: the rigid one." if case.kind == FLEXIBLE else "."), path)
 
 
-def pressure(case: Case, folder: Path) -> Picture | None:
-    """Draws the pressure on both sides of the left wing at the phases that are saved, as in the paper's Figure 10."""
+def wing_sides(case: Case, folder: Path) -> Picture | None:
+    """Draws pressure and viscous traction on both sides of the left wing at the phases that are saved, as in the paper's Figure 10,
+    which has the pressure alone."""
     snapshots = [snapshot_at(case, phase) for phase in SNAPSHOT_PHASES]
-    found = [(snapshot, sides) for snapshot in snapshots if snapshot and (sides := side_pressures(snapshot))]
+    found = [sides for snapshot in snapshots if snapshot and (sides := sides_at(snapshot))]
     if not found:
         return None
-    use_style()
-    limit = float(np.percentile(np.abs(np.concatenate([np.concatenate(sides) for _, sides in found])), 98)) or 1.0
-    figure, axes = plt.subplots(2, len(found), squeeze=False, figsize=(1.2 + 2.8 * len(found), 3.4), sharex=True, sharey=True,
-                                layout="constrained")
-    for column, (snapshot, sides) in zip(axes.T, found):
-        wing = load_surface(snapshot, "left")
-        x, y, _ = wing.in_wing_frame(wing.rigid_points).T
-        for ax, values in zip(column, sides):
-            image = ax.tripcolor(x, y, wing.triangles, facecolors=values, cmap="RdBu_r", vmin=-limit, vmax=limit)
-            ax.set_aspect("equal")
-        column[0].set_title(f"$t = {wing.time:.2f}$", loc="left")
-        column[1].set_xlabel("$x$")
-    for ax, name in zip(axes[:, 0], ("dorsal", "ventral")):
-        ax.set_ylabel(name)
-    bar = figure.colorbar(image, ax=axes[:, -1], extend="both", aspect=30)
-    bar.set_label(r"$p\,/\,\rho R^2 f^2$")
-    path = folder / f"pressure_{case.kind}.png"
-    save(figure, path)
-    return (f"Pressure on both sides, {case.kind} wing", f"Left wing, {case.points} points, drawn unbent; root on the left, leading "
-            "edge up. The paper's Figure 10 has p <= -10 on a large part of the dorsal side in the downstroke.", path)
+    path = folder / f"sides_{case.kind}.png"
+    save(draw_sides(found, r"\rho R^2 f^2"), path)
+    return (f"Pressure and friction on both sides, {case.kind} wing", f"Left wing, {case.points} points, drawn unbent; root on the "
+            f"left, leading edge up. The flow {found[0].distance:.2g} R beside the wing; friction: magnitude in colour, arrows along "
+            "the wing. The paper's Figure 10 shows pressure and has p <= -10 on a large part of the dorsal side in the downstroke.",
+            path)
 
 
 def individuals(cases: Mapping[str, Case], folder: Path) -> Picture:
@@ -184,7 +170,7 @@ def all_pictures(found: dict[str, Any], pairs: Sequence[Case], individual_cases:
         if cases:
             made += [forces(cases, folder), deformation(cases[-1], folder)]
             made += [sections(case, phase, folder) for phase in (MID_DOWN, MID_UP) for case in cases]
-            made += [pressure(case, folder) for case in cases]
+            made += [wing_sides(case, folder) for case in cases]
         if "individuals" in found:
             made.append(individuals({label: case for label, case in individual_cases.items() if case.is_finished()}, folder))
     return [picture for picture in made if picture]

@@ -14,9 +14,10 @@ import numpy as np
 from mpl_toolkits.axes_grid1 import make_axes_locatable
 
 from flusi_msm.errors import InputError, run_command
-from flusi_msm.results.files import Field, Snapshot, choose_snapshot, derivative_on_plane, field_path, fields_in, has_field, load_field
+from flusi_msm.results.files import Field, Snapshot, choose_snapshot, derivative_on_plane, field_path, fields_in, has_field, has_rings, load_field
+from flusi_msm.results.flow import vorticity_files
 from flusi_msm.results.section import draw_sections, parse_section
-from flusi_msm.style import name_of, save, use_style
+from flusi_msm.style import SMOOTHED, name_of, save, use_style
 
 AXES = "xyz"
 VELOCITY = ("ux", "uy", "uz")
@@ -42,22 +43,24 @@ def choose_plane(field: Field, plane: str | None, index: int | None, position: f
     return axis, index
 
 
-def vorticity(snapshot: Snapshot, component: int, axis: int, index: int) -> np.ndarray:
+def vorticity(snapshot: Snapshot, component: int, axis: int, index: int, smooth: bool = False) -> np.ndarray:
     """Returns a component of curl u on a plane, with the derivatives of the solver."""
     one, two = (component + 1) % 3, (component + 2) % 3
-    return (derivative_on_plane(load_field(snapshot, VELOCITY[two]), one, axis, index)
-            - derivative_on_plane(load_field(snapshot, VELOCITY[one]), two, axis, index))
+    return (derivative_on_plane(load_field(snapshot, VELOCITY[two], smooth), one, axis, index)
+            - derivative_on_plane(load_field(snapshot, VELOCITY[one], smooth), two, axis, index))
 
 
-def values_on_plane(snapshot: Snapshot, quantity: str, axis: int, index: int) -> np.ndarray:
-    """Returns the quantity on the plane, from its file or else computed from the velocity."""
-    if has_field(snapshot, quantity):
-        return load_field(snapshot, quantity).plane(axis, index)
+def values_on_plane(snapshot: Snapshot, quantity: str, axis: int, index: int, smooth: bool = False) -> np.ndarray:
+    """Returns the quantity on the plane, from its file or else computed from the velocity. With `smooth` it is that of means over
+    three grid points in each direction."""
+    from_parts = smooth and quantity == "vorabs" and vorticity_files(snapshot, smooth) != ("vorabs",)
+    if has_field(snapshot, quantity) and not from_parts:
+        return load_field(snapshot, quantity, smooth).plane(axis, index)
     if quantity not in COMPUTED:
         have = ", ".join(sorted(fields_in(snapshot.folder)[snapshot.label]))
         raise InputError(f"no file {field_path(snapshot, quantity)}; at this time there is {have}")
     if quantity == "vorabs":
-        parts = [values_on_plane(snapshot, f"vor{c}", axis, index) for c in AXES]
+        parts = [values_on_plane(snapshot, f"vor{c}", axis, index, smooth) for c in AXES]
         return np.sqrt(sum(part**2 for part in parts))
     lacking = [u for u in VELOCITY if not has_field(snapshot, u)
                and not (quantity in COMPONENTS and u == VELOCITY[COMPONENTS[quantity]])]
@@ -66,7 +69,7 @@ def values_on_plane(snapshot: Snapshot, quantity: str, axis: int, index: int) ->
                          f"missing: {', '.join(lacking)}")
     if quantity == "speed":
         return np.sqrt(sum(load_field(snapshot, u).plane(axis, index)**2 for u in VELOCITY))
-    return vorticity(snapshot, COMPONENTS[quantity], axis, index)
+    return vorticity(snapshot, COMPONENTS[quantity], axis, index, smooth)
 
 
 def colour_range(values: np.ndarray, outside: np.ndarray, quantity: str, limit: float | None) -> tuple[str, float, float]:
@@ -88,14 +91,16 @@ def colour_range(values: np.ndarray, outside: np.ndarray, quantity: str, limit: 
 # ---- drawing -------------------------------------------------------------------------------------
 
 def draw(snapshot: Snapshot, quantity: str | None, plane: str | None, index: int | None, position: float | None, limit: float | None,
-         out: str | Path | None) -> None:
-    """Draws a quantity on a plane."""
+         out: str | Path | None, stored: bool = False) -> None:
+    """Draws a quantity on a plane; the vorticity without the rings about wings without thickness unless it is to be drawn as it is
+    stored."""
     labels = fields_in(snapshot.folder)[snapshot.label]
     reference = load_field(snapshot, quantity if quantity in labels else sorted(labels)[0])
     is_middle = index is None and position is None
     axis, index = choose_plane(reference, plane, index, position)
     quantity = quantity or f"vor{AXES[axis]}"
-    values = values_on_plane(snapshot, quantity, axis, index)
+    smooth = not stored and quantity in (*COMPONENTS, "vorabs") and has_rings(snapshot)
+    values = values_on_plane(snapshot, quantity, axis, index, smooth)
     mask = load_field(snapshot, "mask").plane(axis, index) if has_field(snapshot, "mask") else np.zeros_like(values)
     if mask.shape != values.shape:
         mask = np.zeros_like(values)
@@ -121,7 +126,7 @@ def draw(snapshot: Snapshot, quantity: str | None, plane: str | None, index: int
         spine.set_visible(True)
     ax.set_xlabel(f"${AXES[right]}$")
     ax.set_ylabel(f"${AXES[up]}$")
-    ax.set_title(title(reference, axis, index), loc="left")
+    ax.set_title(title(reference, axis, index) + (f",  {SMOOTHED}" if smooth else ""), loc="left")
     bar = figure.colorbar(image, cax=make_axes_locatable(ax).append_axes("right", size=0.12, pad=0.08),
                           extend=extent_of(values[mask < 0.5], low, high))
     bar.set_label(SYMBOLS.get(quantity, quantity))
@@ -167,6 +172,8 @@ def main() -> None:
     parser.add_argument("--section", nargs="+", metavar=("SIDE", "FRACTION"), help="spanwise vorticity around the left "
                         "or right wing at fractions of its span (default 0.25 0.5 0.75)")
     parser.add_argument("--limit", type=float, help="end of the colour scale")
+    parser.add_argument("--stored", action="store_true", help="draw the vorticity about wings without thickness as it is stored, with "
+                        "the rings of the truncation (default: means over three grid points in each direction, which have none)")
     parser.add_argument("-o", "--output", help="picture to write (default: beside the data)")
     a = parser.parse_args()
     if a.output and len(a.sources) > 1:
@@ -186,9 +193,9 @@ def main() -> None:
             field = Field(source)
             snapshot, quantity = Snapshot(source.parent, field.label), a.quantity or field.name
         if section:
-            draw_sections(snapshot, *section, a.limit, a.output)
+            draw_sections(snapshot, *section, a.limit, a.output, a.stored)
             continue
-        draw(snapshot, quantity, a.plane, a.index, a.position, a.limit, a.output)
+        draw(snapshot, quantity, a.plane, a.index, a.position, a.limit, a.output, a.stored)
 
 
 def command() -> None:

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws a wing file: veins to scale and coloured by diameter, mesh, joints with their numbers, root; or deformed
-wings: map of the deflection, side view, sections.
+wings: map of the deflection, side view, sections; or pressure and viscous traction on both sides of a wing in a flow.
 
 usage: plot_wing WING [-o PNG] [--no-mesh] [--no-names] [--field FILE --dataset NAME [--label TEXT]]
        plot_wing --shape FILE [FILE ...] [-o PNG]
+       plot_wing --sides FILE [FILE ...] [-o PNG]
 
 The FILEs of --shape are those that `flusi --static` (static_01.h5) and `flusi --solid` (solid_00012.h5) save. If there are
-several the map shows the last one, and the side view shows all. With --field the membrane is coloured by a dataset of an HDF5
+several the map shows the last one, and the side view shows all. The FILEs of --sides are surfaces of one wing (wing_left_000250.h5)
+that a run with iSaveWingSides saves; each has a column of its own. With --field the membrane is coloured by a dataset of an HDF5
 file with one value per point (or three, of which the last one, the deflection normal to the wing, is taken).
 """
 from __future__ import annotations
@@ -29,6 +31,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 
 from flusi_msm.errors import InputError, run_command
+from flusi_msm.results.wing_sides import WingSides, draw_sides
 from flusi_msm.style import save, use_style
 from flusi_msm.wing.bent_shape import draw_shapes, read_shape
 from flusi_msm.wing.file import read_wing
@@ -190,8 +193,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("wing", metavar="WING", nargs="?", help="wing file")
     parser.add_argument("-o", "--output", metavar="PNG", help="picture to write (default: beside the last file, "
-                        "NAME_mesh.png, with --shape NAME_shape.png)")
+                        "NAME_mesh.png, with --shape NAME_shape.png, with --sides NAME_sides.png)")
     parser.add_argument("--shape", nargs="+", metavar="FILE", help="deformed wings of flusi --static or --solid")
+    parser.add_argument("--sides", nargs="+", metavar="FILE", help="surfaces of a wing with pressure and traction")
     parser.add_argument("--no-mesh", action="store_true", help="leave out the edges of the mesh")
     parser.add_argument("--no-names", action="store_true", help="leave out the names of the veins")
     parser.add_argument("--field", metavar="FILE", help="HDF5 file with a value for every point")
@@ -199,11 +203,14 @@ def main() -> None:
     parser.add_argument("--label", default="deflection [m]", metavar="TEXT", help="of the colours")
     options = parser.parse_args()
     use_style()
-    if bool(options.wing) == bool(options.shape):
-        parser.error("give a wing file or --shape with deformed wings")
+    if sum(map(bool, (options.wing, options.shape, options.sides))) != 1:
+        parser.error("give a wing file, or --shape with deformed wings, or --sides with surfaces of a wing")
     if options.shape:
         save(draw_shapes([read_shape(path) for path in options.shape]),
              options.output or beside(options.shape[-1], "shape"))
+        return
+    if options.sides:
+        save(draw_sides([WingSides(path) for path in options.sides]), options.output or beside(options.sides[-1], "sides"))
         return
     wing = read_wing(options.wing)
     wing.title = wing.title or Path(options.wing).stem

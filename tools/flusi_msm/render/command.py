@@ -34,11 +34,12 @@ from flusi_msm.results.files import (
     choose_snapshot,
     fields_in,
     has_field,
+    has_rings,
     load_field,
     snapshot_times,
 )
 from flusi_msm.results.flow import VELOCITY, VORTICITY, every, vorticity_files, vorticity_magnitude
-from flusi_msm.style import name_of, save, use_style
+from flusi_msm.style import SMOOTHED, name_of, save, use_style
 
 LEVELS = (100.0, 150.0, 200.0)  # of the paper, in units of the wing beat frequency
 COLOURS = ("#8ec7e8", "#1f4e9e", "#d7301f")  # light blue, dark blue, red
@@ -95,11 +96,12 @@ def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 class Scene:
     """Fields and wings of one snapshot, at every `stride`-th point of the grid."""
 
-    def __init__(self, snapshot: Snapshot, stride: int | None, twins: bool = True) -> None:
+    def __init__(self, snapshot: Snapshot, stride: int | None, twins: bool = True, stored: bool = False) -> None:
         self.snapshot = snapshot
-        field = load_field(snapshot, vorticity_files(snapshot)[0])
+        self.smooth = has_rings(snapshot) and not stored
+        field = load_field(snapshot, vorticity_files(snapshot, self.smooth)[0])
         self.stride = stride or max(1, int(np.ceil((field.data.size / MOST_CELLS)**(1 / 3))))
-        self.values = vorticity_magnitude(snapshot, self.stride)
+        self.values = vorticity_magnitude(snapshot, self.stride, self.smooth)
         self.origin, self.spacing, self.length = field.origin, field.spacing * self.stride, field.length
         self.time = field.time
         self.mask = None
@@ -232,6 +234,8 @@ def arguments() -> argparse.ArgumentParser:
     parser.add_argument("--height", type=int, default=900, help="of the picture in pixels (default 900)")
     parser.add_argument("--wings", action="store_true", help="draw wings and body only")
     parser.add_argument("--no-twin", action="store_true", help="do not draw the rigid twins of flexible wings")
+    parser.add_argument("--stored", action="store_true", help="draw the vorticity about wings without thickness as it is stored, with "
+                        "the rings of the truncation (default: means over three grid points in each direction, which have none)")
     parser.add_argument("--with", dest="renderer", choices=("auto", "pyvista", "numpy"), default="auto")
     parser.add_argument("-o", "--output", type=Path, help="picture to write, with --all the folder for the pictures, with "
                         "--movie the movie (default: beside the data, render_LABEL.png, with _wings and the view where they were asked "
@@ -277,21 +281,22 @@ def main() -> None:
         chosen = [Snapshot(a.folder, label) for label in (labels if a.all or a.movie else labels[-1:])]
     else:
         chosen = [choose_snapshot(a.folder, a.time, a.label)]
-    last = Scene(chosen[-1], a.stride, not a.no_twin)
+    last = Scene(chosen[-1], a.stride, not a.no_twin, a.stored)
     levels: Sequence[float] = [] if a.wings else wanted or choose_levels(last.values, last.fluid(), a.frequency)
     surfaces = last.surfaces(levels)
     if not surfaces:
         raise InputError(f"nothing to draw: |omega| is at most {np.nanmax(last.values):.4g} and there are no wings")
     camera = camera_for(chosen, surfaces, view, not a.no_twin)
     render, note = choose_renderer(a.renderer)
-    what = f"|omega| = {', '.join(f'{level:g}' for level in levels)} (largest {np.nanmax(last.values):.4g})"
+    what = f"|omega| = {', '.join(f'{level:g}' for level in levels)} (largest {np.nanmax(last.values):.4g})" \
+        + (f", {SMOOTHED}" if last.smooth else "")
     print(("wings only" if a.wings else what) + f"; {note}" + (f"; every {last.stride}. point" if last.stride > 1 else ""))
     if a.all and a.output:
         a.output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as place:
         drawn = []
         for snapshot in chosen:
-            scene = last if snapshot == chosen[-1] else Scene(snapshot, a.stride, not a.no_twin)
+            scene = last if snapshot == chosen[-1] else Scene(snapshot, a.stride, not a.no_twin, a.stored)
             name = name_of("render", snapshot.label, "wings" if a.wings else "", a.view if a.view != "perspective" else "") + ".png"
             drawn.append(Path(place) / name if a.movie else
                          (a.output or a.folder) / name if a.all else a.output or a.folder / name)

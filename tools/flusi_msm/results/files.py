@@ -219,6 +219,18 @@ class Field:
         return self.data[tuple(where)].astype(float)
 
 
+class SmoothField(Field):
+    """A field whose values are means over three grid points in each direction, without waves that are three spacings long. They
+    commute with derivatives."""
+
+    def __init__(self, path: str | Path) -> None:
+        super().__init__(path)
+        values = self.data[...].astype(float)
+        for axis in (axis for axis in range(3) if values.shape[axis] >= 3):
+            values = (values + np.roll(values, 1, axis) + np.roll(values, -1, axis)) / 3
+        self.data = values
+
+
 def fields_in(folder: Path) -> dict[str, set[str]]:
     """Returns {label: set of prefixes} of the field files of a folder."""
     folder = Path(folder)
@@ -264,9 +276,15 @@ def has_field(snapshot: Snapshot, name: str) -> bool:
     return field_path(snapshot, name).is_file()
 
 
-def load_field(snapshot: Snapshot, name: str) -> Field:
-    """Opens a field."""
-    return Field(field_path(snapshot, name))
+def load_field(snapshot: Snapshot, name: str, smooth: bool = False) -> Field:
+    """Opens a field; with `smooth` it holds means over three grid points in each direction, and all of it is read."""
+    return (SmoothField if smooth else Field)(field_path(snapshot, name))
+
+
+def has_rings(snapshot: Snapshot) -> bool:
+    """Returns whether the run has wings without thickness: the truncation of the Fourier modes surrounds their vorticity with rings
+    three grid spacings long, which a SmoothField does not have."""
+    return (snapshot.folder / "slip.t").is_file()
 
 
 # ---- spectral derivatives, the same as the solver's ----------------------------------------------

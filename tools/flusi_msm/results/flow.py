@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Interpolates fields at any point of the periodic box, and computes the vorticity there or in the whole box, from its files or
-else from the velocity with the derivatives of the solver. Only the necessary data are read: a run may be larger than the memory.
+else from the velocity with the derivatives of the solver. Only the necessary data are read, unless they are smoothed: a run may be
+larger than the memory.
 """
 from __future__ import annotations
 
@@ -78,10 +79,10 @@ def at_points(snapshot: Snapshot, name: str, points: np.ndarray) -> np.ndarray:
     return block.interpolate(block.read(field))
 
 
-def vorticity_at(snapshot: Snapshot, points: np.ndarray, direction: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Returns omega . direction at points (m, 3)."""
+def vorticity_at(snapshot: Snapshot, points: np.ndarray, direction: Sequence[float] | np.ndarray, smooth: bool = False) -> np.ndarray:
+    """Returns omega . direction at points (m, 3), with `smooth` of the mean over three grid points in each direction."""
     stored = vorticity_source(snapshot) == "vorticity"
-    fields = [load_field(snapshot, name) for name in (VORTICITY if stored else VELOCITY)]
+    fields = [load_field(snapshot, name, smooth) for name in (VORTICITY if stored else VELOCITY)]
     block = Block(fields[0], points)
     total = np.zeros(block.count[::-1])
     for c, part in enumerate(direction):
@@ -101,17 +102,19 @@ def every(field: Field, stride: int) -> np.ndarray:
     return np.array(planes, dtype="f4")
 
 
-def vorticity_files(snapshot: Snapshot) -> tuple[str, ...]:
-    """Returns the stored fields from which |omega| is known."""
-    if has_field(snapshot, "vorabs"):
+def vorticity_files(snapshot: Snapshot, smooth: bool = False) -> tuple[str, ...]:
+    """Returns the stored fields from which |omega| is known, with `smooth` its components where they are known."""
+    has_parts = any(all(has_field(snapshot, name) for name in names) for names in (VORTICITY, VELOCITY))
+    if has_field(snapshot, "vorabs") and not (smooth and has_parts):
         return ("vorabs",)
     return VORTICITY if vorticity_source(snapshot) == "vorticity" else VELOCITY
 
 
-def vorticity_magnitude(snapshot: Snapshot, stride: int = 1) -> np.ndarray:
-    """Returns |omega| at every stride-th point of the box, in single precision."""
-    names = vorticity_files(snapshot)
-    fields = [load_field(snapshot, name) for name in names]
+def vorticity_magnitude(snapshot: Snapshot, stride: int = 1, smooth: bool = False) -> np.ndarray:
+    """Returns |omega| at every stride-th point of the box, in single precision; with `smooth` the magnitude of the mean over three
+    grid points in each direction, or, if a run has stored the magnitude alone, its mean."""
+    names = vorticity_files(snapshot, smooth)
+    fields = [load_field(snapshot, name, smooth) for name in names]
     if names == ("vorabs",):
         return every(fields[0], stride)
     square: np.ndarray | float = 0.0

@@ -12,9 +12,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.image import AxesImage
 
 from flusi_msm.render.wing_surface import SIDES, UPPER_SIDE, WingSurface, load_surface
-from flusi_msm.results.files import InputError, Snapshot, has_field, load_field
+from flusi_msm.results.files import InputError, Snapshot, has_field, has_rings, load_field
 from flusi_msm.results.flow import at_points, vorticity_at
-from flusi_msm.style import name_of, save, use_style
+from flusi_msm.style import SMOOTHED, name_of, save, use_style
 
 DEFAULT_FRACTIONS = (0.25, 0.5, 0.75)
 MOST_POINTS = 400  # along the chord
@@ -35,15 +35,16 @@ def parse_section(words: Sequence[str]) -> tuple[str, tuple[float, ...]]:
 
 class Section:
     """The plane at a fraction of the span: y, z of its points in the wing frame, the vorticity along the span (z, y), the mask
-    if there is one, and the cuts through the wing and through its rigid twin (or None)."""
+    if there is one, and the cuts through the wing and through its rigid twin (or None). With `smooth` the vorticity is that of means
+    over three grid points."""
 
     def __init__(self, snapshot: Snapshot, wing: WingSurface, fraction: float, cut: np.ndarray,
-                 twin: np.ndarray | None, y: np.ndarray, z: np.ndarray) -> None:
+                 twin: np.ndarray | None, y: np.ndarray, z: np.ndarray, smooth: bool = False) -> None:
         self.fraction, self.cut, self.twin, self.y, self.z = fraction, cut, twin, y, z
         z, y = np.meshgrid(z, y, indexing="ij")
         x = np.full(y.size, fraction * wing.length())
         points = wing.in_space(np.column_stack([x, y.ravel(), z.ravel()]))
-        self.vorticity = vorticity_at(snapshot, points, wing.matrix[0]).reshape(y.shape)
+        self.vorticity = vorticity_at(snapshot, points, wing.matrix[0], smooth).reshape(y.shape)
         self.mask = at_points(snapshot, "mask", points).reshape(y.shape) if has_field(snapshot, "mask") else None
 
     def outside(self) -> np.ndarray:
@@ -51,7 +52,8 @@ class Section:
         return self.vorticity if self.mask is None else self.vorticity[self.mask < 0.5]
 
 
-def sections_of(snapshot: Snapshot, wing: WingSurface, fractions: Sequence[float], spacing: float) -> list[Section]:
+def sections_of(snapshot: Snapshot, wing: WingSurface, fractions: Sequence[float], spacing: float, smooth: bool = False) \
+        -> list[Section]:
     """Returns sections in one window, which is wider than all cuts by more than half a chord."""
     cuts = [wing.cut(fraction * wing.length()) for fraction in fractions]
     for fraction, cut in zip(fractions, cuts):
@@ -64,15 +66,18 @@ def sections_of(snapshot: Snapshot, wing: WingSurface, fractions: Sequence[float
     low, high = ends.min(axis=0) - (0.6 * chord, 0.9 * chord), ends.max(axis=0) + (0.6 * chord, 0.9 * chord)
     step = max(spacing / 2, (high[0] - low[0]) / MOST_POINTS)
     y, z = (low[i] + step * np.arange(int((high[i] - low[i]) / step) + 2) for i in (0, 1))
-    return [Section(snapshot, wing, fraction, cut, twin, y, z)
+    return [Section(snapshot, wing, fraction, cut, twin, y, z, smooth)
             for fraction, cut, twin in zip(fractions, cuts, twins)]
 
 
-def draw_sections(snapshot: Snapshot, side: str, fractions: Sequence[float], limit: float | None, out: str | Path | None) -> None:
-    """Draws sections of a wing next to each other, and prints their range."""
+def draw_sections(snapshot: Snapshot, side: str, fractions: Sequence[float], limit: float | None, out: str | Path | None,
+                  stored: bool = False) -> None:
+    """Draws sections of a wing next to each other, and prints their range; without the rings about wings without thickness unless
+    the vorticity is to be drawn as it is stored."""
+    smooth = has_rings(snapshot) and not stored
     wing = load_surface(snapshot, side)
     name = "mask" if has_field(snapshot, "mask") else "vorx" if has_field(snapshot, "vorx") else "ux"
-    sections = sections_of(snapshot, wing, fractions, load_field(snapshot, name).spacing.min())
+    sections = sections_of(snapshot, wing, fractions, load_field(snapshot, name).spacing.min(), smooth)
     sample = np.concatenate([s.outside().ravel() for s in sections])
     limit = limit or np.percentile(np.abs(sample), 99.5) or 1.0
 
@@ -88,7 +93,7 @@ def draw_sections(snapshot: Snapshot, side: str, fractions: Sequence[float], lim
     if UPPER_SIDE[side] < 0:
         axes[0, 0].invert_yaxis()
     axes[0, 0].set_ylabel("$z$")
-    note = "" if wing.rigid_points is None else "; blue: the rigid wing"
+    note = ("" if wing.rigid_points is None else "; blue: the rigid wing") + (f"; {SMOOTHED}" if smooth else "")
     figure.suptitle(f"{side} wing, $t = {wing.time:.4g}$; leading edge left, upper side up{note}", x=0.01, ha="left",
                     fontsize="medium")
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
