@@ -42,7 +42,7 @@ class Plans(unittest.TestCase):
         """The counts of every stratum in the first N cases are within 1.5 of its share: the one that is most behind is
         always taken, so nobody gets more than one ahead, and ten cannot all be behind."""
         for kind, strata, whole in (("bending", STRATA["bending"], 762), ("vibration", STRATA["vibration"], 300),
-                                    ("joint", STRATA["joint"], 150)):
+                                    ("joint", STRATA["joint"], 174), ("flight", STRATA["flight"], 60)):
             self.assertEqual(whole_study(kind), whole)
             rows = plan(whole, kind)
             counts = {stratum.name: 0 for stratum in strata}
@@ -52,8 +52,9 @@ class Plans(unittest.TestCase):
                 for other in strata:
                     self.assertLess(abs(counts[other.name] - number * other.count / whole), 1.5, (number, other.name))
             self.assertEqual(counts, {stratum.name: stratum.count for stratum in strata})
-            self.assertEqual(plan(100, kind), rows[:100])
-            self.assertEqual(counts["null"], whole // 3 if kind != "bending" else 250)
+            self.assertEqual(plan(50, kind), rows[:50])
+            self.assertEqual(counts["null"], {"bending": 250, "vibration": 100, "joint": 50, "flight": 20}[kind])
+            self.assertEqual(counts.get("double", 0), 24 if kind == "joint" else 0)
 
 
 class Cases(unittest.TestCase):
