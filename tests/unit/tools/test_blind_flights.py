@@ -53,6 +53,10 @@ class Flights(unittest.TestCase):
         case, c = replace(DESIGN, balance=replace(DESIGN.balance, gain=1.05)), 30 / (0.01 / 20 + 0.0004)
         self.assertAlmostEqual(visibility(case, DESIGN, 0.05), 0.05 * np.sqrt(2 * c / (1 + 3 * c * 0.05**2)), 8)
         late = replace(DESIGN, balance=replace(DESIGN.balance, delay=1e-4))
+        smooth = replace(DESIGN, noise=replace(DESIGN.noise, model_time=3e-4))
+        C = (0.01 / 20 + 0.0004) * np.array([[np.exp(-min(abs(i - j), 30 - abs(i - j)) / 30 / 200 / 3e-4) for j in range(30)] for i in range(30)])
+        rows = curve(DESIGN) / np.sqrt((curve(DESIGN)**2).mean(0))
+        self.assertAlmostEqual(visibility(replace(smooth, balance=case.balance), smooth), 0.05 * np.sqrt(np.trace(rows.T @ np.linalg.solve(C, rows))), 8)
         self.assertGreater(visibility(late, DESIGN, 0.05), 0.9 * visibility(late, DESIGN), "a shift in time is hardly a factor")
 
     def test_effects(self):

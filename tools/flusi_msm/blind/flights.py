@@ -19,7 +19,7 @@ from flusi_msm.blind.ledger import digest, dump, write
 from flusi_msm.errors import InputError
 from flusi_msm.measurement.balance import check_names, shown
 from flusi_msm.measurement.case_file import build
-from flusi_msm.measurement.flight import Case, check, clean, in_last_beat, synthesise, write_flight
+from flusi_msm.measurement.flight import Case, check, clean, in_last_beat, stated_time, synthesise, write_flight
 
 FLOWN = ("wing", "kinematics", "fluid", "hidden", "flow")   # sections on which the flow depends
 # The second rig, relative to the noise of the design; the declared spread is wrong by up to STATED.
@@ -45,25 +45,33 @@ def curve(case: Case) -> np.ndarray:
     return np.stack([in_last_beat(case, exact, seen[name]) for name in check_names(case.components)], 1)
 
 
+def covariance(base: Case) -> np.ndarray:
+    """Returns the covariance (n, n) of the errors of a component whose rms is 1. If the error of the model stays the same for some
+    time, all errors are those that the file states: the times of a beat are then neighbours around the beat."""
+    noise, n = base.noise, base.samples
+    period = 1 / base.kinematics.frequency
+    step = np.abs(np.subtract.outer(np.arange(n), np.arange(n))) * (period / n)
+    free = noise.white**2 / base.beats + noise.model**2
+    if noise.model and noise.model_time:
+        return (free + noise.correlated**2 / base.beats) * np.exp(-np.minimum(step, period - step) / stated_time(noise))
+    found = free * np.eye(n)
+    if noise.correlated:
+        found += noise.correlated**2 / base.beats * np.exp(-step / noise.correlation_time)
+    return found
+
+
 def visibility(case: Case, base: Case, factor: float = 0.0) -> float:
     """Returns the signal-to-noise ratio of the change d of the record, where C is the covariance of its errors, including the error
     of the model. With `factor`, a simulation may be wrong by this share of all forces and of each component:
     snr^2 = d C^-1 d - d C^-1 A (A C^-1 A + 1)^-1 A C^-1 d, where the columns of A are these errors."""
-    before, noise = curve(base), base.noise
-    d = curve(case) - before
-    step = np.abs(np.subtract.outer(np.arange(base.samples), np.arange(base.samples))) / (base.samples * base.kinematics.frequency)
-    parts, errors = [], []
-    for k in range(d.shape[1]):
-        size = np.mean(before[:, k]**2)
-        covariance = size * (noise.white**2 / base.beats + noise.model**2) * np.eye(base.samples)
-        if noise.correlated:
-            covariance += size * noise.correlated**2 / base.beats * np.exp(-step / noise.correlation_time)
-        root = np.linalg.cholesky(covariance)
-        parts.append(np.linalg.solve(root, d[:, k]))
-        errors.append(factor * np.linalg.solve(root, before[:, k]))
-    total = sum(float(part @ part) for part in parts)
+    before = curve(base)
+    d = (curve(case) - before) / np.sqrt(np.mean(before**2, axis=0))
+    root = np.linalg.cholesky(covariance(base))
+    parts = np.linalg.solve(root, d)
+    errors = factor * np.linalg.solve(root, before / np.sqrt(np.mean(before**2, axis=0)))
+    total = float((parts**2).sum())
     if factor > 0:
-        one, shared = np.array([a @ a for a in errors]), np.array([a @ x for a, x in zip(errors, parts)])
+        one, shared = (errors**2).sum(0), (errors * parts).sum(0)
         gram = np.eye(1 + len(one)) + np.block([[one.sum(), one[None, :]], [one[:, None], np.diag(one)]])
         right = np.concatenate([[shared.sum()], shared])
         total -= float(right @ np.linalg.solve(gram, right))
