@@ -11,9 +11,9 @@ usage: bench/diagnosis/run [--kind bending|vibration|joint|flight] [--cases N] [
 The whole study has 762 cases: on the small blowfly wing 250 without a hidden cause (nulls), 200 with causes outside the
 catalogue, and 60 with causes of the catalogue in each of five ranges of the signal-to-noise ratio; and 12 cases on the wing of
 1015 points. --kind vibration has 300 cases with natural modes, a record of a free vibration, or both: 100 nulls, 50 with causes
-outside the catalogue, 150 with causes of it. --kind joint has 150 cases with bending tests and modes of the same wing. --kind flight has 60 cases with records of forces on a
-section that flaps: 20 nulls, 10 with causes outside the catalogue, 30 with causes of it. Cases are
-mixed so that the first N cases are a sample of all, and each has its own random numbers. Every case that is finished is a file; a
+outside the catalogue, 150 with causes of it. --kind joint has 174 cases with bending tests and modes of the same wing, 24 of them with
+two causes. --kind flight has 60 cases with records of forces on a section that flaps: 20 nulls, 10 with causes outside the catalogue,
+30 with causes of it. Cases are mixed so that the first N cases are a sample of all, and each has its own random numbers. Every case that is finished is a file; a
 study that was stopped, at any time, is continued by the same command. Shards K/N of one study may run on several machines with a
 common folder. Verdicts of different programs, which are distinguished by their SHA-256, are kept separately in the same folder.
 The archive is one file with all verdicts and truths; the study can be scored from it, or continued without the contents of the
@@ -48,7 +48,7 @@ INPUT = {"Wing": {"E": "12.58e9", "D": "2.0e-7"}, "Measurement": {}, "Instrument
 # declared.
 LINES = {"bending": {}, "vibration": {"parameters": "E", "noise": "declared"}, "joint": {},
          "flight": {"noise": "declared"}}
-CPU_SECONDS = {"bending": (30, 0), "vibration": (15, 0), "joint": (30, 0), "flight": (30, 60)}  # of a case; and of an individual once
+CPU_SECONDS = {"bending": (30, 0), "vibration": (15, 0), "joint": (30, 0), "flight": (10, 20)}  # of a case; and of an individual once
 
 
 def ini_text(case, wing, measurement, more=None, kind="bending"):
@@ -214,12 +214,13 @@ def begin(options):
     from flusi_msm.blind.batch import read_design
     from flusi_msm.blind.ledger import digest, dump, read, write
     from flusi_msm.blind.study import designs_of, sources_digest
+    design = options.design or str(ROOT / DESIGNS[options.kind])
     if options.kind == "flight":
         from flusi_msm.measurement.flight import read_case
-        designs = {"small": read_case(options.design)}
+        designs = {"small": read_case(design)}
         shown = [asdict(d) for d in designs.values()]
     else:
-        designs = designs_of(read_design(options.design)[0])
+        designs = designs_of(read_design(design)[0])
         shown = [{**asdict(d), "wing": digest(Path(d.wing).read_bytes())} for d in designs.values()]
     try:
         for part in ("sealed", "measured", "individuals", "work"):
@@ -247,6 +248,15 @@ def begin(options):
     return ArchivedStudy(options.folder, designs, seed, archive, options.kind)
 
 
+def shares_of(text):
+    """Returns (K, N) of the text K/N, zeros if it is another."""
+    try:
+        shard, shards = map(int, text.split("/"))
+    except ValueError:
+        shard = shards = 0
+    return shard, shards
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kind", choices=tuple(DESIGNS), default="bending", help="of the data")
@@ -265,12 +275,8 @@ def main():
     parser.add_argument("--write-map", type=Path, metavar="F90", help="write the map from the probabilities of verdicts to how "
                         "often they were right, learned on the odd cases, as the module that msm_diagnose applies")
     options = parser.parse_args()
-    try:
-        shard, shards = map(int, options.shard.split("/"))
-    except ValueError:
-        shard = shards = 0
+    shard, shards = shares_of(options.shard)
     from flusi_msm.blind.strata import plan, whole_study
-    options.design = options.design or str(ROOT / DESIGNS[options.kind])
     if options.cases is None:
         options.cases = whole_study(options.kind)
     if options.folder is None:

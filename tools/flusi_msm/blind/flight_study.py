@@ -12,7 +12,7 @@ import numpy as np
 from flusi_msm.blind.cases import numbers
 from flusi_msm.blind.effects import Effect
 from flusi_msm.blind.flight_effects import BALANCE, FLOW, KINEMATICS, OUTSIDE
-from flusi_msm.blind.flights import flight_of, hide, individual, with_errors
+from flusi_msm.blind.flights import Menu, flight_of, hide, individual, with_errors
 from flusi_msm.blind.ledger import dump, write
 from flusi_msm.blind.strata import Stratum
 from flusi_msm.measurement.flight import Case, synthesise, write_flight
@@ -54,9 +54,9 @@ def draw_case(study_seed: int, number: int, stratum: Stratum, before: int, indiv
     head = {"kind": stratum.kind, "mesh": "same", "rig": RIGS[lap % len(RIGS)], "individual": number_of(stratum, before),
             "errors": int(rng.integers(2**53))}
     family = FAMILIES[(turn_of(stratum, before) + lap) % len(FAMILIES)]
-    menus = {"null": [], "outside": [OUTSIDE]}.get(stratum.kind, [family])
+    menus: dict[str, list[Menu]] = {"null": [], "outside": [OUTSIDE]}
     bounds = stratum.snr if stratum.kind == "single" else (0.0, np.inf)
-    case, found = hide(rng, individual.base, menus, stratum.snr, FACTOR, bounds)
+    case, found = hide(rng, individual.base, menus.get(stratum.kind, [family]), stratum.snr, FACTOR, bounds)
     case = with_errors(rng, case, head, number)
     record, generator = synthesise(case, flight_of(case))
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from flusi_msm.blind.batch import begin_batch, described, end_batch, salt_of, workers
 from flusi_msm.blind.cases import CLOSE, DRAWS, STATED, Options, numbers
-from flusi_msm.blind.effects import DrawEffect, Effect
+from flusi_msm.blind.effects import Effect
 from flusi_msm.blind.flight_effects import KNOWN, OUTSIDE
 from flusi_msm.blind.ledger import digest, dump, write
 from flusi_msm.errors import InputError
@@ -21,6 +21,7 @@ from flusi_msm.measurement.balance import check_names, shown
 from flusi_msm.measurement.case_file import build
 from flusi_msm.measurement.flight import Case, check, clean, in_last_beat, stated_time, synthesise, write_flight
 
+Menu = Sequence[Callable[[np.random.Generator, Case], Effect]]
 FLOWN = ("wing", "kinematics", "fluid", "hidden", "flow")   # sections on which the flow depends
 # The second rig, relative to the noise of the design; the declared spread is wrong by up to STATED.
 BUSY = {"amplitude": 0.02, "timing": 0.002}
@@ -108,7 +109,7 @@ def individual(design: Case, seed: int, number: int, count: int) -> Case:
                                               lead=float(rng.uniform(-10, 10))))
 
 
-def hide(rng: np.random.Generator, base: Case, menus: Sequence[Sequence[DrawEffect]], snr: tuple[float, float], factor: float = 0.0,
+def hide(rng: np.random.Generator, base: Case, menus: Sequence[Menu], snr: tuple[float, float], factor: float = 0.0,
          bounds: tuple[float, float] = (0.0, np.inf)) -> tuple[Case, list[tuple[Effect, float, float]]]:
     """Hides one effect of each menu, with a ratio that is log-uniform in `snr`; returns the case and [(effect, strength, ratio)]."""
     case = base
@@ -117,7 +118,7 @@ def hide(rng: np.random.Generator, base: Case, menus: Sequence[Sequence[DrawEffe
         if len(found) == len(menus):
             return case, found
         menu = menus[len(found)]
-        effect = menu[rng.integers(len(menu))](rng, base)
+        effect = menu[int(rng.integers(len(menu)))](rng, base)
         wanted = float(np.exp(rng.uniform(*np.log(snr))))
         if any(effect.name == other.name or effect.name in other.also for other, *_ in found):
             continue
@@ -142,8 +143,8 @@ def draw(seed: int, number: int, design: Case, options: Options) -> tuple[Case, 
     head: dict[str, Any] = {"kind": str(rng.choice(kinds, p=shares / shares.sum())), "mesh": "same", "rig": str(rng.choice(["quiet", "busy"])),
             "individual": int(rng.integers(options.individuals)), "errors": int(rng.integers(2**53))}
     base = individual(design, seed, head["individual"], options.individuals)
-    menus = {"null": [], "double": [KNOWN, KNOWN], "outside": [OUTSIDE]}.get(head["kind"], [KNOWN])
-    case, found = hide(rng, base, menus, options.snr)
+    menus: dict[str, list[Menu]] = {"null": [], "double": [KNOWN, KNOWN], "outside": [OUTSIDE]}
+    case, found = hide(rng, base, menus.get(head["kind"], [KNOWN]), options.snr)
     case = with_errors(rng, case, head, number)
     return case, {**head, "snr": visibility(case, base) if found else 0.0,
                   "causes": [{"name": effect.name, "strength": float(s), "snr": snr, "is_known": effect.is_known, "also": list(effect.also),
