@@ -11,9 +11,10 @@ usage: bench/diagnosis/run [--kind bending|vibration|joint|flight] [--cases N] [
 The whole study has 762 cases: on the small blowfly wing 250 without a hidden cause (nulls), 200 with causes outside the
 catalogue, and 60 with causes of the catalogue in each of five ranges of the signal-to-noise ratio; and 12 cases on the wing of
 1015 points. --kind vibration has 300 cases with natural modes, a record of a free vibration, or both: 100 nulls, 50 with causes
-outside the catalogue, 150 with causes of it. --kind joint has 174 cases with bending tests and modes of the same wing, 24 of them with
-two causes. --kind flight has 60 cases with records of forces on a section that flaps: 20 nulls, 10 with causes outside the catalogue,
-30 with causes of it. Cases are mixed so that the first N cases are a sample of all, and each has its own random numbers. Every case that is finished is a file; a
+outside the catalogue, 150 with causes of it. --kind joint has 174 cases with bending tests and modes of the same wing, 24 of them
+with two causes. --kind flight has 60 cases with records of forces on a section that flaps: 20 nulls, 10 with causes outside the
+catalogue, 30 with causes of it. Cases are mixed so that the first N cases are a sample of all, and each has its own random numbers.
+Every case that is finished is a file; a
 study that was stopped, at any time, is continued by the same command. Shards K/N of one study may run on several machines with a
 common folder. Verdicts of different programs, which are distinguished by their SHA-256, are kept separately in the same folder.
 The archive is one file with all verdicts and truths; the study can be scored from it, or continued without the contents of the
