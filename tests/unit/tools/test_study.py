@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """bench/diagnosis/run: any first part of a study has the proportions of the whole, cases do not depend on what was made before,
 and the verdicts of msm_diagnose are read as they are meant."""
+import importlib.util
 import json
 import subprocess
 import sys
@@ -8,6 +9,9 @@ import tempfile
 import unittest
 from pathlib import Path
 from types import SimpleNamespace
+
+import h5py
+import numpy as np
 
 from flusi_msm.blind.archive import Archive, ArchivedStudy
 from flusi_msm.blind.batch import read_design
@@ -132,6 +136,33 @@ class Cases(unittest.TestCase):
         path.write_text("no archive")
         with self.assertRaisesRegex(InputError, "not an archive"):
             Archive(path)
+
+
+class Wings(unittest.TestCase):
+    """bench/diagnosis/run_wings."""
+
+    def test_cases(self):
+        """The stroke gets a third harmonic and nothing else changes; what is right for each case; errors of a balance."""
+        spec = importlib.util.spec_from_file_location("wings", SOURCE / "bench/diagnosis/wings.py")
+        wings = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(wings)
+        before, after = (dict(line.split(";")[0].split(" = ") for line in text.splitlines() if " = " in line.split(";")[0])
+                         for text in (wings.KINEMATICS.read_text(), wings.with_wave(wings.KINEMATICS.read_text())))
+        self.assertEqual({key for key in before if before[key] != after[key]}, {"nfft_phi", "ai_phi", "bi_phi"})
+        self.assertEqual([float(x) for x in after["ai_phi"].split()], [float(before["ai_phi"]), 0.0, wings.WAVE])
+        self.assertEqual([float(x) for x in after["bi_phi"].split()], [0.0, 0.0, 0.0])
+        for word, names, right in (("adequate", [], {None}), ("unknown_cause", [], {"outside"}),
+                                   ("consistent_with_set", ["pitch_lead", "wind"], {"pitch_lead"})):
+            found = {"verdict": {"word": word, "set": names, "causes": []}}
+            self.assertEqual({cause for _, _, _, cause in wings.CASES.values() if wings.judged(cause, found)}, right)
+        exact = np.random.default_rng(2).standard_normal((len(wings.TIMES), len(wings.NAMES)))
+        with tempfile.TemporaryDirectory() as folder:
+            wings.write_data(Path(folder) / "data.h5", exact, wings.GAIN, 1)
+            with h5py.File(Path(folder) / "data.h5") as file:
+                seen, sd = file["flight/wings/mean"][:], file["flight/wings/sd"][:]
+        for k, gain in enumerate((wings.GAIN, wings.GAIN, wings.GAIN, 1.0)):
+            self.assertAlmostEqual(seen[:, k] @ exact[:, k] / (exact[:, k] @ exact[:, k]), gain, delta=4 * wings.WHITE / len(exact)**0.5)
+        self.assertTrue((np.abs(sd / np.sqrt((exact**2).mean(0)) - np.hypot(wings.WHITE, wings.MODEL)) < 1e-12).all())
 
 
 class Verdicts(unittest.TestCase):
