@@ -64,7 +64,7 @@ class Grid:
     """How finely the section is simulated."""
     points: int = 12    # in a chord
     box: int = 8        # chords
-    step: float = 0.4   # of dx over the mean speed
+    step: float = 0.25  # of dx over the mean speed
 
 
 def write_section(folder: Path, stated: Mapping[str, Any], grid: Grid = Grid()) -> Path:
