@@ -2,7 +2,7 @@
 """Studies how well msm_diagnose finds hidden causes: runs many blind cases and gives their scores with 95 % bounds, and the share
 of the gain that the true cause would bring. The last line is JSON.
 
-usage: bench/diagnosis/run [--kind bending|vibration|joint] [--cases N] [--seed S] [--folder runs/bench_diagnosis]
+usage: bench/diagnosis/run [--kind bending|vibration|joint|flight] [--cases N] [--seed S] [--folder runs/bench_diagnosis]
                        [--program build/release/bin/msm_diagnose]
                        [--jobs 1] [--ranks 1] [--shard K/N] [--only generate|diagnose|score] [--hours H]
                        [--archive bench/diagnosis/diagnosis_study.jsonl] [--figure docs/images/diagnosis_confusion.png]
@@ -11,14 +11,17 @@ usage: bench/diagnosis/run [--kind bending|vibration|joint] [--cases N] [--seed 
 The whole study has 762 cases: on the small blowfly wing 250 without a hidden cause (nulls), 200 with causes outside the
 catalogue, and 60 with causes of the catalogue in each of five ranges of the signal-to-noise ratio; and 12 cases on the wing of
 1015 points. --kind vibration has 300 cases with natural modes, a record of a free vibration, or both: 100 nulls, 50 with causes
-outside the catalogue, 150 with causes of it. --kind joint has 150 cases with bending tests and modes of the same wing. Cases are
-mixed so that the first N cases are a sample of all, and each has its own random numbers. Every case that is finished is a file; a
+outside the catalogue, 150 with causes of it. --kind joint has 174 cases with bending tests and modes of the same wing, 24 of them
+with two causes. --kind flight has 60 cases with records of forces on a section that flaps: 20 nulls, 10 with causes outside the
+catalogue, 30 with causes of it. Cases are mixed so that the first N cases are a sample of all, and each has its own random numbers.
+Every case that is finished is a file; a
 study that was stopped, at any time, is continued by the same command. Shards K/N of one study may run on several machines with a
 common folder. Verdicts of different programs, which are distinguished by their SHA-256, are kept separately in the same folder.
 The archive is one file with all verdicts and truths; the study can be scored from it, or continued without the contents of the
 folder. Results are in docs/results/diagnosis-results.md.
 """
 import argparse
+import fcntl
 import hashlib
 import json
 import os
@@ -26,6 +29,7 @@ import secrets
 import shutil
 import sys
 import time
+from contextlib import contextmanager
 from multiprocessing import Pool
 from pathlib import Path
 
@@ -36,13 +40,16 @@ sys.dont_write_bytecode = True
 from flusi_msm.errors import InputError, run_command
 
 ROOT = Path(__file__).resolve().parents[2]
-DESIGN = ROOT / "ini/blind.json"
+DESIGNS = {"bending": "ini/blind.json", "vibration": "ini/blind.json", "joint": "ini/blind.json", "flight": "ini/blind-flight.json"}
 VERDICT_CODES = (0, 10, 11, 12, 20)
+WING = ROOT / "wings/calliphora_small.h5"
 INPUT = {"Wing": {"E": "12.58e9", "D": "2.0e-7"}, "Measurement": {}, "Instrument": {},
          "Diagnose": {"parameters": "E, joint:*"}, "Saving": {"name": "diagnosis"}}
 # Lines of the kinds of study: modes and records contain too little information about ten joints; the errors are those that are
 # declared.
-LINES = {"bending": {}, "vibration": {"parameters": "E", "noise": "declared"}, "joint": {}}
+LINES = {"bending": {}, "vibration": {"parameters": "E", "noise": "declared"}, "joint": {},
+         "flight": {"noise": "declared"}}
+CPU_SECONDS = {"bending": (30, 0), "vibration": (15, 0), "joint": (30, 0), "flight": (30, 25)}  # of a case; and of an individual once
 
 
 def ini_text(case, wing, measurement, more=None, kind="bending"):
@@ -52,9 +59,12 @@ def ini_text(case, wing, measurement, more=None, kind="bending"):
     sections["Wing"]["file"] = wing
     sections["Measurement"]["file"] = measurement
     sections["Diagnose"].update(LINES[kind])
-    sections["Diagnose"]["refine"] = "yes" if case["mesh"] == "finer" else "no"
+    if kind == "flight":
+        del sections["Diagnose"]["parameters"]
+    else:
+        sections["Diagnose"]["refine"] = "yes" if case["mesh"] == "finer" else "no"
     for name, keys in (more or {}).items():
-        sections[name].update(keys)
+        sections.setdefault(name, {}).update(keys)
     return "".join(f"[{name}]\n" + "".join(f"{key} = {value};\n" for key, value in keys.items())
                    for name, keys in sections.items() if keys)
 
@@ -87,19 +97,38 @@ class Diagnoses:
         path = self.folder / f"{number:04d}.json"
         if not path.exists():
             facts = read(self.study.folder / "sealed" / f"{number:04d}.json")["truth"]
-            write(path, dump({"program": self.sha256, **self.once(number, facts["mesh"], facts["wing"])}))
+            with self.flights(facts) as lines:
+                write(path, dump({"program": self.sha256, **self.once(number, facts, lines)}))
         place = self.folder / f"{number:04d}.oracle.json"
         truth = self.study.truth(number)
         if self.study.wants_oracle(truth) and not place.exists():
             write(place, dump(self.oracle(number, truth, read(path))))
 
-    def once(self, number, mesh, wing, more=None):
+    @contextmanager
+    def flights(self, facts):
+        """Gives the lines of [Flight], none for other kinds. The simulated flights of all cases of an individual are kept together,
+        and one diagnosis at a time makes them."""
+        if self.study.kind != "flight":
+            yield None
+            return
+        from flusi_msm.blind.flight_input import write_section
+        from flusi_msm.blind.ledger import read
+        who = facts["individual"]
+        stated = read(self.study.stated(who))
+        place = self.study.folder / f"flights-{self.sha256[:12]}"
+        place.mkdir(exist_ok=True)
+        with open(place / f"lock{who}", "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            case = write_section(place / f"case{who}", stated)
+            yield {"Flight": {"file": case, "folder": place / f"of{who}", "beats": stated["beats"]}}
+
+    def once(self, number, facts, more=None):
         from flusi_msm.blind.verdict import flat_verdict
         folder = self.study.folder / "work" / f"{number:04d}.{os.getpid()}"
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
-        (folder / "diagnose.ini").write_text(ini_text({"mesh": mesh}, self.study.designs[wing].wing,
-                                                      self.study.measurement(number), more, self.study.kind))
+        (folder / "diagnose.ini").write_text(ini_text(facts, self.wing_of(facts), self.study.measurement(number), more,
+                                                      self.study.kind))
         command = [str(self.program), "diagnose.ini", "--exit-code"]
         if self.ranks > 1:
             command = ["mpirun", "-n", str(self.ranks), *command]
@@ -117,6 +146,10 @@ class Diagnoses:
         shutil.rmtree(folder, ignore_errors=True)
         return result
 
+    def wing_of(self, facts):
+        """Returns the wing file. The forces on a section do not depend on it."""
+        return WING if self.study.kind == "flight" else self.study.designs[facts["wing"]].wing
+
     def oracle(self, number, truth, record):
         """Returns the gain of log predictive density on locations left out, of the extended model and of a model that has the
         true cause."""
@@ -133,7 +166,7 @@ class Diagnoses:
         if lines is None or "baseline" not in folds:
             return {"gain": gain, "oracle": None, "is_same": False}
         lines["Diagnose"] = {"intervals": "no", "refits": "1"}
-        other = self.once(number, truth["mesh"], truth["wing"], lines)
+        other = self.once(number, truth, lines)
         known = other.get("verdict", {}).get("folds", {}).get("baseline")
         return {"gain": gain, "oracle": None if known is None else density_gain(folds["baseline"], known),
                 "is_same": False, "exit_code": other["exit_code"], "problem": other["problem"],
@@ -162,6 +195,18 @@ def work(task):
     return 1
 
 
+def tell_cost(kind, study, tasks, folder):
+    """Says what the cases that are not finished cost."""
+    of_case, of_individual = CPU_SECONDS[kind]
+    open_ones = [number for _, _, number, *_ in tasks if not (folder / f"{number:04d}.json").exists()]
+    seconds = of_case * len(open_ones)
+    if of_individual and open_ones:
+        from flusi_msm.blind.flight_study import INDIVIDUALS
+        seconds += of_individual * sum(not list(study.folder.glob(f"flights-*/of{who}")) for who in range(INDIVIDUALS))
+    print(f"{len(open_ones)} cases to make and to diagnose: about {seconds / 3600:.1f} hours of CPU time on one core", file=sys.stderr,
+          flush=True)
+
+
 def begin(options):
     """Begins or continues the study in the folder; seed, design and generator must be the same as before."""
     from dataclasses import asdict
@@ -170,7 +215,14 @@ def begin(options):
     from flusi_msm.blind.batch import read_design
     from flusi_msm.blind.ledger import digest, dump, read, write
     from flusi_msm.blind.study import designs_of, sources_digest
-    designs = designs_of(read_design(options.design)[0])
+    design = options.design or str(ROOT / DESIGNS[options.kind])
+    if options.kind == "flight":
+        from flusi_msm.measurement.flight import read_case
+        designs = {"small": read_case(design)}
+        shown = [asdict(d) for d in designs.values()]
+    else:
+        designs = designs_of(read_design(design)[0])
+        shown = [{**asdict(d), "wing": digest(Path(d.wing).read_bytes())} for d in designs.values()]
     try:
         for part in ("sealed", "measured", "individuals", "work"):
             (options.folder / part).mkdir(parents=True, exist_ok=True)
@@ -186,8 +238,7 @@ def begin(options):
         known = read(place)
     seed = next((seed for seed in (options.seed, known.get("seed"), archive.facts.get("seed")) if seed is not None),
                 secrets.randbits(31))
-    facts = {"seed": seed, "generator": sources_digest(options.kind),
-             "design": digest(dump([{**asdict(d), "wing": digest(Path(d.wing).read_bytes())} for d in designs.values()]))}
+    facts = {"seed": seed, "generator": sources_digest(options.kind), "design": digest(dump(shown))}
     if options.kind != "bending":
         facts["kind"] = options.kind
     for key, value in facts.items():
@@ -198,13 +249,22 @@ def begin(options):
     return ArchivedStudy(options.folder, designs, seed, archive, options.kind)
 
 
+def shares_of(text):
+    """Returns (K, N) of the text K/N, zeros if it is another."""
+    try:
+        shard, shards = map(int, text.split("/"))
+    except ValueError:
+        shard = shards = 0
+    return shard, shards
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kind", choices=("bending", "vibration", "joint"), default="bending", help="of the data")
+    parser.add_argument("--kind", choices=tuple(DESIGNS), default="bending", help="of the data")
     parser.add_argument("--cases", type=int, metavar="N", help="the first N; default: all of the study")
     parser.add_argument("--seed", type=int, help="of everything; default: that of the folder, or from the operating system")
     parser.add_argument("--folder", type=Path, help="default: runs/bench_diagnosis, with the kind behind it")
-    parser.add_argument("--design", default=str(DESIGN), help="of the bending test (docs/results/blind-tests.md)")
+    parser.add_argument("--design", help="of the bending test, or of the flight (docs/results/blind-tests.md)")
     parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/msm_diagnose")
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="cases at the same time")
     parser.add_argument("--ranks", type=int, default=1, metavar="N", help="of each run of the program")
@@ -216,10 +276,7 @@ def main():
     parser.add_argument("--write-map", type=Path, metavar="F90", help="write the map from the probabilities of verdicts to how "
                         "often they were right, learned on the odd cases, as the module that msm_diagnose applies")
     options = parser.parse_args()
-    try:
-        shard, shards = map(int, options.shard.split("/"))
-    except ValueError:
-        shard = shards = 0
+    shard, shards = shares_of(options.shard)
     from flusi_msm.blind.strata import plan, whole_study
     if options.cases is None:
         options.cases = whole_study(options.kind)
@@ -247,6 +304,7 @@ def main():
              for number, row in enumerate(plan(options.cases, options.kind), 1)
              if number % shards == shard % shards and number not in study.archive.rows]
     if options.only != "score":
+        tell_cost(options.kind, study, tasks, folder)
         with Pool(options.jobs) as pool:
             for k, outcome in enumerate(pool.imap_unordered(work, tasks), 1):
                 if isinstance(outcome, str):

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from synthetic_bending import ADEQUATE, NAMED, SET, measure
+from synthetic_bending import ADEQUATE, NAMED, SET, UNKNOWN, measure
 from whole_program import ALIVE, EXIT_STOPPED, SOURCE, check, main
 
 from flusi_msm.hovering_plate import write_plate, write_stroke
@@ -30,6 +30,9 @@ LENGTH, FREQUENCY, DENSITY = 0.01, 50.0, 1.2  # SI values of chord and beat; of 
 UNIT_FREQUENCY = FREQUENCY * PERIOD
 TIMES = (np.arange(30) + 0.5) / 30
 ERROR = 0.12  # of the root mean square of each component
+# A plate of four cells on 16 points in a chord has a thickness of a quarter chord. It differs from one without thickness by this share of
+# the root mean square, and in the same way for this share of the beat.
+BODY_ERROR, BODY_TIME = 0.3, 0.06
 FORCE = DENSITY * LENGTH**3 * UNIT_FREQUENCY**2  # N/m
 
 INI = """\
@@ -95,11 +98,11 @@ def write_case(folder, points, surface="thin", more="", step=0.2):
 
 
 @functools.lru_cache(maxsize=None)
-def flown(points, more=""):
+def flown(points, more="", surface="thin"):
     """Fy, Fz [N/m] and power [W/m] at TIMES of the last beat of a flight of its own."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        write_case(folder, points, more=more)
+        write_case(folder, points, surface, more)
         subprocess.run([FLUSI, "hover.ini"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
         lines = (folder / "forces.t").read_text().splitlines()
         rows = np.array([[float(x) for x in line.split()] for line in lines if not line.lstrip().startswith("%")])
@@ -108,10 +111,11 @@ def flown(points, more=""):
     return FORCE * np.stack([np.interp(TIMES, t, column) for column in columns], axis=1)
 
 
-def write_data(path, mean, seed, **attributes):
-    """A measurement of nothing else, with errors that cover what grids of 8 and 12 points per chord differ by."""
+def write_data(path, mean, seed, error=ERROR, noise=1.0, **attributes):
+    """A measurement of nothing else, with errors that cover what grids of 8 and 12 points per chord differ by. `noise` is the share of
+    the stated errors that scatters."""
     rng = np.random.default_rng(seed)
-    sd = ERROR * np.sqrt(np.mean(mean**2, axis=0)) * np.ones_like(mean)
+    sd = error * np.sqrt(np.mean(mean**2, axis=0)) * np.ones_like(mean)
     with h5py.File(path, "w", libver=("v108", "v108")) as f:
         f.attrs.update(schema="flusi-msm measurement", version=1)
         flight = f.create_group("flight/hover")
@@ -119,7 +123,7 @@ def write_data(path, mean, seed, **attributes):
                             components="Fy, Fz, power", units="N/m, N/m, W/m", per_length=1)
         flight.attrs.update(attributes)
         flight["time"] = TIMES
-        flight["mean"] = mean + sd * rng.standard_normal(mean.shape)
+        flight["mean"] = mean + noise * sd * rng.standard_normal(mean.shape)
         flight["sd"] = sd
 
 
@@ -130,7 +134,7 @@ def write_input(case, data, name, more="", cache="../flights", options=""):
     (case.folder / f"{name}.ini").write_text(
         f"[Wing]\nfile = {SOURCE}/wings/calliphora_small.h5\nE = 12.58e9\nD = 2e-7\n[Measurement]\nfile = {data}\n"
         # The data come from the same box, wing and start, so that the simulation errs by its grid alone.
-        f"[Flight]\nfile = case/hover.ini\nbeats = {BEATS}\nharmonics = 12\nfolder = {cache}\nmodel_sd = 0\n{more}"
+        f"[Flight]\nfile = case/hover.ini\nbeats = {BEATS}\nharmonics = 12\nfolder = {cache}\n{'' if 'model_sd' in more else 'model_sd = 0' + chr(10)}{more}"
         f"[Diagnose]\nnoise = declared\ndraws = 1000\nstarts = 1\n{options}[Saving]\nname = {name}\n")
 
 
@@ -187,6 +191,23 @@ def test_null(case):
     write_data(case.folder / "data.h5", flown(12), 3)
     code, found, _ = diagnose(case, "data.h5", "null", options="validation = no\n")
     check(code == ADEQUATE, found["verdict"]["sentence"])
+
+
+def test_body(case):
+    """The data come from the other representation of the plate on twice the points. With errors that cover its thickness a null is
+    adequate, and a lead of 0.08 beats is named alone; with errors that do not cover it the cause is unknown."""
+    facts = {"correlation_time": BODY_TIME / FREQUENCY}
+    write_data(case.folder / "data.h5", flown(16, surface="penalized"), 1, BODY_ERROR, 0.1, **facts)
+    code, found, _ = diagnose(case, "data.h5", "body", "model_sd = 0.05\n")
+    check(code == ADEQUATE, found["verdict"]["sentence"])
+    write_data(case.folder / "data.h5", flown(16, surface="penalized"), 1)
+    code, found, _ = diagnose(case, "data.h5", "thick", "model_sd = 0.05\nrounds = 0\n")
+    check(code == UNKNOWN, f"another thickness is not in the catalogue: {found['verdict']['sentence']}")
+    write_data(case.folder / "data.h5", flown(16, "kinematics_lead = 0.08 0 0\n", "penalized"), 1, BODY_ERROR, 0.1, **facts)
+    code, found, _ = diagnose(case, "data.h5", "body_lead", "model_sd = 0.05\n")
+    check(code == NAMED and names(found) == ["pitch_lead"], found["verdict"]["sentence"])
+    lower, best, upper = found["extended"]["intervals_90"][0]["lower_best_upper"]
+    check(lower < best < upper and abs(best - 0.08) < upper - lower, f"a lead of {lower} {best} {upper} beats")
 
 
 def test_joint(case):

@@ -11,9 +11,9 @@ PLATE = "[Wing]\ntype = rectangular\nroot = {0!r}\nlength = {1!r}\nmean_chord = 
 TURN = """[kinematics]
 type = fourier
 nfft_phi = 1
-a0_phi = 180.0
-ai_phi = 0.0
-bi_phi = {pitch}
+a0_phi = {twice!r}
+ai_phi = {cosine!r}
+bi_phi = {sine!r}
 nfft_alpha = 1
 a0_alpha = 0.0
 ai_alpha = 0.0
@@ -25,10 +25,12 @@ bi_theta = 0.0
 """
 
 
-def write_plate(folder: Path, half: float, pitch: float) -> None:
-    """Writes plate.ini, a plate from -half to half, and pitch.ini: the angle of its chord is 90 + pitch sin(2 pi f t) degrees."""
+def write_plate(folder: Path, half: float, pitch: float, lead: float = 0.0, mean: float = 90.0) -> None:
+    """Writes plate.ini, a plate from -half to half, and pitch.ini: the angle of its chord is mean + pitch sin(2 pi f t + lead), all
+    in degrees."""
     (folder / "plate.ini").write_text(PLATE.format(-half, half))
-    (folder / "pitch.ini").write_text(TURN.format(pitch=pitch))
+    cosine, sine = (pitch * math.sin(math.radians(lead)), pitch * math.cos(math.radians(lead))) if lead else (0.0, pitch)
+    (folder / "pitch.ini").write_text(TURN.format(twice=2 * mean, cosine=cosine, sine=sine))
 
 
 def write_stroke(folder: Path, stroke: float, period: float, beats: int, middle: float, steps: int) -> None:

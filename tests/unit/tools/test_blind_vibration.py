@@ -12,6 +12,7 @@ import numpy as np
 from flusi_msm.blind import vibration, vibration_effects
 from flusi_msm.blind import vibration_subject as subjects
 from flusi_msm.blind.archive import Archive, ArchivedStudy
+from flusi_msm.blind.cases import CLOSE
 from flusi_msm.blind.strata import Stratum
 from flusi_msm.measurement.case import Case
 from flusi_msm.bending.model import Stiffness
@@ -105,12 +106,17 @@ class Cases(unittest.TestCase):
     def test_joint(self):
         """Heights and modes of one wing; the ratio is that of both."""
         with tempfile.TemporaryDirectory() as folder:
-            study = self.make(Path(folder) / "a", "joint", {1: (Stratum("single", 1, "single", (8.0, 12.0)), 0)})
+            study = self.make(Path(folder) / "a", "joint", {1: (Stratum("single", 1, "single", (8.0, 12.0)), 0),
+                                                            2: (Stratum("double", 1, "double", (8.0, 30.0)), 0)})
             truth = study.truth(1)
             self.assertTrue(8 <= truth["snr"] < 12, truth["snr"])
             with h5py.File(study.measurement(1)) as file:
                 self.assertEqual(set(file) & {"loads", "modes", "reference"}, {"loads", "modes", "reference"})
                 self.assertEqual(len(file["modes"]), subjects.MODES)
+            truth = study.truth(2)
+            self.assertEqual(len({cause["name"] for cause in truth["causes"]}), 2, "two causes")
+            for cause in truth["causes"]:
+                self.assertTrue(8 / CLOSE <= cause["snr"] <= 30 * CLOSE, "each visible by itself")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """bench/diagnosis/run: any first part of a study has the proportions of the whole, cases do not depend on what was made before,
 and the verdicts of msm_diagnose are read as they are meant."""
+import importlib.util
 import json
 import subprocess
 import sys
@@ -8,6 +9,9 @@ import tempfile
 import unittest
 from pathlib import Path
 from types import SimpleNamespace
+
+import h5py
+import numpy as np
 
 from flusi_msm.blind.archive import Archive, ArchivedStudy
 from flusi_msm.blind.batch import read_design
@@ -42,7 +46,7 @@ class Plans(unittest.TestCase):
         """The counts of every stratum in the first N cases are within 1.5 of its share: the one that is most behind is
         always taken, so nobody gets more than one ahead, and ten cannot all be behind."""
         for kind, strata, whole in (("bending", STRATA["bending"], 762), ("vibration", STRATA["vibration"], 300),
-                                    ("joint", STRATA["joint"], 150)):
+                                    ("joint", STRATA["joint"], 174), ("flight", STRATA["flight"], 60)):
             self.assertEqual(whole_study(kind), whole)
             rows = plan(whole, kind)
             counts = {stratum.name: 0 for stratum in strata}
@@ -52,8 +56,9 @@ class Plans(unittest.TestCase):
                 for other in strata:
                     self.assertLess(abs(counts[other.name] - number * other.count / whole), 1.5, (number, other.name))
             self.assertEqual(counts, {stratum.name: stratum.count for stratum in strata})
-            self.assertEqual(plan(100, kind), rows[:100])
-            self.assertEqual(counts["null"], whole // 3 if kind != "bending" else 250)
+            self.assertEqual(plan(50, kind), rows[:50])
+            self.assertEqual(counts["null"], {"bending": 250, "vibration": 100, "joint": 50, "flight": 20}[kind])
+            self.assertEqual(counts.get("double", 0), 24 if kind == "joint" else 0)
 
 
 class Cases(unittest.TestCase):
@@ -131,6 +136,33 @@ class Cases(unittest.TestCase):
         path.write_text("no archive")
         with self.assertRaisesRegex(InputError, "not an archive"):
             Archive(path)
+
+
+class Wings(unittest.TestCase):
+    """bench/diagnosis/run_wings."""
+
+    def test_cases(self):
+        """The stroke gets a third harmonic and nothing else changes; what is right for each case; errors of a balance."""
+        spec = importlib.util.spec_from_file_location("wings", SOURCE / "bench/diagnosis/wings.py")
+        wings = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(wings)
+        before, after = (dict(line.split(";")[0].split(" = ") for line in text.splitlines() if " = " in line.split(";")[0])
+                         for text in (wings.KINEMATICS.read_text(), wings.with_wave(wings.KINEMATICS.read_text())))
+        self.assertEqual({key for key in before if before[key] != after[key]}, {"nfft_phi", "ai_phi", "bi_phi"})
+        self.assertEqual([float(x) for x in after["ai_phi"].split()], [float(before["ai_phi"]), 0.0, wings.WAVE])
+        self.assertEqual([float(x) for x in after["bi_phi"].split()], [0.0, 0.0, 0.0])
+        for word, names, right in (("adequate", [], {None}), ("unknown_cause", [], {"outside"}),
+                                   ("consistent_with_set", ["pitch_lead", "wind"], {"pitch_lead"})):
+            found = {"verdict": {"word": word, "set": names, "causes": []}}
+            self.assertEqual({cause for _, _, _, cause in wings.CASES.values() if wings.judged(cause, found)}, right)
+        exact = np.random.default_rng(2).standard_normal((len(wings.TIMES), len(wings.NAMES)))
+        with tempfile.TemporaryDirectory() as folder:
+            wings.write_data(Path(folder) / "data.h5", exact, wings.GAIN, 1)
+            with h5py.File(Path(folder) / "data.h5") as file:
+                seen, sd = file["flight/wings/mean"][:], file["flight/wings/sd"][:]
+        for k, gain in enumerate((wings.GAIN, wings.GAIN, wings.GAIN, 1.0)):
+            self.assertAlmostEqual(seen[:, k] @ exact[:, k] / (exact[:, k] @ exact[:, k]), gain, delta=4 * wings.WHITE / len(exact)**0.5)
+        self.assertTrue((np.abs(sd / np.sqrt((exact**2).mean(0)) - np.hypot(wings.WHITE, wings.MODEL)) < 1e-12).all())
 
 
 class Verdicts(unittest.TestCase):

@@ -152,6 +152,8 @@ def third_harmonic(rng: np.random.Generator, case: Case) -> Effect:
     return plain("third_harmonic", "hidden", "third_harmonic", 0.01, 0.15, sign_of(rng), is_known=False)
 
 
-KNOWN = (stroke_amplitude, pitch_amplitude, pitch_lead, pitch_mean, stroke_plane, beat_frequency, phase_lag, wind, viscosity, balance_gain,
-         balance_offset, balance_turn, cross_talk, balance_lowpass, balance_delay, wing_inertia)
+KINEMATICS = (stroke_amplitude, pitch_amplitude, pitch_lead, pitch_mean, stroke_plane, beat_frequency, phase_lag)
+FLOW = (wind, viscosity)
+BALANCE = (balance_gain, balance_offset, balance_turn, cross_talk, balance_lowpass, balance_delay, wing_inertia)
+KNOWN = KINEMATICS + FLOW + BALANCE
 OUTSIDE = (free_play, asymmetry, third_harmonic, deviation, wing_area)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from functools import lru_cache
 from pathlib import Path
@@ -19,8 +19,9 @@ from flusi_msm.blind.ledger import digest, dump, write
 from flusi_msm.errors import InputError
 from flusi_msm.measurement.balance import check_names, shown
 from flusi_msm.measurement.case_file import build
-from flusi_msm.measurement.flight import Case, check, clean, in_last_beat, synthesise, write_flight
+from flusi_msm.measurement.flight import Case, check, clean, in_last_beat, stated_time, synthesise, write_flight
 
+Menu = Sequence[Callable[[np.random.Generator, Case], Effect]]
 FLOWN = ("wing", "kinematics", "fluid", "hidden", "flow")   # sections on which the flow depends
 # The second rig, relative to the noise of the design; the declared spread is wrong by up to STATED.
 BUSY = {"amplitude": 0.02, "timing": 0.002}
@@ -45,34 +46,53 @@ def curve(case: Case) -> np.ndarray:
     return np.stack([in_last_beat(case, exact, seen[name]) for name in check_names(case.components)], 1)
 
 
-def visibility(case: Case, base: Case) -> float:
-    """Returns sqrt(d C^-1 d), where d is the change of the record and C is the covariance of its errors, including the error of
-    the model."""
-    before, noise = curve(base), base.noise
-    d, total = curve(case) - before, 0.0
-    step = np.abs(np.subtract.outer(np.arange(base.samples), np.arange(base.samples))) / (base.samples * base.kinematics.frequency)
-    for k in range(d.shape[1]):
-        size = np.mean(before[:, k]**2)
-        covariance = size * (noise.white**2 / base.beats + noise.model**2) * np.eye(base.samples)
-        if noise.correlated:
-            covariance += size * noise.correlated**2 / base.beats * np.exp(-step / noise.correlation_time)
-        total += d[:, k] @ np.linalg.solve(covariance, d[:, k])
-    return float(np.sqrt(total))
+def covariance(base: Case) -> np.ndarray:
+    """Returns the covariance (n, n) of the errors of a component whose rms is 1. If the error of the model stays the same for some
+    time, all errors are those that the file states: the times of a beat are then neighbours around the beat."""
+    noise, n = base.noise, base.samples
+    period = 1 / base.kinematics.frequency
+    step = np.abs(np.subtract.outer(np.arange(n), np.arange(n))) * (period / n)
+    free = noise.white**2 / base.beats + noise.model**2
+    if noise.model and noise.model_time:
+        return (free + noise.correlated**2 / base.beats) * np.exp(-np.minimum(step, period - step) / stated_time(noise))
+    found = free * np.eye(n)
+    if noise.correlated:
+        found += noise.correlated**2 / base.beats * np.exp(-step / noise.correlation_time)
+    return found
 
 
-def make_strong(case: Case, effect: Effect, wanted: float) -> tuple[float, float] | None:
-    """Returns (strength, snr) near the wanted ratio, measured against the case as it is so far, or None if there is no such
-    strength."""
+def visibility(case: Case, base: Case, factor: float = 0.0) -> float:
+    """Returns the signal-to-noise ratio of the change d of the record, where C is the covariance of its errors, including the error
+    of the model. With `factor`, a simulation may be wrong by this share of all forces and of each component:
+    snr^2 = d C^-1 d - d C^-1 A (A C^-1 A + 1)^-1 A C^-1 d, where the columns of A are these errors."""
+    before = curve(base)
+    d = (curve(case) - before) / np.sqrt(np.mean(before**2, axis=0))
+    root = np.linalg.cholesky(covariance(base))
+    parts = np.linalg.solve(root, d)
+    errors = factor * np.linalg.solve(root, before / np.sqrt(np.mean(before**2, axis=0)))
+    total = float((parts**2).sum())
+    if factor > 0:
+        one, shared = (errors**2).sum(0), (errors * parts).sum(0)
+        gram = np.eye(1 + len(one)) + np.block([[one.sum(), one[None, :]], [one[:, None], np.diag(one)]])
+        right = np.concatenate([[shared.sum()], shared])
+        total -= float(right @ np.linalg.solve(gram, right))
+    return float(np.sqrt(max(0.0, total)))
+
+
+def make_strong(case: Case, effect: Effect, wanted: float, factor: float = 0.0, bounds: tuple[float, float] = (0.0, np.inf)) \
+        -> tuple[float, float] | None:
+    """Returns (strength, snr) near the wanted ratio and within bounds, measured against the case as it is so far, or None if there
+    is no such strength."""
     s = effect.first
     for _ in range(6):
         s = min(s, effect.most)
         changed = effect.apply(case, s)
         try:
             check(changed)
-            snr = visibility(changed, case)
+            snr = visibility(changed, case, factor)
         except InputError:
             return None
-        if 1 / CLOSE <= snr / wanted <= CLOSE:
+        if 1 / CLOSE <= snr / wanted <= CLOSE and bounds[0] <= snr < bounds[1]:
             return s, snr
         if snr <= 1e-6 or s >= effect.most and snr < wanted:
             return None
@@ -89,6 +109,32 @@ def individual(design: Case, seed: int, number: int, count: int) -> Case:
                                               lead=float(rng.uniform(-10, 10))))
 
 
+def hide(rng: np.random.Generator, base: Case, menus: Sequence[Menu], snr: tuple[float, float], factor: float = 0.0,
+         bounds: tuple[float, float] = (0.0, np.inf)) -> tuple[Case, list[tuple[Effect, float, float]]]:
+    """Hides one effect of each menu, with a ratio that is log-uniform in `snr`; returns the case and [(effect, strength, ratio)]."""
+    case = base
+    found: list[tuple[Effect, float, float]] = []
+    for _ in range(DRAWS):
+        if len(found) == len(menus):
+            return case, found
+        menu = menus[len(found)]
+        effect = menu[int(rng.integers(len(menu)))](rng, base)
+        wanted = float(np.exp(rng.uniform(*np.log(snr))))
+        if any(effect.name == other.name or effect.name in other.also for other, *_ in found):
+            continue
+        made = make_strong(case, effect, wanted, factor, bounds)
+        if made is not None:
+            found.append((effect, *made))
+            case = effect.apply(case, made[0])
+    raise InputError(f"{DRAWS} effects in a row cannot be made as visible as wanted: is the noise of the design too large?")
+
+
+def with_errors(rng: np.random.Generator, case: Case, head: dict[str, Any], number: int) -> Case:
+    """Returns the case with the noise of its rig."""
+    noise = case.noise if head["rig"] == "quiet" else replace(case.noise, **BUSY, stated=float(rng.uniform(1 - STATED, 1 + STATED)))
+    return replace(case, seed=head["errors"], noise=noise, title=f"Blind flight {number:04d}")
+
+
 def draw(seed: int, number: int, design: Case, options: Options) -> tuple[Case, dict[str, Any]]:
     """Draws the hidden effects and the noise of a case; returns the case and its truth so far."""
     rng = numbers(seed, "flight", number)
@@ -97,25 +143,9 @@ def draw(seed: int, number: int, design: Case, options: Options) -> tuple[Case, 
     head: dict[str, Any] = {"kind": str(rng.choice(kinds, p=shares / shares.sum())), "mesh": "same", "rig": str(rng.choice(["quiet", "busy"])),
             "individual": int(rng.integers(options.individuals)), "errors": int(rng.integers(2**53))}
     base = individual(design, seed, head["individual"], options.individuals)
-    case = base
-    found: list[tuple[Effect, float, float]] = []
-    menu = OUTSIDE if head["kind"] == "outside" else KNOWN
-    wanted_count = {"null": 0, "double": 2}.get(head["kind"], 1)
-    for _ in range(DRAWS):
-        if len(found) == wanted_count:
-            break
-        effect = menu[rng.integers(len(menu))](rng, base)
-        wanted = float(np.exp(rng.uniform(*np.log(options.snr))))
-        if any(effect.name == other.name or effect.name in other.also for other, *_ in found):
-            continue
-        made = make_strong(case, effect, wanted)
-        if made is not None:
-            found.append((effect, *made))
-            case = effect.apply(case, made[0])
-    else:
-        raise InputError(f"{DRAWS} effects in a row cannot be made as visible as wanted: is the noise of the design too large?")
-    noise = case.noise if head["rig"] == "quiet" else replace(case.noise, **BUSY, stated=float(rng.uniform(1 - STATED, 1 + STATED)))
-    case = replace(case, seed=head["errors"], noise=noise, title=f"Blind flight {number:04d}")
+    menus: dict[str, list[Menu]] = {"null": [], "double": [KNOWN, KNOWN], "outside": [OUTSIDE]}
+    case, found = hide(rng, base, menus.get(head["kind"], [KNOWN]), options.snr)
+    case = with_errors(rng, case, head, number)
     return case, {**head, "snr": visibility(case, base) if found else 0.0,
                   "causes": [{"name": effect.name, "strength": float(s), "snr": snr, "is_known": effect.is_known, "also": list(effect.also),
                               "parameters": effect.parameters(s), "place": []} for effect, s, snr in found]}

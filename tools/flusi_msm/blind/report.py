@@ -115,12 +115,14 @@ def snr_table(scores: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def costs(cases: Sequence[StudyCase]) -> str:
-    """Returns the CPU seconds of the stages."""
+def costs(cases: Sequence[StudyCase], kind: str) -> str:
+    """Returns the CPU seconds of the stages of a study of this kind."""
     lines = []
-    for title, chosen in (("small wing, its mesh", [c for c in cases if c.wing == "small" and c.mesh == "same"]),
-                          ("small wing, finer mesh", [c for c in cases if c.wing == "small" and c.mesh == "finer"]),
-                          ("large wing", [c for c in cases if c.wing == "large"])):
+    groups = (("section that flaps", list(cases)),) if kind == "flight" else (
+        ("small wing, its mesh", [c for c in cases if c.wing == "small" and c.mesh == "same"]),
+        ("small wing, finer mesh", [c for c in cases if c.wing == "small" and c.mesh == "finer"]),
+        ("large wing", [c for c in cases if c.wing == "large"]))
+    for title, chosen in groups:
         for word, some in (("adequate", [c for c in chosen if c.verdict == "adequate"]),
                            ("other verdicts", [c for c in chosen if c.verdict != "adequate"])):
             if some:
@@ -142,6 +144,8 @@ def print_report(study: ArchivedStudy, folder: Path, count: int, figure: Path | 
     for mesh, title in (("same", "small wing, data from its mesh"), ("finer", "small wing, data from a finer mesh")):
         parts[mesh] = title, [c for c in cases if c.wing == "small" and c.mesh == mesh]
     parts["large"] = "wing of about 1000 points", [c for c in cases if c.wing == "large"]
+    if study.kind == "flight":  # a section has no mesh
+        parts = {"all": parts["all"]}
     scores = {name: scores_of(some) for name, (_, some) in parts.items()}
     for name, (title, some) in parts.items():
         if some:
@@ -164,7 +168,7 @@ def print_report(study: ArchivedStudy, folder: Path, count: int, figure: Path | 
     failed = [name for name, record in records.items() if "verdict" not in record]
     for name in failed:
         print(f"  no verdict on {name}: exit code {records[name]['exit_code']}, {records[name]['problem']}")
-    print(costs(cases))
+    print(costs(cases, study.kind))
     whole = scores["all"]
     # The map of a program was learned from the odd cases.
     is_mapped = any(case.probability != case.raw for case in cases)

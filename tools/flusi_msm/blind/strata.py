@@ -28,8 +28,12 @@ VIBRATION = (Stratum("null", 100, "null"), Stratum("outside", 50, "outside", (3.
                for low, high, count in ((3, 5, 25), (5, 8, 30), (8, 12, 35), (12, 20, 35), (20, 30, 25))))
 JOINT = (Stratum("null", 50, "null"), Stratum("outside", 25, "outside", (3.0, 30.0)),
          *(Stratum(f"single {low} to {high}", count, "single", (float(low), float(high)))
-           for low, high, count in ((3, 8, 25), (8, 12, 20), (12, 20, 15), (20, 30, 15))))
-STRATA = {"bending": BENDING, "vibration": VIBRATION, "joint": JOINT}
+           for low, high, count in ((3, 8, 25), (8, 12, 20), (12, 20, 15), (20, 30, 15))),
+         Stratum("double", 24, "double", (8.0, 30.0)))
+FLIGHT = (Stratum("null", 20, "null"), Stratum("outside", 10, "outside", (3.0, 30.0)),
+          *(Stratum(f"single {low} to {high}", count, "single", (float(low), float(high)))
+            for low, high, count in ((3, 8, 9), (8, 12, 8), (12, 20, 8), (20, 30, 5))))
+STRATA = {"bending": BENDING, "vibration": VIBRATION, "joint": JOINT, "flight": FLIGHT}
 
 
 def whole_study(kind: str = "bending") -> int:

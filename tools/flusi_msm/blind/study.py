@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes the cases of a study of msm_diagnose, each with its own random numbers: of bending, of vibration, or of both on the same
-wing."""
+"""Makes the cases of a study of msm_diagnose, each with its own random numbers: of bending, of vibration, of both on the same
+wing, or of flights."""
 from __future__ import annotations
 
 import hashlib
@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from flusi_msm.bending.statics import NoEquilibrium
-from flusi_msm.blind import joint, vibration
+from flusi_msm.blind import flight_study, joint, vibration
 from flusi_msm.blind.cases import Individual, Options, fill_case, numbers
 from flusi_msm.blind.ledger import digest, dump, read, write
 from flusi_msm.blind.strata import Stratum
@@ -29,9 +29,12 @@ DRAWS = 10
 
 def sources_digest(kind: str = "bending") -> str:
     """Returns a digest of the generator: of all files that decide about the bytes of a case."""
-    files = [path for folder in ("bending", "measurement") for path in (PACKAGE / folder).glob("*.py")]
+    folders = ("flow2d", "measurement") if kind == "flight" else ("bending", "measurement")
+    files = [path for folder in folders for path in (PACKAGE / folder).glob("*.py")]
     files += [PACKAGE / "wing/file.py", *(PACKAGE / f"blind/{part}.py" for part in ("cases", "effects", "oracle", "strata", "study"))]
-    if kind != "bending":
+    if kind == "flight":
+        files += PACKAGE.glob("blind/flight*.py")
+    elif kind != "bending":
         files += PACKAGE.glob("blind/vibration*.py")
     if kind == "joint":
         files.append(PACKAGE / "blind/joint.py")
@@ -54,6 +57,10 @@ class Study:
         """Returns the path of a measurement."""
         return self.folder / "measured" / f"{number:04d}.h5"
 
+    def stated(self, who: int) -> Path:
+        """Returns the path of what is known about an individual that flies."""
+        return self.folder / "individuals" / f"flight{who}.json"
+
     def truth(self, number: int) -> dict[str, Any]:
         """Returns the truth of a case, after its measurement has been checked."""
         sealed = read(self.folder / "sealed" / f"{number:04d}.json")
@@ -72,8 +79,9 @@ class Study:
         begin = time.process_time()
         individual = self.individual(stratum.wing, self._whose(stratum, before))
         shared = time.process_time() - begin
-        if self.kind == "vibration":
-            write_case, truth = vibration.draw_case(self.seed, number, stratum, before, individual)
+        if self.kind in ("vibration", "flight"):
+            draw_case = vibration.draw_case if self.kind == "vibration" else flight_study.draw_case
+            write_case, truth = draw_case(self.seed, number, stratum, before, individual)
         else:
             content, truth = self._drawn(number, stratum, before, individual)
             write_case = partial(joint.write_joint if self.kind == "joint" else write_test, content=content)
@@ -91,6 +99,8 @@ class Study:
         """Returns the number of the individual of a case."""
         if self.kind == "vibration":
             return vibration.number_of(before)
+        if self.kind == "flight":
+            return flight_study.number_of(stratum, before)
         return 0 if stratum.wing == "large" else before // 4 % INDIVIDUALS
 
     def _drawn(self, number: int, stratum: Stratum, before: int, individual: Individual) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -123,8 +133,12 @@ class Study:
         self.latest = (wing, who), individual
         return individual
 
-    def _bent(self, wing: str, who: int) -> Individual | vibration.Individual:
+    def _bent(self, wing: str, who: int) -> Individual | vibration.Individual | flight_study.Individual:
         """Makes an individual, with the shapes from which its cases begin."""
+        if self.kind == "flight":
+            made = flight_study.Individual(self.designs[wing], self.seed, who)
+            made.write_stated(self.stated(who))
+            return made
         if self.kind == "vibration":
             return vibration.Individual(self.designs[wing], self.seed, who)
         if self.kind == "joint":

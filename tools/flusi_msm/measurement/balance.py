@@ -43,6 +43,7 @@ class Scatter:
     timing: float = 0.0               # of a beat, in beats
     stated: float = 1.0               # factor on the spread and sd that are written to the file
     model: float = 0.0                # of rms: adds to the stated sd, not to the data; difference of two simulations of one flow
+    model_time: float = 0.0           # [s] over which this error stays the same; the file then states it for the whole sd
 
 
 def check_names(text: str) -> tuple[str, ...]:

@@ -123,6 +123,8 @@ def check(case: Case) -> None:
         raise InputError("wing.hinge: between 0, the leading end, and 1")
     if case.samples < 4 or case.beats < (2 if case.state == "spread" else 1) or case.flow.beats < 1 or case.seed < 0:
         raise InputError("samples at least 4, beats at least 2 for a spread, flow.beats at least 1, seed not negative")
+    if case.noise.model_time < 0:
+        raise InputError("noise.model_time: must not be negative")
     if case.flow.modes < 16 or case.flow.radial < 20 or case.flow.radius < 4 or case.flow.steps < 0:
         raise InputError("flow: at least 16 modes, 20 radial intervals and a radius of 4 chords")
     if abs(case.hidden.asymmetry) >= 1 or case.hidden.free_play < 0:
@@ -210,11 +212,16 @@ def synthesise(case: Case, exact: Mapping[str, np.ndarray] | None = None) -> tup
     return {"time": phase, **record}, truth
 
 
+def stated_time(noise: Scatter) -> float:
+    """Returns the correlation time [s] that the file states: 0 if errors at different times are independent."""
+    return max(noise.correlation_time if noise.correlated else 0.0, noise.model_time if noise.model else 0.0)
+
+
 def write_flight(path: str | Path, case: Case, record: Mapping[str, np.ndarray]) -> None:
     """Writes a measurement file, or adds the record to one that exists (docs/formats/measurement-format.md)."""
     from flusi_msm.measurement.flight_file import write_record
     names = check_names(case.components)
     write_record(path, case.name, {"frequency": case.kinematics.frequency, "beats": case.beats, "reference": case.balance.reference,
                                    "components": ", ".join(names), "units": ", ".join(units_of(names, True)), "per_length": 1,
-                                   "correlation_time": case.noise.correlation_time if case.noise.correlated else 0.0},
+                                   "correlation_time": stated_time(case.noise)},
                  {"time": record["time"], "mean": record["mean"], case.state: record[case.state]})
