@@ -28,7 +28,7 @@ contains
     list = list_structure_causes()
     more = list_mass_causes(1.0_rp)
     call append(list, more)
-    more = list_damping_causes(1.0_rp, 1.0_rp)
+    more = list_damping_causes(1.0_rp, 1.0_rp, 1.0_rp)
     call append(list, more)
     more = list_instrument_causes(of_instrument)
     call append(list, more)

@@ -11,6 +11,8 @@ module diagnosis_wing_damping
   use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME
   use inference_simulator, only: variant_t
   use measurement_experiment, only: experiment_t
+  use measurement_modes, only: MEDIUM_AIR
+  use solid_effect, only: NEED_AIR, NEED_MEMBRANE
   use solid_damping_effects, only: list_damping_causes, mass_damping_parameter, DAMPING_MASS, DAMPING_RELAXATION, RELAXATION_STEP
   implicit none
   private
@@ -65,9 +67,14 @@ contains
     integer :: i, n
     if (e%measurement%count_series() == 0) return
     call find_times(e, time, turns)
-    list = list_damping_causes(time, turns)
+    list = list_damping_causes(time, turns, e%measurement%series_air_density)
     do i = 1, size(list)
-      call require(size(list(i)%needs) == 0, 'diagnosis_wing_damping: an unknown need of '//list(i)%name)
+      associate (needs => list(i)%needs)
+        call require(all(needs == NEED_AIR .or. needs == NEED_MEMBRANE), &
+                     'diagnosis_wing_damping: an unknown need of '//list(i)%name)
+        if (any(needs == NEED_AIR) .and. all(e%measurement%series%medium /= MEDIUM_AIR)) cycle
+        if (any(needs == NEED_MEMBRANE) .and. size(e%model%triangles) == 0) cycle
+      end associate
       allocate (variants(0))
       associate (one => list(i)%parameters(1))
         if (one%number == DAMPING_RELAXATION) then

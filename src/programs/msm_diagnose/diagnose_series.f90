@@ -98,6 +98,7 @@ contains
     if (abs(damping%stiffness) > 0) text = text//'rayleigh_stiffness = '//number_text(damping%stiffness)//'; s'//NL
     if (abs(damping%joints) > 0) &
       text = text//'joint_friction = '//number_text(damping%joints)//'; s'//NL
+    if (abs(damping%drag) > 0) text = text//'drag = '//number_text(damping%drag)//'; kg/m^3, of still air'//NL
     if (abs(damping%relaxation) > 0) &
       text = text//'relaxation = '//number_text(damping%relaxation)//';'//NL//'relaxation_time = '// &
              number_text(damping%relaxation_time)//'; s'//NL

@@ -9,7 +9,8 @@
 !>
 !> The states are e = Omega q, p = q' and Omega z, with Omega^2 = Lambda, followed by the states of a filter of the observations, y
 !> = L q or L q', and by the states of an input (base_linear_flow, which has no error in time). Filters: the first order y_f' = c (y
-!> - y_f), or Butterworth's second order, c = 2 pi times the cut-off.
+!> - y_f), or Butterworth's second order, c = 2 pi times the cut-off. Drag with the square of the speed, if there is any, adds to f
+!> (solid_dragged_flow).
 !>
 !> A change of stiffness or mass changes the modes. To first order, they then span the space of Phi + W with W M-orthogonal to Phi
 !> (W of solid_modal if all modes form one cluster). In this basis the changes of the matrices are Phi^T dK Phi and Phi^T dM Phi, as
@@ -17,7 +18,8 @@
 module solid_ringing
   use base_kinds, only: rp
   use base_linear_flow, only: linear_flow_t
-  use solid_damping_effects, only: damping_effects_t, DAMPING_JOINTS, DAMPING_MASS, DAMPING_STIFFNESS, DAMPING_TIME
+  use solid_damping_effects, only: damping_effects_t, DAMPING_DRAG, DAMPING_JOINTS, DAMPING_MASS, DAMPING_STIFFNESS, DAMPING_TIME
+  use solid_dragged_flow, only: drag_change_t, drag_t, dragged_flow_t
   implicit none
   private
   public :: ringing_t, ring_change_t
@@ -31,6 +33,7 @@ module solid_ringing
     real(rp), allocatable :: joints(:, :)     !< (r, r) dJ
     real(rp), allocatable :: observation(:, :)       !< (seen, r) dL
     real(rp), allocatable :: forcing(:)          !< (r) of the excitation
+    real(rp), allocatable :: across(:, :)     !< (points, r) of drag_t
     integer :: damping = 0                    !< number of the damping effect that changes; 0: none
   end type ring_change_t
 
@@ -41,16 +44,19 @@ module solid_ringing
     real(rp) :: interval = 0, start = 0       !< [s] between samples; of the first one after the excitation
     real(rp) :: cutoff = 0                    !< [rad/s] of the filter; 0: none
     integer :: order = 1
+    type(drag_t) :: drag                      !< none if its arrays are not allocated
     real(rp), allocatable :: seen(:, :), rate(:, :) !< (samples, seen) for unit excitation, and their derivatives in time
     integer, private :: r = 0, m = 0, n = 0   !< modes, places, states
     real(rp), allocatable, private :: omega(:), joints(:, :), observation(:, :), forcing(:), input(:), x(:, :), begin(:), a(:, :)
     type(damping_effects_t), private :: damping
     type(linear_flow_t), private :: flow, first
+    type(dragged_flow_t), private :: dragged_flow, dragged_first
   contains
     procedure :: run => ringing_run
     procedure :: tangent => ringing_tangent
     procedure, private :: matrix => ringing_matrix
     procedure, private :: output => ringing_output
+    procedure, private :: move => ringing_move
   end type ringing_t
 
 contains
@@ -88,13 +94,40 @@ contains
     case (EXCITED_TAP)
       self%begin(self%r + 1:2*self%r) = forcing
     end select
-    call self%first%init(self%a, self%start, is_driven)
-    self%x(:, 1) = matmul(self%first%step, self%begin)
-    call self%flow%init(self%a, self%interval, is_driven)
-    call self%flow%march(self%x, self%input)
-    self%seen = self%output(self%x)
-    self%rate = self%output(matmul(self%a, self%x))
+    call self%move(is_driven)
   end subroutine ringing_run
+
+  !> Computes the states, observations and their rates from the first state.
+  subroutine ringing_move(self, is_driven)
+    class(ringing_t), intent(inout) :: self
+    logical, intent(in) :: is_driven
+    real(rp) :: change(self%n, size(self%x, 2)), ends(self%n, 2)
+    integer :: k
+    ends(:, 1) = self%begin
+    ends(:, 2) = self%begin
+    if (.not. allocated(self%drag%across)) then
+      call self%first%init(self%a, self%start, is_driven)
+      self%x(:, 1) = matmul(self%first%step, self%begin)
+      call self%flow%init(self%a, self%interval, is_driven)
+      call self%flow%march(self%x, self%input)
+    else
+      call self%dragged_first%init(self%a, self%r, self%start, self%interval, .false.)
+      if (self%start > 0) call self%dragged_first%march(self%drag, ends, self%input)
+      self%x(:, 1) = ends(:, 2)
+      call self%dragged_flow%init(self%a, self%r, self%interval, self%interval, is_driven)
+      call self%dragged_flow%march(self%drag, self%x, self%input)
+    end if
+    change = matmul(self%a, self%x)
+    if (allocated(self%drag%across)) then
+      associate (p => self%r + 1, q => 2*self%r)
+        do k = 1, size(self%x, 2)
+          change(p:q, k) = change(p:q, k) + self%drag%force(self%x(p:q, k))
+        end do
+      end associate
+    end if
+    self%seen = self%output(self%x)
+    self%rate = self%output(change)
+  end subroutine ringing_move
 
   !> Makes the matrix A of the equations.
   subroutine ringing_matrix(self, a)
@@ -168,14 +201,25 @@ contains
     type(ring_change_t), intent(in) :: change
     real(rp), allocatable, intent(out) :: seen(:, :)
     real(rp) :: da(self%n, self%n), dx(self%n, size(self%x, 2)), ends(self%n, 2), begin(self%n, 2)
+    type(drag_change_t) :: of_drag
     call differentiate(self, change, da)
     begin = 0
     call differentiate_begin(self, change, begin(:, 1))
-    ends(:, 1) = self%begin
-    ends(:, 2) = self%x(:, 1)
-    call self%first%tangent(da, ends, begin)
-    dx(:, 1) = begin(:, 2)
-    call self%flow%tangent(da, self%x, dx)
+    if (.not. allocated(self%drag%across)) then
+      ends(:, 1) = self%begin
+      ends(:, 2) = self%x(:, 1)
+      call self%first%tangent(da, ends, begin)
+      dx(:, 1) = begin(:, 2)
+      call self%flow%tangent(da, self%x, dx)
+    else
+      of_drag%strength = merge(1.0_rp, 0.0_rp, change%damping == DAMPING_DRAG)
+      of_drag%across = change%across
+      of_drag%mass = change%mass
+      dx(:, 1) = begin(:, 1)
+      if (self%start > 0) call self%dragged_first%tangent(self%drag, da, of_drag, begin)
+      if (self%start > 0) dx(:, 1) = begin(:, 2)
+      call self%dragged_flow%tangent(self%drag, da, of_drag, dx)
+    end if
     seen = self%output(dx)
     if (size(change%observation) > 0 .and. .not. self%cutoff > 0) seen = seen + observed(self, change%observation, self%x)
   end subroutine ringing_tangent
@@ -224,7 +268,7 @@ contains
     r = self%r
     do k = 1, r
       select case (number)
-      case (0)
+      case (0, DAMPING_DRAG)
         exit
       case (DAMPING_MASS)
         da(r + k, r + k) = -1

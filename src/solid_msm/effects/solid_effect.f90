@@ -24,7 +24,7 @@ module solid_effect
   integer, parameter, public :: NEED_DISC = 1, NEED_SOFT_PLACE = 2, NEED_SIDED_JOINTS = 3, &
                                 NEED_SIDED_VEINS = 4, NEED_NO_SLACK = 5, NEED_MEMBRANE = 6, NEED_UNSTRESSED_REST = 7, &
                                 NEED_LEVELS = 8, NEED_BOTH_DIRECTIONS = 9, NEED_MODES_ABOUT_REST = 10, NEED_VEINS = 11, &
-                                NEED_MASS_PLACE = 12, N_WING_NEEDS = 12
+                                NEED_MASS_PLACE = 12, NEED_AIR = 13, N_WING_NEEDS = 13
   integer, parameter :: MOST_PARAMETERS = 3 !< of one effect
 
   type :: effect_t

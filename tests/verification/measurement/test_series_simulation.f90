@@ -11,7 +11,8 @@ program test_series_simulation
   use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
   use measurement_series_projections, only: apply_joints, products
   use measurement_series_simulation, only: series_simulation_t
-  use solid_damping_effects, only: damping_effects_t, DAMPING_RELAXATION, DAMPING_TIME, N_DAMPING_EFFECTS
+  use solid_damping_effects, only: damping_effects_t, DAMPING_DRAG, DAMPING_RELAXATION, DAMPING_TIME, N_DAMPING_EFFECTS
+  use solid_dragged_flow, only: drag_t
   use solid_dynamics, only: dynamic_options_t, dynamic_state_t, dynamics_t, step_report_t
   use solid_inertia, only: inertia_t
   use solid_mass, only: lump_mass, mass_params_t, mass_t
@@ -43,8 +44,9 @@ program test_series_simulation
   params%joint = 1.0e-6_rp
   call prepare()
   call test_limits()
-  call test_time_integration(2, 0.0_rp)
-  call test_time_integration(16, 0.03_rp)
+  call test_drag()
+  call test_time_integration(2, 0.0_rp, 0.0_rp)
+  call test_time_integration(16, 0.03_rp, 0.04_rp)
   call measure()
   call test_damping()
   call test_masses()
@@ -106,12 +108,64 @@ contains
     call ring%run([1.0_rp], none, one, [1.0_rp], how, n, [real(rp) ::])
   end subroutine ring_alone
 
-  !> flusi's BDF2 of the whole nonlinear wing, viscoelastic with Rayleigh's damping and friction of joints (of so many radians of
-  !> the first mode), released a little from the shape of two modes: the difference at one tip to the motion in `r` modes falls with
-  !> the square of the step. Friction of joints moves further modes too.
-  subroutine test_time_integration(r, friction)
+  !> One mode of 1 rad/s with drag, released from x = 1: x'' + x = -b |x'| x'. While it moves down from x = a, where it rests,
+  !> v^2 = 1/(2 b^2) + x/b - (1/(2 b^2) + a/b) exp(2 b (x - a)); the next half turn is the mirror image from the other end.
+  subroutine test_drag()
+    integer, parameter :: N = 100
+    real(rp), parameter :: B(2) = [0.1_rp, 0.5_rp]
+    type(damping_effects_t) :: nothing
+    type(ringing_t) :: ring
+    real(rp) :: error, a, x, v, left
+    integer :: i, k, side
+    do i = 1, 2
+      ring%interval = TWO_PI/30
+      ring%drag = drag_t(B(i), [0.5_rp, 0.25_rp], reshape([1.0_rp, 2.0_rp**(1/3.0_rp)], [2, 1]))
+      call ring_alone(ring, nothing, N)
+      error = 0
+      a = 1
+      side = 1
+      left = 0
+      do k = 2, N
+        x = side*ring%seen(k, 1)
+        v = side*ring%rate(k, 1)
+        if (v > 0) then ! the turn is complete
+          a = other_end(a, B(i))
+          side = -side
+          x = -x
+          v = -v
+        end if
+        left = 0.5_rp/B(i)**2 + x/B(i) - (0.5_rp/B(i)**2 + a/B(i))*exp(2*B(i)*(x - a))
+        error = max(error, abs(v**2 - left))
+      end do
+      call t%check_below('the energy of a wing with drag falls as it must', error, 2.0e-6_rp)
+      call t%check_below('after several turns', a, 0.7_rp)
+    end do
+  end subroutine test_drag
+
+  !> How far a half turn from `a` goes: (1 - 2 b y) exp(2 b y) = (1 + 2 b a) exp(-2 b a), by bisection.
+  pure real(rp) function other_end(a, b) result(y)
+    real(rp), intent(in) :: a, b
+    real(rp) :: low, high
+    integer :: k
+    low = 0
+    high = min(a, 0.5_rp/b)
+    do k = 1, 60
+      y = 0.5_rp*(low + high)
+      if ((1 - 2*b*y)*exp(2*b*y) > (1 + 2*b*a)*exp(-2*b*a)) then
+        low = y
+      else
+        high = y
+      end if
+    end do
+  end function other_end
+
+  !> flusi's BDF2 of the whole nonlinear wing, viscoelastic with Rayleigh's damping, drag and friction of joints (of so many radians
+  !> of the first mode), released a little from the shape of two modes: the difference at one tip to the motion in `r` modes falls
+  !> with the square of the step. Friction of joints and drag move further modes too. `drag` is c times the displacement of the tip
+  !> over the mass per area.
+  subroutine test_time_integration(r, friction, drag)
     integer, intent(in) :: r
-    real(rp), intent(in) :: friction
+    real(rp), intent(in) :: friction, drag
     integer, parameter :: A_PERIOD(2) = [100, 200]
     type(modal_t) :: modal
     type(inertia_t) :: inertia
@@ -141,6 +195,12 @@ contains
     how%relaxation_time = 1/sqrt(modal%lambda(1))
     inertia%relaxation = how%relaxation
     inertia%relaxation_time = how%relaxation_time
+    if (drag > 0) then
+      inertia%drag = drag*sum(inertia%mass)/sum(inertia%area)/(1.0e-5_rp*model%size)
+      ring%drag%strength = inertia%drag
+      ring%drag%area = inertia%area
+      ring%drag%across = modal%shapes(3, :, :r) ! a constructor would take other numbers by an error of gfortran 12
+    end if
     tip_point = maxloc(model%points(1, :model%n_points), 1)
     look(1, :) = modal%shapes(3, tip_point, :)
     push = 0
@@ -207,7 +267,8 @@ contains
     effects%gradient = 0.3_rp
     effects%added = 0.8_rp
     effects%point = 2.0e-9_rp
-    damping = damping_effects_t(mass=60.0_rp, stiffness=2.0e-5_rp, joints=1.0e-4_rp, relaxation=0.1_rp, relaxation_time=1.0e-3_rp)
+    damping = damping_effects_t(mass=60.0_rp, stiffness=2.0e-5_rp, joints=1.0e-4_rp, relaxation=0.1_rp, relaxation_time=1.0e-3_rp, &
+                                drag=20.0_rp)
     call simulation%init(m, model, parts)
     call t%check('every number is an observation', simulation%n == 2*N*3)
   end subroutine measure
@@ -239,8 +300,8 @@ contains
 
   subroutine test_damping()
     character(18), parameter :: NAMES(N_DAMPING_EFFECTS) = [character(18) :: 'rayleigh_mass', 'rayleigh_stiffness', &
-                                                            'joint_friction', 'relaxation']
-    real(rp), parameter :: STEPS(N_DAMPING_EFFECTS) = [4.0_rp, 1.0e-6_rp, 2.0e-5_rp, 0.01_rp]
+                                                            'joint_friction', 'relaxation', 'drag']
+    real(rp), parameter :: STEPS(N_DAMPING_EFFECTS) = [4.0_rp, 1.0e-6_rp, 2.0e-5_rp, 0.01_rp, 0.5_rp]
     type(damping_effects_t) :: d
     real(rp), allocatable :: plus(:, :), minus(:, :), column(:), r(:)
     integer :: i, k
@@ -266,6 +327,13 @@ contains
     r = motion(params, effects, damping)
     call simulation%damping_tangent(DAMPING_TIME, 0.0_rp, column)
     call judge('relaxation_time', column, plus, minus, 0.02_rp)
+    d = damping
+    d%drag = 0
+    r = motion(params, effects, d)
+    call simulation%damping_tangent(DAMPING_DRAG, 0.0_rp, column)
+    d%drag = 1.0e-4_rp
+    plus(:, 2) = motion(params, effects, d)
+    call t%check_below('drag that is not there has a derivative', norm2((plus(:, 2) - r)/d%drag - column)/norm2(column), 1.0e-4_rp)
     ! Of another relaxation time, where there is none: one-sided, as a share is not negative.
     d = damping
     d%relaxation = 0
@@ -289,6 +357,8 @@ contains
       d%stiffness = d%stiffness + step
     case (3)
       d%joints = d%joints + step
+    case (DAMPING_DRAG)
+      d%drag = d%drag + step
     case default
       d%relaxation = d%relaxation + step
     end select
