@@ -142,6 +142,16 @@ def test_drag(case):
     check(f"drag = {best}"[:9] in (case.folder / "drag_extended.ini").read_text(), "flusi gets the drag")
 
 
+def test_shake(case):
+    """A clamp that moves after the release, which the file does not state."""
+    ring(case, "data.h5", shake=[3.0, 430.0, 0.7])
+    code, found = diagnose(case, "data.h5", "shake", OPTIONS, parameters="E")
+    check(code in (NAMED, SET) and "base_shake" in names(found), found["verdict"]["sentence"])
+    if names(found) == ["base_shake"]:
+        lower, best, upper = interval(found, "base_sine")
+        check(2 * lower - best <= 3.0 * numpy.cos(0.7) <= 2 * upper - best, f"sine {best} m/s2 ({lower} to {upper})")
+
+
 def test_outside(case):
     """A filter that the file does not state, which no entry of the catalogue is."""
     ring(case, "data.h5", lag=2.0e-4)

@@ -12,7 +12,8 @@ module measurement_series_simulation
   use measurement_material_point, only: find_material_point, material_point_t
   use measurement_motion_simulation, only: motion_simulation_t
   use measurement_series, only: measured_series_t
-  use measurement_series_projections, only: displacement_along, apply_joints, inertia_along, no_matrix, products
+  use measurement_series_projections, only: apply_joints, forcing_vector, inertia_along, no_change, no_matrix, observation_matrix, &
+                                            products
   use solid_damping_effects, only: damping_effects_t, DAMPING_DRAG, DAMPING_RELAXATION
   use solid_dragged_flow, only: drag_t
   use solid_mass_effects, only: mass_effects_t, mass_parts_t
@@ -20,12 +21,13 @@ module measurement_series_simulation
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t
   use solid_point_areas, only: point_areas
-  use solid_ringing, only: ring_change_t, ringing_t, EXCITED_BASE
+  use solid_ringing, only: ring_change_t, ringing_t, shake_t, EXCITED_BASE, SHAKE_RATE
   use solid_stiffness, only: stiffness_t
   implicit none
   private
   public :: series_simulation_t
 
+  real(rp), parameter :: ACROSS(3) = [0.0_rp, 0.0_rp, 1.0_rp] !< direction of a motion of the base that was not recorded
   integer, parameter :: N_MODES = 16 !< number of modes in the motion
   integer, parameter :: BESIDE = 6   !< further modes that are computed for the derivatives
 
@@ -42,6 +44,7 @@ module measurement_series_simulation
     type(ringing_t), allocatable, private :: rings(:)  !< (series)
     type(material_point_t), allocatable, private :: sites(:, :) !< (most traces, series)
     type(material_point_t), allocatable, private :: excited_sites(:)    !< (series)
+    type(shake_t) :: shake                             !< of the next evaluation
     type(damping_effects_t), private :: damping
     type(mass_effects_t), private :: effects
     logical, allocatable, private :: same(:, :)
@@ -59,6 +62,7 @@ module measurement_series_simulation
     procedure :: mass_tangent => simulation_mass_tangent
     procedure :: clamp_tangent => simulation_clamp_tangent
     procedure :: damping_tangent => simulation_damping_tangent
+    procedure :: shake_tangent => simulation_shake_tangent
     procedure :: model => simulation_model
   end type series_simulation_t
 
@@ -158,57 +162,37 @@ contains
       call apply_joints(self%modal(m), self%stiff(:, :, :, m))
     end do
     do i = 1, size(self%series)
-      call ring_with(self, i, damping, .false., self%rings(i))
+      call ring_with(self, i, damping, self%shake, .false., self%rings(i))
       call gather(self, i, self%rings(i)%seen - self%series(i)%values, residuals)
     end do
   end subroutine simulation_evaluate
 
-  !> Computes the motion of record i with this damping; with `keeps_drag` so that a drag of 0 has a tangent.
-  subroutine ring_with(self, i, damping, keeps_drag, ring)
+  !> Computes the motion of record i with this damping and motion of the base; with `keeps` so that those of 0 have tangents.
+  subroutine ring_with(self, i, damping, shake, keeps, ring)
     class(series_simulation_t), intent(in) :: self
     integer, intent(in) :: i
     type(damping_effects_t), intent(in) :: damping
-    logical, intent(in) :: keeps_drag
+    type(shake_t), intent(in) :: shake
+    logical, intent(in) :: keeps
     type(ringing_t), intent(inout) :: ring
     associate (s => self%series(i), modal => self%modal(self%series(i)%medium), n => self%n_modes)
       ring%drag = drag_t()
-      if (s%medium == MEDIUM_AIR .and. (keeps_drag .or. damping%drag > 0)) then
+      if (s%medium == MEDIUM_AIR .and. (keeps .or. damping%drag > 0)) then
         ring%drag%strength = damping%drag
         ring%drag%area = self%area
         ring%drag%across = modal%shapes(3, :size(self%area), :n)
       end if
+      if (allocated(ring%shaken)) deallocate (ring%shaken)
+      if (shake%record == i) then
+        ring%shake = shake
+        ring%shaken = -inertia_along(self%mass(:, :, s%medium), ACROSS, modal%shapes(:, :, :n))
+      end if
       call ring%run(modal%lambda(:n), products(modal%shapes(:, :, :n), self%stiff(:, :, :, s%medium)), &
-                    observation_matrix(self, i, modal%shapes(:, :, :n)), forcing_vector(self, i, modal%shapes(:, :, :n)), damping, &
+                    observation_matrix(s, self%sites(:, i), modal%shapes(:, :, :n)), &
+                    forcing_vector(s, self%excited_sites(i), self%mass(:, :, s%medium), modal%shapes(:, :, :n)), damping, &
                     size(s%values, 1), s%base)
     end associate
   end subroutine ring_with
-
-  !> Returns shapes(3, n_all, modes) at the sites of record i along the measured axis.
-  pure function observation_matrix(self, i, shapes) result(observation)
-    class(series_simulation_t), intent(in) :: self
-    integer, intent(in) :: i
-    real(rp), intent(in) :: shapes(:, :, :)
-    real(rp) :: observation(size(self%series(i)%sigma), size(shapes, 3))
-    integer :: j
-    do j = 1, size(observation, 1)
-      observation(j, :) = displacement_along(self%sites(j, i), self%series(i)%axis, shapes)
-    end do
-  end function observation_matrix
-
-  !> Returns the declared excitation of record i on shapes(3, n_all, modes); see ringing_t.
-  pure function forcing_vector(self, i, shapes) result(forcing)
-    class(series_simulation_t), intent(in) :: self
-    integer, intent(in) :: i
-    real(rp), intent(in) :: shapes(:, :, :)
-    real(rp) :: forcing(size(shapes, 3))
-    associate (s => self%series(i))
-      if (s%excitation == EXCITED_BASE) then
-        forcing = -inertia_along(self%mass(:, :, s%medium), s%direction, shapes)
-      else
-        forcing = s%size*displacement_along(self%excited_sites(i), s%direction, shapes)
-      end if
-    end associate
-  end function forcing_vector
 
   !> Adds seen(samples, traces) of record i, over their sd, to its part of column(n).
   subroutine gather(self, i, seen, column)
@@ -331,9 +315,12 @@ contains
     end if
     do i = 1, size(self%series)
       if (self%series(i)%medium /= m) cycle
-      change%observation = observation_matrix(self, i, self%slopes%shapes)
+      change%observation = observation_matrix(self%series(i), self%sites(:, i), self%slopes%shapes)
       change%across = self%slopes%shapes(3, :size(self%area), :)
-      change%forcing = forcing_vector(self, i, self%slopes%shapes)
+      change%forcing = forcing_vector(self%series(i), self%excited_sites(i), self%mass(:, :, m), self%slopes%shapes)
+      change%shaken = -inertia_along(self%mass(:, :, m), ACROSS, self%slopes%shapes)
+      if (size(change%mass) > 0) &
+        change%shaken = change%shaken - inertia_along(self%slope, ACROSS, self%modal(m)%shapes(:, :, :self%n_modes))
       if (size(change%mass) > 0 .and. self%series(i)%excitation == EXCITED_BASE) &
         change%forcing = change%forcing - inertia_along(self%slope, self%series(i)%direction, &
                                                      self%modal(m)%shapes(:, :, :self%n_modes))
@@ -356,12 +343,7 @@ contains
     integer :: i
     logical :: is_other, is_new
     column = 0
-    change%stiffness = no_matrix()
-    change%mass = no_matrix()
-    change%joints = no_matrix()
-    change%observation = no_matrix()
-    change%across = no_matrix()
-    allocate (change%forcing(0))
+    change = no_change()
     change%damping = number
     damping = self%damping
     ! Another relaxation time needs separate states; the wing has only one relaxation.
@@ -373,7 +355,7 @@ contains
       if (number == DAMPING_DRAG .and. self%series(i)%medium /= MEDIUM_AIR) cycle
       if (is_other .or. is_new) then
         ring = self%rings(i)
-        call ring_with(self, i, damping, is_new, ring)
+        call ring_with(self, i, damping, self%shake, is_new, ring)
         call ring%tangent(change, seen)
       else
         call self%rings(i)%tangent(change, seen)
@@ -381,6 +363,26 @@ contains
       call gather(self, i, seen, column)
     end do
   end subroutine simulation_damping_tangent
+
+  !> Returns the change of the residuals by a part (SHAKE_..) of this motion of the base; of its rate by the logarithm.
+  subroutine simulation_shake_tangent(self, part, shake, column)
+    class(series_simulation_t), intent(inout) :: self
+    integer, intent(in) :: part
+    type(shake_t), intent(in) :: shake
+    real(rp), intent(out) :: column(:)
+    type(ring_change_t) :: change
+    type(ringing_t), allocatable :: ring
+    real(rp), allocatable :: seen(:, :)
+    column = 0
+    change = no_change()
+    change%shake = part
+    if (part == SHAKE_RATE .and. .not. any(abs(shake%amplitude) > 0)) return
+    ring = self%rings(shake%record)
+    if (shake%record /= self%shake%record .or. abs(shake%rate - self%shake%rate) > 1.0e-12_rp*shake%rate) &
+      call ring_with(self, shake%record, self%damping, shake, .false., ring)
+    call ring%tangent(change, seen)
+    call gather(self, shake%record, seen, column)
+  end subroutine simulation_shake_tangent
 
   !> Returns the model with the parameters of the last evaluation, from which directions of stiffness are made.
   function simulation_model(self) result(model)

@@ -10,7 +10,7 @@
 !> The states are e = Omega q, p = q' and Omega z, with Omega^2 = Lambda, followed by the states of a filter of the observations, y
 !> = L q or L q', and by the states of an input (base_linear_flow, which has no error in time). Filters: the first order y_f' = c (y
 !> - y_f), or Butterworth's second order, c = 2 pi times the cut-off. Drag with the square of the speed, if there is any, adds to f
-!> (solid_dragged_flow).
+!> (solid_dragged_flow). A motion of the base that was not recorded adds two states, its sine and cosine.
 !>
 !> A change of stiffness or mass changes the modes. To first order, they then span the space of Phi + W with W M-orthogonal to Phi
 !> (W of solid_modal if all modes form one cluster). In this basis the changes of the matrices are Phi^T dK Phi and Phi^T dM Phi, as
@@ -22,9 +22,19 @@ module solid_ringing
   use solid_dragged_flow, only: drag_change_t, drag_t, dragged_flow_t
   implicit none
   private
-  public :: ringing_t, ring_change_t
+  public :: ringing_t, ring_change_t, shake_t
 
   integer, parameter, public :: EXCITED_RELEASE = 1, EXCITED_TAP = 2, EXCITED_BASE = 3
+
+  !> Parts of a motion of the base: amplitudes of the sine and the cosine, and the logarithm of the rate.
+  integer, parameter, public :: SHAKE_SINE = 1, SHAKE_COSINE = 2, SHAKE_RATE = 3
+
+  !> A motion of the base after the excitation: its acceleration along z is amplitude(1) sin(rate t) + amplitude(2) cos(rate t).
+  type :: shake_t
+    integer :: record = 0           !< number of the record that has it; 0: none
+    real(rp) :: rate = 1            !< [rad/s]
+    real(rp) :: amplitude(2) = 0    !< [m/s^2]
+  end type shake_t
 
   !> Change of the reduced equations by one parameter; arrays of size 0 are zero.
   type :: ring_change_t
@@ -34,7 +44,9 @@ module solid_ringing
     real(rp), allocatable :: observation(:, :)       !< (seen, r) dL
     real(rp), allocatable :: forcing(:)          !< (r) of the excitation
     real(rp), allocatable :: across(:, :)     !< (points, r) of drag_t
+    real(rp), allocatable :: shaken(:)        !< (r) of ringing_t
     integer :: damping = 0                    !< number of the damping effect that changes; 0: none
+    integer :: shake = 0                      !< part of the motion of the base that changes; 0: none
   end type ring_change_t
 
   !> One record. After `run` the result is seen(samples, places).
@@ -45,6 +57,8 @@ module solid_ringing
     real(rp) :: cutoff = 0                    !< [rad/s] of the filter; 0: none
     integer :: order = 1
     type(drag_t) :: drag                      !< none if its arrays are not allocated
+    type(shake_t) :: shake
+    real(rp), allocatable :: shaken(:)        !< (r) minus the inertia along z of the modes; not allocated: no motion of the base
     real(rp), allocatable :: seen(:, :), rate(:, :) !< (samples, seen) for unit excitation, and their derivatives in time
     integer, private :: r = 0, m = 0, n = 0   !< modes, places, states
     real(rp), allocatable, private :: omega(:), joints(:, :), observation(:, :), forcing(:), input(:), x(:, :), begin(:), a(:, :)
@@ -81,7 +95,7 @@ contains
     self%input = input
     is_driven = self%excitation == EXCITED_BASE
     f = merge(self%order*self%m, 0, self%cutoff > 0)
-    self%n = 3*self%r + f + merge(2, 0, is_driven)
+    self%n = 3*self%r + f + merge(2, 0, is_driven .or. allocated(self%shaken))
     call self%matrix(self%a)
     if (allocated(self%x)) deallocate (self%x)
     allocate (self%x(self%n, samples), source=0.0_rp)
@@ -94,6 +108,7 @@ contains
     case (EXCITED_TAP)
       self%begin(self%r + 1:2*self%r) = forcing
     end select
+    if (allocated(self%shaken)) self%begin(self%n) = 1
     call self%move(is_driven)
   end subroutine ringing_run
 
@@ -168,6 +183,12 @@ contains
         a(r + 1:2*r, self%n - 1) = self%forcing
         a(self%n - 1, self%n) = 1/self%interval
       end if
+      if (allocated(self%shaken)) then ! the last states are sine and cosine
+        a(r + 1:2*r, self%n - 1) = self%shake%amplitude(1)*self%shaken
+        a(r + 1:2*r, self%n) = self%shake%amplitude(2)*self%shaken
+        a(self%n - 1, self%n) = self%shake%rate
+        a(self%n, self%n - 1) = -self%shake%rate
+      end if
     end associate
   end subroutine ringing_matrix
 
@@ -235,6 +256,7 @@ contains
     da = 0
     call differentiate_damping(self, change%damping, da)
     call differentiate_observation(self, change%observation, da)
+    if (allocated(self%shaken)) call differentiate_shake(self, change, da)
     associate (d => self%damping, w => self%omega, rows => da(r + 1:2*r, :))
       if (size(change%stiffness) > 0) then
         do k = 1, r
@@ -283,6 +305,30 @@ contains
       end select
     end do
   end subroutine differentiate_damping
+
+  !> Adds to it the derivative of the motion of the base.
+  subroutine differentiate_shake(self, change, da)
+    class(ringing_t), intent(in) :: self
+    type(ring_change_t), intent(in) :: change
+    real(rp), intent(inout) :: da(:, :)
+    real(rp) :: slope(self%r)
+    associate (rows => da(self%r + 1:2*self%r, :), n => self%n, shake => self%shake)
+      select case (change%shake)
+      case (SHAKE_SINE)
+        rows(:, n - 1) = self%shaken
+      case (SHAKE_COSINE)
+        rows(:, n) = self%shaken
+      case (SHAKE_RATE)
+        da(n - 1, n) = shake%rate
+        da(n, n - 1) = -shake%rate
+      end select
+      slope = 0
+      if (size(change%shaken) > 0) slope = change%shaken
+      if (size(change%mass) > 0) slope = slope - matmul(change%mass, self%shaken)
+      rows(:, n - 1) = rows(:, n - 1) + shake%amplitude(1)*slope
+      rows(:, n) = rows(:, n) + shake%amplitude(2)*slope
+    end associate
+  end subroutine differentiate_shake
 
   !> Adds to it the derivative of the input of a filter.
   subroutine differentiate_observation(self, observation, da)

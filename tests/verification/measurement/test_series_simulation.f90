@@ -21,7 +21,7 @@ program test_series_simulation
   use solid_model, only: solid_model_t
   use solid_motion, only: steady_motion_t
   use solid_params, only: default_params, solid_params_t
-  use solid_ringing, only: ringing_t, EXCITED_BASE, EXCITED_RELEASE, EXCITED_TAP
+  use solid_ringing, only: ringing_t, shake_t, EXCITED_BASE, EXCITED_RELEASE, EXCITED_TAP
   use solid_stiffness, only: stiffness_t
   use solid_stiffness_effects, only: parameter_direction
   use solid_wing, only: wing_t
@@ -45,10 +45,12 @@ program test_series_simulation
   call prepare()
   call test_limits()
   call test_drag()
+  call test_shake()
   call test_time_integration(2, 0.0_rp, 0.0_rp)
   call test_time_integration(16, 0.03_rp, 0.04_rp)
   call measure()
   call test_damping()
+  call test_motion_of_base()
   call test_masses()
   call test_stiffness()
   call t%finish()
@@ -141,6 +143,24 @@ contains
       call t%check_below('after several turns', a, 0.7_rp)
     end do
   end subroutine test_drag
+
+  !> The same mode without drag on a base that moves with a sin(w t) + b cos(w t): the sum of free and forced motion.
+  subroutine test_shake()
+    integer, parameter :: N = 60
+    real(rp), parameter :: W = 1.7_rp, A = 0.4_rp, B = -0.3_rp
+    type(damping_effects_t) :: nothing
+    type(ringing_t) :: ring
+    real(rp) :: exact(N), times(N)
+    integer :: k
+    ring%interval = 0.2_rp
+    ring%start = 0.3_rp
+    ring%shake = shake_t(1, W, [A, B])
+    ring%shaken = [1.0_rp]
+    times = [(ring%start + k*ring%interval, k=0, N - 1)]
+    call ring_alone(ring, nothing, N)
+    exact = cos(times) + (A*(sin(W*times) - W*sin(times)) + B*(cos(W*times) - cos(times)))/(1 - W**2)
+    call t%check_below('a base that moves drives the wing', maxval(abs(ring%seen(:, 1) - exact)), 1.0e-12_rp)
+  end subroutine test_shake
 
   !> How far a half turn from `a` goes: (1 - 2 b y) exp(2 b y) = (1 + 2 b a) exp(-2 b a), by bisection.
   pure real(rp) function other_end(a, b) result(y)
@@ -270,6 +290,7 @@ contains
     damping = damping_effects_t(mass=60.0_rp, stiffness=2.0e-5_rp, joints=1.0e-4_rp, relaxation=0.1_rp, relaxation_time=1.0e-3_rp, &
                                 drag=20.0_rp)
     call simulation%init(m, model, parts)
+    simulation%shake = shake_t(1, TWO_PI*400, [3.0_rp, -2.0_rp])
     call t%check('every number is an observation', simulation%n == 2*N*3)
   end subroutine measure
 
@@ -345,6 +366,49 @@ contains
     call t%check_below('a relaxation that is not there can be scanned', norm2((plus(:, 1) - r)/1.0e-5_rp - column)/norm2(column), &
                        1.0e-3_rp)
   end subroutine test_damping
+
+  !> Of the motion of the base in record 1, and of one in record 2 that is not there, whose effect is linear.
+  subroutine test_motion_of_base()
+    character(7), parameter :: NAMES(3) = [character(7) :: 'sine', 'cosine', 'rate']
+    real(rp), parameter :: STEP = 0.02_rp, RATE = 3.0e3_rp
+    type(shake_t) :: shake
+    real(rp), allocatable :: plus(:, :), minus(:, :), column(:), r(:)
+    integer :: part, k
+    allocate (plus(simulation%n, 2), minus(simulation%n, 2), column(simulation%n))
+    shake = simulation%shake
+    do part = 1, 3
+      do k = 1, 2
+        simulation%shake = shaken_more(shake, part, STEP/k)
+        plus(:, k) = motion(params, effects, damping)
+        simulation%shake = shaken_more(shake, part, -STEP/k)
+        minus(:, k) = motion(params, effects, damping)
+      end do
+      simulation%shake = shake
+      r = motion(params, effects, damping)
+      call simulation%shake_tangent(part, shake, column)
+      call judge('the base''s '//trim(NAMES(part)), column, plus, minus, STEP)
+    end do
+    simulation%shake = shake_t()
+    r = motion(params, effects, damping)
+    do part = 1, 2
+      call simulation%shake_tangent(part, shake_t(2, RATE, [0.0_rp, 0.0_rp]), column)
+      plus(:, part) = column
+    end do
+    simulation%shake = shake_t(2, RATE, [1.0_rp, 2.0_rp])
+    column = motion(params, effects, damping) - r
+    call t%check_below('a motion of the base that is not there can be scanned', &
+                       norm2(column - plus(:, 1) - 2*plus(:, 2))/norm2(column), 1.0e-10_rp)
+    simulation%shake = shake
+  end subroutine test_motion_of_base
+
+  type(shake_t) function shaken_more(shake, part, step) result(other)
+    type(shake_t), intent(in) :: shake
+    integer, intent(in) :: part
+    real(rp), intent(in) :: step
+    other = shake
+    if (part == 3) other%rate = shake%rate*exp(step)
+    if (part < 3) other%amplitude(part) = shake%amplitude(part) + step
+  end function shaken_more
 
   type(damping_effects_t) function shifted(i, step) result(d)
     integer, intent(in) :: i
