@@ -10,7 +10,7 @@
 !> | ZERO | [m] unknown offset of scalar observations |
 !> | MASS | of an effect of the masses, by its number in solid_mass_effects; only natural modes depend on it |
 !> | POINT_MASS | [kg] a mass at a site, the same |
-!> | DAMPING | of an effect of the damping, by its number in solid_damping_effects; only records of motion depend on it |
+!> | DAMPING | of an effect of the damping, by its number in solid_damping_effects; only motion depends on it |
 !> | RELAXATION | fraction of the stiffness that relaxes with a time, the same; `number` is that of this time's quantity |
 !> | RELAXATION_TIME | log of a factor on that time; `number` is that of the fraction |
 !> | SHAKE | a part of a motion of the base in one record, by its number in solid_ringing; `partner` is its frequency |

@@ -1,40 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Projects sites, forces, masses and joints onto the modes of a wing, given as shapes(3, n_all, modes).
+!> Projects sites, forces and masses onto the modes of a wing, given as shapes(3, n_all, modes).
 module measurement_series_projections
   use base_kinds, only: rp
   use measurement_material_point, only: material_point_t
   use measurement_series, only: measured_series_t
-  use solid_modal, only: modal_t
-  use solid_model, only: solid_model_t
   use solid_ringing, only: ring_change_t, EXCITED_BASE
-  use solid_stiffness_effects, only: keep_joints
-  use solid_tangent, only: assemble_tangent
   implicit none
   private
-  public :: apply_joints, forcing_vector, inertia_along, no_change, no_matrix, observation_matrix, products
+  public :: forcing_vector, inertia_along, no_change, no_matrix, observation_matrix, products
 
 contains
-
-  !> Computes stiff(3, n_all, modes) = K_joints Phi for the first modes, with the parameters of the model.
-  subroutine apply_joints(modal, stiff)
-    class(modal_t), intent(in) :: modal
-    real(rp), intent(out) :: stiff(:, :, :)
-    type(solid_model_t), allocatable :: probe
-    real(rp), allocatable :: blocks(:, :, :), rest(:, :), axial(:), f(:, :)
-    integer :: i
-    stiff = 0
-    if (.not. any(modal%model%plans%joint > 0)) return
-    call keep_joints(modal%model, probe)
-    allocate (blocks(3, 3, size(probe%pattern%rows)), rest(3, probe%n_all), f(3, probe%n_free))
-    rest = 0
-    axial = probe%springs%tension
-    call assemble_tangent(probe, rest, axial, .false., blocks)
-    do i = 1, size(stiff, 3)
-      f = 0
-      call probe%pattern%multiply(blocks, 1.0_rp, modal%shapes(:, probe%movable, i), f)
-      stiff(:, probe%movable, i) = f
-    end do
-  end subroutine apply_joints
 
   !> Returns the matrix of the products of a(:, :, i) and b(:, :, j).
   pure function products(a, b) result(c)

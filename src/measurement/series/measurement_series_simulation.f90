@@ -12,10 +12,10 @@ module measurement_series_simulation
   use measurement_material_point, only: find_material_point, material_point_t
   use measurement_motion_simulation, only: motion_simulation_t
   use measurement_series, only: measured_series_t
-  use measurement_series_projections, only: apply_joints, forcing_vector, inertia_along, no_change, no_matrix, observation_matrix, &
-                                            products
+  use measurement_series_projections, only: forcing_vector, inertia_along, no_change, no_matrix, observation_matrix, products
   use solid_damping_effects, only: damping_effects_t, DAMPING_DRAG, DAMPING_RELAXATION
   use solid_dragged_flow, only: drag_t
+  use solid_joint_forces, only: apply_joints
   use solid_mass_effects, only: mass_effects_t, mass_parts_t
   use solid_modal, only: modal_t, mode_slopes_t
   use solid_model, only: solid_model_t

@@ -25,7 +25,8 @@ module solid_damping_effects
                                 DAMPING_TIME = 6 !< logarithm of the relaxation time; needs a relaxation
 
   real(rp), parameter, public :: RELAXATION_STEP = 2.0_rp !< ratio of the relaxation times that are tried
-  character(*), parameter :: RECORDS = 'records of motion', PER_TURN = 'T/n', PER_TURN_SQUARED = 'T/n^2'
+  character(*), parameter :: RECORDS = 'records of motion', LOSSES = RECORDS//' or damping of modes', &
+                             PER_TURN = 'T/n', PER_TURN_SQUARED = 'T/n^2'
 
   !> Holds the values of the effects.
   type :: damping_effects_t
@@ -66,7 +67,7 @@ contains
     type(cause_t) :: cause
     type(parameter_t) :: p
     cause = make_cause('stiffness_damping', 'damping in proportion to the stiffness', &
-                       'What bends fast is damped more than still air would: the cuticle takes energy at every rate.', RECORDS)
+                       'What bends fast is damped more than still air would: the cuticle takes energy at every rate.', LOSSES)
     call define_effect(p, 'rayleigh_stiffness', 's', .false., 0.0_rp, 10*time/turns, 2*time/turns**2)
     call cause%add(DAMPING_STIFFNESS, p, PER_TURN, PER_TURN_SQUARED)
     call word_by_name(cause%parameters(1)%words, p%name)
@@ -77,7 +78,7 @@ contains
     type(cause_t) :: cause
     type(parameter_t) :: p
     cause = make_cause('joint_friction', 'friction in the joints of veins', &
-                       'The joints of veins take energy when they turn.', RECORDS)
+                       'The joints of veins take energy when they turn.', LOSSES)
     call define_effect(p, 'joint_friction', 's', .false., 0.0_rp, 100*time/turns, 10*time/turns**2)
     call cause%add(DAMPING_JOINTS, p, PER_TURN, PER_TURN_SQUARED)
     call word_by_name(cause%parameters(1)%words, p%name)
@@ -91,7 +92,7 @@ contains
     type(parameter_t) :: p
     integer :: k
     cause = make_cause('viscoelasticity', 'viscoelastic veins and membrane', &
-                       'The wing is stiffer when it bends fast, and loses energy in between: its material relaxes.', RECORDS)
+                       'The wing is stiffer when it bends fast, and loses energy in between: its material relaxes.', LOSSES)
     call define_effect(p, 'relaxation', '1', .false., 0.0_rp, 10.0_rp, 4/turns)
     call cause%add(DAMPING_RELAXATION, p, '', '1/n')
     call define_parameter(p, 'relaxation_time_factor', '1', .true., 1/RELAXATION_STEP, RELAXATION_STEP)

@@ -9,12 +9,13 @@ program test_series_simulation
   use loaded_wing, only: wing_of_argument
   use measurement_data, only: measurement_t
   use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
-  use measurement_series_projections, only: apply_joints, products
+  use measurement_series_projections, only: products
   use measurement_series_simulation, only: series_simulation_t
   use solid_damping_effects, only: damping_effects_t, DAMPING_DRAG, DAMPING_RELAXATION, DAMPING_TIME, N_DAMPING_EFFECTS
   use solid_dragged_flow, only: drag_t
   use solid_dynamics, only: dynamic_options_t, dynamic_state_t, dynamics_t, step_report_t
   use solid_inertia, only: inertia_t
+  use solid_joint_forces, only: apply_joints
   use solid_mass, only: lump_mass, mass_params_t, mass_t
   use solid_mass_effects, only: mass_effects_t, mass_parts_t, MASS_POINT, N_MASS_EFFECTS
   use solid_modal, only: modal_t

@@ -17,24 +17,13 @@ from flusi_msm.bending.mesh import locate, refine
 from flusi_msm.bending.model import Model, Stiffness
 from flusi_msm.errors import InputError
 from flusi_msm.measurement.case_file import build, read_json
-from flusi_msm.measurement.modes import Mass, mass_matrix, triangle_areas
+from flusi_msm.measurement.modes import Damping, Mass, mass_matrix, triangle_areas
 from flusi_msm.wing.file import read_wing
 
 if TYPE_CHECKING:
     from flusi_msm.wing.file import Wing
 
 UNITS = {"release": "N", "tap": "N s"}
-
-
-@dataclass
-class Damping:
-    """The causes of damping. Names are those of [Damping] of `flusi` where it has them."""
-    rayleigh_mass: float = 0.0        # [1/s]
-    rayleigh_stiffness: float = 0.0   # [s]
-    joint_friction: float = 0.0       # [s] moment per rate of the elastic moment of joints
-    relaxation: float = 0.0           # g: for a sudden force the stiffness is 1 + g times larger
-    relaxation_time: float = 1.0e-3   # [s]
-    drag: float = 0.0                 # [kg/m^3] force -c a |v| v along z of every node with the area a of membrane, in air
 
 
 @dataclass
