@@ -7,11 +7,11 @@ module diagnosis_moving_wing
   use base_parameter, only: parameter_t
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_BALANCE, KIND_DAMPING, KIND_FLIGHT, KIND_MASS, KIND_POINT_MASS, &
                                        KIND_RELAXATION, KIND_RELAXATION_TIME, KIND_SHAKE
-  use diagnosis_wing_rest, only: mass_effects_at, put_mass_at, wing_rest_t
+  use diagnosis_wing_rest, only: mass_effects_at, put_mass_at, weighs, wing_rest_t
   use measurement_experiment, only: experiment_t
   use measurement_motion_simulation, only: motion_simulation_t
   use solid_damping_effects, only: DAMPING_RELAXATION, DAMPING_TIME
-  use solid_mass_effects, only: list_mass_causes, mass_effects_t, mass_parts_t, MASS_POINT
+  use solid_mass_effects, only: list_mass_causes, mass_effects_t, mass_parts_t, MASS_GRADIENT, MASS_POINT
   use solid_model, only: solid_model_t
   use solid_stiffness, only: stiffness_t
   use solid_stiffness_effects, only: damage_direction
@@ -108,6 +108,7 @@ contains
     real(rp), intent(out) :: column(:)
     type(solid_model_t), pointer :: model
     type(mass_effects_t) :: moved
+    real(rp) :: by_mass(size(column))
     logical :: is_any, is_joint
     model => self%mechanics%model()
     column = 0
@@ -133,6 +134,10 @@ contains
         else
           call self%rest%direction(model, q, i, self%direction, is_any, is_joint)
           if (is_any) call self%mechanics%stiffness_tangent(self%direction, is_joint, column)
+          if (weighs(self%rest%bare, one)) then
+            call self%mechanics%mass_tangent(MASS_GRADIENT, self%effects, by_mass)
+            column = column + by_mass
+          end if
         end if
       end select
     end associate

@@ -11,7 +11,7 @@ module diagnosis_wing_rest
   use measurement_experiment, only: experiment_t
   use measurement_material_point, only: find_material_point, material_point_t
   use solid_damping_effects, only: damping_effects_t, DAMPING_RELAXATION
-  use solid_effects, only: clamp_axis
+  use solid_effects, only: clamp_axis, is_thickness
   use solid_mass_effects, only: mass_effects_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t
@@ -21,7 +21,7 @@ module diagnosis_wing_rest
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: wing_rest_t, damping_at, mass_effects_at, put_mass_at, shake_at, shake_of
+  public :: wing_rest_t, damping_at, mass_effects_at, put_mass_at, shake_at, shake_of, weighs
 
   type :: wing_rest_t
     type(experiment_t), pointer :: bare => null()
@@ -164,8 +164,10 @@ contains
           if (one%is_log) then
             call effects%set(one%number, exp(q(i)))
           else
-            call effects%set(one%number, q(i))
+            call effects%set(one%number, effects%get(one%number) + q(i))
           end if
+        else if (one%kind == KIND_PARAMETER) then
+          if (weighs(bare, one)) effects%gradient = effects%gradient + q(i) - one%null
         else if (one%kind == KIND_POINT_MASS .and. abs(q(i)) > 0) then
           call put_mass_at(bare, one%disc(:2), effects)
           effects%point = q(i)
@@ -173,6 +175,14 @@ contains
       end associate
     end do
   end function mass_effects_at
+
+  !> Tells whether the mass of the membrane follows a parameter, which is its thickness.
+  logical function weighs(bare, parameter)
+    type(experiment_t), intent(in) :: bare
+    type(wing_parameter_t), intent(in) :: parameter
+    weighs = parameter%kind == KIND_PARAMETER
+    if (weighs) weighs = is_thickness(bare%model%params%effects, parameter%number - bare%model%params%count_basic())
+  end function weighs
 
   !> Moves the point mass of `effects` to this position [m] on the wing.
   subroutine put_mass_at(bare, site, effects)

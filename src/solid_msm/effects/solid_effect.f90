@@ -31,6 +31,7 @@ module solid_effect
     integer :: n = 1                          !< number of parameters, unless `is_per_joint`
     logical :: is_log = .false.               !< they vary by factors and have no effect at 1; otherwise they have none at 0
     logical :: is_per_joint = .false.         !< every joint has the parameter
+    logical :: is_thickness = .false.         !< the mass of the membrane follows its value, as by `membrane_gradient`
     logical :: curves_rest = .false.          !< it bends the wing without a load
     integer :: clamp_axis(MOST_PARAMETERS) = 0 !< a parameter lets the clamp turn about x (1) or y (2), by value times moment
     integer :: stage = STAGE_NONE             !< of `apply`

@@ -57,6 +57,15 @@ def membrane_gradient(rng: np.random.Generator, wing: Wing, subject: Subject) ->
     return plain("membrane_gradient", mass, 0.05, 4.0, sign_of(rng))
 
 
+def thickness_gradient(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
+    """Lets the thickness of the membrane, and with it its mass and its stiffness, grow or fall from root to tip."""
+    sign = sign_of(rng)
+
+    def apply(subject: Subject, s: float) -> Subject:
+        return bending.stiffness(mass(subject, membrane_gradient=sign * s), thickness_gradient=sign * s)
+    return Effect("thickness_gradient", apply, lambda s: {"thickness_gradient": sign * s}, 0.05, 2.0)
+
+
 def point_mass(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
     """Adds a point mass on the outer three quarters of the wing: near the root it hardly moves."""
     triangles = np.asarray(wing.triangles)
@@ -128,7 +137,7 @@ def lag(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
 
 STRUCTURE = (bending.E_gradient, bending.E_per_vein, bending.taper, bending.soft_place, bending.vein_torsion, bending.damage,
              membrane_bending)
-INERTIA = (vein_mass, membrane_mass, membrane_gradient, point_mass)
+INERTIA = (vein_mass, membrane_mass, membrane_gradient, thickness_gradient, point_mass)
 DAMPING = (stiffness_damping, joint_friction, viscoelasticity, air_drag, base_shake)  # only records show them
 OUTSIDE = (bending.E_wave, bending.D_wave, membrane_wave, soft_joint)
 OUTSIDE_OF_RECORDS = (lag,)
