@@ -20,10 +20,10 @@ module measurement_mode_target
   use base_constants, only: TWO_PI
   use base_kinds, only: rp
   use base_lapack, only: factorise, orthogonalise, solve_factorised
+  use measurement_mode_damping, only: mode_damping_t
   use measurement_modes, only: measured_mode_t
   use measurement_material_point, only: find_material_point, material_point_t
-  use solid_damping_effects, only: damping_effects_t, DAMPING_RELAXATION
-  use solid_decay, only: decay_t
+  use solid_damping_effects, only: damping_effects_t
   use solid_model, only: solid_model_t
   implicit none
   private
@@ -38,14 +38,9 @@ module measurement_mode_target
     real(rp) :: mac = 0                    !< MAC of the pair; 1 without a shape
     real(rp) :: frequency = 0              !< [Hz] computed
     real(rp), allocatable :: seen(:)       !< (places) v in the units of the measurement, as long as this is along it
-    real(rp) :: ratio = 0                  !< computed damping ratio
+    type(mode_damping_t) :: damping
     real(rp), private :: log_frequency = 0, log_sigma = 1, lambda = 0
     integer, private :: n_shape = 0        !< observations of frequency and shape
-    real(rp), private :: damping = 0, damping_sigma = 1
-    type(decay_t), private :: decay
-    type(damping_effects_t), private :: of_damping
-    real(rp), private :: joint = 0         !< J
-    real(rp), allocatable, private :: rubbed(:, :), bent_joints(:) !< K_joints v (3, n_all) and its products with the modes, |v| = 1
     type(material_point_t), allocatable, private :: sites(:)
     real(rp), allocatable, private :: sigma(:), s(:), normal(:, :), phi(:, :), beta(:), gram(:, :), lambdas(:)
   contains
@@ -69,9 +64,8 @@ contains
     integer :: n, k
     n = size(mode%shape)
     self%n_shape = 1 + max(0, n - 1)
-    self%n = self%n_shape + merge(1, 0, mode%damping >= 0)
-    self%damping = mode%damping
-    if (mode%damping >= 0) self%damping_sigma = mode%damping_sigma
+    call self%damping%init(mode)
+    self%n = self%n_shape + merge(1, 0, self%damping%is_measured)
     self%number = mode%number
     self%log_frequency = log(mode%frequency)
     self%log_sigma = mode%frequency_sigma/mode%frequency
@@ -154,6 +148,7 @@ contains
     m = size(lambdas)
     self%lambdas = lambdas
     self%lambda = lambdas(1)
+    if (size(self%s) == 0) self%beta = [1.0_rp]
     self%mac = 1
     if (size(self%s) > 0) then
       if (allocated(self%phi)) deallocate (self%phi)
@@ -192,7 +187,7 @@ contains
     integer :: i, j
     column = 0
     if (size(self%s) == 0) then
-      call decay_tangent(self, force(1, 1), joints_change(self, force, shapes, [0.0_rp], is_joint), column)
+      call put_slopes(self, self%damping%slopes(force(1, 1), force, shapes, [0.0_rp], is_joint), column)
       return
     end if
     do i = 1, size(force, 1)
@@ -214,38 +209,17 @@ contains
         dlambda = dlambda + self%beta(i)*self%beta(j)*f
       end do
     end do
-    call decay_tangent(self, dlambda/sum(self%beta**2), joints_change(self, force, shapes, dbeta, is_joint), column)
+    call put_slopes(self, self%damping%slopes(dlambda/sum(self%beta**2), force, shapes, dbeta/norm2(self%beta), is_joint), column)
   end subroutine target_tangent
 
-  !> Returns the change of J by changes of the modes, as in `target_tangent`, and of their factors beta.
-  function joints_change(self, force, shapes, dbeta, is_joint) result(change)
+  !> Sets frequency and damping ratio of a column from their slopes.
+  subroutine put_slopes(self, slopes, column)
     class(mode_target_t), intent(in) :: self
-    real(rp), intent(in) :: force(:, :), shapes(:, :, :), dbeta(:)
-    logical, intent(in) :: is_joint
-    real(rp) :: change, beta(size(force, 1)), size_v
-    integer :: i
-    change = 0
-    if (.not. allocated(self%rubbed)) return
-    beta = 1
-    if (allocated(self%beta)) beta = self%beta
-    size_v = norm2(beta)
-    do i = 1, size(force, 1)
-      change = change + 2*(beta(i)*sum(shapes(:, :, i)*self%rubbed) + dbeta(i)*self%bent_joints(i))/size_v
-    end do
-    change = change - 2*self%joint*dot_product(beta, dbeta)/size_v**2
-    if (is_joint) change = change + dot_product(beta, matmul(force, beta))/size_v**2
-  end function joints_change
-
-  !> Sets frequency and damping ratio of a column from the changes of lambda and J.
-  subroutine decay_tangent(self, d_lambda, d_joint, column)
-    class(mode_target_t), intent(in) :: self
-    real(rp), intent(in) :: d_lambda, d_joint
+    real(rp), intent(in) :: slopes(2)
     real(rp), intent(inout) :: column(:)
-    real(rp) :: slopes(2)
-    slopes = self%decay%slope_of_mode(d_lambda, d_joint)
     column(1) = slopes(1)/self%log_sigma
-    if (self%n > self%n_shape) column(self%n) = slopes(2)/self%damping_sigma
-  end subroutine decay_tangent
+    if (self%damping%is_measured) column(self%n) = slopes(2)/self%damping%sigma
+  end subroutine put_slopes
 
   !> Returns column(n), the derivative of the residuals with respect to damping effect `number`; see motion_simulation_t. Call it
   !> after `damp`.
@@ -254,49 +228,20 @@ contains
     integer, intent(in) :: number
     real(rp), intent(in) :: time
     real(rp), intent(out) :: column(:)
-    type(damping_effects_t) :: other
-    type(decay_t) :: decay
-    real(rp) :: slopes(2)
-    other = self%of_damping
-    decay = self%decay
-    if (number == DAMPING_RELAXATION .and. abs(time - other%relaxation_time) > 1.0e-12_rp*time) then
-      other%relaxation = 0 ! the wing has only one
-      other%relaxation_time = time
-      call decay%init(self%lambda, self%joint, other)
-    end if
-    slopes = decay%slope_of_damping(number)
     column = 0
-    column(1) = slopes(1)/self%log_sigma
-    if (self%n > self%n_shape) column(self%n) = slopes(2)/self%damping_sigma
+    call put_slopes(self, self%damping%effect_slopes(number, time), column)
   end subroutine target_damping_tangent
 
   !> Gives the mode its damping, after `residuals`: sets the residuals of frequency and damping ratio. bent(3, n_all, :) are the
   !> forces of joints K_joints phi of the modes shapes(3, n_all, lo:hi); of size 0 without joints.
-  subroutine target_damp(self, damping, bent, shapes, residuals)
+  subroutine target_damp(self, effects, bent, shapes, residuals)
     class(mode_target_t), intent(inout) :: self
-    type(damping_effects_t), intent(in) :: damping
+    type(damping_effects_t), intent(in) :: effects
     real(rp), intent(in) :: bent(:, :, :), shapes(:, :, :)
     real(rp), intent(inout) :: residuals(:)
-    real(rp) :: beta(size(shapes, 3))
-    integer :: i
-    beta = 1
-    if (allocated(self%beta)) beta = self%beta
-    beta = beta/norm2(beta)
-    self%joint = 0
-    if (allocated(self%rubbed)) deallocate (self%rubbed)
-    if (size(bent) > 0) then
-      self%rubbed = 0*bent(:, :, 1)
-      do i = 1, size(beta)
-        self%rubbed = self%rubbed + beta(i)*bent(:, :, i)
-      end do
-      self%bent_joints = [(sum(shapes(:, :, i)*self%rubbed), i=1, size(beta))]
-      self%joint = dot_product(beta, self%bent_joints)
-    end if
-    self%of_damping = damping
-    call self%decay%init(self%lambda, self%joint, damping)
-    self%frequency = exp(self%decay%log_rate)/TWO_PI
-    self%ratio = self%decay%ratio
+    call self%damping%find(effects, self%lambda, self%beta, bent, shapes)
+    self%frequency = exp(self%damping%decay%log_rate)/TWO_PI
     residuals(1) = (log(self%frequency) - self%log_frequency)/self%log_sigma
-    if (self%n > self%n_shape) residuals(self%n) = (self%ratio - self%damping)/self%damping_sigma
+    if (self%damping%is_measured) residuals(self%n) = (self%damping%decay%ratio - self%damping%measured)/self%damping%sigma
   end subroutine target_damp
 end module measurement_mode_target

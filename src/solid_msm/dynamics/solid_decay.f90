@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes how a natural mode of a damped wing decays: with lambda of the mode without damping, and J = phi^T K_joints phi, it moves
-!> as exp(s t), where
+!> Computes how a natural mode of a damped wing decays: with lambda of the mode without damping, and J = phi^T K_joints phi, it
+!> moves as exp(s t), where
 !>
 !>     s^2 + d s + lambda (1 + g s/(s + 1/tau)) = 0,   d = alpha + beta lambda + theta J
 !>
 !> (solid_damping_effects). The mode has the frequency |s|/(2 pi) and the damping ratio -Re(s)/|s|; without a relaxation these are
-!> sqrt(lambda)/(2 pi) and d/(2 sqrt(lambda)). What damping takes from one mode and gives to another is left out. Drag with the square
-!> of the speed has no ratio.
+!> sqrt(lambda)/(2 pi) and d/(2 sqrt(lambda)). What damping takes from one mode and gives to another is left out. Drag with the
+!> square of the speed has no ratio.
 module solid_decay
   use base_kinds, only: rp
   use solid_damping_effects, only: damping_effects_t, DAMPING_JOINTS, DAMPING_MASS, DAMPING_RELAXATION, DAMPING_STIFFNESS, &
@@ -31,7 +31,7 @@ contains
 
   !> Finds the decay of a mode of lambda [1/s^2] > 0 and J = joint [1/s^2], by Newton's method from weak damping.
   pure subroutine decay_init(self, lambda, joint, damping)
-    class(decay_t), intent(out) :: self
+    class(decay_t), intent(inout) :: self
     real(rp), intent(in) :: lambda, joint
     type(damping_effects_t), intent(in) :: damping
     complex(rp) :: step
@@ -64,8 +64,8 @@ contains
     end associate
   end function slope_of_root
 
-  !> Returns the derivatives of `log_rate` and `ratio` with respect to damping effect `number` (DAMPING_TIME: to the logarithm of the
-  !> relaxation time).
+  !> Returns the derivatives of `log_rate` and `ratio` with respect to damping effect `number` (DAMPING_TIME: to the logarithm of
+  !> the relaxation time).
   pure function decay_slope_of_damping(self, number) result(slopes)
     class(decay_t), intent(in) :: self
     integer, intent(in) :: number

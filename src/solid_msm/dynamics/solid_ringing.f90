@@ -49,6 +49,12 @@ module solid_ringing
     integer :: shake = 0                      !< part of the motion of the base that changes; 0: none
   end type ring_change_t
 
+  !> The flows from sample to sample and to the first sample, without and with drag.
+  type :: flows_t
+    type(linear_flow_t) :: linear, first
+    type(dragged_flow_t) :: dragged, dragged_first
+  end type flows_t
+
   !> One record. After `run` the result is seen(samples, places).
   type :: ringing_t
     integer :: excitation = EXCITED_RELEASE
@@ -63,8 +69,7 @@ module solid_ringing
     integer, private :: r = 0, m = 0, n = 0   !< modes, places, states
     real(rp), allocatable, private :: omega(:), joints(:, :), observation(:, :), forcing(:), input(:), x(:, :), begin(:), a(:, :)
     type(damping_effects_t), private :: damping
-    type(linear_flow_t), private :: flow, first
-    type(dragged_flow_t), private :: dragged_flow, dragged_first
+    type(flows_t), private :: flows
   contains
     procedure :: run => ringing_run
     procedure :: tangent => ringing_tangent
@@ -121,16 +126,16 @@ contains
     ends(:, 1) = self%begin
     ends(:, 2) = self%begin
     if (.not. allocated(self%drag%across)) then
-      call self%first%init(self%a, self%start, is_driven)
-      self%x(:, 1) = matmul(self%first%step, self%begin)
-      call self%flow%init(self%a, self%interval, is_driven)
-      call self%flow%march(self%x, self%input)
+      call self%flows%first%init(self%a, self%start, is_driven)
+      self%x(:, 1) = matmul(self%flows%first%step, self%begin)
+      call self%flows%linear%init(self%a, self%interval, is_driven)
+      call self%flows%linear%march(self%x, self%input)
     else
-      call self%dragged_first%init(self%a, self%r, self%start, self%interval, .false.)
-      if (self%start > 0) call self%dragged_first%march(self%drag, ends, self%input)
+      call self%flows%dragged_first%init(self%a, self%r, self%start, self%interval, .false.)
+      if (self%start > 0) call self%flows%dragged_first%march(self%drag, ends, self%input)
       self%x(:, 1) = ends(:, 2)
-      call self%dragged_flow%init(self%a, self%r, self%interval, self%interval, is_driven)
-      call self%dragged_flow%march(self%drag, self%x, self%input)
+      call self%flows%dragged%init(self%a, self%r, self%interval, self%interval, is_driven)
+      call self%flows%dragged%march(self%drag, self%x, self%input)
     end if
     change = matmul(self%a, self%x)
     if (allocated(self%drag%across)) then
@@ -229,17 +234,17 @@ contains
     if (.not. allocated(self%drag%across)) then
       ends(:, 1) = self%begin
       ends(:, 2) = self%x(:, 1)
-      call self%first%tangent(da, ends, begin)
+      call self%flows%first%tangent(da, ends, begin)
       dx(:, 1) = begin(:, 2)
-      call self%flow%tangent(da, self%x, dx)
+      call self%flows%linear%tangent(da, self%x, dx)
     else
       of_drag%strength = merge(1.0_rp, 0.0_rp, change%damping == DAMPING_DRAG)
       of_drag%across = change%across
       of_drag%mass = change%mass
       dx(:, 1) = begin(:, 1)
-      if (self%start > 0) call self%dragged_first%tangent(self%drag, da, of_drag, begin)
+      if (self%start > 0) call self%flows%dragged_first%tangent(self%drag, da, of_drag, begin)
       if (self%start > 0) dx(:, 1) = begin(:, 2)
-      call self%dragged_flow%tangent(self%drag, da, of_drag, dx)
+      call self%flows%dragged%tangent(self%drag, da, of_drag, dx)
     end if
     seen = self%output(dx)
     if (size(change%observation) > 0 .and. .not. self%cutoff > 0) seen = seen + observed(self, change%observation, self%x)

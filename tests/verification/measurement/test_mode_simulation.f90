@@ -3,6 +3,7 @@
 !> whatever their size and sign, and derivatives equal differences, also where modes repeat and where a load bends the wing. The
 !> argument names a wing file.
 program test_mode_simulation
+  use base_constants, only: TWO_PI
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
@@ -11,7 +12,8 @@ program test_mode_simulation
   use measurement_mode_simulation, only: mode_simulation_t
   use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
   use sample_wings, only: make_beam
-  use solid_damping_effects, only: damping_effects_t, DAMPING_JOINTS, DAMPING_RELAXATION, DAMPING_TIME
+  use solid_damping_effects, only: damping_effects_t, DAMPING_JOINTS, DAMPING_MASS, DAMPING_RELAXATION, DAMPING_STIFFNESS, &
+                                   DAMPING_TIME
   use solid_mass, only: lump_mass, mass_params_t, mass_t
   use solid_mass_effects, only: mass_effects_t, mass_parts_t, MASS_ADDED, MASS_GRADIENT, MASS_POINT, MASS_VEINS
   use solid_modal, only: modal_t
@@ -188,72 +190,72 @@ contains
   end subroutine compare
 
   !> Damping ratios: of the mass and the stiffness as known, of joints by the change of lambda with their stiffness; a mode that
-  !> relaxes moves as its equation says. Derivatives, at another wing, with respect to all damping too.
+  !> relaxes moves as its equation says. Derivatives at another wing.
   subroutine test_decay()
-    real(rp), parameter :: G = 0.2_rp, TAU = 4.0e-4_rp, WEIGHTS(4) = [1.0_rp, -8.0_rp, 8.0_rp, -1.0_rp]/12, &
-                           AT(4) = [-2, -1, 1, 2], STEPS(5) = [1.0_rp, 1.0e-7_rp, 1.0e-6_rp, 1.0e-3_rp, 0.0_rp]
-    real(rp), allocatable :: column(:), difference(:)
-    type(damping_effects_t) :: base
+    real(rp), parameter :: G = 0.2_rp, TAU = 4.0e-4_rp
     complex(rp) :: s
-    real(rp) :: omega, joints, step
+    real(rp) :: omega(size(NUMBERS)), rate(size(NUMBERS))
     logical :: ok
-    integer :: i, n
+    integer :: i
     call measure(MEDIUM_AIR, NUMBERS)
     m%modes%damping = 0.03_rp
     m%modes%damping_sigma = 0.003_rp
     call simulation%init(m, model, parts)
     deallocate (r)
-    allocate (r(simulation%n), column(simulation%n), difference(simulation%n))
+    allocate (r(simulation%n))
     damping = damping_effects_t(mass=50.0_rp, stiffness=1.0e-5_rp, joints=1.0e-4_rp)
+    omega = TWO_PI*m%modes%frequency
+    rate = damping%mass + omega**2*(damping%stiffness + damping%joints*[(change_by_joints(i), i=1, size(NUMBERS))])
     call simulation%evaluate(params, mass_effects_t(), damping, r, ok)
     call t%check('modes have damping ratios', ok .and. simulation%n == size(NUMBERS)*(size(m%modes(1)%shape) + 1))
     do i = 1, size(NUMBERS)
-      omega = 6.283185307179586_rp*m%modes(i)%frequency
-      joints = change_by_joints(i)*omega**2
-      call t%check_close('damping by mass, stiffness and joints', simulation%targets(i)%ratio, &
-                         (damping%mass + damping%stiffness*omega**2 + damping%joints*joints)/(2*omega), rtol=1.0e-6_rp)
+      call t%check_close('damping by mass, stiffness and joints', simulation%targets(i)%damping%decay%ratio, rate(i)/(2*omega(i)), &
+                         rtol=1.0e-6_rp)
     end do
     damping%relaxation = G
     damping%relaxation_time = TAU
     call simulation%evaluate(params, mass_effects_t(), damping, r, ok)
     do i = 1, size(NUMBERS)
-      omega = 6.283185307179586_rp*m%modes(i)%frequency
-      joints = change_by_joints(i)*omega**2
-      associate (one => simulation%targets(i))
-        s = 6.283185307179586_rp*one%frequency*cmplx(-one%ratio, sqrt(1 - one%ratio**2), rp)
-        call t%check_below('a mode with a relaxation', abs(s**2 + (damping%mass + damping%stiffness*omega**2 + damping%joints*joints)*s &
-                                                          + omega**2*(1 + G*s/(s + 1/TAU)))/omega**2, 1.0e-6_rp)
+      associate (ratio => simulation%targets(i)%damping%decay%ratio)
+        s = TWO_PI*simulation%targets(i)%frequency*cmplx(-ratio, sqrt(1 - ratio**2), rp)
       end associate
+      call t%check_below('a mode with a relaxation', abs(s**2 + rate(i)*s + omega(i)**2*(1 + G*s/(s + 1/TAU)))/omega(i)**2, &
+                         1.0e-6_rp)
     end do
     call test_slopes('of a damped wing', 1.0e-6_rp)
+    call test_damping_slopes()
+    damping = damping_effects_t()
+  end subroutine test_decay
+
+  !> Derivatives with respect to all damping, against differences of fourth order.
+  subroutine test_damping_slopes()
+    real(rp), parameter :: WEIGHTS(4) = [1.0_rp, -8.0_rp, 8.0_rp, -1.0_rp]/12, AT(4) = [-2, -1, 1, 2], &
+                           STEPS(5) = [1.0_rp, 1.0e-7_rp, 1.0e-6_rp, 1.0e-3_rp, 1.0e-3_rp]
+    integer, parameter :: WHICH(5) = [DAMPING_MASS, DAMPING_STIFFNESS, DAMPING_JOINTS, DAMPING_RELAXATION, DAMPING_TIME]
+    type(damping_effects_t) :: base
+    real(rp) :: column(simulation%n), difference(simulation%n), values(4)
+    logical :: ok
+    integer :: i, n
     base = damping
+    values = [base%mass, base%stiffness, base%joints, base%relaxation]
     do i = 1, 5
       difference = 0
       do n = 1, 4
         damping = base
-        step = AT(n)*STEPS(i)
-        select case (i)
-        case (1)
-          damping%mass = base%mass + step
-        case (2)
-          damping%stiffness = base%stiffness + step
-        case (DAMPING_JOINTS)
-          damping%joints = base%joints + step
-        case (DAMPING_RELAXATION)
-          damping%relaxation = base%relaxation + step
-        case default
-          damping%relaxation_time = base%relaxation_time*exp(AT(n)*1.0e-3_rp)
-        end select
+        if (WHICH(i) == DAMPING_TIME) then
+          damping%relaxation_time = base%relaxation_time*exp(AT(n)*STEPS(i))
+        else
+          call damping%set(WHICH(i), values(i) + AT(n)*STEPS(i))
+        end if
         call simulation%evaluate(params, mass_effects_t(), damping, r, ok)
-        difference = difference + WEIGHTS(n)/merge(1.0e-3_rp, STEPS(i), i == 5)*r
+        difference = difference + WEIGHTS(n)/STEPS(i)*r
       end do
       damping = base
       call simulation%evaluate(params, mass_effects_t(), damping, r, ok)
-      call simulation%damping_tangent(merge(DAMPING_TIME, i, i == 5), damping%relaxation_time, column)
+      call simulation%damping_tangent(WHICH(i), damping%relaxation_time, column)
       call t%check_below('derivative to damping '//achar(48 + i), norm2(difference - column), 1.0e-6_rp*norm2(column))
     end do
-    damping = damping_effects_t()
-  end subroutine test_decay
+  end subroutine test_damping_slopes
 
   !> Returns d(ln lambda)/d(ln stiffness of all joints) of measured mode i, by central differences of a second simulation.
   real(rp) function change_by_joints(i)

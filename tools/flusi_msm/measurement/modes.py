@@ -312,7 +312,8 @@ def synthesise(case: Case) -> tuple[list[Measured], dict[str, Any]]:
             mode = mode._replace(damping=ratio * (1 + error), damping_sd=case.noise.damping * ratio)
             mode = mode._replace(frequency=mode.frequency * decays[number - 1][0] / frequency)
         modes.append(mode)
-    truth = {"frequencies": [f for f, _ in decays or found], "damping_ratios": [ratio for _, ratio in decays], "loads": [[*place, *vector] for place, vector in case.loads],
+    truth = {"frequencies": [f for f, _ in decays or found], "damping_ratios": [ratio for _, ratio in decays],
+             "loads": [[*place, *vector] for place, vector in case.loads],
              "gravity": list(case.gravity), "stiffness": vars(case.stiffness), "mass": vars(case.mass),
              "air_ratio": case.air_ratio, "seed": case.seed}
     return modes, truth

@@ -160,8 +160,8 @@ class Motion:
             right = pull(step + 1) + self.m @ (4 / h**2 * (u + h * v) + a) + self.c @ (2 / h * u + v)
             right += g / gone * (self.k @ (u - keep * z))
             if d.drag and case.medium == "air":  # at the predicted velocity
-                across = (v + h * a)[2::3]
-                right[2::3] -= d.drag * self.area * np.abs(across) * across
+                speed = (v + h * a)[2::3]
+                right[2::3] -= d.drag * self.area * np.abs(speed) * speed
             new = factor.solve(right)
             z = (keep * z + new - u) / gone
             a, v, u = 4 / h**2 * (new - u - h * v) - a, 2 / h * (new - u) - v, new
