@@ -116,7 +116,7 @@ contains
                     p%lower <= p%null .and. p%upper > p%null)
       call t%check('effect '//p%name//' is found by its name', params%find(p%name) == i)
     end do
-    call t%check('all effects are at null unless set', n == params%effects%count() .and. n == 13 + 20)
+    call t%check('all effects are at null unless set', n == params%effects%count() .and. n == 14 + 20)
     call model%gradient(u, g)
     call bare%gradient(u, h)
     call t%check('effects at null change no bit of the forces', all(transfer(g, [1]) == transfer(h, [1])))

@@ -233,11 +233,11 @@ contains
                            STEPS(5) = [1.0_rp, 1.0e-7_rp, 1.0e-6_rp, 1.0e-3_rp, 1.0e-3_rp]
     integer, parameter :: WHICH(5) = [DAMPING_MASS, DAMPING_STIFFNESS, DAMPING_JOINTS, DAMPING_RELAXATION, DAMPING_TIME]
     type(damping_effects_t) :: base
-    real(rp) :: column(simulation%n), difference(simulation%n), values(4)
+    real(rp) :: column(simulation%n), difference(simulation%n), values(5)
     logical :: ok
     integer :: i, n
     base = damping
-    values = [base%mass, base%stiffness, base%joints, base%relaxation]
+    values = [base%mass, base%stiffness, base%joints, base%relaxation, 0.0_rp]
     do i = 1, 5
       difference = 0
       do n = 1, 4
