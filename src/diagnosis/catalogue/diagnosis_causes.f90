@@ -31,7 +31,7 @@ contains
     call append(list, more)
     more = list_damping_causes(1.0_rp, 1.0_rp, 1.0_rp)
     call append(list, more)
-    more = list_series_causes(1.0_rp, 2.0_rp)
+    more = list_series_causes(1.0_rp, 1.0_rp)
     call append(list, more)
     more = list_instrument_causes(of_instrument)
     call append(list, more)

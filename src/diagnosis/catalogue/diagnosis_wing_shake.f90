@@ -30,7 +30,7 @@ contains
     real(rp) :: hertz, apart
     integer :: i, k
     allocate (variants(0))
-    list = list_series_causes(1.0_rp, 2.0_rp)
+    list = list_series_causes(1.0_rp, 1.0_rp)
     do i = 1, e%measurement%count_series()
       associate (s => e%measurement%series(i))
         if (s%excitation == EXCITED_BASE) cycle
@@ -38,7 +38,8 @@ contains
         do k = 0, MOST - 1
           hertz = 1/s%length() + k*apart
           if (hertz > HIGHEST*s%rate) exit
-          list = list_series_causes(maxval(abs(s%values))*TWO_PI*hertz*merge(1.0_rp, TWO_PI*hertz, s%is_velocity), 1 + apart/hertz)
+          list = list_series_causes(maxval(abs(s%values))*TWO_PI*hertz*merge(1.0_rp, TWO_PI*hertz, s%is_velocity), &
+                                    log(1 + apart/hertz))
           call enter_frequency(c, list(1), i, hertz, variants)
           variants(size(variants))%label = 'at about '//number_text(nint(hertz))//' Hz in the record '//s%name
         end do

@@ -16,16 +16,16 @@ module measurement_series_causes
 
 contains
 
-  !> Returns the causes. A motion of the base as large as the largest value of the record has this `acceleration` [m/s^2]; the
-  !> neighbour of a frequency that is tried is `step` times as high.
-  pure function list_series_causes(acceleration, step) result(list)
-    real(rp), intent(in) :: acceleration, step
+  !> Returns the causes. A motion of the base as large as the largest value of the record has this `acceleration` [m/s^2]; `spread`
+  !> is the logarithm of the ratio of two neighbouring frequencies that are tried.
+  pure function list_series_causes(acceleration, spread) result(list)
+    real(rp), intent(in) :: acceleration, spread
     type(cause_t), allocatable :: list(:)
-    call enlist(list, shake_of_base(acceleration, step))
+    call enlist(list, shake_of_base(acceleration, spread))
   end function list_series_causes
 
-  pure function shake_of_base(acceleration, step) result(cause)
-    real(rp), intent(in) :: acceleration, step
+  pure function shake_of_base(acceleration, spread) result(cause)
+    real(rp), intent(in) :: acceleration, spread
     type(cause_t) :: cause
     type(parameter_t) :: p
     integer :: k
@@ -36,10 +36,10 @@ contains
     call cause%add(SHAKE_SINE, p, OF_MOTION)
     call define_effect(p, 'base_cosine', 'm/s^2', .false., -10*acceleration, 10*acceleration, 0.1_rp*acceleration)
     call cause%add(SHAKE_COSINE, p, OF_MOTION)
-    call define_parameter(p, 'base_frequency_factor', '1', .true., 1/step, step)
-    p%prior_sd = log(step)
+    call define_parameter(p, 'base_frequency_factor', '1', .true., 0.5_rp, 2.0_rp)
+    p%prior_sd = spread
     p%null = 1
-    call cause%add(SHAKE_RATE, p, 'the ratio of neighbouring frequencies', 'the logarithm of this ratio')
+    call cause%add(SHAKE_RATE, p, '', 'the logarithm of the ratio of two neighbouring frequencies')
     do k = 1, 3
       call word_by_name(cause%parameters(k)%words, cause%parameters(k)%value%name)
     end do
