@@ -53,8 +53,10 @@ contains
     end do
     do i = 1, size(stiffness%edge)
       direction%edge(i) = 3*edge_station(site, i)*(stiffness%plate + stiffness%edge(i))
+      direction%arch(i) = 3*edge_station(site, i)*stiffness%arch(i)
     end do
     direction%has_edges = .true.
+    direction%has_arch = stiffness%has_arch
   end subroutine derive_thickness
 
   !> Returns the station of an edge.

@@ -238,8 +238,9 @@ def find_decays(wing: Wing, case: Case, coarse: Wing | None, found: list[tuple[f
     decays = []
     for hertz, _ in found:
         mode = np.argmin(np.abs(values - (2 * pi * hertz)**2))
-        share = np.abs(vectors[mode])**2 / (np.abs(vectors[:n])**2).sum(0)
-        s = roots[np.argmax(np.where(roots.imag > 0, share, 0))]
+        turning = roots.imag > 0
+        share = np.abs(vectors[mode, turning])**2 / (np.abs(vectors[:n, turning])**2).sum(0)
+        s = roots[turning][np.argmax(share)]
         decays.append((abs(s) / (2 * pi), -s.real / abs(s)))
     return decays
 
