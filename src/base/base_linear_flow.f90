@@ -33,6 +33,7 @@ module base_linear_flow
     procedure :: init => flow_init
     procedure :: march => flow_march
     procedure :: tangent => flow_tangent
+    procedure :: derivative => flow_derivative
   end type linear_flow_t
 
 contains
@@ -87,7 +88,21 @@ contains
     class(linear_flow_t), intent(in) :: self
     real(rp), intent(in) :: da(:, :), x(:, :)
     real(rp), intent(inout) :: dx(:, :)
-    real(rp) :: d(self%n, self%n), small(self%n, self%n), next(self%n, self%n)
+    real(rp) :: d(self%n, self%n)
+    integer :: k
+    call self%derivative(da, d)
+    do k = 1, size(x, 2) - 1
+      if (self%is_driven) dx(self%n - 1:, k) = 0
+      dx(:, k + 1) = matmul(self%step, dx(:, k)) + matmul(d, x(:, k))
+    end do
+  end subroutine flow_tangent
+
+  !> Returns d(n, n) = D, the derivative of E along the change da(n, n) of A.
+  subroutine flow_derivative(self, da, d)
+    class(linear_flow_t), intent(in) :: self
+    real(rp), intent(in) :: da(:, :)
+    real(rp), intent(out) :: d(:, :)
+    real(rp) :: small(self%n, self%n), next(self%n, self%n)
     integer :: k
     small = self%interval/2.0_rp**self%squarings*da
     d = 0
@@ -107,11 +122,7 @@ contains
       call multiply(1.0_rp, d, self%powers(:, :, k - 1), next)
       d = next
     end do
-    do k = 1, size(x, 2) - 1
-      if (self%is_driven) dx(self%n - 1:, k) = 0
-      dx(:, k + 1) = matmul(self%step, dx(:, k)) + matmul(d, x(:, k))
-    end do
-  end subroutine flow_tangent
+  end subroutine flow_derivative
 
   !> Returns the unit matrix (n, n).
   pure function identity(n) result(e)

@@ -21,7 +21,7 @@ module diagnosis_discretisation
   use diagnosis_wing_bins, only: bins_t, make_bins
   use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_DAMAGE, KIND_POINT_MASS, KIND_RELAXATION, &
-                                       KIND_RELAXATION_TIME, KIND_SOFT
+                                       KIND_RELAXATION_TIME, KIND_SHAKE, KIND_SOFT
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_state, only: wing_state_t
   use inference_refit, only: fit_nested, fit_loosely, nested_fit_t, loose_options
@@ -253,6 +253,9 @@ contains
           if (all(abs(others(j)%disc - one%disc) <= 1.0e-6_rp*one%disc(3))) exit
         case (KIND_RELAXATION)
           if (abs(others(j)%time - one%time) <= 1.0e-6_rp*one%time) exit
+        case (KIND_SHAKE)
+          if (others(j)%number == one%number .and. others(j)%record == one%record .and. &
+              abs(others(j)%time - one%time) <= 1.0e-6_rp*one%time) exit
         case (KIND_RELAXATION_TIME)
           if (others(j)%number == owner) exit
         case default

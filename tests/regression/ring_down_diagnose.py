@@ -132,9 +132,29 @@ name = {name};
     return max(row[6] for row in rows if row[0] > 8.0e-3) / weight
 
 
+def test_drag(case):
+    """Drag of the air with the square of the speed."""
+    ring(case, "data.h5", medium="air", damping={"rayleigh_mass": 60, "drag": 12.0})
+    code, found = diagnose(case, "data.h5", "drag", OPTIONS, parameters="E")
+    check(code == NAMED and names(found) == ["air_drag"], found["verdict"]["sentence"])
+    lower, best, upper = interval(found, "drag")
+    check(2 * lower - best <= 12.0 <= 2 * upper - best, f"{best} kg/m^3 ({lower} to {upper})")
+    check(f"drag = {best}"[:9] in (case.folder / "drag_extended.ini").read_text(), "flusi gets the drag")
+
+
+def test_shake(case):
+    """A clamp that moves after the release, which the file does not state."""
+    ring(case, "data.h5", shake=[3.0, 430.0, 0.7])
+    code, found = diagnose(case, "data.h5", "shake", OPTIONS, parameters="E")
+    check(code in (NAMED, SET) and "base_shake" in names(found), found["verdict"]["sentence"])
+    if names(found) == ["base_shake"]:
+        lower, best, upper = interval(found, "base_sine")
+        check(2 * lower - best <= 3.0 * numpy.cos(0.7) <= 2 * upper - best, f"sine {best} m/s2 ({lower} to {upper})")
+
+
 def test_outside(case):
-    """Drag with the square of the speed, which no entry of the catalogue is."""
-    ring(case, "data.h5", damping={"rayleigh_mass": 10, "drag": 3.0e3})
+    """A filter that the file does not state, which no entry of the catalogue is."""
+    ring(case, "data.h5", lag=2.0e-4)
     code, found = diagnose(case, "data.h5", "outside", OPTIONS, parameters="E")
     check(code in (UNKNOWN, SET), found["verdict"]["sentence"])
 

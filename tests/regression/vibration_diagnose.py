@@ -101,6 +101,29 @@ def test_tip(case):
     check(abs(frequency / stated - 1) < 1e-6, f"flusi gives the extended wing {frequency} Hz, the diagnosis {stated} Hz")
 
 
+def test_thickness(case):
+    """A membrane that is thicker toward the tip: its mass and its stiffness, by one number."""
+    vibrate(case, "data.h5", stiffness={"thickness_gradient": 1.0}, mass={"membrane_gradient": 1.0}, medium="vacuum")
+    code, found = diagnose(case, "data.h5", "thickness", OPTIONS + "validation = no;\n")
+    check(code in (NAMED, SET) and "thickness_gradient" in found["verdict"]["set"], found["verdict"]["sentence"])
+    if found["verdict"]["set"] == ["thickness_gradient"]:
+        lower, best, upper = interval(found, "thickness_gradient")
+        check(2 * lower - best <= 1.0 <= 2 * upper - best, f"{best} ({lower} to {upper})")
+        text = (case.folder / "thickness_extended.ini").read_text()
+        check("thickness_gradient" in text and f"membrane_gradient = {best}"[:24] in text, "flusi gets both")
+
+
+def test_damping(case):
+    """Damping ratios of modes: those of a cuticle that loses energy at every rate grow with the frequency."""
+    vibrate(case, "data.h5", damping={"rayleigh_mass": 60.0, "rayleigh_stiffness": 1.2e-5, "joint_friction": 0.0})
+    truth = json.loads((case.folder / "data.modes.json").read_text())
+    check(0.01 < min(truth["damping_ratios"]) < max(truth["damping_ratios"]) < 0.2, f"{truth['damping_ratios']}")
+    code, found = diagnose(case, "data.h5", "damping", OPTIONS + "validation = no;\n")
+    check(code in (NAMED, SET) and "stiffness_damping" in found["verdict"]["set"], found["verdict"]["sentence"])
+    lower, best, upper = interval(found, "rayleigh_stiffness")
+    check(2 * lower - best <= 1.2e-5 <= 2 * upper - best, f"{best} s ({lower} to {upper})")
+
+
 def test_outside(case):
     """A membrane whose mass goes up and down, which no entry of the catalogue is."""
     vibrate(case, "data.h5", mass={"membrane_wave": [0.8, 3.0e-3, 0.0]}, noise={"frequency": 0.001, "shape": 0.005})

@@ -8,6 +8,7 @@ module diagnosis_causes
   use diagnosis_flight_changes, only: change_scales_t, list_change_causes
   use measurement_balance_causes, only: balance_scales_t, list_balance_causes
   use measurement_instrument_causes, only: instrument_scales_t, list_instrument_causes
+  use measurement_series_causes, only: list_series_causes
   use solid_damping_effects, only: list_damping_causes
   use solid_mass_effects, only: list_mass_causes
   use solid_structure_causes, only: list_structure_causes
@@ -28,7 +29,9 @@ contains
     list = list_structure_causes()
     more = list_mass_causes(1.0_rp)
     call append(list, more)
-    more = list_damping_causes(1.0_rp, 1.0_rp)
+    more = list_damping_causes(1.0_rp, 1.0_rp, 1.0_rp)
+    call append(list, more)
+    more = list_series_causes(1.0_rp, 1.0_rp)
     call append(list, more)
     more = list_instrument_causes(of_instrument)
     call append(list, more)

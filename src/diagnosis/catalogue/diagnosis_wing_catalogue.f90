@@ -13,6 +13,7 @@ module diagnosis_wing_catalogue
   use diagnosis_wing_lattice, only: lattice
   use diagnosis_wing_needs, only: missing_of
   use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_DAMAGE, KIND_SOFT, KIND_ZERO
+  use diagnosis_wing_shake, only: enter_shake
   use inference_simulator, only: variant_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument_causes, only: list_instrument_causes
@@ -66,6 +67,7 @@ contains
     call enter_scans(catalogue, experiment, wing)
     call enter_inertia(catalogue, experiment, wing)
     call enter_damping(catalogue, experiment)
+    call enter_shake(catalogue, experiment)
     call enter_measurement(catalogue, experiment)
   end subroutine make_catalogue
 

@@ -5,11 +5,13 @@ module diagnosis_moving_wing
   use base_cause, only: parameter_of
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_BALANCE, KIND_FLIGHT, KIND_MASS, KIND_POINT_MASS
-  use diagnosis_wing_rest, only: mass_effects_at, put_mass_at, wing_rest_t
+  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_BALANCE, KIND_DAMPING, KIND_FLIGHT, KIND_MASS, KIND_POINT_MASS, &
+                                       KIND_RELAXATION, KIND_RELAXATION_TIME, KIND_SHAKE
+  use diagnosis_wing_rest, only: mass_effects_at, put_mass_at, weighs, wing_rest_t
   use measurement_experiment, only: experiment_t
   use measurement_motion_simulation, only: motion_simulation_t
-  use solid_mass_effects, only: list_mass_causes, mass_effects_t, mass_parts_t, MASS_POINT
+  use solid_damping_effects, only: DAMPING_RELAXATION, DAMPING_TIME
+  use solid_mass_effects, only: list_mass_causes, mass_effects_t, mass_parts_t, MASS_GRADIENT, MASS_POINT
   use solid_model, only: solid_model_t
   use solid_stiffness, only: stiffness_t
   use solid_stiffness_effects, only: damage_direction
@@ -98,7 +100,7 @@ contains
     call self%mechanics_tangent(q, i, column)
   end subroutine moving_tangent
 
-  !> Returns the same for a parameter of mass, stiffness or clamp; the column of another one is 0.
+  !> Returns the same for a parameter of mass, stiffness, clamp or damping; the column of another one is 0.
   subroutine moving_mechanics_tangent(self, q, i, column)
     class(moving_wing_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)
@@ -106,12 +108,20 @@ contains
     real(rp), intent(out) :: column(:)
     type(solid_model_t), pointer :: model
     type(mass_effects_t) :: moved
+    real(rp) :: by_mass(size(column))
     logical :: is_any, is_joint
     model => self%mechanics%model()
     column = 0
     associate (one => self%rest%parameters(i))
       select case (one%kind)
-      case (KIND_FLIGHT, KIND_BALANCE) ! only forces of the air depend on them
+      case (KIND_FLIGHT, KIND_BALANCE, KIND_SHAKE) ! only forces of the air or records depend on them
+      case (KIND_DAMPING)
+        call self%mechanics%damping_tangent(one%number, 0.0_rp, column)
+        if (one%is_log) column = exp(q(i))*column
+      case (KIND_RELAXATION)
+        call self%mechanics%damping_tangent(DAMPING_RELAXATION, one%time*exp(q(one%number)), column)
+      case (KIND_RELAXATION_TIME)
+        if (abs(q(one%number)) > 0) call self%mechanics%damping_tangent(DAMPING_TIME, 0.0_rp, column)
       case (KIND_MASS)
         call self%mechanics%mass_tangent(one%number, self%effects, column)
       case (KIND_POINT_MASS)
@@ -124,6 +134,10 @@ contains
         else
           call self%rest%direction(model, q, i, self%direction, is_any, is_joint)
           if (is_any) call self%mechanics%stiffness_tangent(self%direction, is_joint, column)
+          if (weighs(self%rest%bare, one)) then
+            call self%mechanics%mass_tangent(MASS_GRADIENT, self%effects, by_mass)
+            column = column + by_mass
+          end if
         end if
       end select
     end associate

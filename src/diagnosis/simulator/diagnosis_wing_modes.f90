@@ -7,6 +7,7 @@ module diagnosis_wing_modes
   use diagnosis_moving_wing, only: moving_wing_t
   use diagnosis_wing_labels, only: append_surface
   use diagnosis_wing_parameters, only: wing_parameter_t
+  use diagnosis_wing_rest, only: damping_at
   use inference_simulator, only: labels_t
   use measurement_experiment, only: experiment_t
   use measurement_mode_simulation, only: mode_simulation_t
@@ -59,7 +60,7 @@ contains
     call self%prepare(q, ok)
     if (.not. ok) return
     model => self%simulation%model()
-    call self%simulation%evaluate(self%rest%params(model, q), self%effects, residuals, ok)
+    call self%simulation%evaluate(self%rest%params(model, q), self%effects, damping_at(self%rest%parameters, q), residuals, ok)
   end subroutine modes_evaluate
 
   !> Adds labels. Every mode is a surface with its own fold and block. Their `observed` is 0.

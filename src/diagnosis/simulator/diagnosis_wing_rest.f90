@@ -3,23 +3,25 @@
 !> their null, all parameters at a point q, masses and damping included, and the direction of stiffness of each parameter. Veins
 !> have sides, so that torsion can act.
 module diagnosis_wing_rest
+  use base_constants, only: TWO_PI
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use diagnosis_wing_parameters, only: differing, wing_parameter_t, KIND_DAMAGE, KIND_DAMPING, KIND_MASS, KIND_PARAMETER, &
-                                       KIND_POINT_MASS, KIND_RELAXATION, KIND_SOFT
+                                       KIND_POINT_MASS, KIND_RELAXATION, KIND_SHAKE, KIND_SOFT
   use measurement_experiment, only: experiment_t
   use measurement_material_point, only: find_material_point, material_point_t
   use solid_damping_effects, only: damping_effects_t, DAMPING_RELAXATION
-  use solid_effects, only: clamp_axis
+  use solid_effects, only: clamp_axis, is_thickness
   use solid_mass_effects, only: mass_effects_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t
+  use solid_ringing, only: shake_t, SHAKE_COSINE, SHAKE_RATE, SHAKE_SINE
   use solid_stiffness, only: stiffness_t
   use solid_stiffness_effects, only: damage_direction, hinge_direction, parameter_direction
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: wing_rest_t, damping_at, mass_effects_at, put_mass_at
+  public :: wing_rest_t, damping_at, mass_effects_at, put_mass_at, shake_at, shake_of, weighs
 
   type :: wing_rest_t
     type(experiment_t), pointer :: bare => null()
@@ -162,8 +164,10 @@ contains
           if (one%is_log) then
             call effects%set(one%number, exp(q(i)))
           else
-            call effects%set(one%number, q(i))
+            call effects%set(one%number, effects%get(one%number) + q(i))
           end if
+        else if (one%kind == KIND_PARAMETER) then
+          if (weighs(bare, one)) effects%gradient = effects%gradient + q(i) - one%null
         else if (one%kind == KIND_POINT_MASS .and. abs(q(i)) > 0) then
           call put_mass_at(bare, one%disc(:2), effects)
           effects%point = q(i)
@@ -171,6 +175,14 @@ contains
       end associate
     end do
   end function mass_effects_at
+
+  !> Tells whether the mass of the membrane follows a parameter, which is its thickness.
+  logical function weighs(bare, parameter)
+    type(experiment_t), intent(in) :: bare
+    type(wing_parameter_t), intent(in) :: parameter
+    weighs = parameter%kind == KIND_PARAMETER
+    if (weighs) weighs = is_thickness(bare%model%params%effects, parameter%number - bare%model%params%count_basic())
+  end function weighs
 
   !> Moves the point mass of `effects` to this position [m] on the wing.
   subroutine put_mass_at(bare, site, effects)
@@ -200,4 +212,30 @@ contains
       end associate
     end do
   end function damping_at
+
+  !> Returns the motion of the base at q, of which there is one at most.
+  function shake_at(parameters, q) result(shake)
+    type(wing_parameter_t), intent(in) :: parameters(:)
+    real(rp), intent(in) :: q(:)
+    type(shake_t) :: shake
+    integer :: i
+    do i = 1, size(q)
+      if (parameters(i)%kind /= KIND_SHAKE .or. parameters(i)%number == SHAKE_RATE) cycle
+      if (.not. abs(q(i)) > 0) cycle
+      shake = shake_of(parameters, i, q)
+    end do
+  end function shake_at
+
+  !> Returns the motion of the base at q to which parameter i belongs.
+  function shake_of(parameters, i, q) result(shake)
+    type(wing_parameter_t), intent(in) :: parameters(:)
+    integer, intent(in) :: i
+    real(rp), intent(in) :: q(:)
+    type(shake_t) :: shake
+    associate (rate => parameters(i)%partner)
+      shake%record = parameters(i)%record
+      shake%rate = TWO_PI/parameters(i)%time*exp(q(rate))
+      shake%amplitude = q(rate - SHAKE_RATE + [SHAKE_SINE, SHAKE_COSINE])
+    end associate
+  end function shake_of
 end module diagnosis_wing_rest

@@ -6,13 +6,12 @@ module diagnosis_wing_series
   use base_kinds, only: rp
   use diagnosis_moving_wing, only: moving_wing_t
   use diagnosis_wing_labels, only: append_surface
-  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME
-  use diagnosis_wing_rest, only: damping_at
+  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_SHAKE
+  use diagnosis_wing_rest, only: damping_at, shake_at, shake_of
   use inference_simulator, only: labels_t
   use measurement_experiment, only: experiment_t
   use measurement_motion_simulation, only: motion_simulation_t
   use measurement_series_simulation, only: series_simulation_t
-  use solid_damping_effects, only: DAMPING_RELAXATION, DAMPING_TIME
   use solid_mass_effects, only: mass_parts_t
   use solid_model, only: solid_model_t
   use solid_wing, only: wing_t
@@ -65,6 +64,7 @@ contains
     call self%prepare(q, ok)
     if (.not. ok) return
     model => self%simulation%model()
+    self%simulation%shake = shake_at(self%rest%parameters, q)
     call self%simulation%evaluate(self%rest%params(model, q), self%effects, damping_at(self%rest%parameters, q), residuals, ok)
   end subroutine series_evaluate
 
@@ -77,13 +77,8 @@ contains
     column = 0
     associate (one => self%rest%parameters(i))
       select case (one%kind)
-      case (KIND_DAMPING)
-        call self%simulation%damping_tangent(one%number, 0.0_rp, column)
-        if (one%is_log) column = exp(q(i))*column
-      case (KIND_RELAXATION)
-        call self%simulation%damping_tangent(DAMPING_RELAXATION, one%time*exp(q(one%number)), column)
-      case (KIND_RELAXATION_TIME)
-        if (abs(q(one%number)) > 0) call self%simulation%damping_tangent(DAMPING_TIME, 0.0_rp, column)
+      case (KIND_SHAKE)
+        call self%simulation%shake_tangent(one%number, shake_of(self%rest%parameters, i, q), column)
       case default
         call self%mechanics_tangent(q, i, column)
       end select

@@ -10,14 +10,15 @@
 !> | ZERO | [m] unknown offset of scalar observations |
 !> | MASS | of an effect of the masses, by its number in solid_mass_effects; only natural modes depend on it |
 !> | POINT_MASS | [kg] a mass at a site, the same |
-!> | DAMPING | of an effect of the damping, by its number in solid_damping_effects; only records of motion depend on it |
+!> | DAMPING | of an effect of the damping, by its number in solid_damping_effects; only motion depends on it |
 !> | RELAXATION | fraction of the stiffness that relaxes with a time, the same; `number` is that of this time's quantity |
 !> | RELAXATION_TIME | log of a factor on that time; `number` is that of the fraction |
+!> | SHAKE | a part of a motion of the base in one record, by its number in solid_ringing; `partner` is its frequency |
 !> | FLIGHT | a change of kinematics or flow, by its number in diagnosis_flight_runner; only records of forces depend on it |
 !> | BALANCE | an error of the force balance, by its number in measurement_balance, the same |
 !>
-!> Soft hinges, damage, point masses and relaxations exist once for each of many sites or times. An experiment has only those that
-!> differ from their null, at most one of each kind.
+!> Soft hinges, damage, point masses, relaxations and motions of the base exist once for each of many sites, times or frequencies.
+!> An experiment has only those that differ from their null, at most one of each kind.
 module diagnosis_wing_parameters
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
@@ -35,18 +36,20 @@ module diagnosis_wing_parameters
 
   integer, parameter, public :: KIND_PARAMETER = 1, KIND_INSTRUMENT = 2, KIND_SOFT = 3, KIND_DAMAGE = 4, KIND_ZERO = 5, &
                                 KIND_MASS = 6, KIND_POINT_MASS = 7, KIND_DAMPING = 8, KIND_RELAXATION = 9, &
-                                KIND_RELAXATION_TIME = 10, KIND_FLIGHT = 11, KIND_BALANCE = 12
+                                KIND_RELAXATION_TIME = 10, KIND_FLIGHT = 11, KIND_BALANCE = 12, KIND_SHAKE = 13
 
   !> These parameters do not affect a wing at rest.
-  integer, parameter :: OF_MOTION(7) = [KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME, &
-                                        KIND_FLIGHT, KIND_BALANCE]
+  integer, parameter :: OF_MOTION(8) = [KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME, &
+                                        KIND_FLIGHT, KIND_BALANCE, KIND_SHAKE]
 
   !> A parameter with its coordinates. At its null it has no effect, or the value that the wing has.
   type, extends(parameter_t) :: wing_parameter_t
     integer :: kind = KIND_PARAMETER
     integer :: number = 0        !< of the parameter, the hinge, the offset or another quantity
     real(rp) :: disc(3) = 0      !< [m] x, y, radius of a damage; x, y of a point mass
-    real(rp) :: time = 0         !< [s] of a relaxation
+    real(rp) :: time = 0         !< [s] of a relaxation; of a period of the base
+    integer :: record = 0        !< of a motion of the base
+    integer :: partner = 0       !< its parameter for the frequency
     integer :: vein = 0          !< of a soft hinge
     real(rp) :: fraction = 0     !< position of the hinge, as a fraction of the vein's length
   end type wing_parameter_t
@@ -216,7 +219,8 @@ contains
         else
           call simulation%damage_tangent(e, l, one%disc, column)
         end if
-      case (KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME, KIND_FLIGHT, KIND_BALANCE)
+      case (KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME, KIND_FLIGHT, KIND_BALANCE, &
+            KIND_SHAKE)
         ! These parameters do not affect a wing at rest.
         column = 0
       case default

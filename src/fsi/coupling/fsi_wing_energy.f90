@@ -149,8 +149,7 @@ contains
       end do
       do p = 1, model%n_all
         du = (b%u(:, p) - a%u(:, p))/h
-        energy%damping_power = energy%damping_power + &
-                               (inertia%rayleigh_mass*inertia%mass(p) + inertia%nodal(p))*dot_product(du, du) + &
+        energy%damping_power = energy%damping_power + inertia%loss(p, du) + &
                                inertia%rayleigh_stiffness*dot_product(b%elastic_force(:, p) - a%elastic_force(:, p), du)/h
         if (inertia%rubs()) energy%damping_power = energy%damping_power + &
                                                    inertia%joint_friction*dot_product(b%joints(:, p) - a%joints(:, p), du)/h

@@ -96,6 +96,7 @@ module measurement_data
     procedure :: count_mode_observations => measurement_count_mode_observations
     procedure :: moves => measurement_moves
     procedure :: is_in_air => measurement_is_in_air
+    procedure :: shows_damping => measurement_shows_damping
     procedure :: count_series => measurement_count_series
     procedure :: count_series_observations => measurement_count_series_observations
     procedure :: count_flights => measurement_count_flights
@@ -223,7 +224,7 @@ contains
     integer :: i
     n = 0
     do i = 1, self%count_modes()
-      n = n + max(1, size(self%modes(i)%shape))
+      n = n + max(1, size(self%modes(i)%shape)) + merge(1, 0, self%modes(i)%damping >= 0)
     end do
   end function measurement_count_mode_observations
 
@@ -232,6 +233,13 @@ contains
     class(measurement_t), intent(in) :: self
     moves = self%count_modes() + self%count_series() > 0
   end function measurement_moves
+
+  !> Tells whether there are records of a vibrating wing or damping ratios of its modes.
+  pure logical function measurement_shows_damping(self) result(shows)
+    class(measurement_t), intent(in) :: self
+    shows = self%count_series() > 0
+    if (self%count_modes() > 0) shows = shows .or. any(self%modes%damping >= 0)
+  end function measurement_shows_damping
 
   !> Tells whether the wing moved in air.
   pure logical function measurement_is_in_air(self) result(is_in_air)

@@ -45,6 +45,7 @@ module measurement_series
   contains
     procedure :: visit => series_visit
     procedure :: count => series_count
+    procedure :: in_sd => series_in_sd
     procedure :: length => series_length
   end type measured_series_t
 
@@ -83,6 +84,14 @@ contains
     n = 0
     if (allocated(self%is_known)) n = count(self%is_known)
   end function series_count
+
+  !> Returns column(count()), seen(samples, traces) over the sd of each trace where the record has values: trace by trace, in time.
+  pure function series_in_sd(self, seen) result(column)
+    class(measured_series_t), intent(in) :: self
+    real(rp), intent(in) :: seen(:, :)
+    real(rp) :: column(self%count())
+    column = pack(seen/spread(self%sigma, 1, size(seen, 1)), self%is_known)
+  end function series_in_sd
 
   !> Returns the time [s] from the excitation to the last sample.
   pure real(rp) function series_length(self) result(length)

@@ -15,6 +15,8 @@ module measurement_mode_simulation
   use measurement_material_point, only: find_material_point, material_point_t
   use measurement_modes, only: measured_mode_t, MEDIUM_AIR, MEDIUM_VACUUM
   use measurement_motion_simulation, only: motion_simulation_t
+  use solid_damping_effects, only: damping_effects_t
+  use solid_joint_forces, only: apply_joints
   use solid_mass_effects, only: mass_effects_t, mass_parts_t
   use solid_modal, only: modal_t, mode_slopes_t
   use solid_model, only: solid_model_t
@@ -50,6 +52,7 @@ module measurement_mode_simulation
     logical, allocatable, private :: same(:, :)
     type(mode_slopes_t), private :: slopes
     real(rp), allocatable, private :: mass(:, :)
+    real(rp), allocatable, private :: bent(:, :, :, :) !< (3, n_all, modes, states) K_joints Phi; empty if no damping needs it
   contains
     procedure :: init => simulation_init
     procedure :: free => simulation_free
@@ -57,6 +60,7 @@ module measurement_mode_simulation
     procedure :: stiffness_tangent => simulation_stiffness_tangent
     procedure :: mass_tangent => simulation_mass_tangent
     procedure :: clamp_tangent => simulation_clamp_tangent
+    procedure :: damping_tangent => simulation_damping_tangent
     procedure :: model => simulation_model
   end type mode_simulation_t
 
@@ -96,6 +100,9 @@ contains
       call self%modal(m)%init(model)
     end do
     allocate (self%mass(3, model%n_all))
+    most = 0
+    if (any(model%plans%joint > 0) .and. any(measurement%modes%damping >= 0)) most = maxval(self%states%n_modes)
+    allocate (self%bent(3, model%n_all, most, size(self%states)), source=0.0_rp)
   end subroutine simulation_init
 
   !> Appends the states of the modes in this medium, either unloaded or loaded, and stores the numbers of the states in the targets.
@@ -153,16 +160,17 @@ contains
       end do
       deallocate (self%modal, self%states)
     end if
-    if (allocated(self%targets)) deallocate (self%targets, self%first, self%mass)
+    if (allocated(self%targets)) deallocate (self%targets, self%first, self%mass, self%bent)
     self%n = 0
   end subroutine simulation_free
 
-  !> Finds the modes with these parameters and masses, and residuals(n). `ok` is false if there are no residuals, because the
-  !> unloaded wing is unstable or has no equilibrium under the loads of a mode.
-  subroutine simulation_evaluate(self, params, effects, residuals, ok)
+  !> Finds the modes with these parameters, masses and damping, and residuals(n). `ok` is false if there are no residuals, because
+  !> the unloaded wing is unstable or has no equilibrium under the loads of a mode.
+  subroutine simulation_evaluate(self, params, effects, damping, residuals, ok)
     class(mode_simulation_t), intent(inout) :: self
     type(solid_params_t), intent(in) :: params
     type(mass_effects_t), intent(in) :: effects
+    type(damping_effects_t), intent(in) :: damping
     real(rp), intent(out) :: residuals(:)
     logical, intent(out) :: ok
     type(failure_t) :: failure
@@ -181,11 +189,14 @@ contains
       ok = .not. failure%failed
       if (ok) call make_pairs(self, m, ok)
       if (.not. ok) return
+      if (size(self%bent) > 0) call apply_joints(self%modal(m), self%bent(:, :, :self%states(m)%n_modes, m))
     end do
     do i = 1, size(self%targets)
       associate (t => self%targets(i), modal => self%modal(self%targets(i)%state))
-        call t%residuals(modal%lambda(t%lo:t%hi), modal%shapes(:, :, t%lo:t%hi), &
-                         residuals(self%first(i):self%first(i) + t%n - 1))
+        associate (own => residuals(self%first(i):self%first(i) + t%n - 1), shapes => modal%shapes(:, :, t%lo:t%hi))
+          call t%residuals(modal%lambda(t%lo:t%hi), shapes, own)
+          call t%damp(damping, self%bent(:, :, t%lo:min(t%hi, size(self%bent, 3)), t%state), shapes, own)
+        end associate
       end associate
     end do
   end subroutine simulation_evaluate
@@ -251,20 +262,17 @@ contains
     end do
   end subroutine find_clusters
 
-  !> Returns the change of the residuals by a change of stiffness; see motion_simulation_t. A change of joints is treated in the
-  !> same way here.
+  !> Returns the change of the residuals by a change of stiffness; see motion_simulation_t.
   subroutine simulation_stiffness_tangent(self, direction, is_joint, column)
     class(mode_simulation_t), intent(inout) :: self
     type(stiffness_t), intent(in) :: direction
     logical, intent(in) :: is_joint
     real(rp), intent(out) :: column(:)
     integer :: m
-    associate (unused => is_joint)
-    end associate
     do m = 1, size(self%states)
       call note_clusters(self, m)
       call self%modal(m)%slopes_of_stiffness(direction, self%same, self%slopes)
-      call project_change(self, m, .false., column)
+      call project_change(self, m, .false., is_joint, column)
     end do
   end subroutine simulation_stiffness_tangent
 
@@ -279,7 +287,7 @@ contains
       call note_clusters(self, m)
       call self%parts%derivative(effects, self%states(m)%density, number, self%mass)
       call self%modal(m)%slopes_of_mass(self%mass, self%same, self%slopes)
-      call project_change(self, m, .true., column)
+      call project_change(self, m, .true., .false., column)
     end do
   end subroutine simulation_mass_tangent
 
@@ -292,9 +300,23 @@ contains
     do m = 1, size(self%states)
       call note_clusters(self, m)
       call self%modal(m)%slopes_of_clamp(k, self%same, self%slopes)
-      call project_change(self, m, .false., column)
+      call project_change(self, m, .false., .false., column)
     end do
   end subroutine simulation_clamp_tangent
+
+  !> Returns the change of the residuals by damping effect `number`; see mode_target_t.
+  subroutine simulation_damping_tangent(self, number, time, column)
+    class(mode_simulation_t), intent(inout) :: self
+    integer, intent(in) :: number
+    real(rp), intent(in) :: time
+    real(rp), intent(out) :: column(:)
+    integer :: i
+    do i = 1, size(self%targets)
+      associate (t => self%targets(i), first => self%first(i))
+        call t%damping_tangent(number, time, column(first:first + t%n - 1))
+      end associate
+    end do
+  end subroutine simulation_damping_tangent
 
   !> Finds which of the modes up to the last paired one form a cluster.
   subroutine note_clusters(self, m)
@@ -313,16 +335,16 @@ contains
   end subroutine note_clusters
 
   !> Turns the change of the modes in medium `m` into a column of the Jacobian.
-  subroutine project_change(self, m, is_mass, column)
+  subroutine project_change(self, m, is_mass, is_joint, column)
     class(mode_simulation_t), intent(in) :: self
     integer, intent(in) :: m
-    logical, intent(in) :: is_mass
+    logical, intent(in) :: is_mass, is_joint
     real(rp), intent(inout) :: column(:)
     integer :: i
     do i = 1, size(self%targets)
       associate (t => self%targets(i))
         if (t%state /= m) cycle
-        call t%tangent(self%slopes%force(t%lo:t%hi, t%lo:t%hi), self%slopes%shapes(:, :, t%lo:t%hi), is_mass, &
+        call t%tangent(self%slopes%force(t%lo:t%hi, t%lo:t%hi), self%slopes%shapes(:, :, t%lo:t%hi), is_mass, is_joint, &
                        column(self%first(i):self%first(i) + t%n - 1))
       end associate
     end do

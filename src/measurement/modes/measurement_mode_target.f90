@@ -11,14 +11,19 @@
 !> variance 1, whatever the size of the mode was. MAC = (s.v)^2/((s.s)(v.v)), the modal assurance criterion (Allemang & Brown 1982)
 !> with the sd as weights, is 1/(1 + the squared length of these components over s.s).
 !>
+!> If its damping ratio was measured, this ratio less the measured one is a last observation, and a relaxation of the wing changes
+!> the frequency (solid_decay).
+!>
 !> In a cluster, whose frequencies are nearer than GAP, single shapes change completely with small changes of the wing. Only the
 !> space that they span is compared, and the frequency is that of v: lambda = sum beta_i^2 lambda_i/sum beta_i^2.
 module measurement_mode_target
   use base_constants, only: TWO_PI
   use base_kinds, only: rp
   use base_lapack, only: factorise, orthogonalise, solve_factorised
+  use measurement_mode_damping, only: mode_damping_t
   use measurement_modes, only: measured_mode_t
   use measurement_material_point, only: find_material_point, material_point_t
+  use solid_damping_effects, only: damping_effects_t
   use solid_model, only: solid_model_t
   implicit none
   private
@@ -33,7 +38,9 @@ module measurement_mode_target
     real(rp) :: mac = 0                    !< MAC of the pair; 1 without a shape
     real(rp) :: frequency = 0              !< [Hz] computed
     real(rp), allocatable :: seen(:)       !< (places) v in the units of the measurement, as long as this is along it
+    type(mode_damping_t) :: damping
     real(rp), private :: log_frequency = 0, log_sigma = 1, lambda = 0
+    integer, private :: n_shape = 0        !< observations of frequency and shape
     type(material_point_t), allocatable, private :: sites(:)
     real(rp), allocatable, private :: sigma(:), s(:), normal(:, :), phi(:, :), beta(:), gram(:, :), lambdas(:)
   contains
@@ -41,6 +48,8 @@ module measurement_mode_target
     procedure :: assurance => target_assurance
     procedure :: nearness => target_nearness
     procedure :: residuals => target_residuals
+    procedure :: damp => target_damp
+    procedure :: damping_tangent => target_damping_tangent
     procedure :: tangent => target_tangent
   end type mode_target_t
 
@@ -54,7 +63,9 @@ contains
     real(rp), allocatable :: q(:, :), r(:, :), full(:, :)
     integer :: n, k
     n = size(mode%shape)
-    self%n = 1 + max(0, n - 1)
+    self%n_shape = 1 + max(0, n - 1)
+    call self%damping%init(mode)
+    self%n = self%n_shape + merge(1, 0, self%damping%is_measured)
     self%number = mode%number
     self%log_frequency = log(mode%frequency)
     self%log_sigma = mode%frequency_sigma/mode%frequency
@@ -137,6 +148,7 @@ contains
     m = size(lambdas)
     self%lambdas = lambdas
     self%lambda = lambdas(1)
+    if (size(self%s) == 0) self%beta = [1.0_rp]
     self%mac = 1
     if (size(self%s) > 0) then
       if (allocated(self%phi)) deallocate (self%phi)
@@ -155,25 +167,27 @@ contains
       self%lambda = sum(self%beta**2*lambdas)/sum(self%beta**2)
       v = matmul(self%phi, self%beta)
       v = v*sum(self%s**2)/dot_product(self%s, v)
-      residuals(2:) = matmul(v, self%normal)
+      residuals(2:self%n_shape) = matmul(v, self%normal)
       self%seen = v*self%sigma
-      self%mac = 1/(1 + sum(residuals(2:)**2)/sum(self%s**2))
+      self%mac = 1/(1 + sum(residuals(2:self%n_shape)**2)/sum(self%s**2))
     end if
     self%frequency = sqrt(self%lambda)/TWO_PI
     residuals(1) = (log(self%frequency) - self%log_frequency)/self%log_sigma
   end subroutine target_residuals
 
   !> Returns column(n), the derivative of the residuals, from the slopes of the modes lo to hi: force(:, :), for which a change of
-  !> the masses counts with the lambda of each column, and shapes(3, :, :). Call it after `residuals`.
-  subroutine target_tangent(self, force, shapes, is_mass, column)
+  !> the masses counts with the lambda of each column, and shapes(3, :, :). With `is_joint` only joints change. Call it after
+  !> `damp`.
+  subroutine target_tangent(self, force, shapes, is_mass, is_joint, column)
     class(mode_target_t), intent(in) :: self
     real(rp), intent(in) :: force(:, :), shapes(:, :, :)
-    logical, intent(in) :: is_mass
+    logical, intent(in) :: is_mass, is_joint
     real(rp), intent(out) :: column(:)
     real(rp) :: dphi(size(self%s), size(force, 1)), dbeta(size(force, 1)), dv(size(self%s)), v(size(self%s)), dlambda, f
     integer :: i, j
+    column = 0
     if (size(self%s) == 0) then
-      column = force(1, 1)/(2*self%lambda*self%log_sigma)
+      call put_slopes(self, self%damping%slopes(force(1, 1), force, shapes, [0.0_rp], is_joint), column)
       return
     end if
     do i = 1, size(force, 1)
@@ -185,7 +199,7 @@ contains
     call solve_factorised(self%gram, dbeta)
     dv = dv + matmul(self%phi, dbeta)
     associate (sv => dot_product(self%s, v), ss => sum(self%s**2))
-      column(2:) = matmul(ss/sv*(dv - v*dot_product(self%s, dv)/sv), self%normal)
+      column(2:self%n_shape) = matmul(ss/sv*(dv - v*dot_product(self%s, dv)/sv), self%normal)
     end associate
     dlambda = 2*sum(self%beta*(self%lambdas - self%lambda)*dbeta)
     do i = 1, size(force, 1)
@@ -195,6 +209,39 @@ contains
         dlambda = dlambda + self%beta(i)*self%beta(j)*f
       end do
     end do
-    column(1) = dlambda/sum(self%beta**2)/(2*self%lambda*self%log_sigma)
+    call put_slopes(self, self%damping%slopes(dlambda/sum(self%beta**2), force, shapes, dbeta/norm2(self%beta), is_joint), column)
   end subroutine target_tangent
+
+  !> Sets frequency and damping ratio of a column from their slopes.
+  subroutine put_slopes(self, slopes, column)
+    class(mode_target_t), intent(in) :: self
+    real(rp), intent(in) :: slopes(2)
+    real(rp), intent(inout) :: column(:)
+    column(1) = slopes(1)/self%log_sigma
+    if (self%damping%is_measured) column(self%n) = slopes(2)/self%damping%sigma
+  end subroutine put_slopes
+
+  !> Returns column(n), the derivative of the residuals with respect to damping effect `number`; see motion_simulation_t. Call it
+  !> after `damp`.
+  subroutine target_damping_tangent(self, number, time, column)
+    class(mode_target_t), intent(in) :: self
+    integer, intent(in) :: number
+    real(rp), intent(in) :: time
+    real(rp), intent(out) :: column(:)
+    column = 0
+    call put_slopes(self, self%damping%effect_slopes(number, time), column)
+  end subroutine target_damping_tangent
+
+  !> Gives the mode its damping, after `residuals`: sets the residuals of frequency and damping ratio. bent(3, n_all, :) are the
+  !> forces of joints K_joints phi of the modes shapes(3, n_all, lo:hi); of size 0 without joints.
+  subroutine target_damp(self, effects, bent, shapes, residuals)
+    class(mode_target_t), intent(inout) :: self
+    type(damping_effects_t), intent(in) :: effects
+    real(rp), intent(in) :: bent(:, :, :), shapes(:, :, :)
+    real(rp), intent(inout) :: residuals(:)
+    call self%damping%find(effects, self%lambda, self%beta, bent, shapes)
+    self%frequency = exp(self%damping%decay%log_rate)/TWO_PI
+    residuals(1) = (log(self%frequency) - self%log_frequency)/self%log_sigma
+    if (self%damping%is_measured) residuals(self%n) = (self%damping%decay%ratio - self%damping%measured)/self%damping%sigma
+  end subroutine target_damp
 end module measurement_mode_target

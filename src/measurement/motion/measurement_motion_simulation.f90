@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Defines the common interface of simulations of a moving wing, natural modes and records: how many observations they have, and
-!> derivatives of the residuals with respect to stiffness, mass and clamp. All derivatives are at the last evaluation.
+!> derivatives of the residuals with respect to stiffness, mass, clamp and damping. All derivatives are at the last evaluation.
 module measurement_motion_simulation
   use base_kinds, only: rp
   use solid_mass_effects, only: mass_effects_t
@@ -17,6 +17,7 @@ module measurement_motion_simulation
     procedure(stiffness_interface), deferred :: stiffness_tangent
     procedure(mass_interface), deferred :: mass_tangent
     procedure(clamp_interface), deferred :: clamp_tangent
+    procedure(damping_interface), deferred :: damping_tangent
     procedure(model_interface), deferred :: model
   end type motion_simulation_t
 
@@ -53,6 +54,16 @@ module measurement_motion_simulation
       integer, intent(in) :: k
       real(rp), intent(out) :: column(:)
     end subroutine clamp_interface
+
+    !> Returns column(n), the derivative with respect to effect `number` of the damping: of the relaxation with this time [s], or of
+    !> the logarithm of the time of the present relaxation (DAMPING_TIME).
+    subroutine damping_interface(self, number, time, column)
+      import :: motion_simulation_t, rp
+      class(motion_simulation_t), intent(inout) :: self
+      integer, intent(in) :: number
+      real(rp), intent(in) :: time
+      real(rp), intent(out) :: column(:)
+    end subroutine damping_interface
 
     !> Returns the model with the parameters of the last evaluation, from which directions of stiffness are made.
     function model_interface(self) result(model)

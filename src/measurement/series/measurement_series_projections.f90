@@ -1,38 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Projects sites, forces, masses and joints onto the modes of a wing, given as shapes(3, n_all, modes).
+!> Projects sites, forces and masses onto the modes of a wing, given as shapes(3, n_all, modes).
 module measurement_series_projections
   use base_kinds, only: rp
   use measurement_material_point, only: material_point_t
-  use solid_modal, only: modal_t
-  use solid_model, only: solid_model_t
-  use solid_stiffness_effects, only: keep_joints
-  use solid_tangent, only: assemble_tangent
+  use measurement_series, only: measured_series_t
+  use solid_ringing, only: ring_change_t, EXCITED_BASE
   implicit none
   private
-  public :: displacement_along, apply_joints, inertia_along, no_matrix, products
+  public :: forcing_vector, inertia_along, no_change, no_matrix, observation_matrix, products
 
 contains
-
-  !> Computes stiff(3, n_all, modes) = K_joints Phi for the first modes, with the parameters of the model.
-  subroutine apply_joints(modal, stiff)
-    class(modal_t), intent(in) :: modal
-    real(rp), intent(out) :: stiff(:, :, :)
-    type(solid_model_t), allocatable :: probe
-    real(rp), allocatable :: blocks(:, :, :), rest(:, :), axial(:), f(:, :)
-    integer :: i
-    stiff = 0
-    if (.not. any(modal%model%plans%joint > 0)) return
-    call keep_joints(modal%model, probe)
-    allocate (blocks(3, 3, size(probe%pattern%rows)), rest(3, probe%n_all), f(3, probe%n_free))
-    rest = 0
-    axial = probe%springs%tension
-    call assemble_tangent(probe, rest, axial, .false., blocks)
-    do i = 1, size(stiff, 3)
-      f = 0
-      call probe%pattern%multiply(blocks, 1.0_rp, modal%shapes(:, probe%movable, i), f)
-      stiff(:, probe%movable, i) = f
-    end do
-  end subroutine apply_joints
 
   !> Returns the matrix of the products of a(:, :, i) and b(:, :, j).
   pure function products(a, b) result(c)
@@ -62,6 +39,42 @@ contains
     integer :: i
     values = [(sum(direction*sum(mass*shapes(:, :, i), 2)), i=1, size(values))]
   end function inertia_along
+
+  !> Returns shapes(3, n_all, modes) at the sites of the traces of a record along its axis.
+  pure function observation_matrix(series, sites, shapes) result(observation)
+    type(measured_series_t), intent(in) :: series
+    type(material_point_t), intent(in) :: sites(:)
+    real(rp), intent(in) :: shapes(:, :, :)
+    real(rp) :: observation(size(series%sigma), size(shapes, 3))
+    integer :: j
+    do j = 1, size(observation, 1)
+      observation(j, :) = displacement_along(sites(j), series%axis, shapes)
+    end do
+  end function observation_matrix
+
+  !> Returns the declared excitation of a record on shapes(3, n_all, modes), for these masses(3, n_all) [kg]; see ringing_t.
+  pure function forcing_vector(series, site, mass, shapes) result(forcing)
+    type(measured_series_t), intent(in) :: series
+    type(material_point_t), intent(in) :: site
+    real(rp), intent(in) :: mass(:, :), shapes(:, :, :)
+    real(rp) :: forcing(size(shapes, 3))
+    if (series%excitation == EXCITED_BASE) then
+      forcing = -inertia_along(mass, series%direction, shapes)
+    else
+      forcing = series%size*displacement_along(site, series%direction, shapes)
+    end if
+  end function forcing_vector
+
+  !> Returns a change by which nothing changes.
+  pure function no_change() result(change)
+    type(ring_change_t) :: change
+    change%stiffness = no_matrix()
+    change%mass = no_matrix()
+    change%joints = no_matrix()
+    change%observation = no_matrix()
+    change%across = no_matrix()
+    allocate (change%forcing(0), change%shaken(0))
+  end function no_change
 
   !> Returns a matrix of size 0.
   pure function no_matrix() result(matrix)

@@ -2,7 +2,7 @@
 !> Computes the records of a vibrating wing: residuals in units of their sd, and their exact derivatives.
 !>
 !> The wing makes small motions about its flat unloaded shape, in its N_MODES lowest modes; in air, its membrane carries the added
-!> mass of strip theory. The motion that a release excites in higher modes is not computed.
+!> mass of strip theory, and meets with the drag of the air. The motion that a release excites in higher modes is not computed.
 module measurement_series_simulation
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t
@@ -12,18 +12,22 @@ module measurement_series_simulation
   use measurement_material_point, only: find_material_point, material_point_t
   use measurement_motion_simulation, only: motion_simulation_t
   use measurement_series, only: measured_series_t
-  use measurement_series_projections, only: displacement_along, apply_joints, inertia_along, no_matrix, products
-  use solid_damping_effects, only: damping_effects_t, DAMPING_RELAXATION
+  use measurement_series_projections, only: forcing_vector, inertia_along, no_change, no_matrix, observation_matrix, products
+  use solid_damping_effects, only: damping_effects_t, DAMPING_DRAG, DAMPING_RELAXATION
+  use solid_dragged_flow, only: drag_t
+  use solid_joint_forces, only: apply_joints
   use solid_mass_effects, only: mass_effects_t, mass_parts_t
   use solid_modal, only: modal_t, mode_slopes_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t
-  use solid_ringing, only: ring_change_t, ringing_t, EXCITED_BASE
+  use solid_point_areas, only: point_areas
+  use solid_ringing, only: ring_change_t, ringing_t, shake_t, EXCITED_BASE, SHAKE_RATE
   use solid_stiffness, only: stiffness_t
   implicit none
   private
   public :: series_simulation_t
 
+  real(rp), parameter :: ACROSS(3) = [0.0_rp, 0.0_rp, 1.0_rp] !< direction of a motion of the base that was not recorded
   integer, parameter :: N_MODES = 16 !< number of modes in the motion
   integer, parameter :: BESIDE = 6   !< further modes that are computed for the derivatives
 
@@ -33,12 +37,14 @@ module measurement_series_simulation
     integer, allocatable :: first(:)                   !< (series) their first observation: trace by trace, in time
     type(mass_parts_t) :: parts
     real(rp) :: density(2) = 0                         !< [kg/m^3] by medium
+    real(rp), allocatable, private :: area(:)          !< (n_points) [m^2] that meets with drag
     integer, private :: n_modes = 0, n_known = 0
     class(modal_t), allocatable, private :: modal(:)   !< (2) by medium
     logical, private :: is_used(2) = .false.
     type(ringing_t), allocatable, private :: rings(:)  !< (series)
     type(material_point_t), allocatable, private :: sites(:, :) !< (most traces, series)
     type(material_point_t), allocatable, private :: excited_sites(:)    !< (series)
+    type(shake_t) :: shake                             !< of the next evaluation
     type(damping_effects_t), private :: damping
     type(mass_effects_t), private :: effects
     logical, allocatable, private :: same(:, :)
@@ -56,6 +62,7 @@ module measurement_series_simulation
     procedure :: mass_tangent => simulation_mass_tangent
     procedure :: clamp_tangent => simulation_clamp_tangent
     procedure :: damping_tangent => simulation_damping_tangent
+    procedure :: shake_tangent => simulation_shake_tangent
     procedure :: model => simulation_model
   end type series_simulation_t
 
@@ -71,6 +78,7 @@ contains
     call self%free()
     allocate (modal_t :: self%modal(2))
     self%parts = parts
+    self%area = point_areas(model%points(:, :model%n_points), model%triangles)
     self%density(MEDIUM_AIR) = measurement%series_air_density
     self%series = measurement%series
     m = size(self%series)
@@ -121,7 +129,7 @@ contains
         call self%modal(m)%free()
       end do
       deallocate (self%modal, self%series, self%first, self%rings, self%excited_sites, self%sites, self%mass, self%slope, &
-                  self%stiff, self%same)
+                  self%stiff, self%same, self%area)
       if (allocated(self%slopes%shapes)) deallocate (self%slopes%shapes)
     end if
     self%is_used = .false.
@@ -154,82 +162,48 @@ contains
       call apply_joints(self%modal(m), self%stiff(:, :, :, m))
     end do
     do i = 1, size(self%series)
-      call ring_with(self, i, damping, self%rings(i))
-      call gather(self, i, self%rings(i)%seen, residuals)
-      call subtract_measured(self, i, residuals)
+      call ring_with(self, i, damping, self%shake, .false., self%rings(i))
+      call gather(self, i, self%rings(i)%seen - self%series(i)%values, residuals)
     end do
   end subroutine simulation_evaluate
 
-  !> Computes the motion of record i with this damping.
-  subroutine ring_with(self, i, damping, ring)
+  !> Computes the motion of record i with this damping and motion of the base; with `keeps` so that those of 0 have tangents.
+  subroutine ring_with(self, i, damping, shake, keeps, ring)
     class(series_simulation_t), intent(in) :: self
     integer, intent(in) :: i
     type(damping_effects_t), intent(in) :: damping
+    type(shake_t), intent(in) :: shake
+    logical, intent(in) :: keeps
     type(ringing_t), intent(inout) :: ring
     associate (s => self%series(i), modal => self%modal(self%series(i)%medium), n => self%n_modes)
+      ring%drag = drag_t()
+      if (s%medium == MEDIUM_AIR .and. (keeps .or. damping%drag > 0)) then
+        ring%drag%strength = damping%drag
+        ring%drag%area = self%area
+        ring%drag%across = modal%shapes(3, :size(self%area), :n)
+      end if
+      if (allocated(ring%shaken)) deallocate (ring%shaken)
+      if (shake%record == i) then
+        ring%shake = shake
+        ring%shaken = -inertia_along(self%mass(:, :, s%medium), ACROSS, modal%shapes(:, :, :n))
+      end if
       call ring%run(modal%lambda(:n), products(modal%shapes(:, :, :n), self%stiff(:, :, :, s%medium)), &
-                    observation_matrix(self, i, modal%shapes(:, :, :n)), forcing_vector(self, i, modal%shapes(:, :, :n)), damping, &
+                    observation_matrix(s, self%sites(:, i), modal%shapes(:, :, :n)), &
+                    forcing_vector(s, self%excited_sites(i), self%mass(:, :, s%medium), modal%shapes(:, :, :n)), damping, &
                     size(s%values, 1), s%base)
     end associate
   end subroutine ring_with
 
-  !> Returns shapes(3, n_all, modes) at the sites of record i along the measured axis.
-  pure function observation_matrix(self, i, shapes) result(observation)
-    class(series_simulation_t), intent(in) :: self
-    integer, intent(in) :: i
-    real(rp), intent(in) :: shapes(:, :, :)
-    real(rp) :: observation(size(self%series(i)%sigma), size(shapes, 3))
-    integer :: j
-    do j = 1, size(observation, 1)
-      observation(j, :) = displacement_along(self%sites(j, i), self%series(i)%axis, shapes)
-    end do
-  end function observation_matrix
-
-  !> Returns the declared excitation of record i on shapes(3, n_all, modes); see ringing_t.
-  pure function forcing_vector(self, i, shapes) result(forcing)
-    class(series_simulation_t), intent(in) :: self
-    integer, intent(in) :: i
-    real(rp), intent(in) :: shapes(:, :, :)
-    real(rp) :: forcing(size(shapes, 3))
-    associate (s => self%series(i))
-      if (s%excitation == EXCITED_BASE) then
-        forcing = -inertia_along(self%mass(:, :, s%medium), s%direction, shapes)
-      else
-        forcing = s%size*displacement_along(self%excited_sites(i), s%direction, shapes)
-      end if
-    end associate
-  end function forcing_vector
-
-  !> Divides seen(samples, traces) of record i by their sd, for the measured samples.
+  !> Adds seen(samples, traces) of record i, over their sd, to its part of column(n).
   subroutine gather(self, i, seen, column)
     class(series_simulation_t), intent(in) :: self
     integer, intent(in) :: i
     real(rp), intent(in) :: seen(:, :)
     real(rp), intent(inout) :: column(:)
-    integer :: j, k, at
-    at = self%first(i) - 1
-    associate (s => self%series(i))
-      do j = 1, size(s%sigma)
-        do k = 1, size(s%values, 1)
-          if (.not. s%is_known(k, j)) cycle
-          at = at + 1
-          column(at) = seen(k, j)/s%sigma(j)
-        end do
-      end do
+    associate (first => self%first(i), last => self%first(i) + self%series(i)%count() - 1)
+      column(first:last) = column(first:last) + self%series(i)%in_sd(seen)
     end associate
   end subroutine gather
-
-  !> Subtracts the values of record `i` from the computed ones.
-  subroutine subtract_measured(self, i, column)
-    class(series_simulation_t), intent(in) :: self
-    integer, intent(in) :: i
-    real(rp), intent(inout) :: column(:)
-    real(rp) :: measured(size(column))
-    call gather(self, i, self%series(i)%values, measured)
-    associate (first => self%first(i), last => self%first(i) + self%series(i)%count() - 1)
-      column(first:last) = column(first:last) - measured(first:last)
-    end associate
-  end subroutine subtract_measured
 
   !> Returns seen(samples, traces) of record i, after `evaluate`; with the `errors` of the size and of the time of its excitation,
   !> in sd.
@@ -341,8 +315,12 @@ contains
     end if
     do i = 1, size(self%series)
       if (self%series(i)%medium /= m) cycle
-      change%observation = observation_matrix(self, i, self%slopes%shapes)
-      change%forcing = forcing_vector(self, i, self%slopes%shapes)
+      change%observation = observation_matrix(self%series(i), self%sites(:, i), self%slopes%shapes)
+      change%across = self%slopes%shapes(3, :size(self%area), :)
+      change%forcing = forcing_vector(self%series(i), self%excited_sites(i), self%mass(:, :, m), self%slopes%shapes)
+      change%shaken = -inertia_along(self%mass(:, :, m), ACROSS, self%slopes%shapes)
+      if (size(change%mass) > 0) &
+        change%shaken = change%shaken - inertia_along(self%slope, ACROSS, self%modal(m)%shapes(:, :, :self%n_modes))
       if (size(change%mass) > 0 .and. self%series(i)%excitation == EXCITED_BASE) &
         change%forcing = change%forcing - inertia_along(self%slope, self%series(i)%direction, &
                                                      self%modal(m)%shapes(:, :, :self%n_modes))
@@ -363,23 +341,21 @@ contains
     type(ringing_t), allocatable :: ring
     real(rp), allocatable :: seen(:, :)
     integer :: i
-    logical :: is_other
+    logical :: is_other, is_new
     column = 0
-    change%stiffness = no_matrix()
-    change%mass = no_matrix()
-    change%joints = no_matrix()
-    change%observation = no_matrix()
-    allocate (change%forcing(0))
+    change = no_change()
     change%damping = number
     damping = self%damping
     ! Another relaxation time needs separate states; the wing has only one relaxation.
     is_other = number == DAMPING_RELAXATION .and. abs(time - damping%relaxation_time) > 1.0e-12_rp*time
     if (is_other) damping%relaxation = 0
     if (is_other) damping%relaxation_time = time
+    is_new = number == DAMPING_DRAG .and. .not. damping%drag > 0
     do i = 1, size(self%series)
-      if (is_other) then
+      if (number == DAMPING_DRAG .and. self%series(i)%medium /= MEDIUM_AIR) cycle
+      if (is_other .or. is_new) then
         ring = self%rings(i)
-        call ring_with(self, i, damping, ring)
+        call ring_with(self, i, damping, self%shake, is_new, ring)
         call ring%tangent(change, seen)
       else
         call self%rings(i)%tangent(change, seen)
@@ -387,6 +363,26 @@ contains
       call gather(self, i, seen, column)
     end do
   end subroutine simulation_damping_tangent
+
+  !> Returns the change of the residuals by a part (SHAKE_..) of this motion of the base; of its rate by the logarithm.
+  subroutine simulation_shake_tangent(self, part, shake, column)
+    class(series_simulation_t), intent(inout) :: self
+    integer, intent(in) :: part
+    type(shake_t), intent(in) :: shake
+    real(rp), intent(out) :: column(:)
+    type(ring_change_t) :: change
+    type(ringing_t), allocatable :: ring
+    real(rp), allocatable :: seen(:, :)
+    column = 0
+    change = no_change()
+    change%shake = part
+    if (part == SHAKE_RATE .and. .not. any(abs(shake%amplitude) > 0)) return
+    ring = self%rings(shake%record)
+    if (shake%record /= self%shake%record .or. abs(shake%rate - self%shake%rate) > 1.0e-12_rp*shake%rate) &
+      call ring_with(self, shake%record, self%damping, shake, .false., ring)
+    call ring%tangent(change, seen)
+    call gather(self, shake%record, seen, column)
+  end subroutine simulation_shake_tangent
 
   !> Returns the model with the parameters of the last evaluation, from which directions of stiffness are made.
   function simulation_model(self) result(model)

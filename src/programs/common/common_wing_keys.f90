@@ -184,6 +184,9 @@ contains
                    unit='s', min=0.0_rp)
     call keys%real('joint_friction', inertia%joint_friction, 0.0_rp, 'moment of the joints of veins per rate of their elastic '// &
                    'moment', unit='s', min=0.0_rp)
+    call keys%real('drag', inertia%drag, 0.0_rp, 'drag of the surrounding air per area of the membrane and squared '// &
+                   'velocity: half its density times the drag coefficient; 0 where the flow is simulated', unit='kg/m^3', &
+                   min=0.0_rp)
     call keys%real('relaxation', inertia%relaxation, 0.0_rp, 'g of a viscoelastic wing: against a sudden force its stiffness '// &
                    'is 1 + g times the static stiffness', min=0.0_rp)
     call keys%real('relaxation_time', inertia%relaxation_time, 1.0e-3_rp, 'time in which the additional stiffness g relaxes', &

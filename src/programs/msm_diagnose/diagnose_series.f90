@@ -84,7 +84,7 @@ contains
     end do
   end subroutine write_series_tables
 
-  !> Returns the text of the section [Damping] of a wing at the coordinates q. It is empty without records of motion.
+  !> Returns the text of the section [Damping] of a wing at the coordinates q. It is empty without data that show damping.
   function damping_lines(s, q) result(text)
     type(diagnose_settings_t), intent(in) :: s
     real(rp), intent(in) :: q(:)
@@ -92,12 +92,13 @@ contains
     character(*), parameter :: NL = new_line('a')
     type(damping_effects_t) :: damping
     text = ''
-    if (s%measurement%count_series() == 0) return
+    if (.not. s%measurement%shows_damping()) return
     damping = damping_at(s%catalogue%parameters, q)
     text = NL//'[Damping]'//NL//'rayleigh_mass = '//number_text(damping%mass)//'; 1/s, still air among it'//NL
     if (abs(damping%stiffness) > 0) text = text//'rayleigh_stiffness = '//number_text(damping%stiffness)//'; s'//NL
     if (abs(damping%joints) > 0) &
       text = text//'joint_friction = '//number_text(damping%joints)//'; s'//NL
+    if (abs(damping%drag) > 0) text = text//'drag = '//number_text(damping%drag)//'; kg/m^3, of still air'//NL
     if (abs(damping%relaxation) > 0) &
       text = text//'relaxation = '//number_text(damping%relaxation)//';'//NL//'relaxation_time = '// &
              number_text(damping%relaxation_time)//'; s'//NL

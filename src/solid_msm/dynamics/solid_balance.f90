@@ -117,8 +117,8 @@ contains
       loads = loads + dot_product(self%force(:, p) + force(:, p), du)
       weight = weight + dot_product(self%weight(:, p) + self%new_weight(:, p), du)
       apparent = apparent + dot_product(self%apparent(:, p) + self%new_apparent(:, p), du)
-      damped = damped + ((inertia%rayleigh_mass*inertia%mass(p) + inertia%nodal(p))*dot_product(du, du) + &
-                         inertia%rayleigh_stiffness*dot_product(self%new_elastic(:, p) - self%elastic(:, p), du))/h
+      damped = damped + h*inertia%loss(p, du/h) + &
+               inertia%rayleigh_stiffness*dot_product(self%new_elastic(:, p) - self%elastic(:, p), du)/h
       if (inertia%rubs()) damped = damped + inertia%joint_friction*dot_product(self%new_joints(:, p) - self%joints(:, p), du)/h
       ! The work of a relaxing force; it returns a part of this work later.
       if (inertia%relaxation > 0) damped = damped + 0.5_rp*dot_product(state%g(:, p) + self%g(:, p) - self%elastic(:, p) - &

@@ -21,10 +21,11 @@ module solid_dynamic_solve
   public :: dynamic_solver_t
 
   !> Work space; nothing is allocated after `init`. It holds the result x(3, n_all) [m] of the last solution, and counts, which
-  !> the caller sets to 0 when it begins to count.
+  !> the caller sets to 0 when it begins to count. The caller also sets the velocities before an assembly.
   type :: dynamic_solver_t
     type(equilibrium_t) :: equilibrium
     real(rp), allocatable :: x(:, :)
+    real(rp), allocatable :: v(:, :)     !< (3, n_all) [m/s] velocities at which drag is linear
     integer :: n_factorisations = 0
     integer :: n_inner = 0               !< iterations of equations with a reaction
     type(frame_t), private :: frame
@@ -58,7 +59,7 @@ contains
     call self%equilibrium%init(model)
     call self%krylov%init(m)
     call self%residuals%init(model)
-    allocate (self%x(3, n), self%r(3, n), self%rate(3, n), self%mixed(3, n), self%old_x(3, n), self%old_r(3, n), &
+    allocate (self%x(3, n), self%v(3, n), self%r(3, n), self%rate(3, n), self%mixed(3, n), self%old_x(3, n), self%old_r(3, n), &
               self%turns(3, m), self%free_x(3, m), source=0.0_rp)
     allocate (self%diagonal(3, 3, n), self%kept(3, 3, m), source=0.0_rp)
     allocate (self%joint_blocks(3, 3, merge(size(model%pattern%rows), 0, any(model%plans%joint > 0))), source=0.0_rp)
@@ -70,7 +71,7 @@ contains
     call self%equilibrium%free()
     call self%krylov%free()
     call self%residuals%free()
-    if (allocated(self%x)) deallocate (self%x, self%r, self%rate, self%mixed, self%old_x, self%old_r, self%turns, &
+    if (allocated(self%x)) deallocate (self%x, self%v, self%r, self%rate, self%mixed, self%old_x, self%old_r, self%turns, &
                                        self%free_x, self%diagonal, self%kept, self%joint_blocks)
   end subroutine solver_free
 
@@ -110,9 +111,9 @@ contains
         blocks = blocks + (self%q*inertia%joint_friction)*self%joint_blocks
       end if
       if (semidefinite) then
-        call add_inertia_tangent(inertia, model, at_rest, self%q, blocks)
+        call add_inertia_tangent(inertia, model, at_rest, self%q, self%v, blocks)
       else
-        call add_inertia_tangent(inertia, model, self%frame, self%q, blocks)
+        call add_inertia_tangent(inertia, model, self%frame, self%q, self%v, blocks)
       end if
     end associate
   end subroutine solver_assemble

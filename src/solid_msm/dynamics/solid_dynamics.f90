@@ -275,6 +275,7 @@ contains
     class(reaction_t), intent(inout), optional :: reaction
     associate (q => self%q, g => self%solver%equilibrium%g)
       self%v = q*(self%u - self%bu)
+      self%solver%v = self%v
       self%rate = q*(self%v - self%bv)
       call model%gradient(self%u, g)
       self%total = g

@@ -5,6 +5,7 @@ module solid_inertia
   use base_kinds, only: rp
   use solid_model, only: solid_model_t
   use solid_motion, only: frame_t, inertial_velocity
+  use solid_point_areas, only: point_areas
   use solid_stiffness_effects, only: keep_joints
   use solid_tangent, only: assemble_tangent
   use solid_vectors, only: cross, outer, IDENTITY
@@ -17,15 +18,18 @@ module solid_inertia
   type :: inertia_t
     real(rp), allocatable :: mass(:)        !< (n_all) [kg], 0 at ghost points
     real(rp), allocatable :: nodal(:)       !< (n_all) [kg/s] damping of every point
+    real(rp), allocatable :: area(:)        !< (n_all) [m^2] of the membrane
     real(rp) :: rayleigh_mass = 0           !< [1/s] times the mass
     real(rp) :: rayleigh_stiffness = 0      !< [s] times the rate of the elastic forces
     real(rp) :: relaxation = 0              !< g: for a sudden force the stiffness is 1 + g times larger,
     real(rp) :: relaxation_time = 1         !< [s] and the increase relaxes with this time
     real(rp) :: joint_friction = 0          !< [s] times the rate of the elastic moments of joints
+    real(rp) :: drag = 0                    !< [kg/m^3] times the area and the square of the velocity, against it
     type(solid_model_t), allocatable, private :: joints !< the joints alone, if they have friction
   contains
     procedure :: init => inertia_init
     procedure :: hold_joints => inertia_hold_joints
+    procedure :: loss => inertia_loss
     procedure :: elastic_factor => inertia_elastic_factor
     procedure :: remembered => inertia_remembered
     procedure :: rubs => inertia_rubs
@@ -51,9 +55,10 @@ contains
     class(inertia_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     real(rp), intent(in) :: masses(:)
-    if (allocated(self%mass)) deallocate (self%mass, self%nodal)
-    allocate (self%mass(model%n_all), self%nodal(model%n_all), source=0.0_rp)
+    if (allocated(self%mass)) deallocate (self%mass, self%nodal, self%area)
+    allocate (self%mass(model%n_all), self%nodal(model%n_all), self%area(model%n_all), source=0.0_rp)
     self%mass(:size(masses)) = masses
+    self%area(:model%n_points) = point_areas(model%points(:, :model%n_points), model%triangles)
     call self%hold_joints(model)
   end subroutine inertia_init
 
@@ -91,6 +96,14 @@ contains
     call assemble_tangent(self%joints, u, self%joints%springs%tension, semidefinite, blocks)
   end subroutine inertia_joint_tangent
 
+  !> Returns the power [W] that damping by mass, by points and by drag takes from point p at the velocity v [m/s] within the frame.
+  pure real(rp) function inertia_loss(self, p, v) result(power)
+    class(inertia_t), intent(in) :: self
+    integer, intent(in) :: p
+    real(rp), intent(in) :: v(3)
+    power = (self%rayleigh_mass*self%mass(p) + self%nodal(p) + self%drag*self%area(p)*norm2(v))*dot_product(v, v)
+  end function inertia_loss
+
   !> Returns the derivative of the elastic, viscous and viscoelastic forces together with respect to the elastic force alone, if
   !> the rate of a quantity is rate_of [1/s] times its change.
   pure real(rp) function inertia_elastic_factor(self, rate_of) result(factor)
@@ -123,19 +136,19 @@ contains
       x = model%points(:, p) + u(:, p)
       a = rate(:, p) + frame%acceleration - frame%gravity + 2*cross(frame%omega, v(:, p)) &
           + cross(frame%alpha, x) + cross(frame%omega, cross(frame%omega, x)) + self%rayleigh_mass*v(:, p)
-      r(:, p) = r(:, p) + self%mass(p)*a + self%nodal(p)*v(:, p)
+      r(:, p) = r(:, p) + self%mass(p)*a + (self%nodal(p) + self%drag*self%area(p)*norm2(v(:, p)))*v(:, p)
     end do
   end subroutine add_inertia_forces
 
   !> Adds the symmetric part of the derivative of these forces with respect to u to the diagonal blocks blocks(3, 3, :) [N/m],
-  !> where dv/du = rate_of and d(rate)/du = rate_of^2, rate_of in 1/s.
-  pure subroutine add_inertia_tangent(self, model, frame, rate_of, blocks)
+  !> where dv/du = rate_of and d(rate)/du = rate_of^2, rate_of in 1/s, at velocities v(3, n_all) [m/s].
+  pure subroutine add_inertia_tangent(self, model, frame, rate_of, v, blocks)
     type(inertia_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
     type(frame_t), intent(in) :: frame
-    real(rp), intent(in) :: rate_of
+    real(rp), intent(in) :: rate_of, v(:, :)
     real(rp), intent(inout) :: blocks(:, :, :)
-    real(rp) :: centrifugal(3, 3)
+    real(rp) :: centrifugal(3, 3), speed
     integer :: i, p, b
     centrifugal = outer(frame%omega, frame%omega) - dot_product(frame%omega, frame%omega)*IDENTITY
     do i = 1, model%n_free
@@ -143,6 +156,9 @@ contains
       b = model%pattern%start(i + 1) - 1
       blocks(:, :, b) = blocks(:, :, b) + self%mass(p)*centrifugal + &
                         (rate_of*(self%mass(p)*(rate_of + self%rayleigh_mass) + self%nodal(p)))*IDENTITY
+      speed = norm2(v(:, p))
+      if (self%drag*speed > 0) &
+        blocks(:, :, b) = blocks(:, :, b) + (rate_of*self%drag*self%area(p))*(speed*IDENTITY + outer(v(:, p), v(:, p))/speed)
     end do
   end subroutine add_inertia_tangent
 

@@ -9,7 +9,8 @@
 !>
 !> The states are e = Omega q, p = q' and Omega z, with Omega^2 = Lambda, followed by the states of a filter of the observations, y
 !> = L q or L q', and by the states of an input (base_linear_flow, which has no error in time). Filters: the first order y_f' = c (y
-!> - y_f), or Butterworth's second order, c = 2 pi times the cut-off.
+!> - y_f), or Butterworth's second order, c = 2 pi times the cut-off. Drag with the square of the speed, if there is any, adds to f
+!> (solid_dragged_flow). A motion of the base that was not recorded adds two states, its sine and cosine.
 !>
 !> A change of stiffness or mass changes the modes. To first order, they then span the space of Phi + W with W M-orthogonal to Phi
 !> (W of solid_modal if all modes form one cluster). In this basis the changes of the matrices are Phi^T dK Phi and Phi^T dM Phi, as
@@ -17,12 +18,23 @@
 module solid_ringing
   use base_kinds, only: rp
   use base_linear_flow, only: linear_flow_t
-  use solid_damping_effects, only: damping_effects_t, DAMPING_JOINTS, DAMPING_MASS, DAMPING_STIFFNESS, DAMPING_TIME
+  use solid_damping_effects, only: damping_effects_t, DAMPING_DRAG, DAMPING_JOINTS, DAMPING_MASS, DAMPING_STIFFNESS, DAMPING_TIME
+  use solid_dragged_flow, only: drag_change_t, drag_t, dragged_flow_t
   implicit none
   private
-  public :: ringing_t, ring_change_t
+  public :: ringing_t, ring_change_t, shake_t
 
   integer, parameter, public :: EXCITED_RELEASE = 1, EXCITED_TAP = 2, EXCITED_BASE = 3
+
+  !> Parts of a motion of the base: amplitudes of the sine and the cosine, and the logarithm of the rate.
+  integer, parameter, public :: SHAKE_SINE = 1, SHAKE_COSINE = 2, SHAKE_RATE = 3
+
+  !> A motion of the base after the excitation: its acceleration along z is amplitude(1) sin(rate t) + amplitude(2) cos(rate t).
+  type :: shake_t
+    integer :: record = 0           !< number of the record that has it; 0: none
+    real(rp) :: rate = 1            !< [rad/s]
+    real(rp) :: amplitude(2) = 0    !< [m/s^2]
+  end type shake_t
 
   !> Change of the reduced equations by one parameter; arrays of size 0 are zero.
   type :: ring_change_t
@@ -31,8 +43,17 @@ module solid_ringing
     real(rp), allocatable :: joints(:, :)     !< (r, r) dJ
     real(rp), allocatable :: observation(:, :)       !< (seen, r) dL
     real(rp), allocatable :: forcing(:)          !< (r) of the excitation
+    real(rp), allocatable :: across(:, :)     !< (points, r) of drag_t
+    real(rp), allocatable :: shaken(:)        !< (r) of ringing_t
     integer :: damping = 0                    !< number of the damping effect that changes; 0: none
+    integer :: shake = 0                      !< part of the motion of the base that changes; 0: none
   end type ring_change_t
+
+  !> The flows from sample to sample and to the first sample, without and with drag.
+  type :: flows_t
+    type(linear_flow_t) :: linear, first
+    type(dragged_flow_t) :: dragged, dragged_first
+  end type flows_t
 
   !> One record. After `run` the result is seen(samples, places).
   type :: ringing_t
@@ -41,16 +62,20 @@ module solid_ringing
     real(rp) :: interval = 0, start = 0       !< [s] between samples; of the first one after the excitation
     real(rp) :: cutoff = 0                    !< [rad/s] of the filter; 0: none
     integer :: order = 1
+    type(drag_t) :: drag                      !< none if its arrays are not allocated
+    type(shake_t) :: shake
+    real(rp), allocatable :: shaken(:)        !< (r) minus the inertia along z of the modes; not allocated: no motion of the base
     real(rp), allocatable :: seen(:, :), rate(:, :) !< (samples, seen) for unit excitation, and their derivatives in time
     integer, private :: r = 0, m = 0, n = 0   !< modes, places, states
     real(rp), allocatable, private :: omega(:), joints(:, :), observation(:, :), forcing(:), input(:), x(:, :), begin(:), a(:, :)
     type(damping_effects_t), private :: damping
-    type(linear_flow_t), private :: flow, first
+    type(flows_t), private :: flows
   contains
     procedure :: run => ringing_run
     procedure :: tangent => ringing_tangent
     procedure, private :: matrix => ringing_matrix
     procedure, private :: output => ringing_output
+    procedure, private :: move => ringing_move
   end type ringing_t
 
 contains
@@ -75,7 +100,7 @@ contains
     self%input = input
     is_driven = self%excitation == EXCITED_BASE
     f = merge(self%order*self%m, 0, self%cutoff > 0)
-    self%n = 3*self%r + f + merge(2, 0, is_driven)
+    self%n = 3*self%r + f + merge(2, 0, is_driven .or. allocated(self%shaken))
     call self%matrix(self%a)
     if (allocated(self%x)) deallocate (self%x)
     allocate (self%x(self%n, samples), source=0.0_rp)
@@ -88,13 +113,41 @@ contains
     case (EXCITED_TAP)
       self%begin(self%r + 1:2*self%r) = forcing
     end select
-    call self%first%init(self%a, self%start, is_driven)
-    self%x(:, 1) = matmul(self%first%step, self%begin)
-    call self%flow%init(self%a, self%interval, is_driven)
-    call self%flow%march(self%x, self%input)
-    self%seen = self%output(self%x)
-    self%rate = self%output(matmul(self%a, self%x))
+    if (allocated(self%shaken)) self%begin(self%n) = 1
+    call self%move(is_driven)
   end subroutine ringing_run
+
+  !> Computes the states, observations and their rates from the first state.
+  subroutine ringing_move(self, is_driven)
+    class(ringing_t), intent(inout) :: self
+    logical, intent(in) :: is_driven
+    real(rp) :: change(self%n, size(self%x, 2)), ends(self%n, 2)
+    integer :: k
+    ends(:, 1) = self%begin
+    ends(:, 2) = self%begin
+    if (.not. allocated(self%drag%across)) then
+      call self%flows%first%init(self%a, self%start, is_driven)
+      self%x(:, 1) = matmul(self%flows%first%step, self%begin)
+      call self%flows%linear%init(self%a, self%interval, is_driven)
+      call self%flows%linear%march(self%x, self%input)
+    else
+      call self%flows%dragged_first%init(self%a, self%r, self%start, self%interval, .false.)
+      if (self%start > 0) call self%flows%dragged_first%march(self%drag, ends, self%input)
+      self%x(:, 1) = ends(:, 2)
+      call self%flows%dragged%init(self%a, self%r, self%interval, self%interval, is_driven)
+      call self%flows%dragged%march(self%drag, self%x, self%input)
+    end if
+    change = matmul(self%a, self%x)
+    if (allocated(self%drag%across)) then
+      associate (p => self%r + 1, q => 2*self%r)
+        do k = 1, size(self%x, 2)
+          change(p:q, k) = change(p:q, k) + self%drag%force(self%x(p:q, k))
+        end do
+      end associate
+    end if
+    self%seen = self%output(self%x)
+    self%rate = self%output(change)
+  end subroutine ringing_move
 
   !> Makes the matrix A of the equations.
   subroutine ringing_matrix(self, a)
@@ -135,6 +188,12 @@ contains
         a(r + 1:2*r, self%n - 1) = self%forcing
         a(self%n - 1, self%n) = 1/self%interval
       end if
+      if (allocated(self%shaken)) then ! the last states are sine and cosine
+        a(r + 1:2*r, self%n - 1) = self%shake%amplitude(1)*self%shaken
+        a(r + 1:2*r, self%n) = self%shake%amplitude(2)*self%shaken
+        a(self%n - 1, self%n) = self%shake%rate
+        a(self%n, self%n - 1) = -self%shake%rate
+      end if
     end associate
   end subroutine ringing_matrix
 
@@ -168,14 +227,25 @@ contains
     type(ring_change_t), intent(in) :: change
     real(rp), allocatable, intent(out) :: seen(:, :)
     real(rp) :: da(self%n, self%n), dx(self%n, size(self%x, 2)), ends(self%n, 2), begin(self%n, 2)
+    type(drag_change_t) :: of_drag
     call differentiate(self, change, da)
     begin = 0
     call differentiate_begin(self, change, begin(:, 1))
-    ends(:, 1) = self%begin
-    ends(:, 2) = self%x(:, 1)
-    call self%first%tangent(da, ends, begin)
-    dx(:, 1) = begin(:, 2)
-    call self%flow%tangent(da, self%x, dx)
+    if (.not. allocated(self%drag%across)) then
+      ends(:, 1) = self%begin
+      ends(:, 2) = self%x(:, 1)
+      call self%flows%first%tangent(da, ends, begin)
+      dx(:, 1) = begin(:, 2)
+      call self%flows%linear%tangent(da, self%x, dx)
+    else
+      of_drag%strength = merge(1.0_rp, 0.0_rp, change%damping == DAMPING_DRAG)
+      of_drag%across = change%across
+      of_drag%mass = change%mass
+      dx(:, 1) = begin(:, 1)
+      if (self%start > 0) call self%flows%dragged_first%tangent(self%drag, da, of_drag, begin)
+      if (self%start > 0) dx(:, 1) = begin(:, 2)
+      call self%flows%dragged%tangent(self%drag, da, of_drag, dx)
+    end if
     seen = self%output(dx)
     if (size(change%observation) > 0 .and. .not. self%cutoff > 0) seen = seen + observed(self, change%observation, self%x)
   end subroutine ringing_tangent
@@ -191,6 +261,7 @@ contains
     da = 0
     call differentiate_damping(self, change%damping, da)
     call differentiate_observation(self, change%observation, da)
+    if (allocated(self%shaken)) call differentiate_shake(self, change, da)
     associate (d => self%damping, w => self%omega, rows => da(r + 1:2*r, :))
       if (size(change%stiffness) > 0) then
         do k = 1, r
@@ -224,7 +295,7 @@ contains
     r = self%r
     do k = 1, r
       select case (number)
-      case (0)
+      case (0, DAMPING_DRAG)
         exit
       case (DAMPING_MASS)
         da(r + k, r + k) = -1
@@ -239,6 +310,30 @@ contains
       end select
     end do
   end subroutine differentiate_damping
+
+  !> Adds to it the derivative of the motion of the base.
+  subroutine differentiate_shake(self, change, da)
+    class(ringing_t), intent(in) :: self
+    type(ring_change_t), intent(in) :: change
+    real(rp), intent(inout) :: da(:, :)
+    real(rp) :: slope(self%r)
+    associate (rows => da(self%r + 1:2*self%r, :), n => self%n, shake => self%shake)
+      select case (change%shake)
+      case (SHAKE_SINE)
+        rows(:, n - 1) = self%shaken
+      case (SHAKE_COSINE)
+        rows(:, n) = self%shaken
+      case (SHAKE_RATE)
+        da(n - 1, n) = shake%rate
+        da(n, n - 1) = -shake%rate
+      end select
+      slope = 0
+      if (size(change%shaken) > 0) slope = change%shaken
+      if (size(change%mass) > 0) slope = slope - matmul(change%mass, self%shaken)
+      rows(:, n - 1) = rows(:, n - 1) + shake%amplitude(1)*slope
+      rows(:, n) = rows(:, n) + shake%amplitude(2)*slope
+    end associate
+  end subroutine differentiate_shake
 
   !> Adds to it the derivative of the input of a filter.
   subroutine differentiate_observation(self, observation, da)

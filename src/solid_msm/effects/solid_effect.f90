@@ -24,13 +24,14 @@ module solid_effect
   integer, parameter, public :: NEED_DISC = 1, NEED_SOFT_PLACE = 2, NEED_SIDED_JOINTS = 3, &
                                 NEED_SIDED_VEINS = 4, NEED_NO_SLACK = 5, NEED_MEMBRANE = 6, NEED_UNSTRESSED_REST = 7, &
                                 NEED_LEVELS = 8, NEED_BOTH_DIRECTIONS = 9, NEED_MODES_ABOUT_REST = 10, NEED_VEINS = 11, &
-                                NEED_MASS_PLACE = 12, N_WING_NEEDS = 12
+                                NEED_MASS_PLACE = 12, NEED_AIR = 13, N_WING_NEEDS = 13
   integer, parameter :: MOST_PARAMETERS = 3 !< of one effect
 
   type :: effect_t
     integer :: n = 1                          !< number of parameters, unless `is_per_joint`
     logical :: is_log = .false.               !< they vary by factors and have no effect at 1; otherwise they have none at 0
     logical :: is_per_joint = .false.         !< every joint has the parameter
+    logical :: is_thickness = .false.         !< the mass of the membrane follows its value, as by `membrane_gradient`
     logical :: curves_rest = .false.          !< it bends the wing without a load
     integer :: clamp_axis(MOST_PARAMETERS) = 0 !< a parameter lets the clamp turn about x (1) or y (2), by value times moment
     integer :: stage = STAGE_NONE             !< of `apply`

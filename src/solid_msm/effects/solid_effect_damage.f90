@@ -44,8 +44,9 @@ contains
       stiffness%hinge(h) = stiffness%hinge(h)*(1 + lost*damage_weight(site%effects%disc, site%layout%hinge_site(:, h)))
     end do
     do e = 1, size(stiffness%edge)
-      stiffness%edge(e) = stiffness%plate*lost*(damage_weight(site%effects%disc, site%layout%edge_site(:, 1, e)) + &
-                                                damage_weight(site%effects%disc, site%layout%edge_site(:, 2, e)))/2
+      stiffness%edge(e) = stiffness%edge(e) + (stiffness%plate + stiffness%edge(e))*lost* &
+                          (damage_weight(site%effects%disc, site%layout%edge_site(:, 1, e)) + &
+                           damage_weight(site%effects%disc, site%layout%edge_site(:, 2, e)))/2
     end do
     stiffness%has_edges = .true.
   end subroutine apply_damage

@@ -21,15 +21,16 @@ module solid_effects
   use solid_effect_pretension, only: pretension_effect
   use solid_effect_root, only: root_effect
   use solid_effect_soft, only: soft_effect
+  use solid_effect_thickness, only: thickness_effect
   use solid_effect_torsion, only: torsion_effect
   use solid_effect_values, only: effects_t
   use solid_junctions, only: hinge_plan_t
   implicit none
   private
   public :: effects_t, list_effects, start_effects, describe_effect, find_effect, values_of, is_active, needs_of, active_needs, &
-            lacks, curves_rest, any_curves_rest, clamp_axis, clamp_compliance, modulus_factors, list_effect_causes
+            lacks, curves_rest, any_curves_rest, clamp_axis, clamp_compliance, is_thickness, modulus_factors, list_effect_causes
 
-  integer, parameter, public :: N_EFFECTS = 12
+  integer, parameter, public :: N_EFFECTS = 13
 
 contains
 
@@ -46,6 +47,7 @@ contains
             pretension_effect(), &
             camber_effect(), &
             torsion_effect(), &
+            thickness_effect(), &
             own_hardening_effect(), &
             one_way_effect()]
   end function list_effects
@@ -226,6 +228,19 @@ contains
       if (list(e)%curves_rest) does = does .or. is_active(list, e, effects)
     end do
   end function any_curves_rest
+
+  !> Tells whether the mass of the membrane follows parameter i.
+  pure logical function is_thickness(effects, i) result(is_it)
+    type(effects_t), intent(in) :: effects
+    integer, intent(in) :: i
+    type(effect_t) :: list(N_EFFECTS)
+    integer :: e, k
+    is_it = .false.
+    if (i < 1) return
+    list = list_effects()
+    call find_effect(list, effects%n_joints, i, e, k)
+    is_it = list(e)%is_thickness
+  end function is_thickness
 
   !> Returns the axis about which parameter i lets the clamp turn, 1: x, 2: y; 0 if it does not.
   pure integer function clamp_axis(effects, i) result(axis)

@@ -23,14 +23,17 @@ module solid_layout
     real(rp), allocatable :: edge_bend(:, :)     !< (3, edges of the plate) bending of the edges for unit curvatures [m]
     real(rp), allocatable :: hinge_turn(:, :)    !< (3, hinges) [m] turning of the hinges for unit curvatures
     integer :: soft_hinge = 0                    !< the hinge that the effect `soft` changes; 0: none
+    real(rp), private :: root = 0, extent = 0    !< [m] mean x of the clamped points; extent of the wing along x
+  contains
+    procedure :: station => layout_station
   end type layout_t
 
 contains
 
-  !> Returns where the elements lie between points(3, :) [m] with triangles(3, :).
-  pure subroutine make_layout(points, triangles, springs, plans, plate, layout)
+  !> Returns where the elements of a wing lie between points(3, :) [m], its own and its ghost points.
+  pure subroutine make_layout(points, wing, springs, plans, plate, layout)
     real(rp), intent(in) :: points(:, :)
-    integer, intent(in) :: triangles(:, :)
+    type(wing_t), intent(in) :: wing
     type(extensions_t), intent(in) :: springs
     type(hinge_plan_t), intent(in) :: plans(:)
     type(plate_t), intent(in) :: plate
@@ -38,7 +41,9 @@ contains
     integer :: s, h, e
     allocate (layout%spring_site(2, springs%n), layout%spring_cosine(springs%n), layout%hinge_site(2, size(plans)), &
               layout%edge_site(2, 2, plate%n))
-    layout%spring_width = tension_widths(points, triangles, springs)
+    layout%root = sum(wing%points(1, wing%root))/max(1, size(wing%root))
+    layout%extent = maxval(wing%points(1, :)) - minval(wing%points(1, :))
+    layout%spring_width = tension_widths(points, wing%triangles, springs)
     layout%edge_bend = bends_of_curvature(points, plate)
     do s = 1, springs%n
       layout%spring_site(:, s) = sum(points(:2, springs%nodes(:, s)), 2)/2
@@ -59,6 +64,14 @@ contains
       end associate
     end do
   end subroutine make_layout
+
+  !> Returns the station (x - x_root)/R - 1/2 at x [m]; without extent along x that of the root.
+  pure real(rp) function layout_station(self, x) result(s)
+    class(layout_t), intent(in) :: self
+    real(rp), intent(in) :: x
+    s = -0.5_rp
+    if (self%extent > 0) s = (x - self%root)/self%extent - 0.5_rp
+  end function layout_station
 
   !> Returns the hinge at the point inside vein number `vein` that is nearest to `fraction` (0 to 1) of its length. It is 0 if the
   !> vein has no point inside, or if a joint is there already.

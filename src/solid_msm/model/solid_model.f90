@@ -106,7 +106,7 @@ contains
     call link_elements(self%free, self%n_free, self%springs, self%hinges, self%plate, &
                        self%twists(:n_twists), self%pattern)
     self%weights = point_weights(wing, self%movable)
-    call make_layout(self%points, self%triangles, self%springs, self%plans, self%plate, self%layout)
+    call make_layout(self%points, wing, self%springs, self%plans, self%plate, self%layout)
     call place_soft_hinge(self, wing, failure)
     call check_needs(params, failure)
     if (failure%failed) return

@@ -58,6 +58,7 @@ contains
       call params%set_named('damage', 0.3_rp)
       call params%set_named('soft', 0.2_rp)
       call params%set_named('orthotropy', 0.4_rp)
+      call params%set_named('thickness_gradient', 0.6_rp)
       call params%set_named('joint_hardening', 5.0_rp)
       call params%set_named('hardening:'//trim(params%joint_names(2)), -0.5_rp)
       call params%set_named('cuticle', 2.0e-6_rp)

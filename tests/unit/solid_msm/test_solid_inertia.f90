@@ -44,7 +44,7 @@ program test_solid_inertia
   change = 0
   call add_inertia_forces(inertia, model, frame, u + x, Q*(u + x), Q**2*(u + x), change)
   change = change - forces
-  call add_inertia_tangent(inertia, model, frame, Q, blocks)
+  call add_inertia_tangent(inertia, model, frame, Q, Q*u, blocks)
   call model%pattern%multiply(blocks, 1.0_rp, x(:, model%movable), symmetric)
   skew = 0
   call apply_gyroscopic(inertia, model, frame, Q, x, skew)

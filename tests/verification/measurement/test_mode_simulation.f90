@@ -3,6 +3,7 @@
 !> whatever their size and sign, and derivatives equal differences, also where modes repeat and where a load bends the wing. The
 !> argument names a wing file.
 program test_mode_simulation
+  use base_constants, only: TWO_PI
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
@@ -11,6 +12,8 @@ program test_mode_simulation
   use measurement_mode_simulation, only: mode_simulation_t
   use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
   use sample_wings, only: make_beam
+  use solid_damping_effects, only: damping_effects_t, DAMPING_JOINTS, DAMPING_MASS, DAMPING_RELAXATION, DAMPING_STIFFNESS, &
+                                   DAMPING_TIME
   use solid_mass, only: lump_mass, mass_params_t, mass_t
   use solid_mass_effects, only: mass_effects_t, mass_parts_t, MASS_ADDED, MASS_GRADIENT, MASS_POINT, MASS_VEINS
   use solid_modal, only: modal_t
@@ -30,6 +33,7 @@ program test_mode_simulation
   type(mass_parts_t) :: parts
   type(mode_simulation_t) :: simulation
   type(measurement_t) :: m
+  type(damping_effects_t) :: damping
   real(rp), allocatable :: r(:)
 
   call t%start(parallel=.false.)
@@ -39,6 +43,7 @@ program test_mode_simulation
   call prepare()
   call test_own_modes()
   call test_slopes('of a wing', 1.0e-7_rp)
+  call test_decay()
   call test_loaded()
   call test_repeated()
   call t%finish()
@@ -96,19 +101,19 @@ contains
     n = size(NUMBERS)
     call t%check('there is a number for each frequency and one less than places for each shape', &
                  simulation%n == n*size(m%modes(1)%shape))
-    call simulation%evaluate(params, mass_effects_t(), r, ok)
+    call simulation%evaluate(params, mass_effects_t(), damping, r, ok)
     call t%check('modes are computed', ok)
     call t%check('modes are paired, though one is missing', all([(simulation%targets(i)%lo, i=n, 1, -1)] == NUMBERS))
     call t%check_below('what is measured on the model itself leaves nothing', maxval(abs(r)), 1.0e-6_rp)
     call t%check_close('MAC is 1', minval(simulation%targets%mac), 1.0_rp, atol=1.0e-9_rp)
     m%modes(1)%shape(2) = m%modes(1)%shape(2) + m%modes(1)%sigma(2)
     call simulation%init(m, model, parts)
-    call simulation%evaluate(params, mass_effects_t(), r, ok)
+    call simulation%evaluate(params, mass_effects_t(), damping, r, ok)
     call t%check_below('an error of one sd is not more than one, to first order', norm2(r), 1.01_rp)
     call t%check_below('and most of it is seen', 1 - norm2(r), 0.2_rp)
     m%modes(1)%number = 3
     call simulation%init(m, model, parts)
-    call simulation%evaluate(params, mass_effects_t(), r, ok)
+    call simulation%evaluate(params, mass_effects_t(), damping, r, ok)
     call t%check('a number goes before the shape', simulation%targets(1)%lo == 3 .and. simulation%targets(1)%mac < 0.9_rp)
   end subroutine test_own_modes
 
@@ -121,7 +126,7 @@ contains
     type(parameter_t) :: p
     type(stiffness_t) :: direction
     integer, parameter :: MASSES(4) = [MASS_VEINS, MASS_GRADIENT, MASS_ADDED, MASS_POINT]
-    character(10), parameter :: NAMES(3) = [character(10) :: 'E', 'D', 'E_gradient']
+    character(10), parameter :: NAMES(4) = [character(10) :: 'E', 'D', 'E_gradient', 'joint:C_h']
     real(rp), allocatable :: column(:)
     real(rp) :: scale
     logical :: ok
@@ -136,15 +141,16 @@ contains
     effects%point = 1.0e-3_rp*(sum(parts%veins) + sum(parts%membrane))
     effects%gradient = -0.3_rp
     do i = 1, size(NAMES)
-      call simulation%evaluate(other, effects, r, ok)
+      if (other%find(trim(NAMES(i))) == 0) cycle ! a rod has no joints
+      call simulation%evaluate(other, effects, damping, r, ok)
       p = other%describe(other%find(trim(NAMES(i))))
       call parameter_direction(simulation%model(), other%find(trim(NAMES(i))), direction)
-      call simulation%stiffness_tangent(direction, .false., column)
+      call simulation%stiffness_tangent(direction, index(NAMES(i), 'joint') == 1, column)
       call compare(other, effects, column, other%find(trim(NAMES(i))), 0, 1.0e-3_rp, p%is_log, what//' to '//trim(NAMES(i)), &
                    1.0_rp, limit)
     end do
     do i = 1, size(MASSES)
-      call simulation%evaluate(other, effects, r, ok)
+      call simulation%evaluate(other, effects, damping, r, ok)
       call simulation%mass_tangent(MASSES(i), effects, column)
       scale = merge(effects%point, 1.0_rp, MASSES(i) == MASS_POINT)
       call compare(other, effects, column, 0, MASSES(i), 1.0e-3_rp*scale, MASSES(i) == MASS_VEINS .or. MASSES(i) == MASS_ADDED, &
@@ -176,12 +182,100 @@ contains
       value = merge(value*exp(AT(n)*h), value + AT(n)*h, is_log)
       if (i > 0) call changed%set(i, value)
       if (j > 0) call masses%set(j, value)
-      call simulation%evaluate(changed, masses, r, ok)
+      call simulation%evaluate(changed, masses, damping, r, ok)
       difference = difference + WEIGHTS(n)/h*r
     end do
     call t%check_below('derivative '//name, scale*maxval(abs(difference - column)), &
                        limit*max(1.0_rp, scale*maxval(abs(column))))
   end subroutine compare
+
+  !> Damping ratios: of the mass and the stiffness as known, of joints by the change of lambda with their stiffness; a mode that
+  !> relaxes moves as its equation says. Derivatives at another wing.
+  subroutine test_decay()
+    real(rp), parameter :: G = 0.2_rp, TAU = 4.0e-4_rp
+    complex(rp) :: s
+    real(rp) :: omega(size(NUMBERS)), rate(size(NUMBERS))
+    logical :: ok
+    integer :: i
+    call measure(MEDIUM_AIR, NUMBERS)
+    m%modes%damping = 0.03_rp
+    m%modes%damping_sigma = 0.003_rp
+    call simulation%init(m, model, parts)
+    deallocate (r)
+    allocate (r(simulation%n))
+    damping = damping_effects_t(mass=50.0_rp, stiffness=1.0e-5_rp, joints=1.0e-4_rp)
+    omega = TWO_PI*m%modes%frequency
+    rate = damping%mass + omega**2*(damping%stiffness + damping%joints*[(change_by_joints(i), i=1, size(NUMBERS))])
+    call simulation%evaluate(params, mass_effects_t(), damping, r, ok)
+    call t%check('modes have damping ratios', ok .and. simulation%n == size(NUMBERS)*(size(m%modes(1)%shape) + 1))
+    do i = 1, size(NUMBERS)
+      call t%check_close('damping by mass, stiffness and joints', simulation%targets(i)%damping%decay%ratio, rate(i)/(2*omega(i)), &
+                         rtol=1.0e-6_rp)
+    end do
+    damping%relaxation = G
+    damping%relaxation_time = TAU
+    call simulation%evaluate(params, mass_effects_t(), damping, r, ok)
+    do i = 1, size(NUMBERS)
+      associate (ratio => simulation%targets(i)%damping%decay%ratio)
+        s = TWO_PI*simulation%targets(i)%frequency*cmplx(-ratio, sqrt(1 - ratio**2), rp)
+      end associate
+      call t%check_below('a mode with a relaxation', abs(s**2 + rate(i)*s + omega(i)**2*(1 + G*s/(s + 1/TAU)))/omega(i)**2, &
+                         1.0e-6_rp)
+    end do
+    call test_slopes('of a damped wing', 1.0e-6_rp)
+    call test_damping_slopes()
+    damping = damping_effects_t()
+  end subroutine test_decay
+
+  !> Derivatives with respect to all damping, against differences of fourth order.
+  subroutine test_damping_slopes()
+    real(rp), parameter :: WEIGHTS(4) = [1.0_rp, -8.0_rp, 8.0_rp, -1.0_rp]/12, AT(4) = [-2, -1, 1, 2], &
+                           STEPS(5) = [1.0_rp, 1.0e-7_rp, 1.0e-6_rp, 1.0e-3_rp, 1.0e-3_rp]
+    integer, parameter :: WHICH(5) = [DAMPING_MASS, DAMPING_STIFFNESS, DAMPING_JOINTS, DAMPING_RELAXATION, DAMPING_TIME]
+    type(damping_effects_t) :: base
+    real(rp) :: column(simulation%n), difference(simulation%n), values(5)
+    logical :: ok
+    integer :: i, n
+    base = damping
+    values = [base%mass, base%stiffness, base%joints, base%relaxation, 0.0_rp]
+    do i = 1, 5
+      difference = 0
+      do n = 1, 4
+        damping = base
+        if (WHICH(i) == DAMPING_TIME) then
+          damping%relaxation_time = base%relaxation_time*exp(AT(n)*STEPS(i))
+        else
+          call damping%set(WHICH(i), values(i) + AT(n)*STEPS(i))
+        end if
+        call simulation%evaluate(params, mass_effects_t(), damping, r, ok)
+        difference = difference + WEIGHTS(n)/STEPS(i)*r
+      end do
+      damping = base
+      call simulation%evaluate(params, mass_effects_t(), damping, r, ok)
+      call simulation%damping_tangent(WHICH(i), damping%relaxation_time, column)
+      call t%check_below('derivative to damping '//achar(48 + i), norm2(difference - column), 1.0e-6_rp*norm2(column))
+    end do
+  end subroutine test_damping_slopes
+
+  !> Returns d(ln lambda)/d(ln stiffness of all joints) of measured mode i, by central differences of a second simulation.
+  real(rp) function change_by_joints(i)
+    integer, intent(in) :: i
+    real(rp), parameter :: H = 1.0e-3_rp
+    type(mode_simulation_t) :: other
+    type(solid_params_t) :: changed
+    real(rp) :: values(simulation%n), lambda(2)
+    logical :: ok
+    integer :: k
+    call other%init(m, model, parts)
+    do k = 1, 2
+      changed = params
+      changed%joint = params%joint*exp((2*k - 3)*H)
+      call other%evaluate(changed, mass_effects_t(), damping_effects_t(), values, ok)
+      lambda(k) = other%targets(i)%frequency**2
+    end do
+    change_by_joints = log(lambda(2)/lambda(1))/(2*H)
+    call other%free()
+  end function change_by_joints
 
   !> Modes about rest and about the shape under a force and the weight, in one measurement. Its own wing leaves nothing of it; the
   !> load matters; a shape that is not found is no evaluation. Differences of fourth order; the limit is twice
@@ -208,22 +302,22 @@ contains
     deallocate (r)
     call simulation%init(m, model, parts)
     allocate (r(simulation%n), column(simulation%n))
-    call simulation%evaluate(params, effects, r, ok)
+    call simulation%evaluate(params, effects, damping, r, ok)
     call t%check('modes about rest and about a loaded shape are computed', ok)
     call t%check_below('modes about rest are as without the others', &
                        maxval(abs(r(:simulation%first(3) - 1))), 1.0e-6_rp)
     call t%check_below('those about a loaded shape are others', 10.0_rp, abs(r(simulation%first(4))))
     other = params
-    call simulation%evaluate(other, effects, r, ok)
+    call simulation%evaluate(other, effects, damping, r, ok)
     call parameter_direction(simulation%model(), other%find('E'), direction)
     call simulation%stiffness_tangent(direction, .false., column)
     call compare(other, effects, column, other%find('E'), 0, H, .true., 'of a loaded wing to E', 1.0_rp, LIMIT)
-    call simulation%evaluate(other, effects, r, ok)
+    call simulation%evaluate(other, effects, damping, r, ok)
     call simulation%mass_tangent(MASS_VEINS, effects, column)
     call compare(other, effects, column, 0, MASS_VEINS, H, .true., 'of a loaded wing to its weight', 1.0_rp, LIMIT)
     options%factorisation_limit = 1
     call simulation%init(m, model, parts, options)
-    call simulation%evaluate(params, effects, r, ok)
+    call simulation%evaluate(params, effects, damping, r, ok)
     call t%check('a shape that is not found is no evaluation',.not. ok)
     deallocate (r)
   end subroutine test_loaded
@@ -237,7 +331,7 @@ contains
     params = default_params(wing)
     call prepare()
     call measure(MEDIUM_VACUUM, [1, 3])
-    call simulation%evaluate(params, mass_effects_t(), r, ok)
+    call simulation%evaluate(params, mass_effects_t(), damping, r, ok)
     call t%check('modes of a rod are computed', ok)
     call t%check('a measured mode is paired with both of equal frequency', &
                  all([(simulation%targets(i)%hi - simulation%targets(i)%lo, i=1, 2)] == 1))

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A wing that rings: limits of a relaxing oscillator, the motion that the time integration of flusi finds, and derivatives with
-!> respect to stiffness, masses and damping against differences. The argument names a wing file.
+!> A wing that rings: derivatives of its records with respect to stiffness, masses, damping and a motion of the base against
+!> differences. The argument names a wing file.
 program test_series_simulation
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t, message_list_t
@@ -9,18 +9,13 @@ program test_series_simulation
   use loaded_wing, only: wing_of_argument
   use measurement_data, only: measurement_t
   use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
-  use measurement_series_projections, only: apply_joints, products
   use measurement_series_simulation, only: series_simulation_t
-  use solid_damping_effects, only: damping_effects_t, DAMPING_RELAXATION, DAMPING_TIME, N_DAMPING_EFFECTS
-  use solid_dynamics, only: dynamic_options_t, dynamic_state_t, dynamics_t, step_report_t
-  use solid_inertia, only: inertia_t
+  use solid_damping_effects, only: damping_effects_t, DAMPING_DRAG, DAMPING_RELAXATION, DAMPING_TIME, N_DAMPING_EFFECTS
   use solid_mass, only: lump_mass, mass_params_t, mass_t
   use solid_mass_effects, only: mass_effects_t, mass_parts_t, MASS_POINT, N_MASS_EFFECTS
-  use solid_modal, only: modal_t
   use solid_model, only: solid_model_t
-  use solid_motion, only: steady_motion_t
   use solid_params, only: default_params, solid_params_t
-  use solid_ringing, only: ringing_t, EXCITED_BASE, EXCITED_RELEASE, EXCITED_TAP
+  use solid_ringing, only: shake_t, EXCITED_BASE, EXCITED_RELEASE, EXCITED_TAP
   use solid_stiffness, only: stiffness_t
   use solid_stiffness_effects, only: parameter_direction
   use solid_wing, only: wing_t
@@ -42,11 +37,9 @@ program test_series_simulation
   params = default_params(wing)
   params%joint = 1.0e-6_rp
   call prepare()
-  call test_limits()
-  call test_time_integration(2, 0.0_rp)
-  call test_time_integration(16, 0.03_rp)
   call measure()
   call test_damping()
+  call test_motion_of_base()
   call test_masses()
   call test_stiffness()
   call t%finish()
@@ -63,111 +56,6 @@ contains
     call model%init(wing, params, failure)
     call t%check('the wing is valid', messages%count() == 0 .and. .not. failure%failed)
   end subroutine prepare
-
-  !> One mode of 1 rad/s that relaxes, released from 1. Slowly: it rings as if 1 + g times as stiff about the share g/(1 + g) of
-  !> its release. Fast: as with damping of g tau in proportion to its stiffness; both errors are of first order in 1/tau and tau.
-  subroutine test_limits()
-    integer, parameter :: N = 60
-    real(rp), parameter :: G = 0.3_rp, SLOW(2) = [2.0e4_rp, 1.0e4_rp], FAST(2) = [2.0e-4_rp, 1.0e-4_rp]
-    type(damping_effects_t) :: relaxing
-    type(ringing_t) :: ring
-    real(rp) :: exact(N), times(N), error(2), v, d
-    integer :: i, k
-    ring%interval = 0.2_rp
-    times = [(k*ring%interval, k=0, N - 1)]
-    relaxing%relaxation = G
-    do i = 1, 2
-      relaxing%relaxation_time = SLOW(i)
-      call ring_alone(ring, relaxing, N)
-      exact = (G + cos(sqrt(1 + G)*times))/(1 + G)
-      error(i) = maxval(abs(ring%seen(:, 1) - exact))
-    end do
-    call t%check_below('a wing that relaxes slowly is stiffer', error(1), 1.0e-3_rp)
-    call t%check_close('up to an error of first order', error(2)/error(1), 2.0_rp, rtol=0.05_rp)
-    do i = 1, 2
-      relaxing%relaxation_time = FAST(i)
-      call ring_alone(ring, relaxing, N)
-      d = 0.5_rp*G*FAST(i)
-      v = sqrt(1 - d**2)
-      exact = exp(-d*times)*(cos(v*times) + d/v*sin(v*times))
-      error(i) = maxval(abs(ring%seen(:, 1) - exact))
-    end do
-    call t%check_below('a wing that relaxes fast is damped in proportion to its stiffness', error(1), 1.0e-5_rp)
-    call t%check_below('up to an error of higher order', error(2), 0.6_rp*error(1))
-  end subroutine test_limits
-
-  subroutine ring_alone(ring, how, n)
-    type(ringing_t), intent(inout) :: ring
-    type(damping_effects_t), intent(in) :: how
-    integer, intent(in) :: n
-    real(rp) :: one(1, 1), none(1, 1)
-    one = 1
-    none = 0
-    call ring%run([1.0_rp], none, one, [1.0_rp], how, n, [real(rp) ::])
-  end subroutine ring_alone
-
-  !> flusi's BDF2 of the whole nonlinear wing, viscoelastic with Rayleigh's damping and friction of joints (of so many radians of
-  !> the first mode), released a little from the shape of two modes: the difference at one tip to the motion in `r` modes falls with
-  !> the square of the step. Friction of joints moves further modes too.
-  subroutine test_time_integration(r, friction)
-    integer, intent(in) :: r
-    real(rp), intent(in) :: friction
-    integer, parameter :: A_PERIOD(2) = [100, 200]
-    type(modal_t) :: modal
-    type(inertia_t) :: inertia
-    type(dynamics_t) :: stepper
-    type(dynamic_state_t) :: state
-    type(dynamic_options_t) :: options
-    type(step_report_t) :: report
-    type(steady_motion_t) :: rest
-    type(failure_t) :: failure
-    type(ringing_t) :: ring
-    type(damping_effects_t) :: how
-    real(rp), allocatable :: u(:, :), force(:, :), mass(:, :), stiff(:, :, :)
-    real(rp) :: dt, look(1, r), push(r), joints(r, r), error(2)
-    integer :: tip_point, n, i
-    allocate (mass(3, model%n_all), force(3, model%n_all), source=0.0_rp)
-    call parts%masses(mass_effects_t(), 0.0_rp, mass)
-    call modal%init(model)
-    call modal%solve(mass, r, failure)
-    how%joints = friction/sqrt(modal%lambda(1))
-    inertia%joint_friction = how%joints
-    call inertia%init(model, mass(1, :model%n_points))
-    how%mass = 0.1_rp*sqrt(modal%lambda(1))
-    how%stiffness = 0.02_rp/sqrt(modal%lambda(1))
-    inertia%rayleigh_mass = how%mass
-    inertia%rayleigh_stiffness = how%stiffness
-    how%relaxation = 0.3_rp
-    how%relaxation_time = 1/sqrt(modal%lambda(1))
-    inertia%relaxation = how%relaxation
-    inertia%relaxation_time = how%relaxation_time
-    tip_point = maxloc(model%points(1, :model%n_points), 1)
-    look(1, :) = modal%shapes(3, tip_point, :)
-    push = 0
-    push(:2) = 1.0e-5_rp*model%size/look(1, 1)*modal%lambda(:2)*[1.0_rp, 0.3_rp]
-    allocate (stiff(3, model%n_all, r))
-    call apply_joints(modal, stiff)
-    joints = products(modal%shapes(:, :, :r), stiff)
-    u = modal%shapes(:, :, 1)*push(1)/modal%lambda(1) + modal%shapes(:, :, 2)*push(2)/modal%lambda(2)
-    do i = 1, 2
-      dt = TWO_PI/sqrt(modal%lambda(1))/A_PERIOD(i)
-      ring%interval = dt
-      call ring%run(modal%lambda, joints, look, push, how, 3*A_PERIOD(i) + 1, [real(rp) ::])
-      call stepper%init(model)
-      call state%init(model, 0.0_rp, u=u)
-      error(i) = 0
-      do n = 1, 3*A_PERIOD(i)
-        call stepper%step(model, inertia, rest, force, dt, options, state, report)
-        error(i) = max(error(i), abs(state%u(3, tip_point) - ring%seen(n + 1, 1)))
-      end do
-      error(i) = error(i)/maxval(abs(ring%seen))
-      call stepper%free()
-    end do
-    call t%check('there is friction in the joints', inertia%rubs() .eqv. friction > 0)
-    call t%check_below('the motion is that of the time integration', error(2), 2.0e-2_rp)
-    call t%check_close('whose error is of second order', error(1)/error(2), 4.0_rp, rtol=0.1_rp)
-    call modal%free()
-  end subroutine test_time_integration
 
   !> Three records: a release in air behind a filter, the velocity after a tap in a vacuum, a moving base. All values are 0.
   subroutine measure()
@@ -207,8 +95,10 @@ contains
     effects%gradient = 0.3_rp
     effects%added = 0.8_rp
     effects%point = 2.0e-9_rp
-    damping = damping_effects_t(mass=60.0_rp, stiffness=2.0e-5_rp, joints=1.0e-4_rp, relaxation=0.1_rp, relaxation_time=1.0e-3_rp)
+    damping = damping_effects_t(mass=60.0_rp, stiffness=2.0e-5_rp, joints=1.0e-4_rp, relaxation=0.1_rp, relaxation_time=1.0e-3_rp, &
+                                drag=20.0_rp)
     call simulation%init(m, model, parts)
+    simulation%shake = shake_t(1, TWO_PI*400, [3.0_rp, -2.0_rp])
     call t%check('every number is an observation', simulation%n == 2*N*3)
   end subroutine measure
 
@@ -239,8 +129,8 @@ contains
 
   subroutine test_damping()
     character(18), parameter :: NAMES(N_DAMPING_EFFECTS) = [character(18) :: 'rayleigh_mass', 'rayleigh_stiffness', &
-                                                            'joint_friction', 'relaxation']
-    real(rp), parameter :: STEPS(N_DAMPING_EFFECTS) = [4.0_rp, 1.0e-6_rp, 2.0e-5_rp, 0.01_rp]
+                                                            'joint_friction', 'relaxation', 'drag']
+    real(rp), parameter :: STEPS(N_DAMPING_EFFECTS) = [4.0_rp, 1.0e-6_rp, 2.0e-5_rp, 0.01_rp, 0.5_rp]
     type(damping_effects_t) :: d
     real(rp), allocatable :: plus(:, :), minus(:, :), column(:), r(:)
     integer :: i, k
@@ -266,6 +156,13 @@ contains
     r = motion(params, effects, damping)
     call simulation%damping_tangent(DAMPING_TIME, 0.0_rp, column)
     call judge('relaxation_time', column, plus, minus, 0.02_rp)
+    d = damping
+    d%drag = 0
+    r = motion(params, effects, d)
+    call simulation%damping_tangent(DAMPING_DRAG, 0.0_rp, column)
+    d%drag = 1.0e-4_rp
+    plus(:, 2) = motion(params, effects, d)
+    call t%check_below('drag that is not there has a derivative', norm2((plus(:, 2) - r)/d%drag - column)/norm2(column), 1.0e-4_rp)
     ! Of another relaxation time, where there is none: one-sided, as a share is not negative.
     d = damping
     d%relaxation = 0
@@ -278,6 +175,49 @@ contains
                        1.0e-3_rp)
   end subroutine test_damping
 
+  !> Of the motion of the base in record 1, and of one in record 2 that is not there, whose effect is linear.
+  subroutine test_motion_of_base()
+    character(7), parameter :: NAMES(3) = [character(7) :: 'sine', 'cosine', 'rate']
+    real(rp), parameter :: STEPS(3) = [0.02_rp, 0.02_rp, 0.002_rp], RATE = 3.0e3_rp
+    type(shake_t) :: shake
+    real(rp), allocatable :: plus(:, :), minus(:, :), column(:), r(:)
+    integer :: part, k
+    allocate (plus(simulation%n, 2), minus(simulation%n, 2), column(simulation%n))
+    shake = simulation%shake
+    do part = 1, 3
+      do k = 1, 2
+        simulation%shake = shaken_more(shake, part, STEPS(part)/k)
+        plus(:, k) = motion(params, effects, damping)
+        simulation%shake = shaken_more(shake, part, -STEPS(part)/k)
+        minus(:, k) = motion(params, effects, damping)
+      end do
+      simulation%shake = shake
+      r = motion(params, effects, damping)
+      call simulation%shake_tangent(part, shake, column)
+      call judge('the base''s '//trim(NAMES(part)), column, plus, minus, STEPS(part))
+    end do
+    simulation%shake = shake_t()
+    r = motion(params, effects, damping)
+    do part = 1, 2
+      call simulation%shake_tangent(part, shake_t(2, RATE, [0.0_rp, 0.0_rp]), column)
+      plus(:, part) = column
+    end do
+    simulation%shake = shake_t(2, RATE, [1.0_rp, 2.0_rp])
+    column = motion(params, effects, damping) - r
+    call t%check_below('a motion of the base that is not there can be scanned', &
+                       norm2(column - plus(:, 1) - 2*plus(:, 2))/norm2(column), 1.0e-10_rp)
+    simulation%shake = shake
+  end subroutine test_motion_of_base
+
+  type(shake_t) function shaken_more(shake, part, step) result(other)
+    type(shake_t), intent(in) :: shake
+    integer, intent(in) :: part
+    real(rp), intent(in) :: step
+    other = shake
+    if (part == 3) other%rate = shake%rate*exp(step)
+    if (part < 3) other%amplitude(part) = shake%amplitude(part) + step
+  end function shaken_more
+
   type(damping_effects_t) function shifted(i, step) result(d)
     integer, intent(in) :: i
     real(rp), intent(in) :: step
@@ -289,6 +229,8 @@ contains
       d%stiffness = d%stiffness + step
     case (3)
       d%joints = d%joints + step
+    case (DAMPING_DRAG)
+      d%drag = d%drag + step
     case default
       d%relaxation = d%relaxation + step
     end select

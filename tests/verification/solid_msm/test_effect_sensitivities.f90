@@ -61,6 +61,7 @@ contains
       call params%set_named('damage', 0.4_rp)
       call params%set_named('soft', 0.1_rp)
       call params%set_named('orthotropy', 0.3_rp)
+      call params%set_named('thickness_gradient', 0.4_rp)
       call params%set_named('joint_hardening', 8.0_rp)
       call params%set_named('hardening:'//trim(params%joint_names(2)), -3.0_rp)
       call params%set_named('cuticle', 1.0e-6_rp)

@@ -43,6 +43,7 @@ class Stiffness:
     orthotropy: float = 0.0           # k_membrane (1 + a cos 2 phi), phi the angle of the spring to x
     pretension: float = 0.0           # [N/m] of the membrane in the unloaded wing
     torsion: float = 0.0              # GJ/EI of veins and joints
+    thickness_gradient: float = 0.0   # t exp(g (x/R - 1/2)): k_membrane and k_cross with t, D with t^3; the mass is that of make_modes
     D_wave: tuple[float, ...] = ()    # (a, x length, y length [m]): D (1 + a sin(2 pi (x/lx + y/ly))); 0: no wave along it
     joint_hardening: float = 0.0      # [1/rad^2] M = k Theta (1 + h Theta^2) in the joints
     cuticle_hardening: float = 0.0    # [m^2] M = E I kappa (1 + c kappa^2) in all other hinges of veins
@@ -98,9 +99,13 @@ class Model:
             factor *= 1 - (1 - remains) * rim * rim * (3 - 2 * rim)
         return factor
 
+    def stations(self, places: np.ndarray) -> np.ndarray:
+        """Returns x/R - 1/2 at places (n, 3), x from the root."""
+        return (places[:, 0] - self.root_x) / self.span - 0.5
+
     def _plate_stiffness(self, places: np.ndarray) -> np.ndarray:
         """Returns D [N m] at places (n, 3)."""
-        d = self.stiffness.D * self.damaged(places)
+        d = self.stiffness.D * self.damaged(places) * np.exp(3 * self.stiffness.thickness_gradient * self.stations(places))
         if self.stiffness.D_wave:
             a, *lengths = self.stiffness.D_wave
             waves = sum(places[:, k] / length for k, length in enumerate(lengths) if length > 0)
@@ -156,7 +161,9 @@ class Model:
                     ends.append((self.triangles[one].sum() - a - b, self.triangles[two].sum() - a - b))
                     k.append(s.k_cross)
         pairs = np.array(ends, int).reshape(-1, 2)
-        return Springs(self.positions, pairs, np.array(k) * self.damaged(self.positions[pairs].mean(1)))
+        middle = self.positions[pairs].mean(1)
+        thickness = np.where(np.arange(len(k)) < len(in_vein), 1.0, np.exp(s.thickness_gradient * self.stations(middle)))
+        return Springs(self.positions, pairs, np.array(k) * thickness * self.damaged(middle))
 
     def young(self, vein: str, node: int) -> float:
         """Returns E [Pa] of a vein at one of its points."""

@@ -135,8 +135,8 @@ def measure(rng: np.random.Generator, subject: subjects.Subject, mesh: str, rig:
         for number, (hertz, shape) in enumerate(subjects.shown_modes(subject, mesh)[:subjects.MODES], 1):
             errors, size = rng.standard_normal(1 + len(places)), 10**rng.uniform(-1, 1)
             if number not in rig.missing:
-                found.append((f"mode{number}", hertz * (1 + rig.frequency * errors[0]), rig.frequency * hertz, places,
-                              size * (shape[rig.sites] + rig.shape * errors[1:]), np.full(len(places), size * rig.shape)))
+                found.append(modes.Measured(f"mode{number}", hertz * (1 + rig.frequency * errors[0]), rig.frequency * hertz, places,
+                                            size * (shape[rig.sites] + rig.shape * errors[1:]), np.full(len(places), size * rig.shape)))
     if rig.has_record:
         late = rig.trigger * rng.standard_normal()
         exact = subjects.shown_record(subject, mesh, rig.medium, late=late)

@@ -57,6 +57,15 @@ def membrane_gradient(rng: np.random.Generator, wing: Wing, subject: Subject) ->
     return plain("membrane_gradient", mass, 0.05, 4.0, sign_of(rng))
 
 
+def thickness_gradient(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
+    """Lets the thickness of the membrane, and with it its mass and its stiffness, grow or fall from root to tip."""
+    sign = sign_of(rng)
+
+    def apply(subject: Subject, s: float) -> Subject:
+        return bending.stiffness(mass(subject, membrane_gradient=sign * s), thickness_gradient=sign * s)
+    return Effect("thickness_gradient", apply, lambda s: {"thickness_gradient": sign * s}, 0.05, 2.0)
+
+
 def point_mass(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
     """Adds a point mass on the outer three quarters of the wing: near the root it hardly moves."""
     triangles = np.asarray(wing.triangles)
@@ -88,6 +97,17 @@ def viscoelasticity(rng: np.random.Generator, wing: Wing, subject: Subject) -> E
                   lambda s: {"relaxation": s}, 0.02, 3.0)
 
 
+def air_drag(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
+    """Adds a drag that grows with the square of the speed. In a vacuum it is not visible, and another effect is drawn."""
+    return replace(plain("drag", damping, 0.5, 100.0, 1.0), name="air_drag")
+
+
+def base_shake(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
+    """Lets the clamp continue to move after the release."""
+    hertz, phase = float(rng.uniform(150.0, 900.0)), float(rng.uniform(0.0, 2 * np.pi))
+    return Effect("base_shake", lambda subject, s: unstated(subject, shake=(s, hertz, phase)), lambda s: {}, 0.1, 1e3)
+
+
 def membrane_bending(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
     """Changes the membrane's bending stiffness. Since springs are not stretched near the flat rest shape, it is the only elastic
     property that is not fitted."""
@@ -110,17 +130,6 @@ def soft_joint(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect
                   lambda s: {}, 0.1, 300.0, False, place=tuple(map(float, wing.points[wing.joint_nodes(joint)[1]][:2])))
 
 
-def drag(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
-    """Adds a drag that grows with the square of the speed."""
-    return replace(plain("drag", damping, 50.0, 1e5, 1.0), is_known=False)
-
-
-def shake(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
-    """Lets the clamp continue to move after the release."""
-    hertz = float(rng.uniform(150.0, 900.0))
-    return Effect("shake", lambda subject, s: unstated(subject, shake=(s, hertz)), lambda s: {}, 0.1, 1e3, False)
-
-
 def lag(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
     """Adds a filter that no file states."""
     return replace(plain("lag", unstated, 2e-6, 1e-3, 1.0), is_known=False)
@@ -128,10 +137,10 @@ def lag(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
 
 STRUCTURE = (bending.E_gradient, bending.E_per_vein, bending.taper, bending.soft_place, bending.vein_torsion, bending.damage,
              membrane_bending)
-INERTIA = (vein_mass, membrane_mass, membrane_gradient, point_mass)
-DAMPING = (stiffness_damping, joint_friction, viscoelasticity)  # only records show them
+INERTIA = (vein_mass, membrane_mass, membrane_gradient, thickness_gradient, point_mass)
+DAMPING = (stiffness_damping, joint_friction, viscoelasticity, air_drag, base_shake)  # only records show them
 OUTSIDE = (bending.E_wave, bending.D_wave, membrane_wave, soft_joint)
-OUTSIDE_OF_RECORDS = (drag, shake, lag)
+OUTSIDE_OF_RECORDS = (lag,)
 
 
 def menu(kind: str, has_record: bool) -> tuple[DrawEffect, ...]:

@@ -28,7 +28,7 @@ STEPS = 64  # of time in a sample: with 8 the error of time has a signal-to-nois
 @dataclass
 class Unstated:
     """Disturbances of a record that no file states."""
-    shake: tuple[float, float] = (0.0, 300.0)  # [m/s^2] and [Hz] of the clamp, which continues to move after the release
+    shake: tuple[float, float, float] = (0.0, 300.0, 0.0)  # [m/s^2], [Hz], phase of the clamp, which moves after the release
     lag: float = 0.0             # [s] of a filter of first order
 
 
@@ -67,7 +67,8 @@ def record_case(subject: Subject, stiffness: Stiffness, medium: str, steps: int 
     """Returns the case of make_series for a subject."""
     return series.Case(subject.wing, point=RELEASE, size=FORCE, places=PLACES, rate=RATE, samples=SAMPLES, steps=steps, medium=medium,
                        air_ratio=subject.air_ratio, stiffness=stiffness, mass=subject.mass, damping=subject.damping,
-                       lowpass=1 / (2 * np.pi * subject.unstated.lag) if subject.unstated.lag > 0 else 0.0)
+                       lowpass=1 / (2 * np.pi * subject.unstated.lag) if subject.unstated.lag > 0 else 0.0,
+                       shake=subject.unstated.shake)
 
 
 def shown_modes(subject: Any, mesh: str) -> Modes:
@@ -81,9 +82,7 @@ def shown_record(subject: Subject, mesh: str, medium: str, steps: int = STEPS, l
     """Returns the record (samples, places) [m], which begins `late` [s] after the release."""
     wing, coarse, stiffness = meshed(subject, mesh)
     case = record_case(subject, stiffness, medium, steps)
-    size, hertz = subject.unstated.shake
-    base = size * np.sin(2 * np.pi * hertz * np.arange(SAMPLES + 2) / RATE) if size else None
-    times, seen = series.Motion(wing, case, coarse).record(base)
+    times, seen = series.Motion(wing, case, coarse).record()
     seen = series.filtered(case, times, seen)
     wanted = np.maximum(late + np.arange(SAMPLES) / RATE, 0)
     return np.stack([np.interp(wanted, times, column) for column in seen.T], 1)

@@ -5,10 +5,10 @@ synthetic bending tests, and masses assembled here. Nothing is shared with the s
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import pi
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -22,8 +22,20 @@ from flusi_msm.measurement.case import load_of
 from flusi_msm.measurement.case_file import build, read_json
 from flusi_msm.wing.file import Wing, read_wing
 
+DECAYING = 40  # undamped modes in which damped ones are found
 Density = Callable[[np.ndarray], np.ndarray]  # areal density [kg/m^2] at places (n, 2)
-Measured = tuple[str, float, float, np.ndarray, np.ndarray, np.ndarray]  # name, frequency, its sd, places, shape, its sd
+
+
+class Measured(NamedTuple):
+    """A measured mode."""
+    name: str
+    frequency: float       # [Hz]
+    frequency_sd: float
+    places: np.ndarray     # (n, 2) [m]
+    shape: np.ndarray      # (n)
+    sd: np.ndarray         # (n) of the shape
+    damping: float = -1.0  # ratio; negative: not measured
+    damping_sd: float = 0.0
 
 
 @dataclass
@@ -40,10 +52,22 @@ class Mass:
 
 
 @dataclass
+class Damping:
+    """The causes of damping. Names are those of [Damping] of `flusi` where it has them."""
+    rayleigh_mass: float = 0.0        # [1/s]
+    rayleigh_stiffness: float = 0.0   # [s]
+    joint_friction: float = 0.0       # [s] moment per rate of the elastic moment of joints
+    relaxation: float = 0.0           # g: for a sudden force the stiffness is 1 + g times larger
+    relaxation_time: float = 1.0e-3   # [s]
+    drag: float = 0.0                 # [kg/m^3] force -c a |v| v along z of every node with the area a of membrane, in air
+
+
+@dataclass
 class Noise:
-    """Relative standard deviations: of frequencies, and of shapes over their largest value."""
+    """Relative standard deviations: of frequencies, of shapes over their largest value, and of damping ratios."""
     frequency: float = 0.005
     shape: float = 0.02
+    damping: float = 0.05
 
 
 @dataclass
@@ -64,6 +88,7 @@ class Case:
     name: str = "mode"                # the names of modes in the file are this and a number
     stiffness: Stiffness = field(default_factory=Stiffness)
     mass: Mass = field(default_factory=Mass)
+    damping: Damping = field(default_factory=Damping)  # without any, no ratio is measured; drag has no ratio
     noise: Noise = field(default_factory=Noise)
 
 
@@ -188,6 +213,51 @@ def carried(places: np.ndarray, chord: tuple[np.ndarray, np.ndarray, np.ndarray]
     return 2 * np.sqrt(np.maximum(0, (above - places[:, 1]) * (places[:, 1] - below)))
 
 
+def is_damped(case: Case) -> bool:
+    """Returns whether the wing loses energy."""
+    d = case.damping
+    return any((d.rayleigh_mass, d.rayleigh_stiffness, d.joint_friction, d.relaxation))
+
+
+def find_decays(wing: Wing, case: Case, coarse: Wing | None, found: list[tuple[float, np.ndarray]]) -> list[tuple[float, float]]:
+    """Returns [(frequency [Hz], damping ratio)] of these modes of the flat wing: |s|/(2 pi) and -Re s/|s| of the roots s of M s^2 + C s
+    + K (1 + g s/(s + 1/tau)) in the space of the lowest undamped modes, so that damping also couples the modes."""
+    every = np.concatenate([d for _, d in (coarse or wing).veins.values()])
+    model = Model(wing, case.stiffness, float(np.mean(every)), 2.0 if coarse is not None else 1.0)
+    k, m, moving = matrices(wing, case, model)
+    values, phi = eigsh(k, DECAYING, m, sigma=0.0, which="LM", v0=np.ones(3 * len(moving)))
+    d, n = case.damping, len(values)
+    c = d.rayleigh_mass * np.eye(n) + d.rayleigh_stiffness * np.diag(values)
+    if d.joint_friction:
+        joints = {h.joint: 2 * model.hinge_stiffness(h) for h in model.hinge_plan if h.joint}
+        twice = Model(wing, replace(case.stiffness, joints=joints), float(np.mean(every)), 2.0 if coarse is not None else 1.0)
+        c = c + d.joint_friction * (phi.T @ ((matrices(wing, case, twice)[0] - k) @ phi))
+    zero, one = np.zeros((n, n)), np.eye(n)
+    roots, vectors = np.linalg.eig(np.block([[zero, one, zero], [-np.diag(values), -c, -d.relaxation * np.diag(values)],
+                                             [zero, one, -one / d.relaxation_time]]))
+    decays = []
+    for hertz, _ in found:
+        mode = np.argmin(np.abs(values - (2 * pi * hertz)**2))
+        turning = roots.imag > 0
+        share = np.abs(vectors[mode, turning])**2 / (np.abs(vectors[:n, turning])**2).sum(0)
+        s = roots[turning][np.argmax(share)]
+        decays.append((abs(s) / (2 * pi), -s.real / abs(s)))
+    return decays
+
+
+def matrices(wing: Wing, case: Case, model: Model) -> tuple[sparse.csc_matrix, sparse.csc_matrix, np.ndarray]:
+    """Returns stiffness and mass of the wing about its shape under the loads of the case, and the numbers of the nodes that move."""
+    plane, across = mass_matrix(wing, case, model.n_nodes)
+    moving = np.flatnonzero(model.moves)
+    parts = []
+    for k, matrix in enumerate((plane, plane, across)):
+        m = matrix[moving][:, moving].tocoo()
+        parts.append(sparse.csc_matrix((m.data, (3 * m.row + k, 3 * m.col + k)), (3 * len(moving),) * 2))
+    bent = loaded_shape(wing, model, case, plane)
+    axial = model.springs.forces(bent) if is_loaded(case) else np.zeros(len(model.springs.k))  # no spring is stretched at rest
+    return sparse.csc_matrix(model.tangent(bent, axial)), sum(parts), moving
+
+
 def loaded_shape(wing: Wing, model: Model, case: Case, plane: sparse.csc_matrix) -> np.ndarray:
     """Returns the displacements (nodes, 3) [m] under the loads and the weight of the masses `plane`, which contain no air."""
     if not is_loaded(case):
@@ -204,19 +274,8 @@ def find_modes(wing: Wing, case: Case, coarse: Wing | None = None) -> list[tuple
     its shape under the loads of the case, or about rest if there are none. The largest value of each shape is 1 or -1."""
     every = np.concatenate([d for _, d in (coarse or wing).veins.values()])
     model = Model(wing, case.stiffness, float(np.mean(every)), 2.0 if coarse is not None else 1.0)
-    plane, across = mass_matrix(wing, case, model.n_nodes)
-    moving = np.flatnonzero(model.moves)
-    inverse = np.full((3, model.n_nodes), -1)
-    for k in range(3):
-        inverse[k, moving] = 3 * np.arange(len(moving)) + k
-    parts = []
-    for k, matrix in enumerate((plane, plane, across)):
-        m = matrix[moving][:, moving].tocoo()
-        parts.append(sparse.csc_matrix((m.data, (3 * m.row + k, 3 * m.col + k)), (3 * len(moving),) * 2))
-    bent = loaded_shape(wing, model, case, plane)
-    axial = model.springs.forces(bent) if is_loaded(case) else np.zeros(len(model.springs.k))  # no spring is stretched at rest
-    k_matrix = model.tangent(bent, axial)
-    values, vectors = eigsh(k_matrix, case.modes + 12, sum(parts), sigma=0.0, which="LM", v0=np.ones(3 * len(moving)))
+    k, m, moving = matrices(wing, case, model)
+    values, vectors = eigsh(k, case.modes + 12, m, sigma=0.0, which="LM", v0=np.ones(3 * len(moving)))
     order = np.argsort(values)
     found = []
     for i in order:
@@ -229,13 +288,14 @@ def find_modes(wing: Wing, case: Case, coarse: Wing | None = None) -> list[tuple
 
 
 def synthesise(case: Case) -> tuple[list[Measured], dict[str, Any]]:
-    """Returns the measured modes, [(name, frequency, sd, places, shape, sd)], and the truth."""
+    """Returns the measured modes and the truth."""
     wing = read_wing(case.wing)
     coarse = wing if case.refine else None
     fine = refine(wing) if case.refine else wing
     if case.refine:
         fine.mass = wing.mass
     found = find_modes(fine, case, coarse)
+    decays = find_decays(fine, case, coarse, found) if is_damped(case) else []
     random = np.random.default_rng(case.seed)
     free = np.setdiff1d(np.arange(len(wing.points)), list(wing.root))
     sites = np.sort(random.choice(free, min(case.sites, len(free)), replace=False))
@@ -246,9 +306,15 @@ def synthesise(case: Case) -> tuple[list[Measured], dict[str, Any]]:
             continue
         sd = case.noise.shape
         size = 10**random.uniform(-1, 1)  # the strength with which a mode was excited is unknown
-        modes.append((f"{case.name}{number}", frequency * (1 + case.noise.frequency * errors[0]), case.noise.frequency * frequency,
-                      wing.points[sites, :2], size * (shape[sites] + sd * errors[1:]), np.full(len(sites), size * sd)))
-    truth = {"frequencies": [f for f, _ in found], "loads": [[*place, *vector] for place, vector in case.loads],
+        mode = Measured(f"{case.name}{number}", frequency * (1 + case.noise.frequency * errors[0]), case.noise.frequency * frequency,
+                        wing.points[sites, :2], size * (shape[sites] + sd * errors[1:]), np.full(len(sites), size * sd))
+        if decays:
+            ratio, error = decays[number - 1][1], case.noise.damping * random.standard_normal()
+            mode = mode._replace(damping=ratio * (1 + error), damping_sd=case.noise.damping * ratio)
+            mode = mode._replace(frequency=mode.frequency * decays[number - 1][0] / frequency)
+        modes.append(mode)
+    truth = {"frequencies": [f for f, _ in decays or found], "damping_ratios": [ratio for _, ratio in decays],
+             "loads": [[*place, *vector] for place, vector in case.loads],
              "gravity": list(case.gravity), "stiffness": vars(case.stiffness), "mass": vars(case.mass),
              "air_ratio": case.air_ratio, "seed": case.seed}
     return modes, truth
@@ -262,12 +328,15 @@ def write_modes(path: str | Path, case: Case, modes: Iterable[Measured]) -> None
             file.attrs["schema"] = np.bytes_("flusi-msm measurement")
             file.attrs["version"] = np.int32(1)
             file.require_group("modes").attrs["air_density"] = np.float64(case.air_density)
-            for name, frequency, sd, places, shape, sigma in modes:
-                group = file.create_group(f"modes/{name}")
-                group.attrs["frequency"] = np.float64(frequency)
-                group.attrs["frequency_sigma"] = np.float64(sd)
+            for mode in modes:
+                group = file.create_group(f"modes/{mode.name}")
+                group.attrs["frequency"] = np.float64(mode.frequency)
+                group.attrs["frequency_sigma"] = np.float64(mode.frequency_sd)
+                if mode.damping >= 0:
+                    group.attrs["damping"] = np.float64(mode.damping)
+                    group.attrs["damping_sigma"] = np.float64(mode.damping_sd)
                 group.attrs["medium"] = np.bytes_(case.medium)
-                for key, values in (("points", places), ("shape", shape), ("sigma", sigma)):
+                for key, values in (("points", mode.places), ("shape", mode.shape), ("sigma", mode.sd)):
                     group.create_dataset(key, data=np.asarray(values, "<f8"), track_times=False)
                 group["points"].attrs["units"] = np.bytes_("m")
                 if any(case.gravity):

@@ -17,24 +17,13 @@ from flusi_msm.bending.mesh import locate, refine
 from flusi_msm.bending.model import Model, Stiffness
 from flusi_msm.errors import InputError
 from flusi_msm.measurement.case_file import build, read_json
-from flusi_msm.measurement.modes import Mass, mass_matrix
+from flusi_msm.measurement.modes import Damping, Mass, mass_matrix, triangle_areas
 from flusi_msm.wing.file import read_wing
 
 if TYPE_CHECKING:
     from flusi_msm.wing.file import Wing
 
 UNITS = {"release": "N", "tap": "N s"}
-
-
-@dataclass
-class Damping:
-    """The causes of damping. Names are those of [Damping] of `flusi` where it has them."""
-    rayleigh_mass: float = 0.0        # [1/s]
-    rayleigh_stiffness: float = 0.0   # [s]
-    joint_friction: float = 0.0       # [s] moment per rate of the elastic moment of joints
-    relaxation: float = 0.0           # g: for a sudden force the stiffness is 1 + g times larger
-    relaxation_time: float = 1.0e-3   # [s]
-    drag: float = 0.0                 # [1/m] force -c m |v| v of every node: quadratic, no entry of the catalogue is
 
 
 @dataclass
@@ -65,6 +54,8 @@ class Case:
     start: float = 0.0                # [s]
     lowpass: float = 0.0              # [Hz], 0: no filter
     order: int = 1                    # of the filter, 1 or 2
+    lag: float = 0.0                  # [s] of a filter of first order that the file does not state
+    shake: tuple[float, ...] = ()     # (size [m/s^2], frequency [Hz], phase [rad]) of a motion of the base along z, the same
     steps: int = 32                   # of time in a sample
     medium: str = "vacuum"
     air_density: float = 1.2          # [kg/m^3]
@@ -114,6 +105,9 @@ class Motion:
             joints = {h.joint: 2 * model.hinge_stiffness(h) for h in model.hinge_plan if h.joint}
             twice = Model(wing, replace(case.stiffness, joints=joints), mean, springs)
             self.c = self.c + d.joint_friction * (self.tangent(twice) - self.k)
+        self.area = np.zeros(model.n_nodes)  # of the membrane around every node, [m^2]
+        np.add.at(self.area, np.asarray(wing.triangles), triangle_areas(wing)[:, None] / 3)
+        self.area = self.area[moving]
         self.wing, self.case, self.n = wing, case, n
 
     @staticmethod
@@ -148,14 +142,16 @@ class Motion:
         factor = splu((4 / h**2 * self.m + 2 / h * self.c + (1 + g / gone) * self.k).tocsc())
         u, v, z = np.zeros(self.n), np.zeros(self.n), np.zeros(self.n)
         weights = self.m @ np.tile(np.asarray(case.direction, float) / np.linalg.norm(case.direction), self.n // 3)
+        size, hertz, phase = case.shake or (0.0, 0.0, 0.0)
+        across = self.m @ np.tile([0.0, 0.0, 1.0], self.n // 3)
         if case.excitation == "release":
             u = splu(self.k).solve(case.size * self.at(case.point, case.direction))
         elif case.excitation == "tap":
             v = self.inertial(case.size * self.at(case.point, case.direction))
 
         def pull(step: int) -> np.ndarray:
-            return 0 * weights if base is None else -weights * np.interp(step * h * case.rate, np.arange(len(base)), base)
-        lumped = np.asarray(self.m.sum(1)).ravel()
+            moved = -size * np.sin(2 * np.pi * hertz * step * h + phase) * across
+            return moved if base is None else moved - weights * np.interp(step * h * case.rate, np.arange(len(base)), base)
         a = self.inertial(pull(0) - self.c @ v - self.k @ u)
         looks = np.array([self.at(place, case.axis) for place in case.places])
         seen = np.zeros((count, len(looks)))
@@ -163,9 +159,9 @@ class Motion:
             seen[step] = looks @ (v if case.units == "m/s" else u)
             right = pull(step + 1) + self.m @ (4 / h**2 * (u + h * v) + a) + self.c @ (2 / h * u + v)
             right += g / gone * (self.k @ (u - keep * z))
-            if d.drag:  # from the beginning of the step: its error is of first order in a small force
-                speed = np.sqrt((v.reshape(-1, 3)**2).sum(1)).repeat(3)
-                right -= d.drag * lumped * speed * v
+            if d.drag and case.medium == "air":  # at the predicted velocity
+                speed = (v + h * a)[2::3]
+                right[2::3] -= d.drag * self.area * np.abs(speed) * speed
             new = factor.solve(right)
             z = (keep * z + new - u) / gone
             a, v, u = 4 / h**2 * (new - u - h * v) - a, 2 / h * (new - u) - v, new
@@ -207,6 +203,8 @@ def synthesise(case: Case) -> tuple[dict[str, Any], dict[str, Any]]:
         base = case.size * random.standard_normal(case.samples)
     times, seen = Motion(fine, case, coarse).record(base)
     seen = filtered(case, times, seen)
+    if case.lag:
+        seen = filtered(replace(case, lowpass=1 / (2 * np.pi * case.lag), order=1), times, seen)
     late = case.noise.trigger * random.standard_normal()
     wanted = case.start + late + np.arange(case.samples) / case.rate
     exact = np.stack([np.interp(np.maximum(wanted, 0), times, column) for column in seen.T], 1)
