@@ -43,8 +43,7 @@ module fsi_thin_wings
     real(rp) :: after = 0    !< largest |U - I u(n+1)|
     real(rp) :: speed = 0    !< largest |U|
     logical :: is_measured = .false. !< `after`, `received` and `lost` are of the last step; otherwise of an earlier one
-    real(rp) :: received = 0 !< rho L^5/T^3 power of the forces with the velocities of the flow after the step
-    real(rp) :: lost = 0     !< rho L^5/T^3 their power with the velocities that the markers prescribe
+    real(rp) :: received = 0, lost = 0 !< rho L^5/T^3 power of the forces with the flow after the step, and with the markers
     integer :: iterations = 0 !< iterations for the forces of several rigid wings together
     real(rp) :: left = 0      !< share of the earlier slip that the last iteration left
   contains
@@ -364,9 +363,7 @@ contains
       end associate
     end do
     do i = 1, size(poses)
-      associate (wing => self%wings(i))
-        call self%broadcast(f(:, wing%first:wing%last), wing%owner)
-      end associate
+      call self%broadcast(f(:, self%wings(i)%first:self%wings(i)%last), self%wings(i)%owner)
     end do
   end subroutine solve_blocks
 

@@ -101,8 +101,10 @@ contains
     type(failure_t) :: failure
     character(300) :: line
     integer :: unit, status
-    call load_settings('[Resolution]'//NL//'nx=32'//NL//'ny=32'//NL//'nz=32'//NL//'[Penalization]'//NL//'iPenalization=1'//NL// &
+    call load_settings('[InitialCondition]'//NL//'inicond=quiescent'//NL// &
+                       '[Resolution]'//NL//'nx=32'//NL//'ny=32'//NL//'nz=32'//NL//'[Penalization]'//NL//'iPenalization=1'//NL// &
                        'iMask=Insect'//NL//'eps=0.01'//NL//'[Insects]'//NL//'surface='//surface//NL//'WingShape=drosophila'//NL// &
+                       'x_pivot_l=0.0 0.2 0.0'//NL//'x_pivot_r=0.0 -0.2 0.0'//NL// &
                        'FlappingMotion_left=Drosophila_hovering_fry'//NL//'FlappingMotion_right=Drosophila_hovering_fry'//NL, &
                        'test.ini', .false., settings, errors, notices)
     call t%check('the settings are accepted', errors%count() == 0)
