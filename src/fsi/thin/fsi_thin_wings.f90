@@ -42,8 +42,8 @@ module fsi_thin_wings
     real(rp) :: before = 0   !< largest |U - I u*|, before the forces act
     real(rp) :: after = 0    !< largest |U - I u(n+1)|
     real(rp) :: speed = 0    !< largest |U|
-    logical :: is_measured = .false. !< `after` and `received` are of the last step; otherwise of an earlier one
-    real(rp) :: received = 0 !< rho L^5/T^3 power of the forces with the velocities of the flow after the step
+    logical :: is_measured = .false. !< `after`, `received` and `lost` are of the last step; otherwise of an earlier one
+    real(rp) :: received = 0, lost = 0 !< rho L^5/T^3 power of the forces with the flow after the step, and with the markers
     integer :: iterations = 0 !< iterations for the forces of several rigid wings together
     real(rp) :: left = 0      !< share of the earlier slip that the last iteration left
   contains
@@ -97,6 +97,7 @@ contains
     call visitor%visit('speed', self%speed)
     call visitor%visit('is_measured', self%is_measured)
     call visitor%visit('received', self%received)
+    call visitor%visit('lost', self%lost)
     call visitor%visit('iterations', self%iterations)
     call visitor%visit('left', self%left)
   end subroutine slip_visit
@@ -254,6 +255,7 @@ contains
     if (self%slip%is_measured) then
       call fluid%velocities_at_points(self%flow)
       self%slip%received = sum(self%force*self%flow)
+      self%slip%lost = sum(self%force*(self%u - self%shift))
       self%flow = self%flow + self%shift
       self%slip%after = largest(self%u - self%flow)
     end if
@@ -361,9 +363,7 @@ contains
       end associate
     end do
     do i = 1, size(poses)
-      associate (wing => self%wings(i))
-        call self%broadcast(f(:, wing%first:wing%last), wing%owner)
-      end associate
+      call self%broadcast(f(:, self%wings(i)%first:self%wings(i)%last), self%wings(i)%owner)
     end do
   end subroutine solve_blocks
 

@@ -26,6 +26,7 @@ program test_thin_wings
   call check_momentum()
   call check_close_markers()
   call check_close_wings()
+  call check_wings_of_different_size()
   call check_crossing_wings()
   call kit%finish()
 
@@ -101,6 +102,43 @@ contains
     call kit%check_below('two plates leave no more of the slip than one does', left(2), 1.5_rp*left(1))
     call kit%check('after a few iterations', iterations > 1 .and. iterations < 20)
   end subroutine check_close_wings
+
+  !> A plate and one of half its length, which other ranks own, face each other two cells apart: the flow receives the momentum
+  !> that both lose, each with its own force, and follows both.
+  subroutine check_wings_of_different_size()
+    type(fluid_t) :: fluid
+    type(flapping_wings_t) :: wings
+    type(thin_wings_t) :: thin
+    type(request_t) :: nothing
+    type(failure_t) :: failure
+    real(rp) :: before(3), after(3), force(3), error, left
+    integer :: step
+    call plates('facing', '0.0625', '-0.0625', 'iMeanFlow_x=free'//NL//'iMeanFlow_y=free'//NL//'iMeanFlow_z=free'//NL// &
+                'ux=0.3'//NL//'uy=1'//NL//'uz=0.2', fluid, wings)
+    wings%params%wings(2)%points = 0.5_rp*wings%params%wings(2)%points
+    wings%params%thin%slip_interval = 1
+    call thin%init(kit%world, wings, fluid, failure)
+    associate (n => thin%wings%last - thin%wings%first + 1)
+      call kit%check('the smaller wing has fewer markers', 2*n(2) < n(1) .and. n(2) > 3)
+    end associate
+    error = 0
+    before = mean_flow(fluid)
+    do step = 1, 3
+      call fluid%step(nothing, failure, wings)
+      call thin%advance_rigid(fluid, wings, failure)
+      after = mean_flow(fluid)
+      force = wings%marker_loads(1)%force + wings%marker_loads(2)%force
+      error = max(error, maxval(abs((after - before)*fluid%transform%grid%volume()/fluid%dt + force))/norm2(force))
+      before = after
+      if (step == 1) left = thin%slip%after/thin%slip%before
+    end do
+    print '(a,4es10.2)', 'two sizes: momentum, slip, forces', error, left, norm2(wings%marker_loads(1)%force), &
+      norm2(wings%marker_loads(2)%force)
+    call kit%check('the steps with wings of different size succeed', .not. failure%failed)
+    call kit%check_below('the flow receives the momentum that wings of different size lose', error, 1.0e-10_rp)
+    call kit%check_below('and follows both', left, 0.05_rp)
+    call fluid%free()
+  end subroutine check_wings_of_different_size
 
   !> Two plates that turn apart want two velocities of the same flow if they are at one place, and half a grid spacing apart they
   !> need forces that are no flow's: all ranks know. Two spacings apart they are sound.

@@ -31,7 +31,7 @@ contains
     call table%add('slip.t', &
                    [character(40) :: T, 'largest slip after the step [L/T]', 'before its forces [L/T]', &
                     'largest wing speed [L/T]', 'power to the flow [rho L^5/T^3]', 'iterations of the forces', &
-                    'share of the slip that they leave'], &
+                    'share of the slip that they leave', 'power from the wings [rho L^5/T^3]'], &
                    EVERY_STEP, slip_values, exists=flight%thin%is_thin)
     call table%add('kinematics.t', kinematics_columns(), EVERY_INTEGRAL, kinematics_values)
     call table%add('aero_power.t', [character(40) :: T, 'aerodynamic'//P, 'inertial'//P], EVERY_INTEGRAL, power_values)
@@ -55,7 +55,8 @@ contains
     real(rp), allocatable, intent(out) :: values(:)
     associate (slip => now%thin%slip)
       if (slip%is_measured) then
-        values = [now%fluid%sums_time, slip%after, slip%before, slip%speed, slip%received, real(slip%iterations, rp), slip%left]
+        values = [now%fluid%sums_time, slip%after, slip%before, slip%speed, slip%received, real(slip%iterations, rp), slip%left, &
+                  slip%lost]
       else
         values = [real(rp) ::]
       end if

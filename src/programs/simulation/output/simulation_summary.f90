@@ -19,7 +19,7 @@ module simulation_summary
   public :: write_summary
 
   character(*), parameter :: NL = new_line('a')
-  integer, parameter :: FORCE_COLUMNS = 15, SLIP_COLUMNS = 1 + N_COLORS, THIN_COLUMNS = 7, &
+  integer, parameter :: FORCE_COLUMNS = 15, SLIP_COLUMNS = 1 + N_COLORS, THIN_COLUMNS = 8, &
                         COUPLING_COLUMNS = 11
   real(rp), parameter :: START = 0.1_rp !< fraction of the first beat in which the flow starts suddenly, with large forces
   integer, parameter :: LIFT = 1, DRAG = 2, SIDE = 3, POWER = 4, INERTIAL = 5
@@ -62,9 +62,11 @@ contains
       call read_series('slip.t', THIN_COLUMNS, series, failure)
       if (failure%failed) return
       text = text//thin_slip_text(settings, series, period, n)
+      ! Both powers are of the same steps: the ratio of means over other steps would depend on slip_interval.
+      beat = beat_statistics(series(1, :), series(8, :), period, n)
+      lost = beat%mean
       beat = beat_statistics(series(1, :), series(5, :), period, n)
-      if (has_rows(series(1, :), period, n)) text = text//balance_text(beats(POWER, n)%mean, beat, 0.98_rp, &
-                                                                                     'set a smaller CFL')
+      if (has_rows(series(1, :), period, n)) text = text//balance_text(lost, beat, 0.98_rp, 'set a smaller CFL')
     else
       call read_series('u_residual.t', SLIP_COLUMNS, series, failure)
       if (failure%failed) return
