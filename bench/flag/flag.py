@@ -10,7 +10,7 @@ usage: flag.py <flusi> <folder> [case ...]     runs the cases (all of them witho
        flag.py --list                          names the cases
 
 A case that has finished in <folder> is not run again. The cases called thin are those of thin_filament.py, a
-computation of the same filament by another method.
+computation of the same filament by another method. In those called sheet the filament is a surface without thickness.
 """
 import json
 import math
@@ -32,6 +32,9 @@ def grid(points, length=6, height=4):
             "sponge_thickness": points // 2, "x0": f"0.0 {length / 3} {height / 2}", "iSaveVorticity": 0}
 
 
+SHEET = {"surface": "thin", "WingThickness": None, "CFL": 0.45}
+
+
 def stiffness(rigidity):
     return {"E": repr(0.98 * rigidity / SPARS), "D": repr(0.02 * rigidity)}
 
@@ -45,6 +48,8 @@ def pendulum(points, density=1.0):
 # name: the keys of ini/flag.ini that differ. C_eta changes with dx, so that the leak through the filament is the same.
 CASES = {
     **{f"{n}": {**grid(n), "eps": 0.096 / n} for n in (16, 24, 32, 48, 64)},
+    **{f"sheet-{n}": {**grid(n), **SHEET} for n in (12, 16, 24, 32, 48)},
+    "sheet-16-box": {**grid(16, 9, 6), **SHEET},
     "16-eps": {**grid(16), "eps": 3e-3},
     "16-step": {**grid(16), "eps": 6e-3, "CFL_eta": 0.495},
     "16-box": {**grid(16, 9, 6), "eps": 6e-3, "Tmax": 17.0},
@@ -58,6 +63,7 @@ CASES = {
     "32-soft": {**grid(32), "eps": 3e-3, **stiffness(0.0015)},
     **{f"pendulum-{n}": pendulum(n) for n in (16, 24, 32, 48)},
     "pendulum-vacuum": pendulum(12, 1e-9),
+    **{f"pendulum-sheet-{n}": {**pendulum(n), **SHEET, "dt_max": 2e-3} for n in (16, 24, 32)},
     "thin-16": (16, 22.0),
     "thin-16-normal": (16, 22.0, "--normal"),
     "thin-24": (24, 22.0),
@@ -68,10 +74,14 @@ CASES = {
 
 
 def change(text, keys):
-    """Returns the input file with other values; keys that it does not have are added to their section."""
+    """Returns the input file with other values; keys that it does not have are added to their section, and those without value
+    are left out."""
     homes = {"CFL_eta": "Time", "iDoBackup": "Saving", "load_distance": "Flexible_wing", "coupling": "Flexible_wing",
-             "load": "Flexible_wing"}
+             "load": "Flexible_wing", "surface": "Insects", "dt_max": "Time"}
     for key, value in keys.items():
+        if value is None:
+            text = re.sub(rf"(?m)^{key} = .*\n", "", text)
+            continue
         new, count = re.subn(rf"(?m)^{key} = .*$", f"{key} = {value};", text)
         text = new if count else text.replace(f"[{homes[key]}]", f"[{homes[key]}]\n{key} = {value};")
     return text

@@ -18,8 +18,8 @@ from plane_plate import along_stroke, fly, mean_over, read, read_measured, read_
 
 WINDOW = (0.15, 0.98)    # part of the beat: from after the start of the pitch to before the last record
 FINE = 64
-# Grids like that of 12 points, and the numbers of gaps between markers on the chord: they are 1.5 to 2.4 dx wide.
-NEAR = [(n, gaps) for n in (11, 12, 13, 14) for gaps in (5, 6, 7, 8) if 1.5 <= n / gaps <= 2.5]
+# Grids like that of 12 points, and the numbers of gaps between markers on the chord: they are 1.7 to 2.4 dx wide.
+NEAR = [(n, gaps) for n in range(10, 16) for gaps in range(5, 9) if 1.65 <= n / gaps <= 2.4]
 
 
 def cases():

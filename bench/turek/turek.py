@@ -87,7 +87,7 @@ CASES = {
     "fsi2-96-short-half": {**short(96, 2), **EARLY, "WingThickness": 0.01},
     # The beam without thickness; the first one is the input file with another surface and no push.
     "fsi2-96-sheet": {"surface": "thin", "WingThickness": None, "CFL": 0.45, "iSaveVorticity": 0},
-    **{f"fsi2-{n}-short-sheet": {**sheet(n), **EARLY} for n in GRIDS[1:]},
+    **{f"fsi2-{n}-short-sheet": {**sheet(n), **EARLY} for n in GRIDS},
     "fsi2-96-short-sheet-thick": {**sheet(96, 1), **EARLY},
     "fsi2-96-short-sheet-moved": {**sheet(96, 2, True), **EARLY},
     # These continue from the end of fsi2-96-short.
