@@ -32,6 +32,7 @@ def grid(points, length=6, height=4):
             "sponge_thickness": points // 2, "x0": f"0.0 {length / 3} {height / 2}", "iSaveVorticity": 0}
 
 
+MARGIN = 1.3  # cells by which a surface without thickness moves more fluid on each side (bench/plates/run_added_mass)
 SHEET = {"surface": "thin", "WingThickness": None, "CFL": 0.45}
 
 
@@ -148,7 +149,8 @@ def half_period(folder):
 
 
 def added_mass(thickness):
-    """Returns the same ratio for a bar with the added moment of inertia of a plate as wide as the mask."""
+    """Returns the same ratio for a bar with the added moment of inertia of a plate that is wider than it by `thickness`: of the
+    mask, or twice the margin of a surface without thickness."""
     a = (1 + thickness) / 2
     return math.sqrt(1 + (math.pi * a**4 / 8 + math.pi * a**2 / 4) / (MASS / 3))
 
@@ -167,9 +169,10 @@ def table(root):
         print(f"{name:14s} {f['St']:7.4f} {f['A']:11.3f} {f['A_y']:10.3f} {f['F']:9.3f} {100 * f['drift']:+8.1f} %")
     vacuum = found.get("pendulum-vacuum", 1.0)
     for name, ratio in found.items():
-        if name.startswith("pendulum") and name[9:].isdigit():
-            theory = added_mass(4 / int(name[9:]))
-            print(f"{name:14s} period {ratio:.4f}, in a vacuum {vacuum:.4f}; added mass {theory:.4f}, "
+        points = name.split("-")[-1]
+        if name.startswith("pendulum") and points.isdigit():
+            theory = added_mass((2 * MARGIN if "sheet" in name else 4) / int(points))
+            print(f"{name:17s} period {ratio:.4f}, in a vacuum {vacuum:.4f}; added mass {theory:.4f}, "
                   f"difference {100 * (ratio / vacuum / theory - 1):+.2f} %")
     print(json.dumps({name: value if isinstance(value, float) else {k: round(v, 5) for k, v in value.items()}
                       for name, value in found.items()}))

@@ -26,7 +26,7 @@ LENGTH, HEIGHT, DENSITY, NU = 2.56, 0.48, 1000.0, 1e-3  # of the box and of the 
 # A mask whose step is 2 h wide has its wall where it is drawn if sqrt(nu C_eta) is this part of h = dx: the zero of
 # wall_shift in tests/verification/fluid/support_walls.f90.
 LAYER = 0.33909
-SHIFT = 0.2295  # and for half of it the wall is this part of h inside of the flow
+ROUND_SHIFT = 0.3033  # and for half of it the wall is this part of h inside of the flow, if the grid resolves the layer
 WALL, DIAMETER = 0.07, 0.1
 
 # Published: mean and amplitude or one number; lengths in m, forces in N/m, frequencies in Hz.
@@ -50,14 +50,41 @@ def short(points, thin=1):
     return {**grid(points, thin), "ny": round(points * LENGTH / HEIGHT / 2), "yl": LENGTH / 2}
 
 
+def seen_wall(points, thin, shift):
+    """Returns by how many dx the walls of the channel are inside of the flow where a Poiseuille flow on the grid sees them, if they
+    are drawn `shift` dx outside of where the benchmark has them. The grid does not resolve the layer, so that this depends on the
+    places of the points, too."""
+    dx = HEIGHT / points
+    wave = 2 * np.pi * np.fft.fftfreq(points, dx)
+    z = np.arange(points) * dx
+    depth = (np.abs((z - (HEIGHT - WALL / 2) + HEIGHT / 2) % HEIGHT - HEIGHT / 2) - WALL / 2) / dx + shift
+    mask = np.where(depth <= -1, 1, np.where(depth >= 1, 0, (1 + np.cos(np.pi * (depth + 1) / 2)) / 2))
+    to, back = np.fft.fft(np.eye(points)), np.fft.ifft(np.eye(points))
+    kept = (back @ np.diag(1.0 * (np.abs(wave) <= 2 / 3 * np.pi / dx)) @ to).real
+    diffusion = (back @ np.diag(-NU * wave**2) @ to).real
+    operator = kept @ (diffusion - np.diag(mask * NU / (LAYER / thin * dx)**2)) @ kept + np.eye(points) - kept
+    flow = np.linalg.solve(operator, -kept @ np.ones(points)).sum() * dx
+    return ((HEIGHT - WALL) - (12 * NU * flow)**(1 / 3)) / 2 / dx
+
+
+def wall_shift(points, thin):
+    """Returns by how many dx the walls must be drawn outside, so that the flow sees them where the benchmark has them."""
+    low, high = 0.0, 1.0
+    while high - low > 1e-6:
+        shift = (low + high) / 2
+        low, high = (shift, high) if seen_wall(points, thin, shift) > 0 else (low, shift)
+    return low
+
+
 def sheet(points, thin=2, is_moved=False):
     """Returns the keys of a short channel with the beam as a surface without thickness. If the walls and the cylinder `are moved`,
     the flow sees them where the benchmark has them; the flow through the channel remains the same."""
     keys = {**short(points, thin), "surface": "thin", "WingThickness": None, "CFL": 0.45}
     if not is_moved:
         return keys
-    shift, height = SHIFT * HEIGHT / points, HEIGHT - WALL
-    return {**keys, "thick_wall": WALL - 2 * shift, "pos_wall": -shift, "Size": DIAMETER - 2 * shift,
+    dx, height = HEIGHT / points, HEIGHT - WALL
+    shift = wall_shift(points, thin) * dx
+    return {**keys, "thick_wall": WALL - 2 * shift, "pos_wall": -shift, "Size": DIAMETER - 2 * ROUND_SHIFT * dx,
             "inflow_velocity": height / (height + 2 * shift)}
 
 
