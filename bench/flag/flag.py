@@ -51,6 +51,7 @@ CASES = {
     **{f"{n}": {**grid(n), "eps": 0.096 / n} for n in (16, 24, 32, 48, 64)},
     **{f"sheet-{n}": {**grid(n), **SHEET} for n in (12, 16, 24, 32, 48)},
     "sheet-16-box": {**grid(16, 9, 6), **SHEET},
+    "sheet-16-sharp": {**grid(16), **SHEET, "surface_viscosity": 0.0},
     "16-eps": {**grid(16), "eps": 3e-3},
     "16-step": {**grid(16), "eps": 6e-3, "CFL_eta": 0.495},
     "16-box": {**grid(16, 9, 6), "eps": 6e-3, "Tmax": 17.0},
@@ -78,7 +79,7 @@ def change(text, keys):
     """Returns the input file with other values; keys that it does not have are added to their section, and those without value
     are left out."""
     homes = {"CFL_eta": "Time", "iDoBackup": "Saving", "load_distance": "Flexible_wing", "coupling": "Flexible_wing",
-             "load": "Flexible_wing", "surface": "Insects", "dt_max": "Time"}
+             "load": "Flexible_wing", "surface": "Insects", "surface_viscosity": "Insects", "dt_max": "Time"}
     for key, value in keys.items():
         if value is None:
             text = re.sub(rf"(?m)^{key} = .*\n", "", text)
