@@ -42,7 +42,7 @@ CASES = {
     "plate-90-16-sheet": ("plate90", 100, 16, 0.0, 1e-2, (6, 5, 4), 15),
     "disk-100-12-sheet": ("disk", 100, 12, 0.0, 1e-2, (6, 4, 4), 12),
     "disk-100-16-sheet": ("disk", 100, 16, 0.0, 1e-2, (6, 4, 4), 12),
-    "disk-100-24-sheet": ("disk", 100, 24, 0.0, 1e-2, (6, 4, 4), 8),
+    "disk-100-24-sheet": ("disk", 100, 24, 0.0, 1e-2, (6, 4, 4), 5),
     "disk-100-16-sheet-wide": ("disk", 100, 16, 0.0, 1e-2, (6, 6, 6), 12),
     "disk-20-16-sheet": ("disk", 20, 16, 0.0, 1e-2, (6, 4, 4), 8),
     "disk-20-12-sheet": ("disk", 20, 12, 0.0, 1e-2, (6, 4, 4), 8),
@@ -158,9 +158,10 @@ def margin(re, points, measured):
 
 
 def last_force(path):
-    """Returns the time and the force of the last record, and those one time unit before it."""
+    """Returns the time and the force of the last record but one, and the force one time unit before it. The last step is shorter than
+    the others, and the force on a surface without thickness jumps by 1 % in it."""
     rows = [[float(x) for x in line.split()] for line in path.read_text().splitlines()
-            if line.strip() and not line.lstrip().startswith("%")]
+            if line.strip() and not line.lstrip().startswith("%")][:-1]
     before = min(rows, key=lambda row: abs(row[0] - (rows[-1][0] - 1)))
     return rows[-1][0], rows[-1][1:4], before[1:4]
 
@@ -186,7 +187,7 @@ def row(root, name):
         area = size**2 if body == "disk" else size * (size + 1) / 2
         expected = disk_drag(re * size) if body == "disk" else TAIRA[int(body[5:])][component // 2]
         text += f"{'C_D' if component == 0 else '   C_L'} {raw:7.4f}"
-        if not (root / (first + "-wide") / "done").exists() or time < 5:
+        if not (root / (first + "-wide") / "done").exists() or time < 4.9:
             continue
         factor = 1.0 if name.endswith("-wide") else blockage(root, first, first + "-wide", component)
         if name.endswith("-wide"):
