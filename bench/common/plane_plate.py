@@ -60,9 +60,9 @@ progress_interval = 300
 """
 
 
-def write(folder, re, stroke, beats, points, cells, is_drawn_in, box):
+def write(folder, re, stroke, beats, points, cells, is_drawn_in, box, spacing=2.0):
     """Writes the files of a run: the place of the plate is A0/2 cos(2 pi f t), the angle of its chord 90 + 45 sin(2 pi f t)
-    degrees."""
+    degrees. `spacing` is the distance of markers in dx."""
     folder.mkdir(parents=True, exist_ok=True)
     period, middle = math.pi * stroke, box / 2
     end = beats * period
@@ -72,7 +72,8 @@ def write(folder, re, stroke, beats, points, cells, is_drawn_in, box):
     write_stroke(folder, stroke, period, beats, middle, 400)
     (folder / "run.ini").write_text(INI.format(
         re=re, cells=points * box, box=float(box), end=end, dt=dt, nu=1 / re, eps=1.2 * dt, middle=middle, frequency=1 / period,
-        surface=f"surface = penalized\nWingThickness = {cells / points!r}" if cells else "surface = thin",
+        surface=f"surface = penalized\nWingThickness = {cells / points!r}" if cells
+        else f"surface = thin\nmarker_spacing = {spacing!r}",
         sponge=points // 2, record=period / 400))
 
 

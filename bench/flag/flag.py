@@ -10,7 +10,7 @@ usage: flag.py <flusi> <folder> [case ...]     runs the cases (all of them witho
        flag.py --list                          names the cases
 
 A case that has finished in <folder> is not run again. The cases called thin are those of thin_filament.py, a
-computation of the same filament by another method.
+computation of the same filament by another method. In those called sheet the filament is a surface without thickness.
 """
 import json
 import math
@@ -32,6 +32,10 @@ def grid(points, length=6, height=4):
             "sponge_thickness": points // 2, "x0": f"0.0 {length / 3} {height / 2}", "iSaveVorticity": 0}
 
 
+MARGIN = 1.3  # cells by which a surface without thickness moves more fluid on each side (bench/plates/run_added_mass)
+SHEET = {"surface": "thin", "WingThickness": None, "CFL": 0.45}
+
+
 def stiffness(rigidity):
     return {"E": repr(0.98 * rigidity / SPARS), "D": repr(0.02 * rigidity)}
 
@@ -45,6 +49,9 @@ def pendulum(points, density=1.0):
 # name: the keys of ini/flag.ini that differ. C_eta changes with dx, so that the leak through the filament is the same.
 CASES = {
     **{f"{n}": {**grid(n), "eps": 0.096 / n} for n in (16, 24, 32, 48, 64)},
+    **{f"sheet-{n}": {**grid(n), **SHEET} for n in (12, 16, 24, 32, 48)},
+    "sheet-16-box": {**grid(16, 9, 6), **SHEET},
+    "sheet-16-sharp": {**grid(16), **SHEET, "surface_viscosity": 0.0},
     "16-eps": {**grid(16), "eps": 3e-3},
     "16-step": {**grid(16), "eps": 6e-3, "CFL_eta": 0.495},
     "16-box": {**grid(16, 9, 6), "eps": 6e-3, "Tmax": 17.0},
@@ -58,6 +65,7 @@ CASES = {
     "32-soft": {**grid(32), "eps": 3e-3, **stiffness(0.0015)},
     **{f"pendulum-{n}": pendulum(n) for n in (16, 24, 32, 48)},
     "pendulum-vacuum": pendulum(12, 1e-9),
+    **{f"pendulum-sheet-{n}": {**pendulum(n), **SHEET, "dt_max": 2e-3} for n in (16, 24, 32)},
     "thin-16": (16, 22.0),
     "thin-16-normal": (16, 22.0, "--normal"),
     "thin-24": (24, 22.0),
@@ -68,10 +76,14 @@ CASES = {
 
 
 def change(text, keys):
-    """Returns the input file with other values; keys that it does not have are added to their section."""
+    """Returns the input file with other values; keys that it does not have are added to their section, and those without value
+    are left out."""
     homes = {"CFL_eta": "Time", "iDoBackup": "Saving", "load_distance": "Flexible_wing", "coupling": "Flexible_wing",
-             "load": "Flexible_wing"}
+             "load": "Flexible_wing", "surface": "Insects", "surface_viscosity": "Insects", "dt_max": "Time"}
     for key, value in keys.items():
+        if value is None:
+            text = re.sub(rf"(?m)^{key} = .*\n", "", text)
+            continue
         new, count = re.subn(rf"(?m)^{key} = .*$", f"{key} = {value};", text)
         text = new if count else text.replace(f"[{homes[key]}]", f"[{homes[key]}]\n{key} = {value};")
     return text
@@ -138,7 +150,8 @@ def half_period(folder):
 
 
 def added_mass(thickness):
-    """Returns the same ratio for a bar with the added moment of inertia of a plate as wide as the mask."""
+    """Returns the same ratio for a bar with the added moment of inertia of a plate that is wider than it by `thickness`: of the
+    mask, or twice the margin of a surface without thickness."""
     a = (1 + thickness) / 2
     return math.sqrt(1 + (math.pi * a**4 / 8 + math.pi * a**2 / 4) / (MASS / 3))
 
@@ -157,9 +170,10 @@ def table(root):
         print(f"{name:14s} {f['St']:7.4f} {f['A']:11.3f} {f['A_y']:10.3f} {f['F']:9.3f} {100 * f['drift']:+8.1f} %")
     vacuum = found.get("pendulum-vacuum", 1.0)
     for name, ratio in found.items():
-        if name.startswith("pendulum") and name[9:].isdigit():
-            theory = added_mass(4 / int(name[9:]))
-            print(f"{name:14s} period {ratio:.4f}, in a vacuum {vacuum:.4f}; added mass {theory:.4f}, "
+        points = name.split("-")[-1]
+        if name.startswith("pendulum") and points.isdigit():
+            theory = added_mass((2 * MARGIN if "sheet" in name else 4) / int(points))
+            print(f"{name:17s} period {ratio:.4f}, in a vacuum {vacuum:.4f}; added mass {theory:.4f}, "
                   f"difference {100 * (ratio / vacuum / theory - 1):+.2f} %")
     print(json.dumps({name: value if isinstance(value, float) else {k: round(v, 5) for k, v in value.items()}
                       for name, value in found.items()}))

@@ -18,11 +18,13 @@ from plane_plate import along_stroke, fly, mean_over, read, read_measured, read_
 
 WINDOW = (0.15, 0.98)    # part of the beat: from after the start of the pitch to before the last record
 FINE = 64
+# Grids like that of 12 points, and the numbers of gaps between markers on the chord: they are 1.7 to 2.4 dx wide.
+NEAR = [(n, gaps) for n in range(10, 16) for gaps in range(5, 9) if 1.65 <= n / gaps <= 2.4]
 
 
 def cases():
     """Name: Re, stroke in chords, beats, points per chord, thickness of the mask in dx (0: none), whether its outline is moved
-    inward by half of the thickness, chords of the box."""
+    inward by half of the thickness, chords of the box, and the distance of markers in dx if it is not the program's."""
     table = {}
     for re, grids, masks in ((100, (8, 12, 16, 24, 32, FINE), (8, 12, 16, 24, 32)),
                              (1000, (8, 12, 16, 24, 32, FINE), (12, 16, 24, 32))):
@@ -31,6 +33,8 @@ def cases():
         for n in masks:
             table[f"re{re}-mask-{n}"] = (re, 2.0, 1, n, 4, False, 8)
             table[f"re{re}-drawn-in-{n}"] = (re, 2.0, 1, n, 4, True, 8)
+    for n, gaps in NEAR:
+        table[f"re100-thin-gaps{gaps}-{n}"] = (100, 2.0, 1, n, 0, False, 8, n / gaps)
     for n in (16, 32):
         table[f"re75-thin-{n}"] = (75, 2.8, 4, n, 0, False, 10)
     table["re75-thin-16-wide"] = (75, 2.8, 4, 16, 0, False, 20)

@@ -26,6 +26,8 @@ LENGTH, HEIGHT, DENSITY, NU = 2.56, 0.48, 1000.0, 1e-3  # of the box and of the 
 # A mask whose step is 2 h wide has its wall where it is drawn if sqrt(nu C_eta) is this part of h = dx: the zero of
 # wall_shift in tests/verification/fluid/support_walls.f90.
 LAYER = 0.33909
+ROUND_SHIFT = 0.3033  # and for half of it the wall is this part of h inside of the flow, if the grid resolves the layer
+WALL, DIAMETER = 0.07, 0.1
 
 # Published: mean and amplitude or one number; lengths in m, forces in N/m, frequencies in Hz.
 PUBLISHED = {
@@ -48,6 +50,44 @@ def short(points, thin=1):
     return {**grid(points, thin), "ny": round(points * LENGTH / HEIGHT / 2), "yl": LENGTH / 2}
 
 
+def seen_wall(points, thin, shift):
+    """Returns by how many dx the walls of the channel are inside of the flow where a Poiseuille flow on the grid sees them, if they
+    are drawn `shift` dx outside of where the benchmark has them. The grid does not resolve the layer, so that this depends on the
+    places of the points, too."""
+    dx = HEIGHT / points
+    wave = 2 * np.pi * np.fft.fftfreq(points, dx)
+    z = np.arange(points) * dx
+    depth = (np.abs((z - (HEIGHT - WALL / 2) + HEIGHT / 2) % HEIGHT - HEIGHT / 2) - WALL / 2) / dx + shift
+    mask = np.where(depth <= -1, 1, np.where(depth >= 1, 0, (1 + np.cos(np.pi * (depth + 1) / 2)) / 2))
+    to, back = np.fft.fft(np.eye(points)), np.fft.ifft(np.eye(points))
+    kept = (back @ np.diag(1.0 * (np.abs(wave) <= 2 / 3 * np.pi / dx)) @ to).real
+    diffusion = (back @ np.diag(-NU * wave**2) @ to).real
+    operator = kept @ (diffusion - np.diag(mask * NU / (LAYER / thin * dx)**2)) @ kept + np.eye(points) - kept
+    flow = np.linalg.solve(operator, -kept @ np.ones(points)).sum() * dx
+    return ((HEIGHT - WALL) - (12 * NU * flow)**(1 / 3)) / 2 / dx
+
+
+def wall_shift(points, thin):
+    """Returns by how many dx the walls must be drawn outside, so that the flow sees them where the benchmark has them."""
+    low, high = 0.0, 1.0
+    while high - low > 1e-6:
+        shift = (low + high) / 2
+        low, high = (shift, high) if seen_wall(points, thin, shift) > 0 else (low, shift)
+    return low
+
+
+def sheet(points, thin=2, is_moved=False):
+    """Returns the keys of a short channel with the beam as a surface without thickness. If the walls and the cylinder `are moved`,
+    the flow sees them where the benchmark has them; the flow through the channel remains the same."""
+    keys = {**short(points, thin), "surface": "thin", "WingThickness": None, "CFL": 0.45}
+    if not is_moved:
+        return keys
+    dx, height = HEIGHT / points, HEIGHT - WALL
+    shift = wall_shift(points, thin) * dx
+    return {**keys, "thick_wall": WALL - 2 * shift, "pos_wall": -shift, "Size": DIAMETER - 2 * ROUND_SHIFT * dx,
+            "inflow_velocity": height / (height + 2 * shift)}
+
+
 GRIDS = (72, 96, 120, 144, 192)
 SLOW = {"inflow_velocity": 0.2, "Tmax": 9.0, "areal_density": 20.0, "tintegral": 0.05}
 RIGID = {"wings": "rigid", "tintegral": 0.05, "Tmax": 3.5}
@@ -61,11 +101,22 @@ CASES = {
     "cfd2-96-short-thick": {**short(96), **RIGID},
     **{f"fsi1-{n}": {**grid(n), **SLOW} for n in GRIDS},
     "fsi1-96-short": {**short(96), **SLOW},
+    **{f"fsi1-{n}-short-sheet": {**sheet(n, 1), **SLOW} for n in GRIDS[:3]},
+    **{f"cfd2-{n}-short-sheet": {**sheet(n), **RIGID} for n in GRIDS},
+    "cfd2-96-short-sheet-thick": {**sheet(96, 1), **RIGID},
+    **{f"cfd2-{n}-short-sheet-moved": {**sheet(n, 2, True), **RIGID} for n in GRIDS[:4]},
     "fsi1-96-short-viscous": {**short(96), **SLOW, "load": "pressure_viscous"},
     "fsi1-96-short-step": {**short(96), **SLOW, "CFL_eta": 0.5},
     **{f"fsi2-{n}": {**grid(n, 2), **EARLY} for n in GRIDS[1:]},
     **{f"fsi2-{n}-short": {**short(n, 2), **EARLY} for n in GRIDS[1:]},
     "fsi2-96-short-thick": {**short(96), **EARLY},
+    # The mask of the beam half as thick; its mass and stiffness remain.
+    "fsi2-96-short-half": {**short(96, 2), **EARLY, "WingThickness": 0.01},
+    # The beam without thickness; the first one is the input file with another surface and no push.
+    "fsi2-96-sheet": {"surface": "thin", "WingThickness": None, "CFL": 0.45, "iSaveVorticity": 0},
+    **{f"fsi2-{n}-short-sheet": {**sheet(n), **EARLY} for n in GRIDS},
+    "fsi2-96-short-sheet-thick": {**sheet(96, 1), **EARLY},
+    "fsi2-96-short-sheet-moved": {**sheet(96, 2, True), **EARLY},
     # These continue from the end of fsi2-96-short.
     "fsi2-96-short-extrapolated": {**short(96, 2), **LATE, "coupling": "extrapolated"},
     "fsi2-96-short-strong": {**short(96, 2), **LATE, "coupling": "strong"},
@@ -75,9 +126,13 @@ CASES = {
 
 
 def change(text, keys):
-    """Returns the input file with other values; keys that it does not have are added to their section."""
-    homes = {"CFL_eta": "Time", "gravity": "Flexible_wing", "iDoBackup": "Saving"}
+    """Returns the input file with other values; keys that it does not have are added to their section, and those without value
+    are left out."""
+    homes = {"CFL_eta": "Time", "gravity": "Flexible_wing", "iDoBackup": "Saving", "surface": "Insects"}
     for key, value in keys.items():
+        if value is None:
+            text = re.sub(rf"(?m)^{key} = .*\n", "", text)
+            continue
         new, count = re.subn(rf"(?m)^{key} = [^;]*;", f"{key} = {value};", text)
         text = new if count else text.replace(f"[{homes[key]}]", f"[{homes[key]}]\n{key} = {value};")
     return text
@@ -88,13 +143,13 @@ def run(program, folder, name):
     text = (ROOT / "ini/turek-hron.ini").read_text().replace("../wings/", f"{ROOT}/wings/")
     case = CASES[name]
     parts, first = [case], folder.parent / "fsi2-96-short"
-    goes_on = case["Tmax"] == LATE["Tmax"]
+    goes_on = case.get("Tmax") == LATE["Tmax"]
     if goes_on:
         if not (first / "done").exists():
             run(program, first, first.name)
         for backup in first.glob("runtime_backup*.h5"):
             shutil.copy(backup, folder)
-    elif name.startswith("fsi2"):
+    elif name.startswith("fsi2") and case.get("Tmax") == EARLY["Tmax"]:
         parts = [{**case, "Tmax": BEGIN}, {**case, "Tmax": RELEASE, "gravity": WEIGHT}, case]
     with open(folder / "log", "w") as log:
         for i, keys in enumerate(parts):
