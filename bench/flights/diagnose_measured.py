@@ -87,7 +87,7 @@ def write_all(measured, folder, points, model_sd, more=""):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", type=Path, default=plane_plate.ROOT / "build/release/bin/msm_diagnose")
-    parser.add_argument("--points", type=int, default=16, help="in a chord (16)")
+    parser.add_argument("--points", type=int, default=12, help="in a chord (12)")
     parser.add_argument("--model-sd", type=float, default=0.05, help="relative error of the simulation that is allowed for (0.05)")
     parser.add_argument("--effects", help="causes that are tested (all)")
     parser.add_argument("measured", type=Path)

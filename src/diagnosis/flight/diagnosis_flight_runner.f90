@@ -37,14 +37,15 @@ module diagnosis_flight_runner
     real(rp) :: wind(3) = 0                            !< [m/s]
     character(100) :: missing(N_FLOW) = ''             !< why this change cannot be made
     real(rp) :: inertia(N_PHASES, N_COMPONENTS) = 0    !< of the wings per kg of their mass, torques as in records
-    real(rp) :: steps = 0, seconds = 0                 !< of one flight, as far as they can be foreseen
+    real(rp) :: steps = 0, seconds = 0                 !< of a flight of the case, as far as they can be foreseen
+    real(rp) :: finer_steps = 0, finer_seconds = 0     !< the same on the finer grid
   end type flight_facts_t
 
   type, abstract :: flight_runner_t
     type(flight_facts_t) :: facts
   contains
     procedure(fly_interface), deferred :: fly
-    procedure(count_interface), deferred :: count_missing
+    procedure(missing_interface), deferred :: are_missing
   end type flight_runner_t
 
   abstract interface
@@ -60,11 +61,12 @@ module diagnosis_flight_runner
       type(outcome_t), intent(inout) :: outcome
     end subroutine fly_interface
 
-    !> Returns how many of the requests have not been flown before. Not collective.
-    integer function count_interface(self, requests) result(n)
+    !> Tells for each of the requests whether it has not been flown before. Not collective.
+    function missing_interface(self, requests) result(missing)
       import :: flight_runner_t, flight_request_t
       class(flight_runner_t), intent(inout) :: self
       type(flight_request_t), intent(in) :: requests(:)
-    end function count_interface
+      logical :: missing(size(requests))
+    end function missing_interface
   end interface
 end module diagnosis_flight_runner
