@@ -20,6 +20,7 @@ from json_schema import validate
 TIP = [8.6e-3, -0.8e-3, 4.0e-9]  # m, m, kg: 1.6 % of the wing
 MODES = {"wing": WING, "modes": 6, "missing": [3], "seed": 4, "medium": "air", "air_ratio": 0.8, "stiffness": {"plate": "edges"},
          "noise": {"frequency": 0.003, "shape": 0.02}}
+SHORT = "noise = declared;\nstarts = 1;\ndraws = 500;\nrefits = 1;\nvalidation = no;\nintervals = no;\n"
 OPTIONS = "noise = declared;\nstarts = 1;\ndraws = 1000;\nobservations = 400;\n"
 
 
@@ -108,6 +109,13 @@ def test_outside(case):
     check(code == UNKNOWN, found["verdict"]["sentence"])
 
 
+def test_little_outside(case):
+    """The same in short: fewer fits and draws, no interval and no prediction."""
+    vibrate(case, "data.h5", mass={"membrane_wave": [0.8, 3.0e-3, 0.0]}, noise={"frequency": 0.001, "shape": 0.005})
+    code, found = diagnose(case, "data.h5", "outside", SHORT)
+    check(code == UNKNOWN, found["verdict"]["sentence"])
+
+
 def test_both(case):
     """The force sensor reads 1.25 times too little. To bending alone the wing is softer; its modes say that it is not."""
     stiffness = {"plate": "edges", "E": 1.1e10}
@@ -120,6 +128,20 @@ def test_both(case):
     check(code == NAMED and [cause["effect"] for cause in found["verdict"]["causes"]] == ["force_gain"], found["verdict"]["sentence"])
     lower, best, upper = interval(found, "force_gain")
     check(2 * lower - best <= 1.25 <= 2 * upper - best, f"{best} ({lower} to {upper})")
+
+
+def test_little_both(case):
+    """The same in short, with few heights and E and D as unknowns: to bending alone a gain is the stiffness of everything."""
+    stiffness = {"plate": "edges", "E": 1.1e10}
+    short = SHORT.replace("refits = 1", "refits = 2") + "observations = 120;\n"
+    measure(case, "bending.h5", stiffness=stiffness, hidden={"force_gain": 1.25}, noise={"height": 2.0e-6})
+    code, found = diagnose(case, "bending.h5", "alone", short, parameters="E, D")
+    check(code != NAMED, f"bending alone does not name it: {found['verdict']['sentence']}")
+    vibrate(case, "bending.h5", "--add", stiffness=stiffness)
+    code, found = diagnose(case, "bending.h5", "both", short, parameters="E, D")
+    check(code == NAMED and [cause["effect"] for cause in found["verdict"]["causes"]] == ["force_gain"], found["verdict"]["sentence"])
+    gain, = [one["value"] for one in found["extended"]["parameters"] if one["name"] == "force_gain"]
+    check(abs(gain / 1.25 - 1) < 0.05, f"the gain is {gain}")
 
 
 if __name__ == "__main__":
