@@ -245,6 +245,17 @@ def test_balance(case):
         check(2 * lower - best <= truth <= 2 * upper - best, f"{parameter} is {best} ({lower} to {upper}), not {truth}")
 
 
+def test_stated(case):
+    """An error of the kinematics that the record states is the sd of the prior and the step of the flights."""
+    write_data(case.folder / "data.h5", flown(12, "kinematics_lead = 0.04 0 0\n"), 1, pitch_lead_sd=0.011)
+    code, found, _ = diagnose(case, "data.h5", "stated", "effects = pitch_lead, balance_gain\nrounds = 0\n", options="validation = no\n")
+    check(code in (NAMED, SET) and names(found)[0] == "pitch_lead", found["verdict"]["sentence"])
+    prior, = [one["prior_sd"] for one in found["extended"]["parameters"] if one["name"] == "pitch_lead"]
+    check(abs(prior / 0.011 - 1) < 1e-9, f"the sd of the prior is {prior}")
+    flights = [path.read_text() for path in (case.folder / "../flights").glob("*/flight.ini")]
+    check(sum("kinematics_lead = 1.1e-2" in text or "kinematics_lead = 0.011" in text for text in flights) == 1, "a flight has that lead")
+
+
 def test_joint(case):
     """Bending tests and forces in one file: both are adequate, and a lead is found beside the stiffness of the veins."""
     measure(case, "data.h5", protocol={"levels": [1]})

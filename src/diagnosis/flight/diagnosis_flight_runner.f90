@@ -5,7 +5,7 @@
 module diagnosis_flight_runner
   use base_kinds, only: rp
   use base_outcome, only: outcome_t
-  use diagnosis_flight_changes, only: N_FLOW
+  use diagnosis_flight_changes, only: N_CHANGES, N_FLOW
   use measurement_flight, only: N_COMPONENTS
   use parallel_world, only: world_t
   implicit none
@@ -35,6 +35,7 @@ module diagnosis_flight_runner
     real(rp) :: frequency = 0                          !< [Hz] of the beat
     real(rp) :: speed = 0                              !< [m/s] mean of the wing tip, of the plate in a section
     real(rp) :: wind(3) = 0                            !< [m/s]
+    real(rp) :: prior_sd(N_CHANGES) = 0                !< of changes as far as records state their errors, in units of parameters
     character(100) :: missing(N_FLOW) = ''             !< why this change cannot be made
     real(rp) :: inertia(N_PHASES, N_COMPONENTS) = 0    !< of the wings per kg of their mass, torques as in records
     real(rp) :: steps = 0, seconds = 0                 !< of a flight of the case, as far as they can be foreseen

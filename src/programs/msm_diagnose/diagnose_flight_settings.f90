@@ -10,13 +10,15 @@ module diagnose_flight_settings
   use common_wing_settings, only: find_beside
   use diagnose_flights, only: flusi_runner_t
   use diagnosis_flight_catalogue, only: exclude_unflown, flight_causes, flight_steps
+  use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, &
+                                      FLOW_STROKE, FLOW_STROKE_MEAN, N_CHANGES
   use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t
   use diagnosis_wing_entries, only: catalogue_t
   use diagnosis_wing_flight, only: flight_data_t
   use io_config, only: config_t
   use io_suggest, only: suggestion_t
   use measurement_data, only: measurement_t
-  use measurement_flight, only: COMPONENT_NAMES, COMPONENT_POWER
+  use measurement_flight, only: COMPONENT_NAMES, COMPONENT_POWER, KINEMATIC_SD, N_KINEMATICS
   use parallel_failure, only: broadcast_failure
   use parallel_world, only: world_t
   implicit none
@@ -63,6 +65,7 @@ contains
     runner%ranks = c%ranks
     call runner%case%tell(runner%facts)
     call check_records(measurement, runner, errors)
+    call take_kinematic_errors(measurement, runner%facts%prior_sd, errors)
     data%has_records = .true.
     data%facts = runner%facts
     data%effects = c%effects
@@ -128,6 +131,29 @@ contains
       end do
     end associate
   end subroutine check_records
+
+  !> Takes the errors of the kinematics that records state as the prior sd of the changes. Adds a mistake if two records state
+  !> different errors, because one case simulates all.
+  subroutine take_kinematic_errors(measurement, prior_sd, errors)
+    type(measurement_t), intent(in) :: measurement
+    real(rp), intent(inout) :: prior_sd(N_CHANGES)
+    type(message_list_t), intent(inout) :: errors
+    integer, parameter :: OF_CHANGE(N_KINEMATICS) = [FLOW_STROKE, FLOW_STROKE_MEAN, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_LEAD, &
+                                                     FLOW_DEVIATION, FLOW_PLANE, FLOW_FREQUENCY]
+    integer :: r, k
+    do r = 1, measurement%count_flights()
+      do k = 1, N_KINEMATICS
+        associate (sd => measurement%flights(r)%kinematic_sd(k), prior => prior_sd(OF_CHANGE(k)))
+          if (.not. sd > 0) cycle
+          if (prior > 0 .and. abs(prior - sd) > 0) &
+            call errors%add('/flight/'//measurement%flights(r)%name//': attribute '//trim(KINEMATIC_SD(k))//' is '// &
+                            number_text(sd)//', but '//number_text(prior)//' in another record: one case simulates all '// &
+                            'records, so that they share this error')
+          prior = sd
+        end associate
+      end do
+    end do
+  end subroutine take_kinematic_errors
 
   !> Prints on `unit` how many flights are needed and how long they may take, and the same of `most_rounds` rounds with the fitted
   !> values that may follow. Not collective: rank 0 calls it.
