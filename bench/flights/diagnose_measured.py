@@ -24,6 +24,7 @@ BOX = 10                                      # chords
 CHORD, SPEED, DENSITY = 0.01, 1.0, 1.2        # SI: choices, since coefficients were published and no forces
 FREQUENCY = SPEED / CHORD / (math.pi * STROKE)  # Hz
 SAMPLES = 40                                  # phases of the beat; a curve has about 50 points in a beat
+TURN = 0.05                                   # beats about the ends of a stroke without a force along y
 RECORD = "flight/wing"
 
 UNITS = f"""
@@ -44,6 +45,7 @@ file = case/run.ini
 beats = {beats}
 folder = flights
 model_sd = {model_sd!r}
+rounds = 0; they serve a cause with a name
 {more}[Diagnose]
 noise = declared
 starts = 1
@@ -55,7 +57,8 @@ name = diagnosis
 
 def write_record(measured, folder):
     """Writes measured.h5: mean and spread of the second to fourth beat. Three beats say little about the spread at one phase, so that
-    all phases get the root mean square of a component's spread. Forces along y are drag with the sign of each half-stroke."""
+    all phases get the root mean square of a component's spread. Forces along y are drag with the sign of each half-stroke; they are
+    left out near its ends, where a small error of the time turns the sign."""
     curves = {"Fy": plane_plate.read_measured(measured, "CD"), "Fz": plane_plate.read_measured(measured, "CL")}
     curves["Fy"][:, 1] = plane_plate.along_stroke(*curves["Fy"].T)
     size = DENSITY * SPEED**2 * CHORD / 2
@@ -69,6 +72,8 @@ def write_record(measured, folder):
                     str(SAMPLES), "--name", RECORD.split("/")[1]], cwd=folder, check=True)
     with h5py.File(folder / "measured.h5", "r+") as file:
         spread = file[RECORD]["spread"]
+        turned = np.abs((2 * file[RECORD]["time"][...] + 0.5) % 1 - 0.5) / 2  # beats since, or until, the stroke turns
+        file[RECORD]["mean"][turned < TURN, 0] = np.nan
         spread[...] = np.sqrt(np.mean(spread[...]**2, axis=0)) * np.ones(spread.shape)
     seal = plane_plate.ROOT / "tools/seal"
     subprocess.run([sys.executable, "-B", seal, "measured.h5"], cwd=folder, check=True, stdout=subprocess.DEVNULL)

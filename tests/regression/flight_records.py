@@ -298,7 +298,8 @@ def test_cost(case):
     for refine in "no", "yes":
         write_input(case, "data.h5", refine, f"effects = pitch_lead\nrefine = {refine}\n")
         name = case.folder / f"{refine}.ini"
-        name.write_text(name.read_text().replace("case/hover.ini", str(SOURCE / "ini/wing-rigid.ini")))
+        text = name.read_text().replace("case/hover.ini", str(SOURCE / "ini/wing-rigid.ini"))
+        name.write_text(text.replace(f"beats = {BEATS}", "beats = 1"))
         done = case.flusi(name.name, "--plan")
         found.append(minutes(done.out, "steps", " for all"))
     check(abs(found[1] / found[0] - (3 + 1.5**4) / 3) < 2 / found[0], f"minutes without and with the finer grid: {found}: {done}")

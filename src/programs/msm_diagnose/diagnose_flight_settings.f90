@@ -185,8 +185,8 @@ contains
       time_text(seconds_of(data%facts, of_round%is_refined, n_groups)/ranks)//' with one parameter'
   end subroutine print_cost
 
-  !> Returns how long flights take on one rank [s], if groups of ranks take turns in simulating them. A flight on the finer grid takes
-  !> longer.
+  !> Returns how long flights take on one rank [s], if groups of ranks take turns in simulating them. A flight on the finer grid
+  !> takes longer.
   pure real(rp) function seconds_of(facts, is_refined, n_groups) result(seconds)
     type(flight_facts_t), intent(in) :: facts
     logical, intent(in) :: is_refined(:) !< of each flight

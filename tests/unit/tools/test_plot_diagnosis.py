@@ -242,6 +242,9 @@ class Report(unittest.TestCase):
         self.assertIn("thick edges", text)
         text = self.told(verdict={**verdict, "region": {**region, "form": "field", "parts": []}})
         self.assertIn("no place stands out", text)
+        text = self.told(verdict={**verdict, "region": {**region, "of": "flight"}})
+        self.assertIn("It is in the forces over the beat, and has no place on the wing.", text)
+        self.assertNotIn("mm, radius", text)
         self.assertIn("It explains too little for an interval.", self.told(
             verdict=verdict, extended={**DIAGNOSIS["extended"], "intervals_90": []}))
 
