@@ -33,7 +33,7 @@ def main(program):
     subprocess.run([SOURCE / "bench/flights/diagnose", "--program", program, measured, "."], check=True)
     found = json.loads(Path("diagnosis.json").read_text())
     verdict = found["verdict"]
-    check(verdict["word"] == "unknown_cause" and not verdict["causes"] and verdict["grade"] == "",
+    check(verdict["word"] == "unknown_cause" and not verdict["set"] and verdict["grade"] == "",
           f"what is wrong has no name: {verdict['sentence']}")
     check(verdict["global_p"] < 1e-10, f"but something is wrong, p = {verdict['global_p']}")
     record, = [entry for entry in found["data"] if entry["kind"] == "flight"]
