@@ -97,12 +97,23 @@ def write_case(folder, points, surface="thin", more="", step=0.2):
         more=more, record=PERIOD / 200))
 
 
+def write_third_harmonic(folder, share):
+    """Replaces the stroke of a case by y = A0/2 (cos w + share cos 3w), w = 2 pi f t."""
+    w = 2 * np.pi * np.arange(200 * BEATS + 41) / 200
+    y = BOX / 2 + STROKE / 2 * (np.cos(w) + share * np.cos(3 * w))
+    v = -np.pi * STROKE / PERIOD * (np.sin(w) + 3 * share * np.sin(3 * w))
+    (folder / "stroke.t").write_text("".join(f"{t:.12e} 0 {a:.12e} {BOX / 2} 0 {b:.12e} 0  1 0 0 0  0 0 0\n"
+                                             for t, a, b in zip(w * PERIOD / (2 * np.pi), y, v)))
+
+
 @functools.lru_cache(maxsize=None)
-def flown(points, more="", surface="thin"):
+def flown(points, more="", surface="thin", third=0.0):
     """Fy, Fz [N/m] and power [W/m] at TIMES of the last beat of a flight of its own."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         write_case(folder, points, surface, more)
+        if third:
+            write_third_harmonic(folder, third)
         subprocess.run([FLUSI, "hover.ini"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
         lines = (folder / "forces.t").read_text().splitlines()
         rows = np.array([[float(x) for x in line.split()] for line in lines if not line.lstrip().startswith("%")])
@@ -210,6 +221,62 @@ def test_body(case):
     check(lower < best < upper and abs(best - 0.08) < upper - lower, f"a lead of {lower} {best} {upper} beats")
 
 
+def test_outside(case):
+    """A third harmonic in the stroke, which no entry of the catalogue is."""
+    write_data(case.folder / "data.h5", flown(12, third=0.15), 8)
+    code, found, _ = diagnose(case, "data.h5", "outside", "rounds = 0\n", options="validation = no\nintervals = no\n")
+    check(code == UNKNOWN and found["verdict"]["word"] == "unknown_cause", found["verdict"]["sentence"])
+
+
+def shown_by(name, mean):
+    """(what a balance with this error shows of forces and power, the size of the error)."""
+    size, shown = np.sqrt(np.mean(mean**2, axis=0)), mean.copy()
+    fy, fz = mean[:, 0], mean[:, 1]
+    beat = np.fft.fftfreq(len(TIMES), TIMES[1] - TIMES[0])
+    if name == "balance_offset":
+        shown[:, 1] -= 0.4 * size[1]
+        return shown, -0.4 * size[1]
+    if name == "balance_turn":  # 8 degrees about x
+        angle = math.radians(8)
+        shown[:, :2] = np.stack([fy * math.cos(angle) + fz * math.sin(angle), fz * math.cos(angle) - fy * math.sin(angle)], 1)
+        return shown, 8
+    if name == "cross_talk":
+        shown[:, 1] += 0.25 * fy
+        return shown, 0.25
+    if name == "balance_lowpass":
+        return np.fft.ifft(np.fft.fft(mean, axis=0) / (1 + 2j * np.pi * beat * 0.05)[:, None], axis=0).real, 0.05 / FREQUENCY
+    mass = 0.3 * size[0] / (math.sqrt(0.5) * STROKE / 2 * LENGTH * (2 * np.pi * FREQUENCY)**2)  # y = A0/2 cos(2 pi f t)
+    shown[:, 0] += mass * STROKE / 2 * LENGTH * (2 * np.pi * FREQUENCY)**2 * np.cos(2 * np.pi * TIMES)
+    return shown, mass
+
+
+def test_balance(case):
+    """Errors of the balance, which need no flight more: a zero, a turn, cross-talk, a filter, and the inertia of the plate. The truth
+    is asked to be within twice the width of a 90 % interval, as in diagnosis_entries.py."""
+    parameters = {"balance_offset": "balance_offset:Fz", "balance_turn": "balance_turn:x", "cross_talk": "cross_talk:Fy-Fz",
+                  "balance_lowpass": "balance_lowpass", "wing_inertia": "inertia_mass"}
+    alike = {"balance_turn": ["cross_talk"], "balance_lowpass": ["balance_delay"]}
+    for seed, (name, parameter) in enumerate(parameters.items()):
+        shown, truth = shown_by(name, flown(12))
+        write_data(case.folder / "data.h5", shown, 10 + seed)
+        code, found, _ = diagnose(case, "data.h5", name, "rounds = 0\n", options="validation = no\n")
+        check(code in (NAMED, SET) and names(found)[0] == name and set(names(found)) <= {name, *alike.get(name, [])},
+              f"{name}: {found['verdict']['sentence']}")
+        lower, best, upper = {one["name"]: one["lower_best_upper"] for one in found["extended"]["intervals_90"]}[parameter]
+        check(2 * lower - best <= truth <= 2 * upper - best, f"{parameter} is {best} ({lower} to {upper}), not {truth}")
+
+
+def test_stated(case):
+    """An error of the kinematics that the record states is the sd of the prior and the step of the flights."""
+    write_data(case.folder / "data.h5", flown(12, "kinematics_lead = 0.04 0 0\n"), 1, pitch_lead_sd=0.011)
+    code, found, _ = diagnose(case, "data.h5", "stated", "effects = pitch_lead, balance_gain\nrounds = 0\n", options="validation = no\n")
+    check(code in (NAMED, SET) and names(found)[0] == "pitch_lead", found["verdict"]["sentence"])
+    prior, = [one["prior_sd"] for one in found["extended"]["parameters"] if one["name"] == "pitch_lead"]
+    check(abs(prior / 0.011 - 1) < 1e-9, f"the sd of the prior is {prior}")
+    flights = [path.read_text() for path in (case.folder / "../flights").glob("*/flight.ini")]
+    check(sum("kinematics_lead = 1.1e-2" in text or "kinematics_lead = 0.011" in text for text in flights) == 1, "a flight has that lead")
+
+
 def test_joint(case):
     """Bending tests and forces in one file: both are adequate, and a lead is found beside the stiffness of the veins."""
     measure(case, "data.h5", protocol={"levels": [1]})
@@ -227,6 +294,36 @@ def test_joint(case):
     moved = flight_of(found)["moved_sd"]
     check(len(moved) == 1 and moved[0] > 0.1 and not flight_of(found)["has_settled"], f"one round is not enough: {moved} sd")
     check("not settled: the last simulation with the fitted values still changed them by" in found["verdict"]["sentence"], "the verdict says so")
+
+
+def minutes(text, before, after):
+    """The number of minutes that stands between two parts of a text; one hour has 60."""
+    number, unit = text.split(before)[1].split(after)[0].split()[-2:]
+    return int(number) * {"min": 1, "h": 60}[unit]
+
+
+def test_cost(case):
+    """A flight on the finer grid is counted with its points and steps: 1.5^3 flights of the case in a plane flow, 1.5^4 in space. Times
+    are rounded up to minutes."""
+    write_case(case.folder / "case", 64)
+    write_data(case.folder / "data.h5", np.random.default_rng(7).standard_normal((30, 3)), 7)
+    for refine, finer in (("no", 0), ("yes", 1.5**3)):
+        _, _, text = diagnose(case, "data.h5", refine, f"effects = pitch_lead\nrefine = {refine}\nrounds = 2\n", flags=("--plan",))
+        alone = 6e-7 * (BOX * 64)**2 * BEATS * PERIOD * 64 / 0.2 / 60  # one flight, as the program estimates it
+        for seen in minutes(text, "steps", " for all"), minutes(text, "more for each of its parameters:", " with one parameter"):
+            check(seen == math.ceil((3 + finer) * alone), f"three flights of {alone:.2f} min and {finer} more: {text}")
+    with h5py.File(case.folder / "data.h5", "r+") as file:
+        file["flight/hover"].attrs.update(frequency=158.0, per_length=0, components="Fx, Fy, Fz", units="N, N, N")
+    subprocess.run([sys.executable, "-B", SOURCE / "tools/seal", "data.h5"], cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
+    found = []
+    for refine in "no", "yes":
+        write_input(case, "data.h5", refine, f"effects = pitch_lead\nrefine = {refine}\n")
+        name = case.folder / f"{refine}.ini"
+        text = name.read_text().replace("case/hover.ini", str(SOURCE / "ini/wing-rigid.ini"))
+        name.write_text(text.replace(f"beats = {BEATS}", "beats = 1"))
+        done = case.flusi(name.name, "--plan")
+        found.append(minutes(done.out, "steps", " for all"))
+    check(abs(found[1] / found[0] - (3 + 1.5**4) / 3) < 2 / found[0], f"minutes without and with the finer grid: {found}: {done}")
 
 
 def forces(folder):

@@ -106,6 +106,11 @@ def measured(program):
     _, _, zeros, _ = elastica.fit(GRAVITY * rows[:, 0], rows[:, 1], loading, sd, LENGTH)
     (code, small), (_, large) = diagnose(program, folder, float(sd), [(0, ""), (1, "validation = no;\nintervals = no;\nrefits = 1;\n")])
     check_named(code, small)
+    # What docs/results/diagnosis-results.md says of it.
+    lower, best, upper = small["extended"]["intervals_90"][0]["lower_best_upper"]
+    check(max(abs(lower - 0.872), abs(best - 0.906), abs(upper - 0.940)) < 0.01, f"the fraction is {best:.3f}, {lower:.3f} to {upper:.3f}")
+    values = [found[model]["chi2"] for found, model in ((small, "baseline"), (small, "extended"), (large, "baseline"))]
+    check(np.allclose(values, [1712, 15.8, 36.0], rtol=0.02), f"chi^2 without the cause, with it, and with it in full: {values}")
     check_not_named(large)
     for found in small, large:
         difference, error = shift(found)

@@ -8,6 +8,7 @@ usage: vibration_diagnose.py <msm_diagnose> <h5dump> [tests]        flusi stands
 Intervals are of 90 %; the truth is asked to be within twice their width, as in diagnosis_entries.py.
 """
 import json
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -20,6 +21,7 @@ from json_schema import validate
 TIP = [8.6e-3, -0.8e-3, 4.0e-9]  # m, m, kg: 1.6 % of the wing
 MODES = {"wing": WING, "modes": 6, "missing": [3], "seed": 4, "medium": "air", "air_ratio": 0.8, "stiffness": {"plate": "edges"},
          "noise": {"frequency": 0.003, "shape": 0.02}}
+SHORT = "noise = declared;\nstarts = 1;\ndraws = 500;\nrefits = 1;\nvalidation = no;\nintervals = no;\n"
 OPTIONS = "noise = declared;\nstarts = 1;\ndraws = 1000;\nobservations = 400;\n"
 
 
@@ -131,6 +133,13 @@ def test_outside(case):
     check(code == UNKNOWN, found["verdict"]["sentence"])
 
 
+def test_little_outside(case):
+    """The same in short: E as the only unknown, fewer fits and draws, no interval and no prediction."""
+    vibrate(case, "data.h5", mass={"membrane_wave": [0.8, 3.0e-3, 0.0]}, noise={"frequency": 0.001, "shape": 0.005})
+    code, found = diagnose(case, "data.h5", "outside", SHORT, parameters="E")
+    check(code == UNKNOWN, found["verdict"]["sentence"])
+
+
 def test_both(case):
     """The force sensor reads 1.25 times too little. To bending alone the wing is softer; its modes say that it is not."""
     stiffness = {"plate": "edges", "E": 1.1e10}
@@ -143,6 +152,19 @@ def test_both(case):
     check(code == NAMED and [cause["effect"] for cause in found["verdict"]["causes"]] == ["force_gain"], found["verdict"]["sentence"])
     lower, best, upper = interval(found, "force_gain")
     check(2 * lower - best <= 1.25 <= 2 * upper - best, f"{best} ({lower} to {upper})")
+
+
+def test_little_both(case):
+    """The same in short, with few heights and E as the only unknown."""
+    short = SHORT.replace("refits = 1", "refits = 2") + "observations = 120;\n"
+    measure(case, "bending.h5", stiffness={"plate": "edges"}, hidden={"force_gain": 1.25})
+    code, found = diagnose(case, "bending.h5", "alone", short, parameters="E")
+    check(code != NAMED, f"bending alone does not name it: {found['verdict']['sentence']}")
+    vibrate(case, "bending.h5", "--add", stiffness={"plate": "edges"})
+    code, found = diagnose(case, "bending.h5", "both", short, parameters="E")
+    check(code == NAMED and [cause["effect"] for cause in found["verdict"]["causes"]] == ["force_gain"], found["verdict"]["sentence"])
+    gain, sd = [(one["value"], one["sd"]) for one in found["extended"]["parameters"] if one["name"] == "force_gain"][0]
+    check(abs(math.log(gain / 1.25)) < 3 * sd, f"the gain is {gain}, sd {sd}")
 
 
 if __name__ == "__main__":

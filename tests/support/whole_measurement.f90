@@ -8,7 +8,7 @@ module whole_measurement
   use io_hdf5, only: hdf5_file_t
   use io_seal, only: write_seal
   use measurement_data, only: measurement_t, measured_load_t, observation_t, QUANTITY_DISPLACEMENT
-  use measurement_flight, only: component_unit, measured_flight_t, COMPONENT_NAMES
+  use measurement_flight, only: component_unit, measured_flight_t, COMPONENT_NAMES, KINEMATIC_SD, N_KINEMATICS
   use measurement_modes, only: measured_mode_t, MEDIUM_NAMES
   use measurement_series, only: measured_series_t
   use solid_ringing, only: EXCITED_BASE, EXCITED_RELEASE
@@ -166,6 +166,9 @@ contains
     call put_attribute(file, group, 'frame', 'lab', failure)
     call put_attribute(file, group, 'reference', f%reference, failure)
     call put_attribute(file, group, 'correlation_time', f%correlation_time, failure)
+    do k = 1, N_KINEMATICS
+      if (f%kinematic_sd(k) > 0) call put_attribute(file, group, trim(KINEMATIC_SD(k)), f%kinematic_sd(k), failure)
+    end do
     call put_attribute(file, group, 'per_length', merge(1, 0, f%is_per_length), failure)
     call put_attribute(file, group, 'components', components(3:), failure)
     call put_attribute(file, group, 'units', units(3:), failure)

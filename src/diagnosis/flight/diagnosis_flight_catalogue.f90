@@ -81,6 +81,7 @@ contains
     type(change_scales_t) :: scales
     scales%speed = facts%speed
     scales%is_section = facts%is_section
+    scales%prior_sd = facts%prior_sd
   end function scales_of
 
   !> Returns the names of all causes that records of forces can show, separated by blanks.

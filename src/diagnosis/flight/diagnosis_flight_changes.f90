@@ -23,6 +23,7 @@ module diagnosis_flight_changes
   type :: change_scales_t
     real(rp) :: speed = 1            !< [m/s] mean of the wing tip
     logical :: is_section = .false.  !< it feels no wind along x
+    real(rp) :: prior_sd(N_CHANGES) = 0 !< in place of the usual prior sd, in units of the parameters; 0: the usual one
   end type change_scales_t
 
   real(rp), parameter :: WIND_SD = 0.05_rp !< of the speed of the tip
@@ -34,6 +35,7 @@ contains
   pure function list_change_causes(scales) result(list)
     type(change_scales_t), intent(in) :: scales
     type(cause_t), allocatable :: list(:)
+    integer :: i, k
     call enlist(list, amplitude(FLOW_STROKE, 'stroke_amplitude', 'The stroke was', 'stroke of another amplitude', &
                                 'The wing swept farther, or less far, than the kinematics say.'))
     call enlist(list, angle(FLOW_STROKE_MEAN, 'stroke_mean', 'The middle of the stroke was displaced in phi by', &
@@ -51,6 +53,13 @@ contains
     call enlist(list, beat_frequency())
     call enlist(list, wind(scales))
     call enlist(list, viscosity())
+    do i = 1, size(list)
+      do k = 1, size(list(i)%parameters)
+        associate (p => list(i)%parameters(k))
+          if (scales%prior_sd(p%number) > 0) p%value%prior_sd = scales%prior_sd(p%number)
+        end associate
+      end do
+    end do
   end function list_change_causes
 
   !> Returns change `number` as a parameter, by its coordinate, which is 0 for the case as it is.

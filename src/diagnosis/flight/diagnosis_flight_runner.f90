@@ -5,7 +5,7 @@
 module diagnosis_flight_runner
   use base_kinds, only: rp
   use base_outcome, only: outcome_t
-  use diagnosis_flight_changes, only: N_FLOW
+  use diagnosis_flight_changes, only: N_CHANGES, N_FLOW
   use measurement_flight, only: N_COMPONENTS
   use parallel_world, only: world_t
   implicit none
@@ -35,16 +35,18 @@ module diagnosis_flight_runner
     real(rp) :: frequency = 0                          !< [Hz] of the beat
     real(rp) :: speed = 0                              !< [m/s] mean of the wing tip, of the plate in a section
     real(rp) :: wind(3) = 0                            !< [m/s]
+    real(rp) :: prior_sd(N_CHANGES) = 0                !< of changes as far as records state their errors, in units of parameters
     character(100) :: missing(N_FLOW) = ''             !< why this change cannot be made
     real(rp) :: inertia(N_PHASES, N_COMPONENTS) = 0    !< of the wings per kg of their mass, torques as in records
-    real(rp) :: steps = 0, seconds = 0                 !< of one flight, as far as they can be foreseen
+    real(rp) :: steps = 0, seconds = 0                 !< of a flight of the case, as far as they can be foreseen
+    real(rp) :: finer_steps = 0, finer_seconds = 0     !< the same on the finer grid
   end type flight_facts_t
 
   type, abstract :: flight_runner_t
     type(flight_facts_t) :: facts
   contains
     procedure(fly_interface), deferred :: fly
-    procedure(count_interface), deferred :: count_missing
+    procedure(missing_interface), deferred :: are_missing
   end type flight_runner_t
 
   abstract interface
@@ -60,11 +62,12 @@ module diagnosis_flight_runner
       type(outcome_t), intent(inout) :: outcome
     end subroutine fly_interface
 
-    !> Returns how many of the requests have not been flown before. Not collective.
-    integer function count_interface(self, requests) result(n)
+    !> Tells for each of the requests whether it has not been flown before. Not collective.
+    function missing_interface(self, requests) result(missing)
       import :: flight_runner_t, flight_request_t
       class(flight_runner_t), intent(inout) :: self
       type(flight_request_t), intent(in) :: requests(:)
-    end function count_interface
+      logical :: missing(size(requests))
+    end function missing_interface
   end interface
 end module diagnosis_flight_runner

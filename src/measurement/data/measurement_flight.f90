@@ -19,6 +19,12 @@ module measurement_flight
   integer, parameter, public :: N_COMPONENTS = 7
   character(5), parameter, public :: COMPONENT_NAMES(N_COMPONENTS) = [character(5) :: 'Fx', 'Fy', 'Fz', 'Mx', 'My', 'Mz', 'power']
   integer, parameter, public :: COMPONENT_POWER = 7
+  integer, parameter, public :: N_KINEMATICS = 8 !< quantities of the kinematics whose errors a record may state
+  character(24), parameter, public :: KINEMATIC_SD(N_KINEMATICS) = [character(24) :: & !< its attributes
+    'stroke_amplitude_sd', 'stroke_mean_sd', 'pitch_amplitude_sd', 'pitch_mean_sd', 'pitch_lead_sd', 'deviation_amplitude_sd', &
+    'stroke_plane_sd', 'beat_frequency_sd']
+  character(6), parameter :: KINEMATIC_UNITS(N_KINEMATICS) = [character(6) :: '', 'degree', '', 'degree', 'beat', '', 'degree', '']
+  real(rp), parameter :: MOST_SD(N_KINEMATICS) = [0.4_rp, 20.0_rp, 0.4_rp, 20.0_rp, 0.2_rp, 0.4_rp, 20.0_rp, 0.4_rp]
   integer, parameter :: MOST_FLIGHT_NUMBERS = 20000 !< of all records
   integer, parameter :: FEWEST = 4 !< times of a record
 
@@ -29,6 +35,7 @@ module measurement_flight
     integer :: beats = 1                      !< number of beats that were averaged
     real(rp) :: reference(3) = 0              !< [m] point about which torques act
     real(rp) :: correlation_time = 0          !< [s] of the errors of each component; 0: they are independent
+    real(rp) :: kinematic_sd(N_KINEMATICS) = 0 !< of the kinematics as measured: relative, degrees, beats; 0: not stated
     logical :: is_per_length = .false.        !< values are per metre of span, from a two-dimensional section
     integer, allocatable :: component(:)      !< (k) numbers in COMPONENT_NAMES
     real(rp), allocatable :: time(:)          !< (n) of the beat, increasing, in [0, 1)
@@ -53,6 +60,7 @@ contains
     call visitor%visit('beats', self%beats)
     call visitor%visit('reference', self%reference)
     call visitor%visit('correlation_time', self%correlation_time)
+    call visitor%visit('kinematic_sd', self%kinematic_sd)
     call visitor%visit('is_per_length', self%is_per_length)
     call visitor%visit_allocatable('component', self%component)
     call visitor%visit_allocatable('time', self%time)
@@ -115,20 +123,25 @@ contains
     type(measured_flight_t), intent(inout) :: f
     type(wing_report_t), intent(inout) :: report
     character(:), allocatable :: text
-    integer :: per_length
+    integer :: per_length, i
     if (.not. is_group(file, group)) then
       call report%add(group, 'is not a group with the attributes frequency, beats, frame, reference, components and units')
       return
     end if
     call check_members(file, group, [character(6) :: 'time', 'mean', 'sd', 'spread'], report)
-    call check_names(file, group, [character(16) :: 'frequency', 'beats', 'frame', 'reference', 'correlation_time', &
-                                   'per_length', 'components', 'units'], report)
+    call check_names(file, group, [character(24) :: 'frequency', 'beats', 'frame', 'reference', 'correlation_time', &
+                                   'per_length', 'components', 'units', KINEMATIC_SD], report)
     call read_real(file, group, 'frequency', 'Hz', above_zero(1.0e9_rp), f%frequency, report)
     call read_beats(file, group, f, report)
     call read_word(file, group, 'frame', .true., text, report)
     if (len(text) > 0 .and. text /= 'lab') call report%add(group, 'attribute frame is '//quoted(text)//'; valid: lab')
     call read_vector(file, group, 'reference', 'm', FAR, f%reference, report)
     call read_real(file, group, 'correlation_time', 's', from_zero(1.0e6_rp), f%correlation_time, report, 0.0_rp)
+    do i = 1, N_KINEMATICS
+      if (has_attribute(file, group, trim(KINEMATIC_SD(i)))) &
+        call read_real(file, group, trim(KINEMATIC_SD(i)), trim(KINEMATIC_UNITS(i)), above_zero(MOST_SD(i)), f%kinematic_sd(i), &
+                       report)
+    end do
     call read_whole(file, group, 'per_length', 0, 1, 0, per_length, report)
     f%is_per_length = per_length == 1
     call read_components(file, group, f, report)

@@ -109,6 +109,8 @@ contains
       call expected_steps(s, dt, speed, facts%steps)
       facts%steps = self%beats/s%flight%frequency()/dt
       facts%seconds = facts%steps*product(real(s%fluid%grid%n, rp))*SECONDS
+      facts%finer_steps = REFINEMENT*facts%steps
+      facts%finer_seconds = facts%finer_steps*product(finer_points(s%fluid%grid%n))*SECONDS
     end associate
     call find_inertia(self, facts%inertia)
   end subroutine case_tell
@@ -235,6 +237,13 @@ contains
     end do
   end function numbers
 
+  !> Returns the number of points of the finer grid along an axis with n points; an axis of a two-dimensional flow keeps its one.
+  pure elemental real(rp) function finer_points(n)
+    integer, intent(in) :: n
+    finer_points = n
+    if (n > 1) finer_points = 2*nint(REFINEMENT*n/2)
+  end function finer_points
+
   !> Returns the keys of a grid with about 1.5 times as many points in each direction, in even numbers, and of a sponge of the same
   !> physical size.
   function finer_grid(s) result(text)
@@ -245,7 +254,7 @@ contains
     text = '[Resolution]'//NL
     do i = 1, 3
       if (s%fluid%grid%n(i) == 1) cycle
-      text = text//NAMES(i)//' = '//number_text(2*nint(REFINEMENT*s%fluid%grid%n(i)/2))//NL
+      text = text//NAMES(i)//' = '//number_text(nint(finer_points(s%fluid%grid%n(i))))//NL
     end do
     if (s%fluid%sponge%thickness > 0) text = text//'[Sponge]'//NL//'sponge_thickness = '// &
                                              number_text(nint(REFINEMENT*s%fluid%sponge%thickness))//NL

@@ -10,13 +10,15 @@ module diagnose_flight_settings
   use common_wing_settings, only: find_beside
   use diagnose_flights, only: flusi_runner_t
   use diagnosis_flight_catalogue, only: exclude_unflown, flight_causes, flight_steps
-  use diagnosis_flight_runner, only: flight_record_t, flight_request_t
+  use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, &
+                                      FLOW_STROKE, FLOW_STROKE_MEAN, N_CHANGES
+  use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t
   use diagnosis_wing_entries, only: catalogue_t
   use diagnosis_wing_flight, only: flight_data_t
   use io_config, only: config_t
   use io_suggest, only: suggestion_t
   use measurement_data, only: measurement_t
-  use measurement_flight, only: COMPONENT_NAMES, COMPONENT_POWER
+  use measurement_flight, only: COMPONENT_NAMES, COMPONENT_POWER, KINEMATIC_SD, N_KINEMATICS
   use parallel_failure, only: broadcast_failure
   use parallel_world, only: world_t
   implicit none
@@ -63,6 +65,7 @@ contains
     runner%ranks = c%ranks
     call runner%case%tell(runner%facts)
     call check_records(measurement, runner, errors)
+    call take_kinematic_errors(measurement, runner%facts%prior_sd, errors)
     data%has_records = .true.
     data%facts = runner%facts
     data%effects = c%effects
@@ -129,28 +132,75 @@ contains
     end associate
   end subroutine check_records
 
-  !> Prints on `unit` how many flights are needed and what they may cost, and how many more may follow in `most_rounds` rounds with
-  !> the fitted values. Not collective: rank 0 calls it.
+  !> Takes the errors of the kinematics that records state as the prior sd of the changes. Adds a mistake if two records state
+  !> different errors, because one case simulates all.
+  subroutine take_kinematic_errors(measurement, prior_sd, errors)
+    type(measurement_t), intent(in) :: measurement
+    real(rp), intent(inout) :: prior_sd(N_CHANGES)
+    type(message_list_t), intent(inout) :: errors
+    integer, parameter :: OF_CHANGE(N_KINEMATICS) = [FLOW_STROKE, FLOW_STROKE_MEAN, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_LEAD, &
+                                                     FLOW_DEVIATION, FLOW_PLANE, FLOW_FREQUENCY]
+    integer :: r, k
+    do r = 1, measurement%count_flights()
+      do k = 1, N_KINEMATICS
+        associate (sd => measurement%flights(r)%kinematic_sd(k), prior => prior_sd(OF_CHANGE(k)))
+          if (.not. sd > 0) cycle
+          if (prior > 0 .and. abs(prior - sd) > 0) &
+            call errors%add('/flight/'//measurement%flights(r)%name//': attribute '//trim(KINEMATIC_SD(k))//' is '// &
+                            number_text(sd)//', but '//number_text(prior)//' in another record: one case simulates all '// &
+                            'records, so that they share this error')
+          prior = sd
+        end associate
+      end do
+    end do
+  end subroutine take_kinematic_errors
+
+  !> Prints on `unit` how many flights are needed and how long they may take, and the same of `most_rounds` rounds with the fitted
+  !> values that may follow. Not collective: rank 0 calls it.
   subroutine print_cost(unit, most_rounds, runner, data, world)
     integer, intent(in) :: unit, most_rounds
     type(flusi_runner_t), intent(inout) :: runner
     type(flight_data_t), intent(in) :: data
     type(world_t), intent(in) :: world
-    type(flight_request_t), allocatable :: requests(:)
-    integer :: n, ranks, rounds
+    type(flight_request_t), allocatable :: requests(:), of_round(:)
+    logical, allocatable :: missing(:)
+    character(:), allocatable :: steps
+    integer :: ranks, n_groups
     requests = data%response%requests(flight_steps(data%facts, data%effects), data%is_refined)
-    n = runner%count_missing(requests)
+    missing = runner%are_missing(requests)
     ranks = world%size
     if (runner%ranks > 0) ranks = min(ranks, runner%ranks)
-    rounds = (n + world%size/ranks - 1)/(world%size/ranks)
-    write (unit, '(a)') 'flights   '//number_text(size(requests))//' of '//data%facts%path//', of which '//number_text(n)// &
-      ' are still to be simulated, '//number_text(world%size/ranks)//' at a time on '//number_text(ranks)//' ranks each'
-    write (unit, '(a)') '          about '//number_text(nint(data%facts%steps))//' steps each, '// &
-      time_text(rounds*data%facts%seconds/ranks)//' for all, very roughly'
-    if (most_rounds > 0 .and. size(requests) > merge(2, 1, data%is_refined)) write (unit, '(a)') &
-      '          then up to '//number_text(most_rounds)//' rounds if a cause is clear, each of '// &
-      trim(merge('2 flights', '1 flight ', data%is_refined))//' with the fitted values and 2 more for each of its parameters'
+    n_groups = world%size/ranks
+    steps = number_text(nint(data%facts%steps))//' steps each'
+    if (data%is_refined) steps = steps//' ('//number_text(nint(data%facts%finer_steps))//' on the finer grid)'
+    write (unit, '(a)') 'flights   '//number_text(size(requests))//' of '//data%facts%path//', of which '// &
+      number_text(count(missing))//' are still to be simulated, '//number_text(n_groups)//' at a time on '// &
+      number_text(ranks)//' ranks each'
+    write (unit, '(a)') '          about '//steps//', '// &
+      time_text(seconds_of(data%facts, pack(requests%is_refined, missing), n_groups)/ranks)//' for all, very roughly'
+    if (most_rounds == 0 .or. size(requests) <= merge(2, 1, data%is_refined)) return
+    of_round = requests(:merge(4, 3, data%is_refined)) ! as many, and as large, as those of a round with one parameter
+    write (unit, '(a)') '          then up to '//number_text(most_rounds)//' rounds if a cause is clear, each of '// &
+      trim(merge('2 flights', '1 flight ', data%is_refined))//' with the fitted values and 2 more for each of its parameters: '// &
+      time_text(seconds_of(data%facts, of_round%is_refined, n_groups)/ranks)//' with one parameter'
   end subroutine print_cost
+
+  !> Returns how long flights take on one rank [s], if groups of ranks take turns in simulating them. A flight on the finer grid
+  !> takes longer.
+  pure real(rp) function seconds_of(facts, is_refined, n_groups) result(seconds)
+    type(flight_facts_t), intent(in) :: facts
+    logical, intent(in) :: is_refined(:) !< of each flight
+    integer, intent(in) :: n_groups
+    real(rp) :: busy(0:n_groups - 1)
+    integer :: i
+    busy = 0
+    do i = 1, size(is_refined)
+      associate (own => busy(modulo(i - 1, n_groups)))
+        own = own + merge(facts%finer_seconds, facts%seconds, is_refined(i))
+      end associate
+    end do
+    seconds = maxval(busy)
+  end function seconds_of
 
   !> Returns a duration, rounded up, in seconds, minutes or hours.
   function time_text(seconds) result(text)

@@ -39,7 +39,7 @@ module diagnose_flights
     logical :: is_quiet = .false.
   contains
     procedure :: fly => runner_fly
-    procedure :: count_missing => runner_count_missing
+    procedure :: are_missing => runner_are_missing
   end type flusi_runner_t
 
   type :: name_t
@@ -100,15 +100,16 @@ contains
     if (.not. outcome%failure%failed) call outcome%fail(kind, reason)
   end subroutine agree
 
-  !> Returns how many of the requests have not been simulated. Not collective.
-  integer function runner_count_missing(self, requests) result(n)
+  !> Tells for each of the requests whether it has not been simulated. Not collective.
+  function runner_are_missing(self, requests) result(missing)
     class(flusi_runner_t), intent(inout) :: self
     type(flight_request_t), intent(in) :: requests(:)
+    logical :: missing(size(requests))
     type(name_t), allocatable :: names(:)
     allocate (names(size(requests)))
     call find_names(self, requests, names)
-    n = count(.not. names%has_ended)
-  end function runner_count_missing
+    missing = .not. names%has_ended
+  end function runner_are_missing
 
   !> Finds the folder of each flight and whether the flight has ended. Not collective.
   subroutine find_names(self, requests, names)

@@ -9,7 +9,7 @@ program test_causes
   use diagnosis_causes, only: find_words, list_causes
   use diagnosis_flight_catalogue, only: flight_causes
   use diagnosis_flight_changes, only: cause_of_change, change_parameter, change_scales_t, list_change_causes, FLOW_FREQUENCY, &
-                                      FLOW_WIND, N_CHANGES
+                                      FLOW_LEAD, FLOW_STROKE, FLOW_WIND, N_CHANGES
   use measurement_balance_causes, only: balance_scales_t, list_balance_causes
   use measurement_instrument, only: instrument_t
   use measurement_instrument_causes, only: instrument_scales_t, list_instrument_causes, CREEP_TIME, N_INSTRUMENT
@@ -123,6 +123,11 @@ contains
       p = change_parameter(i, scales)
       call t%check(p%name//' is 0 for the case', abs(p%null) <= 0 .and. index(flight_causes(), cause_of_change(i)) > 0)
     end do
+    scales%prior_sd(FLOW_LEAD) = 4.0e-3_rp
+    p = change_parameter(FLOW_LEAD, scales)
+    call t%check('an error of the kinematics that is stated is the sd of the prior', abs(p%prior_sd/4.0e-3_rp - 1) < 1.0e-14_rp)
+    p = change_parameter(FLOW_STROKE, scales)
+    call t%check('the others keep theirs', abs(p%prior_sd/0.05_rp - 1) < 1.0e-14_rp)
     scales%is_section = .true.
     call t%check('a section does not try wind along x', has_wind_along_x(list_change_causes(change_scales_t())) .and. &
                  .not. has_wind_along_x(list_change_causes(scales)))

@@ -54,6 +54,8 @@ contains
     call w%group('/flight')
     call one_record(ONE, 'Fz, power', 'N, W', 'sd')
     call w%real_attribute(ONE, 'correlation_time', [2.0e-3_rp])
+    call w%real_attribute(ONE, 'stroke_plane_sd', [1.5_rp])
+    call w%real_attribute(ONE, 'pitch_lead_sd', [4.0e-3_rp])
     call one_record('/flight/two', 'Fy,Mx', 'N/m, N', 'spread')
     call w%integer_attribute('/flight/two', 'per_length', 1)
   end subroutine sample
@@ -86,6 +88,9 @@ contains
                    .not. first%is_per_length .and. all(first%component == [3, 7]))
       call t%check('so are its numbers', maxval(abs([first%frequency - 25, first%correlation_time - 2.0e-3_rp, &
                                                      first%reference - [0.0_rp, 1.0e-3_rp, 0.0_rp], first%time - TIMES])) <= 0)
+      call t%check('so are the errors of its kinematics, and others are not stated', &
+                   maxval(abs(first%kinematic_sd([5, 7]) - [4.0e-3_rp, 1.5_rp])) <= 0 .and. &
+                   count(abs(first%kinematic_sd) > 0) == 2 .and. all(abs(second%kinematic_sd) <= 0))
       call t%check('so are its values, in time along the first axis', &
                    maxval(abs(reshape(transpose(first%mean), [K*N - 1]) - MEANS(:K*N - 1))) <= 0 .and. &
                    .not. first%is_known(N, K))
@@ -129,6 +134,12 @@ contains
     call sample()
     call w%real_attribute(ONE, 'corelation_time', [1.0_rp])
     call refused(ONE, "unknown attribute 'corelation_time'; did you mean 'correlation_time'?")
+    call sample()
+    call w%real_attribute(ONE, 'pitch_led_sd', [1.0_rp])
+    call refused(ONE, "unknown attribute 'pitch_led_sd'; did you mean 'pitch_lead_sd'?")
+    call sample()
+    call w%real_attribute(ONE, 'pitch_mean_sd', [0.0_rp])
+    call refused(ONE, 'attribute pitch_mean_sd is 0.0; valid: above 0.0, at most 20.0 degree')
     call sample()
     call w%reals(ONE//'/time', [N], 1000*TIMES)
     call refused(ONE//'/time', 'fractions of a beat, at least 0 and below 1, are valid')

@@ -18,7 +18,7 @@ import numpy as np
 
 from flusi_msm.errors import InputError
 from flusi_msm.measurement.balance import Balance, Scatter, averaged, shown
-from flusi_msm.measurement.flight import Case, Hidden, Motion, beat_of, beats_of, check, clean, follow, read_case, synthesise
+from flusi_msm.measurement.flight import Case, Hidden, Motion, Stated, beat_of, beats_of, check, clean, follow, read_case, synthesise
 from flusi_msm.measurement.flight import Flow as Computed
 from flusi_msm.seal import check_seal
 
@@ -198,11 +198,13 @@ class Flights(unittest.TestCase):
             self.assertEqual(truth["hidden"]["lead"], 0)
             self.assertAlmostEqual(truth["reynolds"], 75, delta=0.1)
             self.assertLess(np.abs(np.array(truth["on_the_wing"]["Fz"]) - first[:, 1]).max(), 0.2 * np.abs(first[:, 1]).max())
-            make("--add", "--set", "name=again", "--set", "state=sd")
+            make("--add", "--set", "name=again", "--set", "state=sd", "--set", "stated.pitch_lead=0.004")
             self.assertIn("has a flight again", make("--add", "--set", "name=again", code=2))
             with h5py.File(folder / "flight.h5") as file:
                 np.testing.assert_array_equal(file["flight/again/mean"][()], first)
                 self.assertEqual(set(file["flight/again"]), {"time", "mean", "sd"})
+                self.assertEqual(file["flight/again"].attrs["pitch_lead_sd"], 0.004)
+                self.assertFalse([key for key in file["flight/hover"].attrs if key.endswith("_sd")], "no error is stated")
             if READER:  # that of what fits measurements
                 done = subprocess.run([READER, SOURCE / "wings/calliphora_small.h5", folder / "flight.h5"], capture_output=True, text=True)
                 self.assertIn("flight.h5 is accepted", done.stdout)
@@ -211,7 +213,8 @@ class Flights(unittest.TestCase):
     def test_refused(self):
         for change, words in (({"components": "Fy, Fx"}, "none of"), ({"state": "var"}, "spread or sd"), ({"beats": 1}, "beats"),
                               ({"components": "Fy, Fy"}, "twice"), ({"hidden": Hidden(viscosity=0.0)}, "positive"),
-                              ({"hidden": Hidden(wind=(1.0,))}, "2 numbers"), ({"hidden": Hidden(hinge=0.6)}, "hinge")):
+                              ({"hidden": Hidden(wind=(1.0,))}, "2 numbers"), ({"stated": Stated(pitch_lead=-0.1)}, "not negative"),
+                              ({"hidden": Hidden(hinge=0.6)}, "hinge")):
             with self.assertRaisesRegex(InputError, words):
                 check(replace(Case(), **change))
         with self.assertRaisesRegex(InputError, "smaller steps"):

@@ -14,6 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from browser import find_browser, look_at
+from flusi_msm.diagnosis.beat import draw_beat, read_beats
 from flusi_msm.diagnosis.report import page
 from flusi_msm.diagnosis.series import draw_record, read_series
 from synthetic import CYCLE_MEANS, run_tool, write_flapping_run
@@ -123,6 +124,43 @@ class Report(unittest.TestCase):
             self.assertEqual(len(figure.axes[0].get_legend().get_texts()), lines)
             plt.close(figure)
 
+    def test_forces(self):
+        """A record of forces has a picture with its components; without an extended wing only the case is drawn. Waves over the beat
+        have no place on the wing."""
+        time = np.arange(20) / 20
+        force = 2e-3 * np.cos(2 * np.pi * time)
+
+        def component(record, name, unit):
+            return {"name": f"{record}:{name}", "observations": 20, "record": record, "component": name, "unit": unit, "time": list(time),
+                    "measured": list(force), "sd": [1e-4] * 20, "simulated": list(force + 3e-4), "extended": list(force - 5e-5)}
+        sets = [component("one", "Fy", "N/m"), component("one", "power", "W/m"), component("two", "Fz", "N/m")]
+        with h5py.File(self.folder / "diagnosis.h5", "r+") as file:
+            file["unknown/flight"] = np.concatenate([np.zeros((6, 2)), np.ones((6, 2))], 1)
+        diagnosis = {**DIAGNOSIS, "data": [{"kind": "flight", "sets": sets}]}
+        text = self.page("--pictures", self.folder / "pictures", diagnosis=diagnosis)
+        self.assertIn("<h2>Forces over the beat</h2>", text)
+        self.assertEqual(text.count("data:image/png;base64,"), 7, "one for each record beside the five of bending tests")
+        made = sorted(path.name for path in (self.folder / "pictures").iterdir())
+        self.assertEqual([name for name in made if "beat" in name], ["diagnosis_beat_one.png", "diagnosis_beat_two.png"])
+        self.assertNotIn("diagnosis_unknown_flight.png", made)
+        record, components = read_beats(diagnosis)[0]
+        self.assertEqual((record, [one["component"] for one in components]), ("one", ["Fy", "power"]))
+        for is_extended in (False, True):
+            figure = draw_beat(components, is_extended)
+            above, below = figure.axes[:2]
+            self.assertEqual([axis.get_ylabel() for axis in figure.axes[::2]], ["Fy [mN/m]", "power [mW/m]"])
+            self.assertEqual([text.get_text() for text in above.get_legend().get_texts()],
+                             ["measured, 1 sd", "simulated", "with the cause"][:2 + is_extended])
+            band = above.collections[0].get_paths()[0].vertices[:, 1]
+            np.testing.assert_allclose((band.min(), band.max()), (-2.1, 2.1), err_msg="one sd about the measured means [mN/m]")
+            lines = {line.get_label(): line.get_ydata() for line in above.lines}
+            np.testing.assert_allclose(lines["measured, 1 sd"], 1e3 * force)
+            np.testing.assert_allclose(lines["simulated"], 1e3 * force + 0.3)
+            for line, left in zip(below.lines, (3.0, -0.5)):
+                np.testing.assert_allclose(line.get_ydata(), left, err_msg="simulated minus measured [sd]")
+            self.assertEqual(len(below.lines), 1 + is_extended)
+            plt.close(figure)
+
     def test_undetermined_numbers_are_not_shown(self):
         """A joint of which the data say less than was assumed, or leave a range of ten times, has no value: 9189 and 162 µN m."""
         text = self.told()
@@ -204,6 +242,9 @@ class Report(unittest.TestCase):
         self.assertIn("thick edges", text)
         text = self.told(verdict={**verdict, "region": {**region, "form": "field", "parts": []}})
         self.assertIn("no place stands out", text)
+        text = self.told(verdict={**verdict, "region": {**region, "of": "flight"}})
+        self.assertIn("It is in the forces over the beat, and has no place on the wing.", text)
+        self.assertNotIn("mm, radius", text)
         self.assertIn("It explains too little for an interval.", self.told(
             verdict=verdict, extended={**DIAGNOSIS["extended"], "intervals_90": []}))
 

@@ -27,6 +27,7 @@ import numpy as np
 from matplotlib.collections import PatchCollection
 from matplotlib.patches import Circle
 
+from flusi_msm.diagnosis.beat import Components, draw_beat, read_beats
 from flusi_msm.diagnosis.flight import flight_section
 from flusi_msm.diagnosis.modes import draw_modes, read_modes
 from flusi_msm.diagnosis.report import page
@@ -56,7 +57,7 @@ def read(path: Path) -> tuple[dict[str, Any], Loads, dict[str, np.ndarray]]:
                 loads[name] = (np.asarray(table), np.ravel(table.attrs["point"]),
                                float(np.ravel(table.attrs["force"])[0]))
             for name, table in file.get("unknown", {}).items():
-                if name != "scans":  # errors of scans have no place on the wing
+                if np.any(table_of(np.asarray(table))[:, :2]):  # errors of scans and waves over a beat have no place on the wing
                     unknown[name] = np.asarray(table)
     return diagnosis, loads, unknown
 
@@ -202,7 +203,8 @@ def draw_folds(validation: dict[str, Any], loads: Loads) -> Figure:
 
 
 def pictures_of(diagnosis: dict[str, Any], loads: Loads, unknown: dict[str, np.ndarray], outline: Sequence[np.ndarray],
-                modes: Sequence[tuple[dict[str, Any], np.ndarray]] = (), records: Sequence[Record] = ()) \
+                modes: Sequence[tuple[dict[str, Any], np.ndarray]] = (), records: Sequence[Record] = (),
+                beats: Sequence[tuple[str, Components]] = ()) \
         -> list[tuple[str, str, str, list[tuple[str, Figure]]]]:
     """Returns the pictures as (name, heading, caption, [(part, figure)])."""
     made = []
@@ -226,6 +228,12 @@ def pictures_of(diagnosis: dict[str, Any], loads: Loads, unknown: dict[str, np.n
         made.append(("series", "Records of motion", "What was recorded, with its sd, and what the models do there, with the errors of the "
                      "excitation's size and time that are then most probable; below, what they leave in units of the sd. In the grey "
                      "band it is noise.", [(facts["name"], draw_record(facts, traces, is_extended)) for facts, traces in records]))
+    if beats:
+        is_extended = diagnosis["extended"]["is_found"]
+        made.append(("beat", "Forces over the beat", "The measured means with a band of one sd, what the simulated case makes of them"
+                     + (", and the same with the cause" if is_extended else "") + "; below, what the simulation leaves in units of the sd. "
+                     "In the grey band it is noise. An error of the simulation that is allowed for, as that of its grid, is not "
+                     "subtracted.", [(name, draw_beat(components, is_extended)) for name, components in beats]))
     if any(e["status"] == "tested" for e in diagnosis["effects"]):
         made.append(("evidence", "The candidates", "How much more probable each cause makes the data than the baseline alone "
                      "(blue: of the wing, orange: of the measurement), as a natural logarithm: 3 means 20 times. What reaches "
@@ -277,7 +285,7 @@ def main() -> None:
     outline = outline_of(diagnosis, options.json.resolve().parent)
     modes = read_modes(options.json.with_suffix(".h5"), diagnosis)
     records = read_series(options.json.with_suffix(".h5"), diagnosis)
-    for name, heading, caption, figures in pictures_of(diagnosis, loads, unknown, outline, modes, records):
+    for name, heading, caption, figures in pictures_of(diagnosis, loads, unknown, outline, modes, records, read_beats(diagnosis)):
         pictures.append((heading, caption, [drawn(figure, options, name, part) for part, figure in figures]))
     if options.flight:
         flight = flight_section(options.flight)

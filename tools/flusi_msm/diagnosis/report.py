@@ -161,7 +161,7 @@ def unknown_html(verdict: dict[str, Any]) -> str:
     text, region = "", verdict.get("region")
     if region:
         what = {"stiffness": "a stiffness that differs", "force": "further forces",
-                "scans": "bent scans", "veins": "veins of another stiffness"}[region["of"]]
+                "scans": "bent scans", "veins": "veins of another stiffness", "flight": "waves in the forces"}[region["of"]]
         parts = [f"around ({1e3 * p['centre_m'][0]:.1f}, {1e3 * p['centre_m'][1]:.1f}) mm, radius {1e3 * p['radius_m']:.1f} mm "
                  f"({share(p['share'])})" for p in region["parts"]]
         text = f"<p>As {what}, it would be " + ("at one place; the share is that of this place among all: "
@@ -171,6 +171,8 @@ def unknown_html(verdict: dict[str, Any]) -> str:
         if region["of"] == "scans":
             text = "<p>It is not on the wing: scans are bent, each in another way, as if the rig bent or the wing kept " \
                    "something of the scan before.</p>"
+        elif region["of"] == "flight":
+            text = "<p>It is in the forces over the beat, and has no place on the wing.</p>"
         elif not parts:
             text = f"<p>As {what}, it would be a field over the wing in which no place stands out.</p>"
     if verdict.get("related"):

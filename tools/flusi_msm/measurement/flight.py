@@ -67,6 +67,16 @@ class Hidden:
 
 
 @dataclass
+class Stated:
+    """Errors (sd) of the kinematics that the record states; 0: not stated."""
+    stroke_amplitude: float = 0.0     # relative
+    pitch_amplitude: float = 0.0      # relative
+    pitch_mean: float = 0.0           # [deg]
+    pitch_lead: float = 0.0           # [beats]
+    beat_frequency: float = 0.0       # relative
+
+
+@dataclass
 class Flow:
     """How the flow is computed."""
     beats: int = 3                    # from rest; the last one is recorded
@@ -92,6 +102,7 @@ class Case:
     hidden: Hidden = field(default_factory=Hidden)
     balance: Balance = field(default_factory=Balance)
     noise: Scatter = field(default_factory=Scatter)
+    stated: Stated = field(default_factory=Stated)
     flow: Flow = field(default_factory=Flow)
 
 
@@ -127,6 +138,9 @@ def check(case: Case) -> None:
         raise InputError("noise.model_time: must not be negative")
     if case.flow.modes < 16 or case.flow.radial < 20 or case.flow.radius < 4 or case.flow.steps < 0:
         raise InputError("flow: at least 16 modes, 20 radial intervals and a radius of 4 chords")
+    for key, value in vars(case.stated).items():
+        if value < 0:
+            raise InputError(f"stated.{key}: is an sd, not negative")
     if abs(case.hidden.asymmetry) >= 1 or case.hidden.free_play < 0:
         raise InputError("hidden: asymmetry between -1 and 1, free_play not negative")
 
@@ -223,5 +237,6 @@ def write_flight(path: str | Path, case: Case, record: Mapping[str, np.ndarray])
     names = check_names(case.components)
     write_record(path, case.name, {"frequency": case.kinematics.frequency, "beats": case.beats, "reference": case.balance.reference,
                                    "components": ", ".join(names), "units": ", ".join(units_of(names, True)), "per_length": 1,
-                                   "correlation_time": stated_time(case.noise)},
+                                   "correlation_time": stated_time(case.noise),
+                                   **{f"{key}_sd": value for key, value in vars(case.stated).items() if value > 0}},
                  {"time": record["time"], "mean": record["mean"], case.state: record[case.state]})
