@@ -6,6 +6,7 @@ program test_flight_response
   use diagnosis_flight_catalogue, only: flight_steps, rounded
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_VISCOSITY, FLOW_WIND, N_CHANGES, N_FLOW
+  use diagnosis_flight_refinements, only: N_REFINEMENTS, REFINE_BOX, REFINE_GRID
   use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t
   use measurement_flight, only: N_COMPONENTS
   use testkit, only: testkit_t
@@ -57,24 +58,33 @@ contains
     type(failure_t) :: failure
     real(rp) :: steps(N_FLOW), c(N_CHANGES), origin(N_FLOW)
     real(rp), parameter :: FOUND = 0.3_rp
+    logical, dimension(N_REFINEMENTS) :: box, grid
+    box = .false.
+    box(REFINE_BOX) = .true.
+    grid = .false.
+    grid(REFINE_GRID) = .true.
     response%n_harmonics = 2
     steps = 0
     steps([FLOW_LEAD, FLOW_VISCOSITY]) = 0.01_rp
-    call fly(response%requests(steps, .false.), records)
-    call response%take(steps, .false., records, failure)
+    call fly(response%requests(steps, box), records)
+    call response%take(steps, box, records, failure)
     call t%check('the flights about the case are taken', .not. failure%failed)
     c = 0
     c(FLOW_LEAD) = FOUND
     call t%check('far from the case the approximation errs', abs(error_at(response, c)) > 1.0e-3_rp)
     origin = response%seen(c)
     steps(FLOW_VISCOSITY) = 0
-    call fly(response%requests(steps, .true., origin), records)
+    call fly(response%requests(steps, grid, origin), records)
     call t%check('the flight, a finer one and two about it', size(records) == 4)
-    call response%move(origin, steps, .true., records, failure)
+    call response%move(origin, steps, grid, records, failure)
     call t%check('they are taken', .not. failure%failed)
     call t%check_close('forces are those that were flown', error_at(response, c), 0.0_rp, atol=1.0e-14_rp)
-    call t%check_close('a finer grid changes them as there', real(response%of_grid(1, 1), rp), &
+    call t%check_close('a finer grid changes them as there', real(response%refined(1, 1, REFINE_GRID), rp), &
                        0.1_rp*force(c(:N_FLOW)), rtol=1.0e-12_rp)
+    call t%check_close('a larger box changes them as at the case', real(response%refined(1, 1, REFINE_BOX), rp), &
+                       -0.2_rp*force(0*origin), rtol=1.0e-12_rp)
+    call t%check_close('which is so large', response%relative_size(REFINE_BOX), 0.2_rp*force(0*origin)/force(origin), &
+                       rtol=1.0e-12_rp)
     c(FLOW_LEAD) = FOUND + 0.02_rp
     call t%check_close('and about it', error_at(response, c), 0.0_rp, atol=1.0e-5_rp)
     c(FLOW_VISCOSITY) = 0.02_rp
@@ -84,7 +94,7 @@ contains
     call check_derivative(response, c, FLOW_FREQUENCY)
     records(3)%is_flown = .false.
     records(3)%reason = 'it diverged'
-    call response%move(0*origin, steps, .true., records, failure)
+    call response%move(0*origin, steps, grid, records, failure)
     call t%check('without one of the flights nothing is taken', failure%failed .and. &
                  abs(response%origin(FLOW_LEAD) - FOUND) <= 0)
     if (failure%failed) call t%check('and why', failure%reason == 'it diverged')
@@ -105,7 +115,8 @@ contains
     call t%check('derivative is that of the approximation', maxval(abs((above - below)/(2*H) - slope)) < 1.0e-8_rp)
   end subroutine check_derivative
 
-  !> The same force, without a wave, at all times and in all components; a tenth more on the finer grid.
+  !> The same force, without a wave, at all times and in all components; a tenth more on the finer grid, a fifth less in the larger
+  !> box.
   subroutine fly(requests, records)
     type(flight_request_t), intent(in) :: requests(:)
     type(flight_record_t), allocatable, intent(out) :: records(:)
@@ -113,7 +124,9 @@ contains
     allocate (records(size(requests)))
     do i = 1, size(requests)
       records(i)%is_flown = .true.
-      records(i)%values = force(requests(i)%change)*merge(1.1_rp, 1.0_rp, requests(i)%is_refined)
+      records(i)%values = force(requests(i)%change)
+      if (requests(i)%refinement == REFINE_GRID) records(i)%values = 1.1_rp*records(i)%values
+      if (requests(i)%refinement == REFINE_BOX) records(i)%values = 0.8_rp*records(i)%values
     end do
   end subroutine fly
 

@@ -8,6 +8,8 @@ module diagnose_flight_case
   use base_files, only: folder_of, join_path, name_of, real_path
   use base_kinds, only: rp
   use base_text, only: number_text
+  use diagnose_flight_refined, only: flown_beats, refined_text, why_unrefined
+  use diagnosis_flight_refinements, only: N_REFINEMENTS
   use diagnosis_flight_runner, only: flight_facts_t, flight_request_t, N_PHASES
   use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, FLOW_STROKE, &
                                       FLOW_STROKE_MEAN, FLOW_VISCOSITY, FLOW_WIND
@@ -26,7 +28,6 @@ module diagnose_flight_case
   private
   public :: flight_case_t
 
-  real(rp), parameter :: REFINEMENT = 1.5_rp !< of points and steps of a finer grid
   real(rp), parameter :: SECONDS = 6.0e-7_rp !< of one step for each point on one rank, roughly
   character(*), parameter :: NL = new_line('a')
 
@@ -43,6 +44,7 @@ module diagnose_flight_case
     procedure :: name => case_name
     procedure :: read => case_read
     procedure :: fingerprint => case_fingerprint
+    procedure :: judge => case_judge
   end type flight_case_t
 
 contains
@@ -113,6 +115,43 @@ contains
     call find_inertia(self, facts%inertia)
   end subroutine case_tell
 
+  !> Fills `facts` with why numerical errors cannot be made smaller, and else with what the flights for it cost, in flights of the
+  !> case. Only the refinements `wanted` are judged. Collective.
+  subroutine case_judge(self, wanted, world, facts)
+    class(flight_case_t), intent(in) :: self
+    logical, intent(in) :: wanted(N_REFINEMENTS)
+    type(world_t), intent(in) :: world
+    type(flight_facts_t), intent(inout) :: facts
+    type(settings_t), allocatable :: settings
+    type(message_list_t) :: errors
+    type(flight_request_t) :: request
+    integer :: k
+    do k = 1, N_REFINEMENTS
+      if (.not. wanted(k)) cycle
+      facts%unrefined(k) = why_unrefined(self%settings, k)
+      if (facts%unrefined(k) /= '') cycle
+      request%refinement = k
+      if (allocated(settings)) deallocate (settings)
+      allocate (settings)
+      errors = message_list_t()
+      call self%read(request, settings, errors, world)
+      if (errors%count() > 0) then
+        facts%unrefined(k) = errors%text(1)
+      else
+        facts%cost(k) = cost_of(settings, flown_beats(self%beats, k))/cost_of(self%settings, self%beats)
+      end if
+    end do
+  end subroutine case_judge
+
+  !> Returns the number of steps of a flight times its points.
+  real(rp) function cost_of(settings, beats) result(cost)
+    type(settings_t), intent(in) :: settings
+    integer, intent(in) :: beats
+    real(rp) :: dt, speed, steps
+    call expected_steps(settings, dt, speed, steps)
+    cost = beats/(settings%flight%frequency()*dt)*product(real(settings%fluid%grid%n, rp))
+  end function cost_of
+
   !> Finds the inertia over the beat: the forces [m/s^2] and the torques about the origin [m^2/s^2] on what holds the wings, per
   !> unit mass of all wings. The mass is spread evenly over the area of the wings. Bending is left out.
   subroutine find_inertia(self, inertia)
@@ -172,12 +211,10 @@ contains
       interval = period/N_PHASES
       text = '; The case with other keys, by msm_diagnose. Files that the case names are beside the case.'//NL// &
              '[include]'//NL//'file = '//self%path//NL//NL// &
-             '[Time]'//NL//'Tmax = '//number_text(self%beats*period*time)//NL
+             '[Time]'//NL//'Tmax = '//number_text(flown_beats(self%beats, request%refinement)*period*time)//NL
       if (s%fluid%time%has_nt) text = text//'nt = 1000000000'//NL
-      if (request%is_refined .and. s%fluid%time%dt_fixed > 0) &
-        text = text//'dt_fixed = '//number_text(s%fluid%time%dt_fixed/REFINEMENT*time)//NL
-      text = text//'[Saving]'//NL//'tintegral = '//number_text(interval*time)//NL
-      if (request%is_refined) text = text//finer_grid(s)
+      text = text//'[Saving]'//NL//'tintegral = '//number_text(interval*time)//NL// &
+             refined_text(s, request%refinement, length, time)
       if (abs(c(FLOW_VISCOSITY)) > 0) text = text//'[ReynoldsNumber]'//NL//'nu = '// &
         number_text(s%fluid%nu*exp(c(FLOW_VISCOSITY))*length**2/time)//NL
       if (any(abs(c(FLOW_WIND + 1:FLOW_WIND + 3)) > 0)) text = text//'[MeanFlow]'//NL// &
@@ -234,22 +271,6 @@ contains
       text = text//trim(keys(i))//' = '//number_text(values(i))//NL
     end do
   end function numbers
-
-  !> Returns the keys of a grid with about 1.5 times as many points in each direction, in even numbers, and of a sponge of the same
-  !> physical size.
-  function finer_grid(s) result(text)
-    type(settings_t), intent(in) :: s
-    character(:), allocatable :: text
-    character(2), parameter :: NAMES(3) = ['nx', 'ny', 'nz']
-    integer :: i
-    text = '[Resolution]'//NL
-    do i = 1, 3
-      if (s%fluid%grid%n(i) == 1) cycle
-      text = text//NAMES(i)//' = '//number_text(2*nint(REFINEMENT*s%fluid%grid%n(i)/2))//NL
-    end do
-    if (s%fluid%sponge%thickness > 0) text = text//'[Sponge]'//NL//'sponge_thickness = '// &
-                                             number_text(nint(REFINEMENT*s%fluid%sponge%thickness))//NL
-  end function finer_grid
 
   !> Returns the name under which the ini file of a flight is read. No file of that name exists. It is in the folder of the case,
   !> so that relative names of files in the case stay valid.

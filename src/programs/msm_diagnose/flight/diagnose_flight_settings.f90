@@ -2,6 +2,7 @@
 !> Handles the section [Flight] of a diagnosis. It reads the case that simulates the experiment in which forces were recorded,
 !> checks that the records fit the case, estimates the cost of the flights, and starts their simulation.
 module diagnose_flight_settings
+  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_outcome, only: outcome_t, OUTCOME_NOT_CONVERGED
@@ -10,6 +11,7 @@ module diagnose_flight_settings
   use common_wing_settings, only: find_beside
   use diagnose_flights, only: flusi_runner_t
   use diagnosis_flight_catalogue, only: exclude_unflown, flight_causes, flight_steps
+  use diagnosis_flight_refinements, only: read_refinements, refinement_name, N_REFINEMENTS, REFINE_GRID
   use diagnosis_flight_runner, only: flight_record_t, flight_request_t
   use diagnosis_wing_entries, only: catalogue_t
   use diagnosis_wing_flight, only: flight_data_t
@@ -38,6 +40,7 @@ contains
     type(message_list_t), intent(inout) :: errors, notices
     type(message_list_t) :: of_case, remarks
     character(:), allocatable :: path, problem
+    logical :: is_named(N_REFINEMENTS)
     integer :: i
     if (measurement%count_flights() == 0) return
     if (c%file == '') then
@@ -51,6 +54,7 @@ contains
       return
     end if
     call check_effects(config, c%effects, errors)
+    call take_refinements(config, c%refine, data%refined, is_named, errors)
     call runner%case%load(path, c%beats, world, of_case, remarks)
     do i = 1, of_case%count()
       call errors%add(of_case%text(i))
@@ -62,15 +66,42 @@ contains
     runner%folder = c%folder
     runner%ranks = c%ranks
     call runner%case%tell(runner%facts)
+    call runner%case%judge(data%refined, world, runner%facts)
+    do i = 1, N_REFINEMENTS
+      if (is_named(i) .and. runner%facts%unrefined(i) /= '') call config%complain(errors, 'Flight', 'refine', &
+        'names '//refinement_name(i)//', but the case cannot be flown so: '//trim(runner%facts%unrefined(i)))
+      data%refined(i) = data%refined(i) .and. runner%facts%unrefined(i) == ''
+    end do
     call check_records(measurement, runner, errors)
     data%has_records = .true.
     data%facts = runner%facts
     data%effects = c%effects
-    data%is_refined = c%refine
     data%model_sd = c%model_sd
     data%response%n_harmonics = c%harmonics
     data%response%wind = runner%facts%wind
   end subroutine load_flights
+
+  !> Reads which numerical errors a flight of its own makes smaller, and which of them the user names. Adds a mistake for a word that
+  !> is not a refinement.
+  subroutine take_refinements(config, words, wanted, is_named, errors)
+    type(config_t), intent(in) :: config
+    character(*), intent(in) :: words
+    logical, intent(out) :: wanted(N_REFINEMENTS), is_named(N_REFINEMENTS)
+    type(message_list_t), intent(inout) :: errors
+    type(suggestion_t) :: suggestion
+    character(:), allocatable :: unknown, valid
+    integer :: k
+    call read_refinements(words, wanted, is_named, unknown)
+    if (unknown == '') return
+    valid = 'yes, all, no'
+    call suggestion%start(unknown)
+    do k = 1, N_REFINEMENTS
+      valid = valid//', '//refinement_name(k)
+      call suggestion%offer(refinement_name(k))
+    end do
+    call config%complain(errors, 'Flight', 'refine', 'there is no refinement '//quoted(unknown)//suggestion%hint()//'; valid: '// &
+                         valid)
+  end subroutine take_refinements
 
   !> Adds a mistake for every name in `effects` that is not an effect of a flight.
   subroutine check_effects(config, effects, errors)
@@ -137,20 +168,44 @@ contains
     type(flight_data_t), intent(in) :: data
     type(world_t), intent(in) :: world
     type(flight_request_t), allocatable :: requests(:)
-    integer :: n, ranks, rounds
-    requests = data%response%requests(flight_steps(data%facts, data%effects), data%is_refined)
-    n = runner%count_missing(requests)
+    real(rp) :: cost
+    integer :: n, i, ranks, groups
+    requests = data%response%requests(flight_steps(data%facts, data%effects), data%refined)
     ranks = world%size
     if (runner%ranks > 0) ranks = min(ranks, runner%ranks)
-    rounds = (n + world%size/ranks - 1)/(world%size/ranks)
+    groups = world%size/ranks
+    n = 0
+    cost = 0
+    do i = 1, size(requests)
+      if (runner%count_missing(requests(i:i)) == 0) cycle
+      n = n + 1
+      if (requests(i)%refinement > 0) cost = cost + data%facts%cost(requests(i)%refinement)
+      if (requests(i)%refinement == 0) cost = cost + 1
+    end do
     write (unit, '(a)') 'flights   '//number_text(size(requests))//' of '//data%facts%path//', of which '//number_text(n)// &
-      ' are still to be simulated, '//number_text(world%size/ranks)//' at a time on '//number_text(ranks)//' ranks each'
+      ' are still to be simulated, '//number_text(groups)//' at a time on '//number_text(ranks)//' ranks each'
+    if (any(data%refined)) write (unit, '(a)') '          the case once, and with a smaller numerical error of each of these '// &
+      'kinds (cost in flights of the case): '//cost_text(data)
     write (unit, '(a)') '          about '//number_text(nint(data%facts%steps))//' steps each, '// &
-      time_text(rounds*data%facts%seconds/ranks)//' for all, very roughly'
-    if (most_rounds > 0 .and. size(requests) > merge(2, 1, data%is_refined)) write (unit, '(a)') &
+      time_text(max(cost/groups, merge(1.0_rp, 0.0_rp, n > 0))*data%facts%seconds/ranks)//' for all, very roughly'
+    if (most_rounds > 0 .and. size(requests) > 1 + count(data%refined)) write (unit, '(a)') &
       '          then up to '//number_text(most_rounds)//' rounds if a cause is clear, each of '// &
-      trim(merge('2 flights', '1 flight ', data%is_refined))//' with the fitted values and 2 more for each of its parameters'
+      trim(merge('2 flights', '1 flight ', data%refined(REFINE_GRID)))//' with the fitted values and 2 more for each of its '// &
+      'parameters'
   end subroutine print_cost
+
+  !> Returns the refinements with what they cost.
+  function cost_text(data) result(text)
+    type(flight_data_t), intent(in) :: data
+    character(:), allocatable :: text
+    integer :: k
+    text = ''
+    do k = 1, N_REFINEMENTS
+      if (.not. data%refined(k)) cycle
+      if (text /= '') text = text//', '
+      text = text//refinement_name(k)//' '//number_text(nint(10*data%facts%cost(k))/10.0_rp)
+    end do
+  end function cost_text
 
   !> Returns a duration, rounded up, in seconds, minutes or hours.
   function time_text(seconds) result(text)
@@ -179,9 +234,9 @@ contains
     real(rp) :: steps(size(data%response%is_known))
     integer :: j
     steps = flight_steps(data%facts, data%effects)
-    call runner%fly(world, data%response%requests(steps, data%is_refined), records, outcome)
+    call runner%fly(world, data%response%requests(steps, data%refined), records, outcome)
     if (.not. outcome%is_good()) return
-    if (world%is_root) call data%response%take(steps, data%is_refined, records, missing)
+    if (world%is_root) call data%response%take(steps, data%refined, records, missing)
     call broadcast_failure(world, missing, failure)
     if (failure%failed) then
       call outcome%fail(OUTCOME_NOT_CONVERGED, 'the flight of '//data%facts%path//' cannot be compared with the records: '// &
@@ -195,5 +250,21 @@ contains
     end do
     call exclude_unflown(catalogue, data%facts, data%response%reason)
     data%is_ready = .true.
+    if (world%is_root .and. any(data%refined)) write (output_unit, '(a)') 'numerics  change forces, in % of their rms: '// &
+      size_text(data)
   end subroutine fly_all
+
+  !> Returns for each refinement by how much it changes the components that were simulated: the largest root mean square over the
+  !> beat, in percent of that of the component. Components below a hundredth of the largest force, or torque, do not count.
+  function size_text(data) result(text)
+    type(flight_data_t), intent(in) :: data
+    character(:), allocatable :: text
+    integer :: k
+    text = ''
+    do k = 1, N_REFINEMENTS
+      if (.not. data%refined(k)) cycle
+      if (text /= '') text = text//', '
+      text = text//refinement_name(k)//' '//number_text(nint(1000*data%response%relative_size(k))/10.0_rp)
+    end do
+  end function size_text
 end module diagnose_flight_settings
