@@ -86,7 +86,7 @@ def write_case(folder, points, surface="thin", more="", step=0.2):
     folder.mkdir(parents=True, exist_ok=True)
     middle = BOX / 2
     write_plate(folder, 0.5, 45.0)
-    write_stroke(folder, STROKE, PERIOD, BEATS, middle, 200)
+    write_stroke(folder, STROKE, PERIOD, BEATS + 1, middle, 200)  # for one more beat
     dt = step / points
     (folder / "hover.ini").write_text(INI.format(
         length=LENGTH, unit=UNIT_FREQUENCY, density=DENSITY, cells=BOX * points, box=BOX, end=BEATS * PERIOD, dt=dt, nu=1 / RE, eps=1.2 * dt,
@@ -130,7 +130,8 @@ def write_input(case, data, name, more="", cache="../flights", options=""):
     (case.folder / f"{name}.ini").write_text(
         f"[Wing]\nfile = {SOURCE}/wings/calliphora_small.h5\nE = 12.58e9\nD = 2e-7\n[Measurement]\nfile = {data}\n"
         # The data come from the same box, wing and start, so that the simulation errs by its grid alone.
-        f"[Flight]\nfile = case/hover.ini\nbeats = {BEATS}\nharmonics = 12\nfolder = {cache}\nmodel_sd = 0\n{more}"
+        f"[Flight]\nfile = case/hover.ini\nbeats = {BEATS}\nharmonics = 12\nfolder = {cache}\nmodel_sd = 0\n"
+        f"{'' if 'refine' in more else 'refine = grid' + chr(10)}{more}"
         f"[Diagnose]\nnoise = declared\ndraws = 1000\nstarts = 1\n{options}[Saving]\nname = {name}\n")
 
 
