@@ -81,11 +81,11 @@ def flight_of(found):
     return next(one for one in found["data"] if one["kind"] == "flight")
 
 
-def write_case(folder, points, surface="thin", more="", step=0.2):
-    """A case with so many points per chord and steps of `step` dx/U."""
+def write_case(folder, points, surface="thin", more="", step=0.2, half=0.5):
+    """A case with so many points per unit of length and steps of `step` dx/U; the plate is 2 `half` long."""
     folder.mkdir(parents=True, exist_ok=True)
     middle = BOX / 2
-    write_plate(folder, 0.5, 45.0)
+    write_plate(folder, half, 45.0)
     write_stroke(folder, STROKE, PERIOD, BEATS + 1, middle, 200)  # for one more beat
     dt = step / points
     (folder / "hover.ini").write_text(INI.format(
@@ -95,11 +95,11 @@ def write_case(folder, points, surface="thin", more="", step=0.2):
 
 
 @functools.lru_cache(maxsize=None)
-def flown(points, more=""):
+def flown(points, more="", half=0.5):
     """Fy, Fz [N/m] and power [W/m] at TIMES of the last beat of a flight of its own."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        write_case(folder, points, more=more)
+        write_case(folder, points, more=more, half=half)
         subprocess.run([FLUSI, "hover.ini"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
         lines = (folder / "forces.t").read_text().splitlines()
         rows = np.array([[float(x) for x in line.split()] for line in lines if not line.lstrip().startswith("%")])
@@ -188,6 +188,24 @@ def test_null(case):
     write_data(case.folder / "data.h5", flown(12), 3)
     code, found, _ = diagnose(case, "data.h5", "null", options="validation = no\n")
     check(code == ADEQUATE, found["verdict"]["sentence"])
+
+
+def test_surroundings(case):
+    """A plate that is longer than in the simulation, in its own file; then a wall at another distance than the input states. Box and
+    thickness cannot be named where the case has none."""
+    few = "effects = wing_area, wall, balance_gain\nrefine = no\nwall_distance = 0.02\nrounds = 1\n"
+    write_data(case.folder / "data.h5", flown(12, half=0.57), 8)
+    _, found, text = diagnose(case, "data.h5", "area", few)
+    check("4 are still to be simulated" not in text and "6 are still to be simulated" not in text, f"one flight for the wall: {text}")
+    check("wing_area" in names(found), found["verdict"]["sentence"])
+    areas = [one["lower_best_upper"] for one in found["extended"]["intervals_90"] if one["name"] == "wing_area"]
+    check(all(low <= 1.14 <= high for low, _, high in areas), f"an area of 1.14: {areas}")
+    wall = f"[Penalization]\niChannel = xy\npos_wall = {BOX / 2 - 1.5}\nthick_wall = 0.5\n"
+    write_data(case.folder / "data.h5", flown(12, wall), 9)
+    _, found, _ = diagnose(case, "data.h5", "wall", few)
+    check(names(found) == ["wall"], found["verdict"]["sentence"])
+    code, _, text = diagnose(case, "data.h5", "wrong", few.replace("refine = no", "refine = thickness"))
+    check(code == 2 and "names thickness, but the case cannot be flown so: needs wings in the mask" in text, text)
 
 
 def test_joint(case):

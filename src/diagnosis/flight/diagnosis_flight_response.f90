@@ -5,6 +5,9 @@
 !>
 !>     F(c) = F_0 + sum_j (F_j+ - F_j-)/(2 h_j) c_j + (F_j+ - 2 F_0 + F_j-)/(2 h_j^2) c_j^2.
 !>
+!> What a case leaves out altogether can only be added: for such a change there is the flight with +h_j alone, and the second
+!> derivative is 0.
+!>
 !> `move` makes the same approximation about other kinematics and another flow, where c_j counts from there. Derivatives with
 !> respect to changes that are not flown again stay those at the case.
 !>
@@ -14,7 +17,7 @@
 module diagnosis_flight_response
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_VISCOSITY, FLOW_WIND, N_CHANGES, N_FLOW
+  use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_VISCOSITY, FLOW_WIND, is_one_sided, N_CHANGES, N_FLOW
   use diagnosis_flight_refinements, only: refinement_name, N_REFINEMENTS
   use diagnosis_flight_runner, only: flight_record_t, flight_request_t
   use measurement_balance, only: balance_harmonics
@@ -48,7 +51,7 @@ module diagnosis_flight_response
 contains
 
   !> Lists the flights that are needed: the case with the changes `origin`, the same with each of the refinements `refined`, and two
-  !> flights about it for each change whose step is above 0. Without `origin` it is the case as it is.
+  !> flights about it for each change whose step is above 0, or one if it is one-sided. Without `origin` it is the case itself.
   pure function response_requests(self, steps, refined, origin) result(requests)
     class(flight_response_t), intent(in) :: self
     real(rp), intent(in) :: steps(N_FLOW)
@@ -59,19 +62,27 @@ contains
     associate (unused => self)
     end associate
     n = 1 + count(refined)
-    allocate (requests(n + 2*count(steps > 0)))
+    allocate (requests(n + sum([(flights_of(steps(j), j), j=1, N_FLOW)])))
     requests(2:n)%refinement = pack([(j, j=1, N_REFINEMENTS)], refined)
     do j = 1, N_FLOW
       if (.not. steps(j) > 0) cycle
       requests(n + 1)%change(j) = steps(j)
-      requests(n + 2)%change(j) = -steps(j)
-      n = n + 2
+      n = n + flights_of(steps(j), j)
+      if (.not. is_one_sided(j)) requests(n)%change(j) = -steps(j)
     end do
     if (.not. present(origin)) return
     do i = 1, size(requests)
       requests(i)%change = requests(i)%change + origin
     end do
   end function response_requests
+
+  !> Returns the number of flights that show change j.
+  pure integer function flights_of(step, j)
+    real(rp), intent(in) :: step
+    integer, intent(in) :: j
+    flights_of = 0
+    if (step > 0) flights_of = merge(1, 2, is_one_sided(j))
+  end function flights_of
 
   !> Takes the records of the flights that `requests` lists for `origin` into the approximation, which is then about these changes.
   !> What refinements change that are not among them stays as at the case. Fails, and takes nothing, if any of them is missing.
@@ -113,7 +124,7 @@ contains
     type(flight_record_t), intent(in) :: records(:)
     type(failure_t), intent(out) :: failure
     complex(rp), dimension(0:self%n_harmonics, N_COMPONENTS) :: above, below
-    integer :: j, n
+    integer :: j, n, last
     n = 1
     if (.not. records(1)%is_flown) call failure%raise(records(1)%reason)
     do j = 1, N_REFINEMENTS
@@ -139,16 +150,19 @@ contains
     do j = 1, N_FLOW
       self%is_known(j) = .false.
       if (.not. steps(j) > 0) cycle
-      self%is_known(j) = records(n + 1)%is_flown .and. records(n + 2)%is_flown
-      if (self%is_known(j)) then
+      last = n + flights_of(steps(j), j)
+      self%is_known(j) = records(n + 1)%is_flown .and. records(last)%is_flown
+      if (.not. self%is_known(j)) then
+        self%reason(j) = records(merge(last, n + 1, records(n + 1)%is_flown))%reason
+      else if (is_one_sided(j)) then
+        self%slope(:, :, j) = (series(self, records(last)) - self%value)/steps(j)
+      else
         above = series(self, records(n + 1))
-        below = series(self, records(n + 2))
+        below = series(self, records(last))
         self%slope(:, :, j) = (above - below)/(2*steps(j))
         self%curvature(:, :, j) = (above - 2*self%value + below)/steps(j)**2
-      else
-        self%reason(j) = records(merge(n + 2, n + 1, records(n + 1)%is_flown))%reason
       end if
-      n = n + 2
+      n = last
     end do
   end subroutine response_take
 
@@ -202,7 +216,7 @@ contains
     end associate
   end function response_derivative
 
-  !> Returns how much refinement k changes forces: the largest rms over the beat of a component, relative to the rms of the component.
+  !> Returns how much refinement k changes forces: the largest rms over the beat of a component, relative to that of the component.
   !> Forces below a hundredth of the largest one do not count, nor do such torques, which are errors alone where symmetry lets the
   !> component vanish.
   pure real(rp) function response_relative_size(self, k) result(largest)

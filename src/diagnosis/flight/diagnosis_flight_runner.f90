@@ -36,7 +36,7 @@ module diagnosis_flight_runner
     real(rp) :: frequency = 0                          !< [Hz] of the beat
     real(rp) :: speed = 0                              !< [m/s] mean of the wing tip, of the plate in a section
     real(rp) :: wind(3) = 0                            !< [m/s]
-    character(100) :: missing(N_FLOW) = ''             !< why this change cannot be made
+    character(200) :: missing(N_FLOW) = ''             !< why this change cannot be made
     real(rp) :: inertia(N_PHASES, N_COMPONENTS) = 0    !< of the wings per kg of their mass, torques as in records
     real(rp) :: steps = 0, seconds = 0                 !< of one flight, as far as they can be foreseen
     character(200) :: unrefined(N_REFINEMENTS) = ''    !< why this numerical error cannot be made smaller

@@ -24,6 +24,9 @@ module common_diagnose_keys
   integer, parameter, public :: NOISE_ESTIMATED = 1, NOISE_DECLARED = 2
   type(named_kind_t), parameter :: NOISES(2) = [named_kind_t('estimated', NOISE_ESTIMATED), &
                                                 named_kind_t('declared', NOISE_DECLARED)]
+  !> Where a wall may be that a case leaves out: toward -z or toward -y of the body.
+  integer, parameter, public :: WALL_BELOW = 1, WALL_BESIDE = 2
+  type(named_kind_t), parameter :: WALL_SIDES(2) = [named_kind_t('below', WALL_BELOW), named_kind_t('beside', WALL_BESIDE)]
   character(*), parameter, public :: DRAWS_NONE = 'none' !< the value of [Saving] draws that names no file
 
   !> Holds what a user chooses for the simulation of flights.
@@ -31,6 +34,8 @@ module common_diagnose_keys
     character(:), allocatable :: file, folder, effects, refine
     integer :: ranks = 0, beats = 1, harmonics = 1, rounds = 0
     real(rp) :: model_sd = 0
+    real(rp) :: wall_distance = 0, body_length = 0, body_radius = 0 !< m, 0: not stated
+    integer :: wall_side = WALL_BELOW
   end type flight_choices_t
 
   !> Holds what a user chooses for a diagnosis.
@@ -140,5 +145,11 @@ contains
                    'box, the thickness of the wing or the beats (docs/results/flight-records.md)', min=0.0_rp, max=1.0_rp)
     call keys%integer('harmonics', c%harmonics, 40, 'highest harmonic of the beat that is kept of the simulated '// &
                       'forces', min=1, max=99)
+    call keys%real('wall_distance', c%wall_distance, 0.0_rp, 'effect `wall`: distance of a wall from [Insects] x0 that the '// &
+                   'case leaves out; 0: none', unit='m', min=0.0_rp)
+    call keys%kind('wall_side', c%wall_side, 'below', WALL_SIDES, 'side of this wall; below: toward -z, beside: toward -y')
+    call keys%real('body_length', c%body_length, 0.0_rp, 'effect `body`: length of an ellipsoid about [Insects] x0 that the '// &
+                   'case leaves out; 0: none', unit='m', min=0.0_rp)
+    call keys%real('body_radius', c%body_radius, 0.0_rp, 'radius of this ellipsoid; 0: none', unit='m', min=0.0_rp)
   end subroutine flight_keys
 end module common_diagnose_keys

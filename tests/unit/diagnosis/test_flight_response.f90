@@ -5,8 +5,9 @@ program test_flight_response
   use base_kinds, only: rp
   use diagnosis_flight_catalogue, only: flight_steps, rounded
   use diagnosis_flight_response, only: flight_response_t
-  use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_VISCOSITY, FLOW_WIND, N_CHANGES, N_FLOW
-  use diagnosis_flight_refinements, only: N_REFINEMENTS, REFINE_BOX, REFINE_GRID
+  use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_VISCOSITY, FLOW_WALL, &
+                                      FLOW_WIND, N_CHANGES, N_FLOW
+  use diagnosis_flight_refinements, only: read_refinements, refinement_names, N_REFINEMENTS, REFINE_BOX, REFINE_GRID
   use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t
   use measurement_flight, only: N_COMPONENTS
   use testkit, only: testkit_t
@@ -16,6 +17,8 @@ program test_flight_response
   call check_steps()
   call check_rounding()
   call check_move()
+  call check_one_sided()
+  call check_refinements()
   call t%finish()
 
 contains
@@ -100,6 +103,47 @@ contains
     if (failure%failed) call t%check('and why', failure%reason == 'it diverged')
   end subroutine check_move
 
+  !> A wall can only be added: one flight, whose difference is a straight line. About what was found the flight is beyond it.
+  subroutine check_one_sided()
+    type(flight_response_t) :: response
+    type(flight_record_t), allocatable :: records(:)
+    type(failure_t) :: failure
+    real(rp) :: steps(N_FLOW), c(N_CHANGES), origin(N_FLOW)
+    logical :: none(N_REFINEMENTS)
+    none = .false.
+    response%n_harmonics = 2
+    steps = 0
+    steps([FLOW_LEAD, FLOW_WALL]) = [0.01_rp, 1.0_rp]
+    call fly(response%requests(steps, none), records)
+    call t%check('two flights for the lead, one for the wall', size(records) == 4)
+    call response%take(steps, none, records, failure)
+    c = 0
+    c(FLOW_WALL) = 1
+    call t%check_close('forces with the wall are those that were flown', error_at(response, c), 0.0_rp, atol=1.0e-14_rp)
+    call check_derivative(response, c, FLOW_WALL)
+    origin = c(:N_FLOW)
+    origin(FLOW_WALL) = 0.5_rp
+    steps = 0
+    steps(FLOW_WALL) = 0.2_rp
+    call fly(response%requests(steps, none, origin), records)
+    call response%move(origin, steps, none, records, failure)
+    c(FLOW_WALL) = 0.7_rp
+    call t%check_close('and so they are about what was found', error_at(response, c), 0.0_rp, atol=1.0e-14_rp)
+  end subroutine check_one_sided
+
+  !> Words for refinements.
+  subroutine check_refinements()
+    logical, dimension(N_REFINEMENTS) :: wanted, is_named
+    character(:), allocatable :: unknown
+    call read_refinements('yes', wanted, is_named, unknown)
+    call t%check('the usual ones are all but the step', count(wanted) == N_REFINEMENTS - 1 .and. .not. any(is_named))
+    call read_refinements('no', wanted, is_named, unknown)
+    call t%check('none', .not. any(wanted) .and. unknown == '')
+    call read_refinements('box, grid sponges', wanted, is_named, unknown)
+    call t%check('those that are named', refinement_names(wanted) == 'grid, box' .and. all(is_named .eqv. wanted))
+    call t%check('and what is unknown', unknown == 'sponges')
+  end subroutine check_refinements
+
   subroutine check_derivative(response, c, j)
     type(flight_response_t), intent(in) :: response
     real(rp), intent(in) :: c(N_CHANGES)
@@ -132,7 +176,7 @@ contains
 
   pure real(rp) function force(change)
     real(rp), intent(in) :: change(N_FLOW)
-    force = exp(change(FLOW_LEAD)) + 0.5_rp*sin(change(FLOW_VISCOSITY))
+    force = exp(change(FLOW_LEAD)) + 0.5_rp*sin(change(FLOW_VISCOSITY)) + 0.3_rp*sqrt(1 + change(FLOW_WALL))
   end function force
 
   real(rp) function error_at(response, c)

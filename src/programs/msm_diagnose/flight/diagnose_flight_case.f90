@@ -8,10 +8,12 @@ module diagnose_flight_case
   use base_files, only: folder_of, join_path, name_of, real_path
   use base_kinds, only: rp
   use base_text, only: number_text
+  use diagnose_flight_omitted, only: omission_fault, omitted_t, omitted_text, why_not_added, JUDGED
   use diagnose_flight_refined, only: flown_beats, refined_text, why_unrefined
   use diagnosis_flight_refinements, only: N_REFINEMENTS
   use diagnosis_flight_runner, only: flight_facts_t, flight_request_t, N_PHASES
-  use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, FLOW_STROKE, &
+  use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_DEVIATION_COS, FLOW_DEVIATION_SIN, FLOW_LEAD, &
+                                      FLOW_AREA, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, FLOW_STROKE, &
                                       FLOW_STROKE_MEAN, FLOW_VISCOSITY, FLOW_WIND
   use fluid_mean_keys, only: MEAN_FIXED
   use fsi_body_motion, only: MOTION_TABLE
@@ -28,6 +30,7 @@ module diagnose_flight_case
   private
   public :: flight_case_t
 
+  real(rp), parameter :: LARGER = 0.1_rp     !< logarithm of the area of wings that must fit into the box
   real(rp), parameter :: SECONDS = 6.0e-7_rp !< of one step for each point on one rank, roughly
   character(*), parameter :: NL = new_line('a')
 
@@ -35,6 +38,7 @@ module diagnose_flight_case
     character(:), allocatable :: path         !< from the root
     integer :: beats = 1                      !< number of simulated beats
     type(settings_t) :: settings              !< of the given case
+    type(omitted_t) :: omitted                !< what a user states of things that it leaves out
     type(kinematics_choices_t) :: kinematics
     type(body_motion_choices_t) :: body
   contains
@@ -102,10 +106,12 @@ contains
       if (facts%is_section) then
         if (.not. has_table) facts%missing(FLOW_STROKE) = 'needs a plate whose motion is a table'
         facts%missing(FLOW_STROKE_MEAN) = 'needs a wing that turns about a hinge, and this case is a section'
-        facts%missing(FLOW_DEVIATION) = facts%missing(FLOW_STROKE_MEAN)
+        facts%missing([FLOW_DEVIATION, FLOW_DEVIATION_COS, FLOW_DEVIATION_SIN]) = facts%missing(FLOW_STROKE_MEAN)
         facts%missing(FLOW_PLANE) = facts%missing(FLOW_STROKE_MEAN)
         facts%missing(FLOW_WIND + 1) = 'needs a three-dimensional flow, and this case is a section'
       end if
+      if (facts%missing(FLOW_DEVIATION) == '' .and. .not. deviates(s)) &
+        facts%missing(FLOW_DEVIATION) = 'the kinematics have no deviation whose amplitude could differ'
       if (any(s%fluid%mean%kind /= MEAN_FIXED)) facts%missing(FLOW_WIND + 1:FLOW_WIND + 3) = &
         'needs a prescribed mean flow: [MeanFlow] iMeanFlow = 1'
       call expected_steps(s, dt, speed, facts%steps)
@@ -115,8 +121,28 @@ contains
     call find_inertia(self, facts%inertia)
   end subroutine case_tell
 
-  !> Fills `facts` with why numerical errors cannot be made smaller, and else with what the flights for it cost, in flights of the
-  !> case. Only the refinements `wanted` are judged. Collective.
+  !> Tells whether any wing leaves its stroke plane by an angle that varies.
+  pure logical function deviates(s)
+    type(settings_t), intent(in) :: s
+    integer, parameter :: N = 20
+    real(rp), parameter :: LEAST = 1.0e-6_rp !< rad
+    real(rp) :: f(0:2, N), limits(2)
+    integer :: w, i
+    deviates = .false.
+    do w = 1, size(s%flight%wings)
+      associate (theta => s%flight%wings(w)%motion%theta)
+        limits = theta%typical_cycle()
+        do i = 1, N
+          call theta%evaluate(limits(1) + (limits(2) - limits(1))*i/N, f(:, i))
+        end do
+      end associate
+      deviates = deviates .or. maxval(f(0, :)) - minval(f(0, :)) > LEAST
+    end do
+  end function deviates
+
+  !> Fills `facts` with why changes cannot be made that only the reader of the case can judge, and why numerical errors cannot be
+  !> made smaller, and else with what the flights for it cost, in flights of the case. Only the refinements `wanted` are judged.
+  !> Collective.
   subroutine case_judge(self, wanted, world, facts)
     class(flight_case_t), intent(in) :: self
     logical, intent(in) :: wanted(N_REFINEMENTS)
@@ -125,7 +151,21 @@ contains
     type(settings_t), allocatable :: settings
     type(message_list_t) :: errors
     type(flight_request_t) :: request
-    integer :: k
+    integer :: i, k
+    do i = 1, size(JUDGED)
+      k = JUDGED(i)
+      facts%missing(k) = why_not_added(self%settings, self%omitted, k)
+      if (facts%missing(k) /= '') cycle
+      request = flight_request_t()
+      request%change(k) = 1
+      if (k == FLOW_AREA) request%change(k) = LARGER
+      if (allocated(settings)) deallocate (settings)
+      allocate (settings)
+      errors = message_list_t()
+      call self%read(request, settings, errors, world)
+      if (errors%count() > 0) facts%missing(k) = errors%text(1)
+    end do
+    request = flight_request_t()
     do k = 1, N_REFINEMENTS
       if (.not. wanted(k)) cycle
       facts%unrefined(k) = why_unrefined(self%settings, k)
@@ -214,7 +254,7 @@ contains
              '[Time]'//NL//'Tmax = '//number_text(flown_beats(self%beats, request%refinement)*period*time)//NL
       if (s%fluid%time%has_nt) text = text//'nt = 1000000000'//NL
       text = text//'[Saving]'//NL//'tintegral = '//number_text(interval*time)//NL// &
-             refined_text(s, request%refinement, length, time)
+             refined_text(s, request%refinement, length, time)//omitted_text(s, self%omitted, c, length)
       if (abs(c(FLOW_VISCOSITY)) > 0) text = text//'[ReynoldsNumber]'//NL//'nu = '// &
         number_text(s%fluid%nu*exp(c(FLOW_VISCOSITY))*length**2/time)//NL
       if (any(abs(c(FLOW_WIND + 1:FLOW_WIND + 3)) > 0)) text = text//'[MeanFlow]'//NL// &
@@ -251,6 +291,10 @@ contains
     end associate
     text = text//'kinematics_factor = '//three(factor)//NL//'kinematics_offset = '//three(offset)//NL// &
            'kinematics_lead = '//three(lead)//NL
+    associate (c => request%change([FLOW_DEVIATION_COS, FLOW_DEVIATION_SIN]), given => self%kinematics%deviation)
+      if (any(abs(c) > 0)) text = text//'kinematics_deviation = '//number_text(given(1) + c(1))//' '// &
+                                  number_text(given(2) + c(2))//NL
+    end associate
   end function kinematics_text
 
   !> Returns three numbers, separated by blanks.
@@ -288,6 +332,9 @@ contains
     type(message_list_t), intent(inout) :: errors
     type(world_t), intent(in), optional :: world
     type(message_list_t) :: notices
+    character(:), allocatable :: fault
+    fault = omission_fault(self%settings, self%omitted, request%change)
+    if (fault /= '') call errors%add(fault)
     call load_settings(self%text(request), self%name(), .false., settings, errors, notices, world)
   end subroutine case_read
 

@@ -7,7 +7,7 @@ module diagnose_flight_settings
   use base_kinds, only: rp
   use base_outcome, only: outcome_t, OUTCOME_NOT_CONVERGED
   use base_text, only: next_word, number_text, quoted
-  use common_diagnose_keys, only: flight_choices_t
+  use common_diagnose_keys, only: flight_choices_t, WALL_BELOW
   use common_wing_settings, only: find_beside
   use diagnose_flights, only: flusi_runner_t
   use diagnosis_flight_catalogue, only: exclude_unflown, flight_causes, flight_steps
@@ -65,6 +65,12 @@ contains
     end do
     runner%folder = c%folder
     runner%ranks = c%ranks
+    associate (length => runner%case%settings%units%length, omitted => runner%case%omitted)
+      omitted%wall_distance = c%wall_distance/length
+      omitted%wall_axis = merge(3, 2, c%wall_side == WALL_BELOW)
+      omitted%body_length = c%body_length/length
+      omitted%body_radius = c%body_radius/length
+    end associate
     call runner%case%tell(runner%facts)
     call runner%case%judge(data%refined, world, runner%facts)
     do i = 1, N_REFINEMENTS
@@ -81,8 +87,8 @@ contains
     data%response%wind = runner%facts%wind
   end subroutine load_flights
 
-  !> Reads which numerical errors a flight of its own makes smaller, and which of them the user names. Adds a mistake for a word that
-  !> is not a refinement.
+  !> Reads which numerical errors a flight of its own makes smaller, and which of them the user names. Adds a mistake for a word
+  !> that is not a refinement.
   subroutine take_refinements(config, words, wanted, is_named, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: words
