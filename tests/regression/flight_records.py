@@ -193,10 +193,10 @@ def test_null(case):
 def test_surroundings(case):
     """A plate that is longer than in the simulation, in its own file; then a wall at another distance than the input states. Box and
     thickness cannot be named where the case has none."""
-    few = "effects = wing_area, wall, balance_gain\nrefine = no\nwall_distance = 0.02\nrounds = 1\n"
+    few = "effects = wing_area, wall, balance_gain\nwall_distance = 0.02\n"
     write_data(case.folder / "data.h5", flown(12, half=0.57), 8)
     _, found, text = diagnose(case, "data.h5", "area", few)
-    check("4 are still to be simulated" not in text and "6 are still to be simulated" not in text, f"one flight for the wall: {text}")
+    check("flights   5 of" in text, f"the case, a finer grid, two for the area, one for the wall: {text}")
     check("wing_area" in names(found), found["verdict"]["sentence"])
     areas = [one["lower_best_upper"] for one in found["extended"]["intervals_90"] if one["name"] == "wing_area"]
     check(all(low <= 1.14 <= high for low, _, high in areas), f"an area of 1.14: {areas}")
@@ -204,7 +204,7 @@ def test_surroundings(case):
     write_data(case.folder / "data.h5", flown(12, wall), 9)
     _, found, _ = diagnose(case, "data.h5", "wall", few)
     check(names(found) == ["wall"], found["verdict"]["sentence"])
-    code, _, text = diagnose(case, "data.h5", "wrong", few.replace("refine = no", "refine = thickness"))
+    code, _, text = diagnose(case, "data.h5", "wrong", few + "refine = thickness\n")
     check(code == 2 and "names thickness, but the case cannot be flown so: needs wings in the mask" in text, text)
 
 

@@ -192,6 +192,6 @@ contains
     type(cause_t) :: c
     c = make_cause(name, title, sentence, data)
     call c%add(number, effect_parameter(name, '1', .false., 0.0_rp, 3.0_rp, 1.0_rp))
-    call word_plain(c%parameters(1)%words, '', lead, lead, 'times '//than, 'times '//than, '', 0.0_rp)
+    call word_plain(c%parameters(1)%words, '', lead, lead//' in the other sense', 'times '//than, 'times '//than, '', 0.0_rp)
   end function omission
 end module diagnosis_flight_changes
