@@ -191,21 +191,26 @@ def test_null(case):
 
 
 def test_surroundings(case):
-    """A plate that is longer than in the simulation, in its own file; then a wall at another distance than the input states. Box and
-    thickness cannot be named where the case has none."""
-    few = "effects = wing_area, wall, balance_gain\nwall_distance = 0.02\n"
-    write_data(case.folder / "data.h5", flown(12, half=0.57), 8)
-    _, found, text = diagnose(case, "data.h5", "area", few)
-    check("flights   5 of" in text, f"the case, a finer grid, two for the area, one for the wall: {text}")
-    check("wing_area" in names(found), found["verdict"]["sentence"])
-    areas = [one["lower_best_upper"] for one in found["extended"]["intervals_90"] if one["name"] == "wing_area"]
-    check(all(low <= 1.14 <= high for low, _, high in areas), f"an area of 1.14: {areas}")
-    wall = f"[Penalization]\niChannel = xy\npos_wall = {BOX / 2 - 1.5}\nthick_wall = 0.5\n"
+    """A wall that the simulation leaves out, at the distance that the input states. What the case cannot show is said, and a refinement
+    that it cannot have is a mistake."""
+    few = "effects = wing_area, wall, body, balance_gain\nwall_distance = 0.02\nrounds = 1\n"
+    wall = f"[Penalization]\niChannel = xy\npos_wall = {BOX / 2 - 2.0}\nthick_wall = 0.5\n"
     write_data(case.folder / "data.h5", flown(12, wall), 9)
-    _, found, _ = diagnose(case, "data.h5", "wall", few)
+    _, found, text = diagnose(case, "data.h5", "wall", few)
+    check("flights   3 of" in text, f"the case, a finer grid, and one for the wall: {text}")
     check(names(found) == ["wall"], found["verdict"]["sentence"])
+    lower, best, upper = found["extended"]["intervals_90"][0]["lower_best_upper"]
+    check(lower <= 1 <= upper, f"a wall as stated: {lower} {best} {upper}")
+    reasons = {one["name"]: one["missing"] for one in found["effects"]}
+    check("needs 16 points in a chord" in reasons["wing_area"] and "three-dimensional" in reasons["body"], f"{reasons}")
     code, _, text = diagnose(case, "data.h5", "wrong", few + "refine = thickness\n")
     check(code == 2 and "names thickness, but the case cannot be flown so: needs wings in the mask" in text, text)
+
+
+def test_stretch(case):
+    """A wing that is stretched is the wing of the longer outline, to the bit."""
+    longer, stretched = flown(8, half=0.57), flown(8, "wing_stretch = 1.14 1\n")
+    check(np.array_equal(longer, stretched), f"{np.abs(longer - stretched).max()}")
 
 
 def test_joint(case):

@@ -180,7 +180,7 @@ contains
     c = make_cause('wing_area', 'wings of another area', 'The wings were larger, or smaller, than those of the simulation.', &
                    RECORDS//' on wings that do not bend')
     c%needs = [NEED_RIGID]
-    call c%add(FLOW_AREA, effect_parameter(c%name, '1', .true., 0.6_rp, 1.6_rp, 0.05_rp))
+    call c%add(FLOW_AREA, effect_parameter(c%name, '1', .true., 0.6_rp, 1.6_rp, 0.1_rp))
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The area of the wings was', 'The area of the wings was', 'larger', &
                      'smaller', 'than in the simulation', 'that in the simulation', 1.0_rp)
   end function wing_area

@@ -24,6 +24,7 @@ module diagnose_flight_omitted
   character(*), parameter :: NL = new_line('a')
   character(2), parameter :: CHANNELS(3) = ['  ', 'xz', 'xy'] !< by the axis normal to the wall
   integer, parameter :: WALL_POINTS = 4
+  real(rp), parameter :: LEAST_POINTS = 15.5_rp !< docs/results/flight-records.md
 
 contains
 
@@ -36,7 +37,11 @@ contains
     why = ''
     select case (j)
     case (FLOW_AREA)
-      if (s%flexible) why = 'needs wings that do not bend'
+      if (s%flexible) then
+        why = 'needs wings that do not bend'
+      else if (s%flight%thin%is_thin .and. points_in_chord(s) < LEAST_POINTS) then
+        why = 'needs 16 points in a chord, as the markers of wings without thickness come in whole numbers'
+      end if
     case (FLOW_BENDING)
       if (s%flexible) then
         why = 'the wings of the case bend already'
@@ -59,6 +64,20 @@ contains
       end if
     end select
   end function why_not_added
+
+  !> Returns how many points of the grid lie along the smallest mean chord of a wing; the chord of a section lies along x.
+  pure real(rp) function points_in_chord(s) result(points)
+    type(settings_t), intent(in) :: s
+    integer :: w
+    points = huge(1.0_rp)
+    do w = 1, size(s%flight%wings)
+      associate (wing => s%flight%wings(w))
+        if (s%fluid%grid%is_2d) points = min(points, maxval(wing%points(1, :)) - minval(wing%points(1, :)))
+        if (.not. s%fluid%grid%is_2d) points = min(points, wing%mean_chord())
+      end associate
+    end do
+    points = points/s%fluid%grid%max_spacing()
+  end function points_in_chord
 
   !> Returns what is wrong with a flight with the changes c; empty if nothing is. A wall must be inside the box.
   function omission_fault(s, omitted, c) result(fault)
