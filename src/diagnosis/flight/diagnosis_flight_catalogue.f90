@@ -50,7 +50,8 @@ contains
       p = change_parameter(j, scales_of(facts))
       steps(j) = p%prior_sd
       if (.not. present(sd)) cycle
-      if (sd(j) > 0 .and. .not. is_one_sided(j)) steps(j) = min(p%prior_sd, max(rounded(STEP*sd(j), STEP*sd(j)), LEAST_STEP*p%prior_sd))
+      if (sd(j) > 0 .and. .not. is_one_sided(j)) &
+        steps(j) = min(p%prior_sd, max(rounded(STEP*sd(j), STEP*sd(j)), LEAST_STEP*p%prior_sd))
       if (.not. sd(j) > 0) steps(j) = 0
     end do
   end function flight_steps
