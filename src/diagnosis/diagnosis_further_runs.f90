@@ -9,6 +9,7 @@ module diagnosis_further_runs
   use diagnosis_flight_catalogue, only: flight_steps, rounded
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_VISCOSITY, FLOW_WIND, N_CHANGES, N_FLOW
+  use diagnosis_flight_refinements, only: N_REFINEMENTS, REFINE_GRID
   use diagnosis_flight_runner, only: flight_record_t, flight_request_t, flight_runner_t
   use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_parameters, only: KIND_FLIGHT
@@ -97,6 +98,7 @@ contains
     type(flight_record_t), allocatable :: records(:)
     type(flight_response_t) :: response
     real(rp) :: c(N_CHANGES), sd_of(N_FLOW), steps(N_FLOW), origin(N_FLOW)
+    logical :: refined(N_REFINEMENTS)
     integer :: asked
     allocate (rows(0))
     if (.not. associated(self%flights)) return
@@ -108,13 +110,15 @@ contains
       origin = response%seen(c)
       ! After rounding, data that differ little need the same flights.
       where (sd_of > 0) origin = rounded(origin, NEAR*max(sd_of, tiny(1.0_rp)))
-      requests = response%requests(steps, data%is_refined, origin)
+      refined = .false. ! the others stay as at the case
+      refined(REFINE_GRID) = data%refined(REFINE_GRID)
+      requests = response%requests(steps, refined, origin)
       call self%simulator%shut_down()
       asked = self%world%max_integer(FLY)
       call fly_requests(self, requests, records)
       failure = self%outcome%failure
       if (failure%failed) return
-      call response%move(origin, steps, data%is_refined, records, unmade)
+      call response%move(origin, steps, refined, records, unmade)
       if (unmade%failed) return
       call append(data%again, response)
       call approximate_flights(self%simulator, response, state, rows)
@@ -188,12 +192,12 @@ contains
     n = size(requests)
     call self%world%broadcast_integer(n)
     allocate (shared(n), numbers((N_FLOW + 1)*n))
-    if (size(requests) > 0) numbers = [([requests(i)%change, merge(1.0_rp, 0.0_rp, requests(i)%is_refined)], i=1, n)]
+    if (size(requests) > 0) numbers = [([requests(i)%change, real(requests(i)%refinement, rp)], i=1, n)]
     call self%world%broadcast_reals(numbers)
     do i = 1, n
       associate (one => numbers((N_FLOW + 1)*(i - 1) + 1:(N_FLOW + 1)*i))
         shared(i)%change = one(:N_FLOW)
-        shared(i)%is_refined = one(N_FLOW + 1) > 0
+        shared(i)%refinement = nint(one(N_FLOW + 1))
       end associate
     end do
     call self%runner%fly(self%world, shared, records, self%outcome)

@@ -84,12 +84,12 @@ def flight_of(found):
     return next(one for one in found["data"] if one["kind"] == "flight")
 
 
-def write_case(folder, points, surface="thin", more="", step=0.2):
-    """A case with so many points per chord and steps of `step` dx/U."""
+def write_case(folder, points, surface="thin", more="", step=0.2, half=0.5):
+    """A case with so many points per unit of length and steps of `step` dx/U; the plate is 2 `half` long."""
     folder.mkdir(parents=True, exist_ok=True)
     middle = BOX / 2
-    write_plate(folder, 0.5, 45.0)
-    write_stroke(folder, STROKE, PERIOD, BEATS, middle, 200)
+    write_plate(folder, half, 45.0)
+    write_stroke(folder, STROKE, PERIOD, BEATS + 1, middle, 200)  # for one more beat
     dt = step / points
     (folder / "hover.ini").write_text(INI.format(
         length=LENGTH, unit=UNIT_FREQUENCY, density=DENSITY, cells=BOX * points, box=BOX, end=BEATS * PERIOD, dt=dt, nu=1 / RE, eps=1.2 * dt,
@@ -107,11 +107,11 @@ def write_third_harmonic(folder, share):
 
 
 @functools.lru_cache(maxsize=None)
-def flown(points, more="", surface="thin", third=0.0):
+def flown(points, more="", surface="thin", third=0.0, half=0.5):
     """Fy, Fz [N/m] and power [W/m] at TIMES of the last beat of a flight of its own."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        write_case(folder, points, surface, more)
+        write_case(folder, points, surface, more, half=half)
         if third:
             write_third_harmonic(folder, third)
         subprocess.run([FLUSI, "hover.ini"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
@@ -145,7 +145,8 @@ def write_input(case, data, name, more="", cache="../flights", options=""):
     (case.folder / f"{name}.ini").write_text(
         f"[Wing]\nfile = {SOURCE}/wings/calliphora_small.h5\nE = 12.58e9\nD = 2e-7\n[Measurement]\nfile = {data}\n"
         # The data come from the same box, wing and start, so that the simulation errs by its grid alone.
-        f"[Flight]\nfile = case/hover.ini\nbeats = {BEATS}\nharmonics = 12\nfolder = {cache}\n{'' if 'model_sd' in more else 'model_sd = 0' + chr(10)}{more}"
+        f"[Flight]\nfile = case/hover.ini\nbeats = {BEATS}\nharmonics = 12\nfolder = {cache}\n"
+        f"{'' if 'model_sd' in more else 'model_sd = 0' + chr(10)}{'' if 'refine' in more else 'refine = grid' + chr(10)}{more}"
         f"[Diagnose]\nnoise = declared\ndraws = 1000\nstarts = 1\n{options}[Saving]\nname = {name}\n")
 
 
@@ -277,6 +278,29 @@ def test_stated(case):
     check(sum("kinematics_lead = 1.1e-2" in text or "kinematics_lead = 0.011" in text for text in flights) == 1, "a flight has that lead")
 
 
+def test_surroundings(case):
+    """A wall that the simulation leaves out, at the distance that the input states. What the case cannot show is said, and a refinement
+    that it cannot have is a mistake."""
+    few = "effects = wing_area, wall, body, balance_gain\nwall_distance = 0.02\nrounds = 1\n"
+    wall = f"[Penalization]\niChannel = xy\npos_wall = {BOX / 2 - 2.0}\nthick_wall = 0.5\n"
+    write_data(case.folder / "data.h5", flown(12, wall), 9)
+    _, found, text = diagnose(case, "data.h5", "wall", few)
+    check("flights   3 of" in text, f"the case, a finer grid, and one for the wall: {text}")
+    check(names(found) == ["wall"], found["verdict"]["sentence"])
+    lower, best, upper = found["extended"]["intervals_90"][0]["lower_best_upper"]
+    check(lower <= 1 <= upper, f"a wall as stated: {lower} {best} {upper}")
+    reasons = {one["name"]: one["missing"] for one in found["effects"]}
+    check("needs 16 points in a chord" in reasons["wing_area"] and "three-dimensional" in reasons["body"], f"{reasons}")
+    code, _, text = diagnose(case, "data.h5", "wrong", few + "refine = thickness\n")
+    check(code == 2 and "names thickness, but the case cannot be flown so: needs wings in the mask" in text, text)
+
+
+def test_stretch(case):
+    """A wing that is stretched is the wing of the longer outline, to the bit."""
+    longer, stretched = flown(8, half=0.57), flown(8, "wing_stretch = 1.14 1\n")
+    check(np.array_equal(longer, stretched), f"{np.abs(longer - stretched).max()}")
+
+
 def test_joint(case):
     """Bending tests and forces in one file: both are adequate, and a lead is found beside the stiffness of the veins."""
     measure(case, "data.h5", protocol={"levels": [1]})
@@ -307,7 +331,7 @@ def test_cost(case):
     are rounded up to minutes."""
     write_case(case.folder / "case", 64)
     write_data(case.folder / "data.h5", np.random.default_rng(7).standard_normal((30, 3)), 7)
-    for refine, finer in (("no", 0), ("yes", 1.5**3)):
+    for refine, finer in (("no", 0), ("grid", 1.5**3)):
         _, _, text = diagnose(case, "data.h5", refine, f"effects = pitch_lead\nrefine = {refine}\nrounds = 2\n", flags=("--plan",))
         alone = 6e-7 * (BOX * 64)**2 * BEATS * PERIOD * 64 / 0.2 / 60  # one flight, as the program estimates it
         for seen in minutes(text, "steps", " for all"), minutes(text, "more for each of its parameters:", " with one parameter"):
@@ -316,7 +340,7 @@ def test_cost(case):
         file["flight/hover"].attrs.update(frequency=158.0, per_length=0, components="Fx, Fy, Fz", units="N, N, N")
     subprocess.run([sys.executable, "-B", SOURCE / "tools/seal", "data.h5"], cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
     found = []
-    for refine in "no", "yes":
+    for refine in "no", "grid":
         write_input(case, "data.h5", refine, f"effects = pitch_lead\nrefine = {refine}\n")
         name = case.folder / f"{refine}.ini"
         text = name.read_text().replace("case/hover.ini", str(SOURCE / "ini/wing-rigid.ini"))

@@ -7,7 +7,8 @@ module diagnosis_flight_catalogue
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use base_text, only: next_word
-  use diagnosis_flight_changes, only: cause_of_change, change_parameter, change_scales_t, list_change_causes, FLOW_FREQUENCY, &
+  use diagnosis_flight_changes, only: cause_of_change, change_parameter, change_scales_t, is_one_sided, list_change_causes, &
+                                      FLOW_FREQUENCY, &
                                       FLOW_VISCOSITY, FLOW_WIND, N_FLOW, NEED_RIGID
   use diagnosis_flight_runner, only: flight_facts_t
   use diagnosis_wing_entries, only: append_variant, catalogue_t
@@ -28,6 +29,7 @@ contains
   !>
   !> Before the first flights the effect of a change is not known, and the step is its prior sd. Once the data have determined a
   !> change to sd(j), forces are needed over that range, and the step is STEP sd(j): forces then change by STEP times their noise.
+  !> What a case leaves out keeps the prior sd as its step: a wall is sharp, so that a small step may not move it to other points.
   !> The step is never larger than the prior sd. It is never smaller than LEAST_STEP times the prior sd, where the difference of two
   !> flights would come near their own errors. It has one digit, so that data that differ little need the same flights. A change
   !> with sd(j) = 0 gets no step.
@@ -48,7 +50,8 @@ contains
       p = change_parameter(j, scales_of(facts))
       steps(j) = p%prior_sd
       if (.not. present(sd)) cycle
-      if (sd(j) > 0) steps(j) = min(p%prior_sd, max(rounded(STEP*sd(j), STEP*sd(j)), LEAST_STEP*p%prior_sd))
+      if (sd(j) > 0 .and. .not. is_one_sided(j)) &
+        steps(j) = min(p%prior_sd, max(rounded(STEP*sd(j), STEP*sd(j)), LEAST_STEP*p%prior_sd))
       if (.not. sd(j) > 0) steps(j) = 0
     end do
   end function flight_steps

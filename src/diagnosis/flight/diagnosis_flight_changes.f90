@@ -9,12 +9,15 @@ module diagnosis_flight_changes
   use measurement_balance_causes, only: NEED_FORCES
   implicit none
   private
-  public :: change_scales_t, list_change_causes, change_parameter, cause_of_change
+  public :: change_scales_t, list_change_causes, change_parameter, cause_of_change, is_one_sided
 
   !> The numbers of the changes that a flight can make. Amplitudes change by a relative amount, angles by degrees, the lead by a
-  !> fraction of a beat, the wind by m/s, and the viscosity by the logarithm of a factor.
+  !> fraction of a beat, the wind by m/s, and the viscosity and the area of the wings by the logarithm of a factor. What the case
+  !> leaves out altogether (bending, a wall, a body) comes in parts of what a user states.
   integer, parameter, public :: FLOW_STROKE = 1, FLOW_STROKE_MEAN = 2, FLOW_PITCH = 3, FLOW_PITCH_MEAN = 4, FLOW_LEAD = 5, &
-                                FLOW_DEVIATION = 6, FLOW_PLANE = 7, FLOW_WIND = 7, FLOW_VISCOSITY = 11, N_FLOW = 11
+                                FLOW_DEVIATION = 6, FLOW_PLANE = 7, FLOW_WIND = 7, FLOW_VISCOSITY = 11, FLOW_AREA = 12, &
+                                FLOW_DEVIATION_COS = 13, FLOW_DEVIATION_SIN = 14, &
+                                FLOW_BENDING = 15, FLOW_WALL = 16, FLOW_BODY = 17, N_FLOW = 17
   integer, parameter, public :: FLOW_FREQUENCY = N_FLOW + 1, N_CHANGES = N_FLOW + 1 !< the changes that are flown, and this one
 
   integer, parameter, public :: NEED_RIGID = NEED_FORCES + 1 !< wings that do not bend
@@ -53,6 +56,17 @@ contains
     call enlist(list, beat_frequency())
     call enlist(list, wind(scales))
     call enlist(list, viscosity())
+    call enlist(list, deviation())
+    call enlist(list, wing_area())
+    call enlist(list, omission(FLOW_BENDING, 'wing_bending', 'bending of the wings', &
+                               'The wings bent, and those of the simulation are rigid.', 'The wings bent', &
+                               'as much as [Wing] of the case says', RECORDS//', and [Wing] in the case'))
+    call enlist(list, omission(FLOW_WALL, 'wall', 'a wall', &
+                               'There was a wall near the wing that the simulation leaves out.', 'A wall acted', &
+                               'as much as one at [Flight] wall_distance', RECORDS//', and [Flight] wall_distance'))
+    call enlist(list, omission(FLOW_BODY, 'body', 'a body', &
+                               'There was a body between the wings that the simulation leaves out.', 'A body displaced', &
+                               'as much as [Flight] body_length and body_radius say', RECORDS//', and [Flight] body_length'))
     do i = 1, size(list)
       do k = 1, size(list(i)%parameters)
         associate (p => list(i)%parameters(k))
@@ -61,6 +75,12 @@ contains
       end do
     end do
   end function list_change_causes
+
+  !> Tells whether a change cannot be made in both directions: what the case leaves out can only be added.
+  pure elemental logical function is_one_sided(number)
+    integer, intent(in) :: number
+    is_one_sided = any(number == [FLOW_BENDING, FLOW_WALL, FLOW_BODY])
+  end function is_one_sided
 
   !> Returns change `number` as a parameter, by its coordinate, which is 0 for the case as it is.
   pure function change_parameter(number, scales) result(p)
@@ -147,4 +167,40 @@ contains
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The fluid was', 'The fluid was', 'more viscous', 'less viscous', &
                      'than the measurement says', 'as viscous as the measurement says', 1.0_rp)
   end function viscosity
+
+  !> A deviation theta = a cos + b sin of the beat, which is added to that of the kinematics.
+  pure function deviation() result(c)
+    type(cause_t) :: c
+    character(*), parameter :: PARTS(2) = ['cos', 'sin']
+    integer :: k
+    c = make_cause('deviation', 'a deviation from the stroke plane', &
+                   'The wing left the stroke plane once in each beat, in another way than the kinematics say.', RECORDS)
+    do k = 1, 2
+      call c%add(FLOW_DEVIATION_COS + k - 1, &
+                 effect_parameter('deviation:'//PARTS(k), 'degree', .false., -20.0_rp, 20.0_rp, 3.0_rp))
+      call word_plain(c%parameters(k)%words, 'degrees', 'The deviation had plus', 'The deviation had minus', &
+                      'times the '//PARTS(k)//' of the beat', 'times the '//PARTS(k)//' of the beat', '', 0.0_rp)
+    end do
+  end function deviation
+
+  !> All wings are longer along both axes by the same factor. In a section it is the chord.
+  pure function wing_area() result(c)
+    type(cause_t) :: c
+    c = make_cause('wing_area', 'wings of another area', 'The wings were larger, or smaller, than those of the simulation.', &
+                   RECORDS//' on wings that do not bend')
+    c%needs = [NEED_RIGID]
+    call c%add(FLOW_AREA, effect_parameter(c%name, '1', .true., 0.6_rp, 1.6_rp, 0.1_rp))
+    call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The area of the wings was', 'The area of the wings was', 'larger', &
+                     'smaller', 'than in the simulation', 'that in the simulation', 1.0_rp)
+  end function wing_area
+
+  !> Returns the cause of something that the case leaves out. Its parameter is 0 without it and 1 for all of it.
+  pure function omission(number, name, title, sentence, lead, than, data) result(c)
+    integer, intent(in) :: number
+    character(*), intent(in) :: name, title, sentence, lead, than, data
+    type(cause_t) :: c
+    c = make_cause(name, title, sentence, data)
+    call c%add(number, effect_parameter(name, '1', .false., 0.0_rp, 3.0_rp, 1.0_rp))
+    call word_plain(c%parameters(1)%words, '', lead, lead//' in the other sense', 'times '//than, 'times '//than, '', 0.0_rp)
+  end function omission
 end module diagnosis_flight_changes

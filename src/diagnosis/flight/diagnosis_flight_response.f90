@@ -5,6 +5,9 @@
 !>
 !>     F(c) = F_0 + sum_j (F_j+ - F_j-)/(2 h_j) c_j + (F_j+ - 2 F_0 + F_j-)/(2 h_j^2) c_j^2.
 !>
+!> What a case leaves out altogether can only be added: for such a change there is the flight with +h_j alone, and the second
+!> derivative is 0.
+!>
 !> `move` makes the same approximation about other kinematics and another flow, where c_j counts from there. Derivatives with
 !> respect to changes that are not flown again stay those at the case.
 !>
@@ -14,7 +17,8 @@
 module diagnosis_flight_response
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_VISCOSITY, FLOW_WIND, N_CHANGES, N_FLOW
+  use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_VISCOSITY, FLOW_WIND, is_one_sided, N_CHANGES, N_FLOW
+  use diagnosis_flight_refinements, only: refinement_name, N_REFINEMENTS
   use diagnosis_flight_runner, only: flight_record_t, flight_request_t
   use measurement_balance, only: balance_harmonics
   use measurement_flight, only: COMPONENT_POWER, N_COMPONENTS
@@ -29,7 +33,7 @@ module diagnosis_flight_response
     real(rp), allocatable :: samples(:, :)                       !< (N_PHASES, components) of the case
     complex(rp), allocatable :: slope(:, :, :)                   !< per unit of each change
     complex(rp), allocatable :: curvature(:, :, :)
-    complex(rp), allocatable :: of_grid(:, :)                    !< what a finer grid changes
+    complex(rp), allocatable :: refined(:, :, :)                 !< what a smaller numerical error of each kind changes
     logical :: is_known(N_FLOW) = .false.                        !< both flights came to their end
     character(200) :: reason(N_FLOW) = ''                        !< why not
     real(rp) :: wind(3) = 0                                      !< [m/s] of the case
@@ -41,29 +45,30 @@ module diagnosis_flight_response
     procedure :: take => response_take
     procedure :: at => response_at
     procedure :: derivative => response_derivative
+    procedure :: relative_size => response_relative_size
   end type flight_response_t
 
 contains
 
-  !> Lists the flights that are needed: the case with the changes `origin`, the same on a finer grid if `is_refined`, and two
-  !> flights about it for each change whose step is above 0. Without `origin` it is the case as it is.
-  pure function response_requests(self, steps, is_refined, origin) result(requests)
+  !> Lists the flights that are needed: the case with the changes `origin`, the same with each of the refinements `refined`, and two
+  !> flights about it for each change whose step is above 0, or one if it is one-sided. Without `origin` it is the case itself.
+  pure function response_requests(self, steps, refined, origin) result(requests)
     class(flight_response_t), intent(in) :: self
     real(rp), intent(in) :: steps(N_FLOW)
-    logical, intent(in) :: is_refined
+    logical, intent(in) :: refined(N_REFINEMENTS)
     real(rp), intent(in), optional :: origin(N_FLOW)
     type(flight_request_t), allocatable :: requests(:)
     integer :: i, j, n
     associate (unused => self)
     end associate
-    n = merge(2, 1, is_refined)
-    allocate (requests(n + 2*count(steps > 0)))
-    if (is_refined) requests(2)%is_refined = .true.
+    n = 1 + count(refined)
+    allocate (requests(n + sum([(flights_of(steps(j), j), j=1, N_FLOW)])))
+    requests(2:n)%refinement = pack([(j, j=1, N_REFINEMENTS)], refined)
     do j = 1, N_FLOW
       if (.not. steps(j) > 0) cycle
       requests(n + 1)%change(j) = steps(j)
-      requests(n + 2)%change(j) = -steps(j)
-      n = n + 2
+      n = n + flights_of(steps(j), j)
+      if (.not. is_one_sided(j)) requests(n)%change(j) = -steps(j)
     end do
     if (.not. present(origin)) return
     do i = 1, size(requests)
@@ -71,18 +76,26 @@ contains
     end do
   end function response_requests
 
+  !> Returns the number of flights that show change j.
+  pure integer function flights_of(step, j)
+    real(rp), intent(in) :: step
+    integer, intent(in) :: j
+    flights_of = 0
+    if (step > 0) flights_of = merge(1, 2, is_one_sided(j))
+  end function flights_of
+
   !> Takes the records of the flights that `requests` lists for `origin` into the approximation, which is then about these changes.
-  !> Fails, and takes nothing, if any of them is missing.
-  subroutine response_move(self, origin, steps, is_refined, records, failure)
+  !> What refinements change that are not among them stays as at the case. Fails, and takes nothing, if any of them is missing.
+  subroutine response_move(self, origin, steps, refined, records, failure)
     class(flight_response_t), intent(inout) :: self
     real(rp), intent(in) :: origin(N_FLOW), steps(N_FLOW)
-    logical, intent(in) :: is_refined
+    logical, intent(in) :: refined(N_REFINEMENTS)
     type(flight_record_t), intent(in) :: records(:)
     type(failure_t), intent(out) :: failure
     type(flight_response_t) :: moved
     integer :: j
     moved%n_harmonics = self%n_harmonics
-    call moved%take(steps, is_refined, records, failure)
+    call moved%take(steps, refined, records, failure)
     if (failure%failed) return
     do j = 1, N_FLOW
       if (steps(j) > 0 .and. .not. moved%is_known(j)) call failure%raise(trim(moved%reason(j)))
@@ -95,48 +108,61 @@ contains
     end do
     self%value = moved%value
     self%samples = moved%samples
-    if (is_refined) self%of_grid = moved%of_grid
+    do j = 1, N_REFINEMENTS
+      if (refined(j)) self%refined(:, :, j) = moved%refined(:, :, j)
+    end do
     self%origin = origin
   end subroutine response_move
 
   !> Takes the records of the flights in the order in which `requests` lists them. Fails, and takes nothing, if the flight of the
-  !> case, or the one on the finer grid, is missing. If a flight of change j is missing, is_known(j) is false and self%reason(j)
+  !> case, or one with a refinement, is missing. If a flight of change j is missing, is_known(j) is false and self%reason(j)
   !> says why.
-  subroutine response_take(self, steps, is_refined, records, failure)
+  subroutine response_take(self, steps, refined, records, failure)
     class(flight_response_t), intent(inout) :: self
     real(rp), intent(in) :: steps(N_FLOW)
-    logical, intent(in) :: is_refined
+    logical, intent(in) :: refined(N_REFINEMENTS)
     type(flight_record_t), intent(in) :: records(:)
     type(failure_t), intent(out) :: failure
     complex(rp), dimension(0:self%n_harmonics, N_COMPONENTS) :: above, below
-    integer :: j, n
-    n = merge(2, 1, is_refined)
+    integer :: j, n, last
+    n = 1
     if (.not. records(1)%is_flown) call failure%raise(records(1)%reason)
-    if (is_refined) then
-      if (.not. records(2)%is_flown) call failure%raise(records(2)%reason//'. This is the flight on the finer grid; [Flight] '// &
-                                                        'refine = no leaves it out')
-    end if
+    do j = 1, N_REFINEMENTS
+      if (.not. refined(j)) cycle
+      n = n + 1
+      if (.not. records(n)%is_flown .and. .not. failure%failed) &
+        call failure%raise(records(n)%reason//'. This is the flight with the refinement '//refinement_name(j)//'; a list in '// &
+                           '[Flight] refine without it leaves it out')
+    end do
     if (failure%failed) return
     self%value = series(self, records(1))
     self%samples = records(1)%values
-    self%of_grid = 0*self%value
-    if (is_refined) self%of_grid = series(self, records(2)) - self%value
-    if (allocated(self%slope)) deallocate (self%slope, self%curvature)
+    if (allocated(self%slope)) deallocate (self%slope, self%curvature, self%refined)
     allocate (self%slope(size(self%value, 1), N_COMPONENTS, N_FLOW), source=cmplx(0, kind=rp))
     allocate (self%curvature, source=self%slope)
+    allocate (self%refined(size(self%value, 1), N_COMPONENTS, N_REFINEMENTS), source=cmplx(0, kind=rp))
+    n = 1
+    do j = 1, N_REFINEMENTS
+      if (.not. refined(j)) cycle
+      n = n + 1
+      self%refined(:, :, j) = series(self, records(n)) - self%value
+    end do
     do j = 1, N_FLOW
       self%is_known(j) = .false.
       if (.not. steps(j) > 0) cycle
-      self%is_known(j) = records(n + 1)%is_flown .and. records(n + 2)%is_flown
-      if (self%is_known(j)) then
+      last = n + flights_of(steps(j), j)
+      self%is_known(j) = records(n + 1)%is_flown .and. records(last)%is_flown
+      if (.not. self%is_known(j)) then
+        self%reason(j) = records(merge(last, n + 1, records(n + 1)%is_flown))%reason
+      else if (is_one_sided(j)) then
+        self%slope(:, :, j) = (series(self, records(last)) - self%value)/steps(j)
+      else
         above = series(self, records(n + 1))
-        below = series(self, records(n + 2))
+        below = series(self, records(last))
         self%slope(:, :, j) = (above - below)/(2*steps(j))
         self%curvature(:, :, j) = (above - 2*self%value + below)/steps(j)**2
-      else
-        self%reason(j) = records(merge(n + 2, n + 1, records(n + 1)%is_flown))%reason
       end if
-      n = n + 2
+      n = last
     end do
   end subroutine response_take
 
@@ -189,6 +215,32 @@ contains
       end do
     end associate
   end function response_derivative
+
+  !> Returns how much refinement k changes forces: the largest rms over the beat of a component, relative to that of the component.
+  !> Forces below a hundredth of the largest one do not count, nor do such torques, which are errors alone where symmetry lets the
+  !> component vanish.
+  pure real(rp) function response_relative_size(self, k) result(largest)
+    class(flight_response_t), intent(in) :: self
+    integer, intent(in) :: k
+    real(rp), parameter :: LEAST = 0.01_rp
+    integer, parameter :: FIRST(3) = [1, 4, COMPONENT_POWER], LAST(3) = [3, 6, COMPONENT_POWER]
+    real(rp) :: size_of(N_COMPONENTS), change(N_COMPONENTS)
+    integer :: i, group
+    size_of = [(rms(self%value(:, i)), i=1, N_COMPONENTS)]
+    change = [(rms(self%refined(:, i, k)), i=1, N_COMPONENTS)]
+    largest = 0
+    do group = 1, size(FIRST)
+      do i = FIRST(group), LAST(group)
+        if (size_of(i) > LEAST*maxval(size_of(FIRST(group):LAST(group)))) largest = max(largest, change(i)/size_of(i))
+      end do
+    end do
+  end function response_relative_size
+
+  !> Returns the root mean square over the beat of a Fourier series x(0:), whose real part is sum x_h exp(2 pi i h t).
+  pure real(rp) function rms(x)
+    complex(rp), intent(in) :: x(0:)
+    rms = sqrt(real(x(0), rp)**2 + sum(abs(x(1:))**2)/2)
+  end function rms
 
   !> Converts the changes c into the changes of viscosity and wind that give the same flow at the frequency of the case.
   pure function response_seen(self, c) result(seen)

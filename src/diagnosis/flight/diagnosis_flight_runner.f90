@@ -6,6 +6,7 @@ module diagnosis_flight_runner
   use base_kinds, only: rp
   use base_outcome, only: outcome_t
   use diagnosis_flight_changes, only: N_CHANGES, N_FLOW
+  use diagnosis_flight_refinements, only: N_REFINEMENTS, NOT_REFINED
   use measurement_flight, only: N_COMPONENTS
   use parallel_world, only: world_t
   implicit none
@@ -14,10 +15,10 @@ module diagnosis_flight_runner
 
   integer, parameter, public :: N_PHASES = 200 !< samples of a beat, at 0, 1/N_PHASES, ..
 
-  !> A request asks for one flight: the case with these changes, on a finer grid if `is_refined`.
+  !> A request asks for one flight: the case with these changes, and with a smaller numerical error of one kind.
   type :: flight_request_t
     real(rp) :: change(N_FLOW) = 0
-    logical :: is_refined = .false.
+    integer :: refinement = NOT_REFINED                !< or REFINE_*
   end type flight_request_t
 
   !> A record holds the result of one flight.
@@ -36,10 +37,11 @@ module diagnosis_flight_runner
     real(rp) :: speed = 0                              !< [m/s] mean of the wing tip, of the plate in a section
     real(rp) :: wind(3) = 0                            !< [m/s]
     real(rp) :: prior_sd(N_CHANGES) = 0                !< of changes as far as records state their errors, in units of parameters
-    character(100) :: missing(N_FLOW) = ''             !< why this change cannot be made
+    character(200) :: missing(N_FLOW) = ''             !< why this change cannot be made
     real(rp) :: inertia(N_PHASES, N_COMPONENTS) = 0    !< of the wings per kg of their mass, torques as in records
-    real(rp) :: steps = 0, seconds = 0                 !< of a flight of the case, as far as they can be foreseen
-    real(rp) :: finer_steps = 0, finer_seconds = 0     !< the same on the finer grid
+    real(rp) :: steps = 0, seconds = 0                 !< of one flight, as far as they can be foreseen
+    character(200) :: unrefined(N_REFINEMENTS) = ''    !< why this numerical error cannot be made smaller
+    real(rp) :: cost(N_REFINEMENTS) = 1                !< of the flight that makes it smaller, in flights of the case
   end type flight_facts_t
 
   type, abstract :: flight_runner_t

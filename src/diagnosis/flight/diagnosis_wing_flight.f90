@@ -8,6 +8,7 @@ module diagnosis_wing_flight
   use base_kinds, only: rp
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_changes, only: N_CHANGES
+  use diagnosis_flight_refinements, only: N_REFINEMENTS
   use diagnosis_flight_runner, only: flight_facts_t, N_PHASES
   use diagnosis_wing_labels, only: append_surface
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_BALANCE, KIND_FLIGHT
@@ -28,7 +29,7 @@ module diagnosis_wing_flight
     type(flight_response_t) :: response
     type(flight_facts_t) :: facts
     character(:), allocatable :: effects !< of the catalogue that are tested; empty: all
-    logical :: is_refined = .false. !< the difference that a finer grid makes is known
+    logical :: refined(N_REFINEMENTS) = .false. !< numerical errors whose effect a flight of its own shows
     real(rp) :: model_sd = 0        !< relative error of all simulated components together, and of each, the same over the beat
     logical :: is_ready = .false.   !< flights have been flown
     type(flight_response_t), allocatable :: again(:) !< approximations about fitted values, in the order of their flights
@@ -96,7 +97,7 @@ contains
     self%approximations(1)%response = data%response
     self%approximations(1)%rest = self%rest
     self%in_use = 1
-    self%n_nuisances = merge(1, 0, data%is_refined)
+    self%n_nuisances = count(data%refined)
     if (data%model_sd > 0) self%n_nuisances = self%n_nuisances + N_COMPONENTS + 1
     self%n_patterns = (2*N_WAVES + 1)*sum([(size(flights(r)%component), r=1, size(flights))])
   end subroutine flight_init
@@ -263,8 +264,8 @@ contains
     end do
   end function observed
 
-  !> Returns nuisances(n, n_nuisances) at q. They are the change that a finer grid makes, if it is known, and the effect of an
-  !> error of one sd of the simulation, first on all components together and then on each one alone.
+  !> Returns nuisances(n, n_nuisances) at q. They are the changes that refinements make, if they are known, in the order of their
+  !> numbers, and the effect of an error of one sd of the simulation, first on all components together and then on each one alone.
   subroutine flight_nuisances(self, q, nuisances)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(in) :: q(:)
@@ -275,10 +276,11 @@ contains
     if (self%n_nuisances == 0) return
     call split(self, q, c, p)
     last = 0
-    if (self%data%is_refined) then
-      last = 1
-      call self%show(without_additions(p), self%data%response%of_grid, nuisances(:, 1))
-    end if
+    do i = 1, N_REFINEMENTS
+      if (.not. self%data%refined(i)) cycle
+      last = last + 1
+      call self%show(without_additions(p), self%data%response%refined(:, :, i), nuisances(:, last))
+    end do
     if (.not. self%data%model_sd > 0) return
     series = self%data%response%at(c)
     call self%show(without_additions(p), self%data%model_sd*series, nuisances(:, last + 1))

@@ -43,6 +43,7 @@ module fsi_kinematics_keys
     logical :: has_hinge(2) = .false.
     real(rp) :: frequency = 1, ramp = 0        !< 1/T, T
     real(rp) :: factor(3) = 1, offset(3) = 0, lead(3) = 0 !< of phi, alpha, theta: 1, degrees, beats
+    real(rp) :: deviation(2) = 0               !< added to theta: cosine and sine of the beat, degrees
   end type kinematics_choices_t
 
 contains
@@ -85,6 +86,8 @@ contains
                     unit='degree')
     call keys%reals('kinematics_lead', c%lead, ZERO, 'number of beats by which phi, alpha and theta of all wings are advanced '// &
                     'in time')
+    call keys%reals('kinematics_deviation', c%deviation, [0.0_rp, 0.0_rp], 'a b: a cos(2 pi f t) + b sin(2 pi f t) is added to '// &
+                    'theta of all wings', unit='degree')
   end subroutine kinematics_keys
 
   !> Visits these keys.
@@ -194,6 +197,7 @@ contains
     call motion%phi%alter(c%factor(1), c%offset(1)*(PI/180), c%lead(1))
     call motion%alpha%alter(c%factor(2), c%offset(2)*(PI/180), c%lead(2))
     call motion%theta%alter(c%factor(3), c%offset(3)*(PI/180), c%lead(3))
+    call motion%theta%add_wave(c%deviation(1)*(PI/180), c%deviation(2)*(PI/180))
   end subroutine read_motion
 
   !> Sets the motion that `word` names, from the text of its file.

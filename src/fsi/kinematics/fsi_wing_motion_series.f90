@@ -10,6 +10,7 @@
 !>     flip       A tanh(c sin(2 pi x))/tanh(c)
 !>
 !> An angle f may be altered: it is then mean + factor (f(x + lead) - mean) + offset, where `mean` is the mean over a typical cycle.
+!> A wave of one cycle may be added to that.
 !>
 !> The cubic pieces join with value and slope. The second derivative jumps at the joints, where the later piece defines its value.
 !> Forms and the factor 1/2 agree with FLUSI's kinematics files.
@@ -36,6 +37,7 @@ module fsi_wing_motion_series
     logical :: is_altered = .false.
     real(rp) :: factor = 1, offset = 0, lead = 0 !< of an altered angle: 1, rad, cycles
     real(rp) :: centre = 0                       !< mean before the alteration, rad
+    real(rp) :: wave(2) = 0                      !< of cos(2 pi x) and sin(2 pi x), added to the altered angle, rad
   contains
     procedure :: set_constant => series_set_constant
     procedure :: set_fourier => series_set_fourier
@@ -45,6 +47,7 @@ module fsi_wing_motion_series
     procedure :: set_spin_up => series_set_spin_up
     procedure :: set_flip => series_set_flip
     procedure :: alter => series_alter
+    procedure :: add_wave => series_add_wave
     procedure :: evaluate => series_evaluate
     procedure :: is_periodic => series_is_periodic
     procedure :: last => series_last
@@ -137,6 +140,7 @@ contains
     self%kind = kind
     self%mean = 0
     self%is_altered = .false.
+    self%wave = 0
     if (allocated(self%a)) deallocate (self%a)
     if (allocated(self%b)) deallocate (self%b)
     if (allocated(self%x)) deallocate (self%x)
@@ -187,9 +191,28 @@ contains
     self%is_altered = abs(factor - 1) + abs(offset) + abs(lead) > 0
   end subroutine series_alter
 
+  !> Adds the wave cosine cos(2 pi x) + sine sin(2 pi x) [rad] to the angle, instead of an earlier one.
+  subroutine series_add_wave(self, cosine, sine)
+    class(angle_series_t), intent(inout) :: self
+    real(rp), intent(in) :: cosine, sine
+    self%wave = [cosine, sine]
+  end subroutine series_add_wave
+
   !> Returns f, the value and its first and second derivative with respect to x: rad, rad/cycle, rad/cycle^2. Outside a table its
   !> first or last cubic continues.
   pure subroutine series_evaluate(self, x, f)
+    class(angle_series_t), intent(in) :: self
+    real(rp), intent(in) :: x
+    real(rp), intent(out) :: f(0:2)
+    real(rp) :: wave(0:2)
+    call evaluate_altered(self, x, f)
+    if (.not. any(abs(self%wave) > 0)) return
+    call evaluate_fourier(self%wave(1:1), self%wave(2:2), modulo(x, 1.0_rp), wave)
+    f = f + wave
+  end subroutine series_evaluate
+
+  !> Evaluates the series and its two derivatives without the wave that is added.
+  pure subroutine evaluate_altered(self, x, f)
     class(angle_series_t), intent(in) :: self
     real(rp), intent(in) :: x
     real(rp), intent(out) :: f(0:2)
@@ -206,7 +229,7 @@ contains
     f(0) = f(0) - self%centre
     f = self%factor*f
     f(0) = f(0) + self%centre + self%offset
-  end subroutine series_evaluate
+  end subroutine evaluate_altered
 
   !> Evaluates the series and its two derivatives as given, without later changes.
   pure subroutine evaluate_original(self, x, f)

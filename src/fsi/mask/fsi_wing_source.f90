@@ -30,7 +30,7 @@ module fsi_wing_source
   character(*), parameter :: SECTION = 'Insects'
   real(rp), parameter :: FLAT = 1.0e-9_rp !< of the length; smaller heights count as 0
   character(*), parameter :: OUTLINE_WORD = 'from_file::', MESH_WORD = 'mesh::'
-  character(*), parameter :: SHAPE = 'WingShape', LENGTH = 'wing_length'
+  character(*), parameter :: SHAPE = 'WingShape', LENGTH = 'wing_length', STRETCH_KEY = 'wing_stretch'
 
   !> Sources of the shape; a name of FLUSI has the kind 0.
   integer, parameter :: SOURCE_NAME = 0, SOURCE_NONE = 1, SOURCE_OUTLINE = 2, SOURCE_MESH = 3
@@ -46,6 +46,7 @@ module fsi_wing_source
     integer :: source = SOURCE_NONE      !< what that means, SOURCE_*
     integer :: edges = EDGES_AUTO        !< wing_edges
     real(rp) :: length = 0, edge = 0     !< L, 0: not given
+    real(rp) :: stretch(2) = 1           !< factors along x and y of the finished wing
     type(wing_numbers_t) :: numbers
   end type source_choices_t
 
@@ -89,6 +90,9 @@ contains
                      min=0.0_rp)
     call keys%length('b_bot', c%numbers%back, '0.0', 'WingShape = rectangular, TwoEllipses: chord behind the axis', unit='L', &
                      min=0.0_rp)
+    call keys%reals(STRETCH_KEY, c%stretch, [1.0_rp, 1.0_rp], 'factors on the lengths of rigid wings along x (span; chord of '// &
+                    'a section) and y (chord), about the hinge', min=0.0_rp)
+    call keys%in_checkpoint()
     call keys%inert('L_chord', 'chord that no wing of FLUSI uses')
     call keys%kind('wing_edges', c%edges, 'auto', EDGES, 'edges of rigid wings in the mask. flusi: smoothed edges at the '// &
                    'outline, as FLUSI draws them; round: round edges that end at the outline; beyond: round edges that reach '// &
@@ -150,7 +154,27 @@ contains
         call take_mesh(mesh, c, scene, drawing, form)
       end if
     end select
+    if (errors%count() == errors_before .and. any(abs(c%stretch - 1) > 0)) call stretch_wing(config, c%stretch, form, errors)
   end subroutine read_wing_shape
+
+  !> Stretches a wing that is made of triangles alone; other wings are mistakes.
+  subroutine stretch_wing(config, stretch, form, errors)
+    type(config_t), intent(in) :: config
+    real(rp), intent(in) :: stretch(2)
+    type(wing_form_t), intent(inout) :: form
+    type(message_list_t), intent(inout) :: errors
+    if (any(stretch <= 0)) then
+      call config%complain(errors, SECTION, STRETCH_KEY, 'must be above 0')
+    else if (has_flexible_wings(config)) then
+      call config%complain(errors, SECTION, STRETCH_KEY, 'is for rigid wings; [Wing] length and mean_chord change flexible ones')
+    else if (allocated(form%solid)) then
+      call config%complain(errors, SECTION, STRETCH_KEY, 'does not work for wings that are drawn up to their outline; valid '// &
+                           'for this wing: wing_edges = beyond')
+    else
+      form%points(1, :) = stretch(1)*form%points(1, :)
+      form%points(2, :) = stretch(2)*form%points(2, :)
+    end if
+  end subroutine stretch_wing
 
   !> Makes one of FLUSI's wings.
   subroutine take_named(config, c, drawing, planform, solid, errors)

@@ -192,6 +192,7 @@ contains
     rows(:inner%n, :) = white(:, :n)
     right(:inner%n) = white(:, n + 1)
     largest = maxval(norm2(white(:, :n), 1))
+    if (.not. largest > 0) largest = 1 ! the data show none of them
     do i = 1, n
       rows(inner%n + i, i) = RIDGE*largest/unknowns%unit(i)
       if (.not. unknowns%prior_sd(i) > 0) cycle

@@ -24,14 +24,18 @@ module common_diagnose_keys
   integer, parameter, public :: NOISE_ESTIMATED = 1, NOISE_DECLARED = 2
   type(named_kind_t), parameter :: NOISES(2) = [named_kind_t('estimated', NOISE_ESTIMATED), &
                                                 named_kind_t('declared', NOISE_DECLARED)]
+  !> Where a wall may be that a case leaves out: toward -z or toward -y of the body.
+  integer, parameter, public :: WALL_BELOW = 1, WALL_BESIDE = 2
+  type(named_kind_t), parameter :: WALL_SIDES(2) = [named_kind_t('below', WALL_BELOW), named_kind_t('beside', WALL_BESIDE)]
   character(*), parameter, public :: DRAWS_NONE = 'none' !< the value of [Saving] draws that names no file
 
   !> Holds what a user chooses for the simulation of flights.
   type :: flight_choices_t
-    character(:), allocatable :: file, folder, effects
+    character(:), allocatable :: file, folder, effects, refine
     integer :: ranks = 0, beats = 1, harmonics = 1, rounds = 0
-    logical :: refine = .true.
     real(rp) :: model_sd = 0
+    real(rp) :: wall_distance = 0, body_length = 0, body_radius = 0 !< m, 0: not stated
+    integer :: wall_side = WALL_BELOW
   end type flight_choices_t
 
   !> Holds what a user chooses for a diagnosis.
@@ -129,14 +133,23 @@ contains
                       max=1000)
     call keys%text('effects', c%effects, '', 'effects of kinematics, flow and balance to look for: names separated by commas; '// &
                    'empty: all effects that the case permits (docs/theory/flight-records.md)')
-    call keys%switch('refine', c%refine, .true., 'also simulate the case on a grid with 1.5 times as many points in each '// &
-                     'direction, and count the difference as an error')
+    call keys%text('refine', c%refine, 'yes', 'numerical errors, separated by commas: one further flight makes each of them '// &
+                   'smaller, and the difference counts as an error; grid (1.5 times as many points in each direction), step '// &
+                   '(1.5 times as many steps), penalization (half of eps), thickness (0.7 times that of wings in the mask), '// &
+                   'box (1.5 times as large), sponge (twice as thick), beats (one more); yes: those that the case permits, '// &
+                   'without step; all: with step; no: none')
     call keys%integer('rounds', c%rounds, 3, 'largest number of rounds; a round simulates a clear cause with its fitted '// &
                       'values and fits it again; 0: the forces come from an approximation about the case', min=0, max=20)
-    call keys%real('model_sd', c%model_sd, 0.05_rp, 'relative error of the simulated forces over the whole beat, both common '// &
-                   'to all components and for each component, in addition to the error of the grid; its causes are the box, '// &
-                   'the thickness of the wing and the start from rest (docs/results/flight-records.md)', min=0.0_rp, max=1.0_rp)
+    call keys%real('model_sd', c%model_sd, 0.02_rp, 'relative error of the simulated forces over the whole beat, both common '// &
+                   'to all components and for each component, beyond what `refine` counts; give 0.05 if refine leaves out the '// &
+                   'box, the thickness of the wing or the beats (docs/results/flight-records.md)', min=0.0_rp, max=1.0_rp)
     call keys%integer('harmonics', c%harmonics, 40, 'highest harmonic of the beat that is kept of the simulated '// &
                       'forces', min=1, max=99)
+    call keys%real('wall_distance', c%wall_distance, 0.0_rp, 'effect `wall`: distance of a wall from [Insects] x0 that the '// &
+                   'case leaves out; 0: none', unit='m', min=0.0_rp)
+    call keys%kind('wall_side', c%wall_side, 'below', WALL_SIDES, 'side of this wall; below: toward -z, beside: toward -y')
+    call keys%real('body_length', c%body_length, 0.0_rp, 'effect `body`: length of an ellipsoid about [Insects] x0 that the '// &
+                   'case leaves out; 0: none', unit='m', min=0.0_rp)
+    call keys%real('body_radius', c%body_radius, 0.0_rp, 'radius of this ellipsoid; 0: none', unit='m', min=0.0_rp)
   end subroutine flight_keys
 end module common_diagnose_keys

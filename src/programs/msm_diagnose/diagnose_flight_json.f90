@@ -9,6 +9,7 @@ module diagnose_flight_json
   use diagnose_counts, only: counts_t, DATA_FLIGHT
   use diagnose_settings, only: diagnose_settings_t
   use diagnosis_flight_changes, only: FLOW_FREQUENCY
+  use diagnosis_flight_refinements, only: refinement_names, N_REFINEMENTS, REFINE_GRID
   use diagnosis_flight_runner, only: flight_request_t
   use diagnosis_flight_changes, only: N_FLOW
   use diagnosis_wing_flight, only: flight_data_t, wing_flight_t
@@ -31,21 +32,21 @@ contains
     type(counts_t), intent(in) :: counts
     type(diagnosis_t), intent(in) :: d
     type(wing_flight_t) :: flight
-    real(rp), allocatable :: baseline(:), extended(:), of_grid(:, :), nothing(:, :)
+    real(rp), allocatable :: baseline(:), extended(:), refined(:, :), nothing(:, :)
     integer :: r, k, at, n, surface
     if (.not. s%flights%is_ready) return
     call flight%init(s%measurement%flights, s%catalogue%parameters, s%flights)
-    allocate (baseline(flight%n), extended(flight%n), of_grid(flight%n, max(1, flight%n_nuisances)), nothing(flight%n, 0))
+    allocate (baseline(flight%n), extended(flight%n), refined(flight%n, flight%n_nuisances), nothing(flight%n, 0))
     call flight%evaluate(d%model%baseline%q, [integer ::], baseline, nothing)
-    of_grid = 0
-    if (s%flights%is_refined) call flight%nuisances(d%model%baseline%q, of_grid)
+    call flight%nuisances(d%model%baseline%q, refined)
     extended = baseline
     call use_flight_of(d%extended, s%flights, flight)
     if (d%extended%is_found) call flight%evaluate(d%extended%q, [integer ::], extended, nothing)
     call json%put('case', s%flights%facts%path)
     call json%put('frequency_hz', s%flights%facts%frequency)
     call json%put('is_section', s%flights%facts%is_section)
-    call json%put('is_refined', s%flights%is_refined)
+    call json%put('is_refined', s%flights%refined(REFINE_GRID))
+    call json%put('refinements', refinement_names(s%flights%refined))
     call put_rounds(json, d)
     call json%open_list('sets')
     at = 0
@@ -64,7 +65,7 @@ contains
           call json%put('sd', pack(f%sd(:, k), f%is_known(:, k)))
           call put_residuals('simulated', baseline(at + 1:at + n))
           call put_residuals('extended', extended(at + 1:at + n))
-          call json%put('grid_difference_sd', sqrt(sum(of_grid(at + 1:at + n, 1)**2)/n))
+          call put_differences(json, s%flights%refined, refined(at + 1:at + n, :))
           call json%close()
           at = at + n
           surface = surface + 1
@@ -85,6 +86,17 @@ contains
     end subroutine put_residuals
 
   end subroutine put_flights
+
+  !> Adds the root mean squares of what refinements change, the first columns of refined(:, :), which are in sd.
+  subroutine put_differences(json, is_refined, refined)
+    type(json_t), intent(inout) :: json
+    logical, intent(in) :: is_refined(N_REFINEMENTS)
+    real(rp), intent(in) :: refined(:, :)
+    real(rp) :: rms(count(is_refined))
+    rms = sqrt(sum(refined(:, :size(rms))**2, 1)/size(refined, 1))
+    call json%put('grid_difference_sd', sum(rms(:1), is_refined(REFINE_GRID)))
+    call json%put('refinement_differences_sd', rms)
+  end subroutine put_differences
 
   !> Takes the approximation of forces with which a fit was made.
   subroutine use_flight_of(fitted, data, flight)

@@ -5,7 +5,9 @@ program test_flight_response
   use base_kinds, only: rp
   use diagnosis_flight_catalogue, only: flight_steps, rounded
   use diagnosis_flight_response, only: flight_response_t
-  use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_VISCOSITY, FLOW_WIND, N_CHANGES, N_FLOW
+  use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_VISCOSITY, FLOW_WALL, &
+                                      FLOW_WIND, N_CHANGES, N_FLOW
+  use diagnosis_flight_refinements, only: read_refinements, refinement_names, N_REFINEMENTS, REFINE_BOX, REFINE_GRID
   use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t
   use measurement_flight, only: N_COMPONENTS
   use testkit, only: testkit_t
@@ -15,6 +17,8 @@ program test_flight_response
   call check_steps()
   call check_rounding()
   call check_move()
+  call check_one_sided()
+  call check_refinements()
   call t%finish()
 
 contains
@@ -57,24 +61,33 @@ contains
     type(failure_t) :: failure
     real(rp) :: steps(N_FLOW), c(N_CHANGES), origin(N_FLOW)
     real(rp), parameter :: FOUND = 0.3_rp
+    logical, dimension(N_REFINEMENTS) :: box, grid
+    box = .false.
+    box(REFINE_BOX) = .true.
+    grid = .false.
+    grid(REFINE_GRID) = .true.
     response%n_harmonics = 2
     steps = 0
     steps([FLOW_LEAD, FLOW_VISCOSITY]) = 0.01_rp
-    call fly(response%requests(steps, .false.), records)
-    call response%take(steps, .false., records, failure)
+    call fly(response%requests(steps, box), records)
+    call response%take(steps, box, records, failure)
     call t%check('the flights about the case are taken', .not. failure%failed)
     c = 0
     c(FLOW_LEAD) = FOUND
     call t%check('far from the case the approximation errs', abs(error_at(response, c)) > 1.0e-3_rp)
     origin = response%seen(c)
     steps(FLOW_VISCOSITY) = 0
-    call fly(response%requests(steps, .true., origin), records)
+    call fly(response%requests(steps, grid, origin), records)
     call t%check('the flight, a finer one and two about it', size(records) == 4)
-    call response%move(origin, steps, .true., records, failure)
+    call response%move(origin, steps, grid, records, failure)
     call t%check('they are taken', .not. failure%failed)
     call t%check_close('forces are those that were flown', error_at(response, c), 0.0_rp, atol=1.0e-14_rp)
-    call t%check_close('a finer grid changes them as there', real(response%of_grid(1, 1), rp), &
+    call t%check_close('a finer grid changes them as there', real(response%refined(1, 1, REFINE_GRID), rp), &
                        0.1_rp*force(c(:N_FLOW)), rtol=1.0e-12_rp)
+    call t%check_close('a larger box changes them as at the case', real(response%refined(1, 1, REFINE_BOX), rp), &
+                       -0.2_rp*force(0*origin), rtol=1.0e-12_rp)
+    call t%check_close('which is so large', response%relative_size(REFINE_BOX), 0.2_rp*force(0*origin)/force(origin), &
+                       rtol=1.0e-12_rp)
     c(FLOW_LEAD) = FOUND + 0.02_rp
     call t%check_close('and about it', error_at(response, c), 0.0_rp, atol=1.0e-5_rp)
     c(FLOW_VISCOSITY) = 0.02_rp
@@ -84,11 +97,52 @@ contains
     call check_derivative(response, c, FLOW_FREQUENCY)
     records(3)%is_flown = .false.
     records(3)%reason = 'it diverged'
-    call response%move(0*origin, steps, .true., records, failure)
+    call response%move(0*origin, steps, grid, records, failure)
     call t%check('without one of the flights nothing is taken', failure%failed .and. &
                  abs(response%origin(FLOW_LEAD) - FOUND) <= 0)
     if (failure%failed) call t%check('and why', failure%reason == 'it diverged')
   end subroutine check_move
+
+  !> A wall can only be added: one flight, whose difference is a straight line. About what was found the flight is beyond it.
+  subroutine check_one_sided()
+    type(flight_response_t) :: response
+    type(flight_record_t), allocatable :: records(:)
+    type(failure_t) :: failure
+    real(rp) :: steps(N_FLOW), c(N_CHANGES), origin(N_FLOW)
+    logical :: none(N_REFINEMENTS)
+    none = .false.
+    response%n_harmonics = 2
+    steps = 0
+    steps([FLOW_LEAD, FLOW_WALL]) = [0.01_rp, 1.0_rp]
+    call fly(response%requests(steps, none), records)
+    call t%check('two flights for the lead, one for the wall', size(records) == 4)
+    call response%take(steps, none, records, failure)
+    c = 0
+    c(FLOW_WALL) = 1
+    call t%check_close('forces with the wall are those that were flown', error_at(response, c), 0.0_rp, atol=1.0e-14_rp)
+    call check_derivative(response, c, FLOW_WALL)
+    origin = c(:N_FLOW)
+    origin(FLOW_WALL) = 0.5_rp
+    steps = 0
+    steps(FLOW_WALL) = 0.2_rp
+    call fly(response%requests(steps, none, origin), records)
+    call response%move(origin, steps, none, records, failure)
+    c(FLOW_WALL) = 0.7_rp
+    call t%check_close('and so they are about what was found', error_at(response, c), 0.0_rp, atol=1.0e-14_rp)
+  end subroutine check_one_sided
+
+  !> Words for refinements.
+  subroutine check_refinements()
+    logical, dimension(N_REFINEMENTS) :: wanted, is_named
+    character(:), allocatable :: unknown
+    call read_refinements('yes', wanted, is_named, unknown)
+    call t%check('the usual ones are all but the step', count(wanted) == N_REFINEMENTS - 1 .and. .not. any(is_named))
+    call read_refinements('no', wanted, is_named, unknown)
+    call t%check('none', .not. any(wanted) .and. unknown == '')
+    call read_refinements('box, grid sponges', wanted, is_named, unknown)
+    call t%check('those that are named', refinement_names(wanted) == 'grid, box' .and. all(is_named .eqv. wanted))
+    call t%check('and what is unknown', unknown == 'sponges')
+  end subroutine check_refinements
 
   subroutine check_derivative(response, c, j)
     type(flight_response_t), intent(in) :: response
@@ -105,7 +159,8 @@ contains
     call t%check('derivative is that of the approximation', maxval(abs((above - below)/(2*H) - slope)) < 1.0e-8_rp)
   end subroutine check_derivative
 
-  !> The same force, without a wave, at all times and in all components; a tenth more on the finer grid.
+  !> The same force, without a wave, at all times and in all components; a tenth more on the finer grid, a fifth less in the larger
+  !> box.
   subroutine fly(requests, records)
     type(flight_request_t), intent(in) :: requests(:)
     type(flight_record_t), allocatable, intent(out) :: records(:)
@@ -113,13 +168,15 @@ contains
     allocate (records(size(requests)))
     do i = 1, size(requests)
       records(i)%is_flown = .true.
-      records(i)%values = force(requests(i)%change)*merge(1.1_rp, 1.0_rp, requests(i)%is_refined)
+      records(i)%values = force(requests(i)%change)
+      if (requests(i)%refinement == REFINE_GRID) records(i)%values = 1.1_rp*records(i)%values
+      if (requests(i)%refinement == REFINE_BOX) records(i)%values = 0.8_rp*records(i)%values
     end do
   end subroutine fly
 
   pure real(rp) function force(change)
     real(rp), intent(in) :: change(N_FLOW)
-    force = exp(change(FLOW_LEAD)) + 0.5_rp*sin(change(FLOW_VISCOSITY))
+    force = exp(change(FLOW_LEAD)) + 0.5_rp*sin(change(FLOW_VISCOSITY)) + 0.3_rp*sqrt(1 + change(FLOW_WALL))
   end function force
 
   real(rp) function error_at(response, c)

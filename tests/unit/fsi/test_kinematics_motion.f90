@@ -79,6 +79,15 @@ contains
     call series%evaluate(AT(2), g)
     call original%evaluate(AT(2), f)
     call kit%check_below('without alterations it is what it was, to the bit', maxval(abs(f - g)), 0.0_rp)
+    call series%alter(FACTOR, 0.0_rp, LEAD)
+    call series%evaluate(AT(2), f)
+    call series%add_wave(0.3_rp, -0.1_rp)
+    call series%evaluate(AT(2), g)
+    associate (w => TWO_PI*AT(2))
+      call kit%check_below('a wave is added to the altered angle', maxval(abs(g - f - [ &
+        0.3_rp*cos(w) - 0.1_rp*sin(w), TWO_PI*(-0.3_rp*sin(w) - 0.1_rp*cos(w)), &
+        TWO_PI**2*(-0.3_rp*cos(w) + 0.1_rp*sin(w))])), 1.0e-12_rp)
+    end associate
   end subroutine check_alteration
 
   subroutine check_fourier(kit)

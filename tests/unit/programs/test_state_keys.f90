@@ -9,11 +9,12 @@ program test_state_keys
   use simulation_solid_keys, only: register_solid_keys
   use testkit, only: testkit_t
   implicit none
-  character(*), parameter :: OF_FLOW(15) = [character(28) :: '[units] length', '[units] frequency', '[units] density', &
+  character(*), parameter :: OF_FLOW(16) = [character(28) :: '[units] length', '[units] frequency', '[units] density', &
                                             '[Geometry] *', '[Penalization] iMask', '[Penalization] iPenalization', &
                                             '[Penalization] iMoving', '[Penalization] iChannel', '[Insects] LeftWing', &
                                             '[Insects] RightWing', '[Insects] WingShape', '[Insects] wing_length', &
-                                            '[Insects] BodyType', '[Insects] body_profile', '[Insects] body_scale']
+                                            '[Insects] wing_stretch', '[Insects] BodyType', '[Insects] body_profile', &
+                                            '[Insects] body_scale']
   character(*), parameter :: OF_SOLID(4) = [character(28) :: '[units] length', '[units] frequency', '[Motion] type', &
                                              '[Motion] wing']
   type(testkit_t) :: t

@@ -124,17 +124,17 @@ def wing_inertia(rng: np.random.Generator, case: Case) -> Effect:
                  8 * case.fluid.density * case.wing.chord**2, 1.0)
 
 
+def wing_area(rng: np.random.Generator, case: Case) -> Effect:
+    """Changes the chord, which is the area per length of a section."""
+    return plain("wing_area", "hidden", "chord", 0.02, 0.25, sign_of(rng), 1.0, True)
+
+
 # ---- outside the catalogue -------------------------------------------------------------------------
 
 def deviation(rng: np.random.Generator, case: Case) -> Effect:
     """Lets the path of the hinge be an eight."""
     return plain("deviation", "hidden", "deviation", 0.02 * case.wing.chord, 0.5 * case.wing.chord, sign_of(rng),
                  is_known=False)
-
-
-def wing_area(rng: np.random.Generator, case: Case) -> Effect:
-    """Changes the chord."""
-    return plain("wing_area", "hidden", "chord", 0.02, 0.25, sign_of(rng), 1.0, True, is_known=False)
 
 
 def free_play(rng: np.random.Generator, case: Case) -> Effect:
@@ -153,7 +153,7 @@ def third_harmonic(rng: np.random.Generator, case: Case) -> Effect:
 
 
 KINEMATICS = (stroke_amplitude, pitch_amplitude, pitch_lead, pitch_mean, stroke_plane, beat_frequency, phase_lag)
-FLOW = (wind, viscosity)
+FLOW = (wind, viscosity, wing_area)
 BALANCE = (balance_gain, balance_offset, balance_turn, cross_talk, balance_lowpass, balance_delay, wing_inertia)
 KNOWN = KINEMATICS + FLOW + BALANCE
-OUTSIDE = (free_play, asymmetry, third_harmonic, deviation, wing_area)
+OUTSIDE = (free_play, asymmetry, third_harmonic, deviation)

@@ -2,16 +2,18 @@
 !> Handles the section [Flight] of a diagnosis. It reads the case that simulates the experiment in which forces were recorded,
 !> checks that the records fit the case, estimates the cost of the flights, and starts their simulation.
 module diagnose_flight_settings
+  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_outcome, only: outcome_t, OUTCOME_NOT_CONVERGED
   use base_text, only: next_word, number_text, quoted
-  use common_diagnose_keys, only: flight_choices_t
+  use common_diagnose_keys, only: flight_choices_t, WALL_BELOW
   use common_wing_settings, only: find_beside
   use diagnose_flights, only: flusi_runner_t
   use diagnosis_flight_catalogue, only: exclude_unflown, flight_causes, flight_steps
   use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, &
                                       FLOW_STROKE, FLOW_STROKE_MEAN, N_CHANGES
+  use diagnosis_flight_refinements, only: read_refinements, refinement_name, N_REFINEMENTS, NOT_REFINED, REFINE_GRID
   use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t
   use diagnosis_wing_entries, only: catalogue_t
   use diagnosis_wing_flight, only: flight_data_t
@@ -40,6 +42,7 @@ contains
     type(message_list_t), intent(inout) :: errors, notices
     type(message_list_t) :: of_case, remarks
     character(:), allocatable :: path, problem
+    logical :: is_named(N_REFINEMENTS)
     integer :: i
     if (measurement%count_flights() == 0) return
     if (c%file == '') then
@@ -53,6 +56,7 @@ contains
       return
     end if
     call check_effects(config, c%effects, errors)
+    call take_refinements(config, c%refine, data%refined, is_named, errors)
     call runner%case%load(path, c%beats, world, of_case, remarks)
     do i = 1, of_case%count()
       call errors%add(of_case%text(i))
@@ -63,17 +67,50 @@ contains
     end do
     runner%folder = c%folder
     runner%ranks = c%ranks
+    associate (length => runner%case%settings%units%length, omitted => runner%case%omitted)
+      omitted%wall_distance = c%wall_distance/length
+      omitted%wall_axis = merge(3, 2, c%wall_side == WALL_BELOW)
+      omitted%body_length = c%body_length/length
+      omitted%body_radius = c%body_radius/length
+    end associate
     call runner%case%tell(runner%facts)
+    call runner%case%judge(data%refined, world, runner%facts)
+    do i = 1, N_REFINEMENTS
+      if (is_named(i) .and. runner%facts%unrefined(i) /= '') call config%complain(errors, 'Flight', 'refine', &
+        'names '//refinement_name(i)//', but the case cannot be flown so: '//trim(runner%facts%unrefined(i)))
+      data%refined(i) = data%refined(i) .and. runner%facts%unrefined(i) == ''
+    end do
     call check_records(measurement, runner, errors)
     call take_kinematic_errors(measurement, runner%facts%prior_sd, errors)
     data%has_records = .true.
     data%facts = runner%facts
     data%effects = c%effects
-    data%is_refined = c%refine
     data%model_sd = c%model_sd
     data%response%n_harmonics = c%harmonics
     data%response%wind = runner%facts%wind
   end subroutine load_flights
+
+  !> Reads which numerical errors a flight of its own makes smaller, and which of them the user names. Adds a mistake for a word
+  !> that is not a refinement.
+  subroutine take_refinements(config, words, wanted, is_named, errors)
+    type(config_t), intent(in) :: config
+    character(*), intent(in) :: words
+    logical, intent(out) :: wanted(N_REFINEMENTS), is_named(N_REFINEMENTS)
+    type(message_list_t), intent(inout) :: errors
+    type(suggestion_t) :: suggestion
+    character(:), allocatable :: unknown, valid
+    integer :: k
+    call read_refinements(words, wanted, is_named, unknown)
+    if (unknown == '') return
+    valid = 'yes, all, no'
+    call suggestion%start(unknown)
+    do k = 1, N_REFINEMENTS
+      valid = valid//', '//refinement_name(k)
+      call suggestion%offer(refinement_name(k))
+    end do
+    call config%complain(errors, 'Flight', 'refine', 'there is no refinement '//quoted(unknown)//suggestion%hint()//'; valid: '// &
+                         valid)
+  end subroutine take_refinements
 
   !> Adds a mistake for every name in `effects` that is not an effect of a flight.
   subroutine check_effects(config, effects, errors)
@@ -164,43 +201,73 @@ contains
     type(world_t), intent(in) :: world
     type(flight_request_t), allocatable :: requests(:), of_round(:)
     logical, allocatable :: missing(:)
-    character(:), allocatable :: steps
+    real(rp) :: steps(size(data%response%is_known))
+    logical :: of_grid(N_REFINEMENTS)
     integer :: ranks, n_groups
-    requests = data%response%requests(flight_steps(data%facts, data%effects), data%is_refined)
+    steps = flight_steps(data%facts, data%effects)
+    requests = data%response%requests(steps, data%refined)
     missing = runner%are_missing(requests)
     ranks = world%size
     if (runner%ranks > 0) ranks = min(ranks, runner%ranks)
     n_groups = world%size/ranks
-    steps = number_text(nint(data%facts%steps))//' steps each'
-    if (data%is_refined) steps = steps//' ('//number_text(nint(data%facts%finer_steps))//' on the finer grid)'
     write (unit, '(a)') 'flights   '//number_text(size(requests))//' of '//data%facts%path//', of which '// &
       number_text(count(missing))//' are still to be simulated, '//number_text(n_groups)//' at a time on '// &
       number_text(ranks)//' ranks each'
-    write (unit, '(a)') '          about '//steps//', '// &
-      time_text(seconds_of(data%facts, pack(requests%is_refined, missing), n_groups)/ranks)//' for all, very roughly'
-    if (most_rounds == 0 .or. size(requests) <= merge(2, 1, data%is_refined)) return
-    of_round = requests(:merge(4, 3, data%is_refined)) ! as many, and as large, as those of a round with one parameter
+    if (any(data%refined)) write (unit, '(a)') '          the case once, and with a smaller numerical error of each of these '// &
+      'kinds (cost in flights of the case): '//cost_text(data)
+    write (unit, '(a)') '          about '//number_text(nint(data%facts%steps))//' steps each, '// &
+      time_text(seconds_of(data%facts, pack(requests%refinement, missing), n_groups)/ranks)//' for all, very roughly'
+    if (most_rounds == 0 .or. size(requests) == 1 + count(data%refined)) return
+    of_grid = .false.
+    of_grid(REFINE_GRID) = data%refined(REFINE_GRID)
+    of_round = data%response%requests(one_step(steps), of_grid)
     write (unit, '(a)') '          then up to '//number_text(most_rounds)//' rounds if a cause is clear, each of '// &
-      trim(merge('2 flights', '1 flight ', data%is_refined))//' with the fitted values and 2 more for each of its parameters: '// &
-      time_text(seconds_of(data%facts, of_round%is_refined, n_groups)/ranks)//' with one parameter'
+      trim(merge('2 flights', '1 flight ', of_grid(REFINE_GRID)))//' with the fitted values and 2 more for each of its parameters: '// &
+      time_text(seconds_of(data%facts, of_round%refinement, n_groups)/ranks)//' with one parameter'
   end subroutine print_cost
 
-  !> Returns how long flights take on one rank [s], if groups of ranks take turns in simulating them. A flight on the finer grid
-  !> takes longer.
-  pure real(rp) function seconds_of(facts, is_refined, n_groups) result(seconds)
+  !> Returns the first of the steps that are above 0 alone.
+  pure function one_step(steps)
+    real(rp), intent(in) :: steps(:)
+    real(rp) :: one_step(size(steps))
+    integer :: first
+    one_step = 0
+    first = findloc(steps > 0, .true., 1)
+    if (first > 0) one_step(first) = steps(first)
+  end function one_step
+
+  !> Returns how long flights take on one rank [s], if groups of ranks take turns in simulating them. A refined flight takes longer.
+  pure real(rp) function seconds_of(facts, refinement, n_groups) result(seconds)
     type(flight_facts_t), intent(in) :: facts
-    logical, intent(in) :: is_refined(:) !< of each flight
+    integer, intent(in) :: refinement(:) !< of each flight, NOT_REFINED for the case
     integer, intent(in) :: n_groups
     real(rp) :: busy(0:n_groups - 1)
     integer :: i
     busy = 0
-    do i = 1, size(is_refined)
+    do i = 1, size(refinement)
       associate (own => busy(modulo(i - 1, n_groups)))
-        own = own + merge(facts%finer_seconds, facts%seconds, is_refined(i))
+        if (refinement(i) == NOT_REFINED) then
+          own = own + facts%seconds
+        else
+          own = own + facts%seconds*facts%cost(refinement(i))
+        end if
       end associate
     end do
     seconds = maxval(busy)
   end function seconds_of
+
+  !> Returns the refinements with what they cost.
+  function cost_text(data) result(text)
+    type(flight_data_t), intent(in) :: data
+    character(:), allocatable :: text
+    integer :: k
+    text = ''
+    do k = 1, N_REFINEMENTS
+      if (.not. data%refined(k)) cycle
+      if (text /= '') text = text//', '
+      text = text//refinement_name(k)//' '//number_text(nint(10*data%facts%cost(k))/10.0_rp)
+    end do
+  end function cost_text
 
   !> Returns a duration, rounded up, in seconds, minutes or hours.
   function time_text(seconds) result(text)
@@ -229,9 +296,9 @@ contains
     real(rp) :: steps(size(data%response%is_known))
     integer :: j
     steps = flight_steps(data%facts, data%effects)
-    call runner%fly(world, data%response%requests(steps, data%is_refined), records, outcome)
+    call runner%fly(world, data%response%requests(steps, data%refined), records, outcome)
     if (.not. outcome%is_good()) return
-    if (world%is_root) call data%response%take(steps, data%is_refined, records, missing)
+    if (world%is_root) call data%response%take(steps, data%refined, records, missing)
     call broadcast_failure(world, missing, failure)
     if (failure%failed) then
       call outcome%fail(OUTCOME_NOT_CONVERGED, 'the flight of '//data%facts%path//' cannot be compared with the records: '// &
@@ -245,5 +312,21 @@ contains
     end do
     call exclude_unflown(catalogue, data%facts, data%response%reason)
     data%is_ready = .true.
+    if (world%is_root .and. any(data%refined)) write (output_unit, '(a)') 'numerics  change forces, in % of their rms: '// &
+      size_text(data)
   end subroutine fly_all
+
+  !> Returns for each refinement by how much it changes the components that were simulated: the largest root mean square over the
+  !> beat, in percent of that of the component. Components below a hundredth of the largest force, or torque, do not count.
+  function size_text(data) result(text)
+    type(flight_data_t), intent(in) :: data
+    character(:), allocatable :: text
+    integer :: k
+    text = ''
+    do k = 1, N_REFINEMENTS
+      if (.not. data%refined(k)) cycle
+      if (text /= '') text = text//', '
+      text = text//refinement_name(k)//' '//number_text(nint(1000*data%response%relative_size(k))/10.0_rp)
+    end do
+  end function size_text
 end module diagnose_flight_settings

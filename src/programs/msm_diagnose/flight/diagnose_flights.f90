@@ -13,6 +13,7 @@ module diagnose_flights
   use base_text, only: number_text
   use base_text_file, only: write_text
   use diagnose_flight_case, only: flight_case_t
+  use diagnose_flight_refined, only: flown_beats
   use diagnosis_flight_runner, only: flight_record_t, flight_request_t, flight_runner_t, N_PHASES
   use fsi_rotation, only: cross
   use io_broadcast_text, only: read_text_file
@@ -81,7 +82,7 @@ contains
     call agree(world, outcome)
     if (.not. (outcome%is_good() .and. world%is_root)) return
     do i = 1, size(requests)
-      call read_record(self, names(i), records(i))
+      call read_record(self, names(i), flown_beats(self%case%beats, requests(i)%refinement), records(i))
     end do
   end subroutine runner_fly
 
@@ -234,10 +235,12 @@ contains
     end select
   end subroutine write_end
 
-  !> Reads the result of the flight of this name. It interpolates linearly between the values that were recorded in the last beat.
-  subroutine read_record(self, name, record)
+  !> Reads the result of the flight of this name, which has so many beats. It interpolates linearly between the values that were
+  !> recorded in the last beat.
+  subroutine read_record(self, name, beats, record)
     class(flusi_runner_t), intent(in) :: self
     type(name_t), intent(in) :: name
+    integer, intent(in) :: beats
     type(flight_record_t), intent(inout) :: record
     character(:), allocatable :: text, problem
     real(rp), allocatable :: rows(:, :)
@@ -263,7 +266,7 @@ contains
       if (s%fluid%grid%is_2d) scale = scale/u%length
       k = 1
       do i = 1, N_PHASES
-        t = (self%case%beats - 1 + real(i - 1, rp)/N_PHASES)*period
+        t = (beats - 1 + real(i - 1, rp)/N_PHASES)*period
         do while (k < size(rows, 2) - 1 .and. rows(1, k + 1) < t)
           k = k + 1
         end do

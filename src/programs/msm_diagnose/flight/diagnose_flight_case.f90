@@ -8,8 +8,12 @@ module diagnose_flight_case
   use base_files, only: folder_of, join_path, name_of, real_path
   use base_kinds, only: rp
   use base_text, only: number_text
+  use diagnose_flight_omitted, only: omission_fault, omitted_t, omitted_text, why_not_added, JUDGED
+  use diagnose_flight_refined, only: flown_beats, refined_text, why_unrefined
+  use diagnosis_flight_refinements, only: N_REFINEMENTS
   use diagnosis_flight_runner, only: flight_facts_t, flight_request_t, N_PHASES
-  use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, FLOW_STROKE, &
+  use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_DEVIATION_COS, FLOW_DEVIATION_SIN, FLOW_LEAD, &
+                                      FLOW_AREA, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, FLOW_STROKE, &
                                       FLOW_STROKE_MEAN, FLOW_VISCOSITY, FLOW_WIND
   use fluid_mean_keys, only: MEAN_FIXED
   use fsi_body_motion, only: MOTION_TABLE
@@ -26,7 +30,7 @@ module diagnose_flight_case
   private
   public :: flight_case_t
 
-  real(rp), parameter :: REFINEMENT = 1.5_rp !< of points and steps of a finer grid
+  real(rp), parameter :: LARGER = 0.1_rp     !< logarithm of the area of wings that must fit into the box
   real(rp), parameter :: SECONDS = 6.0e-7_rp !< of one step for each point on one rank, roughly
   character(*), parameter :: NL = new_line('a')
 
@@ -34,6 +38,7 @@ module diagnose_flight_case
     character(:), allocatable :: path         !< from the root
     integer :: beats = 1                      !< number of simulated beats
     type(settings_t) :: settings              !< of the given case
+    type(omitted_t) :: omitted                !< what a user states of things that it leaves out
     type(kinematics_choices_t) :: kinematics
     type(body_motion_choices_t) :: body
   contains
@@ -43,6 +48,7 @@ module diagnose_flight_case
     procedure :: name => case_name
     procedure :: read => case_read
     procedure :: fingerprint => case_fingerprint
+    procedure :: judge => case_judge
   end type flight_case_t
 
 contains
@@ -100,20 +106,91 @@ contains
       if (facts%is_section) then
         if (.not. has_table) facts%missing(FLOW_STROKE) = 'needs a plate whose motion is a table'
         facts%missing(FLOW_STROKE_MEAN) = 'needs a wing that turns about a hinge, and this case is a section'
-        facts%missing(FLOW_DEVIATION) = facts%missing(FLOW_STROKE_MEAN)
+        facts%missing([FLOW_DEVIATION, FLOW_DEVIATION_COS, FLOW_DEVIATION_SIN]) = facts%missing(FLOW_STROKE_MEAN)
         facts%missing(FLOW_PLANE) = facts%missing(FLOW_STROKE_MEAN)
         facts%missing(FLOW_WIND + 1) = 'needs a three-dimensional flow, and this case is a section'
       end if
+      if (facts%missing(FLOW_DEVIATION) == '' .and. .not. deviates(s)) &
+        facts%missing(FLOW_DEVIATION) = 'the kinematics have no deviation whose amplitude could differ'
       if (any(s%fluid%mean%kind /= MEAN_FIXED)) facts%missing(FLOW_WIND + 1:FLOW_WIND + 3) = &
         'needs a prescribed mean flow: [MeanFlow] iMeanFlow = 1'
       call expected_steps(s, dt, speed, facts%steps)
       facts%steps = self%beats/s%flight%frequency()/dt
       facts%seconds = facts%steps*product(real(s%fluid%grid%n, rp))*SECONDS
-      facts%finer_steps = REFINEMENT*facts%steps
-      facts%finer_seconds = facts%finer_steps*product(finer_points(s%fluid%grid%n))*SECONDS
     end associate
     call find_inertia(self, facts%inertia)
   end subroutine case_tell
+
+  !> Tells whether any wing leaves its stroke plane by an angle that varies.
+  pure logical function deviates(s)
+    type(settings_t), intent(in) :: s
+    integer, parameter :: N = 20
+    real(rp), parameter :: LEAST = 1.0e-6_rp !< rad
+    real(rp) :: f(0:2, N), limits(2)
+    integer :: w, i
+    deviates = .false.
+    do w = 1, size(s%flight%wings)
+      associate (theta => s%flight%wings(w)%motion%theta)
+        limits = theta%typical_cycle()
+        do i = 1, N
+          call theta%evaluate(limits(1) + (limits(2) - limits(1))*i/N, f(:, i))
+        end do
+      end associate
+      deviates = deviates .or. maxval(f(0, :)) - minval(f(0, :)) > LEAST
+    end do
+  end function deviates
+
+  !> Fills `facts` with why changes cannot be made that only the reader of the case can judge, and why numerical errors cannot be
+  !> made smaller, and else with what the flights for it cost, in flights of the case. Only the refinements `wanted` are judged.
+  !> Collective.
+  subroutine case_judge(self, wanted, world, facts)
+    class(flight_case_t), intent(in) :: self
+    logical, intent(in) :: wanted(N_REFINEMENTS)
+    type(world_t), intent(in) :: world
+    type(flight_facts_t), intent(inout) :: facts
+    type(settings_t), allocatable :: settings
+    type(message_list_t) :: errors
+    type(flight_request_t) :: request
+    integer :: i, k
+    do i = 1, size(JUDGED)
+      k = JUDGED(i)
+      facts%missing(k) = why_not_added(self%settings, self%omitted, k)
+      if (facts%missing(k) /= '') cycle
+      request = flight_request_t()
+      request%change(k) = 1
+      if (k == FLOW_AREA) request%change(k) = LARGER
+      if (allocated(settings)) deallocate (settings)
+      allocate (settings)
+      errors = message_list_t()
+      call self%read(request, settings, errors, world)
+      if (errors%count() > 0) facts%missing(k) = errors%text(1)
+    end do
+    request = flight_request_t()
+    do k = 1, N_REFINEMENTS
+      if (.not. wanted(k)) cycle
+      facts%unrefined(k) = why_unrefined(self%settings, k)
+      if (facts%unrefined(k) /= '') cycle
+      request%refinement = k
+      if (allocated(settings)) deallocate (settings)
+      allocate (settings)
+      errors = message_list_t()
+      call self%read(request, settings, errors, world)
+      if (errors%count() > 0) then
+        facts%unrefined(k) = errors%text(1)
+      else
+        facts%cost(k) = cost_of(settings, flown_beats(self%beats, k))/cost_of(self%settings, self%beats)
+      end if
+    end do
+  end subroutine case_judge
+
+  !> Returns the number of steps of a flight times its points.
+  real(rp) function cost_of(settings, beats) result(cost)
+    type(settings_t), intent(in) :: settings
+    integer, intent(in) :: beats
+    real(rp) :: dt, speed, steps
+    call expected_steps(settings, dt, speed, steps)
+    cost = beats/(settings%flight%frequency()*dt)*product(real(settings%fluid%grid%n, rp))
+  end function cost_of
 
   !> Finds the inertia over the beat: the forces [m/s^2] and the torques about the origin [m^2/s^2] on what holds the wings, per
   !> unit mass of all wings. The mass is spread evenly over the area of the wings. Bending is left out.
@@ -174,12 +251,10 @@ contains
       interval = period/N_PHASES
       text = '; The case with other keys, by msm_diagnose. Files that the case names are beside the case.'//NL// &
              '[include]'//NL//'file = '//self%path//NL//NL// &
-             '[Time]'//NL//'Tmax = '//number_text(self%beats*period*time)//NL
+             '[Time]'//NL//'Tmax = '//number_text(flown_beats(self%beats, request%refinement)*period*time)//NL
       if (s%fluid%time%has_nt) text = text//'nt = 1000000000'//NL
-      if (request%is_refined .and. s%fluid%time%dt_fixed > 0) &
-        text = text//'dt_fixed = '//number_text(s%fluid%time%dt_fixed/REFINEMENT*time)//NL
-      text = text//'[Saving]'//NL//'tintegral = '//number_text(interval*time)//NL
-      if (request%is_refined) text = text//finer_grid(s)
+      text = text//'[Saving]'//NL//'tintegral = '//number_text(interval*time)//NL// &
+             refined_text(s, request%refinement, length, time)//omitted_text(s, self%omitted, c, length)
       if (abs(c(FLOW_VISCOSITY)) > 0) text = text//'[ReynoldsNumber]'//NL//'nu = '// &
         number_text(s%fluid%nu*exp(c(FLOW_VISCOSITY))*length**2/time)//NL
       if (any(abs(c(FLOW_WIND + 1:FLOW_WIND + 3)) > 0)) text = text//'[MeanFlow]'//NL// &
@@ -216,6 +291,10 @@ contains
     end associate
     text = text//'kinematics_factor = '//three(factor)//NL//'kinematics_offset = '//three(offset)//NL// &
            'kinematics_lead = '//three(lead)//NL
+    associate (c => request%change([FLOW_DEVIATION_COS, FLOW_DEVIATION_SIN]), given => self%kinematics%deviation)
+      if (any(abs(c) > 0)) text = text//'kinematics_deviation = '//number_text(given(1) + c(1))//' '// &
+                                  number_text(given(2) + c(2))//NL
+    end associate
   end function kinematics_text
 
   !> Returns three numbers, separated by blanks.
@@ -237,29 +316,6 @@ contains
     end do
   end function numbers
 
-  !> Returns the number of points of the finer grid along an axis with n points; an axis of a two-dimensional flow keeps its one.
-  pure elemental real(rp) function finer_points(n)
-    integer, intent(in) :: n
-    finer_points = n
-    if (n > 1) finer_points = 2*nint(REFINEMENT*n/2)
-  end function finer_points
-
-  !> Returns the keys of a grid with about 1.5 times as many points in each direction, in even numbers, and of a sponge of the same
-  !> physical size.
-  function finer_grid(s) result(text)
-    type(settings_t), intent(in) :: s
-    character(:), allocatable :: text
-    character(2), parameter :: NAMES(3) = ['nx', 'ny', 'nz']
-    integer :: i
-    text = '[Resolution]'//NL
-    do i = 1, 3
-      if (s%fluid%grid%n(i) == 1) cycle
-      text = text//NAMES(i)//' = '//number_text(nint(finer_points(s%fluid%grid%n(i))))//NL
-    end do
-    if (s%fluid%sponge%thickness > 0) text = text//'[Sponge]'//NL//'sponge_thickness = '// &
-                                             number_text(nint(REFINEMENT*s%fluid%sponge%thickness))//NL
-  end function finer_grid
-
   !> Returns the name under which the ini file of a flight is read. No file of that name exists. It is in the folder of the case,
   !> so that relative names of files in the case stay valid.
   function case_name(self) result(name)
@@ -276,6 +332,9 @@ contains
     type(message_list_t), intent(inout) :: errors
     type(world_t), intent(in), optional :: world
     type(message_list_t) :: notices
+    character(:), allocatable :: fault
+    fault = omission_fault(self%settings, self%omitted, request%change)
+    if (fault /= '') call errors%add(fault)
     call load_settings(self%text(request), self%name(), .false., settings, errors, notices, world)
   end subroutine case_read
 

@@ -1,0 +1,75 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Lists the numerical errors of a simulated flight, each of which one further flight makes smaller, and their names for users. A
+!> program that simulates flights makes them: diagnosis_flight_runner.
+module diagnosis_flight_refinements
+  use base_named_kinds, only: kind_of, named_kind_t, word_of
+  use base_text, only: next_word
+  implicit none
+  private
+  public :: refinement_name, refinement_names, read_refinements
+
+  !> The grid (and with it the step, if it is prescribed), the step alone, the permeability of the solids, the thickness of the
+  !> wings, the size of the box, the thickness of the sponge, and the number of beats.
+  integer, parameter, public :: REFINE_GRID = 1, REFINE_STEP = 2, REFINE_PENALTY = 3, REFINE_THICKNESS = 4, REFINE_BOX = 5, &
+                                REFINE_SPONGE = 6, REFINE_BEATS = 7, N_REFINEMENTS = 7, NOT_REFINED = 0
+
+  integer, parameter :: EVERY = N_REFINEMENTS + 1, USUAL = N_REFINEMENTS + 2, NOTHING = N_REFINEMENTS + 3
+  type(named_kind_t), parameter :: NAMES(N_REFINEMENTS + 3) = [ &
+    named_kind_t('grid', REFINE_GRID), named_kind_t('step', REFINE_STEP), named_kind_t('penalization', REFINE_PENALTY), &
+    named_kind_t('thickness', REFINE_THICKNESS), named_kind_t('box', REFINE_BOX), named_kind_t('sponge', REFINE_SPONGE), &
+    named_kind_t('beats', REFINE_BEATS), named_kind_t('all', EVERY), named_kind_t('yes', USUAL), named_kind_t('no', NOTHING)]
+  logical, parameter :: IS_USUAL(N_REFINEMENTS) = [.true., .false., .true., .true., .true., .true., .true.]
+
+contains
+
+  !> Returns the name of a refinement.
+  pure function refinement_name(k) result(name)
+    integer, intent(in) :: k
+    character(:), allocatable :: name
+    name = word_of(NAMES, k)
+  end function refinement_name
+
+  !> Returns the names of the refinements that are set in `list`, separated by commas.
+  pure function refinement_names(list) result(text)
+    logical, intent(in) :: list(N_REFINEMENTS)
+    character(:), allocatable :: text
+    integer :: k
+    text = ''
+    do k = 1, N_REFINEMENTS
+      if (.not. list(k)) cycle
+      if (text /= '') text = text//', '
+      text = text//refinement_name(k)
+    end do
+  end function refinement_names
+
+  !> Reads which refinements a user wants: names separated by commas or blanks, `all`, `yes` (all but the step, whose error is small
+  !> beside that of the grid) or `no`. `is_named(k)` tells that the user names refinement k itself. `unknown` is the first word that
+  !> means nothing, or empty.
+  pure subroutine read_refinements(words, wanted, is_named, unknown)
+    character(*), intent(in) :: words
+    logical, intent(out) :: wanted(N_REFINEMENTS), is_named(N_REFINEMENTS)
+    character(:), allocatable, intent(out) :: unknown
+    integer :: position, first, last, k
+    logical :: found
+    wanted = .false.
+    is_named = .false.
+    unknown = ''
+    position = 1
+    do
+      call next_word(words, ' ,', position, first, last, found)
+      if (.not. found) return
+      k = kind_of(NAMES, words(first:last))
+      select case (k)
+      case (EVERY)
+        wanted = .true.
+      case (USUAL)
+        wanted = wanted .or. IS_USUAL
+      case (1:N_REFINEMENTS)
+        wanted(k) = .true.
+        is_named(k) = .true.
+      case default
+        if (k /= NOTHING .and. unknown == '') unknown = words(first:last)
+      end select
+    end do
+  end subroutine read_refinements
+end module diagnosis_flight_refinements

@@ -1,0 +1,185 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Makes the numerical errors of a case of `flusi` smaller, one after another: the keys of the ini file for each of them.
+module diagnose_flight_refined
+  use base_kinds, only: rp
+  use base_text, only: number_text
+  use diagnosis_flight_refinements, only: NOT_REFINED, REFINE_BEATS, REFINE_BOX, REFINE_GRID, REFINE_PENALTY, REFINE_SPONGE, &
+                                          REFINE_STEP, REFINE_THICKNESS
+  use fluid_solid_keys, only: CHANNEL_NONE
+  use fsi_body_motion, only: MOTION_TETHERED
+  use fsi_mask_keys, only: mask_choices, mask_choices_t
+  use simulation_settings, only: settings_t
+  implicit none
+  private
+  public :: flown_beats, refined_text, why_unrefined
+
+  real(rp), parameter :: FINER = 1.5_rp     !< points in a length, or steps in a time
+  real(rp), parameter :: THINNER = 0.7_rp   !< of the thickness of the wings
+  real(rp), parameter :: TIGHTER = 0.5_rp   !< of the permeability
+  real(rp), parameter :: WIDER = 1.5_rp     !< of the box
+  integer, parameter :: THICKER = 2         !< of the sponge
+  character(*), parameter :: NL = new_line('a')
+  character(2), parameter :: POINTS(3) = ['nx', 'ny', 'nz'], LENGTHS(3) = ['xl', 'yl', 'zl'], CENTRES(3) = ['x0', 'y0', 'z0']
+
+contains
+
+  !> Returns why this numerical error of the case cannot be made smaller, as far as its settings tell; empty if it can.
+  pure function why_unrefined(s, refinement) result(why)
+    type(settings_t), intent(in) :: s
+    integer, intent(in) :: refinement
+    character(:), allocatable :: why
+    why = ''
+    select case (refinement)
+    case (REFINE_PENALTY)
+      if (.not. s%fluid%solids%is_on .or. s%flight%thin%is_thin .and. .not. s%flight%solid%exists()) &
+        why = 'needs wings or a body in the mask'
+    case (REFINE_THICKNESS)
+      if (s%flight%thin%is_thin) why = 'needs wings in the mask, and these have no thickness'
+    case (REFINE_SPONGE)
+      if (.not. s%fluid%sponge%is_on) then
+        why = 'needs a sponge'
+      else if (2*THICKER*s%fluid%sponge%thickness >= maxval(s%fluid%grid%n)) then
+        why = 'a sponge twice as thick would fill the box'
+      end if
+    end select
+  end function why_unrefined
+
+  !> Returns the number of beats that are flown if the case flies `beats`.
+  pure integer function flown_beats(beats, refinement)
+    integer, intent(in) :: beats, refinement
+    flown_beats = beats
+    if (refinement == REFINE_BEATS) flown_beats = beats + 1
+  end function flown_beats
+
+  !> Returns sections with the keys of a refinement. `length` and `time` are one L and one T in the units of the file.
+  function refined_text(s, refinement, length, time) result(text)
+    type(settings_t), intent(in) :: s
+    integer, intent(in) :: refinement
+    real(rp), intent(in) :: length, time
+    character(:), allocatable :: text
+    text = ''
+    select case (refinement)
+    case (NOT_REFINED, REFINE_BEATS)
+    case (REFINE_GRID)
+      text = finer_grid(s, time)
+    case (REFINE_STEP)
+      text = '[Time]'//NL//shorter_step(s, FINER, time)
+    case (REFINE_PENALTY)
+      text = '[Penalization]'//NL//line('eps', TIGHTER*s%fluid%solids%c_eta*time)
+      if (s%fluid%time%dt_fixed > s%fluid%time%cfl_eta*TIGHTER*s%fluid%solids%c_eta) &
+        text = text//'[Time]'//NL//line('dt_fixed', TIGHTER*s%fluid%time%dt_fixed*time)
+    case (REFINE_THICKNESS)
+      text = thinner_wings(s, length)
+    case (REFINE_BOX)
+      text = larger_box(s, length)
+    case (REFINE_SPONGE)
+      text = '[Sponge]'//NL//'sponge_thickness = '//number_text(THICKER*s%fluid%sponge%thickness)//NL
+    end select
+  end function refined_text
+
+  !> Returns the keys of a grid with about 1.5 times as many points in each direction, in even numbers, of steps that are as much
+  !> shorter if they are prescribed, and of a sponge of the same physical size.
+  function finer_grid(s, time) result(text)
+    type(settings_t), intent(in) :: s
+    real(rp), intent(in) :: time
+    character(:), allocatable :: text
+    integer :: i
+    text = '[Resolution]'//NL
+    do i = 1, 3
+      if (s%fluid%grid%n(i) == 1) cycle
+      text = text//POINTS(i)//' = '//number_text(2*nint(FINER*s%fluid%grid%n(i)/2))//NL
+    end do
+    if (s%fluid%time%dt_fixed > 0) text = text//'[Time]'//NL//line('dt_fixed', s%fluid%time%dt_fixed/FINER*time)
+    if (s%fluid%sponge%thickness > 0) text = text//'[Sponge]'//NL//'sponge_thickness = '// &
+                                             number_text(nint(FINER*s%fluid%sponge%thickness))//NL
+  end function finer_grid
+
+  !> Returns the keys of steps that are shorter by `factor`, whatever limits them.
+  function shorter_step(s, factor, time) result(text)
+    type(settings_t), intent(in) :: s
+    real(rp), intent(in) :: factor, time
+    character(:), allocatable :: text
+    associate (t => s%fluid%time)
+      if (t%dt_fixed > 0) then
+        text = line('dt_fixed', t%dt_fixed/factor*time)
+        return
+      end if
+      text = line('CFL', t%cfl/factor)//line('CFL_eta', t%cfl_eta/factor)
+      if (t%dt_max > 0) text = text//line('dt_max', t%dt_max/factor*time)
+    end associate
+  end function shorter_step
+
+  !> Returns the keys of thinner wings, in the form in which the case gives their thickness.
+  function thinner_wings(s, length) result(text)
+    type(settings_t), intent(in) :: s
+    real(rp), intent(in) :: length
+    character(:), allocatable :: text
+    type(mask_choices_t) :: mask
+    mask = mask_choices(s%config)
+    text = ''
+    if (mask%has_half) text = '[Flexible_wing]'//NL//line('t_wing', THINNER*s%flight%half_thickness*length)
+    if (mask%has_thickness .or. .not. mask%has_half) &
+      text = text//'[Insects]'//NL//line('WingThickness', 2*THINNER*s%flight%half_thickness*length)
+  end function thinner_wings
+
+  !> Returns the keys of a box that is about 1.5 times as large in each direction, with the same distance of points. The wings stay
+  !> where they are: a periodic box has no middle, and walls are where they were. Only if a sponge or a cavity has its place at the
+  !> faces, and the body is at rest, does the case move to the middle of the larger box.
+  function larger_box(s, length) result(text)
+    type(settings_t), intent(in) :: s
+    real(rp), intent(in) :: length
+    character(:), allocatable :: text
+    real(rp) :: size_of(3), shift(3)
+    integer :: n(3)
+    logical :: is_central
+    associate (f => s%fluid)
+      n = merge(1, 2*nint(WIDER*f%grid%n/2), f%grid%n == 1)
+      size_of = f%grid%length*n/f%grid%n
+      is_central = (f%sponge%is_on .or. f%walls%has_cavity) .and. f%walls%channel == CHANNEL_NONE .and. &
+                   s%flight%motion%kind == MOTION_TETHERED
+      shift = merge((size_of - f%grid%length)/2, 0.0_rp, is_central)
+      text = '[Resolution]'//NL//whole_numbers(POINTS, n)//'[Geometry]'//NL//lines(LENGTHS, size_of*length)// &
+             lines(CENTRES, (f%solids%centre + shift)*length)//'[Insects]'//NL//'x0 = '// &
+             three((s%flight%body%centre + shift)*length)//NL
+    end associate
+  end function larger_box
+
+  !> Returns three numbers, separated by blanks.
+  function three(x) result(text)
+    real(rp), intent(in) :: x(3)
+    character(:), allocatable :: text
+    text = number_text(x(1))//' '//number_text(x(2))//' '//number_text(x(3))
+  end function three
+
+  !> Returns a line KEY = VALUE.
+  function line(key, value) result(text)
+    character(*), intent(in) :: key
+    real(rp), intent(in) :: value
+    character(:), allocatable :: text
+    text = key//' = '//number_text(value)//NL
+  end function line
+
+  !> Returns a line for each key.
+  function lines(keys, values) result(text)
+    character(*), intent(in) :: keys(:)
+    real(rp), intent(in) :: values(:)
+    character(:), allocatable :: text
+    integer :: i
+    text = ''
+    do i = 1, size(keys)
+      text = text//line(keys(i), values(i))
+    end do
+  end function lines
+
+  !> Returns a line for each key with a whole number.
+  function whole_numbers(keys, values) result(text)
+    character(*), intent(in) :: keys(:)
+    integer, intent(in) :: values(:)
+    character(:), allocatable :: text
+    integer :: i
+    text = ''
+    do i = 1, size(keys)
+      text = text//trim(keys(i))//' = '//number_text(values(i))//NL
+    end do
+  end function whole_numbers
+end module diagnose_flight_refined
