@@ -339,7 +339,7 @@ class Independence(unittest.TestCase):
         package = TOOLS / "flusi_msm"
         own = {f"flusi_msm.{folder}.{path.stem}" for folder in ("bending", "flow2d", "measurement") for path in (package / folder).glob("*.py")}
         own |= {f"flusi_msm.blind.{name}" for name in (
-            "batch", "cases", "effects", "flight_effects", "flights", "generate", "joint", "ledger", "oracle", "strata", "study", "vibration",
+            "batch", "cases", "effects", "flight_effects", "flight_study", "flights", "generate", "joint", "ledger", "oracle", "strata", "study", "vibration",
             "vibration_effects", "vibration_oracle", "vibration_subject")}
         own -= {f"flusi_msm.{folder}.__init__" for folder in ("bending", "flow2d", "measurement")}
         libraries = {"numpy", "scipy", "h5py"} | set(getattr(sys, "stdlib_module_names", ()))

@@ -80,6 +80,7 @@ def as_sought(case: Case, values: dict[str, Any]) -> dict[str, float]:
            "hidden.lead": ("pitch_lead", lambda x: x / 360), "hidden.mean_angle": ("pitch_mean", lambda x: x),
            "hidden.plane": ("balance_turn:x", lambda x: -x), "hidden.frequency": ("beat_frequency", lambda x: x),
            "hidden.phase": ("balance_delay", lambda x: -x * period), "hidden.viscosity": ("viscosity", lambda x: x),
+           "hidden.chord": ("wing_area", lambda x: x),
            "balance.gain": ("balance_gain", lambda x: x), "balance.misalignment": ("balance_turn:x", lambda x: x),
            "balance.lowpass": ("balance_lowpass", lambda x: 1 / (2 * np.pi * x)), "balance.delay": ("balance_delay", lambda x: x),
            "balance.inertia": ("inertia_mass", lambda x: x)}

@@ -222,8 +222,8 @@ contains
     of_grid(REFINE_GRID) = data%refined(REFINE_GRID)
     of_round = data%response%requests(one_step(steps), of_grid)
     write (unit, '(a)') '          then up to '//number_text(most_rounds)//' rounds if a cause is clear, each of '// &
-      trim(merge('2 flights', '1 flight ', of_grid(REFINE_GRID)))//' with the fitted values and 2 more for each of its parameters: '// &
-      time_text(seconds_of(data%facts, of_round%refinement, n_groups)/ranks)//' with one parameter'
+      trim(merge('2 flights', '1 flight ', of_grid(REFINE_GRID)))//' with the fitted values and 2 more for each of its '// &
+      'parameters: '//time_text(seconds_of(data%facts, of_round%refinement, n_groups)/ranks)//' with one parameter'
   end subroutine print_cost
 
   !> Returns the first of the steps that are above 0 alone.
