@@ -112,6 +112,7 @@ class Diagnoses:
             yield None
             return
         from flusi_msm.blind.flight_input import write_section
+        from flusi_msm.blind.flight_study import FACTOR
         from flusi_msm.blind.ledger import read
         who = facts["individual"]
         stated = read(self.study.stated(who))
@@ -120,7 +121,8 @@ class Diagnoses:
         with open(place / f"lock{who}", "w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             case = write_section(place / f"case{who}", stated)
-            yield {"Flight": {"file": case, "folder": place / f"of{who}", "beats": stated["beats"]}}
+            yield {"Flight": {"file": case, "folder": place / f"of{who}", "beats": stated["beats"], "refine": "grid",
+                              "model_sd": FACTOR}}
 
     def once(self, number, facts, more=None):
         from flusi_msm.blind.verdict import flat_verdict

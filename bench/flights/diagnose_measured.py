@@ -45,6 +45,7 @@ file = case/run.ini
 beats = {beats}
 folder = flights
 model_sd = {model_sd!r}
+refine = grid
 rounds = 0; they serve a cause with a name
 {more}[Diagnose]
 noise = declared

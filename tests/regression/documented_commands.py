@@ -97,7 +97,7 @@ def flight(**sections):
                     "x_pivot_l": "0.0 0.5 0.0", "x_pivot_r": "0.0 -0.5 0.0", "wing_ramp": 0.25,
                     "FlappingMotion_left": motion, "FlappingMotion_right": motion},
         "Wing": {"file": "wings/calliphora_small.h5", "E": 1.2e10, "D": 2e-7},
-        "Saving": {"tintegral": 0.01, "tsave": 0.25, "iSaveVorticity": "yes", "iSaveVelocity": "yes"}}
+        "Saving": {"tintegral": 0.01, "tsave": 0.25, "iSaveVorticity": "yes", "iSaveVelocity": "yes", "iSaveWingSides": 1}}
     for name, keys in sections.items():
         ini.setdefault(name, {}).update(keys)
     return ini_text(ini)

@@ -87,7 +87,7 @@ contains
     call keys%reals('kinematics_lead', c%lead, ZERO, 'number of beats by which phi, alpha and theta of all wings are advanced '// &
                     'in time')
     call keys%reals('kinematics_deviation', c%deviation, [0.0_rp, 0.0_rp], 'a b: a cos(2 pi f t) + b sin(2 pi f t) is added to '// &
-                    'theta of all wings', unit='degree')
+                    'theta of all wings at all times, also before a table begins', unit='degree')
   end subroutine kinematics_keys
 
   !> Visits these keys.

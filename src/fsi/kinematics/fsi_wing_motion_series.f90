@@ -182,7 +182,7 @@ contains
     limits = self%typical_cycle()
     self%centre = 0
     do i = 0, N - 1
-      call self%evaluate(limits(1) + i*(limits(2) - limits(1))/N, f)
+      call evaluate_altered(self, limits(1) + i*(limits(2) - limits(1))/N, f)
       self%centre = self%centre + f(0)/N
     end do
     self%factor = factor

@@ -55,7 +55,7 @@ contains
                    'damps the largest wavenumber K at the rate c u K, the share nu K^2 of viscosity included; u: sum of the '// &
                    'mean speeds of the wing tip, the body and the stream', min=0.0_rp)
     call keys%integer('slip_interval', p%slip_interval, 1, 'surface = thin: steps between two records of slip.t, which has '// &
-                      'the slip after the forces and the power that the flow receives', unit='steps', min=1)
+                      'the slip after the forces and the powers that the flow receives and the wings lose', unit='steps', min=1)
     call keys%kind('marker_response', p%sharing, 'auto', SHARINGS, 'surface = thin: which ranks compute the forces at the '// &
                    'markers of a wing; one: one rank; group: a group of ranks together; auto: a group if there are eight '// &
                    'ranks for each wing and a wing has a thousand markers or more, else one rank')

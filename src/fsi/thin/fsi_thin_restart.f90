@@ -16,6 +16,7 @@ module fsi_thin_restart
 
   character(*), parameter :: PREFIX = 'marker_'
   character(*), parameter :: EARLIER = 'marker_slip' !< a table that only earlier versions write
+  character(*), parameter :: LATEST = 'marker_slip_lost' !< a number that earlier versions do not write
 
 contains
 
@@ -57,7 +58,7 @@ contains
     if (.not. has_thin_wings(reader)) then
       call failure%raise('the checkpoint has no wings without thickness: set [Insects] surface as in the run that wrote it')
       return
-    else if (reader%has(EARLIER)) then
+    else if (reader%has(EARLIER) .or. .not. reader%has(LATEST)) then
       call failure%raise('an earlier version of flusi-msm wrote the wings without thickness of the checkpoint: restart with '// &
                          'that version, or begin the run again')
       return

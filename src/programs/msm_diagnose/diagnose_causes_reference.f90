@@ -23,7 +23,8 @@ contains
       'What a diagnosis can name: properties of the wing, its masses and its damping, errors of the measurement, changes of '// &
       'kinematics and flow, and errors of the force balance. The prior sd is that of the coordinate: the value, or the '// &
       'logarithm of a factor. Where an accuracy is declared, the prior of the measurement is that one. T is the length of the '// &
-      'longest record, and n are the radians that the wing turns in it.', '', &
+      'longest record; without records, the longest time in which a mode decays. n are the radians that the wing, or the '// &
+      'fastest mode, turns in it.', '', &
       '| cause | what it means | parameters | unit | bounds | prior sd | data that it needs |', '|---|---|---|---|---|---|---|'
     do i = 1, size(list)
       titles = '`'//list(i)%name//'`: '//list(i)%title

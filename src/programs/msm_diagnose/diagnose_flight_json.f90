@@ -94,7 +94,7 @@ contains
     real(rp), intent(in) :: refined(:, :)
     real(rp) :: rms(count(is_refined))
     rms = sqrt(sum(refined(:, :size(rms))**2, 1)/size(refined, 1))
-    call json%put('grid_difference_sd', sum(rms(:1), is_refined(REFINE_GRID)))
+    call json%put('grid_difference_sd', sum(rms(:min(1, size(rms))), is_refined(REFINE_GRID)))
     call json%put('refinement_differences_sd', rms)
   end subroutine put_differences
 

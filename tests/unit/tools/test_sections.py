@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Wing surfaces and the spanwise vorticity on their sections, where both are known."""
+import shutil
 import tempfile
 import unittest
 from pathlib import Path
@@ -331,6 +332,18 @@ class Sides(Section):
         self.assertGreater(picture(self.folder / f"wing_left_{LABEL}_sides.png")[2], 100)
         done = run_tool("plot_wing", "--sides", path, "--shape", path)
         self.assertEqual(done.returncode, 2)
+
+    def test_start(self):
+        """The surface at the start of a run has neither pressure nor traction and is left out."""
+        path = self.write_sides()[0]
+        start = Path(path).with_name("wing_left_000000.h5")
+        shutil.copy(path, start)
+        with h5py.File(start, "r+") as file:
+            for name in [name for name in file if name.startswith(("pressure", "traction"))]:
+                del file[name]
+        done = run_tool("plot_wing", "--sides", start, path)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("wing_left_000000.h5: left out", done.stderr)
 
     def test_lacking(self):
         path = self.write_sides("traction_ventral")[0]

@@ -248,6 +248,7 @@ contains
     lost = 0
     received = 0
     gained = 0
+    errors = huge(1.0_rp)
     f%wings%params%thin%slip_interval = 1
     do while (f%fluid%rhs%state%time < t_end - f%dt/2)
       call f%fluid%step(nothing, f%failure, f%wings)

@@ -31,7 +31,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 
 from flusi_msm.errors import InputError, run_command
-from flusi_msm.results.wing_sides import WingSides, draw_sides
+from flusi_msm.results.wing_sides import draw_sides, open_sides
 from flusi_msm.style import save, use_style
 from flusi_msm.wing.bent_shape import draw_shapes, read_shape
 from flusi_msm.wing.file import read_wing
@@ -210,7 +210,7 @@ def main() -> None:
              options.output or beside(options.shape[-1], "shape"))
         return
     if options.sides:
-        save(draw_sides([WingSides(path) for path in options.sides]), options.output or beside(options.sides[-1], "sides"))
+        save(draw_sides(open_sides(options.sides)), options.output or beside(options.sides[-1], "sides"))
         return
     wing = read_wing(options.wing)
     wing.title = wing.title or Path(options.wing).stem

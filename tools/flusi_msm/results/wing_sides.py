@@ -3,6 +3,7 @@
 iSaveWingSides writes beside the points of its wings."""
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -22,6 +23,24 @@ SHARE = 98        # % of the triangles whose values are within the colours
 PRESSURE_COLOURS, TRACTION_COLOURS = "RdBu_r", "YlOrBr"
 
 
+def open_sides(paths: Sequence[str | Path]) -> list[WingSides]:
+    """Opens the files that have pressure and traction; a run writes none at its start. Raises an InputError if no file has them."""
+    found = [path for path in paths if not lacking(path)]
+    for path in [path for path in paths if path not in found] if found else []:
+        print(f"{path}: left out, it has no pressure and traction", file=sys.stderr)
+    return [WingSides(path) for path in found or paths]
+
+
+def lacking(path: str | Path) -> list[str]:
+    """Returns the names of the data that the file of a surface lacks, [] for what is no such file."""
+    import h5py
+    try:
+        with h5py.File(path, "r") as file:
+            return [f"{what}_{side}" for what in ("pressure", "traction") for side in BOTH if f"{what}_{side}" not in file]
+    except OSError:
+        return []
+
+
 class WingSides:
     """`wing` with `pressure` {side: (m)} of its m triangles and `traction` {side: (m, 3)}, along x, y and z of the wing frame, both
     in rho L^2/T^2, at the `distance` L from the wing."""
@@ -31,10 +50,9 @@ class WingSides:
         path = Path(path)
         name = next((side for side in SIDES if path.name.startswith(f"wing_{side}_")), SIDES[0])
         self.wing = WingSurface(path, name)
+        if names := lacking(path):
+            raise InputError(f"{path}: no {', '.join(names)}; a run with [Saving] iSaveWingSides = 1 writes them after its start")
         with h5py.File(path, "r") as file:
-            lacking = [f"{what}_{side}" for what in ("pressure", "traction") for side in BOTH if f"{what}_{side}" not in file]
-            if lacking:
-                raise InputError(f"{path}: no {', '.join(lacking)}; a run with [Saving] iSaveWingSides = 1 writes them")
             self.pressure = {side: file[f"pressure_{side}"][...].astype(float) for side in BOTH}
             self.traction = {side: file[f"traction_{side}"][...].astype(float) @ self.wing.matrix.T for side in BOTH}
             self.distance = float(np.ravel(file.attrs.get("side_distance", np.nan))[0])

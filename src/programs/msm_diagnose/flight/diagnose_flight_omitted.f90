@@ -5,6 +5,7 @@ module diagnose_flight_omitted
   use base_text, only: number_text
   use diagnosis_flight_changes, only: FLOW_AREA, FLOW_BENDING, FLOW_BODY, FLOW_WALL, N_FLOW
   use fluid_solid_keys, only: CHANNEL_NONE
+  use fsi_kinematics, only: body_t, pose_wing, wing_pose_t
   use fsi_wing_source, only: source_choices, source_choices_t
   use simulation_settings, only: settings_t
   implicit none
@@ -24,6 +25,7 @@ module diagnose_flight_omitted
   character(*), parameter :: NL = new_line('a')
   character(2), parameter :: CHANNELS(3) = ['  ', 'xz', 'xy'] !< by the axis normal to the wall
   integer, parameter :: WALL_POINTS = 4
+  integer, parameter :: GAP_POINTS = 2  !< between a wall and wings
   real(rp), parameter :: LEAST_POINTS = 15.5_rp !< docs/results/flight-records.md
 
 contains
@@ -79,7 +81,8 @@ contains
     points = points/s%fluid%grid%max_spacing()
   end function points_in_chord
 
-  !> Returns what is wrong with a flight with the changes c; empty if nothing is. A wall must be inside the box.
+  !> Returns what is wrong with a flight with the changes c; empty if nothing is. A wall must be inside the box, and not in the way
+  !> of the wings.
   function omission_fault(s, omitted, c) result(fault)
     type(settings_t), intent(in) :: s
     type(omitted_t), intent(in) :: omitted
@@ -87,11 +90,42 @@ contains
     character(:), allocatable :: fault
     fault = ''
     if (.not. c(FLOW_WALL) > 0) return
-    associate (axis => omitted%wall_axis)
-      if (wall_place(s, omitted, c(FLOW_WALL)) < WALL_POINTS*s%fluid%grid%length(axis)/s%fluid%grid%n(axis)) &
-        fault = 'the wall would be outside of the box: its effect is smaller than that of the box, or the box must be larger'
+    associate (axis => omitted%wall_axis, place => wall_place(s, omitted, c(FLOW_WALL)))
+      associate (spacing => s%fluid%grid%length(axis)/s%fluid%grid%n(axis))
+        if (place < WALL_POINTS*spacing) then
+          fault = 'the wall would be outside of the box: its effect is smaller than that of the box, or the box must be larger'
+        else if (place > end_of_wings(s, axis) - GAP_POINTS*spacing) then
+          fault = 'the wall would be in the way of the wings: state a larger [Flight] wall_distance, or leave wall out of [Flight] '// &
+                  'effects'
+        end if
+      end associate
     end associate
   end function omission_fault
+
+  !> Returns the smallest coordinate [L] along an axis that any wing reaches in the first beat. Bending is left out.
+  real(rp) function end_of_wings(s, axis) result(least)
+    type(settings_t), intent(in) :: s
+    integer, intent(in) :: axis
+    integer, parameter :: N = 40 !< times of the beat
+    type(body_t) :: body
+    type(wing_pose_t) :: pose
+    real(rp) :: t, at(3)
+    integer :: i, w, k
+    least = huge(1.0_rp)
+    do i = 1, N
+      t = real(i, rp)/(N*s%flight%frequency())
+      body = s%flight%motion%at(t, s%flight%body)
+      do w = 1, size(s%flight%wings)
+        associate (wing => s%flight%wings(w))
+          call pose_wing(body, wing%mount, wing%motion, t, pose)
+          do k = 1, size(wing%points, 2)
+            at = pose%point_to_space(wing%points(:, k))
+            least = min(least, at(axis))
+          end do
+        end associate
+      end do
+    end do
+  end function end_of_wings
 
   !> Returns the place [L] of the face of a wall that acts c times as much as the one that is stated. What a wall at the distance d
   !> changes falls as 1/d^2 far from it, like the flow of a pair of vortices about its mirror image: the distance is d c^(-1/2).

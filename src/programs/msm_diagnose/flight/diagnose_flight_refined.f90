@@ -6,6 +6,7 @@ module diagnose_flight_refined
   use diagnosis_flight_refinements, only: NOT_REFINED, REFINE_BEATS, REFINE_BOX, REFINE_GRID, REFINE_PENALTY, REFINE_SPONGE, &
                                           REFINE_STEP, REFINE_THICKNESS
   use fluid_solid_keys, only: CHANNEL_NONE
+  use fluid_sponge_keys, only: sponge_faces
   use fsi_body_motion, only: MOTION_TETHERED
   use fsi_mask_keys, only: mask_choices, mask_choices_t
   use simulation_settings, only: settings_t
@@ -38,11 +39,22 @@ contains
     case (REFINE_SPONGE)
       if (.not. s%fluid%sponge%is_on) then
         why = 'needs a sponge'
-      else if (2*THICKER*s%fluid%sponge%thickness >= maxval(s%fluid%grid%n)) then
+      else if (fills_box(s)) then
         why = 'a sponge twice as thick would fill the box'
       end if
     end select
   end function why_unrefined
+
+  !> Tells whether a thicker sponge would reach across the box along any axis on which it lies.
+  pure logical function fills_box(s)
+    type(settings_t), intent(in) :: s
+    integer, parameter :: FEW = 4 !< points of an axis of a plane flow, on which no sponge lies
+    logical :: both(3), last(3)
+    associate (n => s%fluid%grid%n, thick => THICKER*s%fluid%sponge%thickness)
+      call sponge_faces(s%fluid%sponge%kind, both, last)
+      fills_box = any(n > FEW .and. (both .and. 2*thick >= n .or. last .and. thick >= n))
+    end associate
+  end function fills_box
 
   !> Returns the number of beats that are flown if the case flies `beats`.
   pure integer function flown_beats(beats, refinement)

@@ -13,7 +13,8 @@ module diagnose_flight_settings
   use diagnosis_flight_catalogue, only: exclude_unflown, flight_causes, flight_steps
   use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, &
                                       FLOW_STROKE, FLOW_STROKE_MEAN, N_CHANGES
-  use diagnosis_flight_refinements, only: read_refinements, refinement_name, N_REFINEMENTS, NOT_REFINED, REFINE_GRID
+  use diagnosis_flight_refinements, only: read_refinements, refinement_name, N_REFINEMENTS, NOT_REFINED, REFINE_BEATS, REFINE_BOX, &
+                                          REFINE_GRID
   use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t
   use diagnosis_wing_entries, only: catalogue_t
   use diagnosis_wing_flight, only: flight_data_t
@@ -78,6 +79,9 @@ contains
     do i = 1, N_REFINEMENTS
       if (is_named(i) .and. runner%facts%unrefined(i) /= '') call config%complain(errors, 'Flight', 'refine', &
         'names '//refinement_name(i)//', but the case cannot be flown so: '//trim(runner%facts%unrefined(i)))
+      if (data%refined(i) .and. any(i == [REFINE_BOX, REFINE_BEATS]) .and. .not. is_named(i) .and. runner%facts%unrefined(i) /= '') &
+        call notices%add('[Flight] refine leaves out '//refinement_name(i)//': '//trim(runner%facts%unrefined(i))// &
+                         '. Change the case, or allow for this error by [Flight] model_sd')
       data%refined(i) = data%refined(i) .and. runner%facts%unrefined(i) == ''
     end do
     call check_records(measurement, runner, errors)
@@ -222,7 +226,7 @@ contains
     of_grid(REFINE_GRID) = data%refined(REFINE_GRID)
     of_round = data%response%requests(one_step(steps), of_grid)
     write (unit, '(a)') '          then up to '//number_text(most_rounds)//' rounds if a cause is clear, each of '// &
-      trim(merge('2 flights', '1 flight ', of_grid(REFINE_GRID)))//' with the fitted values and 2 more for each of its '// &
+      trim(merge('2 flights', '1 flight ', of_grid(REFINE_GRID)))//' with the fitted values and up to 2 more for each of its '// &
       'parameters: '//time_text(seconds_of(data%facts, of_round%refinement, n_groups)/ranks)//' with one parameter'
   end subroutine print_cost
 

@@ -124,6 +124,8 @@ contains
       call read_coupling(s%config, s%units, s%flight, s%fluid, s%coupler, errors, notices)
       if (has_file .and. s%units%given .and. wing_case%has_mass) &
         call set_mechanics(s%config, wing_case, s%fluid%grid, s%units%scales(), s%coupler)
+      if (s%coupler%inertia%drag > 0) &
+        call notices%add('[Damping] drag acts on the wings in addition to the drag of the simulated flow: set it to 0 here')
     end if
     if (has_file .and. .not. s%flexible .and. wing_case%has_mass .and. s%units%given) &
       call take_masses(wing_case, s%units%scales(), s%flight)
