@@ -9,7 +9,8 @@ module fluid_sponge_keys
   use io_keys, only: keys_t
   implicit none
   private
-  public :: sponge_params_t, sponge_keys, sponge_faces, check_sponge, SPONGES, SPONGE_CAVITY, SPONGE_OPEN_Z, SPONGE_X, SPONGE_X_Y, SPONGE_X_Z, &
+  public :: sponge_params_t, sponge_keys, sponge_faces, check_sponge
+  public :: SPONGES, SPONGE_CAVITY, SPONGE_OPEN_Z, SPONGE_X, SPONGE_X_Y, SPONGE_X_Z, &
             SPONGE_OUTLET_X, SPONGE_TOP, SPONGE_FRAME
 
   integer, parameter :: SPONGE_CAVITY = 1, SPONGE_OPEN_Z = 2, SPONGE_X = 3, SPONGE_X_Y = 4, SPONGE_X_Z = 5, SPONGE_OUTLET_X = 6, &

@@ -95,8 +95,8 @@ contains
         if (place < WALL_POINTS*spacing) then
           fault = 'the wall would be outside of the box: its effect is smaller than that of the box, or the box must be larger'
         else if (place > end_of_wings(s, axis) - GAP_POINTS*spacing) then
-          fault = 'the wall would be in the way of the wings: state a larger [Flight] wall_distance, or leave wall out of [Flight] '// &
-                  'effects'
+          fault = 'the wall would be in the way of the wings: state a larger [Flight] wall_distance, or leave wall out of '// &
+                  '[Flight] effects'
         end if
       end associate
     end associate

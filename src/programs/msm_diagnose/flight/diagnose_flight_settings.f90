@@ -79,7 +79,8 @@ contains
     do i = 1, N_REFINEMENTS
       if (is_named(i) .and. runner%facts%unrefined(i) /= '') call config%complain(errors, 'Flight', 'refine', &
         'names '//refinement_name(i)//', but the case cannot be flown so: '//trim(runner%facts%unrefined(i)))
-      if (data%refined(i) .and. any(i == [REFINE_BOX, REFINE_BEATS]) .and. .not. is_named(i) .and. runner%facts%unrefined(i) /= '') &
+      if (data%refined(i) .and. any(i == [REFINE_BOX, REFINE_BEATS]) .and. .not. is_named(i) .and. &
+          runner%facts%unrefined(i) /= '') &
         call notices%add('[Flight] refine leaves out '//refinement_name(i)//': '//trim(runner%facts%unrefined(i))// &
                          '. Change the case, or allow for this error by [Flight] model_sd')
       data%refined(i) = data%refined(i) .and. runner%facts%unrefined(i) == ''
