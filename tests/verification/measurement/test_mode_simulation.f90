@@ -40,6 +40,7 @@ program test_mode_simulation
   wing = wing_of_argument()
   params = default_params(wing)
   params%joint = 1.0e-6_rp
+  params%effects%disc = [4.5e-3_rp, -0.5e-3_rp, 1.2e-3_rp] ! with joints in it
   call prepare()
   call test_own_modes()
   call test_slopes('of a wing', 1.0e-7_rp)
@@ -126,7 +127,7 @@ contains
     type(parameter_t) :: p
     type(stiffness_t) :: direction
     integer, parameter :: MASSES(4) = [MASS_VEINS, MASS_GRADIENT, MASS_ADDED, MASS_POINT]
-    character(10), parameter :: NAMES(4) = [character(10) :: 'E', 'D', 'E_gradient', 'joint:C_h']
+    character(10), parameter :: NAMES(5) = [character(10) :: 'E', 'D', 'E_gradient', 'joint:C_h', 'damage']
     real(rp), allocatable :: column(:)
     real(rp) :: scale
     logical :: ok
@@ -145,7 +146,7 @@ contains
       call simulation%evaluate(other, effects, damping, r, ok)
       p = other%describe(other%find(trim(NAMES(i))))
       call parameter_direction(simulation%model(), other%find(trim(NAMES(i))), direction)
-      call simulation%stiffness_tangent(direction, index(NAMES(i), 'joint') == 1, column)
+      call simulation%stiffness_tangent(direction, column)
       call compare(other, effects, column, other%find(trim(NAMES(i))), 0, 1.0e-3_rp, p%is_log, what//' to '//trim(NAMES(i)), &
                    1.0_rp, limit)
     end do
@@ -293,6 +294,8 @@ contains
     m%modes = [m%modes, m%modes]
     tip = maxloc(model%points(1, :model%n_points), 1)
     m%modes(3:)%number = [2, 1]
+    m%modes(3)%damping = 0.03_rp
+    m%modes(3)%damping_sigma = 0.003_rp
     m%modes(3)%gravity = [0.0_rp, 0.0_rp, -50.0_rp]
     m%modes(3)%load_size = [1.0e-4_rp]
     m%modes(3)%load_place = model%points(:2, [tip])
@@ -310,11 +313,18 @@ contains
     other = params
     call simulation%evaluate(other, effects, damping, r, ok)
     call parameter_direction(simulation%model(), other%find('E'), direction)
-    call simulation%stiffness_tangent(direction, .false., column)
+    call simulation%stiffness_tangent(direction, column)
     call compare(other, effects, column, other%find('E'), 0, H, .true., 'of a loaded wing to E', 1.0_rp, LIMIT)
     call simulation%evaluate(other, effects, damping, r, ok)
     call simulation%mass_tangent(MASS_VEINS, effects, column)
     call compare(other, effects, column, 0, MASS_VEINS, H, .true., 'of a loaded wing to its weight', 1.0_rp, LIMIT)
+    damping%joints = 1.0e-4_rp
+    call simulation%evaluate(other, effects, damping, r, ok)
+    call parameter_direction(simulation%model(), other%find('joint:C_h'), direction)
+    call simulation%stiffness_tangent(direction, column)
+    call compare(other, effects, column, other%find('joint:C_h'), 0, H, .true., 'of a loaded wing to a joint with friction', &
+                 1.0_rp, LIMIT)
+    damping = damping_effects_t()
     options%factorisation_limit = 1
     call simulation%init(m, model, parts, options)
     call simulation%evaluate(params, effects, damping, r, ok)
