@@ -14,6 +14,7 @@ program test_mode_simulation
   use sample_wings, only: make_beam
   use solid_damping_effects, only: damping_effects_t, DAMPING_JOINTS, DAMPING_MASS, DAMPING_RELAXATION, DAMPING_STIFFNESS, &
                                    DAMPING_TIME
+  use solid_decay, only: decay_t
   use solid_mass, only: lump_mass, mass_params_t, mass_t
   use solid_mass_effects, only: mass_effects_t, mass_parts_t, MASS_ADDED, MASS_GRADIENT, MASS_POINT, MASS_VEINS
   use solid_modal, only: modal_t
@@ -45,6 +46,7 @@ program test_mode_simulation
   call test_own_modes()
   call test_slopes('of a wing', 1.0e-7_rp)
   call test_decay()
+  call test_strong_damping()
   call test_loaded()
   call test_repeated()
   call t%finish()
@@ -227,6 +229,44 @@ contains
     call test_damping_slopes()
     damping = damping_effects_t()
   end subroutine test_decay
+
+  !> Without a relaxation the ratio is d/(2 omega), also of a mode that does not swing, and where it ceases to. Slopes with a
+  !> relaxation that begins are compared with differences on one side, which err with their step, some 20 G. Two roots of the cubic
+  !> equation are those of the mode; their sum and product, which follow from the third root, give ratio and frequency.
+  subroutine test_strong_damping()
+    real(rp), parameter :: OMEGA = 3.0_rp, J = 2.0_rp, D(3) = OMEGA*[0.4_rp, 2.0_rp, 5.0_rp], G = 1.0e-7_rp, RATE = 1.7_rp
+    type(damping_effects_t) :: how, relaxing
+    type(decay_t) :: decay
+    real(rp) :: slopes(2), r, f
+    integer :: i, k
+    do i = 1, size(D)
+      how = damping_effects_t(mass=0.5_rp*D(i), stiffness=0.3_rp*D(i)/OMEGA**2, joints=0.2_rp*D(i)/J, relaxation_time=1/RATE)
+      call decay%init(OMEGA**2, J, how)
+      call t%check_close('a damped mode has its ratio', decay%ratio, D(i)/(2*OMEGA), rtol=1.0e-14_rp)
+      call t%check_close('and the frequency without damping', exp(decay%log_rate), OMEGA, rtol=1.0e-14_rp)
+      slopes = decay%slope_of_damping(DAMPING_MASS)
+      call t%check_close('the ratio grows with damping', slopes(2), 0.5_rp/OMEGA, rtol=1.0e-14_rp)
+      slopes = decay%slope_of_damping(DAMPING_JOINTS)
+      call t%check_close('with the friction of joints', slopes(2), 0.5_rp*J/OMEGA, rtol=1.0e-14_rp)
+      slopes = decay%slope_of_mode(1.0_rp, 0.0_rp)
+      call t%check_close('with lambda, of the damping by stiffness', slopes(2), 0.5_rp*how%stiffness/OMEGA - &
+                         decay%ratio/(2*OMEGA**2), atol=1.0e-14_rp)
+      slopes = decay%slope_of_damping(DAMPING_RELAXATION)
+      r = RATE ! s = -r is a root of s^2 + D s + omega^2 (1 + G s/(s + RATE))
+      do k = 1, 10
+        f = (r**2 - D(i)*r + OMEGA**2)*(RATE - r) - G*OMEGA**2*r
+        r = r - f/((2*r - D(i))*(RATE - r) - (r**2 - D(i)*r + OMEGA**2) - G*OMEGA**2)
+      end do
+      f = OMEGA**2*RATE/r ! product of the other roots; their sum is r - RATE - D
+      call t%check_close('a relaxation that begins raises the frequency', slopes(1), 0.5_rp*log(f/OMEGA**2)/G, rtol=1.0e-5_rp)
+      call t%check_close('and changes the ratio', slopes(2), (0.5_rp*(RATE + D(i) - r)/sqrt(f) - decay%ratio)/G, rtol=1.0e-5_rp)
+      relaxing = how
+      relaxing%relaxation = G
+      f = decay%ratio + G*slopes(2)
+      call decay%init(OMEGA**2, J, relaxing)
+      if (i == 1) call t%check_close('as the mode does', decay%ratio, f, rtol=1.0e-12_rp)
+    end do
+  end subroutine test_strong_damping
 
   !> Derivatives with respect to all damping, against differences of fourth order.
   subroutine test_damping_slopes()
