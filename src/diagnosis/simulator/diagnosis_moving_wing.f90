@@ -109,7 +109,7 @@ contains
     type(solid_model_t), pointer :: model
     type(mass_effects_t) :: moved
     real(rp) :: by_mass(size(column))
-    logical :: is_any, is_joint
+    logical :: is_any
     model => self%mechanics%model()
     column = 0
     associate (one => self%rest%parameters(i))
@@ -132,8 +132,8 @@ contains
         if (self%rest%clamp(model, i) > 0) then
           call self%mechanics%clamp_tangent(self%rest%clamp(model, i), column)
         else
-          call self%rest%direction(model, q, i, self%direction, is_any, is_joint)
-          if (is_any) call self%mechanics%stiffness_tangent(self%direction, is_joint, column)
+          call self%rest%direction(model, q, i, self%direction, is_any)
+          if (is_any) call self%mechanics%stiffness_tangent(self%direction, column)
           if (weighs(self%rest%bare, one)) then
             call self%mechanics%mass_tangent(MASS_GRADIENT, self%effects, by_mass)
             column = column + by_mass
@@ -170,7 +170,7 @@ contains
     model => self%mechanics%model()
     do i = 1, min(n, size(patterns, 2))
       call damage_direction(model, [site(:, i), radius], self%direction)
-      call self%mechanics%stiffness_tangent(self%direction, .false., patterns(:, i))
+      call self%mechanics%stiffness_tangent(self%direction, patterns(:, i))
     end do
     if (size(self%rest%bare%loads) > 0 .or. size(patterns, 2) < 2*n) return
     p = parameter_of(list_mass_causes(sum(self%rest%bare%masses)), MASS_POINT)

@@ -123,19 +123,17 @@ contains
   end function rest_clamp
 
   !> Finds how all stiffness changes with parameter i at q. `is_any` is false if the parameter does not concern stiffness.
-  subroutine rest_direction(self, model, q, i, direction, is_any, is_joint)
+  subroutine rest_direction(self, model, q, i, direction, is_any)
     class(wing_rest_t), intent(in) :: self
     type(solid_model_t), intent(in) :: model
     real(rp), intent(in) :: q(:)
     integer, intent(in) :: i
     type(stiffness_t), intent(inout) :: direction
-    logical, intent(out) :: is_any, is_joint
+    logical, intent(out) :: is_any
     is_any = .true.
-    is_joint = .false.
     associate (one => self%parameters(i))
       select case (one%kind)
       case (KIND_PARAMETER)
-        is_joint = model%params%is_joint(one%number)
         call parameter_direction(model, one%number, direction)
       case (KIND_SOFT)
         call hinge_direction(model, one%number, direction)

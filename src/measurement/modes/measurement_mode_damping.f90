@@ -63,12 +63,11 @@ contains
   end subroutine damping_find
 
   !> Returns the change of the logarithm of the frequency and of the damping ratio by a change d_lambda, changes of the modes
-  !> shapes(3, n_all, m), and of their factors dbeta(m), of the length of those in `find`. With `is_joint` K_joints changes by
-  !> force(m, m) between the modes.
-  function damping_slopes(self, d_lambda, force, shapes, dbeta, is_joint) result(slopes)
+  !> shapes(3, n_all, m), and of their factors dbeta(m), of the length of those in `find`. K_joints changes by rubbing(m, m)
+  !> between the modes.
+  function damping_slopes(self, d_lambda, rubbing, shapes, dbeta) result(slopes)
     class(mode_damping_t), intent(in) :: self
-    real(rp), intent(in) :: d_lambda, force(:, :), shapes(:, :, :), dbeta(:)
-    logical, intent(in) :: is_joint
+    real(rp), intent(in) :: d_lambda, rubbing(:, :), shapes(:, :, :), dbeta(:)
     real(rp) :: slopes(2), change
     integer :: i
     change = 0
@@ -76,8 +75,7 @@ contains
       do i = 1, size(dbeta)
         change = change + 2*(self%beta(i)*sum(shapes(:, :, i)*self%rubbed) + dbeta(i)*self%products(i))
       end do
-      change = change - 2*self%joint*dot_product(self%beta, dbeta)
-      if (is_joint) change = change + dot_product(self%beta, matmul(force, self%beta))
+      change = change - 2*self%joint*dot_product(self%beta, dbeta) + dot_product(self%beta, matmul(rubbing, self%beta))
     end if
     slopes = self%decay%slope_of_mode(d_lambda, change)
   end function damping_slopes

@@ -50,6 +50,8 @@ module measurement_mode_simulation
     class(modal_t), allocatable, private :: modal(:)  !< of each state; polymorphic, so that compilers copy it by a call
     type(static_options_t), private :: options
     logical, allocatable, private :: same(:, :)
+    real(rp), allocatable, private :: rubbing(:, :)   !< change of K_joints between the modes of `same`
+    logical, private :: rubs = .false.                !< joints have friction in the last evaluation
     type(mode_slopes_t), private :: slopes
     real(rp), allocatable, private :: mass(:, :)
     real(rp), allocatable, private :: bent(:, :, :, :) !< (3, n_all, modes, states) K_joints Phi; empty if no damping needs it
@@ -177,6 +179,7 @@ contains
     integer :: m, i
     residuals = 0
     ok = .true.
+    self%rubs = abs(damping%joints) > 0 .and. size(self%bent) > 0
     do m = 1, size(self%states)
       call self%modal(m)%model%set_params(params)
       call self%parts%masses(effects, self%states(m)%density, self%mass)
@@ -263,18 +266,33 @@ contains
   end subroutine find_clusters
 
   !> Returns the change of the residuals by a change of stiffness; see motion_simulation_t.
-  subroutine simulation_stiffness_tangent(self, direction, is_joint, column)
+  subroutine simulation_stiffness_tangent(self, direction, column)
     class(mode_simulation_t), intent(inout) :: self
     type(stiffness_t), intent(in) :: direction
-    logical, intent(in) :: is_joint
     real(rp), intent(out) :: column(:)
     integer :: m
     do m = 1, size(self%states)
       call note_clusters(self, m)
       call self%modal(m)%slopes_of_stiffness(direction, self%same, self%slopes)
-      call project_change(self, m, .false., is_joint, column)
+      if (self%rubs) call note_joints(self, m, direction)
+      call project_change(self, m, .false., column)
     end do
   end subroutine simulation_stiffness_tangent
+
+  !> Finds the change of the stiffness of joints between the modes of `same` when all stiffness changes along `direction`.
+  subroutine note_joints(self, m, direction)
+    class(mode_simulation_t), intent(inout) :: self
+    integer, intent(in) :: m
+    type(stiffness_t), intent(in) :: direction
+    real(rp) :: changed(3, size(self%mass, 2), size(self%same, 1))
+    integer :: i, j
+    call apply_joints(self%modal(m), changed, direction)
+    do j = 1, size(changed, 3)
+      do i = 1, size(changed, 3)
+        self%rubbing(i, j) = sum(self%modal(m)%shapes(:, :, i)*changed(:, :, j))
+      end do
+    end do
+  end subroutine note_joints
 
   !> Returns the change of the residuals by a change of the masses; see motion_simulation_t.
   subroutine simulation_mass_tangent(self, number, effects, column)
@@ -287,7 +305,7 @@ contains
       call note_clusters(self, m)
       call self%parts%derivative(effects, self%states(m)%density, number, self%mass)
       call self%modal(m)%slopes_of_mass(self%mass, self%same, self%slopes)
-      call project_change(self, m, .true., .false., column)
+      call project_change(self, m, .true., column)
     end do
   end subroutine simulation_mass_tangent
 
@@ -300,7 +318,7 @@ contains
     do m = 1, size(self%states)
       call note_clusters(self, m)
       call self%modal(m)%slopes_of_clamp(k, self%same, self%slopes)
-      call project_change(self, m, .false., .false., column)
+      call project_change(self, m, .false., column)
     end do
   end subroutine simulation_clamp_tangent
 
@@ -324,9 +342,10 @@ contains
     integer, intent(in) :: m
     integer :: i, n
     n = maxval(self%targets%hi, mask=self%targets%state == m)
-    if (allocated(self%same)) deallocate (self%same)
+    if (allocated(self%same)) deallocate (self%same, self%rubbing)
     if (allocated(self%slopes%shapes)) deallocate (self%slopes%shapes)
     allocate (self%same(n, n), source=.false.)
+    allocate (self%rubbing(n, n), source=0.0_rp)
     do i = 1, size(self%targets)
       associate (t => self%targets(i))
         if (t%state == m .and. t%hi > t%lo) self%same(t%lo:t%hi, t%lo:t%hi) = .true.
@@ -335,17 +354,17 @@ contains
   end subroutine note_clusters
 
   !> Turns the change of the modes in medium `m` into a column of the Jacobian.
-  subroutine project_change(self, m, is_mass, is_joint, column)
+  subroutine project_change(self, m, is_mass, column)
     class(mode_simulation_t), intent(in) :: self
     integer, intent(in) :: m
-    logical, intent(in) :: is_mass, is_joint
+    logical, intent(in) :: is_mass
     real(rp), intent(inout) :: column(:)
     integer :: i
     do i = 1, size(self%targets)
       associate (t => self%targets(i))
         if (t%state /= m) cycle
-        call t%tangent(self%slopes%force(t%lo:t%hi, t%lo:t%hi), self%slopes%shapes(:, :, t%lo:t%hi), is_mass, is_joint, &
-                       column(self%first(i):self%first(i) + t%n - 1))
+        call t%tangent(self%slopes%force(t%lo:t%hi, t%lo:t%hi), self%slopes%shapes(:, :, t%lo:t%hi), is_mass, &
+                       self%rubbing(t%lo:t%hi, t%lo:t%hi), column(self%first(i):self%first(i) + t%n - 1))
       end associate
     end do
   end subroutine project_change

@@ -176,18 +176,18 @@ contains
   end subroutine target_residuals
 
   !> Returns column(n), the derivative of the residuals, from the slopes of the modes lo to hi: force(:, :), for which a change of
-  !> the masses counts with the lambda of each column, and shapes(3, :, :). With `is_joint` only joints change. Call it after
-  !> `damp`.
-  subroutine target_tangent(self, force, shapes, is_mass, is_joint, column)
+  !> the masses counts with the lambda of each column, shapes(3, :, :), and the change rubbing(:, :) of the stiffness of joints
+  !> between these modes. Call it after `damp`.
+  subroutine target_tangent(self, force, shapes, is_mass, rubbing, column)
     class(mode_target_t), intent(in) :: self
-    real(rp), intent(in) :: force(:, :), shapes(:, :, :)
-    logical, intent(in) :: is_mass, is_joint
+    real(rp), intent(in) :: force(:, :), shapes(:, :, :), rubbing(:, :)
+    logical, intent(in) :: is_mass
     real(rp), intent(out) :: column(:)
     real(rp) :: dphi(size(self%s), size(force, 1)), dbeta(size(force, 1)), dv(size(self%s)), v(size(self%s)), dlambda, f
     integer :: i, j
     column = 0
     if (size(self%s) == 0) then
-      call put_slopes(self, self%damping%slopes(force(1, 1), force, shapes, [0.0_rp], is_joint), column)
+      call put_slopes(self, self%damping%slopes(force(1, 1), rubbing, shapes, [0.0_rp]), column)
       return
     end if
     do i = 1, size(force, 1)
@@ -209,7 +209,7 @@ contains
         dlambda = dlambda + self%beta(i)*self%beta(j)*f
       end do
     end do
-    call put_slopes(self, self%damping%slopes(dlambda/sum(self%beta**2), force, shapes, dbeta/norm2(self%beta), is_joint), column)
+    call put_slopes(self, self%damping%slopes(dlambda/sum(self%beta**2), rubbing, shapes, dbeta/norm2(self%beta)), column)
   end subroutine target_tangent
 
   !> Sets frequency and damping ratio of a column from their slopes.

@@ -28,12 +28,11 @@ module measurement_motion_simulation
       class(motion_simulation_t), intent(inout) :: self
     end subroutine free_interface
 
-    !> Returns column(n), the derivative when all stiffness changes along `direction`, which also changes joints if `is_joint`.
-    subroutine stiffness_interface(self, direction, is_joint, column)
+    !> Returns column(n), the derivative when all stiffness changes along `direction`.
+    subroutine stiffness_interface(self, direction, column)
       import :: motion_simulation_t, rp, stiffness_t
       class(motion_simulation_t), intent(inout) :: self
       type(stiffness_t), intent(in) :: direction
-      logical, intent(in) :: is_joint
       real(rp), intent(out) :: column(:)
     end subroutine stiffness_interface
 

@@ -235,17 +235,19 @@ contains
   end subroutine simulation_nuisances
 
   !> Returns the change of the residuals by a change of stiffness; see motion_simulation_t.
-  subroutine simulation_stiffness_tangent(self, direction, is_joint, column)
+  subroutine simulation_stiffness_tangent(self, direction, column)
     class(series_simulation_t), intent(inout) :: self
     type(stiffness_t), intent(in) :: direction
-    logical, intent(in) :: is_joint
     real(rp), intent(out) :: column(:)
+    real(rp) :: changed(3, size(self%mass, 2), self%n_modes)
     integer :: m
     column = 0
+    changed = 0
     do m = 1, 2
       if (.not. self%is_used(m)) cycle
       call self%modal(m)%slopes_of_stiffness(direction, self%same, self%slopes)
-      call project_stiffness_change(self, m, is_joint, column)
+      if (abs(self%damping%joints) > 0) call apply_joints(self%modal(m), changed, direction)
+      call project_stiffness_change(self, m, products(self%modal(m)%shapes(:, :, :self%n_modes), changed), column)
     end do
   end subroutine simulation_stiffness_tangent
 
@@ -259,20 +261,22 @@ contains
     do m = 1, 2
       if (.not. self%is_used(m)) cycle
       call self%modal(m)%slopes_of_clamp(k, self%same, self%slopes)
-      call project_stiffness_change(self, m, .false., column)
+      call project_stiffness_change(self, m, no_matrix(), column)
     end do
   end subroutine simulation_clamp_tangent
 
-  !> Adds the change of the records of medium m by the stored slopes of stiffness.
-  subroutine project_stiffness_change(self, m, is_joint, column)
+  !> Adds the change of the records of medium m by the stored slopes of stiffness, with the change `joints` of K_joints between
+  !> the modes, or of size 0.
+  subroutine project_stiffness_change(self, m, joints, column)
     class(series_simulation_t), intent(inout) :: self
     integer, intent(in) :: m
-    logical, intent(in) :: is_joint
+    real(rp), intent(in) :: joints(:, :)
     real(rp), intent(inout) :: column(:)
     type(ring_change_t) :: change
     change%stiffness = self%slopes%force
     change%mass = no_matrix()
-    call project_change(self, m, change, is_joint, column)
+    change%joints = joints
+    call project_change(self, m, change, column)
   end subroutine project_stiffness_change
 
   !> Returns the change of the residuals by a change of the masses; see motion_simulation_t.
@@ -289,29 +293,29 @@ contains
       call self%parts%derivative(effects, self%density(m), number, self%slope)
       call self%modal(m)%slopes_of_mass(self%slope, self%same, self%slopes)
       change%stiffness = no_matrix()
+      change%joints = no_matrix()
       change%mass = self%slopes%force
       do i = 1, self%n_modes
         change%mass(:, i) = -change%mass(:, i)/self%modal(m)%lambda(i)
         self%slopes%shapes(:, :, i) = self%slopes%shapes(:, :, i) + 0.5_rp*change%mass(i, i)*self%modal(m)%shapes(:, :, i)
       end do
-      call project_change(self, m, change, .false., column)
+      call project_change(self, m, change, column)
     end do
   end subroutine simulation_mass_tangent
 
   !> Finds the change of the records in medium m by a change of stiffness and mass, with the slopes of the modes, which are W.
-  subroutine project_change(self, m, change, is_joint, column)
+  !> change%joints comes with the change of K_joints between the modes, or has size 0.
+  subroutine project_change(self, m, change, column)
     class(series_simulation_t), intent(inout) :: self
     integer, intent(in) :: m
     type(ring_change_t), intent(inout) :: change
-    logical, intent(in) :: is_joint
     real(rp), intent(inout) :: column(:)
-    real(rp), allocatable :: seen(:, :)
+    real(rp), allocatable :: seen(:, :), moved(:, :)
     integer :: i
-    change%joints = no_matrix()
     if (abs(self%damping%joints) > 0) then
-      change%joints = products(self%slopes%shapes, self%stiff(:, :, :, m))
-      change%joints = change%joints + transpose(change%joints)
-      if (is_joint) change%joints = change%joints + change%stiffness
+      moved = products(self%slopes%shapes, self%stiff(:, :, :, m))
+      if (size(change%joints) == 0) change%joints = 0*moved
+      change%joints = change%joints + moved + transpose(moved)
     end if
     do i = 1, size(self%series)
       if (self%series(i)%medium /= m) cycle

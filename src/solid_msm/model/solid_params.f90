@@ -42,7 +42,6 @@ module solid_params
     procedure :: count => params_count
     procedure :: count_basic => params_count_basic
     procedure :: describe => params_describe
-    procedure :: is_joint => params_is_joint
     procedure :: find => params_find
     procedure :: get => params_get
     procedure :: set => params_set
@@ -144,13 +143,6 @@ contains
     end function usual
 
   end function params_describe
-
-  !> Tells whether parameter i is the stiffness of one joint.
-  pure logical function params_is_joint(self, i) result(is_it)
-    class(solid_params_t), intent(in) :: self
-    integer, intent(in) :: i
-    is_it = i > N_COMMON + size(self%vein_factor) .and. i <= self%count_basic()
-  end function params_is_joint
 
   !> Returns the number of the parameter called `name`, 0 if there is none.
   integer function params_find(self, name) result(found)

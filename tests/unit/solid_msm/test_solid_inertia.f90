@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The forces of inertia and damping in a moving frame are linear in the displacement at the new time,
-!> and the symmetric and the skew tangent together are their derivative, to round-off.
+!> and the symmetric and the skew tangent together are their derivative, to round-off. Drag grows with the square of the velocity;
+!> with it they are the derivative up to the error of central differences, and it takes the power that `loss` says.
 program test_solid_inertia
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -12,6 +13,8 @@ program test_solid_inertia
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
   implicit none
+  real(rp), parameter :: H = 1.0e-4_rp !< step of differences
+  real(rp), parameter :: DRAG = 0.4_rp !< [kg/m^3]
   real(rp), parameter :: Q = 3.0_rp !< [1/s] d(rate)/d(value) of the time scheme; small, so that all terms count
   type(testkit_t) :: t
   type(wing_t) :: wing
@@ -21,6 +24,7 @@ program test_solid_inertia
   type(failure_t) :: failure
   real(rp), allocatable, dimension(:, :) :: u, x, forces, change, skew, symmetric
   real(rp), allocatable :: blocks(:, :, :)
+  real(rp) :: power, v(3)
   integer :: i, c
 
   call t%start(parallel=.false.)
@@ -52,5 +56,42 @@ program test_solid_inertia
                      maxval(abs(change(:, model%movable) - symmetric - skew(:, model%movable)))/maxval(abs(change)), &
                      1.0e-13_rp)
   call t%check_below('the gyroscopic part does no work', abs(sum(x*skew))/sum(abs(x*skew)), 1.0e-14_rp)
+  call test_drag()
   call t%finish()
+
+contains
+
+  !> |v| v has a third derivative of some |x|^3/|v|, so that differences err by some H^2 |x|^2/|u|^2, 1e-8 except where u is small.
+  subroutine test_drag()
+    inertia%drag = DRAG
+    inertia%area = 1
+    call forces_at(u + H*x, change)
+    call forces_at(u - H*x, forces)
+    change = (change - forces)/(2*H)
+    blocks = 0
+    call add_inertia_tangent(inertia, model, frame, Q, Q*u, blocks)
+    symmetric = 0
+    call model%pattern%multiply(blocks, 1.0_rp, x(:, model%movable), symmetric)
+    call t%check_below('so they are with drag', &
+                       maxval(abs(change(:, model%movable) - symmetric - skew(:, model%movable)))/maxval(abs(change)), 1.0e-6_rp)
+    v = [0.3_rp, -2.0_rp, 0.7_rp]
+    power = inertia%loss(model%movable(1), v)
+    inertia%drag = 0
+    power = power - inertia%loss(model%movable(1), v)
+    call t%check_close('drag takes its force times the speed', power, DRAG*norm2(v)**3, rtol=1.0e-13_rp)
+    inertia%drag = DRAG
+    call forces_at(u, change)
+    inertia%drag = 0
+    call forces_at(u, forces)
+    call t%check_close('and this is the power of the forces', sum(Q*u*(change - forces)), &
+                       DRAG*sum(norm2(Q*u(:, model%movable), 1)**3), rtol=1.0e-12_rp)
+  end subroutine test_drag
+
+  !> The forces at displacements w, with the rates that the time scheme gives them.
+  subroutine forces_at(w, f)
+    real(rp), intent(in) :: w(:, :)
+    real(rp), intent(out) :: f(:, :)
+    f = 0
+    call add_inertia_forces(inertia, model, frame, w, Q*w, Q**2*w, f)
+  end subroutine forces_at
 end program test_solid_inertia

@@ -14,6 +14,7 @@ program test_mode_simulation
   use sample_wings, only: make_beam
   use solid_damping_effects, only: damping_effects_t, DAMPING_JOINTS, DAMPING_MASS, DAMPING_RELAXATION, DAMPING_STIFFNESS, &
                                    DAMPING_TIME
+  use solid_decay, only: decay_t
   use solid_mass, only: lump_mass, mass_params_t, mass_t
   use solid_mass_effects, only: mass_effects_t, mass_parts_t, MASS_ADDED, MASS_GRADIENT, MASS_POINT, MASS_VEINS
   use solid_modal, only: modal_t
@@ -40,10 +41,12 @@ program test_mode_simulation
   wing = wing_of_argument()
   params = default_params(wing)
   params%joint = 1.0e-6_rp
+  params%effects%disc = [4.5e-3_rp, -0.5e-3_rp, 1.2e-3_rp] ! with joints in it
   call prepare()
   call test_own_modes()
   call test_slopes('of a wing', 1.0e-7_rp)
   call test_decay()
+  call test_strong_damping()
   call test_loaded()
   call test_repeated()
   call t%finish()
@@ -126,7 +129,7 @@ contains
     type(parameter_t) :: p
     type(stiffness_t) :: direction
     integer, parameter :: MASSES(4) = [MASS_VEINS, MASS_GRADIENT, MASS_ADDED, MASS_POINT]
-    character(10), parameter :: NAMES(4) = [character(10) :: 'E', 'D', 'E_gradient', 'joint:C_h']
+    character(10), parameter :: NAMES(5) = [character(10) :: 'E', 'D', 'E_gradient', 'joint:C_h', 'damage']
     real(rp), allocatable :: column(:)
     real(rp) :: scale
     logical :: ok
@@ -145,7 +148,7 @@ contains
       call simulation%evaluate(other, effects, damping, r, ok)
       p = other%describe(other%find(trim(NAMES(i))))
       call parameter_direction(simulation%model(), other%find(trim(NAMES(i))), direction)
-      call simulation%stiffness_tangent(direction, index(NAMES(i), 'joint') == 1, column)
+      call simulation%stiffness_tangent(direction, column)
       call compare(other, effects, column, other%find(trim(NAMES(i))), 0, 1.0e-3_rp, p%is_log, what//' to '//trim(NAMES(i)), &
                    1.0_rp, limit)
     end do
@@ -227,6 +230,44 @@ contains
     damping = damping_effects_t()
   end subroutine test_decay
 
+  !> Without a relaxation the ratio is d/(2 omega), also of a mode that does not swing, and where it ceases to. Slopes with a
+  !> relaxation that begins are compared with differences on one side, which err with their step, some 20 G. Two roots of the cubic
+  !> equation are those of the mode; their sum and product, which follow from the third root, give ratio and frequency.
+  subroutine test_strong_damping()
+    real(rp), parameter :: OMEGA = 3.0_rp, J = 2.0_rp, D(3) = OMEGA*[0.4_rp, 2.0_rp, 5.0_rp], G = 1.0e-7_rp, RATE = 1.7_rp
+    type(damping_effects_t) :: how, relaxing
+    type(decay_t) :: decay
+    real(rp) :: slopes(2), r, f
+    integer :: i, k
+    do i = 1, size(D)
+      how = damping_effects_t(mass=0.5_rp*D(i), stiffness=0.3_rp*D(i)/OMEGA**2, joints=0.2_rp*D(i)/J, relaxation_time=1/RATE)
+      call decay%init(OMEGA**2, J, how)
+      call t%check_close('a damped mode has its ratio', decay%ratio, D(i)/(2*OMEGA), rtol=1.0e-14_rp)
+      call t%check_close('and the frequency without damping', exp(decay%log_rate), OMEGA, rtol=1.0e-14_rp)
+      slopes = decay%slope_of_damping(DAMPING_MASS)
+      call t%check_close('the ratio grows with damping', slopes(2), 0.5_rp/OMEGA, rtol=1.0e-14_rp)
+      slopes = decay%slope_of_damping(DAMPING_JOINTS)
+      call t%check_close('with the friction of joints', slopes(2), 0.5_rp*J/OMEGA, rtol=1.0e-14_rp)
+      slopes = decay%slope_of_mode(1.0_rp, 0.0_rp)
+      call t%check_close('with lambda, of the damping by stiffness', slopes(2), 0.5_rp*how%stiffness/OMEGA - &
+                         decay%ratio/(2*OMEGA**2), atol=1.0e-14_rp)
+      slopes = decay%slope_of_damping(DAMPING_RELAXATION)
+      r = RATE ! s = -r is a root of s^2 + D s + omega^2 (1 + G s/(s + RATE))
+      do k = 1, 10
+        f = (r**2 - D(i)*r + OMEGA**2)*(RATE - r) - G*OMEGA**2*r
+        r = r - f/((2*r - D(i))*(RATE - r) - (r**2 - D(i)*r + OMEGA**2) - G*OMEGA**2)
+      end do
+      f = OMEGA**2*RATE/r ! product of the other roots; their sum is r - RATE - D
+      call t%check_close('a relaxation that begins raises the frequency', slopes(1), 0.5_rp*log(f/OMEGA**2)/G, rtol=1.0e-5_rp)
+      call t%check_close('and changes the ratio', slopes(2), (0.5_rp*(RATE + D(i) - r)/sqrt(f) - decay%ratio)/G, rtol=1.0e-5_rp)
+      relaxing = how
+      relaxing%relaxation = G
+      f = decay%ratio + G*slopes(2)
+      call decay%init(OMEGA**2, J, relaxing)
+      if (i == 1) call t%check_close('as the mode does', decay%ratio, f, rtol=1.0e-12_rp)
+    end do
+  end subroutine test_strong_damping
+
   !> Derivatives with respect to all damping, against differences of fourth order.
   subroutine test_damping_slopes()
     real(rp), parameter :: WEIGHTS(4) = [1.0_rp, -8.0_rp, 8.0_rp, -1.0_rp]/12, AT(4) = [-2, -1, 1, 2], &
@@ -293,6 +334,8 @@ contains
     m%modes = [m%modes, m%modes]
     tip = maxloc(model%points(1, :model%n_points), 1)
     m%modes(3:)%number = [2, 1]
+    m%modes(3)%damping = 0.03_rp
+    m%modes(3)%damping_sigma = 0.003_rp
     m%modes(3)%gravity = [0.0_rp, 0.0_rp, -50.0_rp]
     m%modes(3)%load_size = [1.0e-4_rp]
     m%modes(3)%load_place = model%points(:2, [tip])
@@ -310,11 +353,18 @@ contains
     other = params
     call simulation%evaluate(other, effects, damping, r, ok)
     call parameter_direction(simulation%model(), other%find('E'), direction)
-    call simulation%stiffness_tangent(direction, .false., column)
+    call simulation%stiffness_tangent(direction, column)
     call compare(other, effects, column, other%find('E'), 0, H, .true., 'of a loaded wing to E', 1.0_rp, LIMIT)
     call simulation%evaluate(other, effects, damping, r, ok)
     call simulation%mass_tangent(MASS_VEINS, effects, column)
     call compare(other, effects, column, 0, MASS_VEINS, H, .true., 'of a loaded wing to its weight', 1.0_rp, LIMIT)
+    damping%joints = 1.0e-4_rp
+    call simulation%evaluate(other, effects, damping, r, ok)
+    call parameter_direction(simulation%model(), other%find('joint:C_h'), direction)
+    call simulation%stiffness_tangent(direction, column)
+    call compare(other, effects, column, other%find('joint:C_h'), 0, H, .true., 'of a loaded wing to a joint with friction', &
+                 1.0_rp, LIMIT)
+    damping = damping_effects_t()
     options%factorisation_limit = 1
     call simulation%init(m, model, parts, options)
     call simulation%evaluate(params, effects, damping, r, ok)

@@ -36,6 +36,7 @@ program test_series_simulation
   wing = wing_of_argument()
   params = default_params(wing)
   params%joint = 1.0e-6_rp
+  params%effects%disc = [4.5e-3_rp, -0.5e-3_rp, 1.2e-3_rp] ! with joints in it
   call prepare()
   call measure()
   call test_damping()
@@ -263,7 +264,8 @@ contains
   end subroutine test_masses
 
   subroutine test_stiffness()
-    character(12), parameter :: NAMES(7) = [character(12) :: 'E', 'D', 'root', 'joint:C_h', 'E_gradient', 'root_flap', 'root_twist']
+    character(12), parameter :: NAMES(8) = [character(12) :: 'E', 'D', 'root', 'joint:C_h', 'E_gradient', 'damage', 'root_flap', &
+                                             'root_twist']
     real(rp), parameter :: STEP = 0.01_rp
     type(solid_params_t) :: p
     type(stiffness_t) :: direction
@@ -291,7 +293,7 @@ contains
         call simulation%clamp_tangent(merge(2, 1, NAMES(i) == 'root_flap'), column)
       else
         call parameter_direction(simulation%model(), number, direction)
-        call simulation%stiffness_tangent(direction, index(NAMES(i), 'joint:') == 1, column)
+        call simulation%stiffness_tangent(direction, column)
       end if
       call judge(trim(NAMES(i)), column, plus, minus, scale*STEP)
     end do

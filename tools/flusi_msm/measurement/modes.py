@@ -23,6 +23,7 @@ from flusi_msm.measurement.case_file import build, read_json
 from flusi_msm.wing.file import Wing, read_wing
 
 DECAYING = 40  # undamped modes in which damped ones are found
+LEAST = 0.1    # share of an undamped mode in the motion that is taken for its damped one
 Density = Callable[[np.ndarray], np.ndarray]  # areal density [kg/m^2] at places (n, 2)
 
 
@@ -61,6 +62,11 @@ class Damping:
     relaxation_time: float = 1.0e-3   # [s]
     drag: float = 0.0                 # [kg/m^3] force -c a |v| v along z of every node with the area a of membrane, in air
 
+    def check(self) -> None:
+        """Refuses a relaxation without a time."""
+        if not self.relaxation_time > 0:
+            raise InputError(f"damping.relaxation_time: must be positive, not {self.relaxation_time}; set damping.relaxation=0 for none")
+
 
 @dataclass
 class Noise:
@@ -98,6 +104,7 @@ def read_case(path: str | Path, changes: Sequence[str] = ()) -> Case:
     case = build(Case, read_json(path, changes), "")
     if case.medium not in ("air", "vacuum"):
         raise InputError(f"medium is air or vacuum, not {case.medium}")
+    case.damping.check()
     if case.stiffness.pretension or any(case.stiffness.camber):
         raise InputError("modes are those of a wing that is flat and free of stress at rest: no pretension, no camber")
     if any(case.stiffness.root_compliance) and is_loaded(case):
@@ -220,26 +227,30 @@ def is_damped(case: Case) -> bool:
 
 
 def find_decays(wing: Wing, case: Case, coarse: Wing | None, found: list[tuple[float, np.ndarray]]) -> list[tuple[float, float]]:
-    """Returns [(frequency [Hz], damping ratio)] of these modes of the flat wing: |s|/(2 pi) and -Re s/|s| of the roots s of M s^2 + C s
-    + K (1 + g s/(s + 1/tau)) in the space of the lowest undamped modes, so that damping also couples the modes."""
+    """Returns [(frequency [Hz], damping ratio)] of these modes: |s|/(2 pi) and -Re s/|s| of the roots s of M s^2 + C s
+    + K (1 + g s/(s + 1/tau)) in the space of the lowest undamped modes, so that damping also couples the modes. Joints have the friction
+    of the flat wing. Refuses a wing of which one of these modes does not swing."""
     every = np.concatenate([d for _, d in (coarse or wing).veins.values()])
     model = Model(wing, case.stiffness, float(np.mean(every)), 2.0 if coarse is not None else 1.0)
     k, m, moving = matrices(wing, case, model)
-    values, phi = eigsh(k, DECAYING, m, sigma=0.0, which="LM", v0=np.ones(3 * len(moving)))
+    values, phi = lowest_modes(k, m, DECAYING)
     d, n = case.damping, len(values)
     c = d.rayleigh_mass * np.eye(n) + d.rayleigh_stiffness * np.diag(values)
     if d.joint_friction:
         joints = {h.joint: 2 * model.hinge_stiffness(h) for h in model.hinge_plan if h.joint}
         twice = Model(wing, replace(case.stiffness, joints=joints), float(np.mean(every)), 2.0 if coarse is not None else 1.0)
-        c = c + d.joint_friction * (phi.T @ ((matrices(wing, case, twice)[0] - k) @ phi))
+        c = c + d.joint_friction * (phi.T @ ((resting_stiffness(twice) - resting_stiffness(model)) @ phi))
     zero, one = np.zeros((n, n)), np.eye(n)
     roots, vectors = np.linalg.eig(np.block([[zero, one, zero], [-np.diag(values), -c, -d.relaxation * np.diag(values)],
                                              [zero, one, -one / d.relaxation_time]]))
     decays = []
-    for hertz, _ in found:
+    turning = roots.imag > 0
+    for number, (hertz, _) in enumerate(found, 1):
         mode = np.argmin(np.abs(values - (2 * pi * hertz)**2))
-        turning = roots.imag > 0
         share = np.abs(vectors[mode, turning])**2 / (np.abs(vectors[:n, turning])**2).sum(0)
+        if share.max(initial=0.0) < LEAST:
+            raise InputError(f"mode {number} of {hertz:.4g} Hz is damped so much that it does not swing: make the values of damping "
+                             "smaller")
         s = roots[turning][np.argmax(share)]
         decays.append((abs(s) / (2 * pi), -s.real / abs(s)))
     return decays
@@ -256,6 +267,19 @@ def matrices(wing: Wing, case: Case, model: Model) -> tuple[sparse.csc_matrix, s
     bent = loaded_shape(wing, model, case, plane)
     axial = model.springs.forces(bent) if is_loaded(case) else np.zeros(len(model.springs.k))  # no spring is stretched at rest
     return sparse.csc_matrix(model.tangent(bent, axial)), sum(parts), moving
+
+
+def resting_stiffness(model: Model) -> sparse.csc_matrix:
+    """Returns the stiffness of the flat unloaded wing."""
+    return sparse.csc_matrix(model.tangent(model.zeros(), np.zeros(len(model.springs.k))))
+
+
+def lowest_modes(k: sparse.csc_matrix, m: sparse.csc_matrix, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Returns omega^2 (count) and shapes (unknowns, count) of the lowest undamped modes, in no order; refuses a wing that has fewer."""
+    if count >= k.shape[0]:
+        raise InputError(f"the wing moves in {k.shape[0]} unknowns, and more than {count} are needed: use a finer wing or refine=1, or fewer "
+                         "modes")
+    return eigsh(k, count, m, sigma=0.0, which="LM", v0=np.ones(k.shape[0]))
 
 
 def loaded_shape(wing: Wing, model: Model, case: Case, plane: sparse.csc_matrix) -> np.ndarray:
@@ -275,7 +299,7 @@ def find_modes(wing: Wing, case: Case, coarse: Wing | None = None) -> list[tuple
     every = np.concatenate([d for _, d in (coarse or wing).veins.values()])
     model = Model(wing, case.stiffness, float(np.mean(every)), 2.0 if coarse is not None else 1.0)
     k, m, moving = matrices(wing, case, model)
-    values, vectors = eigsh(k, case.modes + 12, m, sigma=0.0, which="LM", v0=np.ones(3 * len(moving)))
+    values, vectors = lowest_modes(k, m, case.modes + 12)
     order = np.argsort(values)
     found = []
     for i in order:

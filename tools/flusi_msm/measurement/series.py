@@ -17,7 +17,7 @@ from flusi_msm.bending.mesh import locate, refine
 from flusi_msm.bending.model import Model, Stiffness
 from flusi_msm.errors import InputError
 from flusi_msm.measurement.case_file import build, read_json
-from flusi_msm.measurement.modes import Damping, Mass, mass_matrix, triangle_areas
+from flusi_msm.measurement.modes import Damping, Mass, mass_matrix, resting_stiffness, triangle_areas
 from flusi_msm.wing.file import read_wing
 
 if TYPE_CHECKING:
@@ -75,6 +75,13 @@ def read_case(path: str | Path, changes: Sequence[str] = ()) -> Case:
             raise InputError(f"{key} is {' or '.join(valid)}, not {getattr(case, key)}")
     if not case.places:
         raise InputError("places: needs at least one (x, y)")
+    case.damping.check()
+    if len(case.shake) not in (0, 3):
+        raise InputError(f"shake: needs a size [m/s^2], a frequency [Hz] and a phase [rad], not {len(case.shake)} numbers")
+    if case.damping.drag and case.medium == "vacuum":
+        raise InputError("damping.drag: there is none in a vacuum; set medium=air, or remove drag")
+    if case.lag < 0:
+        raise InputError(f"lag: must not be negative, not {case.lag}")
     if case.stiffness.pretension or any(case.stiffness.camber):
         raise InputError("the wing is flat and free of stress at rest: no pretension, no camber")
     case.wing = str(Path(path).parent / case.wing)
@@ -98,22 +105,17 @@ class Motion:
             m = matrix[moving][:, moving].tocoo()
             parts.append(sparse.csc_matrix((m.data, (3 * m.row + k, 3 * m.col + k)), (n, n)))
         self.m = sum(parts).tocsc()
-        self.k = self.tangent(model)
+        self.k = resting_stiffness(model)
         d = case.damping
         self.c = d.rayleigh_mass * self.m + d.rayleigh_stiffness * self.k
         if d.joint_friction:
             joints = {h.joint: 2 * model.hinge_stiffness(h) for h in model.hinge_plan if h.joint}
             twice = Model(wing, replace(case.stiffness, joints=joints), mean, springs)
-            self.c = self.c + d.joint_friction * (self.tangent(twice) - self.k)
+            self.c = self.c + d.joint_friction * (resting_stiffness(twice) - self.k)
         self.area = np.zeros(model.n_nodes)  # of the membrane around every node, [m^2]
         np.add.at(self.area, np.asarray(wing.triangles), triangle_areas(wing)[:, None] / 3)
         self.area = self.area[moving]
         self.wing, self.case, self.n = wing, case, n
-
-    @staticmethod
-    def tangent(model: Model) -> sparse.csc_matrix:
-        """Returns the stiffness of the resting wing."""
-        return sparse.csc_matrix(model.tangent(model.zeros(), np.zeros(len(model.springs.k))))
 
     def at(self, point: Sequence[float], direction: Sequence[float]) -> np.ndarray:
         """Returns the weights (n) of the unknowns in the displacement of a place along a direction."""
@@ -130,6 +132,13 @@ class Motion:
         heavy = np.flatnonzero(self.m.diagonal() > 0)
         out = np.zeros(self.n)
         out[heavy] = splu(self.m[heavy][:, heavy].tocsc()).solve(b[heavy])
+        return out
+
+    def drag_at(self, v: np.ndarray) -> np.ndarray:
+        """Returns the force of the drag (n) at velocities v (n); there is none in a vacuum."""
+        out = np.zeros(self.n)
+        if self.case.damping.drag and self.case.medium == "air":
+            out[2::3] = -self.case.damping.drag * self.area * np.abs(v[2::3]) * v[2::3]
         return out
 
     def record(self, base: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -152,16 +161,14 @@ class Motion:
         def pull(step: int) -> np.ndarray:
             moved = -size * np.sin(2 * np.pi * hertz * step * h + phase) * across
             return moved if base is None else moved - weights * np.interp(step * h * case.rate, np.arange(len(base)), base)
-        a = self.inertial(pull(0) - self.c @ v - self.k @ u)
+        a = self.inertial(pull(0) + self.drag_at(v) - self.c @ v - self.k @ u)
         looks = np.array([self.at(place, case.axis) for place in case.places])
         seen = np.zeros((count, len(looks)))
         for step in range(count):
             seen[step] = looks @ (v if case.units == "m/s" else u)
             right = pull(step + 1) + self.m @ (4 / h**2 * (u + h * v) + a) + self.c @ (2 / h * u + v)
             right += g / gone * (self.k @ (u - keep * z))
-            if d.drag and case.medium == "air":  # at the predicted velocity
-                speed = (v + h * a)[2::3]
-                right[2::3] -= d.drag * self.area * np.abs(speed) * speed
+            right += self.drag_at(v + h * a)  # at the predicted velocity
             new = factor.solve(right)
             z = (keep * z + new - u) / gone
             a, v, u = 4 / h**2 * (new - u - h * v) - a, 2 / h * (new - u) - v, new
