@@ -76,15 +76,7 @@ contains
     end associate
     call runner%case%tell(runner%facts)
     call runner%case%judge(data%refined, world, runner%facts)
-    do i = 1, N_REFINEMENTS
-      if (is_named(i) .and. runner%facts%unrefined(i) /= '') call config%complain(errors, 'Flight', 'refine', &
-        'names '//refinement_name(i)//', but the case cannot be flown so: '//trim(runner%facts%unrefined(i)))
-      if (data%refined(i) .and. any(i == [REFINE_BOX, REFINE_BEATS]) .and. .not. is_named(i) .and. &
-          runner%facts%unrefined(i) /= '') &
-        call notices%add('[Flight] refine leaves out '//refinement_name(i)//': '//trim(runner%facts%unrefined(i))// &
-                         '. Change the case, or allow for this error by [Flight] model_sd')
-      data%refined(i) = data%refined(i) .and. runner%facts%unrefined(i) == ''
-    end do
+    call drop_refinements(config, runner%facts, is_named, data%refined, errors, notices)
     call check_records(measurement, runner, errors)
     call take_kinematic_errors(measurement, runner%facts%prior_sd, errors)
     data%has_records = .true.
@@ -116,6 +108,28 @@ contains
     call config%complain(errors, 'Flight', 'refine', 'there is no refinement '//quoted(unknown)//suggestion%hint()//'; valid: '// &
                          valid)
   end subroutine take_refinements
+
+  !> Leaves out the refinements that the case does not permit. Adds a mistake for one that the user names, and a remark for one
+  !> that changes forces much.
+  subroutine drop_refinements(config, facts, is_named, refined, errors, notices)
+    type(config_t), intent(in) :: config
+    type(flight_facts_t), intent(in) :: facts
+    logical, intent(in) :: is_named(N_REFINEMENTS)
+    logical, intent(inout) :: refined(N_REFINEMENTS)
+    type(message_list_t), intent(inout) :: errors, notices
+    integer :: i
+    do i = 1, N_REFINEMENTS
+      if (.not. refined(i) .or. facts%unrefined(i) == '') cycle
+      refined(i) = .false.
+      if (is_named(i)) then
+        call config%complain(errors, 'Flight', 'refine', 'names '//refinement_name(i)//', but the case cannot be flown so: '// &
+                             trim(facts%unrefined(i)))
+      else if (any(i == [REFINE_BOX, REFINE_BEATS])) then
+        call notices%add('[Flight] refine leaves out '//refinement_name(i)//': '//trim(facts%unrefined(i))// &
+                         '. Change the case, or allow for this error by [Flight] model_sd')
+      end if
+    end do
+  end subroutine drop_refinements
 
   !> Adds a mistake for every name in `effects` that is not an effect of a flight.
   subroutine check_effects(config, effects, errors)
