@@ -278,8 +278,8 @@ def test_stated(case):
 
 
 def test_surroundings(case):
-    """A wall that the simulation leaves out, at the distance that the input states. What the case cannot show is said, and a refinement
-    that it cannot have is a mistake."""
+    """The data have a wall, at the distance that the input states, and the simulation has none. The program says what the case cannot
+    show, and refuses a refinement that the case does not permit and a wall in the way of the wings."""
     few = "effects = wing_area, wall, body, balance_gain\nwall_distance = 0.02\nrounds = 1\n"
     wall = f"[Penalization]\niChannel = xy\npos_wall = {BOX / 2 - 2.0}\nthick_wall = 0.5\n"
     write_data(case.folder / "data.h5", flown(12, wall), 9)
@@ -290,6 +290,9 @@ def test_surroundings(case):
     check(lower <= 1 <= upper, f"a wall as stated: {lower} {best} {upper}")
     reasons = {one["name"]: one["missing"] for one in found["effects"]}
     check("needs 16 points in a chord" in reasons["wing_area"] and "three-dimensional" in reasons["body"], f"{reasons}")
+    _, found, _ = diagnose(case, "data.h5", "near", few.replace("0.02", "0.004"))
+    reasons = {one["name"]: one["missing"] for one in found["effects"]}
+    check("in the way of the wings: state a larger [Flight] wall_distance" in reasons["wall"], f"{reasons}")
     code, _, text = diagnose(case, "data.h5", "wrong", few + "refine = thickness\n")
     check(code == 2 and "names thickness, but the case cannot be flown so: needs wings in the mask" in text, text)
 

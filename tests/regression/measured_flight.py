@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""msm_diagnose of measured forces on a hovering wing against a plane flow (bench/flights/diagnose): what it gets wrong has no name
-in the catalogue, and none is given.
+"""msm_diagnose compares measured forces on a hovering wing with a plane flow (bench/flights/diagnose). The catalogue has no cause for
+the difference, so that the program must name none.
 
 usage: measured_flight.py <msm_diagnose>     exit code 77 where the measured curves are not
 

@@ -238,7 +238,7 @@ contains
 
   !> Flies to `t_end`. Returns errors of powers and energies, in parts of the work of the wing on the flow: work that the flow
   !> receives at its velocities after the steps; kinetic energy that it gains by the forces; imbalance of the wing's own energy;
-  !> imbalance of wing and flow together, that is, what the hinge gives and neither of them has.
+  !> imbalance of wing and flow together: the energy that the hinge gives and that neither of them receives.
   subroutine fly_with_energies(f, t_end, errors)
     type(flight_t), intent(inout) :: f
     real(rp), intent(in) :: t_end

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads and draws what the flow does on the dorsal and on the ventral side of a wing: pressure and viscous traction, which a run with
-iSaveWingSides writes beside the points of its wings."""
+"""Reads and draws the pressure and the viscous traction on the dorsal and on the ventral side of a wing. A run with iSaveWingSides = 1
+writes both to the files of its wings."""
 from __future__ import annotations
 
 import sys

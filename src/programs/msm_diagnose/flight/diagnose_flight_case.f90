@@ -9,7 +9,7 @@ module diagnose_flight_case
   use base_kinds, only: rp
   use base_text, only: number_text
   use diagnose_flight_omitted, only: omission_fault, omitted_t, omitted_text, why_not_added, JUDGED
-  use diagnose_flight_refined, only: flown_beats, refined_text, why_unrefined
+  use diagnose_flight_refined, only: flown_beats, refined_text, three, why_unrefined
   use diagnosis_flight_refinements, only: N_REFINEMENTS
   use diagnosis_flight_runner, only: flight_facts_t, flight_request_t, N_PHASES
   use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_DEVIATION_COS, FLOW_DEVIATION_SIN, FLOW_LEAD, &
@@ -296,13 +296,6 @@ contains
                                   number_text(given(2) + c(2))//NL
     end associate
   end function kinematics_text
-
-  !> Returns three numbers, separated by blanks.
-  function three(x) result(text)
-    real(rp), intent(in) :: x(3)
-    character(:), allocatable :: text
-    text = number_text(x(1))//' '//number_text(x(2))//' '//number_text(x(3))
-  end function three
 
   !> Returns lines KEY = VALUE.
   function numbers(keys, values) result(text)

@@ -12,7 +12,7 @@ module diagnose_flight_refined
   use simulation_settings, only: settings_t
   implicit none
   private
-  public :: flown_beats, refined_text, why_unrefined
+  public :: flown_beats, refined_text, three, why_unrefined
 
   real(rp), parameter :: FINER = 1.5_rp     !< points in a length, or steps in a time
   real(rp), parameter :: THINNER = 0.7_rp   !< of the thickness of the wings

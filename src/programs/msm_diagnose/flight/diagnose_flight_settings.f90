@@ -233,7 +233,7 @@ contains
       number_text(count(missing))//' are still to be simulated, '//number_text(n_groups)//' at a time on '// &
       number_text(ranks)//' ranks each'
     if (any(data%refined)) write (unit, '(a)') '          the case once, and with a smaller numerical error of each of these '// &
-      'kinds (cost in flights of the case): '//cost_text(data)
+      'kinds (cost in flights of the case): '//list_text(data%refined, data%facts%cost)
     write (unit, '(a)') '          about '//number_text(nint(data%facts%steps))//' steps each, '// &
       time_text(seconds_of(data%facts, pack(requests%refinement, missing), n_groups)/ranks)//' for all, very roughly'
     if (most_rounds == 0 .or. size(requests) == 1 + count(data%refined)) return
@@ -275,18 +275,19 @@ contains
     seconds = maxval(busy)
   end function seconds_of
 
-  !> Returns the refinements with what they cost.
-  function cost_text(data) result(text)
-    type(flight_data_t), intent(in) :: data
+  !> Returns the names of the wanted refinements, each with its value in one decimal.
+  function list_text(wanted, values) result(text)
+    logical, intent(in) :: wanted(N_REFINEMENTS)
+    real(rp), intent(in) :: values(N_REFINEMENTS)
     character(:), allocatable :: text
     integer :: k
     text = ''
     do k = 1, N_REFINEMENTS
-      if (.not. data%refined(k)) cycle
+      if (.not. wanted(k)) cycle
       if (text /= '') text = text//', '
-      text = text//refinement_name(k)//' '//number_text(nint(10*data%facts%cost(k))/10.0_rp)
+      text = text//refinement_name(k)//' '//number_text(nint(10*values(k))/10.0_rp)
     end do
-  end function cost_text
+  end function list_text
 
   !> Returns a duration, rounded up, in seconds, minutes or hours.
   function time_text(seconds) result(text)
@@ -331,21 +332,10 @@ contains
     end do
     call exclude_unflown(catalogue, data%facts, data%response%reason)
     data%is_ready = .true.
-    if (world%is_root .and. any(data%refined)) write (output_unit, '(a)') 'numerics  change forces, in % of their rms: '// &
-      size_text(data)
+    if (.not. world%is_root .or. .not. any(data%refined)) return
+    ! The largest root mean square over the beat, in percent of that of the component. Components below a hundredth of the largest
+    ! force, or torque, do not count.
+    write (output_unit, '(a)') 'numerics  change forces, in % of their rms: '// &
+      list_text(data%refined, [(100*data%response%relative_size(j), j=1, N_REFINEMENTS)])
   end subroutine fly_all
-
-  !> Returns for each refinement by how much it changes the components that were simulated: the largest root mean square over the
-  !> beat, in percent of that of the component. Components below a hundredth of the largest force, or torque, do not count.
-  function size_text(data) result(text)
-    type(flight_data_t), intent(in) :: data
-    character(:), allocatable :: text
-    integer :: k
-    text = ''
-    do k = 1, N_REFINEMENTS
-      if (.not. data%refined(k)) cycle
-      if (text /= '') text = text//', '
-      text = text//refinement_name(k)//' '//number_text(nint(1000*data%response%relative_size(k))/10.0_rp)
-    end do
-  end function size_text
 end module diagnose_flight_settings
