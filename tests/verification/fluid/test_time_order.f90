@@ -14,10 +14,10 @@ program test_time_order
   type(testkit_t) :: test
 
   call test%start(parallel=.true.)
-  call order_of('AB2', 1.0_rp/80, 2, '')
-  call order_of('AB2', 1.0_rp/400, 2, '[Penalization]'//NL//'iPenalization=1'//NL//'iMask=sphere'//NL//'eps=0.05'//NL)
-  call order_of('RK4', 1.0_rp/8, 4, '')
-  call order_of('RK2', 1.0_rp/400, 2, '[Penalization]'//NL//'iPenalization=1'//NL//'iMask=sphere'//NL//'eps=0.05'//NL)
+  call order_of('AB2', 1.0_rp, 1.0_rp/80, 2, '')
+  call order_of('AB2', 0.25_rp, 1.0_rp/400, 2, '[Penalization]'//NL//'iPenalization=1'//NL//'iMask=sphere'//NL//'eps=0.05'//NL)
+  call order_of('RK4', 1.0_rp, 1.0_rp/8, 4, '')
+  call order_of('RK2', 0.25_rp, 1.0_rp/400, 2, '[Penalization]'//NL//'iPenalization=1'//NL//'iMask=sphere'//NL//'eps=0.05'//NL)
   call exact_order('AB2', 1.0_rp/20, 2)
   call exact_order('RK2', 1.0_rp/20, 2)
   call exact_order('RK4', 1.0_rp/10, 4)
@@ -26,19 +26,20 @@ program test_time_order
 
 contains
 
-  subroutine order_of(scheme, dt, order, solids)
+  subroutine order_of(scheme, end_time, dt, order, solids)
     character(*), intent(in) :: scheme, solids
-    real(rp), intent(in) :: dt
+    real(rp), intent(in) :: end_time, dt
     integer, intent(in) :: order
     complex(rp), allocatable :: coarse(:, :, :)
     real(rp) :: h(0:3), errors(0:3), distance(1)
     type(fluid_t) :: fluid
-    character(24) :: number
+    character(24) :: number, last
     integer :: level
+    write (last, '(es24.16)') end_time
     do level = 0, 3
       write (number, '(es24.16)') dt/2**level
-call make_fluid(test%world, box_3d(16, TWO_PI)//'Size=2.0'//NL//'[InitialCondition]'//NL//'inicond=taylor_green'//NL// &
-                      '[ReynoldsNumber]'//NL//'nu=0.02'//NL//'[Time]'//NL//'Tmax=1.0'//NL//'dt_fixed='//number//NL// &
+      call make_fluid(test%world, box_3d(16, TWO_PI)//'Size=2.0'//NL//'[InitialCondition]'//NL//'inicond=taylor_green'//NL// &
+                      '[ReynoldsNumber]'//NL//'nu=0.02'//NL//'[Time]'//NL//'Tmax='//last//NL//'dt_fixed='//number//NL// &
                       'iTimeMethodFluid='//scheme//NL//'[MeanFlow]'//NL//'ux=0'//NL//solids, fluid)
       call run_to_end(fluid)
       if (level > 0) then
