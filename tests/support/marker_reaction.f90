@@ -10,7 +10,6 @@ module marker_reaction
   use solid_motion, only: frame_t, inertial_velocity
   use solid_reaction, only: reaction_t
   use solid_vectors, only: IDENTITY, outer
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none
   private
   public :: marker_reaction_t, place_markers, exponential_kernel, layer_kernel
@@ -24,12 +23,10 @@ module marker_reaction
     real(rp), allocatable :: around(:)     !< (3 m) [m/s] s
     real(rp), allocatable :: blocks(:, :, :) !< (3, 3, n_all) [kg/s]
     integer :: calls = 0                   !< products with M^-1
-    real(rp) :: on_points(3) = 0           !< [N] mean over the step of the sum of the forces, of the parts that have ended
-    integer :: longest = 1                 !< parts: the force of a longer part than the step over this is no number
+    integer :: ended = 0                   !< parts of steps that have ended
     real(rp), private, allocatable :: velocity(:), impulse(:)
     real(rp), private, allocatable :: begun(:), flow(:) !< (3 m) [m/s] velocities of markers when the step begins; flow of the part
-    real(rp), private :: total(3) = 0      !< [N] sum of the last forces
-    integer, private :: parts = 1, done = 0
+    integer, private :: parts = 1
   contains
     procedure :: begin_part => marker_begin_part
     procedure :: end_part => marker_end_part
@@ -109,6 +106,7 @@ contains
       end associate
     end do
     self%calls = 0
+    self%ended = 0
   end subroutine marker_init
 
   !> Whether a symmetric matrix is positive definite.
@@ -128,7 +126,6 @@ contains
     self%around = velocities(self, frame, u, v)
     self%flow = self%around
     self%parts = 1
-    self%done = 0
   end subroutine marker_begin_step
 
   !> Velocities of the markers in space.
@@ -156,7 +153,6 @@ contains
     real(rp), intent(in) :: u(:, :), v(:, :)
     integer, intent(in) :: parts, done
     self%parts = parts
-    self%done = done
     self%flow = self%around
     if (parts == 1) return
     self%flow = velocities(self, frame, u, v)
@@ -164,10 +160,10 @@ contains
     self%flow = self%flow + (self%around - self%begun)/parts
   end subroutine marker_begin_part
 
+  !> Counts the part.
   subroutine marker_end_part(self)
     class(marker_reaction_t), intent(inout) :: self
-    if (self%done == 0) self%on_points = 0
-    self%on_points = self%on_points + self%total/self%parts
+    self%ended = self%ended + 1
   end subroutine marker_end_part
 
   !> The forces [N].
@@ -179,8 +175,6 @@ contains
     self%velocity = self%flow - velocities(self, frame, u, v)
     f = 0
     call spread_answer(self, f)
-    self%total = sum(f, 2)
-    if (self%parts < self%longest) f = ieee_value(f, ieee_quiet_nan)
   end subroutine marker_force
 
   !> y = y + W^T M^-1 W x/dt.

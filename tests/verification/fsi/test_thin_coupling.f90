@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A flexible wing without thickness in the flow: without density it is the wing alone, very stiff it is the rigid one,
-!> light it flies; what it loses the flow receives; both couplings agree; the errors of motion and power fall with the step; its
-!> place on the grid hardly matters.
+!> light it flies; what it loses the flow receives; both couplings agree; the errors of motion and power fall with the step, and
+!> parts of steps hardly change the motion; its place on the grid hardly matters.
 program test_thin_coupling
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -22,6 +22,7 @@ program test_thin_coupling
   call light()
   call balance()
   call steps()
+  call parts()
   call translation()
   call t%finish()
 
@@ -235,6 +236,38 @@ contains
     call t%check_below('so does the balance of the wing', abs(errors(3, 3)), 0.6_rp*abs(errors(3, 2)))
     call t%check_below('and what the hinge gives is in wing and flow', abs(errors(4, 3)), 0.75_rp*abs(errors(4, 2)))
   end subroutine steps
+
+  !> Newton's method that may take few iterations makes most steps in parts. The wing then feels what the flow receives, so that
+  !> the motion is nearly that of whole steps, closer than the one with half the step.
+  subroutine parts()
+    real(rp), parameter :: T_END = 0.1_rp
+    integer, parameter :: FEW = 3
+    type(flight_t), allocatable :: f
+    real(rp), allocatable :: u(:, :, :)
+    real(rp) :: changed(2)
+    integer :: i, n, pieces
+    do i = 1, 3
+      allocate (f)
+      if (i == 2) f%params%options%iterations = FEW
+      if (i == 3) f%dt = 0.5_rp*f%dt
+      call prepare(f)
+      pieces = 0
+      do n = 1, nint(T_END/f%dt)
+        call f%step(n*f%dt)
+        pieces = pieces + t%world%max_integer(f%coupler%wings(1)%report%substeps)
+      end do
+      call t%check('the flight succeeds',.not. f%failure%failed)
+      print '(a,2i5)', 'steps, and parts', n - 1, pieces
+      if (i == 2) call t%check('steps are made in parts', pieces >= 2*nint(T_END/f%dt))
+      if (.not. allocated(u)) allocate (u(3, size(f%coupler%states(1)%u, 2), 3))
+      u(:, :, i) = f%coupler%states(1)%u
+      call f%free()
+      deallocate (f)
+    end do
+    changed = [norm2(u(:, :, 2) - u(:, :, 1)), norm2(u(:, :, 3) - u(:, :, 1))]/norm2(u(:, :, 1))
+    print '(a,2es10.2)', 'parts, and half the step, change the motion by', changed
+    call t%check_below('parts change the motion by less than half the step does', changed(1), 0.5_rp*changed(2))
+  end subroutine parts
 
   !> Flies to `t_end`. Returns errors of powers and energies, in parts of the work of the wing on the flow: work that the flow
   !> receives at its velocities after the steps; kinetic energy that it gains by the forces; imbalance of the wing's own energy;
