@@ -230,11 +230,11 @@ def test_power(case):
 
 def test_flexible_gap(case):
     """Flexible wings that come closer than a grid spacing stop the run, which says what to do. It foresees this of unbent wings."""
-    run = case.sub("apart")
-    fly(run, 2, Insects={"x_pivot_l": "0.0 0.07 0.0", "x_pivot_r": "0.0 -0.07 0.0"}, Time={"nt": 2})
-    case.write("run.ini", merged(BENT, {"Insects": {"x_pivot_l": "0.0 0.06 0.0", "x_pivot_r": "0.0 -0.06 0.0"}}))
+    fly(case.sub("apart"), 2, Insects={"x_pivot_l": "0.0 0.08 0.0", "x_pivot_r": "0.0 -0.08 0.0"}, Time={"nt": 2})
+    case.write("run.ini", merged(BENT, {"Insects": {"x_pivot_l": "0.0 0.05 0.0", "x_pivot_r": "0.0 -0.05 0.0"}}))
     done = case.run("run.ini", ranks=2, code=EXIT_NUMERICAL)
-    reason = "too close to the right wing: 0.12 L are between them, and the flow cannot enter a gap below a grid spacing, 0.125 L"
+    reason = ("too close to the right wing: 0.08472 L are between them, and the flow cannot enter a gap below a grid "
+              "spacing, 0.125 L")
     check(f"the left wing comes {reason}: set a larger distance" in done.err, f"the reason and what to do are told:\n{done.err}")
     check(f"the left wing, if it does not bend, comes {reason}" in done.out + done.err, "foreseen, too")
 
