@@ -26,8 +26,8 @@ module solid_reaction
 
   abstract interface
     !> Begins one of `parts` equal parts of the step, of which `done` are over; parts = 1, done = 0 is the step in one piece. At the
-    !> beginning of this part the wing has the displacements u [m] and the velocities v [m/s] in `frame`. A part may begin again
-    !> with twice as many parts, and, after all parts, the step in one piece.
+    !> beginning of this part the wing has the displacements u [m] and the velocities v [m/s] in `frame`. A part that fails
+    !> begins again with `parts` and `done` doubled.
     subroutine reaction_begin_part(self, frame, u, v, parts, done)
       import :: reaction_t, frame_t, rp
       class(reaction_t), intent(inout) :: self
