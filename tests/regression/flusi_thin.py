@@ -12,7 +12,7 @@ import subprocess
 
 from flusi_flexible import FLIGHT, SIDED, table
 from flusi_wing import BEAT, LAST_DIGIT, ROUND_OFF, SERIES, WING, make, restarted, steps
-from whole_program import EXIT_USER, check, close, main, merged, same_checkpoints
+from whole_program import EXIT_NUMERICAL, EXIT_USER, check, close, main, merged, same_checkpoints
 
 THIN = merged(WING, {"Insects": {"surface": "thin", "slip_interval": 1}, "Time": {"CFL": 0.4}})
 
@@ -226,6 +226,17 @@ def test_power(case):
         check(abs(known - row[7]) < 1e-7 * size, f"slip.t has the loss of forces.t at t = {row[0]}: {row[7]}, {known}")
     worst = max(abs(a - b) for a, b in zip(lost, received))
     check(worst < 0.1 * size, f"in every step: {worst} of {size}")
+
+
+def test_flexible_gap(case):
+    """Flexible wings that come closer than a grid spacing stop the run, which says what to do. It foresees this of unbent wings."""
+    fly(case.sub("apart"), 2, Insects={"x_pivot_l": "0.0 0.08 0.0", "x_pivot_r": "0.0 -0.08 0.0"}, Time={"nt": 2})
+    case.write("run.ini", merged(BENT, {"Insects": {"x_pivot_l": "0.0 0.05 0.0", "x_pivot_r": "0.0 -0.05 0.0"}}))
+    done = case.run("run.ini", ranks=2, code=EXIT_NUMERICAL)
+    reason = ("too close to the right wing: 0.08472 L are between them, and the flow cannot enter a gap below a grid "
+              "spacing, 0.125 L")
+    check(f"the left wing comes {reason}: set a larger distance" in done.err, f"the reason and what to do are told:\n{done.err}")
+    check(f"the left wing, if it does not bend, comes {reason}" in done.out + done.err, "foreseen, too")
 
 
 def test_flexible_keys(case):

@@ -23,8 +23,13 @@ module marker_reaction
     real(rp), allocatable :: around(:)     !< (3 m) [m/s] s
     real(rp), allocatable :: blocks(:, :, :) !< (3, 3, n_all) [kg/s]
     integer :: calls = 0                   !< products with M^-1
+    integer :: ended = 0                   !< parts of steps that have ended
     real(rp), private, allocatable :: velocity(:), impulse(:)
+    real(rp), private, allocatable :: begun(:), flow(:) !< (3 m) [m/s] velocities of markers when the step begins; flow of the part
+    integer, private :: parts = 1
   contains
+    procedure :: begin_part => marker_begin_part
+    procedure :: end_part => marker_end_part
     procedure :: init => marker_init
     procedure :: begin_step => marker_begin_step
     procedure :: force => marker_force
@@ -67,6 +72,7 @@ contains
     real(rp) :: x(3, model%n_all), y(3, model%n_all)
     integer :: n, info, j, p
     n = size(m, 1)
+    self%parts = 1
     self%nodes = nodes
     self%weights = weights
     self%points = model%points
@@ -80,6 +86,8 @@ contains
     end do
     self%answer = self%answer/dt
     self%around = spread(0.0_rp, 1, n)
+    self%begun = self%around
+    self%flow = self%around
     self%velocity = self%around
     self%impulse = self%around
     if (allocated(self%blocks)) deallocate (self%blocks)
@@ -98,6 +106,7 @@ contains
       end associate
     end do
     self%calls = 0
+    self%ended = 0
   end subroutine marker_init
 
   !> Whether a symmetric matrix is positive definite.
@@ -114,16 +123,48 @@ contains
     class(marker_reaction_t), intent(inout) :: self
     type(frame_t), intent(in) :: frame
     real(rp), intent(in) :: u(:, :), v(:, :)
+    self%around = velocities(self, frame, u, v)
+    self%flow = self%around
+    self%parts = 1
+  end subroutine marker_begin_step
+
+  !> Velocities of the markers in space.
+  pure function velocities(self, frame, u, v) result(w)
+    type(marker_reaction_t), intent(in) :: self
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: u(:, :), v(:, :)
+    real(rp) :: w(3*size(self%nodes, 2))
     integer :: k, i
-    self%around = 0
+    w = 0
     do k = 1, size(self%nodes, 2)
       do i = 1, 3
-        associate (p => self%nodes(i, k), s => self%around(3*k - 2:3*k))
+        associate (p => self%nodes(i, k), s => w(3*k - 2:3*k))
           s = s + self%weights(i, k)*inertial_velocity(frame, self%points(:, p) + u(:, p), v(:, p))
         end associate
       end do
     end do
-  end subroutine marker_begin_step
+  end function velocities
+
+  !> What surrounds the wing goes evenly from the markers' velocities when the step begins to `around`, and has the impulses of the
+  !> parts before.
+  subroutine marker_begin_part(self, frame, u, v, parts, done)
+    class(marker_reaction_t), intent(inout) :: self
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: u(:, :), v(:, :)
+    integer, intent(in) :: parts, done
+    self%parts = parts
+    self%flow = self%around
+    if (parts == 1) return
+    self%flow = velocities(self, frame, u, v)
+    if (done == 0) self%begun = self%flow
+    self%flow = self%flow + (self%around - self%begun)/parts
+  end subroutine marker_begin_part
+
+  !> Counts the part.
+  subroutine marker_end_part(self)
+    class(marker_reaction_t), intent(inout) :: self
+    self%ended = self%ended + 1
+  end subroutine marker_end_part
 
   !> The forces [N].
   subroutine marker_force(self, frame, u, v, f)
@@ -131,15 +172,7 @@ contains
     type(frame_t), intent(in) :: frame
     real(rp), intent(in) :: u(:, :), v(:, :)
     real(rp), intent(inout) :: f(:, :)
-    integer :: k, i
-    self%velocity = self%around
-    do k = 1, size(self%nodes, 2)
-      do i = 1, 3
-        associate (p => self%nodes(i, k), w => self%velocity(3*k - 2:3*k))
-          w = w - self%weights(i, k)*inertial_velocity(frame, self%points(:, p) + u(:, p), v(:, p))
-        end associate
-      end do
-    end do
+    self%velocity = self%flow - velocities(self, frame, u, v)
     f = 0
     call spread_answer(self, f)
   end subroutine marker_force
@@ -165,6 +198,7 @@ contains
     integer :: k, i
     call dsymv('L', size(self%velocity), 1.0_rp, self%answer, size(self%velocity), self%velocity, 1, 0.0_rp, &
                self%impulse, 1)
+    self%impulse = self%parts*self%impulse
     do k = 1, size(self%nodes, 2)
       do i = 1, 3
         y(:, self%nodes(i, k)) = y(:, self%nodes(i, k)) + self%weights(i, k)*self%impulse(3*k - 2:3*k)
@@ -177,7 +211,7 @@ contains
   subroutine marker_block_diagonal(self, d)
     class(marker_reaction_t), intent(inout) :: self
     real(rp), intent(inout) :: d(:, :, :)
-    d = self%blocks
+    d = self%parts*self%blocks
   end subroutine marker_block_diagonal
 
   !> n places far from each other in the triangles of a wing: each next one in the triangle whose centroid is farthest

@@ -187,6 +187,7 @@ contains
     associate (wing => thin%wings(i))
       if (.not. wing%is_owner) return
       call wing%reaction%force(solver%motion%at(state%time), state%u, state%v, force)
+      call wing%reaction%end_part()
       call wing%end_solutions()
     end associate
   end subroutine hold_wing

@@ -23,7 +23,7 @@ module fsi_flight_faults
 contains
 
   !> Fails if a wing leaves the box. Also fails if two wings, or a wing and a periodic image of a wing, are closer to each other
-  !> than their thickness in the mask, because the mask cannot separate such wings. No rank waits for another.
+  !> than `least_gap`. No rank waits for another.
   subroutine check_flight(wings, grid, failure)
     type(flapping_wings_t), intent(in) :: wings
     type(grid_t), intent(in) :: grid
@@ -37,10 +37,28 @@ contains
                          ' wing leaves the box'//direction(wings%surfaces(i), grid, axis))
       return
     end do
-    gap = smallest_gap(wings%surfaces, 2*wings%params%half_thickness, periods(grid))
-    if (gap%first > 0) call failure%raise('at t = '//rounded(wings%time)//' the '// &
-                                          contact(gap, wings%params, ' wing touches '))
+    gap = smallest_gap(wings%surfaces, least_gap(wings%params, grid, allocated(wings%deformation)), periods(grid))
+    if (gap%first == 0) return
+    if (wings%params%thin%is_thin) then
+      call failure%raise('at t = '//rounded(wings%time)//' the '//contact(gap, wings%params, grid, ' wing comes too close to ')// &
+                         ': set a larger distance between them ([Insects] x_pivot_l, x_pivot_r, or the motion), a finer grid '// &
+                         'or stiffer wings ([Wing])')
+    else
+      call failure%raise('at t = '//rounded(wings%time)//' the '//contact(gap, wings%params, grid, ' wing touches '))
+    end if
   end subroutine check_flight
+
+  !> Returns the smallest distance [L] between wings that the flow can represent: for wings in the mask their thickness, because
+  !> the mask cannot separate closer ones; for flexible wings without thickness a grid spacing, because the flow cannot enter a
+  !> smaller gap. It is 0 for rigid wings without thickness, whose forces show in each step whether they are too close
+  !> (fsi_thin_wings).
+  pure real(rp) function least_gap(flight, grid, flexible)
+    type(flight_params_t), intent(in) :: flight
+    type(grid_t), intent(in) :: grid
+    logical, intent(in) :: flexible
+    least_gap = 2*flight%half_thickness
+    if (flight%thin%is_thin) least_gap = merge(grid%max_spacing(), 0.0_rp, flexible)
+  end function least_gap
 
   !> Finds faults of a flight before it begins. It moves the wings, without bending them, over the ramp and the first beat until
   !> `t_end` [T], and checks whether they leave the box, whether they touch, and whether they are thinner than the mask resolves. It
@@ -77,10 +95,12 @@ contains
         call tell_leaving(i)
       end do
       if (have_touched) cycle
-      gap = smallest_gap(surfaces, 2*flight%half_thickness, periods(grid))
+      gap = smallest_gap(surfaces, least_gap(flight, grid, flexible), periods(grid))
       have_touched = gap%first > 0
       if (have_touched) call notices%add('at t = '//rounded(time)//' the '// &
-                                         contact(gap, flight, ' wing, if it does not bend, touches '))
+                                         contact(gap, flight, grid, ' wing, if it does not bend, '// &
+                                                 trim(merge('comes too close to ', 'touches            ', &
+                                                            flight%thin%is_thin))//' '))
     end do
 
   contains
@@ -158,15 +178,20 @@ contains
   end function periods
 
   !> Returns which wings do what `verb` says, and their distance.
-  function contact(gap, flight, verb) result(text)
+  function contact(gap, flight, grid, verb) result(text)
     type(gap_t), intent(in) :: gap
     type(flight_params_t), intent(in) :: flight
+    type(grid_t), intent(in) :: grid
     character(*), intent(in) :: verb
     character(:), allocatable :: text
     text = trim(flight%wings(gap%first)%side)//verb//'the '//trim(flight%wings(gap%second)%side)//' wing'
     if (gap%is_image) text = text//' beyond a periodic boundary of the box'
-    text = text//': '//rounded(gap%distance)//' L are between them, and the wings are '// &
-           rounded(2*flight%half_thickness)//' L thick'
+    text = text//': '//rounded(gap%distance)//' L are between them, and '
+    if (flight%thin%is_thin) then
+      text = text//'the flow cannot enter a gap below a grid spacing, '//rounded(grid%max_spacing())//' L'
+    else
+      text = text//'the wings are '//rounded(2*flight%half_thickness)//' L thick'
+    end if
   end function contact
 
   !> Returns a number with four digits as text.

@@ -11,6 +11,14 @@
 !> The last expression is the added mass divided by dt, plus a friction. The time step of the wing solves for v and F together
 !> (solid_reaction), so that light wings are as stable as heavy ones (Goza & Colonius 2017, DOI 10.1016/j.jcp.2017.02.027).
 !>
+!> If the wing makes the step in parts h, the flow at the markers goes from their velocities w at the beginning of the step to s
+!> evenly in time, and has the impulses of the parts before:
+!>
+!>     h M F_k = W v_k - (w + (s - w) t_k/dt) - sum over j < k of h_j M F_j = W v_k - W v_(k-1) - (s - w) h/dt.
+!>
+!> The sum over all parts is dt M F of one piece, with v of the end: the flow receives the impulses that the wing feels, and then
+!> follows the wing. If s were the flow of all parts, the first would have to take up all that the flow did by itself.
+!>
 !> Mechanics in SI units, flow in L, T and rho; all components along the axes of the wing file.
 module fsi_flow_reaction
   use base_kinds, only: rp
@@ -26,11 +34,16 @@ module fsi_flow_reaction
   !> The reaction on one wing. `init` allocates; nothing else does.
   type, extends(reaction_t) :: flow_reaction_t
     type(marker_response_t) :: response
-    real(rp), allocatable :: on_flow(:, :)            !< (3, n) F of the last call of `force`, rho L^4/T^2
+    real(rp), allocatable :: on_flow(:, :)            !< (3, n) mean F of the step, of the parts that have ended, rho L^4/T^2
     type(markers_t), private :: markers
-    real(rp), private :: speed = 1, newton = 1, dt = 1 !< [m/s] of L/T, [N] of rho L^4/T^2, [T] of the step
+    real(rp), private :: speed = 1, newton = 1        !< [m/s] of L/T, [N] of rho L^4/T^2
+    real(rp), private :: dt = 1, h = 1                !< [T] of the step and of its present part
+    integer, private :: parts = 1, done = 0           !< into which the step is divided at present, and how many are over
     real(rp), allocatable, private :: points(:, :)    !< (3, n_all) [m] unloaded
     real(rp), allocatable, private :: flow(:, :)      !< (3, n) s, L/T
+    real(rp), allocatable, private :: begun(:, :)     !< (3, n) w, L/T
+    real(rp), allocatable, private :: around(:, :)    !< (3, n) the flow without the forces of the present part, L/T
+    real(rp), allocatable, private :: exerted(:, :)   !< (3, n) F of the last call of `force`
     real(rp), allocatable, private :: velocity(:, :), work(:, :) !< (3, n)
     real(rp), allocatable, private :: moved(:, :)     !< (3, n_all)
     real(rp), allocatable, private :: blocks(:, :, :) !< (3, 3, n_all) approximation of W^T M^-1 W, rho L^3
@@ -38,6 +51,8 @@ module fsi_flow_reaction
     procedure :: init => reaction_init
     procedure :: update_response => reaction_update_response
     procedure :: begin => reaction_begin
+    procedure :: begin_part => reaction_begin_part
+    procedure :: end_part => reaction_end_part
     procedure :: force => reaction_force
     procedure :: tangent => reaction_tangent
     procedure :: block_diagonal => reaction_block_diagonal
@@ -56,8 +71,8 @@ contains
     self%points = points
     self%speed = units%length/units%time
     self%newton = units%mass*units%length/units%time**2
-    allocate (self%on_flow(3, markers%n), self%flow(3, markers%n), self%velocity(3, markers%n), &
-              self%work(3, markers%n), source=0.0_rp)
+    allocate (self%on_flow(3, markers%n), self%flow(3, markers%n), self%begun(3, markers%n), self%around(3, markers%n), &
+              self%exerted(3, markers%n), self%velocity(3, markers%n), self%work(3, markers%n), source=0.0_rp)
     allocate (self%moved(3, size(points, 2)), self%blocks(3, 3, size(points, 2)), source=0.0_rp)
   end subroutine reaction_init
 
@@ -104,29 +119,67 @@ contains
     end do
   end function diagonal
 
-  !> Begins a time step dt [T], at whose end the flow without the wing has the velocities flow(3, n) [L/T] at the markers.
+  !> Begins a time step dt [T] in one piece, at whose end the flow without the wing has the velocities flow(3, n) [L/T] at the
+  !> markers.
   subroutine reaction_begin(self, flow, dt)
     class(flow_reaction_t), intent(inout) :: self
     real(rp), intent(in) :: flow(:, :), dt
     self%flow = flow
+    self%around = flow
     self%dt = dt
+    self%h = dt
+    self%parts = 1
+    self%done = 0
   end subroutine reaction_begin
 
-  !> Sets f(3, n_all) [N] to the force of the flow, and `on_flow` to its opposite at the markers; see reaction_t.
-  subroutine reaction_force(self, frame, u, v, f)
+  !> Begins a part of the step; see reaction_t.
+  subroutine reaction_begin_part(self, frame, u, v, parts, done)
     class(flow_reaction_t), intent(inout) :: self
     type(frame_t), intent(in) :: frame
     real(rp), intent(in) :: u(:, :), v(:, :)
-    real(rp), intent(inout) :: f(:, :)
+    integer, intent(in) :: parts, done
+    self%parts = parts
+    self%done = done
+    self%h = self%dt/parts
+    if (parts == 1) then
+      self%around = self%flow
+      return
+    end if
+    call find_velocities(self, frame, u, v)
+    if (done == 0) self%begun = self%velocity
+    self%around = self%velocity + (self%flow - self%begun)/parts
+  end subroutine reaction_begin_part
+
+  !> Ends a part: adds its impulse to that of the step; see reaction_t.
+  subroutine reaction_end_part(self)
+    class(flow_reaction_t), intent(inout) :: self
+    if (self%done == 0) self%on_flow = 0
+    self%on_flow = self%on_flow + self%exerted/self%parts
+  end subroutine reaction_end_part
+
+  !> Sets `velocity` to the velocities of the markers in space [L/T] for points at displacements u [m] with velocities v [m/s].
+  subroutine find_velocities(self, frame, u, v)
+    type(flow_reaction_t), intent(inout) :: self
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: u(:, :), v(:, :)
     integer :: p
     do p = 1, size(u, 2)
       self%moved(:, p) = inertial_velocity(frame, self%points(:, p) + u(:, p), v(:, p))/self%speed
     end do
     call self%markers%positions(self%moved, self%velocity)
-    self%velocity = (self%velocity - self%flow)/self%dt
-    call self%response%solve(self%velocity, self%on_flow)
+  end subroutine find_velocities
+
+  !> Sets f(3, n_all) [N] to the force of the flow in the present part of the step; see reaction_t.
+  subroutine reaction_force(self, frame, u, v, f)
+    class(flow_reaction_t), intent(inout) :: self
+    type(frame_t), intent(in) :: frame
+    real(rp), intent(in) :: u(:, :), v(:, :)
+    real(rp), intent(inout) :: f(:, :)
+    call find_velocities(self, frame, u, v)
+    self%velocity = (self%velocity - self%around)/self%h
+    call self%response%solve(self%velocity, self%exerted)
     f = 0
-    call self%markers%spread(self%on_flow, f)
+    call self%markers%spread(self%exerted, f)
     f = -self%newton*f
   end subroutine reaction_force
 
@@ -136,7 +189,7 @@ contains
     real(rp), intent(in) :: x(:, :)
     real(rp), intent(inout) :: y(:, :)
     call self%markers%positions(x, self%velocity)
-    self%velocity = (self%newton/(self%speed*self%dt))*self%velocity
+    self%velocity = (self%newton/(self%speed*self%h))*self%velocity
     call self%response%solve(self%velocity, self%work)
     call self%markers%spread(self%work, y)
   end subroutine reaction_tangent
@@ -145,6 +198,6 @@ contains
   subroutine reaction_block_diagonal(self, d)
     class(flow_reaction_t), intent(inout) :: self
     real(rp), intent(inout) :: d(:, :, :)
-    d = (self%newton/(self%speed*self%dt))*self%blocks
+    d = (self%newton/(self%speed*self%h))*self%blocks
   end subroutine reaction_block_diagonal
 end module fsi_flow_reaction

@@ -123,12 +123,15 @@ contains
     now%factorisations = options%factorisations - self%n_before
     do
       part = dt/2**halvings
+      if (present(reaction)) &
+        call reaction%begin_part(motion%at(self%saved%time + done*part), state%u, state%v, 2**halvings, done)
       self%frame = motion%at(self%saved%time + (done + 1)*part)
       call begin_piece(self, model, inertia, part, state)
       if (present(guess) .and. halvings == 0) self%u = guess
       call solve_piece(self, model, inertia, force, now, report, converged, reaction)
       if (converged) then
         call end_piece(self, model, part, state)
+        if (present(reaction)) call reaction%end_part()
         done = done + 1
         report%substeps = report%substeps + 1
         report%converged = done == 2**halvings

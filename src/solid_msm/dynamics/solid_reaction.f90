@@ -3,6 +3,9 @@
 !> the displacements u and the velocities v it is f(u, v); -df/dv = C, symmetric and positive semidefinite, may be dense. A time
 !> step that knows C is stable however light the wing is (Goza & Colonius 2017, doi:10.1016/j.jcp.2017.02.027, who solve for the
 !> wing and the forces of the flow at the same time).
+!>
+!> A time step that fails in one piece is made in parts. The load must then be such that its impulse over all parts is the impulse
+!> that the surroundings receive in the step.
 module solid_reaction
   use base_kinds, only: rp
   use solid_motion, only: frame_t
@@ -10,16 +13,35 @@ module solid_reaction
   private
   public :: reaction_t
 
-  !> Computes the load. It must not change during a time step of the wing. Arrays are (3, n_all) over the points of the wing's
-  !> model; values at its clamped points are ignored.
+  !> Computes the load. It must not change during a part of a time step of the wing. Arrays are (3, n_all) over the points of the
+  !> wing's model; values at its clamped points are ignored.
   type, abstract :: reaction_t
   contains
+    procedure(reaction_begin_part), deferred :: begin_part
+    procedure(reaction_end_part), deferred :: end_part
     procedure(reaction_force), deferred :: force
     procedure(reaction_tangent), deferred :: tangent
     procedure(reaction_block_diagonal), deferred :: block_diagonal
   end type reaction_t
 
   abstract interface
+    !> Begins one of `parts` equal parts of the step, of which `done` are over; parts = 1, done = 0 is the step in one piece. At the
+    !> beginning of this part the wing has the displacements u [m] and the velocities v [m/s] in `frame`. A part that fails
+    !> begins again with `parts` and `done` doubled.
+    subroutine reaction_begin_part(self, frame, u, v, parts, done)
+      import :: reaction_t, frame_t, rp
+      class(reaction_t), intent(inout) :: self
+      type(frame_t), intent(in) :: frame
+      real(rp), intent(in) :: u(:, :), v(:, :)
+      integer, intent(in) :: parts, done
+    end subroutine reaction_begin_part
+
+    !> Ends the part that began last. The wing has made it under the load of the last call of `force`.
+    subroutine reaction_end_part(self)
+      import :: reaction_t
+      class(reaction_t), intent(inout) :: self
+    end subroutine reaction_end_part
+
     !> Returns f(3, n_all) [N], with components along the wing frame, at displacements u [m] and velocities v [m/s] in this frame,
     !> whose own motion is `frame`.
     subroutine reaction_force(self, frame, u, v, f)
@@ -30,8 +52,8 @@ module solid_reaction
       real(rp), intent(inout) :: f(:, :)
     end subroutine reaction_force
 
-    !> Adds C x [N] to y(3, n_all) for x [m/s], with one C [kg/s] for the whole step. If df/du is small against q C, q = 3/2 over
-    !> the time step, Newton's method does not need df/du.
+    !> Adds C x [N] to y(3, n_all) for x [m/s], with one C [kg/s] for the whole part of the step. If df/du is small against q C,
+    !> q = 3/2 over the length of the part, Newton's method does not need df/du.
     subroutine reaction_tangent(self, x, y)
       import :: reaction_t, rp
       class(reaction_t), intent(inout) :: self

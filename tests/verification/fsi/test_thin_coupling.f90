@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A flexible wing without thickness in the flow: without density it is the wing alone, very stiff it is the rigid one,
-!> light it flies; what it loses the flow receives; both couplings agree; the errors of motion and power fall with the step; its
-!> place on the grid hardly matters.
+!> light it flies; what it loses the flow receives; both couplings agree; the errors of motion and power fall with the step, and
+!> parts of steps hardly change the motion; its place on the grid hardly matters.
 program test_thin_coupling
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -22,6 +22,7 @@ program test_thin_coupling
   call light()
   call balance()
   call steps()
+  call parts()
   call translation()
   call t%finish()
 
@@ -80,7 +81,7 @@ contains
     call t%check_below('and not at all without density', changed(3), 1.0e-8_rp)
   end subroutine no_density
 
-  !> The loads go to those of the rigid wing as the wing gets stiffer.
+  !> The loads go to those of the rigid wing as the wing gets stiffer. Before its release a wing has them exactly.
   subroutine stiff()
     real(rp), parameter :: T_END = 0.1_rp, SOFTNESS(2) = [1.0e-3_rp, 1.0e-4_rp]
     type(flight_t), allocatable :: f
@@ -107,6 +108,14 @@ contains
       call f%free()
       deallocate (f)
     end do
+    allocate (f)
+    f%params%release = 2*T_END
+    call prepare(f)
+    call f%step(T_END)
+    ! The condition of the response is some hundreds.
+    call t%check_below('a wing that is held has the loads of the rigid one', norm2(loads_of(f) - rigid)/norm2(rigid), 1.0e-11_rp)
+    call f%free()
+    deallocate (f)
     print '(a,2es10.2)', 'stiff wings differ from the rigid one by', differs
     call t%check_below('a stiff wing has nearly the loads of the rigid one', differs(1), 0.05_rp)
     call t%check_below('and they go to these in proportion to its softness', differs(2), 0.15_rp*differs(1))
@@ -235,6 +244,38 @@ contains
     call t%check_below('so does the balance of the wing', abs(errors(3, 3)), 0.6_rp*abs(errors(3, 2)))
     call t%check_below('and what the hinge gives is in wing and flow', abs(errors(4, 3)), 0.75_rp*abs(errors(4, 2)))
   end subroutine steps
+
+  !> Newton's method that may take one iteration makes most steps in parts. If wing and flow then exchange the same impulse, the
+  !> motion is that of small steps: closer to it than that of half the step.
+  subroutine parts()
+    real(rp), parameter :: T_END = 0.1_rp, SHORTER(3) = [8, 2, 1] !< times than the steps that are made in parts
+    type(flight_t), allocatable :: f
+    real(rp), allocatable :: u(:, :, :)
+    real(rp) :: errors(2)
+    integer :: i, n, pieces
+    do i = 1, 3
+      allocate (f)
+      f%dt = f%dt/SHORTER(i)
+      if (i == 3) f%params%options%iterations = 1
+      call prepare(f)
+      pieces = 0
+      n = 0
+      do while (f%fluid%rhs%state%time < T_END - f%dt/2 .and. .not. f%failure%failed)
+        n = n + 1
+        call f%step(n*f%dt)
+        pieces = pieces + t%world%max_integer(f%coupler%wings(1)%report%substeps)
+      end do
+      call t%check('the flight succeeds',.not. f%failure%failed)
+      if (.not. allocated(u)) allocate (u(3, size(f%coupler%states(1)%u, 2), 3))
+      u(:, :, i) = f%coupler%states(1)%u
+      call f%free()
+      deallocate (f)
+    end do
+    errors = [norm2(u(:, :, 2) - u(:, :, 1)), norm2(u(:, :, 3) - u(:, :, 1))]/norm2(u(:, :, 1))
+    print '(a,2i4,2es10.2)', 'steps and parts; errors of half the step and of parts', n, pieces, errors
+    call t%check('steps are made in parts', pieces >= 4*n)
+    call t%check_below('parts are closer to small steps than half the step', errors(2), 0.5_rp*errors(1))
+  end subroutine parts
 
   !> Flies to `t_end`. Returns errors of powers and energies, in parts of the work of the wing on the flow: work that the flow
   !> receives at its velocities after the steps; kinetic energy that it gains by the forces; imbalance of the wing's own energy;

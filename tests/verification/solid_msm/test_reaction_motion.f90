@@ -259,6 +259,7 @@ contains
     pieces = 0
     do way = 1, 2
       call state(way)%init(model, 0.0_rp)
+      reaction%ended = 0
       fine = .true.
       do i = 1, STEPS
         call reaction%begin_step(spin%frame, state(way)%u, state(way)%v)
@@ -267,6 +268,7 @@ contains
         pieces(way) = pieces(way) + report%substeps
       end do
       call t%check('a light wing steps through a sudden load', fine)
+      call t%check('the load learns of every piece', reaction%ended == pieces(way))
       options%iterations = 3
     end do
     print '(a,2i4,3es11.3)', 'pieces, difference', pieces, maxval(abs(state(1)%u)), maxval(abs(state(2)%u)), &
