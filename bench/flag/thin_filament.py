@@ -10,10 +10,11 @@ them, F = K (Y - X) + C (dY/dt - dX/dt) per length, couples them and drives the 
 and the feedback forcing of Huang et al.). The flow uses Adams-Bashforth with exact viscosity, the filament BDF2 with Newton's
 method. Box, sponge and start are those of flag.py.
 
-usage: thin_filament.py POINTS END FILE [--rigidity EI] [--box LY LZ] [--normal]
+usage: thin_filament.py POINTS END FILE [--rigidity EI] [--box LY LZ] [--normal] [--inset CELLS]
 
 POINTS is the number of points per length of the filament; time and place of the tail, relative to the root, are written to FILE.
-With --normal the friction of the flow along the filament does not act on it, as on a wing under pressure alone.
+With --normal the friction of the flow along the filament does not act on it, as on a wing under pressure alone. With --inset the
+filament has no forces on the flow on the last CELLS grid spacings before its tail, and none from it.
 """
 import argparse
 
@@ -129,22 +130,24 @@ class Filament:
         self.old, self.y, self.old_v, self.v = self.y, y, self.v, v
 
 
-def run(points, end, rigidity, box, normal):
+def run(points, end, rigidity, box, normal, inset):
     """Yields records of the time, the position of the tail, the largest |Y - X| and the force along the stream."""
     dt = 0.064 / points
     flow = Flow(points, box, dt)
     filament = Filament(max(32, points), np.array([box[0] / 3, box[1] / 2]), rigidity, dt)
     markers = filament.y.copy()
+    meets = np.linspace(0, 1, filament.n + 1) <= 1 - inset / points + 1e-9
+    share = (filament.share * meets)[:, None]
     for step in range(int(end / dt + 0.5)):
         velocity = flow.velocity()
         index_y, index_z, weights = flow.stencil(markers)
         local = np.stack([(weights * u[index_y, index_z]).sum((1, 2)) for u in velocity], axis=1)
-        force = (SPRING * (filament.y - markers) + DAMPER * (filament.v - local)) * filament.share[:, None]
+        force = (SPRING * (filament.y - markers) + DAMPER * (filament.v - local)) * share
         spread = np.zeros_like(velocity)
         for c in (0, 1):
             np.add.at(spread[c], (index_y, index_z), weights * force[:, c, None, None] / flow.h**2)
         if step % 10 == 0:
-            yield step * dt, *(filament.y[-1] - filament.y[0]), np.abs(filament.y - markers).max(), -force.sum(0)[0]
+            yield step * dt, *(filament.y[-1] - filament.y[0]), np.abs(filament.y - markers)[meets].max(), -force.sum(0)[0]
         flow.step(velocity, spread)
         if normal:
             along = np.gradient(filament.y, axis=0)
@@ -162,10 +165,11 @@ def main():
     parser.add_argument("--rigidity", type=float, default=0.0015, metavar="EI", help="over rho U^2 L^3 (0.0015)")
     parser.add_argument("--box", type=float, nargs=2, default=(6.0, 4.0), metavar=("LY", "LZ"))
     parser.add_argument("--normal", action="store_true", help="no friction on the filament")
+    parser.add_argument("--inset", type=float, default=0.0, metavar="CELLS", help="end of the flow's forces before the tail (0)")
     options = parser.parse_args()
     with open(options.file, "w", buffering=1) as file:
         file.write("# time y_tail z_tail largest|Y-X| F_y\n")
-        for record in run(options.points, options.end, options.rigidity, options.box, options.normal):
+        for record in run(options.points, options.end, options.rigidity, options.box, options.normal, options.inset):
             file.write(" ".join(f"{x:.8e}" for x in record) + "\n")
 
 

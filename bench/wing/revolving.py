@@ -25,7 +25,7 @@ CHORD, BOX = 0.33378, 4.0  # mean chord and width of the box, R
 SURFACES = {"thin": {"Insects": {"surface": "thin"}, "Time": {"CFL": 0.45}},
             "mask": {"Insects": {"surface": "penalized"}, "Time": {"CFL": 0.5}}}
 # name: surface, rigid or flexible, points over the width of the box
-CASES = {f"{surface}-{wings}-{n}": (surface, wings, n) for n in (64, 96, 128, 160) for surface in SURFACES
+CASES = {f"{surface}-{wings}-{n}": (surface, wings, n) for n in (64, 96, 128, 160, 192, 256) for surface in SURFACES
          for wings in ("rigid", "flexible")}
 
 
