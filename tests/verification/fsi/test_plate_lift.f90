@@ -2,10 +2,9 @@
 !> Lift and drag of a rectangular plate without thickness at 30 degrees: aspect ratio 2, Re = 100 (Taira et al. 2007, AIAA 2007-710:
 !> C_L = 0.758 and C_D = 0.639 in an unbounded flow).
 !>
-!> docs/results/verification-wings.md has the same plate in the same box at t = 15 on 24 points per chord, where lift without
-!> blockage is within 1 % of the measured one: C_L = 0.878 and C_D = 0.758. On 12 points the page has -5.9 and +10.4 %. At t = 10,
-!> where this test ends, both forces are still 0.6 % above those at t = 15. The page reads the force in a shorter last step, which
-!> adds 0.4 % of lift and 0.8 % of drag. A mask of four cells loses 40 % of the lift.
+!> On 24 points per chord the same plate in the same box has C_L = 0.880 and C_D = 0.760 at t = 10, 0.25 % above t = 15, where lift
+!> without blockage is within 1 % of the measured one (docs/results/verification-wings.md). On 12 points lift is 5.9 % smaller and
+!> drag 9.9 % larger. A mask of four cells has half of the lift.
 program test_plate_lift
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -16,7 +15,7 @@ program test_plate_lift
   use support_wings, only: make_wings, NL, write_lines
   use testkit, only: testkit_t
   implicit none
-  real(rp), parameter :: T_END = 10, FINE_LIFT = 0.878_rp, FINE_DRAG = 0.758_rp
+  real(rp), parameter :: T_END = 10, FINE_LIFT = 0.880_rp, FINE_DRAG = 0.760_rp
   type(testkit_t) :: test
   type(fluid_t) :: fluid
   type(flapping_wings_t) :: wings
@@ -45,9 +44,9 @@ program test_plate_lift
   end do
   call test%check('the flow reaches its end', .not. failure%failed)
   if (test%world%is_root) print '(2(a,f7.4))', 'lift', force(3), ', drag', force(1)
-  ! What is known makes -5.7 and +10.2 %; 2.5 % are left for the time, the last step and rounding.
-  call test%check_close('lift on 24 points less what 12 points lose', force(3), 0.943_rp*FINE_LIFT, rtol=0.025_rp)
-  call test%check_close('drag on 24 points plus what 12 points add', force(1), 1.102_rp*FINE_DRAG, rtol=0.025_rp)
+  ! Without Phi, with a vanishing viscosity that adds to nu K^2, or with markers 2.5 cells apart both change by 2.5 % or more.
+  call test%check_close('lift on 24 points less what 12 points lose', force(3), 0.941_rp*FINE_LIFT, rtol=0.02_rp)
+  call test%check_close('drag on 24 points plus what 12 points add', force(1), 1.099_rp*FINE_DRAG, rtol=0.02_rp)
   call test%check_below('no side force', abs(force(2)/force(1)), 0.005_rp)
   call fluid%free()
   call test%finish()
