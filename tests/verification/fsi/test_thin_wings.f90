@@ -159,8 +159,8 @@ contains
   end subroutine check_crossing_wings
 
   !> Two plates two cells apart, moved by parts of a cell: their forces change by no more than the window's error of the velocities
-  !> at the markers, 1e-6 of the stream, because responses, also of one wing to the other, depend on distances alone. After the start
-  !> the forces answer slips of 0.04 of the stream.
+  !> at the markers, 1e-6 of the stream, because responses, also of one wing to the other, depend on distances alone. After the
+  !> start the forces answer slips of 0.04 of the stream.
   subroutine check_translation()
     real(rp) :: force(3, 2, 2)
     call forces_of_moved([0.0_rp, 0.0_rp, 0.0_rp], force(:, :, 1))
