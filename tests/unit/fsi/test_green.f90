@@ -18,9 +18,9 @@ program test_green
 
 contains
 
-  !> The ratio of the largest to the smallest eigenvalue of M for 12 x 12 markers. Markers that are 2 grid spacings apart are felt one
-  !> by one; a square lattice of 1.5 spacings has forces, alternating along its diagonal, of a wave number beyond K, which the flow does
-  !> not feel.
+  !> The ratio of the largest to the smallest eigenvalue of M for 12 x 12 markers. Markers that are 2 grid spacings apart are felt
+  !> one by one. A square lattice of 1.5 spacings has forces that alternate along its diagonal with a wave number beyond K: the flow
+  !> does not feel them.
   subroutine check_lattices()
     integer, parameter :: ALONG = 12, N = ALONG**2
     real(rp), parameter :: SPACINGS(5) = [1.5_rp, 1.75_rp, 2.0_rp, 2.5_rp, 3.0_rp]
@@ -53,8 +53,8 @@ contains
     call test%check_close('and three', ratio(5), 4.1_rp, rtol=1.0e-2_rp)
   end subroutine check_lattices
 
-  !> A strip of unit chord that moves normal to itself in a box of 6 chords: the sum of the elements of M^-1 over pi/4, and the margin in
-  !> cells with which the exact added mass would be this. K is that of the truncation, 2/3 (n/2 - 1) waves in the box.
+  !> A strip of unit chord that moves normal to itself in a box of 6 chords: the sum of the elements of M^-1 over pi/4, and the
+  !> margin in cells with which the exact added mass would be this. K is that of the truncation, 2/3 (n/2 - 1) waves in the box.
   subroutine check_strips()
     integer, parameter :: POINTS(6) = [8, 12, 16, 24, 32, 64], BOX = 6
     real(rp), parameter :: OF_FLUSI(6) = [1.774_rp, 1.480_rp, 1.353_rp, 1.229_rp, 1.170_rp, 1.083_rp]
