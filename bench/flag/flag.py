@@ -24,7 +24,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 SPARS = 2 * math.pi * 0.1**4 / 64  # moment of area of the spars of wings/filament.h5, m^4 per metre of width
 MASS, RIGIDITY, TILT = 1.5, 0.00225, 18.0
-THIN = {"thin-24-normal": "no thickness, no friction", "thin-40": "no thickness, with friction"}
+THIN = {"thin-24-normal": "reference, no friction", "thin-40": "reference, with friction"}
+SURFACE = {f"sheet-{n}": f"surface, L/dx = {n}" for n in (24, 32)}
 
 
 def grid(points, length=6, height=4):
@@ -190,12 +191,14 @@ def plot(root, picture):
     from flusi_msm.style import COLOURS, save, use_style
     use_style()
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.4), width_ratios=(2.2, 1))
-    names = [name for name in CASES if (name.isdigit() or name in THIN) and (root / name / "done").exists()]
+    names = [name for name in CASES if (name.isdigit() or name in SURFACE or name in THIN) and (root / name / "done").exists()]
     for name, colour in zip(names, COLOURS):
         t, y, z = tail(root / name, TILT)
-        label = f"L/dx = {name}, t = {4 / int(name):.3g} L" if name.isdigit() else THIN[name]
+        label = f"mask, L/dx = {name}, t = {4 / int(name):.3g} L" if name.isdigit() else {**SURFACE, **THIN}[name]
         style = {"color": colour}
-        if not name.isdigit():
+        if name in SURFACE:
+            style["lw"] = 2.0
+        if name in THIN:
             style = {"color": "black", "lw": 1.0, "ls": ":" if name.endswith("normal") else "--"}
         left.plot(t, z, label=label, **style)
         begins = zeros(t, z)

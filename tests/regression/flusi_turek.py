@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An elastic beam behind a cylinder in a channel, ini/turek-hron.ini: FSI1 of Turek & Hron (2006) on a grid coarser than
-those of docs/results/verification-coupling.md, restart within the start of the inflow, mistakes.
+those of docs/results/verification-coupling.md, in the mask and without thickness; restart within the start of the inflow, mistakes.
 
 usage: flusi_turek.py <flusi> <h5dump> [tests]
 """
@@ -14,9 +14,12 @@ SLOW = {"ny": NZ * 256 // 48, "nz": NZ, "eps": (0.33909 * 0.48 / NZ)**2 / 1e-3, 
         "areal_density": 20.0, "iSaveVorticity": 0}
 
 
-def changed(keys):
-    """ini/turek-hron.ini with other values."""
+def changed(keys, is_thin=False):
+    """ini/turek-hron.ini with other values, of the beam in the mask or as a surface without thickness."""
     text = (SOURCE / "ini/turek-hron.ini").read_text().replace("../wings/", f"{SOURCE}/wings/")
+    if is_thin:
+        text, count = re.subn(r"(?m)^WingThickness = .*$", "surface = thin;", text)
+        check(count == 1, "the beam has a thickness")
     for key, value in keys.items():
         text, count = re.subn(rf"(?m)^{key} = [^;]*;", f"{key} = {value};", text)
         check(count == 1, f"the file has {key}")
@@ -40,6 +43,45 @@ def test_fsi1(case):
     parts = [case.series(f"forces_part{c}.t").rows[-1] for c in (1, 2)]
     check(abs(sum(part[2] for part in parts) - forces[-1][2]) < 1e-8, "cylinder and beam have the whole force")
     check(min(part[2] for part in parts) > 0.1 * forces[-1][2], f"and both of them drag: {parts}")
+
+
+THIN = {**SLOW, "ny": NZ * 128 // 48, "yl": 1.28, "CFL": 0.45}  # in a channel of half the length
+
+
+def test_thin_fsi1(case):
+    """The beam as a surface without thickness beside the cylinder and the walls in the mask."""
+    case.write("run.ini", changed({**THIN, "Tmax": 5.0, "tsave": 10.0}, True))
+    case.run("run.ini", ranks=0, timeout=300)
+    forces, tip, slip = (case.series(name).rows for name in ("forces.t", "bending_left.t", "slip.t"))
+    drag = 1000 * (forces[-1][2] + forces[-1][5])
+    # The beam has no end for the pressure to act on, which is 5 % (docs/results/verification-coupling.md). The mask's errors of
+    # test_fsi1 remain: 0.8 % of the walls and 2 % of the grid.
+    check(abs(drag / 14.295 - 0.95) < 0.03, f"drag of cylinder and beam: {drag} N/m")
+    # Less than a cell moves the cylinder off the middle: -8 % here, +4 % on the next grid.
+    check(abs(-tip[-1][3] / 0.8209e-3 - 1) < 0.15, f"the beam bends as published: {-tip[-1][3]} m")
+    before = [row for row in tip if row[0] < 4.5][-1]
+    check(abs(before[3] / tip[-1][3] - 1) < 0.03, f"and rests: {before[3]}, {tip[-1][3]}")
+    parts = [case.series(f"forces_part{c}.t").rows[-1] for c in (1, 2)]
+    check(abs(sum(part[2] for part in parts) - forces[-1][2]) < 1e-8, "cylinder and beam have the whole force")
+    # Friction pulls along the beam: with an even one the end moves by half of F L/(E A), E A = 33333 N, with one
+    # that grows toward it by more.
+    pulled = tip[-1][1] / (1000 * parts[1][2] * 0.35 / 33333)
+    check(0.49 < pulled < 0.75, f"friction stretches the beam: {pulled}")
+    check(slip[-1][1] < 0.02 * slip[-1][2], f"the flow rests at the beam: {slip[-1]}")
+
+
+def test_thin_power(case):
+    """A weight across the channel sets the beam in motion: the flow receives the power that the beam loses, but for the slip."""
+    text = changed({**THIN, "Tmax": 0.3, "tintegral": 1e-9, "tsave": 10.0}, True)
+    case.write("run.ini", text.replace("[Flexible_wing]", "[Flexible_wing]\ngravity = 0.0 0.0 0.4;"))
+    case.run("run.ini", ranks=0, timeout=300)
+    rows = case.series("slip.t").rows
+    check(len(rows) > 50 and case.series("bending_left.t").rows[-1][3] < -1e-3, "the beam moves")
+    largest = max(row[7] for row in rows)
+    for row in rows[1:]:
+        # The forces work at the slip, too: they are about those at the velocity of the beam.
+        check(abs(row[4] - row[7]) < 0.01 * largest, f"power to the flow and from the beam at t = {row[0]}: {row[4]}, {row[7]}")
+    check(max(row[1] for row in rows) < 0.01 * max(row[3] for row in rows), "the flow follows the beam")
 
 
 def test_restart(case):

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What documents name exists: links, pages named in sources and messages, pages of the site and its index, files, sections and keys."""
+"""What documents name exists: links, pages named in sources and messages, pages of the site and its index, files, sections and keys;
+tables whose rows have as many cells as their heads."""
 import collections
 import re
 import subprocess
@@ -61,6 +62,20 @@ class Documents(unittest.TestCase):
                 self.assertTrue(any(list(place.glob(path.rstrip("/"))) for place in places) or path in MADE,
                                 f"{page.relative_to(SOURCE)} names {path}")
         self.assertGreater(checked, 200)
+
+    def test_tables(self):
+        """Every row of a table has as many cells as its head. A bar with a backslash is part of a cell."""
+        rows = 0
+        for page in TEXTS:
+            text = FENCE.sub(lambda block: "\n" * block[0].count("\n"), page.read_text(encoding="utf-8"))
+            head = None
+            for number, line in enumerate(text.split("\n"), 1):
+                bars = len(re.findall(r"(?<!\\)\|", line)) if line.lstrip().startswith("|") else None
+                if bars is not None and head is not None:
+                    rows += 1
+                    self.assertEqual(bars, head, f"{page.relative_to(SOURCE)}, line {number}: {line}")
+                head = None if bars is None else head or bars
+        self.assertGreater(rows, 1000)
 
     def test_named_keys(self):
         """`[Section] key` in a page, and the keys of an example, are those of a program."""

@@ -117,8 +117,10 @@ contains
     call f%free()
     deallocate (f)
     print '(a,2es10.2)', 'stiff wings differ from the rigid one by', differs
-    call t%check_below('a stiff wing has nearly the loads of the rigid one', differs(1), 0.05_rp)
-    call t%check_below('and they go to these in proportion to its softness', differs(2), 0.15_rp*differs(1))
+    ! A wing of softness 1 bends by a third of its length in 0.3 T, and this one by a thousandth of that. The ratio deviates from a
+    ! tenth by terms of second order, the difference times itself, and by the damping of the ringing.
+    call t%check_below('a stiff wing has nearly the loads of the rigid one', differs(1), 0.01_rp)
+    call t%check_below('and they go to these in proportion to its softness', differs(2), 0.12_rp*differs(1))
   end subroutine stiff
 
   !> Force, moment, power.
@@ -152,7 +154,8 @@ contains
     end do
     call t%check('wings of a hundredth of the mass and less fly', flies)
     print '(a,3es10.2)', 'light wings: size and difference', maxval(abs(u)), maxval(abs(u(:, :, 2) - u(:, :, 1)))
-    call t%check_below('and do nearly the same', maxval(abs(u(:, :, 2) - u(:, :, 1))), 0.02_rp*maxval(abs(u)))
+    ! The heavier one has 3 % of the mass of the air that it moves, rho pi/4 c^2 per length. Inertia makes a part of its motion.
+    call t%check_below('and do nearly the same', maxval(abs(u(:, :, 2) - u(:, :, 1))), 0.01_rp*maxval(abs(u)))
   end subroutine light
 
   !> In every step the mean flow takes up the force on the wing, the load on its points adds up to that force, and the
