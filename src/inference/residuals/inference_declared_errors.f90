@@ -65,7 +65,7 @@ contains
     one = make_check(SIZE_WORDS//name, ratio, log_chi2_tail(sum_at(TOLERATED), size(g)), &
                         name//' are '//one_decimal(ratio)//' times as large as declared (90 % interval '// &
                         one_decimal(ends(1))//' to '//one_decimal(ends(2))//')', &
-                    name//' are no more than 1.5 times as large as declared')
+                        name//' are no more than 1.5 times as large as declared')
     one%interval = ends
     checks = [checks, one]
 

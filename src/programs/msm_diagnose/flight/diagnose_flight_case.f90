@@ -331,8 +331,8 @@ contains
     call load_settings(self%text(request), self%name(), .false., settings, errors, notices, world)
   end subroutine case_read
 
-  !> Returns a word that identifies the inputs of a flight, the version of the program and its commit. If the inputs are not valid, `reason` is
-  !> allocated and says why. Not collective.
+  !> Returns a word that identifies the inputs of a flight, the version of the program and its commit. If the inputs are not valid,
+  !> `reason` is allocated and says why. Not collective.
   subroutine case_fingerprint(self, request, word, reason)
     class(flight_case_t), intent(in) :: self
     type(flight_request_t), intent(in) :: request
