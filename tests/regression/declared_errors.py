@@ -63,8 +63,8 @@ def test_series(case):
 
 
 def test_modes(case):
-    """Natural modes, with more numbers than tests."""
-    vibrate(case, "data.h5", stiffness={"E": 1.1e10}, sites=120)
+    """Natural modes, with so many numbers that the tests leave some to estimate the size of the noise."""
+    vibrate(case, "data.h5", stiffness={"E": 1.1e10}, sites=120, seed=5)
     check_size(check_both(case)[1])
 
 
